@@ -44,7 +44,7 @@ SHORT = "not long"
 """Which tests pyproject.toml asks for."""
 
 LONG = "long and not claims"
-"""Which .ci/run asks for beside them."""
+"""All others but those that measure."""
 
 MEMORY = "/dev/shm"
 """Where Linux has files that are on no disk."""
@@ -106,6 +106,7 @@ def pytest_collection_modifyitems(config, items):
         cases[item.nodeid.split("[")[0]].append(item)
         if "browser" in item.fixturenames:
             item.add_marker("long")
+            item.add_marker("browser")
     for test, of_test in cases.items():
         mark = of_test[0].get_closest_marker("short")
         if not mark or is_by_name(config):

@@ -299,9 +299,15 @@ class Surfer(Hand):
 
     def pick(self, u, v):
         """Pick the effector's colour in the picture."""
+
+        def act():
+            # (A page that was loaded anew has forgotten its tool.)
+            for button in tool_button(self.page, "Pick", "[aria-pressed=false]").all():
+                button.click()
+            self.page.mouse.click(*self.at(u, v))
+
         self.tool("Pick")
-        found = self.page.locator("[data-marker=effector]")
-        self.insist(lambda: self.page.mouse.click(*self.at(u, v)), found.count, "the marker")
+        self.insist(act, self.page.locator("[data-marker=effector]").count, "the marker")
 
     def drag(self, *points):
         def draw():
