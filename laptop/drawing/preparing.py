@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -125,6 +126,14 @@ class DrawingPlan:
             self._pens(),
         )
 
+    def told_pens(self) -> list[str]:
+        """Say which pens draw it, and when, in a sentence for people; none of a single one."""
+        if not self.options.pens:
+            return []
+        counts = Counter(stroke.placed.layer for stroke in self.strokes)
+        told = ", ".join(f"{name or 'no layer'} ({count})" for name, count in counts.items())
+        return [f"{len(counts)} pens, in this order (strokes): {told}"]
+
     def _pens(self) -> str:
         """How pens are changed, as a job says it."""
         if self.options.pens is None:
@@ -201,6 +210,11 @@ def prepare(
         speed,
         tuple(notes),
     )
+
+
+def several(artwork: Artwork) -> tuple[str, ...]:
+    """Return of what an artwork has several: "layers", "colours", both or none."""
+    return tuple(name for name in ("layers", "colours") if len(set(getattr(artwork, name))) > 1)
 
 
 def _layers(artwork: Artwork, kept: list[int], options: DrawingOptions) -> tuple[str, ...]:

@@ -187,10 +187,4 @@ def lines_of(plan: DrawingPlan) -> list[str]:
         length = sum(stroke_length(miss.points) for miss in plan.missed)
         left = ", and are left out" if plan.options.clip else ""
         lines.append(f"{length:.1f} cm cannot be reached (red){left}")
-    if plan.options.pens:
-        pens: dict[str, int] = {}
-        for stroke in plan.strokes:
-            pens[stroke.placed.layer] = pens.get(stroke.placed.layer, 0) + 1
-        told = (f"{name or 'no layer'} ({count})" for name, count in pens.items())
-        lines.append(f"{len(pens)} pens, in this order (strokes): {', '.join(told)}")
-    return [*lines, *plan.notes]
+    return [*lines, *plan.told_pens(), *plan.notes]

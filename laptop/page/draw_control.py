@@ -169,10 +169,17 @@ class DrawControl:
 
     def place(self, placing: Placing) -> str:
         """Lay the drawing elsewhere, or turn it, or make it larger or smaller."""
+        return self._change(lambda asked: asked._replace(placing=placing))
+
+    def take_pens(self, pens: str) -> str:
+        """Draw each of its layers, or colours, with a pen of its own; "": all with one."""
+        return self._change(lambda asked: asked._replace(pens=pens))
+
+    def _change(self, change: Callable[[Request], Request]) -> str:
         with self._lock:
             if self._request is None:
                 return "there is no drawing yet"
-            self._ask(self._request._replace(placing=placing))
+            self._ask(change(self._request))
             return ""
 
     def clear(self) -> str:
@@ -238,12 +245,7 @@ class DrawControl:
     _told_before = -1.0  # time of the last progress when the job was offered
 
     def start(self, dry: bool = False, alone: bool = False) -> str:
-        """Have the brick draw it.
-
-        Args:
-            dry: with the pen up.
-            alone: it goes on when the link is lost.
-        """
+        """Have the brick draw it: `dry` with the pen up, `alone` also when the link is lost."""
         with self._lock:
             placed = self._placed
             if placed is None:

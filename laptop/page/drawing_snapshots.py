@@ -57,6 +57,8 @@ class PlacedDrawing(NamedTuple):
     notes    sentences for people
     why_not  why it cannot be drawn so, or ""
     strokes, cm, seconds  of the plan; seconds is None while it is planned
+    several  of what it has several, so that each may have a pen of its own: "layers", "colours"
+    pens     of which each has, or "" for one pen
     job      the job's file, once it is planned; b"" in what browsers get
     """
 
@@ -71,6 +73,8 @@ class PlacedDrawing(NamedTuple):
     strokes: int = 0
     cm: float = 0.0
     seconds: float | None = None
+    several: tuple[str, ...] = ()
+    pens: str = ""
     job: bytes = b""
 
 
@@ -92,6 +96,7 @@ class Request(NamedTuple):
 
     number  of the source, by which it is told whether it is the one of before, drawn as before
     height  of the paper, cm
+    pens    "layers" or "colours", of which each has a pen of its own; "": one pen draws all
     wish    lines (n, 2), cm, with `ink`: how far one is from the other; then nothing else is done
     """
 
@@ -99,6 +104,7 @@ class Request(NamedTuple):
     source: Source | None
     placing: Placing = Placing()
     height: float = 0.0
+    pens: str = ""
     wish: Lines = ()
     ink: Lines = ()
 

@@ -19,7 +19,7 @@ from laptop.drawing.lettering import Lettering
 from laptop.drawing.options import DrawingOptions
 from laptop.drawing.pictures import ShowsNothing
 from laptop.drawing.placing import LEAST_SIZE, place
-from laptop.drawing.preparing import prepare
+from laptop.drawing.preparing import prepare, several
 from laptop.drawing.sources import gallery, read_source
 from laptop.page.drawing_snapshots import (
     Answer,
@@ -129,6 +129,7 @@ class Studio:
             size=size,
             rotate=at.rotate,
             height=request.height,
+            pens=request.pens if request.pens in several(artwork) else None,
         )
         postures = options.postures(self._arm)
         placement = place(artwork, self._arm, options.wish(self._arm), postures)
@@ -149,6 +150,8 @@ class Studio:
             why_not,
             len(placement.strokes),
             artwork.length() * placement.scale,
+            several=several(artwork),
+            pens=options.pens or "",
         )
         return placed, options
 
@@ -168,7 +171,7 @@ class Studio:
             strokes=len(plan.strokes),
             cm=plan.cm,
             seconds=plan.estimate.seconds,
-            notes=(*self._artwork.left_out, *plan.notes),
+            notes=(*plan.told_pens(), *self._artwork.left_out, *plan.notes),
             job=job,
         )
 

@@ -50,6 +50,8 @@ TRACING_SLIDERS = (
     ("smoothing", "Smoothing", SMOOTHINGS, 5, "how much of what is fine is left out"),
 )
 """Of a picture: fields of a Tracing, their names for people, bounds, steps, and what they do."""
+PENS = {"": "one pen", "layers": "a pen for each layer", "colours": "a pen for each colour"}
+"""What may draw it, for people."""
 PEN_STEP, MAX_PEN = 5.0, 30.0
 """Degrees of the pen's motor: a press of a button, and the most."""
 
@@ -118,7 +120,7 @@ class DrawCard:
         with ui.element("div").props("role=status aria-live=polite"):
             self._facts = ui.label().classes("facts-line")
             self._trouble = ui.label().classes("trouble")
-        self._notes = ui.column().classes("w-full gap-1")
+        self._notes = ui.column().classes("w-full gap-1 draw-notes")
 
     def _add_place(self) -> None:
         with ui.row().classes("w-full gap-2 no-wrap place") as self._place:
@@ -135,6 +137,8 @@ class DrawCard:
                 field.on("focus", lambda: setattr(self, "_typing", True))
                 field.on("blur", partial(self._apply, key))
                 field.on("keydown.enter", partial(self._apply, key))
+        self._pens = ui.select(PENS, label="drawn by").classes("w-full").props("dense")
+        self._pens.on("update:model-value", self._on_pens)
         with ui.row().classes("w-full gap-1") as self._place_buttons:
             for label, icon, change in (
                 ("Fit", "fit_screen", self._fit),
@@ -287,9 +291,11 @@ class DrawCard:
         placed = self._snapshot.placed
         self._place.set_visibility(placed is not None)
         self._place_buttons.set_visibility(placed is not None)
+        self._pens.set_visibility(placed is not None and bool(placed.several))
         self._notes.clear()
         if placed is None:
             return
+        self._pens.set_options({k: PENS[k] for k in ("", *placed.several)}, value=placed.pens)
         at = placing_of(placed)
         late = time.monotonic() - self._asked_at > ANSWER_TIMEOUT
         if self._asked and not late and not _alike(at, self._asked):
@@ -370,6 +376,10 @@ class DrawCard:
         if not await self._session.draw(DrawCalls.trace_picture, asked):
             self._traced.clear()
             self._tracing = None  # the sliders show again what is
+
+    async def _on_pens(self) -> None:
+        if not await self._session.draw(DrawCalls.take_pens, str(self._pens.value or "")):
+            self._revision = -1  # it shows again what is
 
     async def _fit(self) -> None:
         placed = self._snapshot.placed

@@ -30,6 +30,10 @@ ARM = read_arm(find_arm("planar"))
 SQUARE = b"""<svg xmlns="http://www.w3.org/2000/svg" width="4cm" height="4cm" viewBox="0 0 4 4">
 <rect x="0.5" y="0.5" width="3" height="3" fill="none" stroke="black"/></svg>"""
 
+TWO_COLOURS = b"""<svg xmlns="http://www.w3.org/2000/svg" width="4cm" height="4cm"
+viewBox="0 0 4 4" fill="none">
+<path d="M0.5,1H3" stroke="red"/><path d="M0.5,2H3" stroke="blue"/></svg>"""
+
 
 class DrawScene(PageScene):
     """A page's controller before an arm in a plane, whose tip the camera sees from above."""
@@ -124,12 +128,7 @@ def test_the_job_is_where_it_was_placed(scene, drawings, tmp_path):
     corners = np.unique(np.round(placed.good[0], 6), axis=0)
     assert np.hypot(*(corners - placed.centre).T) == pytest.approx(np.full(4, 3 / math.sqrt(2)))
     assert drawings.start() == ""
-    offered = scene.server.offered
-    wants = [Want(offered.draw.crc, k) for k in range(offered.draw.parts)]
-    packed = b"".join(bytes_of(offered.part(want)) for want in wants)
-    file = tmp_path / "it.job"
-    file.write_bytes(zlib.decompress(packed))
-    job = Job(str(file), ARM)
+    job = job_of(scene.server.offered, tmp_path / "it.job")
     tips = [
         kinematics.forward(ARM, [cubic[0] for cubic in segment[2]])
         for piece in job.stroke(1).pieces
@@ -137,6 +136,44 @@ def test_the_job_is_where_it_was_placed(scene, drawings, tmp_path):
     ]
     off = [np.hypot(*(np.array(tip) - (14.0, -2.0))) for tip in tips]
     assert max(off) == pytest.approx(3 / math.sqrt(2), abs=0.02)
+
+
+def job_of(offered, file):
+    """The Job that a brick gets."""
+    wants = [Want(offered.draw.crc, k) for k in range(offered.draw.parts)]
+    packed = b"".join(bytes_of(offered.part(want)) for want in wants)
+    file.write_bytes(zlib.decompress(packed))
+    return Job(str(file), ARM)
+
+
+def test_what_has_several_colours_is_drawn_by_a_pen_for_each_if_that_is_wished(
+    scene, drawings, tmp_path
+):
+    assert drawings.take_pens("colours") == "there is no drawing yet"
+    drawings.load("two.svg", TWO_COLOURS)
+    placed = scene.drawn().placed
+    assert (placed.several, placed.pens) == (("colours",), "")
+    assert drawings.take_pens("colours") == ""
+    placed = scene.drawn().placed
+    assert placed.pens == "colours"
+    (told,) = placed.notes
+    assert told in (
+        "2 pens, in this order (strokes): red (1), blue (1)",
+        "2 pens, in this order (strokes): blue (1), red (1)",
+    )
+    drawings.place(Placing(14.0, -2.0, 3.0))  # which keeps them
+    scene.drawn()
+    assert drawings.start() == ""
+    job = job_of(scene.server.offered, tmp_path / "it.job")
+    assert job.header.pens == "change"
+    assert sorted(job.stroke(k).layer for k in (1, 2)) == ["blue", "red"]
+
+
+def test_what_has_one_colour_is_drawn_by_one_pen_whatever_is_wished(scene, drawings):
+    drawings.load("square.svg", SQUARE)
+    assert drawings.take_pens("colours") == ""
+    placed = scene.drawn().placed
+    assert (placed.several, placed.pens, placed.why_not) == ((), "", "")
 
 
 def test_while_a_run_is_on_nothing_is_started(scene, drawings):

@@ -25,6 +25,8 @@ WINDOW = {"width": 1440, "height": 940}
 STAR = """<svg xmlns="http://www.w3.org/2000/svg" width="60mm" height="60mm"
 viewBox="-10 -10 20 20"><path fill="none" stroke="black" d="M0,-9 L5.29,7.28 L-8.56,-2.78 H8.56
 L-5.29,7.28 Z"/></svg>"""
+TWO_COLOURS = """<svg xmlns="http://www.w3.org/2000/svg" width="6cm" height="6cm" viewBox="0 0 6 6"
+fill="none"><path d="M0,0H6" stroke="red"/><path d="M0,0V6" stroke="blue"/></svg>"""
 DROP = """([name, base64]) => {
   const data = new DataTransfer();
   const bytes = Uint8Array.from(atob(base64), letter => letter.charCodeAt(0));
@@ -307,6 +309,33 @@ def test_a_dragged_triangle_is_drawn_in_one_go(surfer):
     assert apart.max() < 5.0, "mm"
     for corner in dragged[:3]:
         assert np.hypot(*(seen - corner).T).min() / scale < 0.5, "cm: the corners, too"
+
+
+def test_a_drawing_of_two_colours_is_drawn_by_two_pens(surfer):
+    page = surfer.page
+    surfer.drop("two.svg", TWO_COLOURS)
+    surfer.facts(r"^two.svg: ")
+    surfer.look_around()
+    surfer.lay(13.0, 0.0, 5.0, 0.0)
+    choice = page.get_by_role("combobox", name="drawn by")
+    surfer.order(lambda: (choice.click(), page.get_by_role("option", name="colour").click()))
+    surfer.wait(page.get_by_text("2 pens, in this order (strokes): "))
+    first, second = re.findall(r"(red|blue) \(1\)", page.locator(".draw-notes").inner_text())
+    surfer.facts(r"^two.svg: 2 strokes, \d+ cm, \d+ s$")
+    already = len(surfer.ink())
+    surfer.press("Start")
+    surfer.wait(page.get_by_text(f"Put in the pen for {second!r}, then resume"))
+    lines = {"red": ((15.5, 2.5), (15.5, -2.5)), "blue": ((15.5, 2.5), (10.5, 2.5))}
+    of_first = surfer.ink()[already:, :2]
+    assert 10 * off(of_first, np.array([lines[first]])).max() < 4.0, "mm"
+    surfer.press("Resume")
+    surfer.word("two.svg: done")
+    of_second = surfer.ink()[already + len(of_first) :, :2]
+    assert 10 * off(of_second, np.array([lines[second]])).max() < 4.0, "mm"
+    choice.click()
+    page.get_by_role("option", name="one pen").click()
+    surfer.until(lambda: not page.get_by_text("2 pens").count(), "one pen again")
+    surfer.press("Remove")
 
 
 def test_a_path_that_cannot_be_reached_is_red_before_anything_moves(surfer):
