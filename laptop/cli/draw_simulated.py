@@ -18,12 +18,18 @@ from laptop.reporting import drawing_plot, line_accuracy
 from laptop.reporting.arm_numbers import numbers_of
 from laptop.reporting.learning_plot import write_learning_plot
 from laptop.simulator import session
+from laptop.simulator.device.buttons import Press
 from laptop.simulator.device.plant_constants import read_plant
 from laptop.simulator.own_programs import find_script
 
 if TYPE_CHECKING:
     from laptop.drawing.preparing import DrawingPlan
+    from laptop.simulator.device.brick import EmulatedBrick
+    from laptop.simulator.device.peripherals import Peripherals
     from shared.arm_description import Arm
+
+STANDING = 5.0
+"""An arm that has stood so long waits for another pen: by now somebody has put it in, s."""
 
 TIMEOUT = 24 * 3600.0
 """A drawing may take so long on the emulated brick, s."""
@@ -63,7 +69,13 @@ def draw_simulated(
         header = plan.write_job(file, offsets)
         args = ("job", file, *words)
         run = session.run(
-            plan.arm, find_script("driver.py"), args, plant, timeout=TIMEOUT, built=built
+            plan.arm,
+            find_script("driver.py"),
+            args,
+            plant,
+            timeout=TIMEOUT,
+            built=built,
+            person=PenChanger(plan.pauses(repeat)),
         )
         wished = chains(plan.strokes, plan.arm, plan.options.height)
         accuracy = drawing_plot.compare(run.record, wished)
@@ -98,6 +110,38 @@ def draw_simulated(
         write_files(out, files, PICTURES)
     click.echo(f"{out}/{PICTURE}, {', '.join(name for name in files if name != PICTURE)}")
     return int(run.outcome.status)
+
+
+class PenChanger:
+    """Somebody at the emulated brick who presses CENTRE where the arm waits for another pen.
+
+    Args:
+        pauses: so often at the most; what else the arm waits for is not this hand's.
+    """
+
+    def __init__(self, pauses: int) -> None:
+        self._left = pauses
+
+    def __call__(self, brick: EmulatedBrick, devices: Peripherals) -> None:
+        """Watch the arm from now on."""
+        world = brick.world
+        stood: list[float] = []
+        since = world.now()
+
+        def look() -> None:
+            nonlocal stood, since
+            stands = [motor.position for motor in brick.motors.values()]
+            if stands != stood:
+                stood, since = stands, world.now()
+            elif world.now() - since >= STANDING:
+                devices.press(Press("enter", world.now() + 0.1, 0.2))
+                self._left -= 1
+                since = world.now()
+            if self._left > 0:
+                world.at(world.now() + 0.5, look)
+
+        if self._left > 0:
+            world.at(since, look)
 
 
 def _left_out(plan: DrawingPlan, share: str | None) -> float:

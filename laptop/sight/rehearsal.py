@@ -216,12 +216,13 @@ def rehearse(
     """
     lessons = Lessons(plan, first)
     steps: list[Step] = []
+    one_pen = replace(plan.options, pens=None, touch_up=False)  # it is drawn on scrap
     why = ""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / f"{Path(plan.name).stem or 'drawing'}.job"
         for number in range(1, times + 1):
             # (So that whoever watches the brick reads which one is on.)
-            named = replace(plan, name=f"rehearsal {number} of {plan.name}")
+            named = replace(plan, name=f"rehearsal {number} of {plan.name}", options=one_pen)
             offsets = [[piece.numbers() for piece in own] for own in lessons.offsets]
             named.write_job(file, offsets, LOG_PERIOD)
             starts = [round(start, 2) for start in plan.estimate.starts]

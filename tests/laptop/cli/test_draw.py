@@ -26,6 +26,12 @@ SQUARE = (
 )
 
 
+TWO_PENS = (
+    '<svg xmlns="http://www.w3.org/2000/svg" width="4cm" height="4cm" viewBox="0 0 4 4" '
+    'fill="none"><path d="M0,2H4" stroke="red"/><path d="M2,0V4" stroke="blue"/></svg>'
+)
+
+
 @pytest.fixture
 def draw(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -49,6 +55,22 @@ def test_a_drawing_is_shown_before_and_nothing_moves(draw, tmp_path):
     assert "rose.svg is written" in done.output
     assert "<svg" in (tmp_path / "rose.svg").read_text()
     assert cv2.imread(str(tmp_path / "rose.png")) is not None
+
+
+@pytest.mark.parametrize(
+    ("words", "pauses"), [((), 1), (("--touch-up",), 2), (("--repeat", "2"), 3)]
+)
+def test_an_emulated_hand_puts_in_the_next_pen(draw, tmp_path, words, pauses):
+    (tmp_path / "two.svg").write_text(TWO_PENS)
+    done = draw(
+        *("two.svg", "--size", "4", "--at", "13,0", "--pens", "colours", "--simulate"),
+        *("--out", "try", *words),
+    )
+    assert done.exit_code == 0, done.output
+    assert len(re.findall("paused at .* (?:put in the pen|nudge the tip)", done.output)) == pauses
+    summary = json.loads((tmp_path / "try" / "summary.json").read_text())
+    assert summary["drawn_s"] < summary["estimated_s"] + 8 * pauses
+    assert summary["greatest_mm"] < 3, "one pen's line is where the other's is not"
 
 
 def test_what_cannot_be_reached_is_refused_but_shown(draw, tmp_path):

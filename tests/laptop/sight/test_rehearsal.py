@@ -18,6 +18,7 @@ from laptop.sight.rehearsal import Lessons, rehearse
 from laptop.simulator.scene.scene import Scene
 from laptop.simulator.scene.scene_constants import read_scene
 from shared.arm_description import find_arm, read_arm
+from shared.job import Job
 
 ARM = read_arm(find_arm("planar"))
 BUILT = ARM._replace(joints=(ARM.joints[0]._replace(link=11.6), ARM.joints[1]))
@@ -44,6 +45,22 @@ def test_one_rehearsal_takes_most_of_it_off():
     assert steps[1].greatest_mm < 1.8
     assert not learned.in_vain
     assert max(own.greatest for own in learned.offsets[0]) > np.radians(1)
+
+
+def test_on_scrap_one_pen_draws_all():
+    rig, view = rig_of()
+    line = short_line()
+    two = replace(line, options=replace(line.options, pens="colours", touch_up=True))
+    headers = []
+    measure = rig.measure
+
+    def measured(file, dry):
+        headers.append(Job(str(file), ARM).header)
+        return measure(file, dry)
+
+    rig.measure = measured
+    rehearse(two, rig, view, 1)
+    assert [header.pens for header in headers] == [""]
 
 
 def test_a_camera_that_sees_nothing_is_told():
