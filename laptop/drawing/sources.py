@@ -12,7 +12,8 @@ from pathlib import Path
 from laptop.drawing.artwork import Artwork, BadArtwork
 from laptop.drawing.lettering import Lettering, write_text
 from laptop.drawing.pictures import Tracing, read_picture
-from laptop.drawing.svg import is_svg, read_svg
+from laptop.drawing.svg import read_svg
+from laptop.drawing.xml_guard import is_svg
 from laptop.picture_heads import MAX_PICTURE_BYTES, is_picture
 from shared.small_files import SpoiltFile, open_file
 

@@ -26,7 +26,7 @@ from laptop.drawing.svg_paint import Paint
 from laptop.drawing.svg_servers import paint_of
 from laptop.drawing.svg_tree import MAX_POINTS, MAX_SVG_BYTES, Shape, SvgPlace, SvgTree
 from laptop.drawing.svg_units import PX, UnreadableValue, compose, length, view_box
-from laptop.drawing.xml_guard import read_xml
+from laptop.drawing.xml_guard import GZIP, is_svg, read_xml
 
 MAX_COORDINATE = 1e5
 """Where a drawing may be, cm: what is a kilometre away is a mistake."""
@@ -40,8 +40,6 @@ across the drawing's greater side; lighter ones are farther apart."""
 
 COVERS = 0.99
 """An area as opaque as this hides what is below it."""
-
-GZIP = b"\x1f\x8b"
 
 
 @dataclass(frozen=True)
@@ -83,16 +81,6 @@ def read_svg(data: bytes, name: str = "drawing.svg", is_hatched: bool = False) -
         if instruction.startswith("xml-stylesheet"):
             reader.left_out.add("import", instruction)
     return reader.artwork()
-
-
-def is_svg(data: bytes) -> bool:
-    """Whether this begins as XML does, or packed XML."""
-    if data.startswith(GZIP):
-        return True
-    for mark, encoding in ((b"\xff\xfe", "utf-16-le"), (b"\xfe\xff", "utf-16-be")):
-        if data.startswith(mark):
-            return data[2:200].decode(encoding, "replace").lstrip().startswith("<")
-    return data.removeprefix(b"\xef\xbb\xbf").lstrip().startswith(b"<")
 
 
 def _unpacked(data: bytes, name: str) -> bytes:

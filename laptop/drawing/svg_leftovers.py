@@ -50,8 +50,8 @@ WORDS = {
         "{count} clips by CSS do not cut{which}.",
     ),
     "area": (
-        "An area is drawn by its outline, not filled (--fill hatch).",
-        "{count} areas are drawn by their outlines, not filled (--fill hatch).",
+        "An area is drawn by its outline, not hatched.",
+        "{count} areas are drawn by their outlines, not hatched.",
     ),
     "tangled": (
         "An area is too tangled to be hatched{which}.",

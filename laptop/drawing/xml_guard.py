@@ -12,6 +12,9 @@ from xml.parsers import expat
 
 from laptop.drawing.artwork import BadArtwork
 
+GZIP = b"\x1f\x8b"
+"""How what is packed begins."""
+
 MAX_DEPTH = 200
 """So many elements may be inside one another; editors nest some ten."""
 
@@ -32,6 +35,16 @@ MAX_DEFAULTS = 500
 
 LONGEST_EMBEDDED = 100
 """Of a picture that is embedded as text so many characters are kept."""
+
+
+def is_svg(data: bytes) -> bool:
+    """Whether this begins as XML does, or packed XML."""
+    if data.startswith(GZIP):
+        return True
+    for mark, encoding in ((b"\xff\xfe", "utf-16-le"), (b"\xfe\xff", "utf-16-be")):
+        if data.startswith(mark):
+            return data[2:200].decode(encoding, "replace").lstrip().startswith("<")
+    return data.removeprefix(b"\xef\xbb\xbf").lstrip().startswith(b"<")
 
 
 def read_xml(data: bytes, name: str) -> tuple[ET.Element, tuple[str, ...]]:

@@ -28,13 +28,13 @@ from laptop.page.drawing_snapshots import (
     Placing,
     Request,
     Source,
+    file_source,
 )
 from laptop.page.drawing_worker import DrawingWorker
 from laptop.page.ink_track import InkTrack
 from laptop.page.job_states import heard, unheard
 from laptop.page.look_around import look_job
 from laptop.page.table_mapping import TableMapping, TableView
-from laptop.picture_heads import is_picture
 from laptop.tracking.job_offer import JobOffer
 from laptop.tracking.joint_track import JointTrack, marker_place, marker_shift
 from laptop.tracking.pipeline import Point
@@ -126,8 +126,7 @@ class DrawControl:
         """Read a drawing from a file's bytes: SVG, PNG, JPEG, or a text."""
         if len(data) > MAX_FILE:
             return f"{name}: {len(data) / 1e6:.0f} MB; at most {MAX_FILE / 1e6:.0f} MB are read"
-        tracing = Tracing() if is_picture(data) else None
-        return self._take(Source("file", name[:80], data, tracing=tracing))
+        return self._take(file_source(name, data))
 
     def write(self, text: str) -> str:
         """Write a text, in letters of single strokes."""
@@ -156,16 +155,21 @@ class DrawControl:
 
     def trace_picture(self, tracing: Tracing) -> str:
         """Draw the picture otherwise: it is read anew, and lies where it was."""
-        with self._lock:
-            source = self._request and self._request.source
-            if self._request is None or source is None or source.tracing is None:
-                return "there is no picture to trace; drop a PNG or JPEG first"
-            self._number += 1
-            source = source._replace(tracing=tracing)
-            self._ask(self._request._replace(number=self._number, source=source))
-            if self._placed:
-                self._busy = "reading it anew"
-            return ""
+        source = self._request and self._request.source
+        if source is None or source.tracing is None:
+            return "there is no picture to trace; drop a PNG or JPEG first"
+        return self._read_anew(source._replace(tracing=tracing))
+
+    def hatch(self, areas: bool) -> str:
+        """Hatch areas of an SVG, or draw their outlines alone: it is read anew, too."""
+        source = self._request and self._request.source
+        if source is None or source.is_hatched is None:
+            return "there is no SVG to hatch; drop one first"
+        return self._read_anew(source._replace(is_hatched=areas))
+
+    def _read_anew(self, source: Source) -> str:
+        self._number += 1
+        return self._change(lambda asked: asked._replace(number=self._number, source=source))
 
     def place(self, placing: Placing) -> str:
         """Lay the drawing elsewhere, or turn it, or make it larger or smaller."""
@@ -205,8 +209,9 @@ class DrawControl:
 
     def _ask(self, request: Request) -> None:
         assert self._worker
+        is_read = self._request is None or self._request.number != request.number
+        self._busy = "reading it" if is_read else "planning it"
         self._request, self._trouble = request, ""
-        self._busy = "reading it" if self._placed is None else "planning it"
         if self._placed:  # what was planned is not what is asked for now
             self._placed = self._placed._replace(seconds=None, job=b"")
         self._revision += 1
@@ -345,6 +350,7 @@ class DrawControl:
                 job=self._job_state(),
                 can_start=bool(placed and placed.job and not placed.why_not and not on),
                 tracing=source.tracing if source else None,
+                is_hatched=source.is_hatched if source else None,
             )
 
     def drawing(self) -> DrawingSnapshot:
@@ -356,13 +362,7 @@ class DrawControl:
             return DrawingSnapshot(placed, views, self._deviation)
 
     def ink(self, camera: str, version: int, after: int) -> tuple[int, list[InkPoint]]:
-        """Return the ink's version, and its points: those after so many, if one has that version.
-
-        Args:
-            camera: in whose picture.
-            version: of what is known of it.
-            after: number of points that are known.
-        """
+        """Return the version of a camera's ink, and its points; of that `version` those `after`."""
         with self._lock:
             ink = self._inks[camera]
             first = after if version == ink.version else 0

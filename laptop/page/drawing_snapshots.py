@@ -8,7 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from laptop.drawing.pictures import Tracing
+from laptop.drawing.xml_guard import is_svg
 from laptop.page.table_mapping import TableView
+from laptop.picture_heads import is_picture
 
 Lines = tuple[np.ndarray, ...]
 """Lines of points (n, 2), cm, in the arm's coordinates."""
@@ -22,6 +24,7 @@ class Source(NamedTuple):
     data     of a file or a text, as UTF-8
     path     of what was dragged (n, 2), cm, in the arm's coordinates
     tracing  how a picture, PNG or JPEG, is drawn; None: it is none
+    is_hatched  whether areas of an SVG are hatched; None: it is none
     """
 
     kind: str
@@ -29,6 +32,14 @@ class Source(NamedTuple):
     data: bytes = b""
     path: np.ndarray | None = None
     tracing: Tracing | None = None
+    is_hatched: bool | None = None
+
+
+def file_source(name: str, data: bytes) -> Source:
+    """Return the Source of a file: as what it begins, and drawn as by default."""
+    tracing = Tracing() if is_picture(data) else None
+    is_hatched = False if is_svg(data) else None
+    return Source("file", name[:80], data, tracing=tracing, is_hatched=is_hatched)
 
 
 class Placing(NamedTuple):
@@ -152,6 +163,7 @@ class DrawingState(NamedTuple):
     job        of the brick, or None
     can_start  it can be drawn now
     tracing    how the picture that was asked for is drawn; None: it is none
+    is_hatched  whether areas of the SVG that was asked for are hatched; None: it is none
     """
 
     revision: int = 0
@@ -164,6 +176,7 @@ class DrawingState(NamedTuple):
     job: JobState | None = None
     can_start: bool = False
     tracing: Tracing | None = None
+    is_hatched: bool | None = None
 
 
 class DrawingSnapshot(NamedTuple):

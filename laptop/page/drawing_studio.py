@@ -193,7 +193,7 @@ def read(source: Source) -> Artwork:
         # A sheet's right is the arm's -y, and up on it is the arm's x.
         sheet = np.column_stack([-source.path[:, 1], source.path[:, 0]])
         return Artwork(source.name, (sheet,), ("",))
-    return read_source(source.data, source.name, tracing=source.tracing)
+    return read_source(source.data, source.name, None, source.tracing, bool(source.is_hatched))
 
 
 def compare(wish: Lines, ink: Lines) -> Deviation:

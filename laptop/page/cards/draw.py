@@ -72,6 +72,7 @@ class DrawCard:
         self._asked: Placing | None = None  # by typing, not answered yet
         self._asked_at = -math.inf  # s
         self._tracing: Tracing | None = None  # the last that the tracker told
+        self._is_hatched: bool | None = None  # the last that the tracker told
         self._traced: list[Tracing] = []  # asked for here, not told yet
         self._pen = 0.0  # degrees deeper
         ui.add_head_html(f"<script>{SCRIPT.read_text(encoding='utf-8')}</script>")
@@ -115,6 +116,9 @@ class DrawCard:
                 shown.bind_text_from(slider, "value", lambda value: f"{value or 0:g}")
                 self._sliders[key] = slider.on("change", self._on_tracing)
         self._tracing_box.set_visibility(False)
+        self._hatch = ui.checkbox("Hatch areas").props("dense")
+        self._hatch.on("update:model-value", self._on_hatch)
+        self._hatch.set_visibility(False)
 
     def _add_facts(self) -> None:
         with ui.element("div").props("role=status aria-live=polite"):
@@ -220,6 +224,10 @@ class DrawCard:
             if drawing.job is not None:
                 await view.show_ink()
         self._show_tracing(drawing.tracing)
+        self._hatch.set_visibility(drawing.is_hatched is not None)
+        if drawing.is_hatched != self._is_hatched:
+            self._is_hatched = drawing.is_hatched
+            self._hatch.set_value(bool(drawing.is_hatched))
         self._show_facts(drawing)
         steers, job = session.steers, drawing.job
         is_on = job is not None and job.is_on
@@ -376,6 +384,10 @@ class DrawCard:
         if not await self._session.draw(DrawCalls.trace_picture, asked):
             self._traced.clear()
             self._tracing = None  # the sliders show again what is
+
+    async def _on_hatch(self) -> None:
+        if not await self._session.draw(DrawCalls.hatch, bool(self._hatch.value)):
+            self._is_hatched = None  # it shows again what is
 
     async def _on_pens(self) -> None:
         if not await self._session.draw(DrawCalls.take_pens, str(self._pens.value or "")):

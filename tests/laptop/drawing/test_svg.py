@@ -279,7 +279,7 @@ def test_layers_are_named_and_hidden_ones_left_out():
         ('<image href="data:image/png;base64,AAAA"/>',
          "A picture is not drawn: draw the picture's own file."),
         ('<rect width="9" height="9" fill="red" stroke="none"/>',
-         "An area is drawn by its outline, not filled (--fill hatch)."),
+         "An area is drawn by its outline, not hatched."),
         ('<rect width="100" height="80" fill="#fff" stroke="none"/>',
          "A white shape is as the paper, and not drawn (<rect>)."),
         ('<path d="M1 1h9" stroke="white"/>',

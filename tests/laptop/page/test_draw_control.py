@@ -30,6 +30,8 @@ ARM = read_arm(find_arm("planar"))
 SQUARE = b"""<svg xmlns="http://www.w3.org/2000/svg" width="4cm" height="4cm" viewBox="0 0 4 4">
 <rect x="0.5" y="0.5" width="3" height="3" fill="none" stroke="black"/></svg>"""
 
+AREA = b"""<svg xmlns="http://www.w3.org/2000/svg" width="4cm" height="4cm" viewBox="0 0 4 4">
+<rect x="0.5" y="0.5" width="3" height="3" fill="black"/></svg>"""
 TWO_COLOURS = b"""<svg xmlns="http://www.w3.org/2000/svg" width="4cm" height="4cm"
 viewBox="0 0 4 4" fill="none">
 <path d="M0.5,1H3" stroke="red"/><path d="M0.5,2H3" stroke="blue"/></svg>"""
@@ -167,6 +169,25 @@ def test_what_has_several_colours_is_drawn_by_a_pen_for_each_if_that_is_wished(
     job = job_of(scene.server.offered, tmp_path / "it.job")
     assert job.header.pens == "change"
     assert sorted(job.stroke(k).layer for k in (1, 2)) == ["blue", "red"]
+
+
+def test_areas_are_hatched_if_that_is_wished(scene, drawings):
+    assert drawings.hatch(True) == "there is no SVG to hatch; drop one first"
+    drawings.load("area.svg", AREA)
+    assert drawings.state().is_hatched is False
+    drawings.place(Placing(14.0, -2.0, 3.0))
+    placed = scene.drawn().placed
+    outline = placed.cm
+    assert "An area is drawn by its outline, not hatched." in placed.notes
+    assert drawings.hatch(True) == ""
+    assert drawings.state().busy == "reading it"
+    placed = scene.drawn().placed
+    assert placed.cm > 3 * outline
+    assert placed.centre == (14.0, -2.0), "it lies where it was"
+    assert not any("hatched" in note for note in placed.notes)
+    assert drawings.state().is_hatched
+    drawings.choose("rose")
+    assert drawings.hatch(False).startswith("there is no SVG")
 
 
 def test_what_has_one_colour_is_drawn_by_one_pen_whatever_is_wished(scene, drawings):

@@ -338,6 +338,24 @@ def test_a_drawing_of_two_colours_is_drawn_by_two_pens(surfer):
     surfer.press("Remove")
 
 
+def test_areas_are_hatched_where_that_is_ticked(surfer):
+    surfer.drop("area.svg", STAR.replace('fill="none"', 'fill="black"'))
+    surfer.strokes("area.svg")
+    outline = surfer.page.locator(".facts-line").inner_text()
+    box = surfer.page.get_by_role("checkbox", name="Hatch areas")
+    surfer.insist(box.click, lambda: box.get_attribute("aria-checked") == "true", "the tick")
+    surfer.until(lambda: " s" in outline != surfer.page.locator(".facts-line").inner_text(), "it")
+    surfer.strokes("area.svg")
+    lengths = [
+        int(re.search(r"(\d+) cm", text).group(1))
+        for text in (outline, surfer.page.locator(".facts-line").inner_text())
+    ]
+    assert lengths[1] > 2 * lengths[0]
+    surfer.press("rose")
+    surfer.until(lambda: not box.is_visible(), "nothing of a rose to hatch")
+    surfer.press("Remove")
+
+
 def test_a_path_that_cannot_be_reached_is_red_before_anything_moves(surfer):
     surfer.look_around()
     surfer.tool("Drive")
