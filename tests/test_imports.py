@@ -99,7 +99,7 @@ RULES = {
         *("numpy", "cv2"),
     ),
     "laptop.drawing.glyphs": ("laptop.drawing.accents", "HersheyFonts", "numpy"),
-    "laptop.drawing.line_drawings": ("numpy", "cv2", "skimage"),
+    "laptop.drawing.line_drawings": ("laptop.drawing.pixel_walks", "numpy", "cv2", "skimage"),
     "laptop.drawing.areas": ("laptop.drawing", "numpy", "shapely"),
     **{
         f"laptop.drawing.{name}": ("laptop.drawing", "numpy", *libraries)

@@ -19,7 +19,6 @@ from pathlib import Path
 
 import numpy as np
 
-from laptop.bench.plot import VPYPE, svg_of, way_and_count
 from laptop.drawing import merging, ordering, sources
 from laptop.drawing.strokes import PlacedStroke
 
@@ -63,6 +62,8 @@ class Speed:
 
 def measure(drawing: str) -> Speed:
     """Read and order one of SIZES, and let vpype do so where it is installed."""
+    from laptop.bench.plot import VPYPE, svg_of, way_and_count  # not in the process that is timed
+
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder, "it.svg")
         file.write_text(svg_of(SIZES[drawing]()), encoding="utf-8")

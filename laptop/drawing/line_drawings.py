@@ -12,6 +12,8 @@ from itertools import combinations
 import cv2
 import numpy as np
 
+from laptop.drawing.pixel_walks import Pixels
+
 PAPER = 24
 """The paper around a place is looked for so far away: a share of the longer side, 1 / PAPER."""
 LEAST_INK = 0.10
@@ -180,12 +182,7 @@ def _direction(pixels: Sequence[tuple[int, int]], place: np.ndarray) -> np.ndarr
 
 def _ways(thin: np.ndarray, nodes: np.ndarray) -> list[Way]:
     """Chains of pixels (x, y) between nodes, and the numbers of these; 0 and 0 of a round one."""
-    left = {(int(x), int(y)) for y, x in np.argwhere(thin)}
-    steps = ((1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1))
-    rows, columns = thin.shape
-
-    def beside(x: int, y: int) -> list[tuple[int, int]]:
-        return [(x + dx, y + dy) for dx, dy in steps if (x + dx, y + dy) in left]
+    untaken = Pixels(thin)
 
     def node_at(x: int, y: int, other_than: int = 0) -> int:
         near = nodes[max(y - 1, 0) : y + 2, max(x - 1, 0) : x + 2]
@@ -194,15 +191,13 @@ def _ways(thin: np.ndarray, nodes: np.ndarray) -> list[Way]:
 
     ways = []
     # Those at a node first, so that only round ones are begun elsewhere.
-    at_nodes = [pixel for pixel in sorted(left) if node_at(*pixel)]
-    for start in (*at_nodes, *sorted(left)):
-        if start not in left:
+    every = sorted(untaken.left)
+    at_nodes = [pixel for pixel in every if node_at(*pixel)]
+    for start in (*at_nodes, *every):
+        if start not in untaken.left:
             continue
-        left.remove(start)
-        first, way = node_at(*start), [start]
-        while ahead := beside(*way[-1]):
-            left.remove(ahead[0])
-            way.append(ahead[0])
+        untaken.left.remove(start)
+        first, way = node_at(*start), [start, *untaken.walk(start)]
         last = node_at(*way[-1], other_than=first if len(way) == 1 else 0)
         ways.append((way, (first, last)))
     return ways

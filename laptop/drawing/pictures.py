@@ -12,6 +12,7 @@ from laptop.drawing.artwork import Artwork, BadArtwork, stroke_length
 from laptop.drawing.curves import rounded
 from laptop.drawing.line_drawings import centre_lines, is_line_drawing
 from laptop.drawing.picture_files import LINES_SIDE, read_grey
+from laptop.drawing.pixel_walks import Pixels
 
 MAX_STROKES = 3000
 """Most strokes of a picture; the shortest of more are left out. Each costs the pen two seconds."""
@@ -172,27 +173,14 @@ def _longest_smooth(chains: list[np.ndarray]) -> tuple[list[np.ndarray], int]:
 
 def _chains(edges: np.ndarray) -> list[np.ndarray]:
     """Edge pixels that touch as chains (n, 2) of x, y; each pixel is in one chain only."""
-    left = {(int(x), int(y)) for y, x in np.argwhere(edges)}
-    around = ((1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1))
-
-    def beside(x: int, y: int) -> list[tuple[int, int]]:
-        return [(x + dx, y + dy) for dx, dy in around if (x + dx, y + dy) in left]
-
-    def walk(pixel: tuple[int, int]) -> list[tuple[int, int]]:
-        way = []
-        while ahead := beside(*pixel):
-            pixel = ahead[0]
-            left.remove(pixel)
-            way.append(pixel)
-        return way
-
+    pixels = Pixels(edges)
     found = []
-    for start in sorted(left):
-        if start not in left:
+    for start in sorted(pixels.left):
+        if start not in pixels.left:
             continue
-        left.remove(start)
-        chain = [*reversed(walk(start)), start]
-        chain += walk(start)  # what the first way left on the other side
+        pixels.left.remove(start)
+        chain = [*reversed(pixels.walk(start)), start]
+        chain += pixels.walk(start)  # what the first way left on the other side
         (x, y), (last_x, last_y) = chain[0], chain[-1]
         if len(chain) > 8 and max(abs(last_x - x), abs(last_y - y)) <= 2:
             chain.append(chain[0])

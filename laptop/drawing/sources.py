@@ -100,7 +100,8 @@ def read_source(
     found = [said for begin, *said in OTHERS if data.startswith(begin)]
     if data[4:8] == b"ftyp":
         found = [said for brand, *said in BRANDS if brand in data[8:64]]
-    for what, advice in found[:1]:
+    if found:
+        what, advice = found[0]
         raise BadArtwork(f"{name}: is {what}, which is not read; {advice}")
     text = _text(data)
     if text is None and b"\0" not in data and name.lower().endswith(".txt"):

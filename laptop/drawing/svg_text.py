@@ -13,7 +13,6 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 import uharfbuzz
-from matplotlib.font_manager import FontProperties, findfont
 
 from laptop.drawing.svg_css import Style
 from laptop.drawing.svg_path import PiecePen, Subpaths
@@ -209,6 +208,8 @@ def find_font(families: str, style: str, weight: str) -> FontFile:
     Raises:
         NoFont: None is, and no kind of font is named.
     """
+    from matplotlib.font_manager import FontProperties, findfont  # it takes half a second to load
+
     names = [name.strip(" \"'") for name in families.split(",")]
     slope: Literal["normal", "italic", "oblique"] = "normal"
     if style in ("italic", "oblique"):
