@@ -50,6 +50,8 @@ TRACING_SLIDERS = (
     ("smoothing", "Smoothing", SMOOTHINGS, 5, "how much of what is fine is left out"),
 )
 """Of a picture: fields of a Tracing, their names for people, bounds, steps, and what they do."""
+STYLES = {"auto": "as it looks", "photo": "photo", "lines": "lines"}
+"""How a picture may be drawn, for people."""
 PENS = {"": "one pen", "layers": "a pen for each layer", "colours": "a pen for each colour"}
 """What may draw it, for people."""
 PEN_STEP, MAX_PEN = 5.0, 30.0
@@ -106,6 +108,9 @@ class DrawCard:
             ui.button("Write", on_click=self._write).props("flat dense no-caps")
 
     def _add_tracing(self) -> None:
+        self._style = ui.select(STYLES, label="style").classes("w-full").props("dense")
+        self._style.on("update:model-value", self._on_tracing)
+        self._style.set_visibility(False)
         with ui.element("div").classes("w-full tracing") as self._tracing_box:
             self._sliders = {}
             for key, name, (least, most), step, what in TRACING_SLIDERS:
@@ -114,7 +119,7 @@ class DrawCard:
                 slider.props(f'label dense aria-label="{name.lower()}: {what}"')
                 shown = ui.label().classes("quiet")
                 shown.bind_text_from(slider, "value", lambda value: f"{value or 0:g}")
-                self._sliders[key] = slider.on("change", self._on_tracing)
+                self._sliders[key] = slider.on("change", self._on_slider)
         self._tracing_box.set_visibility(False)
         self._hatch = ui.checkbox("Hatch areas").props("dense")
         self._hatch.on("update:model-value", self._on_hatch)
@@ -253,13 +258,15 @@ class DrawCard:
         if told == self._tracing:
             return
         self._tracing = told
-        self._tracing_box.set_visibility(told is not None)
+        for element in (self._tracing_box, self._style):
+            element.set_visibility(told is not None)
         if told in self._traced:
             del self._traced[: self._traced.index(told) + 1]
         elif told:
             self._traced.clear()
             for key, slider in self._sliders.items():
                 slider.set_value(getattr(told, key))
+            self._style.set_value(told.style)
 
     def _show_facts(self, drawing: DrawingState) -> None:
         placed = self._snapshot.placed
@@ -373,11 +380,17 @@ class DrawCard:
     async def _write(self) -> None:
         await self._session.draw(DrawCalls.write, str(self._text.value or ""))
 
+    async def _on_slider(self) -> None:
+        """Draw the picture as a photo, which the sliders are for."""
+        self._style.set_value("photo")
+        await self._on_tracing()
+
     async def _on_tracing(self) -> None:
-        """Have the picture drawn as the sliders say."""
+        """Have the picture drawn as style and sliders say."""
         values = {key: slider.value for key, slider in self._sliders.items()}
         shades = int(values["shades"])
-        asked = Tracing(values["detail"], shades, values["smoothing"], style="photo")
+        style = str(self._style.value)
+        asked = Tracing(values["detail"], shades, values["smoothing"], style=style)
         if asked == self._tracing and not self._traced:
             return
         self._traced.append(asked)

@@ -389,6 +389,17 @@ def test_a_picture_is_traced_as_the_sliders_say(surfer):
     surfer.slide("shades", "ArrowRight", "1")
     surfer.wait(page.locator(".draws:enabled", has_text="Start"))
     assert 5 < surfer.strokes("discs.png") < hatched
+    choice = page.get_by_role("combobox", name="style")
+    assert choice.input_value() == "photo"
+    drawn = cv2.ellipse(np.full((300, 400), 255, np.uint8), ((200, 150), (300, 200), 0), 0, 4)
+    surfer.drop("ellipse.png", cv2.imencode(".png", drawn)[1].tobytes())
+    assert surfer.strokes("ellipse.png") == 1, "a line of ink along its middle"
+    assert choice.input_value() == "as it looks"
+    choose = page.get_by_role("option", name="photo").click
+    surfer.order(lambda: (choice.click(), choose()))
+    surfer.facts("ellipse.png: ([2-9]|[1-9][0-9])")
+    surfer.order(lambda: (choice.click(), page.get_by_role("option", name="lines").click()))
+    surfer.facts("ellipse.png: 1 stroke,")
     page.get_by_role("button", name="rose", exact=True).click()
     surfer.facts(r"^rose: ")
     surfer.until(lambda: not surfer.slider("shades").is_visible(), "no sliders for a rose")
