@@ -193,7 +193,7 @@ def _font(value: str) -> list[tuple[str, str]]:
     words = value.split()
     for k, word in enumerate(words):
         size = word.partition("/")[0]
-        if size[:1].isdigit() or size[:1] == ".":
+        if (size[:1].isdigit() or size[:1] == ".") and not size.isdigit():  # that is a weight
             before = words[:k]
             weight = next((w for w in before if w in ("bold", "bolder") or w.isdigit()), "normal")
             style = next((w for w in before if w in ("italic", "oblique")), "normal")
