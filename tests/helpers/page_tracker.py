@@ -104,6 +104,10 @@ class Tracker:
         """PIDs of its pages."""
         return page_processes(self.process.pid)
 
+    def check(self):
+        """Fail at once where it has ended, and not after waiting for what cannot come."""
+        assert self.process.poll() is None, "the tracker has ended"
+
     @property
     def cookie(self):
         if not self._cookie:
@@ -245,6 +249,7 @@ class Surfer(Hand):
     def __init__(
         self, browser, tracker, late=0.0, steers=True, seen="[data-marker=effector]", **options
     ):
+        tracker.check()
         self.tracker = tracker
         self.context = browser.new_context(viewport=WINDOW, **options)
         super().__init__(self.context.new_page())

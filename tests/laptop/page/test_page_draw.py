@@ -112,7 +112,11 @@ class Drawer(Surfer):
         return [float(fields.nth(k).input_value()) for k in range(4)]
 
     def lay(self, *placing):
-        """Type where it is to lie (x, y, size, turned), and wait until it does."""
+        """Type where it is to lie (x, y, size, turned), and wait until it does.
+
+        It is typed again if nothing comes of it: what was asked before may have been answered
+        between a hand's first touch of a field and the page's hearing of it.
+        """
 
         def act():
             fields = self.page.locator(".place input")
@@ -120,8 +124,12 @@ class Drawer(Surfer):
                 fields.nth(key).fill(str(value))
             fields.nth(3).press("Enter")
 
-        self.order(act)
-        self.until(lambda: self.placing() == list(placing), "the placing")
+        def lies():
+            shown = self.placing()
+            self.page.wait_for_timeout(300)  # an answer may come to it still
+            return shown == self.placing() == list(placing)
+
+        self.insist(act, lies, "the placing")
 
     def middle(self):
         """Where the middle of what lies over the picture is, px of the window."""
@@ -173,6 +181,7 @@ def open_page(browser, tracker):
 
 @pytest.fixture
 def surfer(open_page):
+    open_page.tracker.check()
     open_page.steer()
     yield open_page
     open_page.page.keyboard.press("Escape")
