@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import sys
 import tempfile
 from bisect import bisect_right
 from collections.abc import Sequence
@@ -11,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from laptop.cli.hearing import Hearing
 from laptop.cli.run_folder import PICTURES, SUMMARY, alone_in, check_room, write_files
 from laptop.drawing.durations import in_minutes
 from laptop.drawing.planning import chains
@@ -28,8 +31,11 @@ if TYPE_CHECKING:
     from laptop.simulator.device.peripherals import Peripherals
     from shared.arm_description import Arm
 
-STANDING = 5.0
-"""An arm that has stood so long waits for another pen: by now somebody has put it in, s."""
+CHANGING = 5.0
+"""So long it takes to put in another pen, s."""
+
+ASKED = "put in the pen for", "nudge the tip"
+"""What the brick says where it waits for that, or for the pen's tip to be looked at."""
 
 TIMEOUT = 24 * 3600.0
 """A drawing may take so long on the emulated brick, s."""
@@ -68,15 +74,20 @@ def draw_simulated(
         file = str(Path(folder) / "drawing.job")
         header = plan.write_job(file, offsets)
         args = ("job", file, *words)
-        run = session.run(
-            plan.arm,
-            find_script("driver.py"),
-            args,
-            plant,
-            timeout=TIMEOUT,
-            built=built,
-            person=PenChanger(plan.pauses(repeat)),
-        )
+        changer = PenChanger()
+        with (
+            contextlib.closing(Hearing(sys.stdout, changer.hear, ("paused",), True)) as output,
+            contextlib.redirect_stdout(output),
+        ):
+            run = session.run(
+                plan.arm,
+                find_script("driver.py"),
+                args,
+                plant,
+                timeout=TIMEOUT,
+                built=built,
+                person=changer,
+            )
         wished = chains(plan.strokes, plan.arm, plan.options.height)
         accuracy = drawing_plot.compare(run.record, wished)
         estimated = repeat * header.seconds - _left_out(plan, share)
@@ -113,35 +124,16 @@ def draw_simulated(
 
 
 class PenChanger:
-    """Somebody at the emulated brick who presses CENTRE where the arm waits for another pen.
-
-    Args:
-        pauses: so often at the most; what else the arm waits for is not this hand's.
-    """
-
-    def __init__(self, pauses: int) -> None:
-        self._left = pauses
+    """Somebody at the emulated brick who puts in the pen that it asks for, and presses CENTRE."""
 
     def __call__(self, brick: EmulatedBrick, devices: Peripherals) -> None:
-        """Watch the arm from now on."""
-        world = brick.world
-        stood: list[float] = []
-        since = world.now()
+        """Be there from now on."""
+        self._world, self._press = brick.world, devices.press
 
-        def look() -> None:
-            nonlocal stood, since
-            stands = [motor.position for motor in brick.motors.values()]
-            if stands != stood:
-                stood, since = stands, world.now()
-            elif world.now() - since >= STANDING:
-                devices.press(Press("enter", world.now() + 0.1, 0.2))
-                self._left -= 1
-                since = world.now()
-            if self._left > 0:
-                world.at(world.now() + 0.5, look)
-
-        if self._left > 0:
-            world.at(since, look)
+    def hear(self, line: str) -> None:
+        """Do what a line of the brick's asks for; what else it waits for is not this hand's."""
+        if any(asked in line for asked in ASKED):
+            self._press(Press("enter", self._world.now() + CHANGING, 0.2))
 
 
 def _left_out(plan: DrawingPlan, share: str | None) -> float:

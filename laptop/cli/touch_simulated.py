@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import contextlib
-import io
 import random
 import sys
 from collections.abc import Callable
-from typing import TYPE_CHECKING, TextIO
+from typing import TYPE_CHECKING
 
 from laptop import system
 from laptop.calibration.cross_touching import CrossTouching, read_point
 from laptop.calibration.touch_looks import Looks
+from laptop.cli.hearing import Hearing
 from laptop.simulator import session
 from laptop.simulator.device.buttons import Press
 from laptop.simulator.device.leading_hand import BadHand, HandPlace
@@ -116,9 +116,9 @@ class SimulatedTouching:
         """
         with (
             # (Closed while what it writes to is open: later that would be an error of nobody's.)
-            contextlib.closing(_Hearing(sys.stdout, self._heard)) as out,
+            contextlib.closing(Hearing(sys.stdout, self._heard)) as out,
             contextlib.closing(
-                _Hearing(sys.stderr, lambda line: None, (*PEOPLES, STOPPED))
+                Hearing(sys.stderr, lambda line: None, (*PEOPLES, STOPPED))
             ) as errors,
             contextlib.redirect_stdout(out),
             contextlib.redirect_stderr(errors),
@@ -180,34 +180,3 @@ class SimulatedTouching:
             return
         self._tries = 0 if counts else self._tries + 1
         self._ask(0.0)
-
-
-class _Hearing(io.TextIOBase):
-    """An output while the program on the brick runs: some of its lines are heard.
-
-    Args:
-        shown: where all else goes.
-        hear: called with each such line.
-        begins: how those begin.
-    """
-
-    def __init__(
-        self, shown: TextIO, hear: Callable[[str], None], begins: tuple[str, ...] = ("{",)
-    ) -> None:
-        super().__init__()
-        self._shown, self._hear, self._begins = shown, hear, begins
-        self._rest = ""
-
-    def write(self, text: str) -> int:
-        """Hear each line as it comes."""
-        *lines, self._rest = (self._rest + text).split("\n")
-        for line in lines:
-            if line.startswith(self._begins):
-                self._hear(line)
-            else:
-                self._shown.write(f"{line}\n")
-        return len(text)
-
-    def flush(self) -> None:
-        """Show what is to be shown."""
-        self._shown.flush()

@@ -6,7 +6,6 @@ import os
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -134,14 +133,6 @@ class DrawingPlan:
         counts = Counter(stroke.placed.layer for stroke in self.strokes)
         told = ", ".join(f"{name or 'no layer'} ({count})" for name, count in counts.items())
         return [f"{len(counts)} pens, in this order (strokes): {told}"]
-
-    def pauses(self, repeat: int = 1) -> int:
-        """How often the brick waits for a hand: for another pen, and to touch it up."""
-        if not self.options.pens:
-            return 0
-        layers = [stroke.placed.layer for stroke in self.strokes] * repeat
-        changes = sum(a != b for a, b in pairwise(layers))
-        return changes * (2 if self.options.touch_up else 1)
 
     def _pens(self) -> str:
         """How pens are changed, as a job says it."""

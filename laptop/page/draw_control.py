@@ -53,7 +53,6 @@ START_TIMEOUT = 6.0
 """A brick that has said nothing of a job so long after it was offered will not draw it, s."""
 SETTLED = 0.6
 """So long after a job's end the last of its ink is known, s."""
-ANYWHERE = Placing()
 _BUSY = "a drawing is on; abort it first"
 _NO_BRICK = "no brick is connected; the tab Drive says what to do"
 
@@ -110,6 +109,7 @@ class DrawControl:
         self._busy = self._trouble = ""
         self._offered: Draw | None = None  # the job that was started here
         self._offered_at = -1e9  # s
+        self._told_before = -1.0  # time of the last progress when the job was offered, s
         self._wish: PlacedDrawing | None = None  # of that job
         self._progress: JobStatus | None = None
         self._ended_at: float | None = None
@@ -155,21 +155,25 @@ class DrawControl:
 
     def trace_picture(self, tracing: Tracing) -> str:
         """Draw the picture otherwise: it is read anew, and lies where it was."""
-        source = self._request and self._request.source
-        if source is None or source.tracing is None:
-            return "there is no picture to trace; drop a PNG or JPEG first"
-        return self._read_anew(source._replace(tracing=tracing))
+        return self._read_anew(
+            lambda one: one._replace(tracing=tracing) if one.tracing else None,
+            "there is no picture to trace; drop a PNG or JPEG first",
+        )
 
     def hatch(self, areas: bool) -> str:
         """Hatch areas of an SVG, or draw their outlines alone: it is read anew, too."""
-        source = self._request and self._request.source
-        if source is None or source.is_hatched is None:
-            return "there is no SVG to hatch; drop one first"
-        return self._read_anew(source._replace(is_hatched=areas))
+        return self._read_anew(
+            lambda one: None if one.is_hatched is None else one._replace(is_hatched=areas),
+            "there is no SVG to hatch; drop one first",
+        )
 
-    def _read_anew(self, source: Source) -> str:
-        self._number += 1
-        return self._change(lambda asked: asked._replace(number=self._number, source=source))
+    def _read_anew(self, change: Callable[[Source], Source | None], or_else: str) -> str:
+        with self._lock:
+            before = self._request and self._request.source
+            if before is None or (source := change(before)) is None:
+                return or_else
+            self._number += 1
+            return self._change(lambda asked: asked._replace(number=self._number, source=source))
 
     def place(self, placing: Placing) -> str:
         """Lay the drawing elsewhere, or turn it, or make it larger or smaller."""
@@ -197,14 +201,14 @@ class DrawControl:
             self._revision += 1
             return ""
 
-    def _take(self, source: Source, placing: Placing = ANYWHERE) -> str:
+    def _take(self, source: Source, placing: Placing | None = None) -> str:
         if self._arm is None:
             return "the arm is not known here; give its file by BRICKSERVO_ARM"
         with self._lock:
             # (Also after one was taken away: the worker knows sources by their numbers.)
             self._number += 1
             self._placed = self._deviation = None
-            self._ask(Request(self._number, source, placing))
+            self._ask(Request(self._number, source, placing or Placing()))
             return ""
 
     def _ask(self, request: Request) -> None:
@@ -246,8 +250,6 @@ class DrawControl:
         if self._offered is None or self._now() - self._offered_at > START_TIMEOUT:
             return False
         return self._progress is None or self._progress.t <= self._told_before
-
-    _told_before = -1.0  # time of the last progress when the job was offered
 
     def start(self, dry: bool = False, alone: bool = False) -> str:
         """Have the brick draw it: `dry` with the pen up, `alone` also when the link is lost."""

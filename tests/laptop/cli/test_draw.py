@@ -3,6 +3,7 @@
 import io
 import json
 import re
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 from click.testing import CliRunner
 
 from laptop.brick.jobs import BrickJobStatus
+from laptop.cli.draw_simulated import PenChanger
 from laptop.cli.job_display import JobDisplay, line_of
 from laptop.cli.main import laptop
 from laptop.drawing.cards import reach_card
@@ -71,6 +73,24 @@ def test_an_emulated_hand_puts_in_the_next_pen(draw, tmp_path, words, pauses):
     summary = json.loads((tmp_path / "try" / "summary.json").read_text())
     assert summary["drawn_s"] < summary["estimated_s"] + 8 * pauses
     assert summary["greatest_mm"] < 3, "one pen's line is where the other's is not"
+
+
+@pytest.mark.parametrize(
+    ("line", "presses"),
+    [
+        ("paused at 61 %, stroke 4 of 5: put in the pen for 'red', then resume", 1),
+        ("paused at 61 %, stroke 4 of 5: nudge the tip until it meets what is drawn", 1),
+        ("paused at 61 %, stroke 4 of 5", 0),
+        ("paused at 61 %, stroke 4 of 5: the link is lost", 0),
+    ],
+)
+def test_the_hand_does_what_it_is_asked_for_and_nothing_else(line, presses):
+    pressed = []
+    hand = PenChanger()
+    brick = SimpleNamespace(world=SimpleNamespace(now=lambda: 20.0))
+    hand(brick, SimpleNamespace(press=pressed.append))
+    hand.hear(line)
+    assert [(press.button, press.t) for press in pressed] == [("enter", 25.0)] * presses
 
 
 def test_what_cannot_be_reached_is_refused_but_shown(draw, tmp_path):
