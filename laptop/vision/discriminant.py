@@ -7,6 +7,7 @@ colours around to the disc's.
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import NamedTuple
 
 import cv2
@@ -27,6 +28,23 @@ _SHARE_MARGIN = 0.1
 """Shares below count as nothing, above 1 minus this as all: only the rim tells where a disc is."""
 _MIN_NOISE = 0.01
 """Noise of a pixel, at least, as a part of white."""
+_CODING_NOISE = 0.0125
+"""Noise of each of the two chroma channels, at least, as a part of white: a JPEG has them at half
+the resolution, so that they are wrong along every edge."""
+_CHROMA = np.array([[1.772, -0.344, 0.0], [0.0, -0.714, 1.402]])
+"""Change of b, g, r by one of Cb and by one of Cr: ITU-R BT.601."""
+_PIXEL_SCATTER = _MIN_NOISE**2 * np.eye(3)
+_CODED_SCATTER = _PIXEL_SCATTER + _CODING_NOISE**2 * _CHROMA.T @ _CHROMA
+_SMOOTH = 3
+"""Side of the square, px, over which the surroundings are averaged to tell how much they pull: what
+differs from pixel to pixel hardly moves a centre, what lies in spots and edges does."""
+_MAX_STRETCH = 0.01
+"""Half the difference of the two second moments, as a part of their sum, beyond which a disc is
+smeared, so that its soft ends, averaged, would be taken for surroundings."""
+_REACH, _REACH_MORE = 1.25, 2.5
+"""How far from its middle a disc's light may fall: in radii, and so many px more."""
+_AROUND_FROM, _AROUND_TO = (1.12, 1.5), (_REACH, _REACH_MORE + 0.75)
+"""Where its surroundings are learned: all that is in its reach, and no rim or ground beyond."""
 _MIN_SEPARATION = 9.0
 """Least distance of the disc's colour from those around, squared, in deviations of the latter."""
 _MAX_UPSCALED_RADIUS = 24
@@ -101,13 +119,15 @@ def fit_discriminant(
     crop = crop_around(image, u, v, half)
     if crop is None:
         return None
-    core, ring = _core_and_ring(half, covariance)
-    if not core[crop.part].any() or not ring[crop.part].any():
+    core, ring = (mask[crop.part] for mask in _core_and_ring(half, covariance))
+    if not core.any() or not ring.any():
         return None
     light = cv2.LUT(crop.image, _LINEAR_LIGHT)
-    inside = light[core[crop.part]].mean(axis=0) / 65535
-    around = light[ring[crop.part]].astype(np.float32) / 65535
-    line = _part(inside, around)
+    inside = light[core].mean(axis=0) / 65535
+    across, down, skew = covariance
+    smeared = math.hypot((across - down) / 2, skew) > _MAX_STRETCH * (across + down)
+    smooth = None if smeared else cv2.blur(light, (_SMOOTH, _SMOOTH))[ring] / np.float32(65535)
+    line = _part(inside, light[ring] / np.float32(65535), smooth)
     if line is None:
         return None
     weights, mean = line
@@ -117,12 +137,20 @@ def fit_discriminant(
     return DiscriminantModel(np.append(weights, offset)[None], inside)
 
 
-def _part(inside: np.ndarray, around: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+def _part(
+    inside: np.ndarray,
+    around: np.ndarray,
+    smooth: np.ndarray | None = None,
+    least: np.ndarray = _CODED_SCATTER,
+) -> tuple[np.ndarray, np.ndarray] | None:
     """Part a colour from others; None if they hardly differ.
 
     Args:
         inside: light of the one, shape (3,).
         around: of the others, shape (n, 3); changed by this.
+        smooth: of the others, each averaged over its neighbours; changed, too.  None: it counts
+            how much they differ from pixel to pixel.
+        least: scatter that is there anyway, shape (3, 3).
 
     Returns:
         weights on whose line the distance is 1, and the mean of the others.
@@ -130,11 +158,17 @@ def _part(inside: np.ndarray, around: np.ndarray) -> tuple[np.ndarray, np.ndarra
     mean = around.mean(axis=0)
     around -= mean
     contrast = inside - mean
+    scatter = (around.T @ around / len(around)).astype(float) + least
+    pull = scatter
+    if smooth is not None:
+        smooth -= mean
+        # An average of n pixels is worth n of them: the density of the scatter's slow part.
+        pull = (_SMOOTH**2 / len(smooth) * smooth.T @ smooth).astype(float) + least
     # R. A. Fisher (1936): the weights S^-1 (m1 - m0) part two classes best; S, their scatter.
-    scatter = around.T @ around / len(around) + np.eye(3) * _MIN_NOISE**2
-    weights = np.linalg.solve(scatter.astype(float), contrast)
-    separation = float(weights @ contrast)
-    return (weights / separation, mean) if separation >= _MIN_SEPARATION else None
+    weights = np.linalg.solve(pull, contrast)
+    distance = float(weights @ contrast)
+    separation = distance**2 / float(weights @ scatter @ weights)
+    return (weights / distance, mean) if separation >= _MIN_SEPARATION else None
 
 
 def _core_and_ring(
@@ -153,7 +187,7 @@ def _core_and_ring(
         a, b = times * long + more, times * short + more
         return along2 / (a * a) + beside2 / (b * b) < 1
 
-    return within(0.6, 0), within(1.35, 3.5) & ~within(1.12, 1.5)
+    return within(0.6, 0), within(*_AROUND_TO) & ~within(*_AROUND_FROM)
 
 
 def disc_share(image: np.ndarray, model: DiscriminantModel) -> np.ndarray:
@@ -175,7 +209,11 @@ def smeared_share(
         float32, shape (h, w), about 0 to 1; None where the surroundings hardly differ from it.
     """
     light = cv2.LUT(image, _EVEN_LIGHT)
-    line = _part(model.inside ** (_LIGHT_EXPONENT / _EXPONENT), light[around > 0])
+    line = _part(
+        model.inside ** (_LIGHT_EXPONENT / _EXPONENT),
+        light[around > 0],
+        least=_PIXEL_SCATTER,
+    )
     if line is None:
         return None
     weights, mean = line
@@ -183,12 +221,27 @@ def smeared_share(
 
 
 def outline_at(share: np.ndarray, u: float, v: float) -> np.ndarray | None:
-    """The outline of what is half disc and lies around (u, v), or nearest; None if nothing is."""
+    """The outline of what is half disc and lies around (u, v), or nearest; None if nothing is.
+
+    What lies around that in turn, as the ground around a disc's rim may, is another.
+    """
     half = cv2.inRange(share, 32768, 65535)
-    outlines, _ = cv2.findContours(half, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    if not outlines:
+    outlines, levels = cv2.findContours(half, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
+    outer = [outline for k, outline in enumerate(outlines) if levels[0, k, 3] < 0]
+    if not outer:
         return None
-    return max(outlines, key=lambda outline: cv2.pointPolygonTest(outline, (u, v), True))
+    away = [cv2.pointPolygonTest(outline, (u, v), True) for outline in outer]
+    around = [outline for outline, off in zip(outer, away, strict=True) if off > 0]
+    return min(around, key=len) if around else outer[int(np.argmax(away))]
+
+
+@lru_cache(maxsize=64)
+def reach_mask(radius: int) -> np.ndarray:
+    """A mask of where a disc of this radius (px) may be, and hardly larger than that."""
+    reach = _REACH * radius + _REACH_MORE
+    half = math.ceil(reach)
+    v, u = np.mgrid[-half : half + 1, -half : half + 1]
+    return np.where(np.hypot(u, v) < reach, FULL_SHARE, 0).astype(np.uint16)
 
 
 def outline_quality(
@@ -198,10 +251,11 @@ def outline_quality(
 
     Brightness has a part in it, which a JPEG keeps finer than the colours that an HSV mask sees.
     """
-    crop = crop_around(image, u, v, half_crop(radius))
+    reach = reach_mask(max(2, round(radius)))
+    crop = crop_around(image, u, v, reach.shape[0] // 2)
     if crop is None:
         return 0.0
-    share = disc_share(crop.image, model)
+    share = cv2.bitwise_and(disc_share(crop.image, model), reach[crop.part])
     # Between pixels, too: of a small one, and of one aslant, whole pixels do not show the shape.
     finer = 4 if radius < _MAX_UPSCALED_RADIUS else 1
     at = (u - crop.left + 0.5) * finer - 0.5, (v - crop.top + 0.5) * finer - 0.5

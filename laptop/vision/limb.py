@@ -68,6 +68,10 @@ _ROUGHNESS = 0.06
 """Part of the radius (at least 1 px) within which a step lies on the rim."""
 _DARK = 0.5
 """Part of the marker's brightness below which what is beside it has no colour to speak of."""
+_RIM_REACH = 0.6, 1.5
+"""Where the rim of a circle that was found in a mask is looked for, in radii."""
+_STEEP, _LEVEL = 0.4, 0.2
+"""Slope, as a part of the greatest one, that is a rim's; and, as a part of that, which is none."""
 _BLUR_COST, _GAP_COST = 0.2, 0.025
 """What a blurred rim (width squared) and a missing one add to the residual, in radii."""
 
@@ -150,6 +154,7 @@ def rim_width(image: np.ndarray, u: float, v: float, radius: float) -> float:
     """How wide the rim around a circle is, in radii: 0.1 of a sharp one, 0.7 of one all blurred.
 
     The way from three quarters of the colour within to a quarter, in the middle of all directions.
+    The colour without is that of the first level beyond the rim: farther out there may be others.
 
     Args:
         image: BGR, uint8, shape (h, w, 3).
@@ -162,7 +167,15 @@ def rim_width(image: np.ndarray, u: float, v: float, radius: float) -> float:
         (v + radius * rho * np.sin(angles)).astype(np.float32), cv2.INTER_LINEAR,
         borderMode=cv2.BORDER_REPLICATE,
     ).astype(np.float32)  # fmt: skip
-    within, around = (np.median(part.reshape(-1, 3), 0) for part in (rays[:, :8], rays[:, -8:]))
+    way = np.median(rays, axis=0)
+    slopes = np.linalg.norm(way[2:] - way[:-2], axis=1)  # of one sample to the next but one
+    first, last = np.searchsorted(rho[1:-1], _RIM_REACH)
+    steep = first + int(np.argmax(slopes[first:last] > _STEEP * slopes[first:last].max()))
+    while steep + 1 < last and slopes[steep + 1] > slopes[steep]:
+        steep += 1
+    level = steep + np.flatnonzero(slopes[steep:] < _LEVEL * slopes[steep])
+    around = way[level[0] + 1] if len(level) else np.median(rays[:, -8:].reshape(-1, 3), 0)
+    within = np.median(rays[:, :8].reshape(-1, 3), 0)
     contrast = within - around
     shares = np.median((rays - around) @ contrast / max(1.0, float(contrast @ contrast)), axis=0)
     inner, outer = (int(np.argmax(shares < share)) or len(rho) - 1 for share in (0.75, 0.25))

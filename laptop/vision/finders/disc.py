@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from functools import lru_cache
 from typing import Any, NamedTuple
 
 import cv2
@@ -24,6 +23,7 @@ from laptop.vision.discriminant import (
     half_crop,
     outline_at,
     outline_quality,
+    reach_mask,
 )
 from laptop.vision.finders.circle_measurement import ColorWindow, color_window, measure_circle
 from laptop.vision.finders.color_search import find_by_color
@@ -51,6 +51,9 @@ MAX_MODEL_AGE = 4
 """Frames after which the discriminant is fitted anew."""
 MAX_BRIGHTNESS_CHANGE = 0.04
 """Part by which a disc's brightness may change before its discriminant is of no use."""
+MAX_DECENTRING = 1.0
+"""Distance, px, of a disc from the middle of where it is looked for, up to which all around it
+counts alike."""
 MIN_STRETCH = 1.2
 """Ratio of the second moments of a disc that may be smeared, at least."""
 _RIM = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (5, 5))
@@ -145,13 +148,20 @@ def _soft_centroid(
         separate: of what has a share, only what is half disc counts, with its rim.
     """
     u, v, radius = place
-    reach = _reach_mask(max(2, round(radius)))
+    reach = reach_mask(max(2, round(radius)))
+    half, wide_half = reach.shape[0] // 2, half_crop(radius)
+    wide, at = None, (u, v)
     for _ in range(3):
-        crop = crop_around(image, u, v, reach.shape[0] // 2)
+        if wide is None or max(abs(u - at[0]), abs(v - at[1])) > wide_half - half - 1:
+            wide, at = crop_around(image, u, v, wide_half), (u, v)
+            if wide is None:
+                return None
+            shares = disc_share(wide.image, model)
+        crop = crop_around(shares, u - wide.left, v - wide.top, half)
         if crop is None:
             return None
-        window, left, top, part = crop
-        share = cv2.bitwise_and(disc_share(window, model), reach[part])
+        share = cv2.bitwise_and(crop.image, reach[crop.part])
+        left, top = crop.left + wide.left, crop.top + wide.top
         if separate:
             outline = outline_at(share, place[0] - left, place[1] - top)
             if outline is None:
@@ -164,17 +174,11 @@ def _soft_centroid(
             return None
         before = u, v
         u, v = left + m["m10"] / m["m00"], top + m["m01"] / m["m00"]
-        if math.hypot(u - before[0], v - before[1]) < 0.2 * radius:
+        if math.hypot(u - before[0], v - before[1]) < MAX_DECENTRING:
             break
+    height, width = share.shape
+    window = image[top : top + height, left : left + width]
     return _SoftCentroid(u, v, window, share, m)
-
-
-@lru_cache(maxsize=64)
-def _reach_mask(radius: int) -> np.ndarray:
-    """A mask of where a disc of this radius (px) may be, as large as its crop."""
-    half = half_crop(radius)
-    v, u = np.mgrid[-half : half + 1, -half : half + 1]
-    return np.where(np.hypot(u, v) < 1.25 * radius + 2.5, FULL_SHARE, 0).astype(np.uint16)
 
 
 def _measure_whole(

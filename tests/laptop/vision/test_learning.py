@@ -297,7 +297,7 @@ def test_a_marker_out_of_focus_is_refused_with_what_to_do(kind, radius, colour):
     assert "pick it in a frame where it is at rest and in focus" in text
 
 
-TOO_BLURRED = ("disc", "green", "blur"), ("ball", "green", "blur"), ("ball", "red", "motion")
+TOO_BLURRED = (("ball", "red", "motion"),)
 """Of the smallest, what is refused."""
 
 
