@@ -13,9 +13,10 @@ from concurrent.futures import Executor
 from laptop.bench import workers
 from laptop.bench.track_light import LIGHTS, SCENES, LightCase
 from laptop.bench.track_precision import LOOKS, PrecisionCase
+from laptop.bench.track_rims import RADII, RIMS, RimCase
 from laptop.bench.track_score import TrackResult
 
-Case = PrecisionCase | LightCase
+Case = PrecisionCase | LightCase | RimCase
 
 
 def cases(seeds: range) -> list[Case]:
@@ -24,7 +25,8 @@ def cases(seeds: range) -> list[Case]:
     scenes = [(text, ((name, "none"),)) for name, text in SCENES.items()]
     clips = [("", lights[:4]), ("", lights[4:]), *scenes]
     filmed = [LightCase(text, lights, seed) for text, lights in clips for seed in seeds]
-    return [*filmed, *(PrecisionCase(look, seed) for look in LOOKS for seed in seeds)]
+    printed = [RimCase(radius, rim, seed) for radius in RADII for rim in RIMS for seed in seeds]
+    return [*filmed, *(PrecisionCase(look, seed) for look in LOOKS for seed in seeds), *printed]
 
 
 def _run(case: Case) -> list[TrackResult]:

@@ -78,7 +78,26 @@ def hough(image: np.ndarray, radius: float) -> Sighting | None:
     return Sighting(float(u), float(v), 1.0, float(r))
 
 
+def spots(radius: float) -> Method:
+    """OpenCV's SimpleBlobDetector, on grey: of the spots of about this radius (px), the likest."""
+    wanted = cv2.SimpleBlobDetector.Params()
+    wanted.filterByColor = wanted.filterByInertia = wanted.filterByConvexity = False
+    wanted.minArea, wanted.maxArea = 0.4 * math.pi * radius**2, 2.5 * math.pi * radius**2
+    wanted.minThreshold, wanted.maxThreshold, wanted.thresholdStep = 10, 250, 5
+    detector = cv2.SimpleBlobDetector.create(wanted)
+
+    def find(image: np.ndarray, t: float) -> Sighting | None:
+        found = [
+            Sighting(spot.pt[0], spot.pt[1], 1.0, spot.size / 2)
+            for spot in detector.detect(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY))
+        ]
+        return min(found, key=lambda one: abs(math.log(one.radius / radius)), default=None)
+
+    return find
+
+
 OURS, MOMENTS, ENCLOSING, HOUGH = "ours", "HSV moments", "PyImageSearch", "HoughCircles"
+SPOTS = "SimpleBlob"
 LARGEST, LIMIT = "HSV contour", "limit"
 
 
@@ -90,6 +109,7 @@ def methods(marker: Marker, radius: float) -> dict[str, Method]:
     return {
         OURS: ours(marker),
         MOMENTS: lambda image, t: hsv_moments(image, color),
+        SPOTS: spots(radius),
         ENCLOSING: lambda image, t: blur_and_enclose(image, color),
         HOUGH: lambda image, t: hough(image, radius),
     }

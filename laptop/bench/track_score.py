@@ -62,7 +62,13 @@ class Score:
         return 100 * self.false / self.frames if self.frames else math.nan
 
 
-def judge(found: Sighting | None, truth: Point, shown: float, radius: float) -> Score:
+def judge(
+    found: Sighting | None,
+    truth: Point,
+    shown: float,
+    radius: float,
+    least: float = CLAIM_CONFIDENCE,
+) -> Score:
     """One frame.
 
     Args:
@@ -70,9 +76,10 @@ def judge(found: Sighting | None, truth: Point, shown: float, radius: float) -> 
         truth: where the marker's centre is, px.
         shown: which part of the marker can be seen, 0 to 1.
         radius: of the marker, px.
+        least: confidence from which on it is a claim.
     """
     clear = shown >= 0.9
-    if found is None or found.confidence < CLAIM_CONFIDENCE:
+    if found is None or found.confidence < least:
         return Score(1, int(clear), int(clear))
     du, dv = found.u - truth[0], found.v - truth[1]
     false = shown < 0.005 or math.hypot(du, dv) > 2 * radius

@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, replace
+from statistics import median
 from typing import Any
 
 from laptop.bench.track_cost import Cost, full_frame_cost
 from laptop.bench.track_light import METHODS_IN_LIGHT, OUTLINE
-from laptop.bench.track_methods import ENCLOSING, HOUGH, LIMIT, MOMENTS, OURS
+from laptop.bench.track_methods import ENCLOSING, HOUGH, LIMIT, MOMENTS, OURS, SPOTS
+from laptop.bench.track_rims import PRECISE
 from laptop.bench.track_score import Score, TrackResult
 
 
@@ -27,7 +29,7 @@ def gathered(results: Iterable[TrackResult]) -> list[TrackResult]:
 
 Row = tuple[str, ...]
 PRECISION_HEADINGS: Row = (
-    "marker", "limit", "ours", "x limit", "bias u", "bias v", MOMENTS, ENCLOSING, HOUGH,
+    "marker", "limit", "ours", "x limit", "bias u", "bias v", MOMENTS, SPOTS, ENCLOSING, HOUGH,
 )  # fmt: skip
 
 
@@ -55,7 +57,7 @@ def precision_table(results: Sequence[TrackResult]) -> list[Row]:
     for (look, _), scores in _found(results, "precision").items():
         ours, limit = scores[OURS], scores.get(LIMIT, Score())
         u, v = ours.bias
-        rest = (_px(scores.get(method)) for method in (MOMENTS, ENCLOSING, HOUGH))
+        rest = (_px(scores.get(method)) for method in (MOMENTS, SPOTS, ENCLOSING, HOUGH))
         rows.append(
             (
                 look,
@@ -65,6 +67,34 @@ def precision_table(results: Sequence[TrackResult]) -> list[Row]:
                 f"{u:+.3f}",
                 f"{v:+.3f}",
                 *rest,
+            )
+        )
+    return rows
+
+
+RIM_HEADINGS: Row = (
+    "printed disc", "colours on grounds", "always sure", "and precise", "median rms", "worst rms",
+)  # fmt: skip
+
+
+def rim_table(results: Sequence[TrackResult]) -> list[Row]:
+    """One row per radius and rim."""
+    by_size: dict[str, list[Score]] = {}
+    rows: list[Row] = []
+    for (condition, _), scores in _found(results, "rims").items():
+        by_size.setdefault(condition, []).append(scores[OURS])
+    for condition, found in by_size.items():
+        sure = [one for one in found if not one.lost and not one.false]
+        precise = sum(one.rms <= PRECISE for one in sure)
+        errors = [one.rms for one in found if one.measured]
+        rows.append(
+            (
+                condition,
+                str(len(found)),
+                str(len(sure)),
+                str(precise),
+                f"{median(errors):.3f}" if errors else "-",
+                f"{max(errors):.3f}" if errors else "-",
             )
         )
     return rows

@@ -154,7 +154,8 @@ def rim_width(image: np.ndarray, u: float, v: float, radius: float) -> float:
     """How wide the rim around a circle is, in radii: 0.1 of a sharp one, 0.7 of one all blurred.
 
     The way from three quarters of the colour within to a quarter, in the middle of all directions.
-    The colour without is that of the first level beyond the rim: farther out there may be others.
+    The colour without is that far outside, or of the first level beyond the rim: what makes it
+    narrower, for a shaded ball has levels within, and a disc's white rim has others beyond.
 
     Args:
         image: BGR, uint8, shape (h, w, 3).
@@ -174,12 +175,17 @@ def rim_width(image: np.ndarray, u: float, v: float, radius: float) -> float:
     while steep + 1 < last and slopes[steep + 1] > slopes[steep]:
         steep += 1
     level = steep + np.flatnonzero(slopes[steep:] < _LEVEL * slopes[steep])
-    around = way[level[0] + 1] if len(level) else np.median(rays[:, -8:].reshape(-1, 3), 0)
     within = np.median(rays[:, :8].reshape(-1, 3), 0)
+    without = [np.median(rays[:, -8:].reshape(-1, 3), 0), *way[1 + level[:1]]]
+    return min(_quarters(rays, within, around) for around in without) * float(rho[1])
+
+
+def _quarters(rays: np.ndarray, within: np.ndarray, around: np.ndarray) -> int:
+    """Samples from three quarters of a colour to a quarter of it, the rest another one's."""
     contrast = within - around
     shares = np.median((rays - around) @ contrast / max(1.0, float(contrast @ contrast)), axis=0)
-    inner, outer = (int(np.argmax(shares < share)) or len(rho) - 1 for share in (0.75, 0.25))
-    return float(rho[outer] - rho[inner])
+    inner, outer = (int(np.argmax(shares < share)) or len(shares) - 1 for share in (0.75, 0.25))
+    return outer - inner
 
 
 def _rays(image: np.ndarray, u: float, v: float, radius: float) -> tuple[np.ndarray, int]:

@@ -51,9 +51,11 @@ MAX_MODEL_AGE = 4
 """Frames after which the discriminant is fitted anew."""
 MAX_BRIGHTNESS_CHANGE = 0.04
 """Part by which a disc's brightness may change before its discriminant is of no use."""
-MAX_DECENTRING = 1.0
+MAX_DECENTRING = 0.6
 """Distance, px, of a disc from the middle of where it is looked for, up to which all around it
 counts alike."""
+MAX_PASSES = 5
+"""Times that this is moved to where the disc is."""
 MIN_STRETCH = 1.2
 """Ratio of the second moments of a disc that may be smeared, at least."""
 _RIM = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (5, 5))
@@ -151,7 +153,7 @@ def _soft_centroid(
     reach = reach_mask(max(2, round(radius)))
     half, wide_half = reach.shape[0] // 2, half_crop(radius)
     wide, at = None, (u, v)
-    for _ in range(3):
+    for _ in range(MAX_PASSES):
         if wide is None or max(abs(u - at[0]), abs(v - at[1])) > wide_half - half - 1:
             wide, at = crop_around(image, u, v, wide_half), (u, v)
             if wide is None:

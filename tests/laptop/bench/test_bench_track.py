@@ -26,6 +26,7 @@ from laptop.bench.track_covers import fingers, half_plane
 from laptop.bench.track_films import FilmCase
 from laptop.bench.track_light import LightCase
 from laptop.bench.track_precision import LOOKS, PrecisionCase
+from laptop.bench.track_rims import RimCase
 from laptop.bench.track_score import Claim, Score, TrackResult, claim, judge
 from laptop.cli.main import laptop
 from laptop.simulator.scene.optics import Box, coverage
@@ -166,7 +167,8 @@ def test_known_errors_come_out_as_they_went_in(monkeypatch):
 
 def test_a_flat_disc_through_jpeg():
     results = {r.method: r.score for r in PrecisionCase(DISC, SEED, 20).run()}
-    assert set(results) == {"ours", "limit", "HSV moments", "PyImageSearch", "HoughCircles"}
+    others = {"HSV moments", "SimpleBlob", "PyImageSearch", "HoughCircles"}
+    assert set(results) == {"ours", "limit"} | others
     assert results["limit"].rms < results["ours"].rms <= 0.03 < results["HSV moments"].rms
     assert results["HSV moments"].rms < results["HoughCircles"].rms < 0.6
     assert results["ours"].measured == 20
@@ -334,6 +336,15 @@ def test_the_usual_recipe_is_the_quicker_of_its_two():
     assert [row[3] for row in track_table.cost_table(timed)] == ["1/15.0", "1.3", "1.0"]
 
 
+def test_a_spot_is_found_among_others_by_its_size():
+    image = np.full((120, 160, 3), 200, np.uint8)
+    for u, v, radius in ((40, 60, 4), (80, 61, 12), (125, 60, 20)):
+        cv2.circle(image, (u, v), radius, (30, 30, 30), -1)
+    found = track_methods.spots(12)(image, 0.0)
+    assert (found.u, found.v) == pytest.approx((80, 61), abs=0.1)
+    assert track_methods.spots(12)(np.full_like(image, 200), 0.0) is None
+
+
 def test_tables_by_hand():
     def result(part, method, score):
         return TrackResult(part, "dusk", "goal", method, score)
@@ -350,7 +361,13 @@ def test_tables_by_hand():
     )
     (row,) = track_table.precision_table(results)
     assert row[:4] == ("dusk", "0.0100", "0.141 (25 % missed)", "14.1")
-    assert row[6:] == ("never found", "-", "-")
+    assert row[6:] == ("never found", "-", "-", "-")
+    sums = ("ours", one), ("ours", Score(2, 2, lost=1, measured=1, squares=0.0002))
+    discs = [
+        TrackResult("rims", "disc r 8", f"red on {k}", *method) for k, method in enumerate(sums)
+    ]
+    (row,) = track_table.rim_table(discs)
+    assert row == ("disc r 8", "2", "1", "0", "0.055", "0.100")
     (row,) = track_table.light_table(results)
     assert row == ("dusk", "goal", "50.0", "25.0", "0.500", "nan", "nan", "-", "-")
 
@@ -367,15 +384,18 @@ def test_what_was_not_measured_is_null():
 
 def test_every_condition_is_tried_with_every_seed():
     cases = track.cases(range(5, 7))
-    tried = [
-        (condition, case.seed)
-        for case in cases
-        for condition in (
-            [case.look.name] if isinstance(case, PrecisionCase) else dict(case.lights)
-        )
-    ]
+
+    def conditions(case):
+        if isinstance(case, RimCase):
+            return [(case.radius, case.rim)]
+        return [case.look.name] if isinstance(case, PrecisionCase) else dict(case.lights)
+
+    tried = [(name, case.seed) for case in cases for name in conditions(case)]
     names = [look.name for look in LOOKS] + list(track_light.LIGHTS) + list(track_light.SCENES)
-    assert sorted(tried) == sorted((name, seed) for name in names for seed in (5, 6))
+    names += [(radius, rim) for radius in (8, 16, 32) for rim in (1.3, 1.5, 1.7, 2.2)]
+    assert sorted(tried, key=str) == sorted(
+        ((name, seed) for name in names for seed in (5, 6)), key=str
+    )
 
 
 @pytest.fixture
@@ -387,6 +407,7 @@ def few(monkeypatch):
         lambda seeds: [
             *(PrecisionCase(look, seeds.start, 2) for look in (DISC, LOOKS[-1])),
             LightCase("", (("none", "none"),), seeds.start, 3),
+            RimCase(8, 1.7, seeds.start),
         ],
     )
     monkeypatch.setattr(track, "run", lambda todo, executor: (case.run() for case in todo))
