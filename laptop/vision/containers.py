@@ -7,6 +7,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import BinaryIO
 
+from shared.message_fields import printable
+
 VIDEO_CHUNKS = b"dc", b"db"
 """Endings of the names of an AVI's chunks that hold a frame, compressed or not."""
 OTHER_CHUNKS = b"wb", b"tx", b"pc"
@@ -103,6 +105,23 @@ def why_unreadable(path: Path) -> str:
     if all(byte in b"\t\n\r" or 32 <= byte < 127 for byte in begin):
         return "cannot be read as a video: it is a text; give --camera a video file"
     return "cannot be read as a video; check that another player shows it, or convert it with one"
+
+
+def why_undecoded(codec: int) -> str:
+    """Return why a video that could be opened shows no frame, and what to do.
+
+    Args:
+        codec: its four characters as a number, little end first, as OpenCV has them.
+    """
+    word = printable(codec.to_bytes(4, "little", signed=codec < 0).decode("latin-1")).strip()
+    convert = "convert it, for example: ffmpeg -i FILE -c:v libx264 NEW.mp4"
+    if word.lower() == "av01":
+        return f"is a film in AV1, which this OpenCV cannot decode; {convert}"
+    named = f"of the codec {word} " if word.isalnum() else ""
+    return (
+        f"is a film {named}of which no frame can be decoded: it is damaged, or this OpenCV cannot "
+        f"decode it; check that another player shows it, and {convert}"
+    )
 
 
 def _boxes(file: BinaryIO, size: int) -> Iterator[tuple[bytes, int]]:

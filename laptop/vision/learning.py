@@ -19,6 +19,7 @@ from laptop.vision.markers import (
     hsv_mask,
     hsv_of,
     hue_distance,
+    is_grey,
     scene_of,
 )
 
@@ -61,6 +62,11 @@ def learn(name: str, image: np.ndarray, pick: tuple[float, ...], kind: str | Non
         if seed[1] >= least and seed[2] >= 0.04:
             break
     else:
+        if is_grey(image):
+            raise BadMarker(
+                f"{name}: this picture has no colours at all: a camera or film in grey; take one "
+                "in colour, or track aruco:ID, which needs none"
+            )
         raise BadMarker(
             f"{name}: no colour at {where} (saturation {seed[1]:.2f}, value {seed[2]:.2f}); "
             "pick the middle of a coloured marker"

@@ -155,6 +155,11 @@ def read_spec(name: str, text: str) -> Marker:
     )
 
 
+_LIT = 60
+"""Value, 0 to 255, that something in a picture has in which colours would be seen."""
+_GREY_CHROMA = 6
+"""Difference of two channels, 0 to 255, up to which there is no colour: what a JPEG leaves of grey.
+In a colour camera's picture of something grey the noise of some pixel is more."""
 _FILE_HEADER = """\
 # The markers, as the tracker learned them; correct by hand what it got wrong.
 # hue, tolerance: degrees (0 red, 120 green, 240 blue); saturation, value: 0 to 1;
@@ -306,6 +311,18 @@ def hsv_mask(hsv: np.ndarray, color: Color) -> np.ndarray:
     elif high >= 180:
         mask = cv2.bitwise_or(mask, cv2.inRange(hsv, (0, *floors), (high - 180, 255, 255)))
     return mask
+
+
+def is_grey(image: np.ndarray) -> bool:
+    """True for a picture (BGR) without colours, from every 16th pixel: of a camera or film in grey.
+
+    Not where there is hardly any light: there is no telling.
+    """
+    blue, green, red = cv2.split(np.ascontiguousarray(image[8::16, 8::16]))
+    if not blue.size or cv2.norm(green, cv2.NORM_INF) < _LIT:
+        return False
+    apart = max(cv2.norm(one, green, cv2.NORM_INF) for one in (blue, red))
+    return apart <= _GREY_CHROMA
 
 
 def scene_of(image: np.ndarray) -> tuple[float, float, float]:

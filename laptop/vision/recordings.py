@@ -19,7 +19,7 @@ import cv2
 import numpy as np
 
 from laptop.picture_heads import MAX_PICTURE_BYTES, SpoiltPicture, picture_size
-from laptop.vision.containers import why_unreadable
+from laptop.vision.containers import why_undecoded, why_unreadable
 from laptop.vision.frames import Capture, Frame, MakeCapture, NoCamera, bgr, size_of
 from shared.message_fields import printable
 from shared.small_files import SpoiltFile, open_file
@@ -28,6 +28,8 @@ PICTURE_FPS = 30.0
 """Frames per second of a folder of pictures."""
 MAX_UNREAD_IN_A_ROW = 1000
 """Frames in a row that cannot be read, after which a file is at its end whatever it promises."""
+MAX_TRIED = 300
+"""Frames, from the first, of which one has to be readable: more than lie between whole ones."""
 PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg")
 MAX_NAMED = 3
 """Pictures that cannot be read that are named; of more their number is told."""
@@ -331,7 +333,12 @@ def open_files(source: str, make: MakeCapture) -> Capture:
     except OSError as error:
         raise NoCamera(f"{path} cannot be read ({error.strerror}); check the file") from None
     video = make(str(path), cv2.CAP_FFMPEG)
-    if video.isOpened():
-        return video
+    if not video.isOpened():
+        video.release()
+        raise NoCamera(f"{path} {why_unreadable(path)}")
+    if any(video.grab() and video.retrieve()[0] for _ in range(MAX_TRIED)):
+        video.release()
+        return make(str(path), cv2.CAP_FFMPEG)  # from the first frame on: not all can go back
+    codec = int(video.get(cv2.CAP_PROP_FOURCC))
     video.release()
-    raise NoCamera(f"{path} {why_unreadable(path)}")
+    raise NoCamera(f"{path} {why_undecoded(codec)}")

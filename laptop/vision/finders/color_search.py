@@ -14,7 +14,7 @@ import numpy as np
 
 from laptop.vision.finders.confidence import MAX_AMBIGUOUS_CONFIDENCE, MIN_REPORTED_CONFIDENCE
 from laptop.vision.finders.illumination import light_gains, relight
-from laptop.vision.markers import Marker, hsv_mask, scene_of
+from laptop.vision.markers import Marker, hsv_mask, is_grey, scene_of
 from laptop.vision.tracks import (
     SPEED_MEMORY,
     Place,
@@ -112,6 +112,8 @@ def _search(image: np.ndarray, t: float, marker: Marker, track: Track, measure: 
         why = "nothing of this colour is a " + marker.kind
     elif max(scene_of(image)) < MIN_SCENE_BRIGHTNESS:
         why = "too dark"
+    elif is_grey(image):
+        why = "no colours in the picture"
     else:
         why = "nothing of this colour"
     return replace(track.miss(marker.color, why), suspect=None)

@@ -8,14 +8,16 @@ import numpy as np
 import pytest
 
 from laptop.simulator.scene.optics import COLOURS, light_of, to_srgb
-from laptop.simulator.scene.sensor import marker_frame
+from laptop.simulator.scene.sensor import marker_frame, through_jpeg
 from laptop.vision.learning import learn
 from laptop.vision.markers import (
     BadMarker,
     Color,
+    Marker,
     hsv_mask,
     hsv_of,
     hue_distance,
+    is_grey,
     read_markers,
     write_markers,
 )
@@ -329,3 +331,25 @@ def test_a_little_blur_and_a_little_motion_are_no_trouble(kind, radius):
     for options in ({"blur": 1.5}, {"motion": (0.4 * radius, 0)}, {"gain": 3.0}):
         marker = learn("effector", picture(kind, radius, **options), (64, 60), kind)
         assert marker.radius == pytest.approx(radius, rel=0.2)
+
+
+@pytest.mark.parametrize("jpeg", [0, 75])
+def test_a_picture_in_grey_is_said_to_be_one(jpeg):
+    """No pick in it helps, wherever it is."""
+    grey = cv2.cvtColor(picture("disc", 14, jpeg=0), cv2.COLOR_BGR2GRAY)
+    image = cv2.cvtColor(grey, cv2.COLOR_GRAY2BGR)
+    if jpeg:
+        image = through_jpeg(image, jpeg)
+    text = refusal(image, (64, 60), "disc")
+    assert "a camera or film in grey" in text
+    assert "track aruco:ID, which needs none" in text
+    tracker = Tracker([Marker("tip", "disc", Color(0, 0.8, 0.8, 20))])
+    assert tracker.find(image, 0.0)["tip"] is None
+    assert tracker.why["tip"] == "no colours in the picture"
+
+
+def test_a_grey_table_before_a_colour_camera_is_no_picture_in_grey():
+    noise = np.random.default_rng(3).normal(0, 2, (120, 160, 3))
+    image = np.clip(np.round(128 + noise), 0, 255).astype(np.uint8)
+    assert "pick the middle of a coloured marker" in refusal(image, (64, 60), "disc")
+    assert not is_grey(np.zeros((120, 160, 3), np.uint8))

@@ -140,6 +140,54 @@ def test_a_text_that_is_called_a_film_is_called_a_text(tmp_path):
         open_camera(str(path))
 
 
+class Undecodable:
+    """A film that opens, and of which OpenCV knows the codec, but has no decoder."""
+
+    def __init__(self, codec):
+        self.codec = codec
+
+    def isOpened(self):  # noqa: N802
+        return True
+
+    def grab(self):
+        return False
+
+    def get(self, key):
+        return float(cv2.VideoWriter.fourcc(*self.codec)) if key == cv2.CAP_PROP_FOURCC else 60.0
+
+    def release(self):
+        pass
+
+
+@pytest.mark.parametrize(
+    ("codec", "why"),
+    [
+        (
+            "AV01",
+            "is a film in AV1, which this OpenCV cannot decode; convert it, for example: ffm",
+        ),
+        (
+            "hev1",
+            "is a film of the codec hev1 of which no frame can be decoded: it is damaged, or",
+        ),
+    ],
+)
+def test_a_film_that_cannot_be_decoded_is_refused_with_what_to_do(tmp_path, codec, why):
+    """It opened, had 60 frames of which none could be read, and ended with status 0."""
+    path = tmp_path / "film.mp4"
+    path.write_bytes(b"not looked at here")
+    with pytest.raises(NoCamera) as refused:
+        open_camera(str(path), make=lambda *words: Undecodable(codec))
+    assert why in str(refused.value)
+
+
+def test_a_film_all_of_which_is_spoilt_is_refused(video):
+    path = video(5)
+    spoil(path, range(5))
+    with pytest.raises(NoCamera, match="of the codec MJPG of which no frame can be decoded"):
+        open_camera(str(path))
+
+
 def test_another_pace_may_be_said(video):
     with open_camera(str(video()), fps=5) as source:
         assert [frame.t for frame in everything(source)] == pytest.approx(np.arange(10) / 5)
@@ -229,14 +277,14 @@ def test_late_frames_are_passed_over_without_making_pictures_of_them(video):
 
     def make(*words):
         made.append(Counting(*words))
-        return made[0]
+        return made[-1]
 
     clock = FakeClock()
     with open_camera(str(video()), True, now=clock.now, sleep=clock.sleep, make=make) as source:
         source.read(PATIENCE)
         clock.t += 0.4
         source.read(PATIENCE)
-    assert (made[0].grabs, made[0].retrieves) == (9, 2)
+    assert (made[-1].grabs, made[-1].retrieves) == (9, 2)
 
 
 def test_a_frame_that_is_not_due_within_the_timeout_is_not_waited_for(video):
