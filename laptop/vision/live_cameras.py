@@ -11,6 +11,7 @@ from typing import Protocol
 import cv2
 
 from laptop.vision.frames import Capture, Frame, MakeCapture, NoCamera, bgr, size_of
+from laptop.vision.stream_faults import why_no_stream
 
 MAX_STAMP_AGE = 0.5
 """Age, s, below which a driver's time stamp is believed, and all that come after it."""
@@ -214,7 +215,8 @@ class NetworkStream:
         if capture.isOpened():
             return capture
         capture.release()
-        raise NoCamera(
-            f"stream {self.url} cannot be opened within {STREAM_TIMEOUT:g} s; check the address "
-            "in a browser or with ffplay"
+        why = why_no_stream(self.url) or (
+            f"cannot be opened within {STREAM_TIMEOUT:g} s; check the address in a browser or with "
+            "ffplay"
         )
+        raise NoCamera(f"stream {self.url} {why}")

@@ -318,9 +318,10 @@ def is_grey(image: np.ndarray) -> bool:
 
     Not where there is hardly any light: there is no telling.
     """
-    blue, green, red = cv2.split(np.ascontiguousarray(image[8::16, 8::16]))
-    if not blue.size or cv2.norm(green, cv2.NORM_INF) < _LIT:
+    seen = np.ascontiguousarray(image[8::16, 8::16])
+    if not seen.size or cv2.norm(seen, cv2.NORM_INF) < _LIT:
         return False
+    blue, green, red = cv2.split(seen)
     apart = max(cv2.norm(one, green, cv2.NORM_INF) for one in (blue, red))
     return apart <= _GREY_CHROMA
 

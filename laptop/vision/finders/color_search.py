@@ -37,6 +37,9 @@ MIN_SCENE_BRIGHTNESS = 20.0
 """Mean of a picture's brightest channel, 0 to 255, below which it is too dark to see anything."""
 ELSEWHERE = "not where it was; soon sure"
 OTHER = "only another one of its colour"
+GREY = "no colours in the picture"
+GREY_EVERY = 16
+"""Frames without the marker of which one is looked at for any colours: a camera stays grey."""
 MAX_BLOBS_MEASURED = 12
 """Blobs of one colour, in one picture, that are looked at more closely."""
 
@@ -112,8 +115,8 @@ def _search(image: np.ndarray, t: float, marker: Marker, track: Track, measure: 
         why = "nothing of this colour is a " + marker.kind
     elif max(scene_of(image)) < MIN_SCENE_BRIGHTNESS:
         why = "too dark"
-    elif is_grey(image):
-        why = "no colours in the picture"
+    elif track.why == GREY if track.misses % GREY_EVERY else is_grey(image):
+        why = GREY
     else:
         why = "nothing of this colour"
     return replace(track.miss(marker.color, why), suspect=None)

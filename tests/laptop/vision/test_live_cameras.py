@@ -1,5 +1,6 @@
 """Cameras that go on whether or not anybody looks: the newest frame, and coming back."""
 
+import base64
 import http.server
 import itertools
 import threading
@@ -12,7 +13,9 @@ from waiting import PATIENCE
 
 from laptop.vision import live_cameras
 from laptop.vision.cameras import open_camera
+from laptop.vision.frames import NoCamera
 from laptop.vision.live_cameras import LiveCamera
+from laptop.vision.stream_faults import why_no_stream
 
 
 @pytest.fixture
@@ -189,3 +192,66 @@ def test_a_stream_is_live_and_opened_again_when_it_ends(stream, monkeypatch, cap
             newest = frame.index
     assert source.ended
     assert capfd.readouterr().err == ""
+
+
+@pytest.fixture
+def answering():
+    """Answers as it is told to: status and type; or hangs up."""
+    answers, asked = [], []
+
+    class Handler(http.server.BaseHTTPRequestHandler):
+        def do_GET(self):  # noqa: N802
+            asked.append(self.headers.get("Authorization"))
+            status, kind = answers[0]
+            if status is None:
+                return
+            self.send_response(status)
+            if status == 401:
+                self.send_header("WWW-Authenticate", 'Basic realm="camera"')
+            self.send_header("Content-Type", kind)
+            self.end_headers()
+            self.wfile.write(b"<html><title>A camera</title></html>")
+
+        def log_message(self, *words):
+            pass
+
+    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+    thread = threading.Thread(target=server.serve_forever, args=(0.01,))
+    thread.start()
+    yield server.server_port, answers, asked
+    server.shutdown()
+    thread.join()
+    server.server_close()
+
+
+@pytest.mark.parametrize(
+    ("answer", "why"),
+    [
+        ((404, "text/html"), "answers 404: it has nothing at this address"),
+        ((401, "text/html"), "write http://NAME:PASSWORD@HOST"),
+        ((403, "text/html"), "answers 403: it refuses this computer"),
+        ((500, "text/html"), "answers 500: it fails; check the address"),
+        ((200, "text/html"), "gives a page (text/html), and no video"),
+        ((200, "application/json"), "gives application/json, which is no video"),
+        ((None, ""), "cannot be opened within"),
+    ],
+)
+def test_what_gives_no_stream_says_why(answering, answer, why):
+    port, answers, _ = answering
+    answers.append(answer)
+    with pytest.raises(NoCamera) as refused:
+        open_camera(f"http://127.0.0.1:{port}/video")
+    assert why in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_name_and_a_password_are_given(answering):
+    port, answers, asked = answering
+    answers.append((401, "text/html"))
+    assert "refuses yours" in why_no_stream(f"http://me:s%20t@127.0.0.1:{port}/video")
+    assert asked == ["Basic " + base64.b64encode(b"me:s t").decode()]
+
+
+def test_an_address_that_is_none_of_http_is_not_asked():
+    assert why_no_stream("rtsp://127.0.0.1/video") == ""
+    assert why_no_stream("http:///video") == ""
