@@ -64,8 +64,8 @@ def learn(name: str, image: np.ndarray, pick: tuple[float, ...], kind: str | Non
     else:
         if is_grey(image):
             raise BadMarker(
-                f"{name}: this picture has no colours at all: a camera or film in grey; take one "
-                "in colour, or track aruco:ID, which needs none"
+                f"{name}: no colour at {where}, nor anywhere else in this picture; pick the marker "
+                "in a frame that shows it, or, if the camera or film is grey, track aruco:ID"
             )
         raise BadMarker(
             f"{name}: no colour at {where} (saturation {seed[1]:.2f}, value {seed[2]:.2f}); "

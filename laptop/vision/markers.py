@@ -158,8 +158,7 @@ def read_spec(name: str, text: str) -> Marker:
 _LIT = 60
 """Value, 0 to 255, that something in a picture has in which colours would be seen."""
 _GREY_CHROMA = 6
-"""Difference of two channels, 0 to 255, up to which there is no colour: what a JPEG leaves of grey.
-In a colour camera's picture of something grey the noise of some pixel is more."""
+"""Difference of two channels, 0 to 255, up to which there is no colour: so much a JPEG leaves."""
 _FILE_HEADER = """\
 # The markers, as the tracker learned them; correct by hand what it got wrong.
 # hue, tolerance: degrees (0 red, 120 green, 240 blue); saturation, value: 0 to 1;
@@ -314,9 +313,9 @@ def hsv_mask(hsv: np.ndarray, color: Color) -> np.ndarray:
 
 
 def is_grey(image: np.ndarray) -> bool:
-    """True for a picture (BGR) without colours, from every 16th pixel: of a camera or film in grey.
+    """True for a picture (BGR) without any colours, from every 16th pixel.
 
-    Not where there is hardly any light: there is no telling.
+    The camera or film is in grey, or all that it sees is.  Not where there is hardly any light.
     """
     seen = np.ascontiguousarray(image[8::16, 8::16])
     if not seen.size or cv2.norm(seen, cv2.NORM_INF) < _LIT:

@@ -341,14 +341,14 @@ def test_a_picture_in_grey_is_said_to_be_one(jpeg):
     if jpeg:
         image = through_jpeg(image, jpeg)
     text = refusal(image, (64, 60), "disc")
-    assert "a camera or film in grey" in text
-    assert "track aruco:ID, which needs none" in text
+    assert "no colour at 64,60, nor anywhere else in this picture" in text
+    assert "if the camera or film is grey, track aruco:ID" in text
     tracker = Tracker([Marker("tip", "disc", Color(0, 0.8, 0.8, 20))])
     assert tracker.find(image, 0.0)["tip"] is None
     assert tracker.why["tip"] == "no colours in the picture"
 
 
-def test_a_grey_table_before_a_colour_camera_is_no_picture_in_grey():
+def test_where_a_camera_s_noise_has_colours_it_is_not_grey():
     noise = np.random.default_rng(3).normal(0, 2, (120, 160, 3))
     image = np.clip(np.round(128 + noise), 0, 255).astype(np.uint8)
     assert "pick the middle of a coloured marker" in refusal(image, (64, 60), "disc")
