@@ -251,11 +251,11 @@ def outline_quality(
 
     Brightness has a part in it, which a JPEG keeps finer than the colours that an HSV mask sees.
     """
-    reach = reach_mask(max(2, round(radius)))
-    crop = crop_around(image, u, v, reach.shape[0] // 2)
+    # Not within its reach alone, a circle, in which anything larger would look like a disc.
+    crop = crop_around(image, u, v, half_crop(radius))
     if crop is None:
         return 0.0
-    share = cv2.bitwise_and(disc_share(crop.image, model), reach[crop.part])
+    share = disc_share(crop.image, model)
     # Between pixels, too: of a small one, and of one aslant, whole pixels do not show the shape.
     finer = 4 if radius < _MAX_UPSCALED_RADIUS else 1
     at = (u - crop.left + 0.5) * finer - 0.5, (v - crop.top + 0.5) * finer - 0.5

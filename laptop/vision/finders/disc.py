@@ -54,7 +54,7 @@ MAX_BRIGHTNESS_CHANGE = 0.04
 MAX_DECENTRING = 0.6
 """Distance, px, of a disc from the middle of where it is looked for, up to which all around it
 counts alike."""
-MAX_PASSES = 5
+MAX_PASSES = 4
 """Times that this is moved to where the disc is."""
 MIN_STRETCH = 1.2
 """Ratio of the second moments of a disc that may be smeared, at least."""
