@@ -12,6 +12,7 @@ import numpy as np
 
 from laptop.page.snapshots import HISTORY_DURATION, SAMPLE_PERIOD, MarkerSnapshot
 from laptop.tracking.pipeline import CameraPipeline, Point
+from laptop.vision.finders.other_codes import PRINT
 from laptop.vision.frames import Frame
 from laptop.vision.markers import Marker, hsv_mask
 from laptop.vision.stills import Stills
@@ -181,6 +182,8 @@ def marks(view: AnnotatedFrame) -> list[MarkerSnapshot]:
 
 def _advice(why: str) -> str:
     if why.startswith("no ArUco"):
+        if why.endswith(PRINT):
+            return ""
         return "bring it into the picture, all of its white border, too"
     if why == "doubtful":
         return "something else may look like it; pick its colour anew"

@@ -6,6 +6,7 @@ The detector says which ones there are and about where; all of a marker's cells 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from functools import lru_cache
 
 import cv2
@@ -13,11 +14,14 @@ import numpy as np
 
 from laptop.vision.finders.code_alignment import align, project
 from laptop.vision.finders.confidence import ramp
+from laptop.vision.finders.other_codes import OURS, only, other_codes
 from laptop.vision.markers import Marker
 from laptop.vision.tracks import Sighting, Track
 
 MIN_WINDOW = 16
 """Side of a window, px, above which a marker can be read in it."""
+OTHERS_EVERY = 32
+"""Frames without the marker of which one is looked at for codes of other kinds."""
 
 
 def find_aruco(image: np.ndarray, t: float, marker: Marker, track: Track) -> Track:
@@ -43,7 +47,28 @@ def find_aruco(image: np.ndarray, t: float, marker: Marker, track: Track) -> Tra
             if id_ == marker.id:
                 new = _sighting_of(grey, quad[0].astype(float), int(id_), (left, top))
                 return track.update(Track(new, seen=new), t)
-    return track.miss(None, f"no ArUco marker {marker.id}")
+    others = [] if ids is None else ids.flatten()
+    seen = {int(id_): quad[0] for id_, quad in zip(others, corners, strict=True)}
+    return track.miss(None, _why_none(grey, marker, seen, track))
+
+
+def _why_none(
+    grey: np.ndarray, marker: Marker, seen: Mapping[int, np.ndarray], track: Track
+) -> str:
+    """Why a marker is not seen: what is in sight instead; as the last time, unless it is its turn.
+
+    Args:
+        grey: the whole frame, uint8.
+        marker: what is looked for.
+        seen: corners of others of its kind, by number.
+        track: what was known before.
+    """
+    if not seen and track.why and track.misses % OTHERS_EVERY:
+        return track.why
+    found = {OURS: dict(seen)} if seen else other_codes(grey)
+    assert marker.id is not None
+    found.get(OURS, {}).pop(marker.id, None)  # too blurred to be placed, if it was read there
+    return f"no ArUco marker {marker.id}{only(found)}"
 
 
 @lru_cache(maxsize=2)

@@ -154,7 +154,8 @@ def test_an_aruco_marker_is_placed_to_a_tenth_of_a_pixel():
 
 def test_an_aruco_marker_of_another_number_is_not_it():
     pictures = [picture("aruco", radius=20, number=8)] * 2
-    assert follow(read_spec(NAME, "aruco:7"), pictures) == ([None] * 2, ["no ArUco marker 7"] * 2)
+    why = "no ArUco marker 7, only 8"
+    assert follow(read_spec(NAME, "aruco:7"), pictures) == ([None] * 2, [why] * 2)
 
 
 def test_a_disc_seen_aslant_is_an_ellipse_and_its_centre_is_found():
