@@ -69,7 +69,6 @@ class CameraFeed:
         pinned: frames that somebody has paused at.
         trail: (s, (u, v) px) where the tip has been lately.
         rate: frames per second.
-        frames: number of frames of a recording, each of which can be read again; 0: it is none.
     """
 
     def __init__(self, watcher: CameraPipeline, tracker: MarkerTracker, source: str) -> None:
@@ -84,12 +83,19 @@ class CameraFeed:
         )
         self._counts: deque[tuple[float, int]] = deque(maxlen=round(RATE_WINDOW / SAMPLE_PERIOD))
         self.rate = 0.0
-        # (What lies on a server would all have to be fetched again.)
-        count = getattr(watcher.camera, "count", None)
-        self.frames: int = 0 if "://" in source else count or 0
         self._reel: Stills | None = None
         self._stills: deque[Frame] = deque(maxlen=CACHED_STILLS)
         self._lock = threading.Lock()  # of these two
+
+    @property
+    def frames(self) -> int:
+        """Number of frames of a recording, each of which can be read again; 0: it is none.
+
+        Until it has ended once this may be a guess.
+        """
+        # (What lies on a server would all have to be fetched again.)
+        count = getattr(self.watcher.camera, "count", None)
+        return 0 if "://" in self.source else count or 0
 
     def extend_trail(self) -> None:
         """Add the tip's position in the newest frame to the trail."""

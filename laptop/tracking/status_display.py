@@ -5,10 +5,17 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from typing import Any
 
 from rich.console import Console, Group
 from rich.live import Live
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    TextColumn,
+    TimeRemainingColumn,
+)
 from rich.text import Text
 
 from laptop.tracking.pipeline import CameraPipeline
@@ -62,13 +69,13 @@ class StatusDisplay:
         if not self._console.is_terminal:
             yield self.print_when_due if live else (lambda: None)
             return
-        bar = None if live else self._bar()
+        bar = None if live else self.bar()
         with Live(console=self._console, auto_refresh=False, transient=True) as shown:
 
             def update() -> None:
                 text = Text("\n".join(self.lines()), no_wrap=True, overflow="ellipsis")
                 if bar:
-                    bar.update(bar.task_ids[0], completed=sum(p.frames for p in self._pipelines))
+                    bar.update(bar.task_ids[0], **self._progress())
                 shown.update(Group(bar, text) if bar else text, refresh=True)
 
             update()
@@ -83,10 +90,26 @@ class StatusDisplay:
             for line in lines if len(self._pipelines) > 1 else ["; ".join(lines)]:
                 self._print_line(line)
 
-    def _bar(self) -> Progress:
-        counts = [getattr(pipeline.camera, "count", None) or 0 for pipeline in self._pipelines]
-        total = sum(counts) if all(counts) else None
-        columns = ("tracking", BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    def bar(self) -> Progress:
+        """How far the recordings are, for a terminal."""
+        columns = (
+            TextColumn("{task.description}"),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TimeRemainingColumn(),
+        )
         bar = Progress(*columns, console=self._console)
-        bar.add_task("tracking", total=total)
+        bar.add_task(**self._progress())
         return bar
+
+    def _progress(self) -> dict[str, Any]:
+        """How far the recordings are; of some the number of frames is known at their end only."""
+        cameras = [pipeline.camera for pipeline in self._pipelines]
+        counts = [getattr(camera, "count", None) or 0 for camera in cameras]
+        about = any(getattr(camera, "guessed", False) for camera in cameras)
+        unread = sum(getattr(camera, "unread", 0) for camera in cameras)
+        return {
+            "description": "tracking, in all about" if about else "tracking",
+            "completed": sum(pipeline.frames for pipeline in self._pipelines) + unread,
+            "total": sum(counts) if all(counts) else None,
+        }

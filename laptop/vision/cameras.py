@@ -9,10 +9,10 @@ from pathlib import Path
 
 import cv2
 
-from laptop.vision.containers import frame_numbers
+from laptop.vision.containers import frame_numbers, how_cut_off, tells_count
 from laptop.vision.frames import MakeCapture, NoCamera
 from laptop.vision.live_cameras import LiveCamera, NetworkStream
-from laptop.vision.recordings import Recording, open_files
+from laptop.vision.recordings import PictureFolder, Recording, open_files
 from laptop.vision.webcams import Webcam
 
 WEBCAM = re.compile(r"(?:/dev/video)?(\d{1,3})")
@@ -54,7 +54,10 @@ def open_camera(
     capture = open_files(source, make)
     gapless = Path(source).suffix.lower() == ".avi"  # it has no times but those of its frames
     numbers = frame_numbers(Path(source)) if gapless else None
-    return Recording(source, capture, fps, live, now, sleep, numbers, not gapless)
+    if isinstance(capture, PictureFolder):
+        return Recording(source, capture, fps, live, now, sleep)
+    counted, cut = tells_count(Path(source)), how_cut_off(Path(source))
+    return Recording(source, capture, fps, live, now, sleep, numbers, not gapless, not counted, cut)
 
 
 def name_of(source: str) -> str:

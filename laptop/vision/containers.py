@@ -1,4 +1,4 @@
-"""Looks into video files that are damaged: which frames an AVI still holds, why an mp4 has none."""
+"""Looks into video files: how many frames they have, and what is left of those that are damaged."""
 
 from __future__ import annotations
 
@@ -13,6 +13,11 @@ VIDEO_CHUNKS = b"dc", b"db"
 """Endings of the names of an AVI's chunks that hold a frame, compressed or not."""
 OTHER_CHUNKS = b"wb", b"tx", b"pc"
 """And of others beside them: sound, text, palettes."""
+EBML, SEGMENT = bytes.fromhex("1a45dfa3"), bytes.fromhex("18538067")
+"""How a Matroska or WebM file begins, and in it the part that holds the film."""
+TRIM = 0.02
+"""Time, s, by which a film is shown for less than it holds before that counts."""
+MAX_EDITS = 1000
 
 
 def frame_numbers(path: Path) -> Sequence[int] | None:
@@ -85,13 +90,123 @@ def _chunks(file: BinaryIO, at: int, end: int) -> Iterator[tuple[bytes, int, int
         at += 8 + length + length % 2
 
 
+def tells_count(path: Path) -> bool:
+    """True for a video file that says how many frames it shows: an AVI, and most mp4.
+
+    Of others, as Matroska and WebM, a decoder only knows how long they last and how fast; so it
+    does of an mp4 in fragments, or of which an edit shows less than it holds.
+    """
+    try:
+        size = path.stat().st_size
+        with path.open("rb") as file:
+            begin = file.read(12)
+            if begin[4:8] == b"ftyp":
+                fragments = any(name == b"moof" for name, _, _ in _boxes(file, 0, size))
+                return not fragments and not _is_trimmed(file, size)
+    except (OSError, struct.error, StopIteration):
+        return False
+    return begin[:4] == b"RIFF"
+
+
+def _is_trimmed(file: BinaryIO, size: int) -> bool:
+    """True if the film of an mp4 is shown for less time than its frames last."""
+    unit = 0
+    for movie in _inside(file, 0, size, b"moov"):
+        for header in _inside(file, *movie, b"mvhd"):
+            unit = _time(file, *header)[0]
+        for track in _inside(file, *movie, b"trak"):
+            media = next(_inside(file, *track, b"mdia"))
+            file.seek(next(_inside(file, *media, b"hdlr"))[0] + 8)
+            if file.read(4) != b"vide" or not unit:
+                continue
+            ticks, lasts = _time(file, *next(_inside(file, *media, b"mdhd")))
+            for edits in _inside(file, *track, b"edts"):
+                for begin, _ in _inside(file, *edits, b"elst"):
+                    shown = sum(_edits(file, begin)) / unit
+                    return bool(ticks) and shown < lasts / ticks - TRIM
+    return False
+
+
+def _edits(file: BinaryIO, at: int) -> Iterator[int]:
+    """How long each edit shows something, in the film's units."""
+    file.seek(at)
+    version, count = struct.unpack(">B3xI", file.read(8))
+    for _ in range(min(count, MAX_EDITS)):
+        lasts, begin = struct.unpack(
+            *((">qq", file.read(16)) if version else (">Ii", file.read(8)))
+        )
+        file.read(4)  # how fast
+        if begin >= 0:  # else nothing is shown
+            yield lasts
+
+
+def _time(file: BinaryIO, at: int, end: int) -> tuple[int, int]:
+    """Units a second, and length in these, from the header of a film or a track."""
+    file.seek(at)
+    (version,) = struct.unpack(">B3x", file.read(4))
+    form = ">16xIQ" if version else ">8xII"
+    unit, length = struct.unpack(form, file.read(struct.calcsize(form)))
+    return unit, length
+
+
+def _inside(file: BinaryIO, at: int, end: int, wanted: bytes) -> Iterator[tuple[int, int]]:
+    """Yield begin and end of what is in the boxes of one name."""
+    for name, begin, over in _boxes(file, at, end):
+        if name == wanted:
+            yield begin, min(over, end)
+
+
+def how_cut_off(path: Path) -> str:
+    """How a video file ends before its container says it does; "" if it does not.
+
+    A text such as "cut off (it ends after 100 of at least 200 bytes)".
+    """
+    try:
+        size = path.stat().st_size
+        with path.open("rb") as file:
+            whole = _whole(file, size)
+    except (OSError, struct.error):
+        return ""
+    return f"cut off (it ends after {size} of at least {whole} bytes)" if whole > size else ""
+
+
+def _whole(file: BinaryIO, size: int) -> int:
+    """Size that an AVI, an mp4 or a Matroska file says it has, bytes; 0: it does not say."""
+    begin = file.read(12)
+    if begin[:4] == b"RIFF":
+        return 8 + int.from_bytes(begin[4:8], "little")
+    if begin[4:8] == b"ftyp":
+        return max(end for _, _, end in _boxes(file, 0, size))
+    if begin[:4] != EBML:
+        return 0
+    header, at = _number(file, 4)
+    file.seek(at + header)
+    if file.read(4) != SEGMENT:
+        return 0
+    length, at = _number(file, at + header + 4)
+    return at + length
+
+
+def _number(file: BinaryIO, at: int) -> tuple[int, int]:
+    """A number of Matroska's and the place behind it; 0 where it is not known.
+
+    Its length, 1 to 8 bytes, is told by how many bits at the beginning are 0.
+    """
+    file.seek(at)
+    (first,) = struct.unpack("B", file.read(1))
+    length = 9 - first.bit_length()
+    bits = 7 * length
+    number = int.from_bytes(bytes([first]) + file.read(length - 1), "big") & ((1 << bits) - 1)
+    return (0 if number == (1 << bits) - 1 else number), at + length
+
+
 def why_unreadable(path: Path) -> str:
     """Return why a video file cannot be read, and what to do, as far as its contents tell."""
     size = path.stat().st_size
     if size == 0:
         return "is empty; record or copy it again"
     with path.open("rb") as file:
-        boxes = dict(_boxes(file, size))
+        boxes = {name: end for name, _, end in _boxes(file, 0, size)}
     if b"ftyp" in boxes:
         whole = max(boxes.values())
         if b"moov" not in boxes or whole > size:
@@ -124,17 +239,18 @@ def why_undecoded(codec: int) -> str:
     )
 
 
-def _boxes(file: BinaryIO, size: int) -> Iterator[tuple[bytes, int]]:
-    """Yield name and end of each box at the top of an mp4."""
-    at = 0
+def _boxes(file: BinaryIO, at: int, size: int) -> Iterator[tuple[bytes, int, int]]:
+    """Yield name, begin and end of what is in each box of an mp4, from a place on."""
     while at + 8 <= size:
         file.seek(at)
         length, name = struct.unpack(">I4s", file.read(8))
+        begin = at + 8
         if length == 1 and at + 16 <= size:
             (length,) = struct.unpack(">Q", file.read(8))
+            begin += 8
         if length == 0:
             length = size - at
         if length < 8 or not name.isalnum():
             return
-        yield name, at + length
+        yield name, begin, at + length
         at += length

@@ -28,6 +28,10 @@ PICTURE_FPS = 30.0
 """Frames per second of a folder of pictures."""
 MAX_UNREAD_IN_A_ROW = 1000
 """Frames in a row that cannot be read, after which a file is at its end whatever it promises."""
+MAX_UNREAD_OF_A_GUESS = 100
+"""The same where a file does not tell how many frames it has: it may well be at its end."""
+MIN_SHARE = 0.97
+"""Share of the frames that fit into its time which a recording has, unless its pace changes."""
 MAX_TRIED = 300
 """Frames, from the first, of which one has to be readable: more than lie between whole ones."""
 PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg")
@@ -48,9 +52,13 @@ class Recording:
         now, sleep: the clock to play by, s.
         numbers: of the frames that a damaged file still holds; None: not known, or all of them.
         stamps: False: a frame that is lost leaves no gap in the recording's own time stamps.
+        guessed: the number of frames is not told, but its length times its pace.
+        cut: how the file is cut off, after "the file is"; "" if it is whole.
 
     Attributes:
-        count: frames that the recording says it has, or None.
+        count: frames that the recording says it has, or None.  Of one that is guessed, about; what
+            it was once it has ended.
+        guessed: that is not certain yet.
         size: (width, height) of the first picture, px.
         unread: frames that could not be read so far.
         ended: nothing more will come.
@@ -68,6 +76,8 @@ class Recording:
         sleep: Callable[[float], None] = time.sleep,
         numbers: Sequence[int] | None = None,
         stamps: bool = True,
+        guessed: bool = False,
+        cut: str = "",
     ) -> None:
         own = capture.get(cv2.CAP_PROP_FPS)
         own = own if math.isfinite(own) and 0.01 <= own <= 1000 else PICTURE_FPS
@@ -85,20 +95,26 @@ class Recording:
         self._capture = capture
         self._stamped = fps is None and not live and stamps
         self._gapless = not stamps
+        self.guessed = self._guess = guessed and self.count is not None
+        self._cut = cut
         self._live = live
         self._now, self._sleep = now, sleep
         self._start: float | None = None  # of playing it live
         self._next = numbers[0] if numbers else 0
         self._failed = 0  # in a row
+        self._vain = 0  # of these, steps to a frame that may not be there
         self._t = -math.inf
         self._lock = threading.Lock()  # to release a capture that is being read would end it all
 
     @property
     def notes(self) -> list[str]:
         """Remarks for people: frames that could not be read."""
+        short = self._short()
         if not self.unread:
-            return []
+            return [short] if short else []
         note = f"{self.unread} of {self._promised()}frames could not be read"
+        if short:
+            return [note, short]
         if isinstance(self._capture, PictureFolder) and self._capture.spoilt:
             return [f"{note}: {_named(self._capture.spoilt)}"]
         if self._gapless and self._failed and self.ended and self._numbers is None:
@@ -106,10 +122,29 @@ class Recording:
                 f"; the file does not tell which, so numbers and times may be too small, by up to "
                 f"{self._failed} frames or {self._failed / self.fps:.2f} s"
             )
+        elif self._cut:
+            note += f": the file is {self._cut}; copy it again"
         return [note]
 
     def _promised(self) -> str:
-        return f"{self.count} " if self.count else "its "
+        return f"{'about ' * self.guessed}{self.count} " if self.count else "its "
+
+    def _short(self) -> str:
+        """What is odd about the number of frames of a recording that did not tell it; ""."""
+        if not self._guess or not self.ended or not self.count:
+            return ""
+        if self._cut:
+            return (
+                f"the file is {self._cut}: what comes after {self.count} frames could not be "
+                "read; copy it again"
+            )
+        fitting = round(self._t * self.fps) + 1 if self._stamped else self.count
+        if self.count > MIN_SHARE * fitting:
+            return ""
+        return (
+            f"{self.count} frames in {self._t:.1f} s, where {self.fps:g} a second would be "
+            f"{fitting}: its pace changes, or some could not be read"
+        )
 
     def read(self, timeout: float) -> Frame | None:
         """The next frame, or None: it is not due within the timeout (s), or there is none."""
@@ -124,7 +159,7 @@ class Recording:
             if self._grab() and (image := self._retrieve()) is not None:
                 self._failed = 0
                 return Frame(index, self._time_of(index), image)
-            if self._live:
+            if self._live and not (self.guessed and self._vain):
                 return None  # the next one is not due yet
         return None
 
@@ -148,17 +183,26 @@ class Recording:
     def _grab(self) -> bool:
         """Step to the next frame without making a picture of it."""
         if self._capture.grab():
+            self._vain = 0
             self._step()
             return True
-        if self.count is not None and self._next < self.count:
-            self._step()
-            self._miss()
-            if self._failed >= MAX_UNREAD_IN_A_ROW:
-                self.unread += self.count - self._next
-                self.ended = True
-        else:
-            self.ended = True
+        if self.count is None or self._next >= self.count:
+            self._end()
+            return False
+        self._step()
+        self._miss()
+        self._vain += 1
+        if self._vain >= (MAX_UNREAD_OF_A_GUESS if self.guessed else MAX_UNREAD_IN_A_ROW):
+            self._end()
         return False
+
+    def _end(self) -> None:
+        self.ended = True
+        if self.guessed:  # what was not there is not unread
+            self.unread -= self._vain
+            self.count, self.guessed = self._next - self._vain, False
+        elif self.count is not None:
+            self.unread += max(0, self.count - self._next)
 
     def _step(self) -> None:
         """The next frame is the one after, or the next one that the file still holds."""
@@ -169,6 +213,8 @@ class Recording:
             self._next = self._numbers[self._taken]
         else:
             self._next = max(self._next + 1, self.count or 0)
+        if self.guessed and self.count is not None:
+            self.count = max(self.count, self._next)
 
     def _retrieve(self) -> np.ndarray | None:
         done, image = self._capture.retrieve()

@@ -94,7 +94,7 @@ class CameraView:
         self._scrub_bar = ui.row().classes("scrub")
         with self._scrub_bar:
             self._add_step_button("chevron_left", "frame back", -1)
-            self._slider = ui.slider(min=0, max=max(1, self._status.frames - 1), value=0).props(
+            self._slider = ui.slider(min=0, max=self._last_frame, value=0).props(
                 f'aria-label="frame of camera {self.camera}"'
             )
             self._slider.on("update:model-value", self._on_slider, throttle=0.05)
@@ -112,6 +112,10 @@ class CameraView:
         state = self._session.controller.state
         assert state is not None
         return next(camera for camera in state.cameras if camera.name == self.camera)
+
+    @property
+    def _last_frame(self) -> int:
+        return max(1, self._status.frames - 1)
 
     @property
     def _markers(self) -> tuple[tuple[str, str], ...]:
@@ -150,6 +154,8 @@ class CameraView:
         """While it stands: send the frame that is wanted, with its markers as they look now."""
         standing = self._session.paused or self._status.ended
         self._scrub_bar.set_visibility(standing and self._status.frames > 0)
+        if self._slider.props["max"] != self._last_frame:  # it was a guess before the end
+            self._slider.props["max"] = self._last_frame
         if not standing:
             self._pinned = self._wanted = None
         if not standing or not self._shown or self._awaits_browser:
