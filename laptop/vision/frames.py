@@ -8,18 +8,12 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any, NamedTuple, Protocol
 
-# What OpenCV and FFmpeg say on stderr helps nobody; the second is read when a video is opened, the
-# third when cv2 is imported.
-os.environ.setdefault("OPENCV_LOG_LEVEL", "SILENT")
-os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
-os.environ.setdefault("OPENCV_VIDEOIO_V4L_SELECT_TIMEOUT", "2")
-
 import cv2
 import numpy as np
 
 from shared.arm_description import ArmError
 
-if os.environ["OPENCV_LOG_LEVEL"] == "SILENT":
+if os.environ.get("OPENCV_LOG_LEVEL") == "SILENT":
     # (Imported before, it has not read the variable. Where this lives depends on its version.)
     (cv2.setLogLevel if hasattr(cv2, "setLogLevel") else cv2.utils.logging.setLogLevel)(0)
 

@@ -1,11 +1,14 @@
 """Webcams: which there are, and how one is set up and locked."""
 
 import os
+import subprocess
+import sys
 
 import cv2
 import pytest
 from captures import FakeCapture, fake_webcam
 from numbered_frames import number_of, picture
+from places import ROOT
 from waiting import PATIENCE
 
 from laptop.vision import webcams as webcam_module
@@ -143,3 +146,28 @@ def test_a_lock_that_makes_it_dark_is_said(webcam):
 
     source, _ = webcam(darkens)
     assert any("changed the brightness from 70 to 10" in note for note in source.notes)
+
+
+# What OpenCV reads from the environment
+
+
+@pytest.mark.parametrize(
+    ("system", "own", "there"),
+    [("nt", None, "0"), ("nt", "1", "1"), ("posix", None, None), ("posix", "1", "1")],
+)
+def test_on_windows_a_webcam_is_opened_without_trying_hardware_for_long(system, own, there):
+    """It is set before OpenCV is there, which on Windows keeps the environment that it found."""
+    name = "OPENCV_VIDEOIO_MSMF_ENABLE_HW_TRANSFORMS"
+    code = (
+        "import os, sys\n"
+        f"os.name = {system!r}\n"
+        "import laptop\n"
+        f"print(os.environ.get({name!r}), os.environ['OPENCV_LOG_LEVEL'], 'cv2' in sys.modules)\n"
+    )
+    environment = {key: value for key, value in os.environ.items() if "OPENCV" not in key}
+    if own is not None:
+        environment[name] = own
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=environment, cwd=ROOT, capture_output=True, text=True
+    )
+    assert done.stdout.split() == [str(there), "SILENT", "False"], done.stderr
