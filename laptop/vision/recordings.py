@@ -35,6 +35,8 @@ MIN_SHARE = 0.97
 MAX_TRIED = 300
 """Frames, from the first, of which one has to be readable: more than lie between whole ones."""
 PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg")
+HALF_COLORS = {int.from_bytes(name, "little") for name in (b"I420", b"NV12", b"Y3\x0b\n")}
+"""OpenCV's numbers of films with colours of half the height: 8 bits in two ways, and 10 bits."""
 MAX_NAMED = 3
 """Pictures that cannot be read that are named; of more their number is told."""
 
@@ -97,6 +99,7 @@ class Recording:
         self._gapless = not stamps
         self.guessed = self._guess = guessed and self.count is not None
         self._cut = cut
+        self._odd = "" if isinstance(capture, PictureFolder) else _odd_height(capture)
         self._live = live
         self._now, self._sleep = now, sleep
         self._start: float | None = None  # of playing it live
@@ -108,7 +111,10 @@ class Recording:
 
     @property
     def notes(self) -> list[str]:
-        """Remarks for people: frames that could not be read."""
+        """Remarks for people: colours that lie beside the shapes, frames that could not be read."""
+        return [*filter(None, [self._odd]), *self._losses()]
+
+    def _losses(self) -> list[str]:
         short = self._short()
         if not self.unread:
             return [short] if short else []
@@ -250,6 +256,22 @@ class Recording:
 
     def __exit__(self, *error: object) -> None:
         self.close()
+
+
+def _odd_height(capture: Capture) -> str:
+    """Say that a film's colours lie too high, if they do; "" if not.
+
+    Colours of half the height are stretched to all of it, though of an odd one their last line
+    reaches beyond the picture.
+    """
+    width, height = size_of(capture)
+    if not height % 2 or int(capture.get(cv2.CAP_PROP_CODEC_PIXEL_FORMAT)) not in HALF_COLORS:
+        return ""
+    return (
+        f"its height of {height} px is odd: colours lie up to half a pixel too high, the more the "
+        f"lower; cut a line off, for example: ffmpeg -i FILE -vf crop={width - width % 2}:"
+        f"{height - 1}:0:0 NEW.mp4"
+    )
 
 
 class PictureFolder:

@@ -12,9 +12,12 @@ from hostile_files import jpeg_of, png_of
 from numbered_frames import FPS, everything, number_of, picture, write_video
 from waiting import PATIENCE
 
+from laptop.simulator.scene.sensor import marker_frame
 from laptop.vision import recordings
 from laptop.vision.cameras import open_camera
 from laptop.vision.frames import NoCamera, quiet_decoders
+from laptop.vision.markers import read_spec
+from laptop.vision.tracker import Tracker
 
 
 @pytest.fixture
@@ -227,6 +230,62 @@ def test_a_file_that_promises_too_much_ends_all_the_same():
 def test_time_goes_on_where_the_container_knows_none():
     times = [frame.t for frame in everything(recordings.Recording("lie", EndlessCapture()))]
     assert times == pytest.approx([0, 0.1, 0.2])
+
+
+# Where its colours are
+
+
+def discs(path, size):
+    """A film of a red disc near the lower edge, and where that is; OpenCV's own writer takes any
+    size."""
+    made = cv2.VideoWriter.fourcc(*"MJPG")
+    out = cv2.VideoWriter(str(path), cv2.CAP_OPENCV_MJPEG, made, FPS, size)
+    out.set(cv2.VIDEOWRITER_PROP_QUALITY, 98)
+    places = [(70.3 + 1.7 * k, 0.8 * size[1] + 0.6 * k) for k in range(8)]
+    for k, (u, v) in enumerate(places):
+        out.write(marker_frame("disc", u, v, 12, size=size, noise=1, seed=k))
+    out.release()
+    return places
+
+
+@pytest.mark.parametrize(("size", "off"), [((160, 120), 0), ((160, 121), -0.3), ((161, 120), 0)])
+def test_of_an_odd_height_it_is_said_that_colours_are_too_high(tmp_path, size, off):
+    places = discs(tmp_path / "film.avi", size)
+    tracker = Tracker([read_spec("effector", "red")])
+    with open_camera(str(tmp_path / "film.avi")) as source:
+        notes = source.notes
+        seen = [tracker.find(frame.image, frame.t)["effector"] for frame in everything(source)]
+        assert source.notes == notes
+    assert np.mean([s.v - v for s, (_, v) in zip(seen, places, strict=True)]) == pytest.approx(
+        off, abs=0.1
+    )
+    if not off:
+        assert notes == []
+    else:
+        (note,) = notes
+        assert note.startswith("its height of 121 px is odd: colours lie up to half a pixel too hi")
+        assert note.endswith("ffmpeg -i FILE -vf crop=160:120:0:0 NEW.mp4")
+
+
+def test_a_film_with_colours_of_full_height_may_have_an_odd_one(tmp_path):
+    path = tmp_path / "film.mkv"
+    out = cv2.VideoWriter(str(path), cv2.CAP_FFMPEG, cv2.VideoWriter.fourcc(*"FFV1"), FPS, (64, 48))
+    out.write(picture(1))
+    out.release()
+
+    class Higher:
+        def __init__(self, *words):
+            self.capture = cv2.VideoCapture(*words)
+
+        def get(self, key):
+            return self.capture.get(key) + (key == cv2.CAP_PROP_FRAME_HEIGHT)
+
+        def __getattr__(self, name):
+            return getattr(self.capture, name)
+
+    with open_camera(str(path), make=Higher) as source:
+        assert source.size == (64, 49)
+        assert source.notes == []
 
 
 # Played live
