@@ -7,6 +7,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from numbered_frames import lengthen
 from page_scene import BLUE, HEIGHT, WIDTH, PageScene, mark
 from waiting import PATIENCE
 
@@ -91,6 +92,23 @@ def film(tmp_path):
         for _ in range(7):
             watcher.step(0)
         yield PageController([watcher], [tracker], [path], None, tmp_path / "markers.ini"), watcher
+
+
+def test_how_many_frames_there_are_is_right_at_the_end_at_the_latest(tmp_path):
+    path = str(tmp_path / "film.mkv")
+    out = cv2.VideoWriter(path, cv2.VideoWriter.fourcc(*"MJPG"), PACE, (WIDTH, HEIGHT))
+    for _ in range(9):
+        out.write(np.full((HEIGHT, WIDTH, 3), 130, np.uint8))
+    out.release()
+    lengthen(Path(path), 2)
+    tracker = Tracker([])
+    with open_camera(path) as camera:
+        watcher = CameraPipeline("A", camera, tracker, live=False)
+        controller = PageController([watcher], [tracker], [path], None, tmp_path / "markers.ini")
+        assert controller.state().cameras[0].frames == 18
+        while not camera.ended:
+            watcher.step(0)
+        assert controller.state().cameras[0].frames == 9
 
 
 def test_any_frame_of_a_recording_can_be_looked_at_and_picked_in(film):

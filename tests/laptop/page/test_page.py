@@ -17,6 +17,7 @@ import cv2
 import numpy as np
 import pytest
 from announced import wait_for_event
+from numbered_frames import lengthen
 from page_tracker import (
     SYNTHETIC,
     WINDOW,
@@ -648,6 +649,22 @@ def test_a_name_that_is_typed_at_once_is_taken(browser, film, tmp_path):
         page.get_by_role("button", name="Leave it").wait_for(state="detached")
         page.get_by_role("button", name="Rename", exact=True).click()
         assert page.get_by_label("ball is from now on").input_value() == "ball"
+        page.close()
+
+
+def test_a_recording_that_is_shorter_than_it_seems_is_scrubbed_to_its_end(browser, tmp_path):
+    film = tmp_path / "film.mkv"
+    out = cv2.VideoWriter(str(film), cv2.VideoWriter.fourcc(*"MJPG"), 20.0, (640, 480))
+    for _ in range(200):
+        out.write(np.full((480, 640, 3), 130, np.uint8))
+    out.release()
+    lengthen(film, 3)
+    with Tracker(tmp_path, "--camera", str(film), "--open") as tracker:
+        page = browser.new_page()
+        page.goto(tracker.new_address())
+        page.locator("[role=slider][aria-valuemax='599']").wait_for(state="attached")
+        page.locator(".scrub", has_text="of 0 to 199").wait_for()  # it stands where it has ended
+        page.locator(".scrub [role=slider][aria-valuemax='199']").wait_for()
         page.close()
 
 

@@ -6,7 +6,7 @@ import struct
 import cv2
 import pytest
 from clocks import FakeClock
-from numbered_frames import FPS, everything, number_of, picture, write_video
+from numbered_frames import FPS, everything, lengthen, number_of, picture, write_video
 from rich.console import Console
 from waiting import PATIENCE
 
@@ -34,16 +34,6 @@ def film(tmp_path):
         return path
 
     return write
-
-
-def lengthen(path, factor):
-    """Let a Matroska file say that it lasts longer, as with sound or a pace that changes."""
-    data = bytearray(path.read_bytes())
-    at = data.index(b"\x44\x89\x88") + 3
-    (lasts,) = struct.unpack(">d", data[at : at + 8])
-    data[at : at + 8] = struct.pack(">d", factor * lasts)
-    path.write_bytes(bytes(data))
-    return path
 
 
 def trim(path, share):
