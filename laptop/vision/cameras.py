@@ -9,7 +9,7 @@ from pathlib import Path
 
 import cv2
 
-from laptop.vision.containers import frame_numbers, how_cut_off, tells_count
+from laptop.vision.containers import frame_numbers, how_cut_off, is_bare, tells_count
 from laptop.vision.frames import MakeCapture, NoCamera
 from laptop.vision.live_cameras import LiveCamera, NetworkStream
 from laptop.vision.recordings import PictureFolder, Recording, open_files
@@ -57,7 +57,10 @@ def open_camera(
     if isinstance(capture, PictureFolder):
         return Recording(source, capture, fps, live, now, sleep)
     counted, cut = tells_count(Path(source)), how_cut_off(Path(source))
-    return Recording(source, capture, fps, live, now, sleep, numbers, not gapless, not counted, cut)
+    film = Recording(source, capture, fps, live, now, sleep, numbers, not gapless, not counted, cut)
+    if fps is None and is_bare(Path(source)):
+        film.remarks.append(f"it tells no pace: {film.fps:g} a second is a guess; give it as --fps")
+    return film
 
 
 def name_of(source: str) -> str:

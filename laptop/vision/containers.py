@@ -15,6 +15,10 @@ OTHER_CHUNKS = b"wb", b"tx", b"pc"
 """And of others beside them: sound, text, palettes."""
 EBML, SEGMENT = bytes.fromhex("1a45dfa3"), bytes.fromhex("18538067")
 """How a Matroska or WebM file begins, and in it the part that holds the film."""
+BARE = b"\xff\xd8\xff", b"\0\0\1", b"\0\0\0\1"
+"""How pictures begin that are in no container."""
+PROGRAM_STREAM = b"\0\0\1\xba"
+"""How an MPEG begins, which is one."""
 TRIM = 0.02
 """Time, s, by which a film is shown for less than it holds before that counts."""
 MAX_EDITS = 1000
@@ -154,6 +158,16 @@ def _inside(file: BinaryIO, at: int, end: int, wanted: bytes) -> Iterator[tuple[
     for name, begin, over in _boxes(file, at, end):
         if name == wanted:
             yield begin, min(over, end)
+
+
+def is_bare(path: Path) -> bool:
+    """True for pictures one behind the other in no container: JPEG, H.264 or H.265."""
+    try:
+        with path.open("rb") as file:
+            begin = file.read(4)
+    except OSError:
+        return False
+    return begin.startswith(BARE) and begin != PROGRAM_STREAM
 
 
 def how_cut_off(path: Path) -> str:

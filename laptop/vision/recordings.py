@@ -63,6 +63,7 @@ class Recording:
         guessed: that is not certain yet.
         size: (width, height) of the first picture, px.
         unread: frames that could not be read so far.
+        remarks: on the file, for people.
         ended: nothing more will come.
     """
 
@@ -99,7 +100,8 @@ class Recording:
         self._gapless = not stamps
         self.guessed = self._guess = guessed and self.count is not None
         self._cut = cut
-        self._odd = "" if isinstance(capture, PictureFolder) else _odd_height(capture)
+        odd = "" if isinstance(capture, PictureFolder) else _odd_height(capture)
+        self.remarks = [odd] if odd else []
         self._live = live
         self._now, self._sleep = now, sleep
         self._start: float | None = None  # of playing it live
@@ -111,8 +113,8 @@ class Recording:
 
     @property
     def notes(self) -> list[str]:
-        """Remarks for people: colours that lie beside the shapes, frames that could not be read."""
-        return [*filter(None, [self._odd]), *self._losses()]
+        """Remarks for people, and which frames could not be read."""
+        return [*self.remarks, *self._losses()]
 
     def _losses(self) -> list[str]:
         short = self._short()

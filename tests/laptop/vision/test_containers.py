@@ -13,7 +13,7 @@ from waiting import PATIENCE
 from laptop.tracking.pipeline import CameraPipeline
 from laptop.tracking.status_display import StatusDisplay
 from laptop.vision.cameras import open_camera
-from laptop.vision.containers import how_cut_off, tells_count
+from laptop.vision.containers import how_cut_off, is_bare, tells_count
 from laptop.vision.recordings import Recording
 from laptop.vision.tracker import Tracker
 
@@ -88,6 +88,36 @@ def test_what_a_trimmed_mp4_does_not_show_is_not_unread(film):
         assert source.count == 10
         assert [number_of(frame.image) for frame in everything(source)] == list(range(6))
         assert (source.count, source.notes) == (6, [])
+
+
+def test_pictures_without_a_container_have_a_pace_that_is_a_guess(tmp_path):
+    path = tmp_path / "film.mjpeg"
+    path.write_bytes(
+        b"".join(cv2.imencode(".jpg", picture(number))[1].tobytes() for number in range(10))
+    )
+    with open_camera(str(path)) as source:
+        assert source.notes == ["it tells no pace: 25 a second is a guess; give it as --fps"]
+        assert [number_of(frame.image) for frame in everything(source)] == list(range(10))
+        assert len(source.notes) == 1
+    with open_camera(str(path), fps=10) as source:
+        assert source.notes == []
+        assert everything(source)[-1].t == pytest.approx(0.9)
+
+
+@pytest.mark.parametrize(
+    ("begin", "bare"),
+    [
+        (b"\0\0\0\1\x67", True),
+        (b"\0\0\1\x67\x64", True),
+        (b"\0\0\1\xba\x44", False),
+        (b"\0\0\0\x1cftyp", False),
+        (b"", False),
+    ],
+)
+def test_what_has_no_container_is_known_by_its_beginning(tmp_path, begin, bare):
+    path = tmp_path / "film"
+    path.write_bytes(begin)
+    assert is_bare(path) == bare
 
 
 class Uneven:
