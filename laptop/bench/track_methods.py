@@ -97,7 +97,7 @@ def spots(radius: float) -> Method:
 
 
 OURS, MOMENTS, ENCLOSING, HOUGH = "ours", "HSV moments", "PyImageSearch", "HoughCircles"
-SPOTS = "SimpleBlob"
+SPOTS, DOT2 = "SimpleBlob", "vpDot2"
 LARGEST, LIMIT = "HSV contour", "limit"
 
 

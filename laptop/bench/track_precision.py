@@ -14,12 +14,14 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from laptop.bench.track_methods import LIMIT, OURS, methods
+from laptop.bench import track_dot2
+from laptop.bench.track_methods import DOT2, LIMIT, OURS, methods
 from laptop.bench.track_score import Point, Score, TrackResult, judge, unlearned
 from laptop.simulator.scene.optics import light_of, marker_light, to_linear, to_srgb
 from laptop.simulator.scene.sensor import blurred, marker_frame
 from laptop.vision.learning import learn
 from laptop.vision.markers import BadMarker, Marker
+from laptop.vision.tracker import Sighting
 
 FPS = 30.0
 
@@ -171,8 +173,24 @@ class PrecisionCase:
                 if k:
                     score += judge(found, truth, 1.0, look.radius)
             results.append(TrackResult("precision", look.name, name, method, score))
+        if marker.color is not None:
+            results.append(self._dot2(name, clip[1:]))
         limit = Score()
         for _, (u, v) in clip[1::15]:
             best = bound(lambda a, b: values(look, a, b, behind), u, v, look.noise)
             limit += Score(1, 1, 0, 0, 1, sum(best))
         return [*results, TrackResult("precision", look.name, name, LIMIT, limit)]
+
+    def _dot2(self, name: str, clip: list[tuple[np.ndarray, Point]]) -> TrackResult:
+        """ViSP's vpDot2; where it is not at hand, no frame counts, and the error says so."""
+        look, score = self.look, Score()
+        truths = [truth for _, truth in clip]
+        try:
+            shares = track_dot2.shares_of(clip, look.radius, look.motion)
+            places = track_dot2.follow(shares, truths)
+        except track_dot2.NoDot2 as problem:
+            return TrackResult("precision", look.name, name, DOT2, error=str(problem))
+        for place, truth in zip(places, truths, strict=True):
+            found = Sighting(*place, 1.0, look.radius) if place else None
+            score += judge(found, truth, 1.0, look.radius)
+        return TrackResult("precision", look.name, name, DOT2, score)

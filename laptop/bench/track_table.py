@@ -10,7 +10,7 @@ from typing import Any
 
 from laptop.bench.track_cost import Cost, full_frame_cost
 from laptop.bench.track_light import METHODS_IN_LIGHT, OUTLINE
-from laptop.bench.track_methods import ENCLOSING, HOUGH, LIMIT, MOMENTS, OURS, SPOTS
+from laptop.bench.track_methods import DOT2, ENCLOSING, HOUGH, LIMIT, MOMENTS, OURS, SPOTS
 from laptop.bench.track_rims import PRECISE
 from laptop.bench.track_score import Score, TrackResult
 
@@ -28,9 +28,17 @@ def gathered(results: Iterable[TrackResult]) -> list[TrackResult]:
 
 
 Row = tuple[str, ...]
-PRECISION_HEADINGS: Row = (
-    "marker", "limit", "ours", "x limit", "bias u", "bias v", MOMENTS, SPOTS, ENCLOSING, HOUGH,
-)  # fmt: skip
+
+
+def _others(results: Iterable[TrackResult]) -> Row:
+    """The methods beside ours; vpDot2 only where it could be run."""
+    has_dot2 = any(r.method == DOT2 and r.score.frames for r in results)
+    return (MOMENTS, SPOTS, *([DOT2] if has_dot2 else []), ENCLOSING, HOUGH)
+
+
+def precision_headings(results: Iterable[TrackResult]) -> Row:
+    """The headings of `precision_table`."""
+    return ("marker", "limit", "ours", "x limit", "bias u", "bias v", *_others(results))
 
 
 def _found(results: Iterable[TrackResult], part: str) -> dict[tuple[str, str], dict[str, Score]]:
@@ -53,11 +61,12 @@ def _px(score: Score | None) -> str:
 
 def precision_table(results: Sequence[TrackResult]) -> list[Row]:
     """One row per look."""
-    rows = []
+    rows: list[Row] = []
+    others = _others(results)
     for (look, _), scores in _found(results, "precision").items():
         ours, limit = scores[OURS], scores.get(LIMIT, Score())
         u, v = ours.bias
-        rest = (_px(scores.get(method)) for method in (MOMENTS, SPOTS, ENCLOSING, HOUGH))
+        rest = (_px(scores.get(method)) for method in others)
         rows.append(
             (
                 look,
@@ -139,7 +148,9 @@ def cost_table(timed: Sequence[Cost]) -> list[Row]:
 
 def errors(results: Iterable[TrackResult]) -> list[str]:
     """Lines on what could not be tried, and why."""
-    return [f"{r.condition}: {r.error}" for r in results if r.error and r.method == OURS]
+    failed = [r for r in results if r.error]
+    without = dict.fromkeys(r.error for r in failed if r.method == DOT2)  # once, not at every look
+    return [*(f"{r.condition}: {r.error}" for r in failed if r.method == OURS), *without]
 
 
 def figures(results: Iterable[TrackResult], timed: Iterable[Cost]) -> dict[str, Any]:

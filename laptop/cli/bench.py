@@ -152,7 +152,8 @@ def bench_track(seeds: range, cluster: str | None, as_json: bool) -> None:
         return
     title = f"seeds {seeds.start}:{seeds.stop}, figures from the emulator"
     precision, light = track_table.precision_table(results), track_table.light_table(results)
-    show.table(f"Precision, px rms per axis; {title}", track_table.PRECISION_HEADINGS, precision, 0)
+    headings = track_table.precision_headings(results)
+    show.table(f"Precision, px rms per axis; {title}", headings, precision, 0)
     rims = track_table.rim_table(results)
     show.table(f"Printed discs, px; {title}", track_table.RIM_HEADINGS, rims, 0)
     show.table(f"Light and scene, px; {title}", track_table.LIGHT_HEADINGS, light, 0)
