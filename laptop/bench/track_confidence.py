@@ -16,6 +16,7 @@ import numpy as np
 from laptop.bench import workers
 from laptop.bench.track_covers import Circle, fingers, half_plane, leaves, streaks
 from laptop.bench.track_films import FilmCase
+from laptop.bench.track_rays import RayCase
 from laptop.bench.track_score import Claim, claim
 from laptop.simulator.scene.optics import (
     LAMP,
@@ -150,13 +151,14 @@ def render_cases(seeds: range) -> list[RenderCase]:
     return [RenderCase(stress, seed) for stress in STRESSES for seed in seeds]
 
 
-def _run(case: RenderCase | FilmCase) -> list[Claim]:
+Case = RenderCase | RayCase | FilmCase
+
+
+def _run(case: Case) -> list[Claim]:
     return case.run()
 
 
-def run(
-    todo: Sequence[RenderCase | FilmCase], executor: Executor | None = None
-) -> Iterator[list[Claim]]:
+def run(todo: Sequence[Case], executor: Executor | None = None) -> Iterator[list[Claim]]:
     """Yield the claims of all cases in their order.
 
     Args:

@@ -100,7 +100,7 @@ def plot(claims: Iterable[Claim], file: str | Path) -> None:
     """
     claims = [one for one in claims if one.confidence > 0]
     parts = list(dict.fromkeys(one.part for one in claims))
-    figure = Figure(figsize=(11, 4.2), layout="constrained")
+    figure = Figure(figsize=(1 + 5 * max(1, len(parts)), 4.2), layout="constrained")
     grid = figure.subplots(1, max(1, len(parts)), squeeze=False)[0]
     for axes, part in zip(grid, parts, strict=False):
         some = [one for one in claims if one.part == part]

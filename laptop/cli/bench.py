@@ -187,11 +187,12 @@ def bench_confidence(
     seeds: range, films: str | None, plot: str | None, cluster: str | None, as_json: bool
 ) -> None:
     """What confidence says of the error, where a marker is hidden, blurred or gone."""
-    from laptop.bench import show, track_confidence, track_confidence_table, track_films
+    from laptop.bench import show, track_confidence, track_confidence_table, track_films, track_rays
 
     with in_one_line():
-        todo: list[track_confidence.RenderCase | track_films.FilmCase] = [
+        todo: list[track_confidence.Case] = [
             *track_confidence.render_cases(seeds),
+            *track_rays.ray_cases(seeds),
             *(track_films.film_cases(films, seeds) if films else ()),
         ]
         with _executor(cluster) as executor:

@@ -93,7 +93,11 @@ _POINTS = 48
 # Triples of points on a contour through which circles are laid: wide ones, and narrow ones for rims
 # of which most is hidden.
 _TRIPLES = np.array(
-    [(i, (i + step) % _POINTS, (i + 2 * step) % _POINTS) for step in (16, 11, 7) for i in range(48)]
+    [
+        (i, (i + step) % _POINTS, (i + 2 * step) % _POINTS)
+        for step, starts in ((16, 16), (11, _POINTS), (7, _POINTS))
+        for i in range(starts)
+    ]
 ).T
 _SQUARE = np.ones((3, 3), np.uint8)
 _RIM = np.array([(math.cos(k * math.pi / 18), math.sin(k * math.pi / 18)) for k in range(36)])
@@ -191,9 +195,11 @@ def _fit(
         return None
     us, vs, radii = us[good], vs[good], radii[good]
     xs, ys = xs[inside], ys[inside]
-    off = cv2.magnitude(xs - us[:, None], ys - vs[:, None])
-    off -= radii[:, None]
-    off /= np.maximum(1.0, 0.06 * radii)[:, None]
+    # Which of them most points lie on needs no more than this precision.
+    x, y, around = (part.astype(np.float32) for part in (xs, ys, np.stack([us, vs, radii])))
+    off = cv2.magnitude(x - around[0][:, None], y - around[1][:, None])
+    off -= around[2][:, None]
+    off /= np.maximum(1, np.float32(0.06) * around[2])[:, None]
     # What is missing may be hidden; what sticks out is somebody else's.
     _, sticking_out = cv2.threshold(off, 2, 0.3, cv2.THRESH_BINARY)
     _, near = cv2.threshold(1 - off * off, 0, 0, cv2.THRESH_TOZERO)

@@ -52,9 +52,8 @@ _STABLE = 1e-3 * np.eye(3)
 _SQUARES = np.arange(256, dtype=np.float32) ** 2
 _SUM = np.ones((1, 3), np.float32)
 
-_SMOOTH = 8
-_WITHIN, _WITHOUT = slice(11, 12), slice(29, 30)
-"""Samples, and the middles of as many that tell the colours on either side of the rim."""
+_WITHIN, _WITHOUT = slice(7, 15), slice(25, 33)
+"""Samples that tell the colours on either side of the rim."""
 
 _FIRST_REACH, _SECOND_REACH = 0.2, 0.12
 """Sigma of the distance from the expected rim at which a step counts, in radii."""
@@ -74,6 +73,17 @@ _STEEP, _LEVEL = 0.4, 0.2
 """Slope, as a part of the greatest one, that is a rim's; and, as a part of that, which is none."""
 _BLUR_COST, _GAP_COST = 0.2, 0.025
 """What a blurred rim (width squared) and a missing one add to the residual, in radii."""
+_SHARP = 4.0
+"""Width of a rim, px, up to which it is as sharp as a camera makes it: nothing has moved."""
+_PALE, _FULL = 0.2, 0.8
+"""Shares of the colour within, between which a rim goes over into what is around."""
+_SMEAR_COST, _LEAN_COST = 0.3, 0.4
+"""What a smear adds to the misfit: by how much wider the rim is along it than across, and by how
+much the middles of its two ends lie to one side, both in radii."""
+_SECTOR = (np.arange(24)[:, None] + np.arange(-2, 3)) % 24
+"""Every second ray, with two of these on either side."""
+_ACROSS = (np.arange(12) + 6) % 12
+"""Of the directions of half of these rays, the ones at right angles."""
 
 
 def fit_limb(
@@ -136,13 +146,45 @@ def fit_limb(
     normal = (on_rim.astype(float) @ _PRODUCTS).reshape(3, 3) + _STABLE
     inverse = cv2.invert(normal, flags=cv2.DECOMP_CHOLESKY)[1]
     dilution = math.sqrt(inverse[0, 0] + inverse[1, 1]) * math.sqrt(_RAYS) / 2
-    smooth = cv2.blur(rays, (_SMOOTH, 1))
-    apart = _distance(smooth[1:-1, _WITHIN], smooth[1:-1, _WITHOUT])[:, 0]
+    within, without = (
+        cv2.resize(rays[1:-1, part], (1, _RAYS), interpolation=cv2.INTER_AREA)
+        for part in (_WITHIN, _WITHOUT)
+    )
+    apart = _distance(within, without)[:, 0]
     width = apart * (2 * half * _STEP) / np.maximum(1, slopes[_EVERY, along])
     blur = float(np.sort(width[on_rim])[count // 2])
     gap = 1 - count / max(1, int(np.count_nonzero(visible)))
     misfit = dilution * (residual + _BLUR_COST * blur * blur + _GAP_COST * gap)
+    if blur * radius > _SHARP:
+        smear, lean = _smear(rays)
+        misfit += _SMEAR_COST * smear + _LEAN_COST * min(lean, smear)
     return Limb(u, v, radius, misfit, _contrast(rays[1:-1], along + half, on_rim, color), gap)
+
+
+def _smear(rays: np.ndarray) -> tuple[float, float]:
+    """How far a limb was smeared by a motion, in radii, and how far to one side: 0, 0 if not.
+
+    Its rim is wide at two opposite ends, and sharp across, as neither shade nor focus make it.  The
+    colours on either side are smeared with it, hence the steepest step may be at any place in it.
+
+    Args:
+        rays: as of `_rays`.
+    """
+    pairs = cv2.blur(rays, (1, 3))[1:-1:2, 2:].astype(np.float32)
+    around = pairs[:, -1:]
+    pairs -= around
+    contrast = pairs[:, :1]
+    shares = (pairs @ contrast.transpose(0, 2, 1))[..., 0]
+    full = np.maximum(shares[:, :1], _MIN_STEP_HEIGHT**2)
+    first = (shares < _FULL * full).argmax(axis=1)
+    last = shares.shape[1] - 1 - (shares[:, ::-1] > _PALE * full).argmax(axis=1)
+    both = np.sort(np.stack([last - first, last + first]).take(_SECTOR, axis=1))
+    widths, middles = both[..., _SECTOR.shape[1] // 2]
+    opposite = widths.reshape(2, 12)
+    wider = opposite.min(axis=0) - opposite.max(axis=0)[_ACROSS]
+    along = int(wider.argmax())
+    smear = max(0, int(wider[along])) * _STEP
+    return smear, abs(int(middles[along] - middles[along + 12])) / 4 * _STEP
 
 
 def scaled_misfit(limb: Limb) -> float:

@@ -147,18 +147,17 @@ class Track:
         new = measured.seen
         assert new is not None
         whole = self.last_whole if math.isinf(measured.last_whole) else t
-        measured = replace(
-            measured, t=t, misses=0, last_whole=whole, home=self.home, home_t=self.home_t,
-            speed=self.speed, picture=self.picture, others=self.others,
-        )  # fmt: skip
+        du, dv = measured.du, measured.dv
         dt = t - self.t
-        if self.seen is None or self.misses or dt <= 0:
-            return measured
-        # An alpha-beta filter whose position is the measurement.
-        old = 1 - VELOCITY_BLEND
-        du = old * self.du + VELOCITY_BLEND * (new.u - self.seen.u) / dt
-        dv = old * self.dv + VELOCITY_BLEND * (new.v - self.seen.v) / dt
-        return replace(measured, du=du, dv=dv)
+        if self.seen is not None and not self.misses and dt > 0:
+            # An alpha-beta filter whose position is the measurement.
+            old = 1 - VELOCITY_BLEND
+            du = old * self.du + VELOCITY_BLEND * (new.u - self.seen.u) / dt
+            dv = old * self.dv + VELOCITY_BLEND * (new.v - self.seen.v) / dt
+        return replace(
+            measured, t=t, du=du, dv=dv, misses=0, last_whole=whole, home=self.home,
+            home_t=self.home_t, speed=self.speed, picture=self.picture, others=self.others,
+        )  # fmt: skip
 
     def miss(self, color: Color | None, why: str) -> Track:
         """The track after a frame without the marker.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -48,13 +47,18 @@ def isolation(hsv: np.ndarray, circle: Circle, color: Color) -> float:
         hsv: OpenCV's, uint8, shape (h, w, 3).
         circle: in its px.
     """
-    wider = replace(color, tolerance=1.3 * color.tolerance, saturation=0.8 * color.saturation)
-    ring = np.zeros(hsv.shape[:2], np.uint8)
-    center = round(circle.u), round(circle.v)
+    wider = Color(color.hue, 0.8 * color.saturation, color.value, 1.3 * color.tolerance)
     width = max(2, round(0.25 * circle.radius))
-    cv2.circle(ring, center, round(1.15 * circle.radius + width), 255, width)
+    radius = round(1.15 * circle.radius + width)
+    u, v, reach = round(circle.u), round(circle.v), radius + width
+    left, top = max(0, u - reach), max(0, v - reach)
+    window = hsv[top : max(0, v + reach), left : max(0, u + reach)]
+    if not window.size:
+        return 1.0
+    ring = np.zeros(window.shape[:2], np.uint8)
+    cv2.circle(ring, (u - left, v - top), radius, 255, width)
     total = cv2.countNonZero(ring)
-    same = cv2.countNonZero(ring & hsv_mask(hsv, wider))
+    same = cv2.countNonZero(ring & hsv_mask(window, wider))
     return 1 - ramp(same / max(1, total), 0.3, 0.6)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -56,11 +55,12 @@ def adapt_color(hsv: tuple[float, float, float], color: Color | None, learned: C
     hue = color.hue + COLOR_BLEND * hue_distance(hsv[0], color.hue)
     away = hue_distance(hue, learned.hue)
     allowed = 0.75 * learned.tolerance
-    return replace(
-        color,
-        hue=(learned.hue + min(allowed, max(-allowed, away))) % 360,
-        saturation=_blend(color.saturation, hsv[1], learned.saturation, 0.6, 1.4),
-        value=_blend(color.value, hsv[2], learned.value, 0.2, 2.5),
+    return Color(
+        (learned.hue + min(allowed, max(-allowed, away))) % 360,
+        _blend(color.saturation, hsv[1], learned.saturation, 0.6, 1.4),
+        _blend(color.value, hsv[2], learned.value, 0.2, 2.5),
+        color.tolerance,
+        color.scene,
     )
 
 

@@ -18,6 +18,7 @@ from laptop.bench import (
     track_light,
     track_methods,
     track_precision,
+    track_rays,
     track_table,
 )
 from laptop.bench.track_confidence import EDGE, GONE, MOTION, STRESSES, RenderCase, Stress
@@ -26,6 +27,7 @@ from laptop.bench.track_covers import fingers, half_plane
 from laptop.bench.track_films import FilmCase
 from laptop.bench.track_light import LightCase
 from laptop.bench.track_precision import LOOKS, PrecisionCase
+from laptop.bench.track_rays import RayCase
 from laptop.bench.track_rims import RimCase
 from laptop.bench.track_score import Claim, Score, TrackResult, claim, judge
 from laptop.cli.main import laptop
@@ -553,6 +555,27 @@ def test_what_mask_and_limb_or_size_disagree_on_is_doubted(kind, harm, seed):
     assert not [c for c in claims if c.is_wrong and c.confidence >= 0.5]
 
 
+def test_another_renderer_s_ball_is_where_it_says():
+    """Its colour, told by a threshold, is about a full circle around its centre."""
+    (image, (u, v, radius), way), *_ = RayCase(1).pictures()
+    assert (image.shape, image.dtype, way) == ((240, 320, 3), np.uint8, 0)
+    vivid = cv2.inRange(cv2.cvtColor(image, cv2.COLOR_BGR2HSV)[..., 1], 100, 255)
+    m = cv2.moments(vivid, binaryImage=True)
+    assert m["m00"] == pytest.approx(math.pi * radius**2, rel=0.1)
+    assert (m["m10"] / m["m00"], m["m01"] / m["m00"]) == pytest.approx((u, v), abs=0.02 * radius)
+
+
+@pytest.mark.long
+def test_smears_of_another_renderer_are_placed_or_doubted():
+    claims = [one for seed in range(5000, 5020) for one in RayCase(seed).run()]
+    sure = [one for one in claims if one.confidence >= 0.9 and not one.clear]
+    assert len(sure) > 40
+    assert sum(one.is_off for one in sure) <= 0.02 * len(sure)
+    still = [one for one in claims if one.clear]
+    assert min(one.confidence for one in still) >= 0.9
+    assert max(one.error / one.radius for one in still) < 0.03
+
+
 @pytest.mark.parametrize(
     ("text", "complaint"),
     [
@@ -573,6 +596,7 @@ def test_films_without_truth_are_refused(tmp_path, text, complaint):
 @pytest.mark.claims
 def test_bench_confidence(film, monkeypatch):
     monkeypatch.setattr(track_confidence, "STRESSES", STRESSES[:1])
+    monkeypatch.setattr(track_rays, "ray_cases", lambda _: [RayCase(3)])
     monkeypatch.setattr(
         track_films,
         "film_cases",

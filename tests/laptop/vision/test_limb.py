@@ -64,6 +64,17 @@ def test_the_more_blurred_it_is_the_less_it_is_trusted():
     assert misfits[-1] > 3 * misfits[0]
 
 
+@pytest.mark.parametrize("direction", [0.0, 0.5, 1.0, 1.5, 2.0, 2.5])
+@pytest.mark.parametrize("radius", [20, 30])
+def test_a_ball_that_moves_while_the_shutter_is_open_is_doubted(radius, direction):
+    """Its rim is wide along its way only; one that is out of focus is as blurred all around."""
+    way = 0.6 * radius
+    motion = way * math.cos(direction), way * math.sin(direction)
+    smeared = fitted(picture(radius, motion=motion), radius)
+    assert scaled_misfit(smeared) > 0.066  # confidence below 0.9
+    assert scaled_misfit(fitted(picture(radius, blur=2.5), radius)) < 0.02
+
+
 def test_where_nothing_changes_there_is_no_limb():
     assert fitted(np.full((SIZE[1], SIZE[0], 3), 128, np.uint8), 30) is None
 
