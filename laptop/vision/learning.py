@@ -29,10 +29,10 @@ _HUE_MARGIN = 6.0
 """Hue that is added on either side of a pixel's own, degrees."""
 _MAX_AREA_SHARE = 0.4
 """Part of the picture that a marker may fill; what is larger is a table."""
-_MAX_RIM_WIDTH, _MAX_BLUR, _MAX_MISFIT = 0.35, 0.66, 0.055
+_MAX_RIM_WIDTH, _MAX_MISFIT = 0.3, 0.062
 """Width of the rim, in radii, beyond which only the core tells the colour and the limb the size:
-what is out of focus looks pale, and up to 1.6 times as large.  Width of the rim, and misfit of the
-limb, beyond which they do not, either.  (What is only shaded has a limb that fits.)"""
+what is out of focus looks pale, and up to 1.6 times as large.  Misfit of the limb beyond which they
+do not, either.  (What is only shaded has a limb that fits.)"""
 _CORE = 0.5
 """Size of the core, in radii."""
 _MIN_ROUNDNESS = 0.25
@@ -109,7 +109,7 @@ def learn(name: str, image: np.ndarray, pick: tuple[float, ...], kind: str | Non
     width_of_rim = rim_width(image, found.u, found.v, found.radius)
     if width_of_rim > _MAX_RIM_WIDTH:
         limb = fit_limb(image, found.u, found.v, found.radius, edges, color)
-        if width_of_rim > _MAX_BLUR or limb is None or scaled_misfit(limb) > _MAX_MISFIT:
+        if limb is None or scaled_misfit(limb) > _MAX_MISFIT:
             raise BadMarker(
                 f"{name}: the marker at {where} is blurred, its rim {width_of_rim:.1f} radii wide "
                 f"({_MAX_RIM_WIDTH:g} is well); pick it in a frame where it is at rest and in focus"

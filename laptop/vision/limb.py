@@ -69,6 +69,8 @@ _DARK = 0.5
 """Part of the marker's brightness below which what is beside it has no colour to speak of."""
 _RIM_REACH = 0.6, 1.5
 """Where the rim of a circle that was found in a mask is looked for, in radii."""
+_BESIDE_RIM = 0.5, 0.7
+"""Where the colour within it is, in radii."""
 _STEEP, _LEVEL = 0.4, 0.2
 """Slope, as a part of the greatest one, that is a rim's; and, as a part of that, which is none."""
 _BLUR_COST, _GAP_COST = 0.2, 0.025
@@ -193,11 +195,12 @@ def scaled_misfit(limb: Limb) -> float:
 
 
 def rim_width(image: np.ndarray, u: float, v: float, radius: float) -> float:
-    """How wide the rim around a circle is, in radii: 0.1 of a sharp one, 0.7 of one all blurred.
+    """How wide the rim around a circle is, in radii: 0.1 of a sharp one, 0.6 of one all blurred.
 
     The way from three quarters of the colour within to a quarter, in the middle of all directions.
-    The colour without is that far outside, or of the first level beyond the rim: what makes it
-    narrower, for a shaded ball has levels within, and a disc's white rim has others beyond.
+    The colour within is that beside the rim: a ball is shaded, and in its middle it may shine.  The
+    colour without is that far outside, or of the first level beyond the rim: what makes it
+    narrower, for a disc's white rim has others beyond.
 
     Args:
         image: BGR, uint8, shape (h, w, 3).
@@ -217,9 +220,10 @@ def rim_width(image: np.ndarray, u: float, v: float, radius: float) -> float:
     while steep + 1 < last and slopes[steep + 1] > slopes[steep]:
         steep += 1
     level = steep + np.flatnonzero(slopes[steep:] < _LEVEL * slopes[steep])
-    within = np.median(rays[:, :8].reshape(-1, 3), 0)
+    inner, outer = np.searchsorted(rho, _BESIDE_RIM)
+    within = np.median(rays[:, inner : outer + 1].reshape(-1, 3), 0)
     without = [np.median(rays[:, -8:].reshape(-1, 3), 0), *way[1 + level[:1]]]
-    return min(_quarters(rays, within, around) for around in without) * float(rho[1])
+    return min(_quarters(rays[:, inner:], within, around) for around in without) * float(rho[1])
 
 
 def _quarters(rays: np.ndarray, within: np.ndarray, around: np.ndarray) -> int:
