@@ -65,6 +65,8 @@ _FULL_STEP_HEIGHT = 40.0
 """Change of colour along a ray, DN, beyond which it counts no more."""
 _ROUGHNESS = 0.06
 """Part of the radius (at least 1 px) within which a step lies on the rim."""
+_CLEAR = 2.5
+"""Distance from a rim, px, at which a camera shows the colours on either side as they are."""
 _DARK = 0.5
 """Part of the marker's brightness below which what is beside it has no colour to speak of."""
 _RIM_REACH = 0.6, 1.5
@@ -160,7 +162,9 @@ def fit_limb(
     if blur * radius > _SHARP:
         smear, lean = _smear(rays)
         misfit += _SMEAR_COST * smear + _LEAN_COST * min(lean, smear)
-    return Limb(u, v, radius, misfit, _contrast(rays[1:-1], along + half, on_rim, color), gap)
+    return Limb(
+        u, v, radius, misfit, _contrast(rays[1:-1], along + half, on_rim, color, radius), gap
+    )
 
 
 def _smear(rays: np.ndarray) -> tuple[float, float]:
@@ -266,13 +270,17 @@ def _between(steps: np.ndarray, along: np.ndarray) -> np.ndarray:
     return np.minimum(np.maximum(0.5 * (before - after) / bend, -1), 1)
 
 
-def _contrast(rays: np.ndarray, along: np.ndarray, on_rim: np.ndarray, color: Color) -> float:
+def _contrast(
+    rays: np.ndarray, along: np.ndarray, on_rim: np.ndarray, color: Color, radius: float
+) -> float:
     """Part of the rim that has the colour within and not without."""
     wide = Color(
-        color.hue, 0.6 * color.saturation, 0.6 * color.value, min(90.0, 1.3 * color.tolerance)
-    )
-    inner = rays[_EVERY, np.maximum(along - 4, 0)]
-    outer = rays[_EVERY, np.minimum(along + 5, _SAMPLES - 1)]
+        color.hue, 0.8 * color.saturation, 0.6 * color.value, min(90.0, 1.3 * color.tolerance),
+        color.saturation_floor, color.value_floor,
+    )  # fmt: skip
+    inner = rays[_EVERY, np.maximum(along - max(4, round(_CLEAR / (_STEP * radius))), 0)]
+    beyond = max(5, round(_CLEAR / (_STEP * radius)))
+    outer = rays[_EVERY, np.minimum(along + beyond, _SAMPLES - 1)]
     both = cv2.cvtColor(np.stack([inner, outer]), cv2.COLOR_BGR2HSV)
     within, without = hsv_mask(both, wide) > 0
     without &= outer.max(axis=1) > _DARK * inner.max(axis=1)  # noise on black has colours, too

@@ -40,6 +40,8 @@ class Color:
     saturation  typical, 0 to 1
     value       typical, 0 to 1
     tolerance   of the hue, degrees
+    saturation_floor, value_floor
+                shares of the typical ones below which a pixel is no longer of the colour
     scene       what the whole picture looked like then: mean red, green, blue (0 to 255), or None;
                 against it the tracker measures a change of the light
     """
@@ -48,6 +50,8 @@ class Color:
     saturation: float
     value: float
     tolerance: float = 20.0
+    saturation_floor: float = 0.55
+    value_floor: float = 0.4
     scene: tuple[float, float, float] | None = None
 
 
@@ -162,6 +166,7 @@ _GREY_CHROMA = 6
 _FILE_HEADER = """\
 # The markers, as the tracker learned them; correct by hand what it got wrong.
 # hue, tolerance: degrees (0 red, 120 green, 240 blue); saturation, value: 0 to 1;
+# saturation_floor, value_floor: shares of these below which a pixel is of another colour;
 # scene: mean red, green, blue (0 to 255) of the picture in which it was picked;
 # radius: px as it was picked; without it any size will do.
 """
@@ -170,8 +175,11 @@ _LIMITS = {
     "tolerance": (1, 90),
     "saturation": (0.05, 1),
     "value": (0.02, 1),
+    "saturation_floor": (0.05, 1),
+    "value_floor": (0.05, 1),
     "radius": (1, 2000),
 }
+_OPTIONAL = ("saturation_floor", "value_floor", "radius")
 
 
 def read_markers(file: str | Path) -> dict[str, Marker]:
@@ -248,8 +256,8 @@ def _read_section(file: str | Path, name: str, section: Mapping[str, str]) -> Ma
         if not all(0 <= part <= 255 for part in (red, green, blue)):
             raise complain("scene", "three numbers from 0 to 255: red, green, blue")
         scene = (red, green, blue)
-    values = {key: number(key) for key in _LIMITS if key != "radius"}
-    radius = number("radius") if "radius" in section else None
+    values = {key: number(key) for key in _LIMITS if key in section or key not in _OPTIONAL}
+    radius = values.pop("radius", None)
     return Marker(name, kind, Color(**values, scene=scene), radius=radius)
 
 
@@ -286,10 +294,6 @@ def write_markers(file: str | Path, markers: Mapping[str, Marker]) -> None:
 # Pixels
 
 
-SATURATION_FLOOR, VALUE_FLOOR = 0.55, 0.4
-"""Shares of the typical ones below which a pixel is no longer of the colour."""
-
-
 def hsv_mask(hsv: np.ndarray, color: Color) -> np.ndarray:
     """Mask the pixels of a colour: closed in hue, with floors for saturation and value.
 
@@ -301,8 +305,8 @@ def hsv_mask(hsv: np.ndarray, color: Color) -> np.ndarray:
     """
     low, high = (color.hue - color.tolerance) / 2, (color.hue + color.tolerance) / 2
     floors = (
-        SATURATION_FLOOR * color.saturation * 255,
-        VALUE_FLOOR * color.value * 255,
+        color.saturation_floor * color.saturation * 255,
+        color.value_floor * color.value * 255,
     )
     mask = cv2.inRange(hsv, (low, *floors), (high, 255, 255))
     if low < 0:  # hue is a circle

@@ -36,6 +36,7 @@ MIN_FOLLOWED_SCORE = 0.4
 MIN_SCENE_BRIGHTNESS = 20.0
 """Mean of a picture's brightest channel, 0 to 255, below which it is too dark to see anything."""
 ELSEWHERE = "not where it was; soon sure"
+SEVERAL = "several alike"
 OTHER = "only another one of its colour"
 GREY = "no colours in the picture"
 GREY_EVERY = 16
@@ -103,7 +104,7 @@ def _search(image: np.ndarray, t: float, marker: Marker, track: Track, measure: 
     if fitting:
         best = max(fitting, key=lambda candidate: candidate.score)
         if _has_rival(best, fitting):
-            return _doubted(best, track, "several alike")
+            return _doubted(best, track, SEVERAL)
         if best.score >= LEAST_CONFIDENCE:
             return _taken(best, image, t, track)
     if candidates:
@@ -136,7 +137,7 @@ def _suspected(
     known = not unknown
     best = best if known else max(unknown, key=lambda candidate: candidate.score)
     if _has_rival(best, candidates if known else unknown):
-        return _doubted(best, track, "several alike")
+        return _doubted(best, track, SEVERAL)
     seen, before = best.seen, track.suspect
     assert seen is not None
     suspect = Suspect(seen.u, seen.v, seen.radius, t, t, 1)

@@ -40,6 +40,10 @@ def color_likeness(hsv: tuple[float, float, float], color: Color, learned: Color
     )
 
 
+WIDER = 0.8
+"""Part of a marker's saturation at which what is around it still counts as its colour."""
+
+
 def isolation(hsv: np.ndarray, circle: Circle, color: Color) -> float:
     """Small if what is around has the colour, too: then it is a part of something larger.
 
@@ -47,7 +51,10 @@ def isolation(hsv: np.ndarray, circle: Circle, color: Color) -> float:
         hsv: OpenCV's, uint8, shape (h, w, 3).
         circle: in its px.
     """
-    wider = Color(color.hue, 0.8 * color.saturation, color.value, 1.3 * color.tolerance)
+    wider = Color(
+        color.hue, WIDER * color.saturation, color.value, 1.3 * color.tolerance,
+        color.saturation_floor, color.value_floor,
+    )  # fmt: skip
     width = max(2, round(0.25 * circle.radius))
     radius = round(1.15 * circle.radius + width)
     u, v, reach = round(circle.u), round(circle.v), radius + width

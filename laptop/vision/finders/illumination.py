@@ -60,6 +60,8 @@ def adapt_color(hsv: tuple[float, float, float], color: Color | None, learned: C
         _blend(color.saturation, hsv[1], learned.saturation, 0.6, 1.4),
         _blend(color.value, hsv[2], learned.value, 0.2, 2.5),
         color.tolerance,
+        color.saturation_floor,
+        color.value_floor,
         color.scene,
     )
 
