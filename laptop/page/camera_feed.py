@@ -39,6 +39,8 @@ LOST_ADVICE = {
     "several alike": "cover the others, or pick this one's colour anew",
     "nothing of this colour is a disc": "turn it to the camera, uncover it, or pick it anew",
     "nothing of this colour is a ball": "uncover it, or pick it anew",
+    "only a much larger one": "take that away, or pick this one anew if it has come nearer",
+    "only a much smaller one": "take that away, or pick this one anew if it has gone farther",
     "no colours in the picture": "bring it into the picture; if the camera is grey, track aruco:ID",
     "too dark": "give more light, or a longer exposure",
     "nothing of this colour": "bring it into the picture, or pick it anew: the light may differ",

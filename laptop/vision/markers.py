@@ -63,7 +63,8 @@ class Marker:
     kind   "disc" (flat and matte), "ball" (shaded), "aruco" (DICT_4X4_50)
     color  of a disc or ball
     id     of an aruco marker
-    radius as it was picked, px; the tracker allows a third to three times as much
+    radius as it was picked, px; at first the tracker allows a third to three times as much, and
+           then of what it last saw
     """
 
     name: str

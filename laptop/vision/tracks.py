@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from laptop.vision.discriminant import DiscriminantModel
-from laptop.vision.markers import Color
+from laptop.vision.markers import Color, Marker
 
 Window = tuple[float, float, float, float]
 """Left, top, right, bottom, px."""
@@ -132,6 +132,11 @@ class Track:
             return None
         dt = min(t - self.t, MAX_PREDICTION_TIME)
         return seen.u + self.du * dt, seen.v + self.dv * dt, seen.radius
+
+    def known_radii(self, marker: Marker) -> tuple[float, ...]:
+        """Radii that a marker had when it was picked, and when it was last surely seen, px."""
+        home = self.home.radius if self.home else None
+        return tuple(radius for radius in (marker.radius, home) if radius)
 
     def window(self, t: float) -> Window | None:
         """The window in which the marker is looked for first at time t (s); None: everywhere."""

@@ -15,6 +15,7 @@ from laptop.vision.finders.confidence import (
     color_step,
     isolation,
     limb_confidence,
+    other_size,
     ramp,
     size_doubt,
     size_likeness,
@@ -103,20 +104,22 @@ def measure_circle(
         * ramp(circle.visible, 0.2, 0.8)
         * color_likeness(shade, color if track.seen else learned, learned)
         * isolation(window.hsv, circle, learned)
-        * size_likeness(circle.radius, radius, marker.radius)
         * (ramp(circle.radius, 4, 9) if strict else 1)
     )
     limb = fit_limb(window.relit, circle.u, circle.v, circle.radius, window.edges, color)
-    score *= 1 - ramp(size_doubt(limb, marker.radius), 0.12, 0.3)
+    known = track.known_radii(marker)
+    score *= 1 - ramp(size_doubt(limb, known), 0.12, 0.3)
     if track.seen is None and not strict:  # what is where nothing was expected has to look like it
         score *= 1 - ramp(color_step(shade, color), 0.3, 0.8)
-    score = min(score, max_confidence, limb_confidence(limb, circle, track.seen is not None))
+    size = size_likeness(circle.radius, radius, known)
+    why = other_size(size, score, circle.radius, known)
+    score = min(size * score, max_confidence, limb_confidence(limb, circle, bool(track.seen)))
     if limb is not None and scaled_misfit(limb) < MAX_USED_MISFIT:
         circle = circle._replace(u=limb.u, v=limb.v, radius=limb.radius)
     new = Sighting(circle.u + window.left, circle.v + window.top, score, circle.radius)
     # Where confidences are equal, the rounder one is the better.
     score *= 1 + 0.1 * circle.arc * circle.fill
     return Track(
-        new, seen=new, score=score, color=adapt_color(shade, track.color, learned),
+        new, why=why, seen=new, score=score, color=adapt_color(shade, track.color, learned),
         gains=track.gains, discriminant=track.discriminant,
     )  # fmt: skip

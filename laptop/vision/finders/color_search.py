@@ -6,7 +6,7 @@ The search runs on subsampled frames, through the closed gate of the colour.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import cv2
@@ -41,6 +41,8 @@ OTHER = "only another one of its colour"
 GREY = "no colours in the picture"
 GREY_EVERY = 16
 """Frames without the marker of which one is looked at for any colours: a camera stays grey."""
+MAX_TIMES_LARGER = 10
+"""Times as large as the marker that what is looked at may be: more is a table."""
 MAX_BLOBS_MEASURED = 12
 """Blobs of one colour, in one picture, that are looked at more closely."""
 
@@ -88,7 +90,7 @@ def _with_others(track: Track, marker: Marker) -> Track:
         small = cv2.resize(image, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_NEAREST)
         hsv = cv2.cvtColor(relight(small, gains), cv2.COLOR_BGR2HSV)
         for shade in dict.fromkeys((color, track.color or color)):
-            for u, v, radius in _blobs(hsv_mask(hsv, shade), 2, marker.radius):
+            for u, v, radius in _blobs(hsv_mask(hsv, shade), 2, track.known_radii(marker)):
                 if math.hypot(u - home.u, v - home.v) > home.radius + 0.5 * radius:
                     others.append((u, v, radius))
     return replace(track, others=tuple(others), picture=None)
@@ -113,7 +115,8 @@ def _search(image: np.ndarray, t: float, marker: Marker, track: Track, measure: 
             return _suspected(best, candidates, image, t, track)
         if best.score >= MIN_REPORTED_CONFIDENCE:  # said, but not held on to
             return replace(track.update(best, t), seen=None)
-        why = "nothing of this colour is a " + marker.kind
+        sizes = (candidate.why for candidate in candidates if candidate.why)
+        why = next(sizes, "nothing of this colour is a " + marker.kind)
     elif max(scene_of(image)) < MIN_SCENE_BRIGHTNESS:
         why = "too dark"
     elif track.why == GREY if track.misses % GREY_EVERY else is_grey(image):
@@ -179,6 +182,8 @@ def _candidates(
     assert color is not None
     lights = dict.fromkeys((None, light_gains(image, color)))
     colors = dict.fromkeys((color, track.color or color))
+    known = track.known_radii(marker)
+    largest = MAX_TIMES_LARGER * max(known, default=math.inf)
     candidates: list[Track] = []
     places: dict[object, list[tuple[float, float]]] = {}
     for step in (4, 2):  # a small one shows in the finer picture only
@@ -189,11 +194,12 @@ def _candidates(
             hsv = cv2.cvtColor(relight(small, gains), cv2.COLOR_BGR2HSV)
             for shade in colors:
                 measured = places.setdefault((gains, shade), [])
-                for u, v, radius in _blobs(hsv_mask(hsv, shade), step, marker.radius):
+                for u, v, radius in _blobs(hsv_mask(hsv, shade), step, known):
                     if any(math.hypot(u - x, v - y) < radius for x, y in measured):
                         continue
                     measured.append((u, v))
-                    start = Track(color=shade, gains=gains)
+                    radius = min(radius, largest)
+                    start = Track(color=shade, gains=gains, home=track.home)
                     candidate = measure(image, t, (u, v, radius), marker, start)
                     if candidate is not None:
                         candidates.append(candidate)
@@ -217,13 +223,13 @@ def _has_rival(best: Track, candidates: list[Track]) -> bool:
     )
 
 
-def _blobs(mask: np.ndarray, step: int, radius: float | None) -> list[Place]:
+def _blobs(mask: np.ndarray, step: int, known: Sequence[float]) -> list[Place]:
     """Circles around the blobs in a subsampled mask, likely ones first.
 
     Args:
         mask: uint8, shape (h, w).
         step: px of the frame in one of the mask.
-        radius: of the marker as it was picked, px; None: not known.
+        known: radii that the marker may have, px.
     """
     blobs, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     found = []
@@ -232,7 +238,8 @@ def _blobs(mask: np.ndarray, step: int, radius: float | None) -> list[Place]:
             break
         (u, v), reach = cv2.minEnclosingCircle(blob)
         found.append((u * step, v * step, (reach + 0.5) * step))
-    if radius is not None:
-        found = [(u, v, min(reach, 3 * radius)) for u, v, reach in found if reach > 0.3 * radius]
-        found.sort(key=lambda blob: abs(math.log(blob[2] / radius)))
+    if known:
+        # A smaller one is looked at only to say so.
+        found = [blob for blob in found if blob[2] > 0.3 * min(known)] or found[:1]
+        found.sort(key=lambda blob: min(abs(math.log(blob[2] / radius)) for radius in known))
     return found[:MAX_BLOBS_MEASURED]

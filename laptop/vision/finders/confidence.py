@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import cv2
 import numpy as np
@@ -69,13 +70,33 @@ def isolation(hsv: np.ndarray, circle: Circle, color: Color) -> float:
     return 1 - ramp(same / max(1, total), 0.3, 0.6)
 
 
-def size_likeness(radius: float, seen: float | None, picked: float | None) -> float:
-    """Agreement of a radius with those seen in the frame before and picked, px; None: not known."""
+def size_likeness(radius: float, seen: float | None, known: Sequence[float]) -> float:
+    """Agreement of a radius with those before, px.
+
+    Args:
+        seen: in the frame before; None: it was not seen there.
+        known: when it was picked, and when it was last surely seen; it may look like either.
+    """
     fit = ramp(radius, 2, 4)
-    for expected, low, high in ((seen, 0.45, 0.7), (picked, 0.3, 0.45)):
-        if expected:
-            fit *= ramp(min(radius / expected, expected / radius), low, high)
+    if seen:
+        fit *= ramp(_ratio(radius, seen), 0.45, 0.7)
+    if known:
+        fit *= max(ramp(_ratio(radius, size), 0.3, 0.45) for size in known)
     return fit
+
+
+LARGER, SMALLER = "only a much larger one", "only a much smaller one"
+
+
+def other_size(size: float, score: float, radius: float, known: Sequence[float]) -> str:
+    """Why something is not the marker, if only its size is another; else ""."""
+    if size >= MIN_REPORTED_CONFIDENCE or score < LEAST_CONFIDENCE or not known:
+        return ""
+    return LARGER if radius > max(known) else SMALLER if radius < min(known) else ""
+
+
+def _ratio(one: float, other: float) -> float:
+    return min(one / other, other / one)
 
 
 MAX_USED_MISFIT = 0.2
@@ -101,14 +122,14 @@ def color_step(hsv: tuple[float, float, float], color: Color) -> float:
     return away + abs(math.log(max(hsv[1], 0.01) / color.saturation))
 
 
-def size_doubt(limb: Limb | None, picked: float | None) -> float:
-    """A radius's distance from the picked one (1 is a factor e), as far as the rim is missing.
+def size_doubt(limb: Limb | None, known: Sequence[float]) -> float:
+    """A radius's distance from the nearest known one (1 is a factor e), as far as the rim is gone.
 
     A whole rim proves a size; of an arc, any circle can be made.
     """
-    if limb is None or not picked:
+    if limb is None or not known:
         return 0.0
-    return limb.gap * abs(math.log(limb.radius / picked))
+    return limb.gap * min(abs(math.log(limb.radius / size)) for size in known)
 
 
 def limb_confidence(limb: Limb | None, circle: Circle, followed: bool) -> float:

@@ -30,6 +30,7 @@ from laptop.vision.finders.color_search import find_by_color
 from laptop.vision.finders.confidence import (
     MAX_AMBIGUOUS_CONFIDENCE,
     color_likeness,
+    other_size,
     ramp,
     size_likeness,
 )
@@ -120,9 +121,12 @@ def _detect_whole(
     if found is None or found.seen is None:
         return None
     before = track.seen.radius if track.seen else None
-    score = found.score * size_likeness(found.seen.radius, before, marker.radius)
+    known = track.known_radii(marker)
+    size = size_likeness(found.seen.radius, before, known)
+    why = other_size(size, found.score, found.seen.radius, known)
+    score = found.score * size
     new = found.seen._replace(confidence=min(1.0, score))
-    return replace(found, sighting=new, seen=new, score=score)
+    return replace(found, sighting=new, why=why, seen=new, score=score)
 
 
 class _SoftCentroid(NamedTuple):

@@ -815,3 +815,30 @@ def test_a_marker_s_name_is_what_its_sighting_is_called():
     assert set(tracker.why) == set(names)
     found = tracker.find(picture("aruco", radius=20, number=1), 0.0)
     assert [name for name in names if found[name]] == ["effector_2"]
+
+
+@pytest.mark.parametrize("kind", ["disc", "ball"])
+@pytest.mark.parametrize(("radius", "rate"), [(10, 1.1), (60, 1 / 1.1)])
+def test_a_marker_that_comes_nearer_or_goes_away_is_followed(kind, radius, rate):
+    """Up to eight times as large as it was picked: what counts is the size that it had before."""
+    tracker = None
+    for k in range(22):
+        size = radius * rate**k
+        image = marker_frame(kind, 200.3, 160.4, size, "green", size=(400, 320), jpeg=90, seed=k)
+        tracker = tracker or Tracker([learn("tip", image, (200, 160), kind)])
+        seen = tracker.find(image, k / 30)["tip"]
+        assert seen.confidence >= 0.9
+        assert math.hypot(seen.u - 200.3, seen.v - 160.4) < 0.01 * size + 0.1
+
+
+@pytest.mark.parametrize("kind", ["disc", "ball"])
+@pytest.mark.parametrize(("picked", "radius", "why"), [(10, 50, "larger"), (50, 10, "smaller")])
+def test_what_has_another_size_than_was_picked_is_said(kind, picked, radius, why):
+    def frame(size):
+        return marker_frame(kind, 200, 160, size, "green", size=(400, 320), jpeg=90)
+
+    tracker = Tracker([learn("tip", frame(picked), (200, 160), kind)])
+    assert tracker.find(frame(radius), 0.0)["tip"] is None
+    assert tracker.why["tip"] == f"only a much {why} one"
+    assert tracker.find(frame(picked), 0.1)["tip"].confidence >= 0.9
+    assert tracker.why["tip"] == ""
