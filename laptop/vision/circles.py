@@ -99,6 +99,10 @@ _TRIPLES = np.array(
         for i in range(starts)
     ]
 ).T
+_REACH = 1.6
+"""How far from the middle of its largest part a marker's other parts may reach, in its radii."""
+_MIN_PART = 0.04
+"""Area of a part, as a part of the largest, from which on it may belong to a marker."""
 _SQUARE = np.ones((3, 3), np.uint8)
 _RIM = np.array([(math.cos(k * math.pi / 18), math.sin(k * math.pi / 18)) for k in range(36)])
 _COS_SUPPORT = math.cos(0.2)
@@ -133,22 +137,26 @@ def find_circle(
         areas = areas * np.exp(np.minimum(away, 0) / (expected or math.sqrt(areas.max())))
     main = int(np.argmax(areas))
     (u, v), reach = cv2.minEnclosingCircle(blobs[main])
-    reach = 1.45 * min(reach, 1.5 * expected if expected else reach)
-    points = []
+    reach = _REACH * min(reach, 1.5 * expected if expected else reach)
+    points = [blobs[main][:, 0]]
     for k, blob in enumerate(blobs):
         # A stripe or a wire across the marker cuts it in two.
-        if k == main:
+        if k == main or areas[k] < _MIN_PART * areas[main]:
+            continue
+        if np.hypot(*(blob[:, 0] - (u, v)).T).max() < reach:
             points.append(blob[:, 0])
-        elif areas[k] > 0.08 * areas[main]:
-            (x, y), r = cv2.minEnclosingCircle(blob)
-            if math.hypot(x - u, y - v) + r < reach:
-                points.append(blob[:, 0])
-    rim = _resampled(points)
-    inside = _within(rim, picture)
-    fitted = _fit(rim, inside, expected)
-    if fitted is None:
-        return None
-    return _judge(mask, rim[inside], *fitted, picture, points)
+    outlines = [(points, points)]
+    if len(points) > 1:
+        # The edges of what is across it lie within their common hull; or it is beside others.
+        outlines += [([cv2.convexHull(np.vstack(points))[:, 0]], points), (points[:1], points[:1])]
+    found = []
+    for outline, own in outlines:
+        rim = _resampled(outline)
+        inside = _within(rim, picture)
+        fitted = _fit(rim, inside, expected)
+        if fitted is not None:
+            found.append(_judge(mask, rim[inside], *fitted, picture, own))
+    return max(found, key=lambda one: one.arc * one.fill / (1 + one.stray), default=None)
 
 
 def solve_normal(normal: np.ndarray, right: np.ndarray) -> np.ndarray:

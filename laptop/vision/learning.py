@@ -38,8 +38,12 @@ _ROUND = 0.6
 """Roundness of what is so surely a marker that no other floors are tried."""
 _MAX_STRAY = 0.2
 """What sticks out of a circle, as a part of it, from which on the ground may have the colour."""
+_WHOLE = 0.9
+"""Part of a marker that has its colour, where nothing is across it."""
 _MIN_ALIKE = 0.1
 """Share of the surroundings in a marker's own hue from which on they must be told from it."""
+_MAX_GAP = 0.3
+"""Part of a limb that may be missing where a stripe was taken for the ground."""
 _MAX_STRETCH = 1.3
 """How many times as long as wide a ball may look."""
 _MIN_VISIBLE = 0.9
@@ -66,6 +70,7 @@ class _Region(NamedTuple):
     color      of it
     mask       uint8, shape (h, w), 255 inside
     circle     around it, px
+    whole      the circle on which most of its outline lies, px
     stretch    how many times it is as long as wide
     roundness  0 to 1
     """
@@ -73,6 +78,7 @@ class _Region(NamedTuple):
     color: Color
     mask: np.ndarray
     circle: Circle
+    whole: Circle
     stretch: float
     roundness: float
 
@@ -127,12 +133,8 @@ def _learn(
     hsv = cv2.cvtColor(image, cv2.COLOR_BGR2HSV)
     region = _region(name, image, hsv, pick, box)
     kind = kind or _kind(hsv, region.mask)
-    if kind == "ball" and region.stretch > _MAX_STRETCH:
-        raise BadMarker(
-            f"{where} is {region.stretch:.1f} times as long as wide, and a ball is round; pick it "
-            "in a frame where it is at rest and whole, or, if all the picture is stretched, give "
-            "a film with square pixels"
-        )
+    if kind == "ball" and region.stretch > 1:
+        region = _striped(region, image, where)
     width_of_rim = rim_width(image, *region.circle[:3])
     if width_of_rim > _MAX_RIM_WIDTH:
         region = _of_core(region, image, hsv, where, width_of_rim)
@@ -142,12 +144,28 @@ def _learn(
     marker = Marker(name, kind, color, radius=region.circle.radius)
     if width_of_rim > _MAX_RIM_WIDTH or region.circle.visible < _MIN_VISIBLE:
         return marker, region  # it will be sharp and whole when it is looked for
-    least = LEAST_CONFIDENCE if region.roundness > _ROUND else MIN_REPORTED_CONFIDENCE
+    clear = region.roundness > _ROUND and region.whole.fill > _WHOLE
+    least = LEAST_CONFIDENCE if clear else MIN_REPORTED_CONFIDENCE
     if (why := _why_lost(marker, image, region.circle, hsv, least)) is not None:
         if kind == "disc" and _kind(hsv, region.mask) == "ball":
             why = "it is shaded, as a ball is, and no flat disc; pick it as a ball"
         raise BadMarker(f"{where} would not be found again in this very picture: {why}")
     return marker, region
+
+
+def _striped(region: _Region, image: np.ndarray, where: str) -> _Region:
+    """What looks longer than wide, as a whole ball, of which a stripe hides a part."""
+    limb = fit_limb(image, *region.whole[:3], _edges(image), region.color)
+    if limb is not None and scaled_misfit(limb) < _MAX_MISFIT and limb.gap < _MAX_GAP:
+        circle = region.whole._replace(u=limb.u, v=limb.v, radius=limb.radius)
+        return region._replace(circle=circle, stretch=1.0)
+    if region.stretch < _MAX_STRETCH:
+        return region
+    raise BadMarker(
+        f"{where} is {region.stretch:.1f} times as long as wide, and a ball is round; pick it in "
+        "a frame where it is at rest and whole, or, if all the picture is stretched, give a film "
+        "with square pixels"
+    )
 
 
 def _of_core(
@@ -253,11 +271,11 @@ def _grown(
     outlines, _ = cv2.findContours(blob, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     ellipse = ellipse_of(max(outlines, key=cv2.contourArea))
     if ellipse is None or ellipse.quality <= roundness:
-        return share, _Region(color, blob, circle, 1.0, roundness)
-    # A disc, seen from the side.
-    circle = circle._replace(u=ellipse.u, v=ellipse.v, radius=ellipse.radius)
+        return share, _Region(color, blob, circle, circle, 1.0, roundness)
+    # A disc, seen from the side, or what a stripe leaves of a ball.
+    aslant = circle._replace(u=ellipse.u, v=ellipse.v, radius=ellipse.radius)
     stretch = ellipse.radius / ellipse.short
-    return share, _Region(color, blob, circle, stretch, ellipse.quality)
+    return share, _Region(color, blob, aslant, circle, stretch, ellipse.quality)
 
 
 def _edges(image: np.ndarray) -> tuple[float, float, float, float]:

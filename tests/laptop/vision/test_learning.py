@@ -446,3 +446,24 @@ def test_pictures_that_failed_once(file):
     off = math.hypot(seen.u - truth["truth"][0], seen.v - truth["truth"][1])
     assert off < (0.5 if ball else 0.05)
     assert marker.radius == pytest.approx(truth["r"], rel=0.15)
+
+
+def striped(radius, direction, offset, half_width=0.2):
+    """A ball with a pale stripe across, all its radii and half of its width in parts of its own."""
+    image = picture("ball", radius, "green", jpeg=0, noise=0)
+    v, u = np.mgrid[0 : image.shape[0], 0 : image.shape[1]]
+    along = ((u - U) * math.cos(direction) + (v - V) * math.sin(direction)) / radius
+    ball = np.hypot(u - U, v - V) < radius
+    image[ball & (np.abs(along - offset) < half_width)] = (210, 222, 226)
+    return through_jpeg(cv2.GaussianBlur(image, (0, 0), 0.6), 90)
+
+
+@pytest.mark.parametrize("direction", [0.0, 0.7, 1.6, 2.5])
+@pytest.mark.parametrize(("radius", "offset"), [(24, 0.0), (24, 0.35), (45, 0.2), (45, -0.4)])
+def test_a_striped_ball_is_learned_and_found_with_its_stripe(radius, direction, offset):
+    image = striped(radius, direction, offset)
+    marker = learn("goal", image, (64, 60), "ball")
+    assert marker.radius == pytest.approx(radius, rel=0.1)
+    seen = found_again(marker, image)
+    assert seen.confidence >= 0.9
+    assert math.hypot(seen.u - U, seen.v - V) < 0.02 * radius
