@@ -14,7 +14,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from laptop.calibration.camera_fit import FOCAL_RATIO, refine
+from laptop.calibration.camera_fit import USUAL_FIELD, refine
 from laptop.calibration.camera_model import CameraModel
 from laptop.calibration.marker_offset import rotation
 from shared.arm_description import ArmError
@@ -29,7 +29,7 @@ MIN_EXTENT = 0.06
 MIN_SPREAD = 2.0
 """RMS distance, cm, of the places from their middle on the table."""
 FOCAL_SHARES = (0.5, 0.7, 1.0, 1.4, 2.0)
-"""Focal lengths that are tried, as shares of a usual webcam's."""
+"""Focal lengths that are tried, as shares of a usual camera's."""
 FALSE_PX = 12.0
 """Farther from its place a sight is taken for something else, px."""
 MAX_FALSE = 0.3
@@ -141,7 +141,7 @@ def _first_guess(points: np.ndarray, pixels: np.ndarray, size: tuple[int, int]) 
     """Return the state (14,): a lens without distortion, rotation and shift."""
     best, least = None, math.inf
     for share in FOCAL_SHARES:
-        focal = share * FOCAL_RATIO * size[0]
+        focal = share * max(size) / USUAL_FIELD
         lens = np.array([focal, (size[0] - 1) / 2, (size[1] - 1) / 2, 0, 0, 0, 0, 0])
         matrix = np.array([[focal, 0, lens[1]], [0, focal, lens[2]], [0, 0, 1]])
         cv2.setRNGSeed(0)  # the same places give the same camera
