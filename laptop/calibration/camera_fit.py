@@ -1,8 +1,7 @@
 """From pictures of the board to a camera: its lens, its place, and how sure both are.
 
-All views are fitted at once, by Levenberg and Marquardt, to where the board's markers are seen.
-What the views do not tell, what cameras are like tells: the priors below.  So one picture is enough
-to begin with, nothing is ever divided by nothing, and the covariance says what is still open.
+All views are fitted at once (`views_fit`) to where the board's markers are seen.  One picture is
+enough to begin with; the covariance says what is still open.
 """
 
 from __future__ import annotations
@@ -10,12 +9,19 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import cv2
 import numpy as np
 
-from laptop.calibration.camera_model import CameraModel, projected
+from laptop.calibration.camera_model import CameraModel
+from laptop.calibration.views_fit import (
+    LEAST_SIGMA,
+    USUAL_FIELD,
+    Unknowns,
+    huber_weights,
+    refine,
+    with_prior_focal,
+)
 from laptop.vision.board import BAR, Board
 from laptop.vision.finders.board import BoardView
 from shared.arm_description import ArmError
@@ -26,41 +32,23 @@ MIN_SIDE = 14.0
 """Side of a marker, px, below which it is not placed well."""
 MAX_TILT = math.radians(75)
 """Angle of the camera's axis from straight down beyond which the board is seen too flat, rad."""
+TELLING_TILT = math.radians(6)
+"""Angle from straight down, rad, below which no view tells anything of the focal length."""
 BAR_LIMITS = (50.0, 200.0)
 """Least and greatest length of the bar that is believed, mm."""
 MAX_RMS = 1.0
 """RMS distance, px, above which this is no flat board of these markers."""
-LEAST_SIGMA = 0.02
-"""Error of a corner, px, that is always reckoned with: paper is never quite flat."""
-FIRST_SIGMA, PASSES = 0.2, 3
-"""Error of a corner, px, of the first fit; how often it is found anew from what is left over."""
-OUTLIER = 3.0
-"""Median absolute deviations from which on a corner counts less (P. J. Huber, 1964)."""
 FAR_OFF, FAR_OFF_PX = 8.0, 1.0
 """A marker is no part of the board if it is off by so many medians and so many px."""
 MAX_LEFT_OUT = 0.25
 """Share of such markers above which nothing is believed."""
 SAME_VIEW = 0.05
 """Share of a marker's side by which its corners are elsewhere, below which two views are one."""
-ZOOM_SPREAD = 0.5
-"""How far apart focal lengths of one camera may be, as a logarithm: where views do not tell."""
-ZOOMED, ZOOMED_SIGMAS, ZOOMED_F = 0.03, 5.0, 30.0
+ZOOMED, ZOOMED_SIGMAS, ZOOMED_F = 0.03, 5.0, 20.0
 """Two views have not one focal length if theirs differ by such a share, and by so many sigmas, and
 one for each view leaves so much less over, as R. A. Fisher's F has it."""
-MAX_STEPS = 60
 MAX_BLUR = 1.5
 """Sigma of the edges, px, above which a picture is called blurred."""
-
-USUAL_FIELD, FIELD_SPREAD = 1.2, 0.5
-"""Cameras' fields of view: the picture's longer side in focal lengths, and its standard deviation.
-
-That is 62 degrees: within one of them 39 to 81, within two 11 to 95.  What is spread so is the
-inverse of the focal length, for the parallax goes by it: then what is above the table is as unsure
-as is said even where a picture tells nothing of the lens, and the prior alone does.
-"""
-LENS_SPREADS = (0.03, 0.03, 0.3, 0.3, 0.003, 0.003, 0.1)
-"""Their standard deviations of cx, cy (as shares of the longer side), k1, k2, p1, p2, k3 about 0.
-"""
 
 
 class BadCalibration(ArmError, ValueError):
@@ -103,7 +91,7 @@ class Calibration:
         return float(np.sqrt(self.camera.covariance[0, 0]) / self.camera.lens[0])
 
     def point_sigma(self, height: float = 0.0) -> float:
-        """Median standard deviation of a point over the free middle of the board, cm.
+        """Greatest standard deviation of a point over the free middle of the board, cm.
 
         Args:
             height: over the table, cm.
@@ -115,9 +103,7 @@ class Calibration:
         pixels = self.camera.project(np.column_stack([grid, np.full(len(grid), height)]))
         placed = self.camera.placed(pixels, height)
         sigmas = np.sqrt(np.trace(placed.covariance, axis1=1, axis2=2))
-        return (
-            float(np.median(sigmas[np.isfinite(sigmas)])) if np.isfinite(sigmas).any() else math.nan
-        )
+        return float(np.max(sigmas[np.isfinite(sigmas)])) if np.isfinite(sigmas).any() else math.nan
 
 
 def calibrate(views: Sequence[BoardView], bar: float | None = None) -> Calibration:
@@ -134,13 +120,13 @@ def calibrate(views: Sequence[BoardView], bar: float | None = None) -> Calibrati
     pictures = len(views)
     views = _different(views)
     scale = (bar or 10 * BAR) / (10 * BAR)
-    state, off, information = _fit(views, scale)
+    state, off, covariance = _fit(views, scale)
     kept = _without_outliers(views, off)
     count = sum(len(view.numbers) for view in views)
     left_out = count - sum(len(view.numbers) for view in kept)
     few = left_out > MAX_LEFT_OUT * count or min(len(v.numbers) for v in kept) < MIN_MARKERS
     if left_out and not few:
-        state, off, information = _fit(kept, scale)
+        state, off, covariance = _fit(kept, scale)
     _check_zoom(views if few else kept, scale, state, off)
     rms = math.sqrt((off**2).sum(axis=1).mean())
     if few or not rms < MAX_RMS:
@@ -149,9 +135,11 @@ def calibrate(views: Sequence[BoardView], bar: float | None = None) -> Calibrati
             f"{rms:.1f} px RMS; lay it flat, let nothing else show its markers, and take pictures "
             "of one camera and one zoom"
         )
-    own = [*range(8), *range(len(state) - 6, len(state))]
-    covariance = np.linalg.inv(information)[np.ix_(own, own)]
-    camera = CameraModel(views[0].size, state[:8], state[-6:-3], state[-3:], covariance)
+    pose = Unknowns(len(views), sheet=True).pose(-1)
+    own = [*range(8), *range(pose.start, pose.stop)]
+    covariance = covariance[np.ix_(own, own)]
+    turn, shift = np.split(state[pose], 2)
+    camera = CameraModel(views[0].size, state[:8], turn, shift, covariance)
     if camera.tilt > MAX_TILT:
         raise BadCalibration(
             f"the camera looks at the board too flatly, {math.degrees(camera.tilt):.0f} degrees "
@@ -188,32 +176,25 @@ def _alike(one: BoardView, other: BoardView) -> bool:
 
 
 def _fit(views: Sequence[BoardView], scale: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Fit all views: state (8 + 6 n,), what is left over (n, 2), information matrix."""
+    """Fit all views: the state, what is left over (n, 2), px, and the state's covariance."""
     points = [scale * view.points for view in views]
-    return refine(views, points, _first_guess(views, points))
+    unknowns = Unknowns(len(views), sheet=True)
+    state = np.zeros(unknowns.count)
+    guess = _first_guess(views, points)
+    state[: len(guess)] = guess
+    state, off, information = refine(views, points, state, unknowns)
+    covariance = np.linalg.inv(information)
+    tilts = [_tilt(state[unknowns.pose(k)][:3]) for k in range(len(views))]
+    # Tilted by so little, a board looks like one that is printed a little askew: by its square a
+    # tilt shortens, and what is linear at the best fit is so nowhere else.
+    if max(tilts) < TELLING_TILT:
+        covariance = with_prior_focal(covariance, state)
+    return state, off, covariance
 
 
-def refine(
-    views: Sequence[PointsView], points: Sequence[np.ndarray], state: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Fit a lens, and a place of the camera for each view, from a first guess.
-
-    Args:
-        views: of one camera.
-        points: of each view, (n, 3), cm.
-        state: (8 + 6 n,): the lens, and each view's rotation and shift; or (8 + 6 n + n - 1,):
-            and the logarithm of each view's focal length in that of the last one.
-
-    Returns:
-        The state, what is left over (n, 2), px, and the information matrix.
-    """
-    sigma = FIRST_SIGMA
-    for _ in range(PASSES):
-        state, off, information = _minimize(views, points, state, sigma)
-        # As many corners as there are unknowns tell nothing of the noise.
-        free = max(off.size - len(state), off.size // 4)
-        sigma = math.hypot(math.sqrt(float((_weights(off) * off**2).sum()) / free), LEAST_SIGMA)
-    return state, off, information
+def _tilt(turn: np.ndarray) -> float:
+    """Angle between a view's axis and straight down at the board, rad, by its rotation (3,)."""
+    return math.acos(float(np.clip(-cv2.Rodrigues(turn)[0][2, 2], -1, 1)))
 
 
 def _check_zoom(
@@ -224,20 +205,22 @@ def _check_zoom(
     Args:
         views: of the board.
         scale: of the print.
-        state: of the fit with one focal length, (8 + 6 n,).
+        state: of the fit with one focal length.
         off: what that leaves over, (m, 2), px.
     """
     count = len(views)
     if count < 2:
         return
     points = [scale * view.points for view in views]
-    own, left, information = refine(views, points, np.concatenate([state, np.zeros(count - 1)]))
-    before, after = (float((_weights(each) * each**2).sum()) for each in (off, left))
+    unknowns = Unknowns(count, sheet=True, zooms=True)
+    start = np.concatenate([state, np.zeros(count - 1)])
+    own, left, information = refine(views, points, start, unknowns)
+    before, after = (float((huber_weights(each) * each**2).sum()) for each in (off, left))
     free = max(left.size - len(own), left.size // 4)
     gain = (before - after) / (count - 1) / (after / free + LEAST_SIGMA**2)
-    zooms = np.append(own[8 + 6 * count :], 0.0)
+    zooms = np.append(own[unknowns.zoom], 0.0)
     covariance = np.zeros((count, count))
-    covariance[:-1, :-1] = np.linalg.inv(information)[8 + 6 * count :, 8 + 6 * count :]
+    covariance[:-1, :-1] = np.linalg.inv(information)[unknowns.zoom, unknowns.zoom]
     variances = np.diag(covariance)
     sigmas = np.sqrt(np.maximum(variances[:, None] + variances - 2 * covariance, 0.0))
     apart = np.abs(zooms[:, None] - zooms)
@@ -338,100 +321,3 @@ def _first_guess(views: Sequence[BoardView], points: Sequence[np.ndarray]) -> np
         # PointsView straight on, all fit alike: then it is the usual one.
         scores.append(score / len(views) + 0.01 * math.log(share) ** 2)
     return states[int(np.argmin(scores))]
-
-
-class PointsView(Protocol):
-    """What one picture shows of points that are known.
-
-    pixels  (n, 2)
-    size    of the picture, (width, height), px
-    """
-
-    @property
-    def pixels(self) -> np.ndarray: ...  # noqa: D102
-    @property
-    def size(self) -> tuple[int, int]: ...  # noqa: D102
-
-
-def _minimize(
-    views: Sequence[PointsView], points: Sequence[np.ndarray], state: np.ndarray, sigma: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Fit the state by Levenberg and Marquardt's method.
-
-    Args:
-        views: of the board.
-        points: of each view, (n, 3), cm.
-        state: to begin with, as of `refine`.
-        sigma: of a corner, px.
-
-    Returns:
-        The state, what is left over (n, 2), px, and the information matrix.
-    """
-    damping = 1e-3
-    cost, off, normal, gradient = _system(views, points, state, sigma)
-    for _ in range(MAX_STEPS):
-        diagonal = np.diag(np.diag(normal))
-        step = np.linalg.solve(normal + damping * diagonal, -gradient)
-        tried = _system(views, points, state + step, sigma)
-        if tried[0] < cost:
-            done = cost - tried[0] < 1e-9 * cost
-            state, damping = state + step, max(damping / 5, 1e-9)
-            cost, off, normal, gradient = tried
-            if done:
-                break
-        elif damping > 1e9:
-            break
-        else:
-            damping *= 5
-    return state, off, normal
-
-
-def _weights(off: np.ndarray) -> np.ndarray:
-    """Weights (n, 1) of corners that are off by (n, 2)."""
-    distances = np.linalg.norm(off, axis=1)
-    limit = OUTLIER * max(float(np.median(distances)), LEAST_SIGMA)
-    return np.minimum(1.0, limit / np.maximum(distances, 1e-12))[:, None]
-
-
-def _system(
-    views: Sequence[PointsView], points: Sequence[np.ndarray], state: np.ndarray, sigma: float
-) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
-    """Cost, what is left over (n, 2), normal matrix and gradient, with the priors."""
-    own_zoom = 8 + 6 * len(views)
-    lens, poses, zooms = state[:8], state[8:own_zoom].reshape(-1, 6), state[own_zoom:]
-    offs, rows = [], []
-    for k, (view, own) in enumerate(zip(views, points, strict=True)):
-        zoom = math.exp(np.clip(zooms[k], -9, 9)) if k < len(zooms) else 1.0
-        zoomed = np.append(zoom * lens[0], lens[1:])
-        pixels, slopes = projected(own, zoomed, poses[k, :3], poses[k, 3:])
-        row = np.zeros((len(own), 2, len(state)))
-        row[..., :8] = slopes[..., :8]
-        row[..., 8 + 6 * k : 14 + 6 * k] = slopes[..., 8:]
-        if k < len(zooms):
-            row[..., 0] *= zoom
-            row[..., own_zoom + k] = zoomed[0] * slopes[..., 0]
-        offs.append(pixels - view.pixels)
-        rows.append(row)
-    off, slopes = np.concatenate(offs), np.concatenate(rows)
-    width, height = views[0].size
-    if lens[0] <= 1 or not np.isfinite(off).all():
-        return math.inf, off, np.eye(len(state)), np.zeros(len(state))
-    weights = np.repeat(_weights(off), 2, axis=1).ravel() / sigma**2
-    flat, matrix = off.ravel(), slopes.reshape(-1, len(state))
-    normal = matrix.T @ (weights[:, None] * matrix)
-    gradient = matrix.T @ (weights * flat)
-    cost = float(weights @ flat**2)
-    field = max(width, height) / lens[0]
-    spreads = np.array([FIELD_SPREAD, *LENS_SPREADS])
-    spreads[1:3] *= max(width, height)
-    usual = np.array([USUAL_FIELD, (width - 1) / 2, (height - 1) / 2, 0, 0, 0, 0, 0])
-    surprise = (np.array([field, *lens[1:]]) - usual) / spreads
-    per = 1 / spreads
-    per[0] *= -field / lens[0]
-    normal[range(8), range(8)] += per**2
-    gradient[:8] += per * surprise
-    rest = range(own_zoom, len(state))
-    normal[rest, rest] += ZOOM_SPREAD**-2
-    gradient[own_zoom:] += zooms / ZOOM_SPREAD**2
-    surprise = np.append(surprise, zooms / ZOOM_SPREAD)
-    return cost + float(surprise @ surprise), off, normal, gradient

@@ -14,9 +14,9 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from laptop.calibration.camera_fit import USUAL_FIELD, refine
 from laptop.calibration.camera_model import CameraModel
 from laptop.calibration.marker_offset import rotation
+from laptop.calibration.views_fit import USUAL_FIELD, Unknowns, refine
 from shared.arm_description import ArmError
 
 MIN_PLACES = 12
@@ -97,7 +97,7 @@ def fit_moves(points: np.ndarray, pixels: np.ndarray, size: tuple[int, int]) -> 
     check_moves(points, pixels, size)
     guess = _first_guess(points, pixels, size)
     for _ in range(2):  # the second time without what is something else
-        state, off, information = refine([_Sights(pixels, size)], [points], guess)
+        state, off, information = refine([_Sights(pixels, size)], [points], guess, Unknowns(1))
         near = np.linalg.norm(off, axis=1) < FALSE_PX
         if near.all() or near.sum() < (1 - MAX_FALSE) * len(near) or near.sum() < MIN_PLACES:
             break

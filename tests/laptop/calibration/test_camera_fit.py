@@ -62,13 +62,14 @@ def test_what_it_says_of_itself_is_true():
 
 def test_a_view_from_straight_above_knows_that_it_does_not_know_the_focal_length():
     straight, tilted = (calibrate([view(w, LUCK(1))]) for w in (STRAIGHT, TILTED))
-    assert straight.focal_sigma > 0.05 > tilted.focal_sigma
-    assert straight.point_sigma(0.0) < 0.002
+    assert straight.focal_sigma > 0.3
+    assert tilted.focal_sigma < 0.05
+    assert straight.point_sigma(0.0) < 0.02
     assert straight.point_sigma(3.0) > 3 * tilted.point_sigma(3.0)
     off = abs(straight.camera.lens[0] / LENS[0] - 1)
     assert off < 3 * straight.focal_sigma
     both = calibrate([view(TILTED, LUCK(1)), view(STRAIGHT, LUCK(2))])
-    assert both.focal_sigma < 0.01
+    assert both.focal_sigma < 0.03
     assert errors_mm(both.camera, STRAIGHT, 3.0).max() < 0.3
 
 

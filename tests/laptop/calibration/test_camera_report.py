@@ -17,10 +17,10 @@ def found(*where, bar=None, seed=0, **options):
 
 def test_all_that_matters_is_told():
     text = "\n".join(describe(found(TILTED)))
-    assert "board a4: 26 of 26 markers in 1 view; the model misses them by 0.04" in text
+    assert "board a4: 26 of 26 markers in 1 view; the model misses them by 0.0" in text
     assert re.search(r"camera: 4[67]\.\d cm above the table, 25 degrees from straight down", text)
     assert "lens: focal length 6" in text
-    assert "a point on the table is sure to 0.0" in text
+    assert "a point on the table is sure to 0.3" in text
     assert "parallax: what is 1 cm above the table seems up to 7." in text
     assert "are covered" not in text
     assert "blurred" not in text
@@ -97,3 +97,13 @@ def test_a_camera_that_has_moved_is_told_by_how_much():
 def test_another_board_or_size_is_no_motion_but_its_own_cause(other):
     with pytest.raises(BadCalibration, match="calibrated with board a4 at 640x480"):
         shift_since(found(TILTED), view(TILTED, **other))
+
+
+def test_how_sure_a_point_is_holds_for_the_worst_of_the_middle():
+    """From straight above a point is as unsure as it is far out: in the corners most."""
+    camera = found(stand(52, 1))
+    corner = np.array([[half / 2 for half in camera.board.middle]])
+    pixel = camera.camera.project(np.array([[*corner[0], 3.0]]))
+    sigma = np.sqrt(np.trace(camera.camera.placed(pixel, 3.0).covariance[0]))
+    assert camera.point_sigma(3.0) == pytest.approx(sigma, rel=0.1)
+    assert f"3 cm above it to {10 * camera.point_sigma(3.0):.2f} mm" in "\n".join(describe(camera))

@@ -30,7 +30,7 @@ def test_everything_is_found_where_nothing_is_noisy():
     assert math.degrees(fit.value("elbow.zero")) == pytest.approx(-1.2, abs=0.25)
     for name, true in (("shoulder", 3.0), ("elbow", 1.0)):
         joint = fit.value(f"{name}.backlash") + 2 * fit.value(f"{name}.lag")
-        assert math.degrees(joint) == pytest.approx(true, abs=0.01)
+        assert math.degrees(joint) == pytest.approx(true, abs=0.02)
     assert fit.rms < 0.1
 
 
