@@ -25,6 +25,9 @@ HEIGHTS = (0.0, 3.0)
 """Over the table, cm: of the paper, and of a disc."""
 POINTS = 300
 """Places on the free middle of the board by which it is judged."""
+STRETCH, BEND = 0.002, 0.02
+"""Standard deviations of a sheet as paper is: by what share it is printed longer up the page, and
+how far it is bent off the table 10 cm from its middle, cm."""
 SHOWN = 0.72
 """Share of the picture's width that the board is long."""
 
@@ -37,6 +40,7 @@ class Condition:
     options  of `photograph`, for the last view
     bar      length that is given, mm
     shown    share of the picture that the board fills
+    paper    the sheet is not perfect: by what its print is longer and it is bent, each view draws
     """
 
     name: str
@@ -44,10 +48,18 @@ class Condition:
     options: dict[str, Any] = field(default_factory=dict)
     bar: float | None = None
     shown: float = SHOWN
+    paper: bool = False
 
 
 CONDITIONS = (
     Condition("straight down, one picture", (3.0,)),
+    Condition("straight down to the degree, paper as it is", (0.0,), paper=True),
+    Condition("straight down, paper as it is", (3.0,), paper=True),
+    Condition("tilted by 10 degrees, paper as it is", (10.0,), paper=True),
+    Condition("tilted by 20 degrees, paper as it is", (20.0,), paper=True),
+    Condition("tilted by 40 degrees, paper as it is", (40.0,), paper=True),
+    Condition("three pictures from straight above, paper as it is", (2.0, 1.0, 0.0), paper=True),
+    Condition("three pictures, two tilted, paper as it is", (35.0, 30.0, 3.0), paper=True),
     Condition("tilted by 30 degrees, one picture"),
     Condition("tilted by 55 degrees, one picture", (55.0,)),
     Condition("three pictures, the last one straight down", (35.0, 30.0, 3.0)),
@@ -102,7 +114,8 @@ class CameraResult:
     markers   seen in the last picture
     rms       what the model misses the board by, px
     mm        errors of places on the table and above it: median and 95th percentile, mm
-    sigma     what it says of these, mm
+    sigma     what it says of these at the worst place, mm
+    in_sigmas errors of these places, RMS, each in what is said of it
     position  error of the camera's place, mm
     focal     error of the focal length, a share of it
     focal_sigma  what it says of that
@@ -116,6 +129,7 @@ class CameraResult:
     rms: float = math.nan
     mm: tuple[tuple[float, float], ...] = ()
     sigma: tuple[float, ...] = ()
+    in_sigmas: tuple[float, ...] = ()
     position: float = math.nan
     focal: float = math.nan
     focal_sigma: float = math.nan
@@ -139,7 +153,7 @@ class CameraCase:
         except BadCalibration as problem:
             return CameraResult(name, self.seed, str(problem), markers)
         camera = found.camera
-        errors = [errors_mm(found, lens, stand, height) for height in HEIGHTS]
+        judged = [errors_mm(found, lens, stand, height) for height in HEIGHTS]
         position = -stand.rotation.T @ stand.translation
         return CameraResult(
             name,
@@ -147,8 +161,9 @@ class CameraCase:
             "",
             markers,
             found.rms,
-            tuple((float(np.median(e)), float(np.quantile(e, 0.95))) for e in errors),
+            tuple((float(np.median(e)), float(np.quantile(e, 0.95))) for e, _ in judged),
             tuple(10 * found.point_sigma(height) for height in HEIGHTS),
+            tuple(float(np.sqrt(((e / sigma) ** 2).mean())) for e, sigma in judged),
             10 * float(np.linalg.norm(camera.position - position)),
             float(camera.lens[0] / lens.focal - 1),
             found.focal_sigma,
@@ -158,22 +173,29 @@ class CameraCase:
     def views(self, lens: Lens) -> tuple[list[BoardView | None], Stand]:
         """Photograph all views, and return where the last one was taken from."""
         views = []
+        stretch = STRETCH * np.random.default_rng([self.seed, 28]).standard_normal()
         for k, tilt in enumerate(self.condition.tilts):
             luck = np.random.default_rng([self.seed, k, 22])
             stand = draw_stand(lens, tilt, self.condition.shown, luck)
             last = k == len(self.condition.tilts) - 1
-            options = self.condition.options if last else {}
+            options = dict(self.condition.options) if last else {}
+            if self.condition.paper:
+                bend = BEND * np.random.default_rng([self.seed, k, 29]).standard_normal()
+                options |= {"stretch": stretch, "bend": bend}
             views.append(find_board(photograph(lens, stand, seed=[self.seed, k, 23], **options)))
         return views, stand
 
 
-def errors_mm(found: Calibration, lens: Lens, stand: Stand, height: float) -> np.ndarray:
-    """Distances between where pixels are said to be on the table and where they are, mm."""
+def errors_mm(
+    found: Calibration, lens: Lens, stand: Stand, height: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Distances between where pixels are said to be and where they are, and their sigmas, mm."""
     width, high = BOARDS["a4"].middle
     spread = np.random.default_rng(24).uniform(-0.5, 0.5, (POINTS, 2)) * (width, high)
     points = np.column_stack([spread, np.full(POINTS, height)])
-    placed = found.camera.to_table(stand.pixels(lens, points), height)
-    return 10 * np.asarray(np.linalg.norm(placed - points[:, :2], axis=1))
+    placed = found.camera.placed(stand.pixels(lens, points), height)
+    off = np.linalg.norm(placed.xy - points[:, :2], axis=1)
+    return 10 * off, 10 * np.sqrt(np.trace(placed.covariance, axis1=1, axis2=2))
 
 
 MOVES: dict[str, Callable[[np.ndarray], np.ndarray]] = {

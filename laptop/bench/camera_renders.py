@@ -26,6 +26,8 @@ PER_CM = 100.0
 """Points of the page's texture a centimetre."""
 DEGREE, FIXED_POINT_STEPS = 20, 100
 """Of the polynomials between rays, and to find those between them."""
+BEND_STEPS = 4
+"""To meet a bent sheet with each ray."""
 TABLE = np.array((0.18, 0.24, 0.33), np.float32)
 CLOTH = np.array((0.3, 0.1, 0.1), np.float32)
 """Light of table and cloth, B, G, R."""
@@ -137,6 +139,8 @@ def photograph(
     stand: Stand,
     paper: str = "a4",
     scale: float = 1.0,
+    stretch: float = 0.0,
+    bend: float = 0.0,
     free: tuple[float, float, float, float] | None = None,
     blur: float = 0.7,
     noise: float = 3.0,
@@ -150,6 +154,8 @@ def photograph(
         stand: where that is; its board is as large as it should be.
         paper: of the board.
         scale: of the print: 0.97 for one whose bar is 97 mm long.
+        stretch: by what share the print is longer up the page.
+        bend: how far the sheet is off the table 10 cm to the left and right of its middle, cm.
         free: all but x0, y0, x1, y1, cm, of the board is under a cloth; None: nothing is.
         blur: sigma of the point spread, px.
         noise: sigma, DN.
@@ -160,17 +166,22 @@ def photograph(
     rotation = stand.rotation.astype(np.float32)
     position = -stand.rotation.T @ stand.translation
     ways = rays[..., 0, None] * rotation[0] + rays[..., 1, None] * rotation[1] + rotation[2]
-    depth = -position[2] / np.minimum(ways[..., 2], -1e-4)
-    x = (position[0] + depth * ways[..., 0]).astype(np.float32)
-    y = (position[1] + depth * ways[..., 1]).astype(np.float32)
+    above: np.ndarray | float = 0.0
+    for _ in range(BEND_STEPS if bend else 1):
+        depth = (above - position[2]) / np.minimum(ways[..., 2], -1e-4)
+        x = (position[0] + depth * ways[..., 0]).astype(np.float32)
+        y = (position[1] + depth * ways[..., 1]).astype(np.float32)
+        above = bend * np.clip(x / 10, -1.1, 1.1) ** 2
     board = BOARDS[paper]
     print_x = (x / scale + board.width / 2) * PER_CM - 0.5
-    print_y = (board.height / 2 - y / scale) * PER_CM - 0.5
+    print_y = (board.height / 2 - y / scale / (1 + stretch)) * PER_CM - 0.5
     grey = cv2.remap(
         page(paper), print_x, print_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT,
         borderValue=-1.0,
     )  # fmt: skip
-    on_paper = (abs(x) < scale * board.width / 2) & (abs(y) < scale * board.height / 2)
+    on_paper = (abs(x) < scale * board.width / 2) & (
+        abs(y) < scale * (1 + stretch) * board.height / 2
+    )
     light = np.where(on_paper[..., None], np.maximum(grey, 0.03)[..., None], TABLE)
     if free is not None:
         light[(x < free[0]) | (y < free[1]) | (x > free[2]) | (y > free[3])] = CLOTH

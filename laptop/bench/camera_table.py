@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -17,17 +17,27 @@ HEADINGS = (
     "RMS, px",
     *(f"{'on the table' if not h else f'{h:g} cm above it'}, mm" for h in HEIGHTS),
     "it says, mm",
+    "errors in sigmas",
     "camera off by, mm",
     "focal length",
 )
 LEGEND = (
-    "median / p95 of the worst lens; it says: standard deviations on the table / above; all others "
-    "are medians"
+    "median / p95 of the worst lens; it says: two sigmas of that lens at the worst place, on the "
+    "table / above; errors in sigmas: RMS, on the table / above; all others are medians"
 )
 
 
 def _median(values: Sequence[float]) -> str:
     return f"{np.median(values):.3f}" if values else "-"
+
+
+def _rms(values: Sequence[float]) -> float:
+    return float(np.sqrt(np.square(values).mean()))
+
+
+def _p95(height: int) -> Callable[[CameraResult], float]:
+    """By what a lens is the worst one at a height."""
+    return lambda result: result.mm[height][1]
 
 
 def table(results: Sequence[CameraResult]) -> list[list[str]]:
@@ -53,7 +63,8 @@ def table(results: Sequence[CameraResult]) -> list[list[str]]:
                     f"{_median([r.mm[k][0] for r in good])} / {max(r.mm[k][1] for r in good):.3f}"
                     for k in heights
                 ),
-                " / ".join(_median([r.sigma[k] for r in good]) for k in heights),
+                " / ".join(f"{2 * max(good, key=_p95(k)).sigma[k]:.3f}" for k in heights),
+                " / ".join(f"{_rms([r.in_sigmas[k] for r in good]):.2f}" for k in heights),
                 _median([r.position for r in good]),
                 f"{100 * float(np.median([abs(r.focal) for r in good])):.2f} %",
             ]

@@ -38,7 +38,9 @@ def describe(calibration: Calibration) -> list[str]:
         f"lens: focal length {focal:.0f} px +- {100 * calibration.focal_sigma:.2g} %, "
         f"k1 {camera.lens[3]:.3f} +- {sigmas[3]:.3f}, k2 {camera.lens[4]:.3f} +- {sigmas[4]:.3f}",
         f"a point on the table is sure to {on_table:.2f} mm or better (sigma), "
-        f"one {DISC_HEIGHT:g} cm above it to {above:.2f} mm",
+        f"one {DISC_HEIGHT:g} cm above it to {above:.2f} mm"
+        + ", if the print is true"
+        * (calibration.bar is None),
         f"parallax: what is 1 cm above the table seems up to {10 * parallax(calibration):.1f} mm "
         "from where it is, unless its height is given",
     ]

@@ -9,6 +9,7 @@ from laptop.bench import camera, camera_codes, camera_renders, camera_touch
 from laptop.bench.camera import CONDITIONS, CameraCase, CameraResult, Condition
 from laptop.cli.main import laptop
 from laptop.vision.board import BOARDS, MARKER
+from laptop.vision.finders.board import find_board
 
 
 @pytest.fixture(scope="module")
@@ -39,6 +40,19 @@ def test_a_photograph_shows_each_marker_where_geometry_has_it(straight):
     )
 
 
+@pytest.mark.long
+def test_a_photograph_shows_a_sheet_that_is_stretched_and_bent_where_it_is():
+    lens = camera_renders.Lens(600.0, (319.5, 239.5), (0, 0, 0, 0, 0))
+    where = camera_renders.Stand.looking(45, 0.5, 0.3, 0.0, (0, 0))
+    image = camera_renders.photograph(lens, where, noise=0, jpeg=0, stretch=0.01, bend=0.2)
+    seen = find_board(image)
+    x, y, _ = seen.points.T
+    shown = where.pixels(lens, np.column_stack([x, 1.01 * y, 0.2 * (x / 10) ** 2]))
+    flat = where.pixels(lens, np.column_stack([x, 1.01 * y, 0 * x]))
+    assert np.linalg.norm(seen.pixels - shown, axis=1).max() < 0.1
+    assert np.linalg.norm(seen.pixels - flat, axis=1).max() > 0.5
+
+
 def test_a_lens_bends_the_picture_as_opencv_says():
     lens = camera.draw_lens(5003)
     where = camera.draw_stand(lens, 30.0, 0.7, np.random.default_rng(0))
@@ -58,6 +72,7 @@ def test_a_calibration_is_judged_against_the_truth():
     assert 0 < result.rms < 0.1
     assert result.mm[0][0] < result.mm[0][1] < 0.1
     assert result.mm[1][1] < 1
+    assert max(result.in_sigmas) < 2
     assert abs(result.focal) < 4 * result.focal_sigma
     assert any("scale: as printed" in line for line in result.said)
 
@@ -82,8 +97,9 @@ def test_the_default_lenses_differ_and_none_folds():
 def few(monkeypatch):
     """Results without photographs, in this process."""
     results = [
-        CameraResult(c.name, 1, "", 26, 0.02, ((0.01, 0.02), (0.03, 0.04)), (0.01, 0.02), 1, 0.01,
-                     0.02, ("scale: as printed.", "3 of 26 markers are covered, blurred"))
+        CameraResult(c.name, 1, "", 26, 0.02, ((0.01, 0.02), (0.03, 0.04)), (0.01, 0.02),
+                     (0.7, 0.8), 1, 0.01, 0.02,
+                     ("scale: as printed.", "3 of 26 markers are covered, blurred"))
         for c in CONDITIONS[:-1]
     ]  # fmt: skip
     results.append(CameraResult(CONDITIONS[-1].name, 1, "looks too flatly", 3))
@@ -102,6 +118,8 @@ def test_bench_camera(few):
     result = CliRunner().invoke(laptop, ["bench", "camera", "--seeds", "1:2"])
     assert result.exit_code == 0, result.output
     assert "0.010 / 0.020" in result.output
+    assert "0.020 / 0.040" in result.output  # two sigmas, beside the p95
+    assert "0.70 / 0.80" in result.output
     assert "1 of 1" in result.output
     assert "40 px" in result.output
     assert "12.50" in result.output
