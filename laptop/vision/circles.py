@@ -147,8 +147,8 @@ def find_circle(
             points.append(blob[:, 0])
     outlines = [(points, points)]
     if len(points) > 1:
-        # The edges of what is across it lie within their common hull; or it is beside others.
-        outlines += [([cv2.convexHull(np.vstack(points))[:, 0]], points), (points[:1], points[:1])]
+        # The edges of what is across it lie within their common hull.
+        outlines.append(([cv2.convexHull(np.vstack(points))[:, 0]], points))
     found = []
     for outline, own in outlines:
         rim = _resampled(outline)

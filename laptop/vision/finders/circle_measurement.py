@@ -108,7 +108,7 @@ def measure_circle(
     )
     limb = fit_limb(window.relit, circle.u, circle.v, circle.radius, window.edges, color)
     known = track.known_radii(marker)
-    score *= 1 - ramp(size_doubt(limb, known), 0.12, 0.3)
+    score *= 1 - ramp(size_doubt(limb, marker.radius), 0.12, 0.3)
     if track.seen is None and not strict:  # what is where nothing was expected has to look like it
         score *= 1 - ramp(color_step(shade, color), 0.3, 0.8)
     size = size_likeness(circle.radius, radius, known)

@@ -122,14 +122,15 @@ def color_step(hsv: tuple[float, float, float], color: Color) -> float:
     return away + abs(math.log(max(hsv[1], 0.01) / color.saturation))
 
 
-def size_doubt(limb: Limb | None, known: Sequence[float]) -> float:
-    """A radius's distance from the nearest known one (1 is a factor e), as far as the rim is gone.
+def size_doubt(limb: Limb | None, picked: float | None) -> float:
+    """A radius's distance from the picked one (1 is a factor e), as far as the rim is missing.
 
-    A whole rim proves a size; of an arc, any circle can be made.
+    A whole rim proves a size; of an arc, any circle can be made.  What was seen before says little
+    here: where more and more is hidden or smeared, one arc follows another.
     """
-    if limb is None or not known:
+    if limb is None or not picked:
         return 0.0
-    return limb.gap * min(abs(math.log(limb.radius / size)) for size in known)
+    return limb.gap * abs(math.log(limb.radius / picked))
 
 
 def limb_confidence(limb: Limb | None, circle: Circle, followed: bool) -> float:
