@@ -38,9 +38,9 @@ _CODED_SCATTER = _PIXEL_SCATTER + _CODING_NOISE**2 * _CHROMA.T @ _CHROMA
 _SMOOTH = 3
 """Side of the square, px, over which the surroundings are averaged to tell how much they pull: what
 differs from pixel to pixel hardly moves a centre, what lies in spots and edges does."""
-_MAX_STRETCH = 0.01
-"""Half the difference of the two second moments, as a part of their sum, beyond which a disc is
-smeared, so that its soft ends, averaged, would be taken for surroundings."""
+_STRETCHES = 0.006, 0.01
+"""Half the difference of the two second moments, as a part of their sum, from which on a disc may
+be smeared, and surely is, so that its soft ends, averaged, would be taken for surroundings."""
 _REACH, _REACH_MORE = 1.25, 2.5
 """How far from its middle a disc's light may fall: in radii, and so many px more."""
 _AROUND_FROM, _AROUND_TO = (1.12, 1.5), (_REACH, _REACH_MORE + 0.75)
@@ -125,9 +125,10 @@ def fit_discriminant(
     light = cv2.LUT(crop.image, _LINEAR_LIGHT)
     inside = light[core].mean(axis=0) / 65535
     across, down, skew = covariance
-    smeared = math.hypot((across - down) / 2, skew) > _MAX_STRETCH * (across + down)
-    smooth = None if smeared else cv2.blur(light, (_SMOOTH, _SMOOTH))[ring] / np.float32(65535)
-    line = _part(inside, light[ring] / np.float32(65535), smooth)
+    stretch = math.hypot((across - down) / 2, skew) / (across + down)
+    smeared = float(np.interp(stretch, _STRETCHES, (0, 1)))
+    smooth = cv2.blur(light, (_SMOOTH, _SMOOTH))[ring] / np.float32(65535)
+    line = _part(inside, light[ring] / np.float32(65535), smooth, smeared)
     if line is None:
         return None
     weights, mean = line
@@ -141,6 +142,7 @@ def _part(
     inside: np.ndarray,
     around: np.ndarray,
     smooth: np.ndarray | None = None,
+    smeared: float = 0.0,
     least: np.ndarray = _CODED_SCATTER,
 ) -> tuple[np.ndarray, np.ndarray] | None:
     """Part a colour from others; None if they hardly differ.
@@ -150,6 +152,7 @@ def _part(
         around: of the others, shape (n, 3); changed by this.
         smooth: of the others, each averaged over its neighbours; changed, too.  None: it counts
             how much they differ from pixel to pixel.
+        smeared: how far this counts all the same, 0 to 1.
         least: scatter that is there anyway, shape (3, 3).
 
     Returns:
@@ -163,7 +166,8 @@ def _part(
     if smooth is not None:
         smooth -= mean
         # An average of n pixels is worth n of them: the density of the scatter's slow part.
-        pull = (_SMOOTH**2 / len(smooth) * smooth.T @ smooth).astype(float) + least
+        slow = (_SMOOTH**2 / len(smooth) * smooth.T @ smooth).astype(float) + least
+        pull = slow + smeared * (scatter - slow)
     # R. A. Fisher (1936): the weights S^-1 (m1 - m0) part two classes best; S, their scatter.
     weights = np.linalg.solve(pull, contrast)
     distance = float(weights @ contrast)

@@ -116,6 +116,8 @@ def _detect_whole(
     quality += 0.5 * ramp(rough.short, 1.5, 3) * (other - quality)
     if quality <= 0:
         return None
+    # A mask shows little of a smear: the next frame fits anew, by what is measured in this one.
+    model = model._replace(age=MAX_MODEL_AGE - 1)
     start = replace(track, discriminant=model, seen=None, ellipse_quality=quality)
     found = _measure_whole(image, (u, v, radius), marker, start)
     if found is None or found.seen is None:
