@@ -44,6 +44,8 @@ _MIN_ALIKE = 0.1
 """Share of the surroundings in a marker's own hue from which on they must be told from it."""
 _MAX_GAP = 0.3
 """Part of a limb that may be missing where a stripe was taken for the ground."""
+_UPRIGHT = 0.1
+"""Sine by which the longer axis of what the picture stretches may be off its edges."""
 _MAX_STRETCH = 1.3
 """How many times as long as wide a ball may look."""
 _MIN_VISIBLE = 0.9
@@ -72,6 +74,7 @@ class _Region(NamedTuple):
     circle     around it, px
     whole      the circle on which most of its outline lies, px
     stretch    how many times it is as long as wide
+    turn       of its longer axis, rad, from that of u to that of v
     roundness  0 to 1
     """
 
@@ -80,6 +83,7 @@ class _Region(NamedTuple):
     circle: Circle
     whole: Circle
     stretch: float
+    turn: float
     roundness: float
 
 
@@ -161,11 +165,16 @@ def _striped(region: _Region, image: np.ndarray, where: str) -> _Region:
         return region._replace(circle=circle, stretch=1.0)
     if region.stretch < _MAX_STRETCH:
         return region
-    raise BadMarker(
-        f"{where} is {region.stretch:.1f} times as long as wide, and a ball is round; pick it in "
-        "a frame where it is at rest and whole, or, if all the picture is stretched, give a film "
-        "with square pixels"
-    )
+    problem = f"{where} is {region.stretch:.1f} times as"
+    advice = "pick it in a frame where it is at rest and whole"
+    scale = f"{region.stretch:.2f}"
+    for what, size, along in (("high", f"{scale}*iw:ih", 1), ("wide", f"iw:{scale}*ih", 0)):
+        if abs(abs(math.sin(region.turn)) - along) < _UPRIGHT:
+            raise BadMarker(
+                f"{problem} {what} as a ball is; {advice}, or, if all the picture is stretched, "
+                f"scale it, for example: ffmpeg -i FILE -vf scale={size} NEW.mp4"
+            )
+    raise BadMarker(f"{problem} long as wide, and a ball is round; {advice}")
 
 
 def _of_core(
@@ -271,11 +280,13 @@ def _grown(
     outlines, _ = cv2.findContours(blob, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     ellipse = ellipse_of(max(outlines, key=cv2.contourArea))
     if ellipse is None or ellipse.quality <= roundness:
-        return share, _Region(color, blob, circle, circle, 1.0, roundness)
+        return share, _Region(color, blob, circle, circle, 1.0, 0.0, roundness)
     # A disc, seen from the side, or what a stripe leaves of a ball.
     aslant = circle._replace(u=ellipse.u, v=ellipse.v, radius=ellipse.radius)
     stretch = ellipse.radius / ellipse.short
-    return share, _Region(color, blob, aslant, circle, stretch, ellipse.quality)
+    across, down, skew = ellipse.covariance
+    turn = math.atan2(2 * skew, across - down) / 2
+    return share, _Region(color, blob, aslant, circle, stretch, turn, ellipse.quality)
 
 
 def _edges(image: np.ndarray) -> tuple[float, float, float, float]:

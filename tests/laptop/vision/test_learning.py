@@ -3,6 +3,7 @@
 import colorsys
 import json
 import math
+import re
 from pathlib import Path
 
 import cv2
@@ -417,8 +418,21 @@ def test_what_would_not_be_found_again_is_refused_with_the_reason():
         np.full((120, 128, 3), (40, 120, 220), np.uint8)
     )
     assert "it is too dark" in why_not(picture(colour="red", gain=0.02))
-    tall = cv2.resize(picture("ball", 24), None, fx=1, fy=1.5)
-    assert "1.5 times as long as wide" in why_not(tall, "ball", (64, 90))
+
+
+def test_a_stretched_ball_is_refused_with_how_to_scale_the_film():
+    ball = picture("ball", 24, noise=0)
+    tall = why_not(cv2.resize(ball, None, fx=1, fy=1.5), "ball", (64, 90))
+    assert "1.5 times as high as a ball is" in tall
+    assert float(re.search(r"scale=([0-9.]+)\*iw:ih ", tall)[1]) == pytest.approx(1.5, abs=0.1)
+    wide = why_not(cv2.resize(ball, None, fx=1.5, fy=1), "ball", (96, 60))
+    assert float(re.search(r"scale=iw:([0-9.]+)\*ih ", wide)[1]) == pytest.approx(1.5, abs=0.1)
+    turned = cv2.getRotationMatrix2D((64, 90), 45, 1)
+    aslant = cv2.warpAffine(cv2.resize(ball, None, fx=1, fy=1.5), turned, (128, 180),
+                            borderMode=cv2.BORDER_REPLICATE)  # fmt: skip
+    text = why_not(aslant, "ball", (64, 90))
+    assert "1.5 times as long as wide" in text
+    assert "ffmpeg" not in text
 
 
 def test_a_stretched_disc_is_one_seen_from_the_side():
