@@ -14,6 +14,7 @@ from laptop.tracking.marker_selection import DEFAULT_SPECS, MarkerSelection, che
 from laptop.tracking.options import (
     CAMERA_NAMES,
     InvalidTrackOption,
+    Pick,
     TrackOptions,
     read_goals,
     read_pick,
@@ -24,7 +25,8 @@ from laptop.tracking.pipeline import FrameSource, Point
 from laptop.vision.cameras import WEBCAM, is_live, name_of, open_camera
 from laptop.vision.frames import Frame
 from laptop.vision.learning import learn
-from laptop.vision.markers import Marker, read_markers
+from laptop.vision.markers import BadMarker, Marker, read_markers
+from laptop.vision.tracker import Tracker
 from shared.messages import EFFECTOR, GOAL
 from shared.state import MARKERS_FILE, state_folder
 
@@ -32,6 +34,8 @@ FIRST_FRAME_TIMEOUT = 5.0
 """A live camera that gives no frame within this time, s, gives none."""
 READ_TIMEOUT = 0.2
 """Between two looks at that, s."""
+NEXT_FRAMES = 5
+"""Frames after a pick, in one of which what was learned must be found."""
 
 SYNTHETIC = "synthetic"
 """Source of a camera that sees the emulated arm."""
@@ -199,14 +203,37 @@ def _learn(source: str, camera: FrameSource, selection: MarkerSelection) -> dict
     learned = {}
     for pick in sorted(selection.picks, key=lambda pick: pick.frame):
         _check_frame("pick", pick.frame, camera)
+        kind = selection.specs.get(pick.name)
         if _gives_live_frames(source):
-            frame = _frame_of(camera, pick.frame)
+            learned[pick.name] = _learn_one(pick, kind, camera)
         else:
             with open_camera(source) as again:
-                frame = _frame_of(again, pick.frame)
-        kind = selection.specs.get(pick.name)
-        learned[pick.name] = learn(pick.name, frame.image, pick.where, kind)
+                learned[pick.name] = _learn_one(pick, kind, again)
     return learned
+
+
+def _learn_one(pick: Pick, kind: str | None, camera: FrameSource) -> Marker:
+    """Learn a marker, and look for it in the frames that come next.
+
+    Raises:
+        BadMarker: it cannot be learned, or is in none of these.
+    """
+    frame = _frame_of(camera, pick.frame)
+    marker = learn(pick.name, frame.image, pick.where, kind)
+    tracker = Tracker([marker])
+    tracker.find(frame.image, frame.t)
+    count = 0
+    while count < NEXT_FRAMES and (after := camera.read(READ_TIMEOUT)) is not None:
+        if tracker.find(after.image, after.t)[pick.name] is not None:
+            return marker
+        count += 1
+    if not count:  # the last frame
+        return marker
+    where = ",".join(f"{part:g}" for part in pick.where)
+    raise BadMarker(
+        f"{pick.name}: what is at {where} of frame {frame.index} is not found in the {count} "
+        f"after it ({tracker.why[pick.name]}); pick it where it stays in the picture"
+    )
 
 
 def _frame_of(camera: FrameSource, index: int) -> Frame:

@@ -255,6 +255,23 @@ def test_a_picked_colour_is_learned_used_and_kept(run, video, tmp_path, state):
     assert [row["u"] for row in again] == [row["u"] for row in table]
 
 
+def test_what_is_gone_in_the_frames_after_a_pick_is_refused(run, video, tmp_path, state):
+    """It may be a passing thing, or found in that one frame by luck."""
+    film = tmp_path / "film.avi"
+    out = cv2.VideoWriter(str(film), cv2.VideoWriter.fourcc(*"MJPG"), 20.0, (WIDTH, HEIGHT))
+    plain = np.full((HEIGHT, WIDTH, 3), 128, np.uint8)
+    for image in [plain, picture(0, effector=GREEN), *[plain] * 7, picture(9, effector=GREEN)]:
+        out.write(image)
+    out.release()
+    (u, v), (last_u, last_v) = place(0), place(9)
+    words = ["--camera", film, "--no-serve", "--effector", "disc", "--pick"]
+    shown = run(*words, f"effector={u},{v}@1", status=1)
+    assert "of frame 1 is not found in the 5 after it (nothing of this colour)" in shown.output
+    assert len(shown.output.splitlines()) == 1
+    assert not (state / "markers.ini").exists()
+    run(*words, f"effector={last_u},{last_v}@9")  # after the last frame there is none
+
+
 def test_a_goal_that_was_asked_for_is_tracked_beside_a_picked_effector(run, video, tmp_path):
     words = ["--camera", video(effector=GREEN), "--no-serve", "--csv", tmp_path / "out.csv"]
     run(*words, "--pick", "effector=30,60", "--goal", "blue")
