@@ -19,17 +19,15 @@ from laptop.vision.markers import (
     Marker,
     hsv_mask,
     hsv_of,
-    hue_distance,
     is_grey,
     scene_of,
 )
+from laptop.vision.picked_colors import picked_box
 from laptop.vision.tracker import Tracker
 from shared.messages import LEAST_CONFIDENCE
 
 _TOLERANCES = (40.0, 32.0, 24.0, 17.0, 12.0)
 """Tolerances of the hue, degrees: the widest that the surroundings allow, as light changes."""
-_HUE_MARGIN = 6.0
-"""Hue that is added on either side of a pixel's own, degrees."""
 _REACH, _WIDE_REACH = 5, 15
 """How far from a picked pixel a marker's colour is looked for, px; and where it shines there."""
 _FLOORS = ((0.55, 0.4), (0.75, 0.4), (0.55, 0.65), (0.75, 0.65))
@@ -52,8 +50,6 @@ _MIN_VISIBLE = 0.9
 """Part of a marker in the picture from which on it must be found there again."""
 _MAX_APART = 0.2
 """Distance, in radii, of a marker from where it was learned, at which it is found again."""
-_MAX_FLOOR = 0.75
-"""The greatest share of its typical saturation or value that a pixel may need to be a marker's."""
 _MAX_AREA_SHARE = 0.4
 """Part of the picture that a marker may fill; what is larger is a table."""
 _MAX_RIM_WIDTH, _MAX_MISFIT = 0.27, 0.062
@@ -133,7 +129,7 @@ def _learn(
 ) -> tuple[Marker, _Region]:
     """The marker, and where it is; `reach` is how far from a picked pixel its colour may be, px."""
     where = f"{name}: the marker at {','.join(f'{part:g}' for part in pick)}"
-    box = _box(name, image, pick, reach)
+    box = picked_box(name, image, pick, reach)
     hsv = cv2.cvtColor(image, cv2.COLOR_BGR2HSV)
     region = _region(name, image, hsv, pick, box)
     kind = kind or _kind(hsv, region.mask)
@@ -319,100 +315,6 @@ def _why_lost(
             "or take another marker"
         )
     return "it is not whole, round and sharp enough; pick it in a frame that shows it better"
-
-
-def include(marker: Marker, image: np.ndarray, pick: tuple[float, ...]) -> Marker:
-    """The marker with the colour at a picked pixel, or in a rectangle, added to its own.
-
-    Args:
-        image, pick: as for `learn`.
-
-    Raises:
-        BadMarker: outside the picture, or the marker has no colour.
-    """
-    color = _color_of(marker)
-    hue, saturation, value = _shade(marker.name, image, pick)
-    away = hue_distance(hue, color.hue)
-    low, high = min(-color.tolerance, away - _HUE_MARGIN), max(color.tolerance, away + _HUE_MARGIN)
-    return replace(
-        marker,
-        color=replace(
-            color,
-            hue=(color.hue + (low + high) / 2) % 360,
-            tolerance=min(90.0, (high - low) / 2),
-            # So low that the gate's floors let it in.
-            saturation_floor=_let_in(color.saturation_floor, saturation / color.saturation),
-            value_floor=_let_in(color.value_floor, value / color.value),
-        ),
-    )
-
-
-def exclude(marker: Marker, image: np.ndarray, pick: tuple[float, ...]) -> Marker:
-    """The marker without the colour at a picked pixel, or in a rectangle.
-
-    What differs most is made the border: hue, else saturation, else brightness.
-
-    Args:
-        image, pick: as for `learn`.
-
-    Raises:
-        BadMarker: that colour is none of its own, or too much like it.
-    """
-    color = _color_of(marker)
-    shade = _shade(marker.name, image, pick)
-    pixel = np.array([[[shade[0] / 2, 255 * shade[1], 255 * shade[2]]]]).astype(np.uint8)
-    if not hsv_mask(pixel, color).any():
-        raise BadMarker(f"{marker.name}: this is not of its colour; there is nothing to remove")
-    away = hue_distance(shade[0], color.hue)
-    if abs(away) > 0.4 * color.tolerance:
-        side = math.copysign(1.0, away)
-        kept = (abs(away) - _HUE_MARGIN / 2 + color.tolerance) / 2  # half of what is left
-        middle = color.hue + side * (kept - color.tolerance)
-        return replace(marker, color=replace(color, hue=middle % 360, tolerance=max(4.0, kept)))
-    saturation, value = 1.1 * shade[1] / color.saturation, 1.1 * shade[2] / color.value
-    if color.saturation_floor < saturation < _MAX_FLOOR:
-        return replace(marker, color=replace(color, saturation_floor=saturation))
-    if color.value_floor < value < _MAX_FLOOR:
-        return replace(marker, color=replace(color, value_floor=value))
-    raise BadMarker(
-        f"{marker.name}: this looks like the marker itself; take it out of the picture, or give "
-        "the marker another colour"
-    )
-
-
-def _let_in(floor: float, share: float) -> float:
-    return max(0.05, min(floor, 0.85 * share))
-
-
-def _color_of(marker: Marker) -> Color:
-    if marker.color is None:
-        raise BadMarker(f"{marker.name} is {marker}: it has no colour; pick it anew")
-    return marker.color
-
-
-def _shade(name: str, image: np.ndarray, pick: tuple[float, ...]) -> tuple[float, float, float]:
-    u0, v0, u1, v1 = _box(name, image, pick, reach=2)
-    return hsv_of(np.median(image[v0:v1, u0:u1].reshape(-1, 3), axis=0).tolist())
-
-
-def _box(
-    name: str, image: np.ndarray, pick: tuple[float, ...], reach: int
-) -> tuple[int, int, int, int]:
-    """The pixels that are meant, u0, v0 to before u1, v1; around a single one so many more."""
-    height, width = image.shape[:2]
-    us, vs = pick[::2], pick[1::2]
-    if not all(0 <= u < width for u in us) or not all(0 <= v < height for v in vs):
-        raise BadMarker(
-            f"{name}: {','.join(f'{part:g}' for part in pick)} is outside the picture; "
-            f"pick u from 0 to {width - 1} and v from 0 to {height - 1}"
-        )
-    reach = reach if len(pick) == 2 else 0
-    return (
-        max(0, round(min(us)) - reach),
-        max(0, round(min(vs)) - reach),
-        round(max(us)) + reach + 1,
-        round(max(vs)) + reach + 1,
-    )
 
 
 def _blob(mask: np.ndarray, box: tuple[int, int, int, int]) -> np.ndarray | None:

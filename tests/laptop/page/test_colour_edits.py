@@ -6,8 +6,9 @@ import pytest
 from page_scene import BLUE, HEIGHT, RED, WIDTH, PageScene, mark
 
 from laptop.page import camera_feed
-from laptop.vision.learning import exclude, include, learn
+from laptop.vision.learning import learn
 from laptop.vision.markers import BadMarker, hsv_mask, read_markers, read_spec, write_markers
+from laptop.vision.picked_colors import exclude, include
 from laptop.vision.tracker import Tracker
 from shared.messages import EFFECTOR, GOAL
 
