@@ -43,7 +43,7 @@ _STRETCHES = 0.006, 0.01
 be smeared, and surely is, so that its soft ends, averaged, would be taken for surroundings."""
 _REACH, _REACH_MORE = 1.25, 2.5
 """How far from its middle a disc's light may fall: in radii, and so many px more."""
-_AROUND_FROM, _AROUND_TO = (1.12, 1.25), (_REACH, _REACH_MORE + 0.5)
+_AROUND_FROM, _AROUND_TO = (1.12, 1.5), (_REACH, _REACH_MORE + 0.75)
 """Where its surroundings are learned: all that is in its reach, and no rim or ground beyond."""
 _MIN_SEPARATION = 9.0
 """Least distance of the disc's colour from those around, squared, in deviations of the latter."""
