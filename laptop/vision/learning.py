@@ -11,9 +11,10 @@ import numpy as np
 
 from laptop.vision.circles import Circle, ellipse_of, find_circle
 from laptop.vision.finders.color_search import MIN_SCENE_BRIGHTNESS, SEVERAL
-from laptop.vision.finders.confidence import MIN_REPORTED_CONFIDENCE, WIDER, isolation
+from laptop.vision.finders.confidence import MIN_REPORTED_CONFIDENCE, isolation
 from laptop.vision.limb import fit_limb, rim_width, scaled_misfit
 from laptop.vision.markers import (
+    WIDER,
     BadMarker,
     Color,
     Marker,
@@ -362,8 +363,7 @@ def _parted(color: Color, own: np.ndarray, around: np.ndarray) -> Color:
     Args:
         own, around: pixels, OpenCV's HSV, shape (n, 3).
     """
-    wider = replace(color, tolerance=1.3 * color.tolerance, saturation=WIDER * color.saturation)
-    alike = around[hsv_mask(around[None], wider)[0] > 0] if len(around) else around
+    alike = around[hsv_mask(around[None], color.wider())[0] > 0] if len(around) else around
     if len(alike) < _MIN_ALIKE * len(around) or not len(own):
         return color
     floors = []

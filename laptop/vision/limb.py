@@ -79,6 +79,8 @@ _BLUR_COST, _GAP_COST = 0.2, 0.025
 """What a blurred rim (width squared) and a missing one add to the residual, in radii."""
 _SHARP = 4.0
 """Width of a rim, px, up to which it is as sharp as a camera makes it: nothing has moved."""
+_SHADED = 0.6
+"""Part of a ball's brightness that is left at its limb."""
 _PALE, _FULL = 0.2, 0.8
 """Shares of the colour within, between which a rim goes over into what is around."""
 _SMEAR_COST, _LEAN_COST = 0.3, 0.4
@@ -274,15 +276,11 @@ def _contrast(
     rays: np.ndarray, along: np.ndarray, on_rim: np.ndarray, color: Color, radius: float
 ) -> float:
     """Part of the rim that has the colour within and not without."""
-    wide = Color(
-        color.hue, 0.8 * color.saturation, 0.6 * color.value, min(90.0, 1.3 * color.tolerance),
-        color.saturation_floor, color.value_floor,
-    )  # fmt: skip
     inner = rays[_EVERY, np.maximum(along - max(4, round(_CLEAR / (_STEP * radius))), 0)]
     beyond = max(5, round(_CLEAR / (_STEP * radius)))
     outer = rays[_EVERY, np.minimum(along + beyond, _SAMPLES - 1)]
     both = cv2.cvtColor(np.stack([inner, outer]), cv2.COLOR_BGR2HSV)
-    within, without = hsv_mask(both, wide) > 0
+    within, without = hsv_mask(both, color.wider(value=_SHADED)) > 0
     without &= outer.max(axis=1) > _DARK * inner.max(axis=1)  # noise on black has colours, too
     both_sides = np.count_nonzero(within & on_rim) - np.count_nonzero(without & on_rim)
     return float(both_sides / np.count_nonzero(on_rim))

@@ -32,6 +32,10 @@ class BadMarker(ArmError, ValueError):
     """A marker that cannot be understood, learned or read."""
 
 
+WIDER = 0.8
+"""Part of a marker's saturation at which what is around it still counts as its colour."""
+
+
 @dataclass(frozen=True)
 class Color:
     """A colour as the camera saw it, and how far from it a pixel may be.
@@ -53,6 +57,19 @@ class Color:
     saturation_floor: float = 0.55
     value_floor: float = 0.4
     scene: tuple[float, float, float] | None = None
+
+    def wider(self, value: float = 1.0) -> Color:
+        """What still counts as this colour around a marker: paler, and farther in hue.
+
+        Args:
+            value: part of the typical one that it has at the marker's edge.
+        """
+        return replace(
+            self,
+            tolerance=min(90.0, 1.3 * self.tolerance),
+            saturation=WIDER * self.saturation,
+            value=value * self.value,
+        )
 
 
 @dataclass(frozen=True)

@@ -41,10 +41,6 @@ def color_likeness(hsv: tuple[float, float, float], color: Color, learned: Color
     )
 
 
-WIDER = 0.8
-"""Part of a marker's saturation at which what is around it still counts as its colour."""
-
-
 def isolation(hsv: np.ndarray, circle: Circle, color: Color) -> float:
     """Small if what is around has the colour, too: then it is a part of something larger.
 
@@ -52,10 +48,6 @@ def isolation(hsv: np.ndarray, circle: Circle, color: Color) -> float:
         hsv: OpenCV's, uint8, shape (h, w, 3).
         circle: in its px.
     """
-    wider = Color(
-        color.hue, WIDER * color.saturation, color.value, 1.3 * color.tolerance,
-        color.saturation_floor, color.value_floor,
-    )  # fmt: skip
     width = max(2, round(0.25 * circle.radius))
     radius = round(1.15 * circle.radius + width)
     u, v, reach = round(circle.u), round(circle.v), radius + width
@@ -66,7 +58,7 @@ def isolation(hsv: np.ndarray, circle: Circle, color: Color) -> float:
     ring = np.zeros(window.shape[:2], np.uint8)
     cv2.circle(ring, (u - left, v - top), radius, 255, width)
     total = cv2.countNonZero(ring)
-    same = cv2.countNonZero(ring & hsv_mask(window, wider))
+    same = cv2.countNonZero(ring & hsv_mask(window, color.wider()))
     return 1 - ramp(same / max(1, total), 0.3, 0.6)
 
 
