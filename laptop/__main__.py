@@ -46,7 +46,7 @@ def _order_sets() -> None:
     """Begin anew where sets would be walked in another order in each process.
 
     A program on the emulated brick, and what is drawn here, hangs on that order; see the
-    simulator's README.  Commands that this one starts have it from here, in the environment.
+    emulator's README.  Commands that this one starts have it from here, in the environment.
     """
     wanted = RANDOM if sys.argv[1:2] == [SERVER] else FIXED
     if os.environ.get(SEED, RANDOM) == wanted or not sys.executable:

@@ -1,6 +1,6 @@
 """On an old Python only the brick-side tests are collected: those of what runs on the brick.
 
-They are found by what they import: `robot`, `shared` or `laptop.simulator`, and nothing else of
+They are found by what they import: `robot`, `shared` or `laptop.emulator`, and nothing else of
 the laptop's. Read line by line, because an old Python cannot parse the others.
 """
 
@@ -19,10 +19,10 @@ import pytest
 IMPORT = re.compile(
     r"^[ \t]*(?:from|import)[ \t]+([\w.]+)(?:[ \t]+import[ \t]+\(?(\w+))?", re.MULTILINE
 )
-BRICK_SIDE = ("robot", "shared", "laptop.simulator")
+BRICK_SIDE = ("robot", "shared", "laptop.emulator")
 LAPTOP_ONLY = (
-    "laptop.simulator.scene",
-    "laptop.simulator.virtual_tracker",
+    "laptop.emulator.scene",
+    "laptop.emulator.virtual_tracker",
     "servo_rig",
     "page_scene",
 )

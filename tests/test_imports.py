@@ -1,16 +1,16 @@
 """Who may import whom, and what the checkout may hold.
 
-laptop.cli -> laptop.bench -> laptop.demo -> laptop.simulator -> laptop.tracking -> laptop.vision
+laptop.cli -> laptop.bench -> laptop.demo -> laptop.emulator -> laptop.tracking -> laptop.vision
 laptop.cli -> laptop.page -> laptop.tracking; whoever tells of a run -> laptop.reporting
 laptop.cli -> laptop.brick -> shared
 laptop.cli, laptop.bench -> laptop.calibration -> laptop.tracking, robot.motion.kinematics
-laptop.cli, laptop.bench -> laptop.measuring -> laptop.tracking, laptop.simulator
+laptop.cli, laptop.bench -> laptop.measuring -> laptop.tracking, laptop.emulator
 laptop.cli, laptop.bench -> laptop.accuracy -> laptop.measuring, laptop.calibration
 laptop.cli, laptop.bench -> laptop.sight -> laptop.measuring, laptop.drawing
-laptop.cli -> laptop.guide -> laptop.simulator, laptop.brick
+laptop.cli -> laptop.guide -> laptop.emulator, laptop.brick
 laptop.cli -> laptop.lab_report -> what laptop.demo has found
 laptop.cli -> laptop.drawing -> what is pure of robot.motion
-laptop.bench, laptop.demo, laptop.guide, laptop.simulator -> robot; all of them -> shared
+laptop.bench, laptop.demo, laptop.guide, laptop.emulator -> robot; all of them -> shared
 """
 
 import ast
@@ -31,7 +31,7 @@ TOP_LEVEL = {
 # What a module may import besides the standard library; the longest matching name decides. A name
 # covers everything below it.
 LIBRARIES = ("numpy", "cv2", "matplotlib", "rich")
-BELOW_SIMULATOR = ("laptop.system", "laptop.tracking", "laptop.vision", "laptop.reporting")
+BELOW_EMULATOR = ("laptop.system", "laptop.tracking", "laptop.vision", "laptop.reporting")
 PURE = tuple(f"robot.motion.{name}" for name in ("chains", "kinematics", "paths", "trajectory"))
 SIGHT_PURE = ("backlash", "gravity", "kinematics", "trajectory")
 FOR_THE_CARDS = "laptop.drawing.durations", "laptop.drawing.pictures"
@@ -52,12 +52,12 @@ RULES = {
         *("laptop.files", "robot.motion.kinematics"),
     ),
     "laptop.measuring": (
-        *("laptop.measuring", "laptop.tracking", "laptop.simulator", "laptop.system"),
+        *("laptop.measuring", "laptop.tracking", "laptop.emulator", "laptop.system"),
         *("laptop.vision", "shared", "numpy"),
     ),
     "laptop.identification": (
         *("laptop.identification", "laptop.calibration", "laptop.measuring", "laptop.vision"),
-        "laptop.simulator.scene",
+        "laptop.emulator.scene",
         *("robot.motion.gravity", "robot.motion.kinematics", "shared", "numpy", "scipy", "cv2"),
     ),
     "laptop.accuracy": (
@@ -76,11 +76,11 @@ RULES = {
     ),
     "laptop.sight.emulated_view": (
         *("laptop.sight.view", "laptop.calibration.camera_model", "shared", "numpy", "cv2"),
-        "laptop.simulator.scene.scene",
+        "laptop.emulator.scene.scene",
     ),
     "laptop.reporting": ("laptop.reporting", "shared", "jinja2", "markupsafe", *LIBRARIES),
     "laptop.page": (
-        *("laptop.page", "laptop.drawing", "laptop.picture_heads", *BELOW_SIMULATOR, "shared"),
+        *("laptop.page", "laptop.drawing", "laptop.picture_heads", *BELOW_EMULATOR, "shared"),
         *("robot.motion.kinematics", "robot.motion.paths", "robot.motion.trajectory"),
         *("numpy", "cv2", "matplotlib"),
     ),
@@ -130,20 +130,20 @@ RULES = {
     "laptop.picture_heads": ("shared",),
     "laptop.brick": ("laptop.brick", "laptop.files", "laptop.system", "shared", "asyncssh"),
     "laptop.brick.finding": ("laptop.brick", "asyncssh", "ifaddr", "zeroconf"),
-    "laptop.simulator": ("laptop.simulator", "laptop.system", "robot", "shared", "ev3dev2"),
-    "laptop.simulator.scene": (
-        *("laptop.simulator", "laptop.vision.frames", "laptop.vision.board", "robot", "shared"),
+    "laptop.emulator": ("laptop.emulator", "laptop.system", "robot", "shared", "ev3dev2"),
+    "laptop.emulator.scene": (
+        *("laptop.emulator", "laptop.vision.frames", "laptop.vision.board", "robot", "shared"),
         *("numpy", "cv2"),
     ),
-    "laptop.simulator.virtual_tracker": (
-        *("laptop.simulator", "laptop.tracking.server", "robot", "shared"),
+    "laptop.emulator.virtual_tracker": (
+        *("laptop.emulator", "laptop.tracking.server", "robot", "shared"),
     ),
-    "laptop.simulator.scene.rendered_tracker": (
-        *("laptop.simulator", "laptop.vision.markers", "laptop.vision.tracker"),
+    "laptop.emulator.scene.rendered_tracker": (
+        *("laptop.emulator", "laptop.vision.markers", "laptop.vision.tracker"),
     ),
-    "laptop.demo": ("laptop.demo", "laptop.simulator", *BELOW_SIMULATOR, "shared", *LIBRARIES),
+    "laptop.demo": ("laptop.demo", "laptop.emulator", *BELOW_EMULATOR, "shared", *LIBRARIES),
     "laptop.guide": (
-        *("laptop.guide", "laptop.brick", "laptop.files", "laptop.simulator", "laptop.reporting"),
+        *("laptop.guide", "laptop.brick", "laptop.files", "laptop.emulator", "laptop.reporting"),
         *("robot", "shared"),
         *("numpy", "matplotlib", "jinja2", "markupsafe"),
     ),
@@ -156,20 +156,20 @@ RULES = {
     # What students write imports what they may import.
     **{f"laptop.guide.{room}": ("robot.api", "ev3dev2.motor") for room in ("tasks", "solutions")},
     "laptop.bench": (
-        *("laptop.bench", "laptop.demo", "laptop.simulator", "laptop.calibration"),
-        *(*BELOW_SIMULATOR, "robot", "shared", *LIBRARIES),
+        *("laptop.bench", "laptop.demo", "laptop.emulator", "laptop.calibration"),
+        *(*BELOW_EMULATOR, "robot", "shared", *LIBRARIES),
     ),
     "laptop.bench.workers": ("laptop.bench", "shared", "cv2", "distributed"),
     **{
         f"laptop.bench.{name}": (
-            *("laptop.bench", "laptop.drawing", "laptop.reporting", "laptop.simulator"),
+            *("laptop.bench", "laptop.drawing", "laptop.reporting", "laptop.emulator"),
             *("robot", "shared", "numpy"),
         )
         for name in ("plot", "plot_speed", "interruptions")
     },
     "laptop.bench.calibrate": (
         *("laptop.bench", "laptop.identification", "laptop.measuring", "laptop.reporting"),
-        *("laptop.simulator", "robot", "shared", "numpy"),
+        *("laptop.emulator", "robot", "shared", "numpy"),
     ),
     "laptop.bench.accuracy": (
         *("laptop.bench", "laptop.accuracy", "laptop.calibration", "laptop.measuring"),
@@ -177,11 +177,11 @@ RULES = {
     ),
     "laptop.bench.sight": (
         *("laptop.bench", "laptop.drawing", "laptop.measuring", "laptop.reporting"),
-        *("laptop.sight", "laptop.simulator", "shared", "numpy"),
+        *("laptop.sight", "laptop.emulator", "shared", "numpy"),
     ),
     "laptop.bench.plot_drawings": ("laptop.drawing.artwork", "numpy"),
     "laptop.bench.page": (
-        *("laptop.bench", "laptop.demo", "laptop.simulator", *BELOW_SIMULATOR),
+        *("laptop.bench", "laptop.demo", "laptop.emulator", *BELOW_EMULATOR),
         *("robot", "shared", *LIBRARIES, "playwright"),
     ),
     "laptop.cli": ("laptop", "shared", "click", "rich"),
@@ -278,8 +278,8 @@ def test_imports_follow_the_direction():
         ("shared.link", "import ev3dev2.motor", "ev3dev2.motor"),
         (
             "robot.motion.arm",
-            "from laptop.simulator.host import world",
-            "laptop.simulator.host.world",
+            "from laptop.emulator.host import world",
+            "laptop.emulator.host.world",
         ),
         ("robot.motion.arm", "import numpy", "numpy"),
         ("robot.motion.arm", "def f():\n    import numpy as np", "numpy"),
@@ -290,20 +290,20 @@ def test_imports_follow_the_direction():
         ("robot.motion.arm", "from ev3dev2 import sound", "ev3dev2.sound"),
         ("robot.motion.arm", "if 1:\n    from ev3dev2.button import Button", "ev3dev2.button"),
         ("laptop.vision.tracker", "import robot.motion.kinematics", "robot.motion.kinematics"),
-        ("laptop.vision.tracker", "from .. import simulator", "laptop.simulator"),
+        ("laptop.vision.tracker", "from .. import emulator", "laptop.emulator"),
         (
             "laptop.vision.tracker",
-            "from ..simulator.host.world import World",
-            "laptop.simulator.host.world",
+            "from ..emulator.host.world import World",
+            "laptop.emulator.host.world",
         ),
         ("laptop.vision.tracker", "from laptop import bench", "laptop.bench"),
         ("laptop.vision.tracker", "import requests", "requests"),
         ("laptop.vision.tracker", "import click", "click"),
         ("laptop.tracking.track", "from laptop.page import process", "laptop.page.process"),
-        ("laptop.tracking.setup", "from ..simulator import live", "laptop.simulator.live"),
+        ("laptop.tracking.setup", "from ..emulator import live", "laptop.emulator.live"),
         ("laptop.tracking.server", "import robot.clock", "robot.clock"),
         ("laptop.vision.tracker", "from laptop.tracking import server", "laptop.tracking.server"),
-        ("laptop.page.controller", "from laptop.simulator import live", "laptop.simulator.live"),
+        ("laptop.page.controller", "from laptop.emulator import live", "laptop.emulator.live"),
         ("laptop.brick.choosing", "from laptop.tracking import server", "laptop.tracking.server"),
         ("laptop.calibration.camera_fit", "from laptop.cli import main", "laptop.cli.main"),
         ("laptop.vision.tracker", "from laptop import calibration", "laptop.calibration"),
@@ -325,26 +325,26 @@ def test_imports_follow_the_direction():
         ("laptop.cli.simulate", "import numpy", "numpy"),
         ("laptop.__main__", "from laptop import demo", "laptop.demo"),
         ("laptop.demo", "import laptop.bench.draw", "laptop.bench.draw"),
-        ("laptop.simulator.session", "import laptop.guide.lego", "laptop.guide.lego"),
+        ("laptop.emulator.session", "import laptop.guide.lego", "laptop.guide.lego"),
         ("laptop.guide.solutions.line", "import robot.motion.arm", "robot.motion.arm"),
         (
-            "laptop.simulator.host.world",
+            "laptop.emulator.host.world",
             "from laptop.vision.tracker import find",
             "laptop.vision.tracker",
         ),
-        ("laptop.simulator.host.world", "from ... import bench", "laptop.bench"),
+        ("laptop.emulator.host.world", "from ... import bench", "laptop.bench"),
         (
-            "laptop.simulator.host.world",
+            "laptop.emulator.host.world",
             "import laptop.tracking.server",
             "laptop.tracking.server",
         ),
         (
-            "laptop.simulator.virtual_tracker",
+            "laptop.emulator.virtual_tracker",
             "from laptop.tracking import track",
             "laptop.tracking.track",
         ),
-        ("laptop.simulator.host.world", "import cv2", "cv2"),
-        ("laptop.simulator.__init__", "from ..bench import NAMES", "laptop.bench"),
+        ("laptop.emulator.host.world", "import cv2", "cv2"),
+        ("laptop.emulator.__init__", "from ..bench import NAMES", "laptop.bench"),
     ],
 )
 def test_a_forbidden_import_is_caught(module, source, name):
@@ -360,16 +360,16 @@ def test_a_forbidden_import_is_caught(module, source, name):
         ("robot.driver", "def f():\n    from ev3dev2.button import Button"),
         ("robot.clock", "import time"),
         ("laptop.vision.tracker", "import cv2, numpy\nfrom shared import messages"),
-        ("laptop.demo", "from laptop.simulator.host.world import World"),
+        ("laptop.demo", "from laptop.emulator.host.world import World"),
         ("laptop.drawing.cards", "import cv2\nfrom robot.motion.kinematics import forward"),
-        ("laptop.cli.bench", "import click\nfrom laptop import bench, simulator"),
-        ("laptop.simulator.__init__", "from .host.world import World"),
+        ("laptop.cli.bench", "import click\nfrom laptop import bench, emulator"),
+        ("laptop.emulator.__init__", "from .host.world import World"),
         (
-            "laptop.simulator.virtual_tracker",
+            "laptop.emulator.virtual_tracker",
             "from laptop.tracking.server import TrackingServer",
         ),
-        ("laptop.simulator.host.runner", "import ev3dev2.sound, robot.motion.arm, time"),
-        ("laptop.bench.draw", "import numpy\nfrom robot import arm\nfrom laptop import simulator"),
+        ("laptop.emulator.host.runner", "import ev3dev2.sound, robot.motion.arm, time"),
+        ("laptop.bench.draw", "import numpy\nfrom robot import arm\nfrom laptop import emulator"),
     ],
 )
 def test_an_allowed_import_passes(module, source):

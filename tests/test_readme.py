@@ -23,9 +23,9 @@ from places import ROOT, SCRIPTS
 from waiting import PATIENCE, until
 
 from laptop.cli.main import laptop
+from laptop.emulator.device.sensor_kinds import KINDS
+from laptop.emulator.device.wheels import CONSTANTS as WHEELS
 from laptop.page import run_states
-from laptop.simulator.device.sensor_kinds import KINDS
-from laptop.simulator.device.wheels import CONSTANTS as WHEELS
 from laptop.tracking import announcements
 from robot import api
 from shared import state
@@ -509,7 +509,7 @@ def invoke(*words):
 
 
 def test_every_constant_of_the_plant_and_the_scene_is_told():
-    text = (ROOT / "laptop" / "simulator" / "README.md").read_text("utf-8")
+    text = (ROOT / "laptop" / "emulator" / "README.md").read_text("utf-8")
     plant, scene = text.split("## The synthetic camera")
     told = invoke("simulate", "--plant", "foo=1", "robot/driver.py").partition("known: ")[2]
     assert "voltage" in told
@@ -550,7 +550,7 @@ def test_events_and_files_between_programs_are_told():
         assert re.search(rf"^\| `{re.escape(name)}/?` \|", text, re.MULTILINE), name
 
 
-@pytest.mark.parametrize("room", ["laptop", "laptop/simulator"])
+@pytest.mark.parametrize("room", ["laptop", "laptop/emulator"])
 def test_every_file_of_a_room_stands_in_its_table(room):
     text = (ROOT / room / "README.md").read_text("utf-8").partition("\n## Rooms\n")[2]
     named, here = set(), ""
@@ -560,7 +560,7 @@ def test_every_file_of_a_room_stands_in_its_table(room):
         named |= {ROOT / room / here / f"{name}.py" for name in re.findall(r"`(\w+)`", files)}
     there = {path for path in (ROOT / room).rglob("*.py") if not path.name.startswith("__")}
     if room == "laptop":
-        there = {path for path in there if "simulator" not in path.parts}
+        there = {path for path in there if "emulator" not in path.parts}
     assert named == there
 
 
@@ -586,14 +586,14 @@ def test_the_help_of_a_script_ends_with_two_examples(name, capsys):
 
 
 def test_every_sensor_and_all_that_it_measures_is_told():
-    text = (ROOT / "laptop" / "simulator" / "README.md").read_text("utf-8")
+    text = (ROOT / "laptop" / "emulator" / "README.md").read_text("utf-8")
     told = set(re.findall(r"[\w-]+", text.partition("## Sensors")[2].partition("\n## ")[0]))
     for name, kind in KINDS.items():
         assert {name, kind.driver, *kind.quantities} <= told, name
 
 
 def test_every_constant_of_the_wheels_is_told():
-    text = (ROOT / "laptop" / "simulator" / "README.md").read_text("utf-8")
+    text = (ROOT / "laptop" / "emulator" / "README.md").read_text("utf-8")
     section = text.partition("## A bare brick")[2].partition("\n## ")[0]
     rows = "\n".join(re.findall(r"^\| (`.*?) \|", section, re.MULTILINE))
     assert set(re.findall(r"`(\w+)`", rows)) == set(WHEELS)

@@ -18,8 +18,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from laptop.bench import workers
-from laptop.simulator import session
-from laptop.simulator.own_programs import find_script
+from laptop.emulator import session
+from laptop.emulator.own_programs import find_script
 from robot.jobs.checking import check_strokes
 from robot.motion import paths, trajectory
 from shared.arm_description import Arm, find_arm, read_arm

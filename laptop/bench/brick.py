@@ -14,10 +14,10 @@ import tempfile
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from laptop.simulator import session
-from laptop.simulator.device.plant_constants import read_plant
-from laptop.simulator.host.processor import SECONDS
-from laptop.simulator.own_programs import BENCH_BRICK, find_script
+from laptop.emulator import session
+from laptop.emulator.device.plant_constants import read_plant
+from laptop.emulator.host.processor import SECONDS
+from laptop.emulator.own_programs import BENCH_BRICK, find_script
 from shared.arm_description import find_arm, read_arm
 
 COUNTED: dict[str, tuple[float, float]] = {

@@ -23,15 +23,15 @@ from typing import Any
 import numpy as np
 
 from laptop.bench import workers
+from laptop.emulator import session
+from laptop.emulator.device.plant_constants import at_port, read_plant
+from laptop.emulator.own_programs import find_script
 from laptop.identification.arm_model import ArmModel, CameraPrior, MeasuredByHand
 from laptop.identification.calibrating import identify
 from laptop.identification.emulated_table import EmulatedTable, camera_over
 from laptop.identification.measured_numbers import measured, write_measured
 from laptop.measuring.emulated_rig import EmulatedRig
 from laptop.reporting import line_accuracy
-from laptop.simulator import session
-from laptop.simulator.device.plant_constants import at_port, read_plant
-from laptop.simulator.own_programs import find_script
 from robot.driver import LINES
 from shared.arm_description import Arm, ArmError, Joint, find_arm, read_arm
 from shared.ini import with_values

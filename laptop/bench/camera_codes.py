@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 
 from laptop.bench.track_precision import LENS_BLUR, Look, bound, places, values
-from laptop.simulator.scene.sensor import marker_frame
+from laptop.emulator.scene.sensor import marker_frame
 from laptop.vision.finders.aruco import detector
 from laptop.vision.markers import Marker
 from laptop.vision.tracker import Tracker

@@ -15,8 +15,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from laptop.simulator.scene.optics import to_linear, to_srgb
-from laptop.simulator.scene.sensor import blurred, through_jpeg
+from laptop.emulator.scene.optics import to_linear, to_srgb
+from laptop.emulator.scene.sensor import blurred, through_jpeg
 from laptop.vision.board import BOARDS
 from laptop.vision.board_sheet import write_board
 

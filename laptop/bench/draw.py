@@ -24,13 +24,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from laptop.bench import timed_steps, workers
+from laptop.emulator.device.brick import EmulatedBrick
+from laptop.emulator.device.masses import weighed
+from laptop.emulator.device.plant_constants import CPU, read_plant
+from laptop.emulator.host import program as programs
+from laptop.emulator.host.world import World
+from laptop.emulator.session import park_on_file
 from laptop.reporting import line_accuracy
-from laptop.simulator.device.brick import EmulatedBrick
-from laptop.simulator.device.masses import weighed
-from laptop.simulator.device.plant_constants import CPU, read_plant
-from laptop.simulator.host import program as programs
-from laptop.simulator.host.world import World
-from laptop.simulator.session import park_on_file
 from robot.driver import LINES
 from robot.motion import kinematics, paths, trajectory
 from shared.arm_description import Arm, find_arm, read_arm

@@ -17,12 +17,12 @@ from typing import Any, NamedTuple
 
 from laptop.bench.draw import random_line
 from laptop.bench.servo_setups import PinholeCamera, PinholeCameras, apart
-from laptop.simulator.device.brick import EmulatedBrick
-from laptop.simulator.device.plant_constants import read_plant
-from laptop.simulator.scene.scene_constants import read_scene
-from laptop.simulator.session import Fault
-from laptop.simulator.session import run as run_session
-from laptop.simulator.virtual_tracker import VirtualTracker
+from laptop.emulator.device.brick import EmulatedBrick
+from laptop.emulator.device.plant_constants import read_plant
+from laptop.emulator.scene.scene_constants import read_scene
+from laptop.emulator.session import Fault
+from laptop.emulator.session import run as run_session
+from laptop.emulator.virtual_tracker import VirtualTracker
 from robot import driver, visual_servoing
 from robot.motion import kinematics, paths, trajectory
 from shared.arm_description import Arm, find_arm, read_arm

@@ -23,10 +23,10 @@ import numpy as np
 from laptop.bench import workers
 from laptop.drawing import planning, preparing, sources
 from laptop.drawing.options import DrawingOptions
+from laptop.emulator import session
+from laptop.emulator.own_programs import find_script
 from laptop.reporting.drawing_plot import standing
 from laptop.reporting.line_accuracy import distances, pen_down_runs, place, refined
-from laptop.simulator import session
-from laptop.simulator.own_programs import find_script
 from shared.arm_description import Arm, find_arm, read_arm
 from shared.state import JOB_ORDERS_FILE
 

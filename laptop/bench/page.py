@@ -35,9 +35,9 @@ from laptop.demo.processes import (
     wait_for_page,
 )
 from laptop.demo.truth import record_goal_run
-from laptop.simulator.host.pace import PacedClock
-from laptop.simulator.own_programs import SERVO
-from laptop.simulator.session import AFTER
+from laptop.emulator.host.pace import PacedClock
+from laptop.emulator.own_programs import SERVO
+from laptop.emulator.session import AFTER
 from robot.clock import Clock
 from robot.tracking_client import Memory, TrackingClient
 from shared.arm_description import ArmError, find_arm, read_arm

@@ -19,11 +19,11 @@ import numpy as np
 
 from laptop.bench.page import FPS, SIZE
 from laptop.demo.processes import ProcessGroup, wait_for_link, wait_for_page
-from laptop.simulator.host.pace import PacedClock
-from laptop.simulator.live import PoseReader
-from laptop.simulator.own_programs import SERVO
-from laptop.simulator.scene.scene import Scene
-from laptop.simulator.scene.scene_constants import read_scene
+from laptop.emulator.host.pace import PacedClock
+from laptop.emulator.live import PoseReader
+from laptop.emulator.own_programs import SERVO
+from laptop.emulator.scene.scene import Scene
+from laptop.emulator.scene.scene_constants import read_scene
 from shared.arm_description import find_arm, read_arm
 from shared.state import ARM, STATE
 

@@ -21,9 +21,9 @@ from laptop.bench import plot_drawings, workers
 from laptop.drawing import planning, preparing, sources, strokes
 from laptop.drawing.artwork import Artwork
 from laptop.drawing.options import DrawingOptions
+from laptop.emulator import session
+from laptop.emulator.own_programs import find_script
 from laptop.reporting import drawing_plot
-from laptop.simulator import session
-from laptop.simulator.own_programs import find_script
 from robot.motion import kinematics
 from shared.arm_description import find_arm, read_arm
 

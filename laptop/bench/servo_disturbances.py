@@ -35,10 +35,10 @@ from laptop.bench.servo_setups import (
     is_in_image,
     set_up,
 )
-from laptop.simulator.device.brick import EmulatedBrick
-from laptop.simulator.device.plant_constants import CPU, read_plant
-from laptop.simulator.host.world import World
-from laptop.simulator.virtual_tracker import Markers, See, VirtualTracker
+from laptop.emulator.device.brick import EmulatedBrick
+from laptop.emulator.device.plant_constants import CPU, read_plant
+from laptop.emulator.host.world import World
+from laptop.emulator.virtual_tracker import Markers, See, VirtualTracker
 from shared.messages import Stop
 
 MODES = ("look", "stream")

@@ -16,14 +16,14 @@ from typing import Any
 
 import numpy as np
 
-from laptop.simulator.device.brick import EmulatedBrick
-from laptop.simulator.device.plant_constants import read_plant
-from laptop.simulator.host.world import World
-from laptop.simulator.scene import scene as pictured
-from laptop.simulator.scene.camera_placement import place_camera
-from laptop.simulator.scene.rendered_tracker import rendered
-from laptop.simulator.scene.scene_constants import read_scene
-from laptop.simulator.scene.workcell import completed, marker_centre
+from laptop.emulator.device.brick import EmulatedBrick
+from laptop.emulator.device.plant_constants import read_plant
+from laptop.emulator.host.world import World
+from laptop.emulator.scene import scene as pictured
+from laptop.emulator.scene.camera_placement import place_camera
+from laptop.emulator.scene.rendered_tracker import rendered
+from laptop.emulator.scene.scene_constants import read_scene
+from laptop.emulator.scene.workcell import completed, marker_centre
 from robot.motion import kinematics
 from robot.servoing.rows import Rows
 from shared.arm_description import Arm, find_arm, read_arm

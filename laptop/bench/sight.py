@@ -24,15 +24,15 @@ from laptop.drawing.lines import in_place, line_through
 from laptop.drawing.options import DrawingOptions
 from laptop.drawing.planning import Learned
 from laptop.drawing.preparing import DrawingPlan, prepare
+from laptop.emulator.device.plant_constants import CPU
+from laptop.emulator.scene.scene import Scene
+from laptop.emulator.scene.scene_constants import read_scene
 from laptop.measuring.emulated_rig import EmulatedRig, RenderedRig
 from laptop.measuring.measured_run import MeasuredRun
 from laptop.reporting.line_accuracy import distances, pen_down_runs, place, refined
 from laptop.sight.emulated_view import view_of
 from laptop.sight.rehearsal import Lessons, rehearse
 from laptop.sight.view import TipView
-from laptop.simulator.device.plant_constants import CPU
-from laptop.simulator.scene.scene import Scene
-from laptop.simulator.scene.scene_constants import read_scene
 from shared.arm_description import Arm, ArmError, find_arm, read_arm
 
 ARMS = ("planar", "geared")

@@ -85,7 +85,7 @@ def draw_line(program: Any, driver: Any, start: Any, end: Any, law: Law) -> None
     """Draw a line in the plane, cm.
 
     Args:
-        program: laptop.simulator.host.program.Program, on the emulated brick.
+        program: laptop.emulator.host.program.Program, on the emulated brick.
         driver: its robot.driver.Driver.
 
     Raises:

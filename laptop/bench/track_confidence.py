@@ -18,7 +18,7 @@ from laptop.bench.track_covers import Circle, fingers, half_plane, leaves, strea
 from laptop.bench.track_films import FilmCase
 from laptop.bench.track_rays import RayCase
 from laptop.bench.track_score import Claim, claim
-from laptop.simulator.scene.optics import (
+from laptop.emulator.scene.optics import (
     LAMP,
     Box,
     coverage,
@@ -26,7 +26,7 @@ from laptop.simulator.scene.optics import (
     marker_light,
     to_srgb,
 )
-from laptop.simulator.scene.sensor import blurred, through_jpeg
+from laptop.emulator.scene.sensor import blurred, through_jpeg
 from laptop.vision.learning import learn
 from laptop.vision.markers import BadMarker
 from laptop.vision.tracker import Tracker

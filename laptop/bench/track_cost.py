@@ -25,11 +25,11 @@ from laptop.bench.track_methods import (
     hsv_moments,
 )
 from laptop.bench.track_precision import FPS
-from laptop.simulator.scene.marker_items import ARUCO_IDS
-from laptop.simulator.scene.poses import ScriptedPoses
-from laptop.simulator.scene.scene import Scene
-from laptop.simulator.scene.scene_constants import read_scene
-from laptop.simulator.scene.synthetic_camera import SyntheticCamera
+from laptop.emulator.scene.marker_items import ARUCO_IDS
+from laptop.emulator.scene.poses import ScriptedPoses
+from laptop.emulator.scene.scene import Scene
+from laptop.emulator.scene.scene_constants import read_scene
+from laptop.emulator.scene.synthetic_camera import SyntheticCamera
 from laptop.tracking.server import TrackingServer
 from laptop.vision.learning import learn
 from laptop.vision.markers import Marker

@@ -7,7 +7,7 @@ import math
 import cv2
 import numpy as np
 
-from laptop.simulator.scene.optics import Box, box_of, coverage, light_of
+from laptop.emulator.scene.optics import Box, box_of, coverage, light_of
 
 Circle = tuple[float, float, float]
 """Where a marker truly is: u, v, radius, px."""

@@ -18,12 +18,12 @@ from laptop.bench.track_methods import (
     sighting_of_moments,
 )
 from laptop.bench.track_score import Point, Score, TrackResult, judge, unlearned
-from laptop.simulator.scene.optics import circle
-from laptop.simulator.scene.poses import ScriptedPoses
-from laptop.simulator.scene.scene import Scene
-from laptop.simulator.scene.scene_constants import read_scene
-from laptop.simulator.scene.sensor import through_jpeg
-from laptop.simulator.scene.synthetic_camera import SyntheticCamera
+from laptop.emulator.scene.optics import circle
+from laptop.emulator.scene.poses import ScriptedPoses
+from laptop.emulator.scene.scene import Scene
+from laptop.emulator.scene.scene_constants import read_scene
+from laptop.emulator.scene.sensor import through_jpeg
+from laptop.emulator.scene.synthetic_camera import SyntheticCamera
 from laptop.vision.learning import learn
 from laptop.vision.markers import BadMarker, Marker
 from laptop.vision.tracker import Sighting

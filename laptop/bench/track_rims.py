@@ -14,8 +14,8 @@ import numpy as np
 from laptop.bench.track_methods import OURS
 from laptop.bench.track_precision import FPS, LENS_BLUR
 from laptop.bench.track_score import SURE_CONFIDENCE, Point, Score, TrackResult, judge, unlearned
-from laptop.simulator.scene.optics import Box, circle, coverage, light_of, to_srgb
-from laptop.simulator.scene.sensor import blurred, through_jpeg
+from laptop.emulator.scene.optics import Box, circle, coverage, light_of, to_srgb
+from laptop.emulator.scene.sensor import blurred, through_jpeg
 from laptop.vision.learning import learn
 from laptop.vision.markers import BadMarker
 from laptop.vision.tracker import Tracker

@@ -23,9 +23,9 @@ from pathlib import Path
 
 import robot.driver
 from laptop.bench import workers
-from laptop.simulator import session
-from laptop.simulator.device.plant_constants import CPU, read_plant
-from laptop.simulator.onlooker import Onlooker
+from laptop.emulator import session
+from laptop.emulator.device.plant_constants import CPU, read_plant
+from laptop.emulator.onlooker import Onlooker
 from shared.arm_description import SEEK_BEYOND, Arm, find_arm, read_arm
 
 WRONG, RIGHT = ("reversed", "swapped", "no stops", "touch"), "right"

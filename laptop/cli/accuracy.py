@@ -226,7 +226,7 @@ def _simulated(
     plan: AccuracyPlan, built: str | None, plant: str, noise: float, seed: int
 ) -> tuple[dict[str, Any], AccuracyResult, dict[str, float]]:
     from laptop.bench.accuracy import measure_emulated
-    from laptop.simulator.device.plant_constants import read_plant
+    from laptop.emulator.device.plant_constants import read_plant
 
     read_plant(plant)  # before minutes are spent
     own = read_arm(find_arm(built)) if built else None

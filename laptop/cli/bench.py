@@ -26,7 +26,7 @@ from laptop.cli.options import (
     in_one_line,
     without_own_arms,
 )
-from laptop.simulator.device.plant_constants import CPU
+from laptop.emulator.device.plant_constants import CPU
 
 
 @click.group(epilog=bench_examples("draw --seeds 1000:1002", "servo --method chain --json"))

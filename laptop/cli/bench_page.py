@@ -10,7 +10,7 @@ from pathlib import Path
 import click
 
 from laptop.cli.options import Seeds, bench_examples, importing, in_one_line
-from laptop.simulator.device.plant_constants import CPU
+from laptop.emulator.device.plant_constants import CPU
 
 
 @click.command(

@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 from laptop.cli.options import arm_option, examples, importing, on_the_page
-from laptop.simulator.host.process_exit import BUSY
+from laptop.emulator.host.process_exit import BUSY
 from shared.arm_description import ArmError
 
 

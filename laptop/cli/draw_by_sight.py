@@ -48,10 +48,10 @@ def simulate_by_sight(
     if not asked.times:
         known = _offsets_of(before)
         return draw_simulated(plan, out, plant, words, repeat, share, known, built)
+    from laptop.emulator.scene.scene import Scene
+    from laptop.emulator.scene.scene_constants import read_scene
     from laptop.measuring.emulated_rig import EmulatedRig
     from laptop.sight.emulated_view import view_of
-    from laptop.simulator.scene.scene import Scene
-    from laptop.simulator.scene.scene_constants import read_scene
 
     check_room(out)
     scene = Scene(built or plan.arm, read_scene(asked.scene))

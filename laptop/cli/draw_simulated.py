@@ -17,18 +17,18 @@ from laptop.cli.hearing import Hearing
 from laptop.cli.run_folder import PICTURES, SUMMARY, alone_in, check_room, write_files
 from laptop.drawing.durations import in_minutes
 from laptop.drawing.planning import chains
+from laptop.emulator import session
+from laptop.emulator.device.buttons import Press
+from laptop.emulator.device.plant_constants import read_plant
+from laptop.emulator.own_programs import find_script
 from laptop.reporting import drawing_plot, line_accuracy
 from laptop.reporting.arm_numbers import numbers_of
 from laptop.reporting.learning_plot import write_learning_plot
-from laptop.simulator import session
-from laptop.simulator.device.buttons import Press
-from laptop.simulator.device.plant_constants import read_plant
-from laptop.simulator.own_programs import find_script
 
 if TYPE_CHECKING:
     from laptop.drawing.preparing import DrawingPlan
-    from laptop.simulator.device.brick import EmulatedBrick
-    from laptop.simulator.device.peripherals import Peripherals
+    from laptop.emulator.device.brick import EmulatedBrick
+    from laptop.emulator.device.peripherals import Peripherals
     from shared.arm_description import Arm
 
 CHANGING = 5.0

@@ -6,8 +6,8 @@ import math
 import re
 from typing import Any
 
-from laptop.simulator import session
-from laptop.simulator.device.wheels import read_wheels
+from laptop.emulator import session
+from laptop.emulator.device.wheels import read_wheels
 from shared.arm_description import Arm
 
 NO_ARM = "none"

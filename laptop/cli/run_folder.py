@@ -14,9 +14,9 @@ from typing import Any
 import click
 
 from laptop import system
+from laptop.emulator.session import InvalidSimulationOption, SimulationResult
 from laptop.files import CannotWrite, check_kind, check_shown
 from laptop.files import written as whole_file
-from laptop.simulator.session import InvalidSimulationOption, SimulationResult
 from shared.small_files import read_text
 
 SUMMARY = "summary.json"

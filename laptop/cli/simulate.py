@@ -25,19 +25,19 @@ from laptop.cli.run_folder import (
     was_refused,
     write_files,
 )
+from laptop.emulator import measured_brick, session
+from laptop.emulator.device.buttons import LATEST, read_press
+from laptop.emulator.device.leading_hand import read_hand
+from laptop.emulator.device.plant_constants import TABLE, read_plant
+from laptop.emulator.device.sensor_orders import listing, read_sensors
+from laptop.emulator.device.sensor_scene import LINE, line_points
+from laptop.emulator.device.wheels import TABLE as WHEELS
+from laptop.emulator.host import last_line
+from laptop.emulator.host.guard import guarded
+from laptop.emulator.host.pace import BUSY
+from laptop.emulator.own_programs import find_script
 from laptop.reporting.arm_numbers import numbers_of
 from laptop.reporting.private_paths import without_folders
-from laptop.simulator import measured_brick, session
-from laptop.simulator.device.buttons import LATEST, read_press
-from laptop.simulator.device.leading_hand import read_hand
-from laptop.simulator.device.plant_constants import TABLE, read_plant
-from laptop.simulator.device.sensor_orders import listing, read_sensors
-from laptop.simulator.device.sensor_scene import LINE, line_points
-from laptop.simulator.device.wheels import TABLE as WHEELS
-from laptop.simulator.host import last_line
-from laptop.simulator.host.guard import guarded
-from laptop.simulator.host.pace import BUSY
-from laptop.simulator.own_programs import find_script
 from shared.arm_description import Arm, ArmError, find_arm, read_arm
 from shared.state import CODE
 
@@ -358,7 +358,7 @@ def _watched(text: str, arm: Arm | None, realtime: bool) -> Callable[[Any], Any]
         raise session.InvalidSimulationOption(
             f"--scene shows an arm, and --arm {NO_ARM} has none; leave one of them out"
         )
-    from laptop.simulator.scene.watching import watching  # OpenCV is slow to import
+    from laptop.emulator.scene.watching import watching  # OpenCV is slow to import
 
     return watching(text, arm)
 

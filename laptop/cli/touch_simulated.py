@@ -12,16 +12,16 @@ from laptop import system
 from laptop.calibration.cross_touching import CrossTouching, read_point
 from laptop.calibration.touch_looks import Looks
 from laptop.cli.hearing import Hearing
-from laptop.simulator import session
-from laptop.simulator.device.buttons import Press
-from laptop.simulator.device.leading_hand import BadHand, HandPlace
-from laptop.simulator.device.plant_constants import read_plant
-from laptop.simulator.own_programs import find_script
-from laptop.simulator.scene.board_items import board_place
-from laptop.simulator.scene.rendered_tracker import marker_specs
-from laptop.simulator.scene.scene import Scene
-from laptop.simulator.scene.scene_constants import BadScene, read_scene
-from laptop.simulator.scene.synthetic_camera import SyntheticCamera, film
+from laptop.emulator import session
+from laptop.emulator.device.buttons import Press
+from laptop.emulator.device.leading_hand import BadHand, HandPlace
+from laptop.emulator.device.plant_constants import read_plant
+from laptop.emulator.own_programs import find_script
+from laptop.emulator.scene.board_items import board_place
+from laptop.emulator.scene.rendered_tracker import marker_specs
+from laptop.emulator.scene.scene import Scene
+from laptop.emulator.scene.scene_constants import BadScene, read_scene
+from laptop.emulator.scene.synthetic_camera import SyntheticCamera, film
 from laptop.vision.board import CROSSES
 from laptop.vision.frames import Frame
 from laptop.vision.markers import read_spec
@@ -29,8 +29,8 @@ from shared.arm_description import Arm, ArmError
 from shared.messages import EFFECTOR
 
 if TYPE_CHECKING:
-    from laptop.simulator.device.brick import EmulatedBrick
-    from laptop.simulator.device.peripherals import Peripherals
+    from laptop.emulator.device.brick import EmulatedBrick
+    from laptop.emulator.device.peripherals import Peripherals
 
 SCENE = "board=a4,board_x=12,marker_stray=0.4"
 """The usual one: an arm in the plane reaches all crosses there."""
@@ -99,7 +99,7 @@ class SimulatedTouching:
         return self._camera.capture(max(newest - self._index % 5, 0))
 
     def _at_home(self) -> Frame:
-        from laptop.simulator.scene.poses import ScriptedPoses
+        from laptop.emulator.scene.poses import ScriptedPoses
 
         self._index += 1
         home = tuple(joint.home for joint in self._arm.joints)

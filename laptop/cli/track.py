@@ -23,8 +23,8 @@ from laptop.cli.options import (
     on_the_page,
     replace_option,
 )
+from laptop.emulator.own_programs import HOUSE, SERVO
 from laptop.files import check_new
-from laptop.simulator.own_programs import HOUSE, SERVO
 from shared import state
 from shared.arm_description import find_arm, read_arm
 
@@ -376,8 +376,8 @@ def open_synthetic(
     arm: str, name: str, scene: str, fps: float | None
 ) -> tuple[Any, dict[str, str]]:
     """Open the synthetic camera of this name, see OpenSynthetic."""
-    from laptop.simulator.scene.rendered_tracker import marker_specs
-    from laptop.simulator.scene.synthetic_camera import open_live
+    from laptop.emulator.scene.rendered_tracker import marker_specs
+    from laptop.emulator.scene.synthetic_camera import open_live
 
     text = ",".join([*([scene] if scene else []), *([f"fps={fps}"] if fps else [])])
     camera = open_live(text, camera=name, resting=arm)

@@ -44,11 +44,11 @@ from laptop.demo.processes import (
 )
 from laptop.demo.progress import ProgressDisplay
 from laptop.demo.truth import SUMMARY, ink_in_space, read_trace, record_goal_run
-from laptop.simulator import temporary_folders
-from laptop.simulator.host.pace import PacedClock, PaceMeter
-from laptop.simulator.live import PoseReader
-from laptop.simulator.own_programs import DRIVER, SERVO
-from laptop.simulator.session import AFTER
+from laptop.emulator import temporary_folders
+from laptop.emulator.host.pace import PacedClock, PaceMeter
+from laptop.emulator.live import PoseReader
+from laptop.emulator.own_programs import DRIVER, SERVO
+from laptop.emulator.session import AFTER
 from shared.arm_description import Arm, find_arm, read_arm
 from shared.state import ARM, STATE, laptop_program
 

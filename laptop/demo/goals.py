@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from laptop.demo.processes import DemoFailed
-from laptop.simulator.scene.scene import Scene
-from laptop.simulator.scene.scene_constants import read_scene
-from laptop.simulator.scene.workcell import cameras
+from laptop.emulator.scene.scene import Scene
+from laptop.emulator.scene.scene_constants import read_scene
+from laptop.emulator.scene.workcell import cameras
 from shared.arm_description import Arm
 
 GOALS = 3

@@ -20,9 +20,9 @@ from pathlib import Path
 from typing import Any
 
 from laptop import system
-from laptop.simulator.host.pace import PacedClock
-from laptop.simulator.host.process_exit import BUSY as TOO_BUSY
-from laptop.simulator.own_programs import HOUSE
+from laptop.emulator.host.pace import PacedClock
+from laptop.emulator.host.process_exit import BUSY as TOO_BUSY
+from laptop.emulator.own_programs import HOUSE
 from laptop.tracking import announcements
 from laptop.tracking.process_signals import killed_by, signals_ignored
 from shared.arm_description import ArmError

@@ -14,8 +14,8 @@ import numpy as np
 from laptop.demo import results
 from laptop.demo.goals import CameraRig, Goal, Vector, slope
 from laptop.demo.processes import ENDED, ChildProcess, DemoFailed
+from laptop.emulator.host.clocks import UPTIME
 from laptop.reporting.line_accuracy import pen_down_runs
-from laptop.simulator.host.clocks import UPTIME
 
 
 class TracePoint(NamedTuple):

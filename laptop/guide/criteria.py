@@ -148,8 +148,8 @@ def check_line(script: Path) -> Iterator[CheckPoint]:
 
 def check_servoing(script: Path) -> Iterator[CheckPoint]:
     """Check the fourth handout by where tip and goal truly are in the pictures of two cameras."""
-    from laptop.simulator.scene.scene import Scene  # OpenCV is slow to import
-    from laptop.simulator.scene.scene_constants import read_scene
+    from laptop.emulator.scene.scene import Scene  # OpenCV is slow to import
+    from laptop.emulator.scene.scene_constants import read_scene
 
     draw = np.random.default_rng(2)
     J, e = draw.uniform(-300, 300, (5, 2, 2)), draw.uniform(-80, 80, (5, 2))

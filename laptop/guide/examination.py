@@ -18,9 +18,9 @@ from typing import Any
 
 import numpy as np
 
-from laptop.simulator import session
-from laptop.simulator.device.plant_constants import read_plant
-from laptop.simulator.host.runner import Outcome, in_words
+from laptop.emulator import session
+from laptop.emulator.device.plant_constants import read_plant
+from laptop.emulator.host.runner import Outcome, in_words
 from shared.arm_description import Arm, ArmError, find_arm, read_arm
 
 EXAMINER = Path(__file__).with_name("examiner.py")
@@ -99,7 +99,7 @@ def run(script: Path, plant: str = "", scene: str | None = None) -> TrialRun:
     arm = the_arm()
     watched = None
     if scene is not None:
-        from laptop.simulator.scene.watching import watching  # OpenCV is slow to import
+        from laptop.emulator.scene.watching import watching  # OpenCV is slow to import
 
         watched = watching(scene, arm)
     with _unseen() as complaints:

@@ -13,8 +13,8 @@ from laptop.brick.connection import BrickAddress, another_brick, unreached
 from laptop.brick.diagnosis import judge, judge_link, judge_program, judge_turned
 from laptop.brick.finding import NOBODY
 from laptop.brick.install import why_not_taken
-from laptop.simulator.device.brick import EmulatedBrick
-from laptop.simulator.host.world import World
+from laptop.emulator.device.brick import EmulatedBrick
+from laptop.emulator.host.world import World
 from robot.battery import BatteryFlat
 from robot.motion import kinematics
 from robot.motion.arm import RobotArm

@@ -8,6 +8,12 @@ import numpy as np
 
 from laptop.calibration.camera_fit import calibrate
 from laptop.calibration.camera_report import shift_since
+from laptop.emulator.scene.board_items import board_place
+from laptop.emulator.scene.poses import ScriptedPoses
+from laptop.emulator.scene.rendered_tracker import marker_specs
+from laptop.emulator.scene.scene import Scene
+from laptop.emulator.scene.scene_constants import BadScene, read_scene
+from laptop.emulator.scene.synthetic_camera import SyntheticCamera
 from laptop.identification.arm_fit import PLACING, BadIdentification, TouchSight
 from laptop.identification.arm_model import USUAL_HEIGHT, MeasuredByHand
 from laptop.identification.calibrating import CalibrationSetup, check_sharp, seen_board
@@ -20,12 +26,6 @@ from laptop.identification.emulated_table import (
 from laptop.identification.touching import touch_sight
 from laptop.measuring.emulated_rig import EmulatedRig, RenderedRig
 from laptop.measuring.measured_run import Sights
-from laptop.simulator.scene.board_items import board_place
-from laptop.simulator.scene.poses import ScriptedPoses
-from laptop.simulator.scene.rendered_tracker import marker_specs
-from laptop.simulator.scene.scene import Scene
-from laptop.simulator.scene.scene_constants import BadScene, read_scene
-from laptop.simulator.scene.synthetic_camera import SyntheticCamera
 from laptop.vision.finders.board import find_board
 from laptop.vision.markers import read_spec
 from laptop.vision.tracker import Tracker

@@ -17,15 +17,15 @@ from typing import Any, Protocol
 import numpy as np
 
 from laptop import system
+from laptop.emulator import session
+from laptop.emulator.device.plant_constants import read_plant
+from laptop.emulator.host.clocks import UPTIME
+from laptop.emulator.own_programs import find_script
+from laptop.emulator.scene.poses import ScriptedPoses
+from laptop.emulator.scene.rendered_tracker import marker_specs
+from laptop.emulator.scene.scene import Scene
+from laptop.emulator.scene.synthetic_camera import SyntheticCamera
 from laptop.measuring.measured_run import BadMeasurement, MeasuredRun, Sights
-from laptop.simulator import session
-from laptop.simulator.device.plant_constants import read_plant
-from laptop.simulator.host.clocks import UPTIME
-from laptop.simulator.own_programs import find_script
-from laptop.simulator.scene.poses import ScriptedPoses
-from laptop.simulator.scene.rendered_tracker import marker_specs
-from laptop.simulator.scene.scene import Scene
-from laptop.simulator.scene.synthetic_camera import SyntheticCamera
 from laptop.tracking.joint_track import marker_place
 from laptop.vision.markers import read_spec
 from laptop.vision.tracker import Tracker

@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 
 from laptop.calibration.camera_model import CameraModel
+from laptop.emulator.scene.scene import Scene
 from laptop.sight.view import TipView
-from laptop.simulator.scene.scene import Scene
 from shared.arm_description import Arm
 
 

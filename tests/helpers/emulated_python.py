@@ -24,8 +24,8 @@ def echo(*words, to=click.echo, **options):
 click.echo = echo
 from laptop.cli.main import main
 import os
-from laptop.simulator import session
-from laptop.simulator.host import linux
+from laptop.emulator import session
+from laptop.emulator.host import linux
 from shared.state import state_folder
 linux.PID = os.getpid()
 linux.ENVIRONMENT.update((key, os.environ[key]) for key in os.environ if key.startswith("SSH_"))

@@ -5,9 +5,9 @@ import math
 
 import ev3dev2.motor
 
-from laptop.simulator.device.brick import EmulatedBrick
-from laptop.simulator.device.plant_constants import read_plant
-from laptop.simulator.host.world import World
+from laptop.emulator.device.brick import EmulatedBrick
+from laptop.emulator.device.plant_constants import read_plant
+from laptop.emulator.host.world import World
 from shared.arm_description import find_arm, read_arm
 
 

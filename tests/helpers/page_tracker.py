@@ -21,10 +21,10 @@ from waiting import PATIENCE, until
 
 from laptop.bench import page as bench
 from laptop.bench.page_rig import on_page, page_processes, start_button
-from laptop.simulator.host.pace import PacedClock
-from laptop.simulator.live import PoseReader
-from laptop.simulator.scene.scene import Scene
-from laptop.simulator.scene.scene_constants import read_scene
+from laptop.emulator.host.pace import PacedClock
+from laptop.emulator.live import PoseReader
+from laptop.emulator.scene.scene import Scene
+from laptop.emulator.scene.scene_constants import read_scene
 from shared.arm_description import find_arm, read_arm
 
 LATE = "look, then do it again"

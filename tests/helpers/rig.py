@@ -11,12 +11,12 @@ from collections import namedtuple
 
 from places import ROBOT
 
-from laptop.simulator.device.brick import EmulatedBrick
-from laptop.simulator.device.peripherals import Peripherals
-from laptop.simulator.device.plant_constants import read_plant
-from laptop.simulator.host import program
-from laptop.simulator.host.runner import run_script
-from laptop.simulator.host.world import World
+from laptop.emulator.device.brick import EmulatedBrick
+from laptop.emulator.device.peripherals import Peripherals
+from laptop.emulator.device.plant_constants import read_plant
+from laptop.emulator.host import program
+from laptop.emulator.host.runner import run_script
+from laptop.emulator.host.world import World
 from robot.driver import Driver
 from robot.motion.arm import RobotArm
 from robot.motion.checked import Checked
@@ -77,7 +77,7 @@ class Rig:
         checked: whether it is on file that somebody has looked which motor is where.
 
     Attributes:
-        program: laptop.simulator.host.program.Program, while one is `running`.
+        program: laptop.emulator.host.program.Program, while one is `running`.
         writes: every write to a motor, as (t, port, attribute, text).
     """
 

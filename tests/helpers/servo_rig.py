@@ -13,9 +13,9 @@ from pathlib import Path
 from places import ROBOT
 from rig import Rig
 
-from laptop.simulator.host.clocks import UPTIME
-from laptop.simulator.host.runner import run_script
-from laptop.simulator.virtual_tracker import HOST, VirtualTracker
+from laptop.emulator.host.clocks import UPTIME
+from laptop.emulator.host.runner import run_script
+from laptop.emulator.virtual_tracker import HOST, VirtualTracker
 from robot.motion import kinematics
 from robot.tracking_client import Memory, ServerAddress
 

@@ -3,9 +3,9 @@
 import cv2
 import numpy as np
 
+from laptop.emulator.scene.synthetic_camera import SyntheticCamera
 from laptop.measuring.emulated_rig import EmulatedRig
 from laptop.measuring.measured_run import Sights
-from laptop.simulator.scene.synthetic_camera import SyntheticCamera
 
 
 def spoilt_rig(links=None, sight=None):

@@ -26,7 +26,7 @@ import pytest
 from places import ROOT
 from waiting import PATIENCE, until
 
-from laptop.simulator import live
+from laptop.emulator import live
 from shared.state import LIVE_FOLDER
 
 SSHD = shutil.which("sshd", path=os.pathsep.join([os.environ.get("PATH", ""), "/usr/sbin"]))

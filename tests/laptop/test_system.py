@@ -12,7 +12,7 @@ from systems import lacking
 from waiting import until
 
 from laptop import system
-from laptop.simulator.host.pace import PacedClock
+from laptop.emulator.host.pace import PacedClock
 
 
 @pytest.mark.skipif(not os.path.isdir("/proc/self"), reason="only Linux tells that one is stopped")
@@ -82,7 +82,7 @@ def test_results_go_into_another_user_s_folder_that_is_open_to_us(tmp_path, monk
 ANOTHER = """
 import sys
 from laptop import system
-from laptop.simulator.host.pace import PacedClock
+from laptop.emulator.host.pace import PacedClock
 descriptor = system.open_to_share(sys.argv[1])
 print(*[int(system.lock_byte(descriptor, k)) for k in (0, 1)])
 """

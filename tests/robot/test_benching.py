@@ -11,8 +11,8 @@ import pytest
 from clocks import FakeClock
 from places import ROBOT, ROOT
 
-from laptop.simulator import measured_brick, session
-from laptop.simulator.device.plant_constants import MOTORS, BadPlant, at_port, read_plant
+from laptop.emulator import measured_brick, session
+from laptop.emulator.device.plant_constants import MOTORS, BadPlant, at_port, read_plant
 from robot.benching import laps, measuring, system
 from robot.benching.figures import Pass
 from robot.benching.figures import figures as figures_of

@@ -14,9 +14,9 @@ import pytest
 from refusals import in_one_line
 from rig import Shell, degrees
 
-from laptop.simulator.device.buttons import read_press
-from laptop.simulator.host.runner import run_script
-from laptop.simulator.onlooker import Onlooker
+from laptop.emulator.device.buttons import read_press
+from laptop.emulator.host.runner import run_script
+from laptop.emulator.onlooker import Onlooker
 from robot.motion.checked import Checked
 from shared.arm_description import find_arm, read_arm
 

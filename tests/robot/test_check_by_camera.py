@@ -20,9 +20,9 @@ from refusals import in_one_line
 from rig import DRIVER, degrees
 from servo_rig import Camera, SpaceCamera, Watched
 
-from laptop.simulator.host.runner import run_script
-from laptop.simulator.onlooker import Onlooker
-from laptop.simulator.virtual_tracker import HOST
+from laptop.emulator.host.runner import run_script
+from laptop.emulator.onlooker import Onlooker
+from laptop.emulator.virtual_tracker import HOST
 from shared.arm_description import find_arm, read_arm
 from shared.messages import Stop
 

@@ -10,7 +10,7 @@ import pytest
 from rig import DRIVER, REPORT_LINES, Shell, degrees, described, from_line, switched_on
 from waiting import PATIENCE
 
-from laptop.simulator.device.buttons import read_press
+from laptop.emulator.device.buttons import read_press
 from robot.motion.kinematics import Unreachable
 from robot.motion.paths import BadPath, arc, circle, polyline, rectangle
 

@@ -15,9 +15,9 @@ import pytest
 from refusals import in_one_line
 from rig import DRIVER, Shell, from_line
 
-from laptop.simulator.device.buttons import read_press
-from laptop.simulator.device.plant_constants import read_plant
-from laptop.simulator.session import Fault, run
+from laptop.emulator.device.buttons import read_press
+from laptop.emulator.device.plant_constants import read_plant
+from laptop.emulator.session import Fault, run
 from shared.arm_description import find_arm, read_arm
 
 LINE = ("line", "15,0", "0,15")

@@ -9,9 +9,9 @@ from places import ROBOT
 from refusals import in_one_line
 from rig import REPORT_LINES, Shell, degrees, from_line, zero_of
 
-from laptop.simulator.device.buttons import read_press
-from laptop.simulator.device.sensor_orders import read_sensors
-from laptop.simulator.session import read_fault, read_start, run
+from laptop.emulator.device.buttons import read_press
+from laptop.emulator.device.sensor_orders import read_sensors
+from laptop.emulator.session import read_fault, read_start, run
 from robot.motion.checked import Checked
 from shared.arm_description import SEEK_BEYOND, find_arm, read_arm
 

@@ -8,8 +8,8 @@ import jobs
 import pytest
 from rig import Shell
 
-from laptop.simulator.device.buttons import read_press
-from laptop.simulator.host import linux
+from laptop.emulator.device.buttons import read_press
+from laptop.emulator.host import linux
 from robot.job_commands import in_minutes, in_strokes
 from robot.jobs.progress import SavedProgress, save_progress
 from shared.job import Job, write_job

@@ -10,8 +10,8 @@ from places import ROOT
 
 from laptop.bench.draw import DrawCase, draw
 from laptop.cli.main import laptop
-from laptop.simulator.scene.scene import Scene
-from laptop.simulator.scene.scene_constants import read_scene
+from laptop.emulator.scene.scene import Scene
+from laptop.emulator.scene.scene_constants import read_scene
 from robot.driver import LINES, main
 from robot.motion import paths
 from robot.motion.kinematics import branches, forward, joint_positions

@@ -6,8 +6,8 @@ import math
 import pytest
 from rig import Shell, degrees
 
-from laptop.simulator.device.buttons import read_press
-from laptop.simulator.device.leading_hand import read_hand
+from laptop.emulator.device.buttons import read_press
+from laptop.emulator.device.leading_hand import read_hand
 from robot.motion import kinematics
 from shared.arm_description import find_arm, read_arm
 

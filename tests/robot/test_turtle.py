@@ -8,7 +8,7 @@ import sys
 import pytest
 from rig import described, switched_on
 
-from laptop.simulator.host.runner import run_script
+from laptop.emulator.host.runner import run_script
 from robot import turtle_graphics
 from robot.motion import kinematics
 from robot.turtle_graphics import BadTurtle, NoTurtleCommand, Turtle

@@ -10,7 +10,7 @@ from refusals import in_one_line
 from rig import Shell
 from waiting import PATIENCE
 
-from laptop.simulator.host.runner import run_script
+from laptop.emulator.host.runner import run_script
 
 MOVING = [
     ("line", "10,0", "5,10"),

@@ -8,8 +8,8 @@ import threading
 import pytest
 from servo_rig import PROGRAM
 
-from laptop.simulator.device.motion_record import MotionRecord
-from laptop.simulator.host.runner import run_script
+from laptop.emulator.device.motion_record import MotionRecord
+from laptop.emulator.host.runner import run_script
 from shared.messages import Start
 
 GOALS = ({"A": (400.0, 200.0)}, {"A": (330.0, 150.0)}, {})

@@ -14,9 +14,9 @@ from clocks import FakeClock
 from signed import KEYS, SignedSocket
 from waiting import PATIENCE, until
 
-from laptop.simulator.device.brick import EmulatedBrick
-from laptop.simulator.host.runner import run_script
-from laptop.simulator.host.world import World
+from laptop.emulator.device.brick import EmulatedBrick
+from laptop.emulator.host.runner import run_script
+from laptop.emulator.host.world import World
 from shared import link as link_module
 from shared import messages, pairing
 from shared.arm_description import find_arm, read_arm

@@ -13,9 +13,9 @@ from laptop.bench.servo import ServoCase, ServoResult
 from laptop.bench.servo_setups import SCENARIOS, ServoScenario
 from laptop.bench.servo_table import wilson
 from laptop.cli.main import laptop
-from laptop.simulator.device.brick import EmulatedBrick
-from laptop.simulator.device.plant_constants import CPU, read_plant
-from laptop.simulator.host.world import World
+from laptop.emulator.device.brick import EmulatedBrick
+from laptop.emulator.device.plant_constants import CPU, read_plant
+from laptop.emulator.host.world import World
 from robot.motion import kinematics
 from robot.servoing import loop
 from robot.servoing.rows import Rows

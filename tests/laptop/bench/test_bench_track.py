@@ -31,8 +31,8 @@ from laptop.bench.track_rays import RayCase
 from laptop.bench.track_rims import RimCase
 from laptop.bench.track_score import Claim, Score, TrackResult, claim, judge
 from laptop.cli.main import laptop
-from laptop.simulator.scene.optics import Box, coverage
-from laptop.simulator.scene.sensor import marker_frame
+from laptop.emulator.scene.optics import Box, coverage
+from laptop.emulator.scene.sensor import marker_frame
 from laptop.vision.markers import BadMarker, Color, Marker
 from laptop.vision.tracker import Sighting
 

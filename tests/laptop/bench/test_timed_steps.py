@@ -8,7 +8,7 @@ import pytest
 from rig import REPORT_LINES, described, switched_on
 
 from laptop.bench import draw, timed_steps
-from laptop.simulator.host.program import Program
+from laptop.emulator.host.program import Program
 from robot.motion.motors import JointMotor
 from shared.arm_description import ArmError
 

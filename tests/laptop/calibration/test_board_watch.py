@@ -11,10 +11,10 @@ from laptop.calibration.board_watch import (
     PATIENCE,
     BoardWatch,
 )
-from laptop.simulator.scene.poses import ScriptedPoses
-from laptop.simulator.scene.scene import Scene
-from laptop.simulator.scene.scene_constants import read_scene
-from laptop.simulator.scene.synthetic_camera import SyntheticCamera
+from laptop.emulator.scene.poses import ScriptedPoses
+from laptop.emulator.scene.scene import Scene
+from laptop.emulator.scene.scene_constants import read_scene
+from laptop.emulator.scene.synthetic_camera import SyntheticCamera
 from shared.arm_description import find_arm, read_arm
 
 WHERE = stand(52, 25, 200, 3)

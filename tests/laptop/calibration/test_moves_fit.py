@@ -9,10 +9,10 @@ from board_views import pixels, stand, view
 from laptop.calibration.camera_fit import calibrate
 from laptop.calibration.camera_model import triangulate
 from laptop.calibration.moves_fit import BadMoves, fit_moves, fit_stand
-from laptop.simulator.scene.poses import ScriptedPoses
-from laptop.simulator.scene.scene import Scene
-from laptop.simulator.scene.scene_constants import read_scene
-from laptop.simulator.scene.synthetic_camera import SyntheticCamera
+from laptop.emulator.scene.poses import ScriptedPoses
+from laptop.emulator.scene.scene import Scene
+from laptop.emulator.scene.scene_constants import read_scene
+from laptop.emulator.scene.synthetic_camera import SyntheticCamera
 from laptop.tracking.joint_track import marker_place
 from laptop.vision.finders.board import find_board
 from laptop.vision.markers import read_spec

@@ -17,13 +17,13 @@ from laptop.calibration.camera_file import write_camera
 from laptop.cli import calibrate
 from laptop.cli.main import laptop
 from laptop.cli.run_folder import alone_in
+from laptop.emulator.scene.optics import to_srgb
+from laptop.emulator.scene.scene import Scene
+from laptop.emulator.scene.scene_constants import read_scene
 from laptop.identification import emulated_setups, measured_numbers
 from laptop.identification.arm_fit import BadIdentification
 from laptop.lab_report.measured_runs import read_measured
 from laptop.measuring.measured_run import Sights
-from laptop.simulator.scene.optics import to_srgb
-from laptop.simulator.scene.scene import Scene
-from laptop.simulator.scene.scene_constants import read_scene
 from shared.arm_description import find_arm, read_arm
 
 PLANAR = find_arm("planar")

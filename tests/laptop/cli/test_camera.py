@@ -7,9 +7,9 @@ import pytest
 from click.testing import CliRunner
 
 from laptop.cli.main import laptop
-from laptop.simulator.scene.optics import to_srgb
-from laptop.simulator.scene.scene import Scene
-from laptop.simulator.scene.scene_constants import read_scene
+from laptop.emulator.scene.optics import to_srgb
+from laptop.emulator.scene.scene import Scene
+from laptop.emulator.scene.scene_constants import read_scene
 from shared.arm_description import find_arm, read_arm
 
 TEXT = "board=a4,clutter=0"

@@ -10,7 +10,7 @@ from places import ROOT
 PROGRAM = """
 import os, signal
 from laptop import __main__ as program
-from laptop.simulator import session
+from laptop.emulator import session
 
 signal.signal(signal.SIGINT, signal.SIG_DFL)  # (a shell's background would have it ignored)
 run, send = session.run, os.killpg

@@ -23,9 +23,9 @@ from refusals import in_one_line
 
 from laptop.bench import draw
 from laptop.cli.main import laptop
+from laptop.emulator import session
 from laptop.reporting import line_plot as picture
 from laptop.reporting.line_accuracy import measure
-from laptop.simulator import session
 from shared.arm_description import find_arm, read_arm
 
 DRIVER = str(ROOT / "robot" / "driver.py")

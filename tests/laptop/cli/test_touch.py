@@ -11,11 +11,11 @@ from click.testing import CliRunner
 
 from laptop.calibration.touch_file import read_touched
 from laptop.cli.main import laptop
-from laptop.simulator.scene.board_items import board_place
-from laptop.simulator.scene.marker_items import marker_offset
-from laptop.simulator.scene.optics import to_srgb
-from laptop.simulator.scene.scene import Scene
-from laptop.simulator.scene.scene_constants import read_scene
+from laptop.emulator.scene.board_items import board_place
+from laptop.emulator.scene.marker_items import marker_offset
+from laptop.emulator.scene.optics import to_srgb
+from laptop.emulator.scene.scene import Scene
+from laptop.emulator.scene.scene_constants import read_scene
 from laptop.vision.board import CROSSES
 from robot.motion import kinematics
 from shared.arm_description import find_arm, read_arm

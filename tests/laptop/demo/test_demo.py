@@ -31,9 +31,9 @@ from laptop.demo import course, goals, processes, report, results, truth
 from laptop.demo.course import DemoOptions
 from laptop.demo.goals import CameraRig
 from laptop.demo.processes import DemoFailed
-from laptop.simulator import own_programs, temporary_folders
-from laptop.simulator.scene.scene import Scene
-from laptop.simulator.scene.scene_constants import read_scene
+from laptop.emulator import own_programs, temporary_folders
+from laptop.emulator.scene.scene import Scene
+from laptop.emulator.scene.scene_constants import read_scene
 from laptop.tracking import process_signals
 from shared.arm_description import find_arm, read_arm
 

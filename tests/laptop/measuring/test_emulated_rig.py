@@ -9,11 +9,11 @@ import jobs
 import numpy as np
 import pytest
 
+from laptop.emulator import session
+from laptop.emulator.scene.scene import Scene
+from laptop.emulator.scene.scene_constants import read_scene
 from laptop.measuring.emulated_rig import EmulatedRig, RenderedRig, marker_point
 from laptop.measuring.measured_run import BadMeasurement
-from laptop.simulator import session
-from laptop.simulator.scene.scene import Scene
-from laptop.simulator.scene.scene_constants import read_scene
 from robot.motion import kinematics
 from shared.arm_description import find_arm, read_arm
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from laptop.emulator.scene.scene import Scene
+from laptop.emulator.scene.scene_constants import read_scene
 from laptop.sight.emulated_view import view_of
-from laptop.simulator.scene.scene import Scene
-from laptop.simulator.scene.scene_constants import read_scene
 from shared.arm_description import find_arm, read_arm
 
 

@@ -10,13 +10,13 @@ from laptop.drawing.artwork import Artwork
 from laptop.drawing.lines import in_place, line_through
 from laptop.drawing.options import DrawingOptions
 from laptop.drawing.preparing import prepare
+from laptop.emulator.scene.scene import Scene
+from laptop.emulator.scene.scene_constants import read_scene
 from laptop.measuring.emulated_rig import EmulatedRig
 from laptop.measuring.measured_run import BadMeasurement
 from laptop.sight.emulated_view import view_of
 from laptop.sight.learning import Offsets
 from laptop.sight.rehearsal import Lessons, rehearse
-from laptop.simulator.scene.scene import Scene
-from laptop.simulator.scene.scene_constants import read_scene
 from shared.arm_description import find_arm, read_arm
 from shared.job import Job
 

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from laptop.simulator.scene.scene import Scene
-from laptop.simulator.scene.scene_constants import read_scene
+from laptop.emulator.scene.scene import Scene
+from laptop.emulator.scene.scene_constants import read_scene
 from laptop.tracking.joint_track import DURATION, JointTrack, marker_place, marker_shift
 from robot.motion import kinematics
 from shared.arm_description import find_arm, read_arm

@@ -26,9 +26,9 @@ from laptop.calibration.marker_offset import MarkerFit
 from laptop.calibration.touch_file import TouchedArm, write_touched
 from laptop.cli.main import laptop
 from laptop.cli.track import track as track_command
-from laptop.simulator.scene.optics import to_srgb
-from laptop.simulator.scene.scene import Scene
-from laptop.simulator.scene.scene_constants import read_scene
+from laptop.emulator.scene.optics import to_srgb
+from laptop.emulator.scene.scene import Scene
+from laptop.emulator.scene.scene_constants import read_scene
 from laptop.tracking import setup
 from laptop.tracking import track as tracking
 from laptop.tracking.marker_selection import MarkerSelection

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from laptop.bench.track_rays import RayCase
-from laptop.simulator.scene.optics import COLOURS, light_of, to_srgb
-from laptop.simulator.scene.sensor import marker_frame, through_jpeg
+from laptop.emulator.scene.optics import COLOURS, light_of, to_srgb
+from laptop.emulator.scene.sensor import marker_frame, through_jpeg
 from laptop.vision.learning import learn
 from laptop.vision.markers import (
     BadMarker,

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from laptop.simulator.scene.sensor import marker_frame
+from laptop.emulator.scene.sensor import marker_frame
 from laptop.vision.learning import learn
 from laptop.vision.limb import fit_limb, rim_width, scaled_misfit
 

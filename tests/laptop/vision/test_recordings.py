@@ -12,7 +12,7 @@ from hostile_files import jpeg_of, png_of
 from numbered_frames import FPS, everything, number_of, picture, write_video
 from waiting import PATIENCE
 
-from laptop.simulator.scene.sensor import marker_frame
+from laptop.emulator.scene.sensor import marker_frame
 from laptop.vision import recordings
 from laptop.vision.cameras import open_camera
 from laptop.vision.frames import NoCamera, quiet_decoders

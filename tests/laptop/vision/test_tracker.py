@@ -8,12 +8,12 @@ import cv2
 import numpy as np
 import pytest
 
-from laptop.simulator.scene.optics import Box, coverage, light_of, to_srgb
-from laptop.simulator.scene.poses import ScriptedPoses
-from laptop.simulator.scene.scene import Scene
-from laptop.simulator.scene.scene_constants import read_scene
-from laptop.simulator.scene.sensor import marker_frame, through_jpeg
-from laptop.simulator.scene.synthetic_camera import SyntheticCamera
+from laptop.emulator.scene.optics import Box, coverage, light_of, to_srgb
+from laptop.emulator.scene.poses import ScriptedPoses
+from laptop.emulator.scene.scene import Scene
+from laptop.emulator.scene.scene_constants import read_scene
+from laptop.emulator.scene.sensor import marker_frame, through_jpeg
+from laptop.emulator.scene.synthetic_camera import SyntheticCamera
 from laptop.vision.learning import learn
 from laptop.vision.markers import KINDS, Marker, read_spec
 from laptop.vision.tracker import FINDERS, Tracker

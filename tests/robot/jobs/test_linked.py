@@ -9,8 +9,8 @@ import pytest
 from offered_jobs import planned_job
 from servo_rig import PROGRAM
 
-from laptop.simulator.host.runner import run_script
-from laptop.simulator.virtual_tracker import LAPTOP_CLOCK_LEAD
+from laptop.emulator.host.runner import run_script
+from laptop.emulator.virtual_tracker import LAPTOP_CLOCK_LEAD
 from laptop.tracking.job_offer import JobOffer
 from robot.jobs import linked
 from robot.motion import kinematics

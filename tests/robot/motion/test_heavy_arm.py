@@ -6,7 +6,7 @@ import signal
 import pytest
 from rig import Shell, degrees, described, far, switched_on, zero_of
 
-from laptop.simulator.session import run
+from laptop.emulator.session import run
 from robot.motion.control_loop import Stalled
 from robot.motion.gravity import Gravity
 from robot.motion.kinematics import Unreachable, forward, joint_positions

@@ -6,7 +6,7 @@ import math
 import pytest
 from rig import degrees, switched_on
 
-from laptop.simulator.host.world import World
+from laptop.emulator.host.world import World
 from robot.motion.control_loop import (
     IDLE_SHARE,
     SPARE_TIME,

@@ -6,10 +6,10 @@ import cv2
 import numpy as np
 import pytest
 
-from laptop.simulator.scene.board_items import board_place
-from laptop.simulator.scene.scene import Scene
-from laptop.simulator.scene.scene_constants import read_scene
-from laptop.simulator.scene.sensor import Sensor
+from laptop.emulator.scene.board_items import board_place
+from laptop.emulator.scene.scene import Scene
+from laptop.emulator.scene.scene_constants import read_scene
+from laptop.emulator.scene.sensor import Sensor
 from laptop.vision.finders.board import find_again, find_board
 from shared.arm_description import find_arm, read_arm
 

@@ -4,8 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
+from laptop.emulator.scene.optics import to_srgb
 from laptop.page.camera_feed import _advice
-from laptop.simulator.scene.optics import to_srgb
 from laptop.vision.board import BOARDS, DICTIONARY
 from laptop.vision.finders import aruco
 from laptop.vision.finders.aruco import OTHERS_EVERY, find_aruco

@@ -1,0 +1,208 @@
+"""The emulated brick: plant, motor drivers and the sysfs they show, on one world's clock."""
+
+import math
+
+from laptop.emulator.device.buttons import INPUTS
+from laptop.emulator.device.leading_hand import BadHand, LeadingHand
+from laptop.emulator.device.motion_record import MotionRecord
+from laptop.emulator.device.plant import ArmPlant
+from laptop.emulator.device.plant_constants import at_port, read_plant
+from laptop.emulator.device.ports import OutputPort
+from laptop.emulator.device.sysfs import Sysfs
+from laptop.emulator.device.tacho_motor import DRIVER, TICK, TachoMotor
+from laptop.emulator.device.wheels import BarePlant
+from laptop.emulator.host.processor import ACCESS_TIME
+
+STEP = 0.001
+"""Step of the physics, s."""
+TICK_STEPS = round(TICK / STEP)
+"""Steps between two ticks of the motor drivers."""
+SAMPLE_STEPS = 5
+"""Steps between two samples of the record."""
+PORTS = "ABCD"
+
+FIRST_DEVICE = 9
+"""Number of the device at port A: after some plugging the system counts on from there."""
+
+PUSH_ANGLE, PUSH_SPEED = math.radians(20), math.radians(200)
+"""By how much a hand turns what a motor moves, rad, and how fast, rad/s."""
+
+MIN_ACCESS_TIME = 0.001
+"""Time of an access, with what goes with it, on a brick that computes in no time, s."""
+
+
+def _time_of_sample(number):
+    return number * SAMPLE_STEPS * STEP
+
+
+def _access_of(constants):
+    """Time of an access, s."""
+    if constants["access"] is not None:
+        return constants["access"]
+    return ACCESS_TIME * constants["cpu"] or MIN_ACCESS_TIME
+
+
+class EmulatedBrick(object):
+    """An arm on a brick, or a brick alone, ready for python-ev3dev2.
+
+    Args:
+        world: the clock.
+        arm: Arm, what is plugged in where; None for a brick without one.
+        plant: constants from `read_plant`; the honest LEGO arm if None.
+        start: joint angles at the start, rad; the home pose if None.  Encoders read 0 there.
+            Where gravity pulls the motors hold, as the last program has left them.
+        extra: port -> "large" or "medium", motors beside the arm's.
+        wheels: of a brick without an arm, from `read_wheels`; the motors of both are among extra.
+        stops: port of such a motor -> lower and upper angle that it can turn to, rad.
+
+    Attributes:
+        record: MotionRecord of the true links and tip, one sample per 5 ms.
+        names: what the angles in it are of; None: of the arm's joints.
+    """
+
+    def __init__(self, world, arm, plant=None, start=None, extra=None, wheels=None, stops=None):
+        self.world = world
+        self.arm = arm
+        constants = read_plant() if plant is None else plant
+        self.plant = (
+            BarePlant(constants, wheels) if arm is None else ArmPlant(arm, constants, start)
+        )
+        self.sysfs = Sysfs(world, _access_of(constants))
+        self.slowness = constants["cpu"]
+        self.motors = {}
+        self._names, self._loads = {}, {}  # of a port's device, and how often it has been loaded
+        self._pulled = set()  # ports without their cable
+        moved = () if arm is None else arm.joints + ((arm.pen,) if arm.pen else ())
+        kinds = {part.port: part.motor for part in moved}
+        for port, kind in (extra or {}).items():
+            kinds[port] = kind
+            self.plant.add_bare_motor(port, kind, (stops or {}).get(port))
+        for port in sorted(kinds):
+            self._plug(port, kinds[port])
+        self.names = self.plant.names if arm is None else None
+        for number, port in enumerate(PORTS, len(INPUTS)):
+            device = OutputPort(port, self._connect, self._is_loaded)
+            found = {key: device.constants[key] for key in ("address", "driver_name")}
+            self.sysfs.add("lego-port", "port{}".format(number), found, device)
+        if self.plant.weighs:
+            for joint in arm.joints:
+                self.motors[joint.port].hold()
+        self.record = MotionRecord(_time_of_sample)
+        self._steps = 0
+        self._hand = None  # LeadingHand
+        self._pushed = []  # links and bare rotors in a hand, and where that takes them, rad
+        self._tip = self._tip_at = None  # the true tip, and the joint angles of it
+        self._sample()
+        world.bodies.append(self.advance)
+
+    def _plug(self, port, kind):
+        motor = TachoMotor(
+            port, kind, self.plant.drives[port], at_port(self.plant.plant, port)["phase"]
+        )
+        self.motors[port] = motor
+        discovery = {"address": "ev3-ports:out" + port, "driver_name": DRIVER[kind]}
+        # As the system does, one that comes anew gets a number that none has had.
+        number = FIRST_DEVICE + PORTS.index(port) + len(PORTS) * self._loads.get(port, 0)
+        self._loads[port] = self._loads.get(port, 0) + 1
+        self._names[port] = "motor{}".format(number)
+        self.sysfs.add("tacho-motor", self._names[port], discovery, motor)
+
+    def _is_loaded(self, port):
+        return port in self.motors and not self.motors[port].unplugged
+
+    def _connect(self, port, wanted):
+        """Load or unload the driver of the motor at `port`; it comes anew."""
+        if wanted and port in self.motors and port not in self._pulled:
+            self._unload(port)
+            self._plug(port, self.motors[port].kind)
+            self.motors[port].begin_at(self.world.now())
+        elif self._is_loaded(port):
+            self._unload(port)
+
+    def _unload(self, port):
+        if self._is_loaded(port):
+            self.motors[port].unplug()
+            self.sysfs.remove("tacho-motor", self._names[port])
+
+    def advance(self, t):
+        """Bring physics and drivers up to time `t`, s."""
+        step, motors = self.plant.step, self.motors.values()
+        while (self._steps + 1) * STEP <= t + 1e-9:
+            if self._hand is not None:
+                self._hand.lead((self._steps + 1) * STEP, STEP)
+            step(STEP)
+            for moved, end in self._pushed:
+                moved.angle = max(end, moved.angle - PUSH_SPEED * STEP)
+            self._steps += 1
+            now = self._steps * STEP
+            regulate = self._steps % TICK_STEPS == 0
+            for motor in motors:
+                motor.sense(now)
+                if regulate:
+                    motor.tick(now)
+            if self._steps % SAMPLE_STEPS == 0:
+                self._sample()
+
+    def _sample(self):
+        q = self.plant.q
+        if q != self._tip_at:  # mostly it stands
+            self._tip_at, self._tip = q, self.plant.tip()
+        x, y, z = self._tip
+        self.record.append(q, x, y, z, int(self.plant.pen_down))
+
+    def reset_motors(self):
+        """Do as brickrun after the Back button: coast, encoders to zero."""
+        for motor in self.motors.values():
+            if not motor.unplugged:
+                motor.write("command", "reset")
+
+    def driven(self):
+        """Ports of the motors that a command is turning."""
+        return [port for port in sorted(self.motors) if self.motors[port].driven]
+
+    def asked(self):
+        """Ports of the motors that a program has given a speed or a duty, or that are gone."""
+        return [
+            port
+            for port, motor in sorted(self.motors.items())
+            if motor.unplugged or {motor.read("speed_sp"), motor.read("duty_cycle_sp")} != {"0"}
+        ]
+
+    # Faults
+
+    def unplug(self, port):
+        """Pull the cable of the motor at `port`; pulling it again does nothing."""
+        self._pulled.add(port)
+        self._unload(port)
+
+    def jam(self, port):
+        """Block what the motor at `port` moves: its link, or the rotor of a bare motor."""
+        self._moved(port).jammed = True
+
+    def _moved(self, port):
+        drive = self.plant.drives[port]
+        return drive.link or drive
+
+    def push(self, port):
+        """A hand turns back what the motor at `port` moves (it lifts a pen), and keeps it there."""
+        self.jam(port)
+        moved = self._moved(port)
+        self._pushed.append((moved, moved.angle - PUSH_ANGLE))
+
+    def lead(self, places):
+        """Let a hand lead the tip through HandPlaces.
+
+        Raises:
+            BadHand: it cannot.
+        """
+        if self.arm is None:
+            raise BadHand("a hand leads an arm, and there is none; leave --hand out")
+        motors = [self.motors[joint.port] for joint in self.arm.joints]
+        coasts, now = (lambda k: motors[k].mode == "coast"), self._steps * STEP
+        if self._hand is not None:
+            self._hand.let_go()
+        self._hand = LeadingHand(self.arm, self.plant.joints, coasts, places, now)
+
+    def kill_encoder(self, port):
+        """The encoder at `port` counts no more."""
+        self.motors[port].encoder.dead = True

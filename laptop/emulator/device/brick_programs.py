@@ -1,0 +1,163 @@
+"""The programs that a script starts on the brick: what they print, and how long they take.
+
+No sound is played and no program of the laptop is started.
+"""
+
+import os
+import re
+import wave
+
+from laptop.emulator.device.file_programs import NOT_DONE, FilePrograms, Finished, done, method_of
+from laptop.emulator.device.screen import HEIGHT, WIDTH
+
+
+class Sound(bytes):
+    """Sampled sound in a pipe: empty bytes that know how long they last, s."""
+
+    seconds = 0.0
+
+
+class BrickPrograms(FilePrograms):
+    """All programs there are.
+
+    Args:
+        world: the clock.
+
+    Attributes:
+        history: (s, command line) of every program that was started.
+        volume: percent.
+        font: (width, height) of a console character in pixels.
+    """
+
+    def __init__(self, world):
+        self._world = world
+        self.history = []
+        self.volume = 100
+        self.font = (8, 16)
+
+    def run(self, words, piped=b""):
+        """Do what the program `words[0]` would on the brick.
+
+        Args:
+            words: its command line.
+            piped: its standard input, bytes, or Sound.
+
+        Returns:
+            Finished; None when there is no such program.
+        """
+        name = os.path.basename(words[0])
+        program = getattr(self, method_of(name), None)
+        self.history.append((self._world.now(), " ".join(words)))
+        if name in NOT_DONE:
+            return done(errors="{}: not done: {}\n".format(name, NOT_DONE[name]), status=1)
+        return program and program(words[1:], piped)
+
+    def _run_beep(self, words, piped):
+        length, delay, pause, repeats, total = 0.2, 0.0, 0.1, 1, 0.0
+        words = [part for word in words for part in _split_option(word)]
+        while words:
+            option = words.pop(0)
+            if option in ("-n", "--new"):
+                total += repeats * (length + delay) + (repeats - 1) * pause
+                length, delay, pause, repeats = 0.2, 0.0, 0.1, 1
+            elif option in ("-f", "-l", "-r", "-d", "-D"):
+                try:
+                    value = float(words.pop(0))
+                except (IndexError, ValueError):
+                    return Finished(1, b"", b"beep: invalid option\n", 0.01)
+                if option == "-l":
+                    length = value / 1000.0
+                elif option == "-r":
+                    repeats = int(value)
+                elif option == "-d":
+                    pause, delay = value / 1000.0, 0.0
+                elif option == "-D":
+                    pause, delay = 0.0, value / 1000.0
+        total += repeats * (length + delay) + (repeats - 1) * pause
+        return Finished(0, b"", b"", total)
+
+    def _run_aplay(self, words, piped):
+        seconds = getattr(piped, "seconds", 0.0)
+        for word in words:
+            if word.endswith(".wav"):
+                try:
+                    with wave.open(word, "rb") as file:
+                        seconds += file.getnframes() / float(file.getframerate())
+                except (OSError, EOFError, wave.Error) as error:
+                    message = "aplay: {}: {}\n".format(word, error)
+                    return Finished(1, b"", message.encode(), 0.01)
+        return Finished(0, b"", b"", seconds)
+
+    def _run_espeak(self, words, piped):
+        words = list(words)
+        into_pipe = "--stdout" in words
+        per_minute, text = 175.0, []
+        while words:
+            word = words.pop(0)
+            if word == "-s" and words:
+                per_minute = max(80.0, float(words.pop(0)))
+            elif word in ("-a", "-v", "-p", "-g", "-k", "-l") and words:
+                words.pop(0)
+            elif not word.startswith("-"):
+                text.append(word)
+        # A spoken word is taken as six characters.
+        seconds = 0.2 + len(" ".join(text)) / 6.0 * 60.0 / per_minute
+        sound = Sound()
+        sound.seconds = seconds
+        if into_pipe:
+            return Finished(0, sound, b"", 0.0)
+        return Finished(0, b"", b"", seconds)
+
+    def _run_amixer(self, words, piped):
+        quiet = "-q" in words
+        words = [word for word in words if word != "-q"]
+        if words[:1] == ["scontrols"]:
+            return Finished(0, b"Simple mixer control 'PCM',0\n", b"", 0.01)
+        for word in words[1:]:
+            if re.match(r"^\d+%$", word):
+                self.volume = min(100, int(word[:-1]))
+        report = "Simple mixer control 'PCM',0\n  Mono: Playback {0} [{0}%] [on]\n"
+        return Finished(0, b"" if quiet else report.format(self.volume).encode(), b"", 0.01)
+
+    def _run_setfont(self, words, piped):
+        match = re.search(r"(\d+)(?:x(\d+))?(?:\.psf)?(?:\.gz)?$", words[-1] if words else "")
+        if match:
+            # Names give height x width; a lone number is the height of an 8 pixel wide font.
+            self.font = (int(match.group(2) or 8), int(match.group(1)))
+        return Finished(0, b"", b"", 0.05)
+
+    def _run_stty(self, words, piped):
+        output = b""
+        if words == ["size"]:
+            width, height = self.font
+            output = "{} {}\n".format(HEIGHT // height, WIDTH // width).encode()
+        return Finished(0, output, b"", 0.01)
+
+    def _run_clear(self, words, piped):
+        return Finished(0, b"\x1b[H\x1b[2J", b"", 0.01)
+
+    def _run_echo(self, words, piped):
+        end = "\n"
+        if words[:1] == ["-n"]:
+            words, end = words[1:], ""
+        return Finished(0, (" ".join(words) + end).encode(), b"", 0.01)
+
+    def _run_sleep(self, words, piped):
+        try:
+            return Finished(0, b"", b"", max(0.0, float(words[0].rstrip("s"))))
+        except (IndexError, ValueError):
+            return done(errors="sleep: seconds are missing\n", status=1)
+
+    def _run_true(self, words, piped):
+        return Finished(0, b"", b"", 0.0)
+
+    def _run_hostname(self, words, piped):
+        return Finished(0, b"ev3dev\n", b"", 0.01)
+
+    _run_sync = _run_tput = _run_chvt = _run_true
+
+
+def _split_option(word):
+    """`-l100` as `-l 100`."""
+    match = re.match(r"^(-[flrdD])(.+)$", word)
+    return match.groups() if match else (word,)

@@ -1,0 +1,62 @@
+"""The masses that an arm in space carries: what its joints have to lift and to accelerate.
+
+The links' inertias are constants: the torques that one joint's acceleration puts on the other are
+left out.  Those of an arm in space are of its masses with the arm stretched out level.
+"""
+
+from laptop.emulator.device.plant_constants import at_port
+from shared.arm_description import PULLED_DOWN
+
+MOTOR_MASS = {"large": 76.0, "medium": 36.0}
+"""g, as weighed by LEGO's builders."""
+
+ELBOW_MOTOR_AT, TIP_MOTOR_AT = 5.5, 5.0
+"""Centre of mass of the carried motors, cm from the axis of shoulder and elbow: each lies along its
+link, its shaft at the far end."""
+
+
+def _carried(arm, plant):
+    """List the masses that hang on each joint of an arm in space.
+
+    Returns:
+        Per joint, the pairs (mass g, cm from its axis) of what its link carries.
+    """
+    _, upper, fore = arm.joints
+    motors = plant["motor_mass"]
+    on_upper = [
+        (plant["upper_arm_mass"], upper.link / 2),
+        (motors * MOTOR_MASS[fore.motor], ELBOW_MOTOR_AT),
+    ]
+    on_fore = [(plant["forearm_mass"], fore.link / 2), (plant["tip_mass"], fore.link)]
+    if arm.pen:
+        on_fore.append((motors * MOTOR_MASS[arm.pen.motor], TIP_MOTOR_AT))
+    return [], on_upper, on_fore
+
+
+def weighed(arm, plant):
+    """Return the Arm as who weighs this plant, and how its joints rub, describes it.
+
+    One in the plane is left as it is.
+    """
+    if arm.chain not in PULLED_DOWN:
+        return arm
+    joints = []
+    for joint, parts in zip(arm.joints, _carried(arm, plant)):
+        mass = sum(grams for grams, _ in parts)
+        centre = sum(grams * at for grams, at in parts) / mass if mass else 0.0
+        rubs = at_port(plant, joint.port)["link_friction"]
+        joints.append(joint._replace(mass=0.001 * mass, centre=centre, friction=rubs))
+    return arm._replace(joints=tuple(joints))
+
+
+def inertias(arm, plant):
+    """Return the inertia that each joint moves, kg m2; of an arm in space, stretched out level."""
+    if arm.chain not in PULLED_DOWN:
+        return [plant["shoulder_inertia"], plant["elbow_inertia"]]
+    _, on_upper, on_fore = _carried(arm, plant)
+    reach = arm.joints[1].link
+    elbow, shoulder = (
+        1e-7 * sum(grams * at * at for grams, at in parts)
+        for parts in (on_fore, on_upper + [(grams, reach + at) for grams, at in on_fore])
+    )
+    return [plant["base_inertia"] + shoulder, shoulder, elbow]

@@ -1,0 +1,129 @@
+"""Everything on the brick besides its motors: buttons, sensors, LEDs, battery, sound, screen.
+
+Rule: everything here is driven by the world's clock and keeps a memory that can be asked
+afterwards; no sound is played and no program of the laptop is started.  Every read or write of a
+device costs one sysfs access.
+
+Simplifications: a touch sensor is plugged into each input of which nothing is said; an LED's
+`delay_on` and `delay_off` files are always there; the LCD console is known by its font size only.
+"""
+
+import errno
+import os
+
+from laptop.emulator.device.attribute_devices import EmulatedBattery, Led, invalid
+from laptop.emulator.device.brick_programs import BrickPrograms
+from laptop.emulator.device.buttons import INPUTS, BadPress, ButtonPanel, EventFile
+from laptop.emulator.device.ports import InputPort
+from laptop.emulator.device.screen import Screen
+from laptop.emulator.device.sensor_orders import TOUCH_KINDS, read_sensors
+
+LEDS = ("led0:red:brick-status", "led0:green:brick-status",
+        "led1:red:brick-status", "led1:green:brick-status")  # fmt: skip
+
+_EVIOCGKEY_NUMBER = ord("E") << 8 | 0x18
+
+
+class Peripherals(object):
+    """All of it, plugged into a sysfs.
+
+    Args:
+        world: the clock.
+        sysfs: where the devices are found and accesses are counted.
+        voltage, current: callables giving the battery's V and A.
+        sensors: port -> SensorOrder; touch sensors everywhere if None.
+        scene: what sensors see of the emulated world, see `sensors.Measuring`.
+
+    Attributes:
+        sysfs: as above.
+        leds: name -> Led.
+        inputs: port -> InputPort.
+        buttons: ButtonPanel.
+        screen: Screen.
+        programs: BrickPrograms.
+        on_back: called when the Back button is pushed; None: nothing happens.
+    """
+
+    def __init__(
+        self, world, sysfs, voltage=lambda: 8.0, current=lambda: 0.2, sensors=None, scene=None
+    ):
+        self._world = world
+        self.sysfs = sysfs
+        self.buttons = ButtonPanel(world)
+        self.screen = Screen()
+        self.programs = BrickPrograms(world)
+        self.on_back = None
+        self.inputs = {}
+        self.leds = {}
+        orders = read_sensors(()) if sensors is None else sensors
+        for index, port in enumerate(INPUTS):
+            device = self.inputs[port] = InputPort(world, sysfs, orders[port], scene)
+            found = {key: device.constants[key] for key in ("address", "driver_name")}
+            sysfs.add("lego-port", "port{}".format(index), found, device)
+        for name in LEDS:
+            self.leds[name] = Led(world, 255 if "green" in name else 0)
+            sysfs.add("leds", name, {"delay_on": "500", "delay_off": "500"}, self.leds[name])
+        battery = EmulatedBattery(voltage, current)
+        sysfs.add("power_supply", "lego-ev3-battery", {"type": "Battery"}, battery)
+
+    def press(self, press):
+        """Schedule a Press.
+
+        Raises:
+            BadPress: no touch sensor is there.
+        """
+        if press.button.startswith("touch") and not self._pressed_by(press.button):
+            raise BadPress(
+                "press '{}': there is no touch sensor; those at the inputs are {}".format(
+                    press.button,
+                    ", ".join("{} {}".format(port, self.inputs[port].kind) for port in INPUTS),
+                )
+            )
+        self._world.at(press.t, lambda: self._set(press.button, True))
+        self._world.at(press.t + press.duration, lambda: self._set(press.button, False))
+
+    def _pressed_by(self, button):
+        """What a hand on `touch` or `touch:PORT` presses: Measurings."""
+        return [
+            device.measuring
+            for port, device in self.inputs.items()
+            if device.kind in TOUCH_KINDS and button in ("touch", "touch:" + port)
+        ]
+
+    def _set(self, button, down):
+        if button.startswith("touch"):
+            for measuring in self._pressed_by(button):
+                measuring.pressed = down
+        else:
+            self.buttons.set(button, down)
+            if button == "backspace" and down and self.on_back is not None:
+                self.on_back()
+
+    def open(self, path):
+        """Return what the script gets for a device file of the brick, None for any other file."""
+        if path.startswith("/dev/input/"):
+            return EventFile(self.buttons)
+        if self.sysfs.is_inside(path):
+            folder, attribute = os.path.split(path)
+            if not self.sysfs.has(folder):
+                raise OSError(errno.ENOENT, os.strerror(errno.ENOENT), path)
+            return self.sysfs.open(folder, attribute)
+        return None
+
+    def ioctl(self, file, request, argument, screens):
+        """Answer an ioctl on the buttons or the framebuffer; False when it is neither.
+
+        Args:
+            screens: the descriptors that `screen.open` has handed out.
+        """
+        if isinstance(file, EventFile):
+            if request & 0xFFFF != _EVIOCGKEY_NUMBER:
+                raise invalid()
+            self.sysfs.touch()
+            bits = file.panel.bits()
+            argument[: min(len(argument), len(bits))] = bits[: len(argument)]
+            return True
+        if file not in screens:
+            return False
+        self.screen.ioctl(request, argument)
+        return True

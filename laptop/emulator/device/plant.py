@@ -1,0 +1,135 @@
+"""The arm behind the encoders: a drive per joint, gravity, the pen and the paper's drag.
+
+Gravity pulls an arm in space down by what it weighs (see `masses`); the paper drags at the pen of
+one in the plane.  Units are SI: rad, s, Nm, kg m2, V, N.
+"""
+
+import math
+
+from laptop.emulator.device.drive import Drive, DrivenLink, between
+from laptop.emulator.device.masses import inertias, weighed
+from laptop.emulator.device.plant_constants import at_port, motor_constants
+from robot.motion import kinematics
+from robot.motion.gravity import Gravity
+
+TOUCHES_AT, LEAVES_AT = 0.8, 0.7
+"""Shares of the way from `up` to `down` at which the pen meets the paper and leaves it.
+
+`down` presses the tip a little, which follows for as long."""
+
+
+class ArmPlant(object):
+    """The arm that the emulated brick moves.
+
+    Args:
+        arm: its description; the true backlash differs from it where the plant says so.
+        plant: constants, as `read_plant` returns them.
+        start: joint angles at the start, rad; the home pose if None.
+
+    Attributes:
+        drives: port letter -> Drive.
+        pen_down: whether the pen is on the paper.
+    """
+
+    def __init__(self, arm, plant, start=None):
+        self.arm = arm
+        self.plant = plant
+        self.drives = {}
+        self.joints = []
+        start = [joint.home for joint in arm.joints] if start is None else start
+        self._gravity = Gravity(weighed(arm, plant), plant["gravity"])
+        self._pen_drag = 0.0 if self.weighs else plant["pen_drag"]  # there is no paper in the air
+        for joint, angle, inertia in zip(arm.joints, start, inertias(arm, plant)):
+            own = at_port(plant, joint.port)
+            error = math.radians(own["zero_error"])
+            backlash = own["backlash"]
+            link = DrivenLink(
+                angle + error,
+                inertia,
+                own["link_friction"],
+                joint.backlash if backlash is None else math.radians(backlash),
+                -math.inf if joint.stop_lower is None else joint.stop_lower,
+                math.inf if joint.stop_upper is None else joint.stop_upper,
+            )
+            drive = self._drive(
+                joint.port, joint.motor, joint.gear * joint.direction, link, angle + error
+            )
+            self.drives[joint.port] = drive
+            self.joints.append(drive)
+        self._links = [drive.link for drive in self.joints]
+        self._heavy = self.weighs
+        self._pulled_at = self._torques = None  # joint angles, and what gravity does there
+        self.pen_down = not arm.pen  # one without a motor always is
+        self._pen = self._pen_at = None  # what lowers it, and where that was at the last step
+        if arm.pen:
+            self._pen = self._drive(arm.pen.port, arm.pen.motor, 1.0, None, arm.pen.up)
+            self.drives[arm.pen.port] = self._pen
+
+    def _drive(self, port, kind, ratio, link, angle):
+        motor = motor_constants(kind, at_port(self.plant, port))
+        return Drive(motor, self.plant["voltage"], ratio, link, angle)
+
+    def add_bare_motor(self, port, kind, stops=None):
+        """Plug in a motor that moves nothing, between its stops (rad) if there are any."""
+        self.drives[port] = self._drive(port, kind, 1.0, stops and between(stops), 0.0)
+
+    @property
+    def weighs(self):
+        """True if gravity pulls at the joints."""
+        return self._gravity.loaded
+
+    @property
+    def q(self):
+        """The TRUE joint angles (of the links), rad."""
+        return tuple([link.angle for link in self._links])
+
+    def tip(self):
+        """The TRUE tip, cm: x, y and z, which is None in the plane."""
+        return (tuple(kinematics.forward(self.arm, self.q)) + (None,))[:3]
+
+    def step(self, h):
+        """Advance everything by `h` seconds."""
+        pen = self._pen
+        if pen is not None and pen.angle != self._pen_at:
+            self._pen_at = pen.angle
+            self.pen_down = self._pen_touches()
+        self._load_links()
+        for drive in self.drives.values():
+            if drive.duty or drive.speed or drive.link is not None:
+                drive.step(h)
+
+    def _pen_touches(self):
+        pen = self.arm.pen
+        way = (self._pen_at - pen.up) / (pen.down - pen.up)
+        return way > (LEAVES_AT if self.pen_down else TOUCHES_AT)
+
+    def _load_links(self):
+        """Constant load, gravity, and the paper dragging at the pen against its motion."""
+        links, load = self._links, self.plant["load"]
+        if self._heavy:
+            q = [link.angle for link in links]
+            if q != self._pulled_at:  # mostly it stands
+                self._pulled_at, self._torques = q, self._gravity.torques(q)
+            for link, torque in zip(links, self._torques):
+                link.load = load + torque
+            return
+        moving = False
+        for link in links:
+            link.load = load
+            moving = moving or link.speed
+        if moving and self.pen_down and self._pen_drag:
+            self._drag_pen()
+
+    def _drag_pen(self):
+        *axes, (x, y) = kinematics.joint_positions(self.arm, self.q)
+        levers = []  # m: each joint moves the tip across its own
+        v_x = v_y = 0.0
+        for link, (axis_x, axis_y) in zip(self._links, axes):
+            speed, across, along = link.speed, 0.01 * (axis_y - y), 0.01 * (x - axis_x)
+            v_x += across * speed
+            v_y += along * speed
+            levers.append((link, across, along))
+        # Below 5 mm/s the drag fades with speed: a stiff sign change would ring at this step.
+        force = -self._pen_drag / max(math.sqrt(v_x * v_x + v_y * v_y), 0.005)
+        for link, across, along in levers:
+            link.load = link.load + across * force * v_x + along * force * v_y

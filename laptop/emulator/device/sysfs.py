@@ -1,0 +1,206 @@
+"""The seams under the unmodified python-ev3dev2: its device files lead to emulated devices.
+
+A temporary folder holds only what discovery reads; every attribute the library opens is a file-like
+object bound to an emulated device.  Each access costs virtual time and is counted.
+"""
+
+import contextlib
+import importlib
+import os
+import shutil
+import sys
+import time as real_time
+import types
+
+from laptop.emulator import temporary_folders
+
+_REAL_OPEN = open
+"""What a program opens in the folder are the devices themselves."""
+
+POLLPRI = 2
+"""Of linux/poll.h: a device has news; not every host's `select` has it."""
+
+
+class Attribute(object):
+    """A stand-in for the open file of one attribute."""
+
+    def __init__(self, sysfs, device, name):
+        self.sysfs = sysfs
+        self.device = device
+        self.name = name
+        self.seen = None
+        """The device's notifications when this was last read."""
+
+    def seek(self, offset):
+        """Rewind, as before every access; costs nothing."""
+
+    def flush(self):
+        """Nothing is buffered."""
+
+    def read(self, size=-1):
+        """One access: the attribute's text and a newline, or the bytes that it is of; bytes."""
+        self.sysfs.touch()
+        self.seen = getattr(self.device, "notifications", 0)
+        data = self.device.read(self.name)
+        if not isinstance(data, bytes):
+            data = (data + "\n").encode()
+        return data if size < 0 else data[:size]
+
+    def write(self, value):
+        """One access: store the text, bytes; one newline at its end is none of it."""
+        self.sysfs.touch()
+        text = value.decode()
+        self.device.write(self.name, text[:-1] if text.endswith("\n") else text)
+        return len(value)
+
+
+class Poll(object):
+    """Stands for `select.poll()` on attributes; ready are those notified since their last read."""
+
+    TICK = 0.002
+
+    def __init__(self, world):
+        self.world = world
+        self._watched = []
+
+    def register(self, attribute, events=0):
+        """Watch one attribute."""
+        self._watched.append(attribute)
+
+    def poll(self, timeout=None):
+        """Wait at most `timeout` ms; the attributes that want to be read again."""
+        deadline = None if timeout is None else self.world.now() + timeout / 1000.0
+        while True:
+            ready = [
+                (attribute, POLLPRI)
+                for attribute in self._watched
+                if attribute.device.notifications != attribute.seen
+            ]
+            left = self.TICK if deadline is None else deadline - self.world.now()
+            if ready or left <= 0:
+                return ready
+            self.world.sleep(min(left, self.TICK))
+
+
+class Sysfs(object):
+    """An emulated /sys/class.
+
+    Args:
+        world: whose clock the accesses take time on.
+        access_cost: virtual seconds each access takes.
+    """
+
+    def __init__(self, world, access_cost=0.001):
+        self.world = world
+        self.access_cost = access_cost
+        self.accesses = 0
+        self._devices = {}
+        self._discovery = {}
+        self._root = None
+
+    def add(self, class_name, device_name, discovery, device):
+        """Make `device` found as /sys/class/`class_name`/`device_name`.
+
+        Args:
+            discovery: file name -> text, what the library's search reads.
+            device: has `read(attribute) -> str`, or bytes of what is no text, and
+                `write(attribute, str)`, both raising OSError, and `notifications`, an int that
+                rises whenever poll() should wake.
+        """
+        self._devices[(class_name, device_name)] = device
+        self._discovery[(class_name, device_name)] = discovery
+        if self._root:
+            self._lay_out(class_name, device_name)
+
+    def remove(self, class_name, device_name):
+        """Take the device away from discovery; open attributes keep leading to it."""
+        del self._discovery[(class_name, device_name)]
+        if self._root:
+            shutil.rmtree(os.path.join(self._root, class_name, device_name))
+
+    def touch(self):
+        """Count one access and let it take its time."""
+        self.accesses += 1
+        self.world.begin()
+        self.world.touch(self.access_cost)
+
+    def open(self, device_path, attribute):
+        """The file-like object of one attribute of the device at `device_path`."""
+        key = tuple(device_path.split(os.sep)[-2:])
+        return Attribute(self, self._devices[key], attribute)
+
+    def _opener(self, other):
+        """Return how the library opens attributes: ours here, a script's own files as ever."""
+
+        def opened(device, name):
+            key = tuple(device._path.split(os.sep)[-2:])
+            return self.open(device._path, name) if key in self._devices else other(device, name)
+
+        return opened
+
+    def has(self, device_path):
+        """Return True if there is a device at `device_path`, a class and a name."""
+        return tuple(device_path.split(os.sep)[-2:]) in self._discovery
+
+    def names(self, class_name):
+        """Return the names of the devices of a class, motor9 before motor10."""
+        found = [name for of, name in self._discovery if of == class_name]
+        return sorted(found, key=lambda name: (len(name), name))
+
+    def plugged_in(self):
+        """Return what is found at each port, such as `outA lego-ev3-l-motor`."""
+        found = [
+            "{} {}".format(text["address"].partition(":")[2], text["driver_name"])
+            for (class_name, _), text in self._discovery.items()
+            if class_name in ("tacho-motor", "lego-sensor")
+        ]
+        return sorted(found, key=lambda text: (text[:2] == "in", text))
+
+    def is_inside(self, path):
+        """Return True for a file of a device's folder as the library names it to programs."""
+        return bool(self._root) and path.startswith(self._root + os.sep)
+
+    def _lay_out(self, class_name, device_name):
+        folder = os.path.join(self._root, class_name, device_name)
+        os.makedirs(folder)
+        for name, text in self._discovery[(class_name, device_name)].items():
+            path = os.path.join(folder, name)
+            with _REAL_OPEN(path, "w") as file:
+                file.write(text + "\n")
+            os.chmod(path, 0o664)
+
+    @contextlib.contextmanager
+    def installed(self):
+        """Put the library on this sysfs for the length of a `with` block.
+
+        The library is the copy that a program would import now.
+        """
+        ev3dev2 = importlib.import_module("ev3dev2")
+        importlib.import_module("ev3dev2.motor")
+        device = ev3dev2.Device
+        before = (device.DEVICE_ROOT_PATH, device._attribute_file_open)
+        before_motor = (ev3dev2.motor.select, ev3dev2.motor.time)
+        self._root = temporary_folders.make("sysfs")
+        try:
+            for key in self._discovery:
+                self._lay_out(*key)
+            device.DEVICE_ROOT_PATH = self._root
+            device._attribute_file_open = self._opener(device._attribute_file_open)
+            if sys.modules["time"] is real_time:
+                # Not for a script: its modules are whole, and `import *` hands them on.
+                ev3dev2.motor.select = types.SimpleNamespace(
+                    POLLPRI=POLLPRI, poll=lambda: Poll(self.world)
+                )
+                ev3dev2.motor.time = types.SimpleNamespace(
+                    time=self.world.now, sleep=self.world.sleep
+                )
+            yield self
+        finally:
+            # The program has ended, or is killed: what it has locked is free.
+            lock = sys.modules.get("robot.motion.brick_lock")
+            if lock:
+                lock.release()
+            device.DEVICE_ROOT_PATH, device._attribute_file_open = before
+            ev3dev2.motor.select, ev3dev2.motor.time = before_motor
+            temporary_folders.remove(self._root)
+            self._root = None

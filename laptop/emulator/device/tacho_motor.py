@@ -1,0 +1,457 @@
+"""The emulated EV3 tacho motor: encoder, regulation, commands, states, attributes.
+
+Behaves as the kernel's driver was observed to, oddities included: a 500 Hz tick, integer PI speed
+regulation on a speed taken from encoder edges, P-only hold, set-points that take effect with a
+command, but gains and positions at once.
+
+Of duty 0 and a duty that has not changed the driver writes nothing to the motor: see `_put_out`.
+"""
+
+import errno
+import math
+import re
+from operator import itemgetter
+
+from laptop.emulator.device.encoder import Encoder
+
+TICK = 0.002
+COUNTS_PER_TURN = 360
+MAX_SPEED = {"large": 1050, "medium": 1560}
+HOLD_KP = {"large": 80000, "medium": 160000}
+DRIVER = {"large": "lego-ev3-l-motor", "medium": "lego-ev3-m-motor"}
+COMMANDS = (
+    "run-forever",
+    "run-to-abs-pos",
+    "run-to-rel-pos",
+    "run-timed",
+    "run-direct",
+    "stop",
+    "reset",
+)
+STOP_ACTIONS = ("coast", "brake", "hold")
+NOTIFY_PERIOD = 0.05
+STALL_TIME = 0.1
+RAMP_PERIOD = 0.1
+SLOWEST_RAMP = 20
+"""The least speed on a ramp towards a position, counts/s: it would never arrive."""
+SIGNED = ("position", "speed", "duty_cycle", "speed_sp", "position_sp", "duty_cycle_sp")
+"""Attributes whose sign polarity flips where they are shown and stored, and only there."""
+_INT32 = 2**31 - 1
+_NUMBER = re.compile("[-+]?[0-9]+")
+LIMITS = {
+    "duty_cycle_sp": (-100, 100),
+    "ramp_up_sp": (0, 60000),
+    "ramp_down_sp": (0, 60000),
+    "time_sp": (0, _INT32),
+}
+WORDS = {
+    "stop_action": STOP_ACTIONS,
+    "polarity": ("normal", "inversed"),
+    "command": COMMANDS,
+}
+_speed_gains = itemgetter("speed_pid/Kp", "speed_pid/Ki", "speed_pid/Kd")
+_hold_gains = itemgetter("hold_pid/Kp", "hold_pid/Ki", "hold_pid/Kd")
+
+
+def _flipped(value, sign):
+    """`value` times `sign`, in 32 bits: their least has no positive counterpart."""
+    return value if value == -_INT32 - 1 else sign * value
+
+
+def _truncated(a, b):
+    """Integer division as in C: towards zero."""
+    return -(-a // b) if (a < 0) != (b < 0) else a // b
+
+
+class TachoMotor(object):
+    """One motor's driver; a device for `Sysfs`.
+
+    Args:
+        port: letter of the output port.
+        kind: "large" or "medium".
+        drive: the plant's Drive; its `duty` is set, its `angle` and `shaft` are read.
+        phase: where between two encoder edges the shaft starts, deg.
+    """
+
+    def __init__(self, port, kind, drive, phase=0.25):
+        self.port = port
+        self.kind = kind
+        self.drive = drive
+        self.encoder = Encoder(phase)
+        self.notifications = 0
+        self.unplugged = False
+        self._fixed = {
+            "address": "ev3-ports:out" + port,
+            "driver_name": DRIVER[kind],
+            "commands": " ".join(COMMANDS),
+            "stop_actions": " ".join(STOP_ACTIONS),
+            "count_per_rot": COUNTS_PER_TURN,
+            "max_speed": MAX_SPEED[kind],
+        }
+        self._limits = dict(LIMITS, speed_sp=(-MAX_SPEED[kind], MAX_SPEED[kind]))
+        self.t = 0.0
+        self._sensed_at = None  # the drive's angle
+        self._notified = ""
+        self._next_notify = NOTIFY_PERIOD
+        self._defaults()
+        self._zero = 0
+        self._shared_state_defaults()
+
+    def _defaults(self):
+        """Set-points and constants as after `reset`."""
+        self._set = {
+            "speed_sp": 0,
+            "position_sp": 0,
+            "duty_cycle_sp": 0,
+            "time_sp": 0,
+            "ramp_up_sp": 0,
+            "ramp_down_sp": 0,
+            "speed_pid/Kp": 1000,
+            "speed_pid/Ki": 60,
+            "speed_pid/Kd": 0,
+            "hold_pid/Kp": HOLD_KP[self.kind],
+            "hold_pid/Ki": 0,
+            "hold_pid/Kd": 0,
+            "stop_action": "coast",
+            "polarity": "normal",
+        }
+
+    def _shared_state_defaults(self):
+        self._active = {}
+        self._command = "stop"
+        self._mode = "coast"
+        """coast, brake, hold, speed or direct."""
+        self._target = 0
+        """Of the last command to a position, from which relative ones go on."""
+        self._held = 0
+        """What `hold` keeps."""
+        self._direction = 1
+        self._is_there = False
+        self._deadline = None
+        self._goal_speed = 0
+        self._ramped = 0.0
+        self._ramping = False
+        self._ends = None
+        """When a ramp down is over and with it the command, s; None if there is no such ramp."""
+        self._next_ramp = 0.0
+        self._clear_pid()
+        self._overloaded = False
+        self._still_since = None
+        self._duty = 0
+
+    # What a program sees
+
+    def read(self, attribute):
+        """The text of one attribute.
+
+        Raises:
+            OSError: ENODEV when unplugged, ENOENT for an attribute there is not.
+        """
+        self._plugged()
+        if attribute == "position":
+            value = self.position
+        elif attribute == "speed":
+            value = self.encoder.speed
+        elif attribute == "duty_cycle":
+            value = self._duty
+        elif attribute == "state":
+            value = self.state
+        elif attribute in self._set:
+            value = self._set[attribute]
+        elif attribute in self._fixed:
+            value = self._fixed[attribute]
+        else:
+            raise OSError(errno.ENOENT, "no such attribute", attribute)
+        return str(_flipped(value, self._sign) if attribute in SIGNED else value)
+
+    def write(self, attribute, text):
+        """Store one attribute.
+
+        Raises:
+            OSError: EINVAL for a value out of range, ERANGE for one that no int of 32 bits has,
+                ENODEV when unplugged.
+        """
+        self._plugged()
+        if attribute in WORDS:
+            if text not in WORDS[attribute]:
+                raise OSError(errno.EINVAL, "invalid argument", attribute)
+            if attribute == "command":
+                self._start(text)
+            else:
+                self._set[attribute] = text
+            return
+        if attribute not in self._set and attribute != "position":
+            raise OSError(errno.EACCES, "not writable", attribute)
+        if not _NUMBER.fullmatch(text):
+            raise OSError(errno.EINVAL, "invalid argument", attribute)
+        value = int(text)
+        if not -_INT32 - 1 <= value <= _INT32:
+            raise OSError(errno.ERANGE, "numerical result out of range", attribute)
+        any_number = (0 if "_pid/" in attribute else -_INT32 - 1, _INT32)
+        lower, upper = self._limits.get(attribute, any_number)
+        if not lower <= value <= upper:
+            raise OSError(errno.EINVAL, "invalid argument", attribute)
+        if attribute in SIGNED:
+            value = _flipped(value, self._sign)
+        if attribute == "position":
+            # What `hold` keeps stays as it was: a held motor jumps.  A move to a position is over.
+            self._show_position(value)
+            self._target = value
+        else:
+            self._set[attribute] = value
+            if attribute == "duty_cycle_sp" and self._mode == "direct":
+                self._active["duty_cycle_sp"] = value
+
+    @property
+    def position(self):
+        """Counts, truncated towards zero."""
+        return _truncated(self.encoder.edges - self._zero, Encoder.EDGES_PER_COUNT)
+
+    def _show_position(self, counts):
+        """Count on from here as if this were `counts`."""
+        self._zero = self.encoder.edges - counts * Encoder.EDGES_PER_COUNT
+
+    @property
+    def state(self):
+        """The state words, in the driver's order."""
+        running = self._mode in ("speed", "direct")
+        flags = (
+            ("running", running),
+            ("ramping", self._ramping),
+            ("holding", self._mode == "hold"),
+            ("overloaded", self._overloaded),
+            ("stalled", running and self._stalled),
+        )
+        return " ".join(word for word, on in flags if on)
+
+    @property
+    def mode(self):
+        """coast, brake, hold, speed or direct."""
+        return self._mode
+
+    @property
+    def driven(self):
+        """True while a command is turning the motor (held and braked motors are stopped)."""
+        return self._mode in ("speed", "direct") and not self.unplugged
+
+    def hold(self):
+        """Hold here, as after a program that has ended so; the attributes are as after `reset`."""
+        self._active = dict(self._set, stop_action="hold")
+        self._stop(self.position)
+
+    def begin_at(self, t):
+        """Count from where the shaft is at `t`, s, as a driver that is loaded then."""
+        edges = math.floor((math.degrees(self.drive.shaft) + self.encoder.phase))
+        self.encoder.edges = edges * Encoder.EDGES_PER_COUNT
+        self.encoder.noted = self.t = t
+        self._sensed_at = self.drive.angle
+        self._next_notify = t + NOTIFY_PERIOD
+        self._show_position(0)
+
+    def unplug(self):
+        """Pull the cable: the motor coasts, every access fails."""
+        self.unplugged = True
+        self._stop_as("coast")
+
+    def _plugged(self):
+        if self.unplugged:
+            raise OSError(errno.ENODEV, "no such device")
+
+    @property
+    def _sign(self):
+        return -1 if self._set["polarity"] == "inversed" else 1
+
+    @property
+    def _stalled(self):
+        return self._still_since is not None and self.t - self._still_since >= STALL_TIME
+
+    # Commands
+
+    def _start(self, command):
+        if command == "reset":
+            self._defaults()
+            self._shared_state_defaults()
+            self._show_position(0)
+            self.drive.duty = None
+            return
+        previous, was_running = self._command, self._mode
+        self._active = dict(self._set)
+        self._command = command
+        self._deadline = None
+        self._ramping, self._ends = False, None
+        if command == "stop":
+            self._end()
+            return
+        if was_running not in ("speed", "direct"):
+            self._clear_pid()  # of what has held it
+            self._still_since = None
+        if command == "run-direct":
+            self._mode = "direct"
+            self._overloaded = False
+            return
+        speed = self._active["speed_sp"]
+        if command == "run-timed":
+            self._deadline = self.t + self._active["time_sp"] / 1000.0
+        elif command != "run-forever":
+            target = step = self._active["position_sp"]
+            if command == "run-to-rel-pos":
+                target += self._target if previous == command else self.position
+            self._target = target
+            if command == "run-to-rel-pos" and step == 0:
+                self._stop(self.position)
+                return
+            self._direction = 1 if target >= self.position else -1
+            self._is_there = target == self.position
+            speed = self._direction * abs(speed)
+        if was_running != "speed":
+            self._ramped = 0.0
+        self._mode = "speed"
+        self._goal_speed = speed
+        self._next_ramp = self.t
+        if self._active["ramp_up_sp"] or self._active["ramp_down_sp"]:
+            self._ramping = self._ramped != speed
+        else:
+            self._ramped = speed
+
+    def _end(self):
+        """End a command with its stop action, behind a ramp down if one is set."""
+        if self._mode == "speed" and self._active["ramp_down_sp"] and self._ramped:
+            self._begin_ramp_down()
+            self._ends = self.t + abs(self._ramped) / self._deceleration
+            self._next_ramp = self.t
+        else:
+            self._stop(self.position)
+
+    @property
+    def _deceleration(self):
+        """Of a ramp down, counts/s2."""
+        return MAX_SPEED[self.kind] * 1000.0 / self._active["ramp_down_sp"]
+
+    def _begin_ramp_down(self):
+        self._ramping = True
+        self._goal_speed = 0
+        self._deadline = None
+        self._clear_pid()
+
+    def _stop(self, position):
+        """Take the stop action; hold keeps `position`."""
+        self._held = position
+        self._ends = None
+        self._overloaded = False
+        self._still_since = None
+        self._clear_pid()
+        self._stop_as(self._active["stop_action"])
+
+    def _stop_as(self, action):
+        # Whoever holds writes nothing to the motor before the count changes: what it last did goes
+        # on, though `duty_cycle` is 0.
+        self._mode = action
+        self._duty = 0
+        if action != "hold":
+            self.drive.duty = None if action == "coast" else 0.0
+
+    def _put_out(self, duty):
+        """Let the motor have this duty (percent), if it is another one than before."""
+        if duty != self._duty:
+            self._duty = duty
+            self.drive.duty = duty / 100.0
+
+    def _clear_pid(self):
+        self._integral = 0
+        self._last_error = 0
+
+    # What the driver does all the time
+
+    def sense(self, t):
+        """Let the encoder see the shaft, as it has to every step; `t` is the time, s."""
+        encoder, angle = self.encoder, self.drive.angle
+        if angle != self._sensed_at:
+            self._sensed_at = angle
+            encoder.update(t, self.drive.shaft)
+        elif t - encoder.noted >= encoder.IDLE:
+            encoder.stand(t)
+
+    def tick(self, t):
+        """Regulate once, at 500 Hz; `t` is the time, s."""
+        self.t = t
+        if not self.unplugged:
+            mode = self._mode
+            if mode == "speed" or mode == "direct":
+                self._watch_for_stall()
+                self._regulate(mode)
+                if mode == "speed":
+                    self._finish_if_due()
+            elif mode == "hold":
+                self._put_out(self._pid(_hold_gains, self._held - self.position))
+        if t >= self._next_notify:
+            self._next_notify += NOTIFY_PERIOD
+            if self.state != self._notified:
+                self._notified = self.state
+                self.notifications += 1
+
+    def _finish_if_due(self):
+        if self._deadline is not None and self.t >= self._deadline:
+            self._end()
+        elif self._ends is not None and self.t >= self._ends:
+            self._ramping = False
+            self._stop(self.position)
+        elif self._command.endswith("-pos") and self._has_crossed():
+            self._stop(self._target)
+
+    def _has_crossed(self):
+        if not (self._ramped or self._is_there):
+            return False  # at speed 0 it never arrives, not even by hand
+        return self._direction * (self.position - self._target) >= 0
+
+    def _watch_for_stall(self):
+        if self.encoder.speed:
+            self._still_since = None
+        elif self._still_since is None:
+            self._still_since = self.t
+
+    def _regulate(self, mode):
+        if mode == "direct":
+            self._put_out(self._active["duty_cycle_sp"])
+            return
+        if self._ramping or self._active["ramp_down_sp"]:
+            self._ramp()
+        if self._ramped == 0:
+            self._clear_pid()
+            self._overloaded = False
+            self._put_out(0)
+        else:
+            self._put_out(self._pid(_speed_gains, int(self._ramped) - self.encoder.speed))
+
+    def _pid(self, gains, error):
+        kp, ki, kd = gains(self._set)
+        self._integral += error  # also where Ki is 0
+        # (A positive Kd drives on, where a textbook's holds back.)
+        total = kp * error + ki * self._integral + kd * (self._last_error - error)
+        self._last_error = error
+        duty = _truncated(total, 10000)
+        self._overloaded = not -100 <= duty <= 100
+        if self._overloaded:
+            self._integral -= error
+            duty = 100 if duty > 0 else -100
+        return duty
+
+    def _ramp(self):
+        """Move the regulated speed towards the goal, in steps of 100 ms."""
+        if self.t < self._next_ramp:
+            return
+        self._next_ramp += RAMP_PERIOD
+        to_position = self._ends is None and self._command.endswith("-pos")
+        if to_position and self._goal_speed and self._active["ramp_down_sp"]:
+            left = abs(self._target - self.position)
+            if left <= self._ramped * self._ramped / (2 * self._deceleration):
+                self._begin_ramp_down()
+        goal = self._goal_speed
+        if to_position and not goal:
+            goal = self._direction * min(SLOWEST_RAMP, abs(self._active["speed_sp"]))
+        rising = abs(goal) > abs(self._ramped)
+        time = self._active["ramp_up_sp" if rising else "ramp_down_sp"] / 1000.0
+        top = float(MAX_SPEED[self.kind])
+        step = top * RAMP_PERIOD / time if time else top * 2
+        self._ramped += max(-step, min(step, goal - self._ramped))
+        if self._ends is None:
+            self._ramping = self._ramped != self._goal_speed

@@ -1,0 +1,147 @@
+"""A brick without an arm: motors that turn freely, and a robot that rolls on two of them."""
+
+import math
+
+from laptop.emulator.constants import Constant, ConstantTable
+from laptop.emulator.device.drive import Drive, between
+from laptop.emulator.device.plant_constants import at_port, motor_constants
+from shared.arm_description import ArmError
+
+_PORTS = ("A", "B", "C", "D")
+
+CONSTANTS = {
+    "left": Constant(None, _PORTS, "", "port of the left wheel's motor", str),
+    "right": Constant(None, _PORTS, "", "port of the right wheel's motor", str),
+    "diameter": Constant(5.6, (1.0, 30.0), "cm", "of the wheels"),
+    "track": Constant(12.0, (2.0, 60.0), "cm", "between the wheels"),
+    "mass": Constant(0.7, (0.05, 5.0), "kg", "of the robot, which the motors set in motion"),
+    "friction": Constant(0.005, (0.0, 0.1), "Nm", "of each wheel as it rolls"),
+    "x": Constant(0.0, (-1000.0, 1000.0), "cm", "where the middle between the wheels starts"),
+    "y": Constant(0.0, (-1000.0, 1000.0), "cm", "the same"),
+    "heading": Constant(90.0, (-360.0, 360.0), "deg", "where it looks then; 0 along x, ccw"),
+}
+
+
+class BadWheels(ArmError, ValueError):
+    """A pair of wheels that cannot be understood."""
+
+
+TABLE = ConstantTable(
+    "wheels",
+    CONSTANTS,
+    BadWheels,
+    unknown="no wheels' constant '{key}' in '{item}'; known: {known}",
+)
+
+
+def read_wheels(text):
+    """Read the constants of a text such as `left=B,right=C,diameter=5.6`.
+
+    Returns:
+        dict, name -> float or port.
+
+    Raises:
+        BadWheels: naming the key, the value and what is allowed.
+    """
+    given = TABLE.parse(text)[""]
+    wheels = {
+        key: given[key][0] if key in given else constant.default
+        for key, constant in CONSTANTS.items()
+    }
+    if None in (wheels["left"], wheels["right"]) or wheels["left"] == wheels["right"]:
+        raise BadWheels(
+            "wheels '{}': write left=PORT,right=PORT, two ports from A to D".format(text)
+        )
+    return wheels
+
+
+class BarePlant(object):
+    """What the motors of a brick without an arm move: themselves, or a robot on two wheels.
+
+    Wheels roll without slipping; the robot turns about the middle between them.
+
+    Args:
+        plant: constants, as `read_plant` returns them.
+        wheels: as `read_wheels` returns them, or None.
+
+    Attributes:
+        drives: port letter -> Drive.
+        heading: where the robot looks, rad, counter-clockwise from x; None without wheels.
+        pen_down: whether the robot leaves a trail.
+    """
+
+    weighs = False
+
+    def __init__(self, plant, wheels=None):
+        self.plant = plant
+        self.drives = {}
+        self.wheels = wheels
+        self.pen_down = wheels is not None
+        self.heading = None
+        self._x = self._y = 0.0
+        if wheels is not None:
+            self._x, self._y = wheels["x"], wheels["y"]
+            self.heading = math.radians(wheels["heading"])
+        self._rolled = 0.0, 0.0  # angles of the wheels, rad
+
+    def add_bare_motor(self, port, kind, stops=None):
+        """Plug in a motor; at a wheel's port it moves half of the robot.
+
+        Args:
+            stops: lower and upper angle that it can turn to, rad; None: it turns freely.
+        """
+        motor = motor_constants(kind, at_port(self.plant, port))
+        wheels = self.wheels
+        if wheels is not None and port in (wheels["left"], wheels["right"]):
+            radius = 0.005 * wheels["diameter"]  # m
+            motor = motor._replace(
+                inertia=motor.inertia + 0.5 * wheels["mass"] * radius * radius,
+                friction=motor.friction + wheels["friction"],
+            )
+        self.drives[port] = Drive(motor, self.plant["voltage"], link=stops and between(stops))
+
+    @property
+    def names(self):
+        """What `q` holds: the motors' ports in order, and the heading."""
+        return sorted(self.drives) + ([] if self.wheels is None else ["heading"])
+
+    @property
+    def q(self):
+        """The motors' angles since the start and, on wheels, the heading, rad."""
+        angles = tuple([self.drives[port].angle for port in sorted(self.drives)])
+        return angles if self.wheels is None else angles + (self.heading,)
+
+    def tip(self):
+        """The robot's place, cm: x, y and None, as it rolls in a plane."""
+        return self._x, self._y, None
+
+    @property
+    def turning(self):
+        """How fast the robot turns, rad/s, counter-clockwise."""
+        wheels = self.wheels
+        left, right = self.drives[wheels["left"]].speed, self.drives[wheels["right"]].speed
+        return (right - left) * wheels["diameter"] / 2 / wheels["track"]
+
+    def step(self, h):
+        """Advance everything by `h` seconds."""
+        for drive in self.drives.values():
+            if drive.duty or drive.speed:
+                drive.step(h)
+        if self.wheels is not None:
+            self._roll()
+
+    def _roll(self):
+        wheels = self.wheels
+        rolled = self.drives[wheels["left"]].angle, self.drives[wheels["right"]].angle
+        if rolled == self._rolled:
+            return  # mostly it stands
+        left, right = (
+            (now - before) * wheels["diameter"] / 2 for now, before in zip(rolled, self._rolled)
+        )
+        self._rolled = rolled
+        turned = (right - left) / wheels["track"]
+        # Along an arc one goes where its chord leads.
+        towards = self.heading + turned / 2
+        self._x += (left + right) / 2 * math.cos(towards)
+        self._y += (left + right) / 2 * math.sin(towards)
+        self.heading += turned

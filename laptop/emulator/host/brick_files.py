@@ -1,0 +1,113 @@
+"""Where the brick's own folders are on this computer, for all functions of `os` that take a path.
+
+Rule: a program is told of them by the brick's paths alone, also in errors; what lies elsewhere is
+this computer's.
+"""
+
+import functools
+import os
+
+from laptop.emulator import temporary_folders
+
+ONE_PATH = (
+    "access", "chdir", "chmod", "listdir", "lstat", "mkdir", "open", "readlink", "remove", "rmdir",
+    "scandir", "stat", "statvfs", "truncate", "unlink", "utime",
+)  # fmt: skip
+TWO_PATHS = ("link", "rename", "replace", "symlink")
+"""Functions of `os`, by how many paths they take; a host may lack some."""
+
+
+class BrickFiles(object):
+    """The brick's folders, and its system's files, which are made when a program looks for one.
+
+    Args:
+        folders: the brick's path -> path on this computer.
+        texts: path of each file of the system -> its text.  Folders at their tops have no other
+            files.
+    """
+
+    def __init__(self, folders, texts):
+        self._folders = dict(folders)
+        self._texts = texts
+        self._tops = {"/" + path.split("/")[1] for path in texts}
+        self._made = None
+
+    def here(self, path):
+        """Return where a file is on this computer; `path` itself where it is no path of ours."""
+        text = path.__fspath__() if hasattr(path, "__fspath__") else path
+        if not isinstance(text, str) or not text.startswith("/"):
+            return path
+        for folder in sorted(self._folders, key=len, reverse=True):
+            if text == folder or text.startswith(folder + "/"):
+                return self._folders[folder] + text[len(folder) :]
+        if "/" + text.split("/")[1] in self._tops:
+            return self._system() + text
+        return path
+
+    def taking(self, function, paths):
+        """Return a function of `os`, whose first `paths` arguments are paths, as one of these."""
+
+        @functools.wraps(function)
+        def on_the_brick(*args, **kwargs):
+            here = tuple(map(self.here, args[:paths]))
+            if here == args[:paths]:
+                return function(*args, **kwargs)
+            try:
+                return function(*(here + args[paths:]), **kwargs)
+            except OSError as error:
+                error.filename = args[0]
+                if paths == 2:
+                    error.filename2 = args[1]
+                raise
+
+        return on_the_brick
+
+    def close(self):
+        """Remove what was made."""
+        if self._made:
+            temporary_folders.remove(self._made)
+            self._made = None
+
+    def _system(self):
+        if self._made is None:
+            self._made = made = temporary_folders.make("system")
+            for path, text in self._texts.items():
+                os.makedirs(os.path.dirname(made + path), exist_ok=True)
+                with open(made + path, "w") as file:
+                    file.write(text)
+        return self._made
+
+
+class Entries(object):
+    """What os.scandir gives."""
+
+    def __init__(self, entries):
+        self._left = iter(entries)
+
+    def __iter__(self):
+        return self
+
+    def __next__(self):
+        return next(self._left)
+
+    def close(self):
+        """Nothing to let go of."""
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error):
+        pass
+
+
+class MovedEntry(object):
+    """An os.DirEntry that has another path."""
+
+    def __init__(self, entry, path):
+        self._entry, self.path = entry, path
+
+    def __fspath__(self):
+        return self.path
+
+    def __getattr__(self, name):
+        return getattr(self._entry, name)

@@ -1,0 +1,168 @@
+"""The brick's shell: one line at a time, of what scripts hand to `os.system`.
+
+It knows quotes, `;`, `&&`, `||`, `&`, `|`, `>`, `>>`, `<`, `2>&1`, `*` and `$NAME`, and no loops.
+"""
+
+import collections
+import glob
+import os
+import re
+import shlex
+import sys
+
+from laptop.emulator.device.file_programs import Finished
+
+Command = collections.namedtuple("Command", ["words", "end", "redirected"])
+Command.__doc__ = """A simple command of a line.
+
+words       with quotes taken off
+end         what stands behind it: `;`, `&&`, `||`, `&` or `|`
+redirected  stream (0, 1, 2) -> (`<`, `>` or `>>`, name of a file), or (`>&`, `1`)
+"""
+
+NOWHERE = "/dev/null"
+LOOPS = "for", "while", "until", "if", "case"
+"""Words that begin what this shell does not know."""
+
+_PART = re.compile(
+    r"""&>|(?<![^\s;&|])[012]?(?:>>|>&|>|<)|[<>]|&&|\|\||[;&|\n]"""
+    r"""|(?:[^\s;&|<>"'\\]|\\.|"(?:[^"\\]|\\.)*"|'[^']*')+|["']"""
+)
+
+
+def split_line(line):
+    """Return a shell line's Commands.
+
+    Raises:
+        ValueError: an unclosed quote, nothing behind a `>`, or one of LOOPS.
+    """
+    parts = _PART.findall(line)
+    commands, words, redirected, waiting = [], [], {}, None
+    for part in parts + [";"]:
+        if part in ("&&", "||", ";", "&", "|", "\n"):
+            if waiting:
+                raise ValueError("the name of a file is missing behind {}".format(waiting))
+            if words or redirected:
+                commands.append(Command(words, ";" if part == "\n" else part, redirected))
+            words, redirected = [], {}
+        elif re.match("[012]?[<>]|&>", part):
+            waiting = part
+        elif waiting == "&>":
+            redirected[1], redirected[2], waiting = (">", shlex.split(part)[0]), (">&", "1"), None
+        elif waiting:
+            how = waiting.lstrip("012")
+            stream = waiting[: -len(how)] or ("0" if how == "<" else "1")
+            redirected[int(stream)], waiting = (how, shlex.split(part)[0]), None
+        else:
+            words.extend(_expanded(part))
+    for command in commands:
+        if command.words and command.words[0] in LOOPS:
+            raise ValueError(
+                "{}: not done: the emulated brick's shell takes one command after another".format(
+                    command.words[0]
+                )
+            )
+    return commands
+
+
+def _expanded(part):
+    """The words that one word of a line becomes."""
+    if "$" in part and "'" not in part:
+        part = os.path.expandvars(part)
+    if re.search("[*?]", part) and not re.search("[\"'\\\\]", part):
+        return sorted(glob.glob(part)) or [part]
+    return shlex.split(part)
+
+
+def _shown(finished, captured):
+    """Write what is not captured, and return the rest."""
+    output, errors = finished.output, finished.errors
+    if not captured[0] and output:
+        sys.stdout.write(output.decode())
+        output = b""
+    if not captured[1] and errors:
+        sys.stderr.write(errors.decode())
+        errors = b""
+    return finished._replace(output=output, errors=errors)
+
+
+class Shell(object):
+    """Runs lines.
+
+    Args:
+        run: `run(words, piped, captured)` gives Finished, None if there is no such program; piped
+            is the standard input, bytes, and captured says whether output and errors are to be in
+            there, two bools.
+    """
+
+    def __init__(self, run):
+        self._run = run
+
+    def line(self, text, piped, captured):
+        """Run a line, which changes no folder for others; returns Finished."""
+        try:
+            commands = split_line(text)
+        except ValueError as error:
+            error = Finished(2, b"", "sh: 1: {}\n".format(error).encode(), 0.0)
+            return _shown(error, captured)
+        folder = os.getcwd()
+        try:
+            return self._all(commands, piped, captured)
+        finally:
+            os.chdir(folder)
+
+    def _all(self, commands, piped, captured):
+        status, seconds, output, errors = 0, 0.0, b"", b""
+        before, skipped = ";", False
+        for command in commands:
+            if before != "|":
+                skipped = (before == "&&" and status != 0) or (before == "||" and status == 0)
+            if not skipped:
+                finished = self._one(command, piped, captured)
+                status = finished.status
+                seconds += 0.0 if command.end == "&" else finished.seconds
+                errors += finished.errors
+                piped = finished.output
+                if command.end != "|":
+                    output = output + finished.output if output else finished.output
+                    piped = b""
+            before = command.end
+            status, output, errors, _ = _shown(Finished(status, output, errors, 0.0), captured)
+        return Finished(status, output, errors, seconds)
+
+    def _one(self, command, piped, captured):
+        into = {stream: how for stream, how in command.redirected.items() if stream}
+        captured = captured[0] or command.end == "|" or 1 in into, captured[1] or 2 in into
+        try:
+            if 0 in command.redirected and command.redirected[0][1] != NOWHERE:
+                with open(command.redirected[0][1], "rb") as file:
+                    piped = file.read()
+            finished = self._started(command.words, piped, captured)
+            return self._sent(finished, into)
+        except OSError as error:
+            message = "sh: 1: cannot open {}: {}\n".format(error.filename, error.strerror)
+            return Finished(2, b"", message.encode(), 0.0)
+
+    def _started(self, words, piped, captured):
+        if not words:
+            return Finished(0, b"", b"", 0.0)
+        if words[0] == "cd":
+            os.chdir(words[1] if words[1:] else os.path.expanduser("~"))
+            return Finished(0, b"", b"", 0.0)
+        finished = self._run(words, piped, captured)
+        if finished is None:
+            message = "sh: 1: {}: not found\n".format(words[0])
+            return Finished(127, b"", message.encode(), 0.0)
+        return finished
+
+    def _sent(self, finished, into):
+        """What is left to be shown once output has gone into files."""
+        sent = {1: finished.output, 2: finished.errors}
+        for stream, (how, name) in sorted(into.items(), reverse=True):
+            data, sent[stream] = sent[stream], b""
+            if how == ">&":
+                sent[int(name)] += data
+            elif name != NOWHERE:
+                with open(name, "ab" if how == ">>" else "wb") as file:
+                    file.write(data)
+        return finished._replace(output=sent[1], errors=sent[2])

@@ -1,0 +1,116 @@
+"""A Python program that another one starts: `python3 other.py`, on the same emulated brick.
+
+It runs to its end before the one that starts it goes on, in the same process of the host: it has
+`__main__`, arguments, modules of its folder and things to do at its end of its own, and shares what
+else it imports.
+"""
+
+import contextlib
+import io
+import os
+import re
+import sys
+
+from laptop.emulator.device.file_programs import Finished
+
+DEEPEST = 8
+"""How many programs may have started one another."""
+
+
+class ChildPython(object):
+    """The brick's `python3`.
+
+    Args:
+        shims: Shims.
+        run: `run(shims, script, source)` is the interpreter, and gives the exit status.
+    """
+
+    def __init__(self, shims, run):
+        self._shims = shims
+        self._run = run
+        self._depth = 0
+
+    @staticmethod
+    def is_meant(words):
+        """Return True if a command line starts Python, or a script of it by its path."""
+        path = words[0]
+        return bool(re.match(r"python(3(\.\d+)?)?$", os.path.basename(path))) or (
+            path.endswith(".py") and os.path.dirname(path) != "" and os.path.isfile(path)
+        )
+
+    def start(self, words, captured):
+        """Run a command line that `is_meant`.
+
+        Args:
+            captured: whether output and errors are to be in what it returns, two bools.
+
+        Returns:
+            Finished.
+        """
+        words = list(words if words[0].endswith(".py") else words[1:])
+        while words and words[0] in ("-u", "-B", "-E", "-s", "-O"):
+            words.pop(0)
+        if words and words[0] in ("-V", "--version"):
+            return Finished(0, b"Python 3.5.3\n", b"", 0.0)
+        if not words or words[0].startswith("-") and words[0] != "-c":
+            why = "{}: not done on the emulated brick; give a script, or -c\n"
+            asked = " ".join(["python3"] + words[:1])
+            return Finished(2, b"", why.format(asked).encode(), 0.0)
+        if self._depth >= DEEPEST:
+            why = "python3: not done: {} programs have started one another\n".format(DEEPEST)
+            return Finished(1, b"", why.encode(), 0.0)
+        if words[0] == "-c":
+            return self._in_place("-c", " ".join(words[1:2]).encode(), words[2:], captured)
+        try:
+            with open(words[0], "rb") as file:
+                source = file.read()
+        except OSError as error:
+            why = "python3: can't open file '{}': [Errno {}] {}\n".format(
+                words[0], error.errno, error.strerror
+            )
+            return Finished(2, b"", why.encode(), 0.0)
+        return self._in_place(words[0], source, words[1:], captured)
+
+    def _in_place(self, script, source, args, captured):
+        folder = os.path.dirname(os.path.realpath(script)) if script != "-c" else ""
+        streams = [io.TextIOWrapper(io.BytesIO(), "utf-8") if c else None for c in captured]
+        with self._apart(folder), contextlib.ExitStack() as stack:
+            for stream, redirect in zip(
+                streams, (contextlib.redirect_stdout, contextlib.redirect_stderr)
+            ):
+                if stream:
+                    stack.enter_context(redirect(stream))
+            sys.argv = [script] + list(args)
+            sys.path[0] = folder
+            status = self._run(self._shims, script, source)
+        written = []
+        for stream in streams:
+            if stream:
+                stream.flush()
+            written.append(stream.buffer.getvalue() if stream else b"")
+        return Finished(status, written[0], written[1], 0.0)
+
+    @contextlib.contextmanager
+    def _apart(self, folder):
+        """Keep what is the starting program's own for a `with` block."""
+        argv, path, modules = sys.argv, list(sys.path), dict(sys.modules)
+        excepthook, calls = sys.excepthook, self._shims.exit_calls
+        own = [
+            name
+            for name, module in modules.items()
+            if os.path.dirname(os.path.realpath(getattr(module, "__file__", None) or "/")) == folder
+        ]
+        for name in own:
+            del sys.modules[name]
+        self._shims.exit_calls = []
+        sys.excepthook = sys.__excepthook__
+        self._depth += 1
+        try:
+            yield
+        finally:
+            self._depth -= 1
+            self._shims.exit_calls = calls
+            sys.excepthook = excepthook
+            sys.argv, sys.path[:] = argv, path
+            for name in own + ["__main__"]:
+                sys.modules[name] = modules[name]

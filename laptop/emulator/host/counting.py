@@ -1,0 +1,417 @@
+"""Counting of what a program computes, by the program itself.
+
+Code is compiled with counts: at the head of each straight piece stands what the piece takes on the
+brick, in instructions of its processor.  So the count depends on what the program does and on
+nothing else: not on the host, nor on its Python.
+
+What happens inside C takes what `prices` says, by the name that is called; what it does not know
+takes as long as any call.  Of expressions that are worked out only at times (`a and b`,
+`a if b else c`) the later parts cost half.
+"""
+
+import ast
+import builtins
+import contextlib
+import sys
+
+from laptop.emulator.host.prices import CALLS, METHODS, PRICES, imports
+from laptop.emulator.host.syntax_tree import (
+    any_whole_number,
+    assigned_names,
+    default_values,
+    first_statement,
+    imported_modules,
+    literal_value,
+    may_leave,
+    parameter_names,
+    stored_names,
+    walk_scope,
+)
+
+COUNT, SPEND, LOAD, ENROL = "_count_", "_spend_", "_load_", "_enrol_"
+"""The names of a module's own count, of what adds to it where no statement can stand, of what a
+function calls with the modules of the standard library that it is about to import, and of the
+builtin that each module calls first: with its names, the length of its source, and what it imports
+itself; see processor.Processor.enrol."""
+
+DUE, LOOK = "_due_", "_look_"
+"""Names of the count from which on each turn of a `while` calls a function, and of that: who goes
+round for long is to let others have their turn, and signals be heard."""
+
+EV3DEV2 = "ev3dev2"
+
+NAMED_TUPLES = ("collections.namedtuple", "shared.record.record")
+"""Functions that make classes of tuples whose elements have names."""
+
+_WALRUS = sys.version_info >= (3, 8)
+
+
+def compiled(source, file):
+    """The code object of a module's `source` (bytes), with its count."""
+    tree = _Counting().module(ast.parse(source, file), len(source))
+    return compile(tree, file, "exec", dont_inherit=True)
+
+
+class _Counting(object):
+    """Puts the counts into one module."""
+
+    def __init__(self):
+        self._globals = set()
+        self._imports = {}
+        self._made = {}  # names of the module -> what was called to make them
+        self._scopes = []
+        self._tells = True  # whether a count may be told by an assignment expression
+
+    def module(self, tree, length):
+        """The tree of a module, with its counts; `length` of its source, bytes."""
+        self._globals = assigned_names(tree.body) | {COUNT, SPEND, LOAD, DUE, LOOK}
+        body = self._block(tree.body)
+        at = first_statement(body)
+        asked = _asked(tree.body)
+        body.insert(at, _expression("{}(globals(), {}, {})".format(ENROL, length, asked)))
+        tree.body = body
+        return ast.fix_missing_locations(tree)
+
+    # Statements: what each costs that is always done of it; what is not is counted where it stands.
+
+    def _block(self, body, price=0):
+        """The statements with their counts; `price` is of what leads to them."""
+        out, at = [], first_statement(body)
+        out.extend(body[:at])
+        for statement in body[at:]:
+            price += self._statement(statement)
+            if self._scopes and isinstance(statement, (ast.Import, ast.ImportFrom)):
+                out.append(_expression("{}({})".format(LOAD, _asked([statement]))))
+            out.append(statement)
+            if may_leave(statement):
+                self._count(out, at, price)
+                at, price = len(out), 0
+        self._count(out, at, price)
+        return out
+
+    @staticmethod
+    def _count(out, at, price):
+        if price:
+            out.insert(at, _more(price))
+
+    def _statement(self, node):
+        return getattr(self, "_" + type(node).__name__.lower(), self._other)(node)
+
+    def _other(self, node):
+        """Count the expressions of whatever is not told apart."""
+        return sum(self._price(child) for child in ast.iter_child_nodes(node))
+
+    def _functiondef(self, node):
+        outside = sum(map(self._price, node.decorator_list + default_values(node.args)))
+        outside += PRICES["def"] + PRICES["call"] * len(node.decorator_list)
+        managed = any("contextmanager" in ast.dump(decorator) for decorator in node.decorator_list)
+        self._inner(node, parameter_names(node.args) | assigned_names(node.body), managed)
+        return outside + self._store(ast.Name(node.name, ast.Store()))
+
+    _asyncfunctiondef = _functiondef
+
+    def _inner(self, node, names, managed):
+        head = PRICES["function"] + PRICES["context manager"] * managed
+        declared = {
+            name for s in walk_scope(node.body) if isinstance(s, ast.Global) for name in s.names
+        }
+        with self._within(names - declared, True):
+            node.body = self._block(node.body, head)
+        node.body.insert(first_statement(node.body), ast.Global([COUNT]))
+
+    def _classdef(self, node):
+        outside = sum(map(self._price, node.decorator_list + node.bases)) + PRICES["class"]
+        with self._within((), False):
+            node.body = self._block(node.body)
+        node.body.insert(first_statement(node.body), ast.Global([COUNT]))
+        return outside
+
+    def _if(self, node):
+        price = self._test(node.test)
+        node.body = self._block(node.body)
+        node.orelse = self._block(node.orelse) if node.orelse else []
+        return price
+
+    def _for(self, node):
+        turn = PRICES["turn"] + self._store(node.target)
+        price = PRICES["loop"] + self._price(node.iter)
+        node.body = self._block(node.body, turn)
+        node.orelse = self._block(node.orelse) if node.orelse else []
+        return price
+
+    def _while(self, node):
+        test = self._test(node.test) + PRICES["branch"]
+        node.body = self._block(node.body, test)
+        look = _expression("if {} > {}: {}()".format(COUNT, DUE, LOOK))
+        for part in ast.walk(look):
+            ast.copy_location(part, node)  # who asks where the program is finds the loop
+        node.body.insert(0, look)
+        node.orelse = self._block(node.orelse) if node.orelse else []
+        return test + PRICES["branch"]
+
+    def _try(self, node):
+        node.body = self._block(node.body)
+        for handler in node.handlers:
+            kind = self._price(handler.type) if handler.type else 0
+            handler.body = self._block(handler.body, PRICES["handler"] + kind)
+        node.orelse = self._block(node.orelse) if node.orelse else []
+        node.finalbody = self._block(node.finalbody) if node.finalbody else []
+        return PRICES["try"]
+
+    def _with(self, node):
+        price = 0
+        for item in node.items:
+            price += PRICES["with"] + self._price(item.context_expr)
+            price += self._store(item.optional_vars) if item.optional_vars else PRICES["pop"]
+        node.body = self._block(node.body)
+        return price
+
+    def _assign(self, node):
+        if not self._scopes and isinstance(node.value, ast.Call):
+            made = self._name_of(node.value.func)
+            for target in node.targets:
+                if made and isinstance(target, ast.Name):
+                    self._made[target.id] = made
+        return self._price(node.value) + sum(map(self._store, node.targets))
+
+    def _augassign(self, node):
+        work = self._operation(node.op) + self._price(node.value)
+        return work + self._price(node.target) + self._store(node.target)
+
+    def _expr(self, node):
+        return self._price(node.value) + PRICES["pop"]
+
+    def _return(self, node):
+        return PRICES["return"] + (self._price(node.value) if node.value else 0)
+
+    def _raise(self, node):
+        return PRICES["raise"] + self._other(node)
+
+    def _import(self, node):
+        for alias in node.names:
+            self._imports[alias.asname or alias.name] = alias.name
+        return PRICES["import"] * len(node.names)
+
+    def _importfrom(self, node):
+        for alias in node.names:
+            self._imports[alias.asname or alias.name] = "{}.{}".format(node.module, alias.name)
+        return PRICES["import"] + 300 * len(node.names)
+
+    def _global(self, node):
+        return 0
+
+    _nonlocal = _pass = _break = _continue = _global
+
+    def _store(self, target):
+        if isinstance(target, ast.Name):
+            return PRICES["store" if self._is_local(target.id) else "store global"]
+        if isinstance(target, ast.Attribute):
+            return PRICES["store attribute"] + self._price(target.value)
+        if isinstance(target, ast.Subscript):
+            return PRICES["store item"] + self._price(target.value) + self._price(target.slice)
+        if isinstance(target, ast.Starred):
+            return PRICES["list"] + self._store(target.value)
+        return PRICES["unpack"] + sum(map(self._store, target.elts))
+
+    # Expressions
+
+    def _is_local(self, name):
+        return bool(self._scopes) and name in self._scopes[-1]
+
+    def _price(self, node):
+        """Return the cost of an expression, with its counts put in where it goes in turns."""
+        price = getattr(self, "_of_" + type(node).__name__.lower(), None)
+        return price(node) if price else self._other(node)
+
+    def _of_name(self, node):
+        if self._is_local(node.id):
+            return PRICES["local"]
+        if any(node.id in names for names in self._scopes):
+            return PRICES["closure"]
+        known = node.id in self._globals or not hasattr(builtins, node.id)
+        return PRICES["global" if known else "builtin"]
+
+    def _of_constant(self, node):
+        return PRICES["constant"]
+
+    _of_num = _of_str = _of_bytes = _of_nameconstant = _of_constant
+
+    def _of_attribute(self, node):
+        is_module = isinstance(node.value, ast.Name) and node.value.id in self._imports
+        kind = "module attribute" if is_module else "attribute"
+        return PRICES[kind] + self._price(node.value)
+
+    def _of_subscript(self, node):
+        price = self._price(node.value) + self._price(node.slice)
+        return price + (0 if isinstance(node.slice, ast.Slice) else PRICES["item"])
+
+    def _of_slice(self, node):
+        return PRICES["slice"] + self._other(node)
+
+    def _of_binop(self, node):
+        price = self._price(node.left) + self._price(node.right)
+        text = isinstance(literal_value(node.left), (str, bytes))
+        if isinstance(node.op, ast.Mod) and text:
+            return price + PRICES["format"]
+        mixed = isinstance(node.op, (ast.Mult, ast.Div)) and any_whole_number(node.left, node.right)
+        return price + self._operation(node.op) + PRICES["mixed"] * mixed
+
+    @staticmethod
+    def _operation(op):
+        kinds = {ast.Div: "divide", ast.Pow: "power", ast.Mod: "whole", ast.FloorDiv: "whole"}
+        return PRICES[kinds.get(type(op), "add")]
+
+    def _of_unaryop(self, node):
+        if literal_value(node.operand) is not None:
+            return PRICES["constant"]
+        return PRICES["negate"] + self._price(node.operand)
+
+    def _of_compare(self, node):
+        price = self._price(node.left) + sum(map(self._price, node.comparators))
+        kinds = {ast.Is: "is", ast.IsNot: "is", ast.In: "in", ast.NotIn: "in"}
+        usual = "compare"
+        if any(any_whole_number(other) for other in [node.left, *node.comparators]):
+            usual = "compare with zero"
+        return price + sum(PRICES[kinds.get(type(op), usual)] for op in node.ops)
+
+    def _test(self, node):
+        """Return the cost of working out a condition, and of branching by it."""
+        plain = not isinstance(node, (ast.Compare, ast.BoolOp))
+        return self._price(node) + PRICES["branch"] + PRICES["truth"] * plain
+
+    def _of_boolop(self, node):
+        first, *others = map(self._test, node.values)
+        return first + sum(others) // 2
+
+    def _of_ifexp(self, node):
+        return self._test(node.test) + (self._price(node.body) + self._price(node.orelse)) // 2
+
+    def _of_tuple(self, node):
+        return PRICES["tuple"] + self._elements(node)
+
+    def _of_list(self, node):
+        return PRICES["list"] + self._elements(node)
+
+    _of_set = _of_list
+
+    def _elements(self, node):
+        return PRICES["per element"] * len(node.elts) + sum(map(self._price, node.elts))
+
+    def _of_dict(self, node):
+        parts = [key for key in node.keys if key] + node.values
+        return PRICES["dict"] + PRICES["per pair"] * len(node.values) + sum(map(self._price, parts))
+
+    def _of_starred(self, node):
+        return PRICES["star"] + self._price(node.value)
+
+    def _of_yield(self, node):
+        return PRICES["yield"] + (self._price(node.value) if node.value else PRICES["constant"])
+
+    _of_yieldfrom = _of_yield
+
+    def _of_lambda(self, node):
+        with self._within(parameter_names(node.args), False):
+            price = self._price(node.body) + PRICES["function"] + PRICES["return"]
+        node.body = _either(price, node.body)
+        return PRICES["lambda"] + sum(map(self._price, default_values(node.args)))
+
+    def _of_call(self, node):
+        price = PRICES["call"]
+        price += sum(PRICES["argument"] + self._price(argument) for argument in node.args)
+        price += sum(PRICES["keyword"] + self._price(keyword.value) for keyword in node.keywords)
+        name = self._name_of(node.func)
+        if isinstance(node.func, ast.Attribute) and name is None:
+            price += PRICES["method"] + self._price(node.func.value)
+            return price + METHODS.get(node.func.attr, 0)
+        price += self._price(node.func)
+        last = (name or "").rpartition(".")[2].lstrip("_")
+        if name in CALLS:
+            return price + CALLS[name]
+        if self._made.get(name) in NAMED_TUPLES:
+            return price + PRICES["named tuple"]
+        return price + (PRICES["create"] if last[:1].isupper() and not last.isupper() else 0)
+
+    def _name_of(self, func):
+        """The name of what is called, as the tables have it; None for a method of an object."""
+        if isinstance(func, ast.Name):
+            return self._imports.get(func.id, func.id)
+        if isinstance(func, ast.Attribute) and isinstance(func.value, ast.Attribute):
+            owner = self._name_of(func.value)
+            name = owner and "{}.{}".format(owner, func.attr)
+            return name if name in CALLS else None
+        if isinstance(func, ast.Attribute) and isinstance(func.value, ast.Name):
+            owner = self._imports.get(func.value.id, self._made.get(func.value.id))
+            name = owner and "{}.{}".format(owner, func.attr)
+            return name if func.value.id in self._imports or name in CALLS else None
+        return None
+
+    def _of_listcomp(self, node):
+        return self._comprehension(node, [node.elt], "list comprehension", "element")
+
+    _of_setcomp = _of_listcomp
+
+    def _of_dictcomp(self, node):
+        return self._comprehension(node, [node.key, node.value], "list comprehension", "element")
+
+    def _of_generatorexp(self, node):
+        return self._comprehension(node, [node.elt], "generator", "yielded")
+
+    def _comprehension(self, node, elements, kind, each):
+        price = PRICES[kind] + self._iterated(node.generators[0])
+        names = set().union(*(stored_names(part.target) for part in node.generators))
+        with self._within(names, self._tells):
+            for number, part in enumerate(node.generators):
+                turn = PRICES["turn"] + self._store(part.target)
+                if number:
+                    turn += PRICES["loop"] + self._iterated(part)
+                turn += sum(map(self._test, part.ifs))
+                if part is node.generators[-1]:
+                    inside = PRICES[each] + sum(map(self._price, elements))
+                    if part.ifs:
+                        part.ifs.append(_always(inside, self._tells))
+                    else:
+                        turn += inside
+                part.ifs.insert(0, _always(turn, self._tells))
+        return price
+
+    def _iterated(self, part):
+        tells, self._tells = self._tells, False  # no assignment expression may stand there
+        price = self._price(part.iter)
+        self._tells = tells
+        return price
+
+    @contextlib.contextmanager
+    def _within(self, names, tells):
+        """A scope with these local names."""
+        before, self._tells = self._tells, tells
+        self._scopes.append(names)
+        yield
+        self._scopes.pop()
+        self._tells = before
+
+
+def _asked(body):
+    """Return those of the modules that have a price, and python-ev3dev2."""
+    return sorted(imported_modules(body) & {EV3DEV2, *imports()})
+
+
+def _expression(text):
+    return ast.parse(text).body[0]
+
+
+def _more(price):
+    return _expression("{} += {}".format(COUNT, price))
+
+
+def _always(price, tells):
+    """A condition of a comprehension that holds, and counts."""
+    if tells and _WALRUS:
+        return _expression("({0} := {0} + {1})".format(COUNT, price)).value
+    return _expression("not {}({})".format(SPEND, price)).value
+
+
+def _either(price, body):
+    """The body of a lambda, with its count."""
+    node = _expression("{}({}) or 0".format(SPEND, price)).value
+    node.values[1] = body
+    return node

@@ -1,0 +1,159 @@
+"""Waiting for files and sockets of the host, on the world's clock: `select` and `socket`."""
+
+import select as real_select
+
+from laptop.emulator.device.sysfs import Poll
+from laptop.emulator.host.clocks import copy_module
+from laptop.emulator.host.linux import POLL
+
+FD_POLL_PERIOD = 0.01
+"""Period at which files of the host are looked at by those that wait, s."""
+
+PERSON_POLL_PERIOD = 0.05
+"""Period at which signals are looked for while somebody is waited for who types, wall s."""
+
+
+def select_module(world):
+    """Return a `select` module on the world's clock."""
+    shim = copy_module(real_select)
+
+    class WatchedFiles(object):
+        """select.poll() on attributes of the brick and on files of the host."""
+
+        def __init__(self):
+            self._attributes = Poll(world)
+            self._some = False
+            self._files = real_select.poll() if hasattr(real_select, "poll") else _Selecting()
+
+        def register(self, fd, eventmask=POLL["POLLIN"] | POLL["POLLPRI"]):
+            if hasattr(fd, "device"):
+                self._some = True
+                self._attributes.register(fd, eventmask)
+            else:
+                self._files.register(fd, eventmask)
+
+        def unregister(self, fd):
+            self._files.unregister(fd)
+
+        def modify(self, fd, eventmask):
+            self._files.modify(fd, eventmask)
+
+        def poll(self, timeout=None):
+            if timeout is not None and timeout < 0:
+                timeout = None
+            if self._some:
+                return self._attributes.poll(timeout)
+            seconds = None if timeout is None else timeout / 1000.0
+            return _watch(world, lambda: self._files.poll(0), seconds)
+
+    class WatchedEpoll(object):
+        """select.epoll() that waits in virtual time."""
+
+        def __init__(self, *args):
+            self._real = real_select.epoll()
+
+        def __getattr__(self, name):
+            return getattr(self._real, name)
+
+        def poll(self, timeout=None, maxevents=-1):
+            seconds = None if timeout is None or timeout < 0 else timeout
+            return _watch(world, lambda: self._real.poll(0, maxevents), seconds)
+
+    def select(rlist, wlist, xlist, timeout=None):
+        """select.select() that waits in virtual time."""
+        if world.select is not None:
+            return world.select(rlist, wlist, xlist, timeout)
+        if timeout is None and 0 in [fd if isinstance(fd, int) else fd.fileno() for fd in rlist]:
+            return _wait_for_person(world, rlist, wlist, xlist)
+        found = _watch(
+            world,
+            lambda: [f for f in [real_select.select(rlist, wlist, xlist, 0)] if any(f)],
+            timeout,
+        )
+        return found[0] if found else ([], [], [])
+
+    vars(shim).update(POLL)
+    shim.poll = WatchedFiles
+    shim.select = select
+    if hasattr(real_select, "epoll"):
+        shim.epoll = WatchedEpoll
+    return shim
+
+
+class _Selecting(object):
+    """select.poll() by select.select(), for systems that have only that; it never waits."""
+
+    _KINDS = "POLLIN", "POLLOUT", "POLLPRI"  # in the order of select.select
+
+    def __init__(self):
+        self._events = {}
+
+    def register(self, fd, eventmask):
+        self._events[fd if isinstance(fd, int) else fd.fileno()] = eventmask
+
+    modify = register
+
+    def unregister(self, fd):
+        del self._events[fd if isinstance(fd, int) else fd.fileno()]
+
+    def poll(self, timeout):
+        """(descriptor, event) for all that can be had at once."""
+        events = [POLL[kind] for kind in self._KINDS]
+        asked = [[fd for fd, mask in self._events.items() if mask & event] for event in events]
+        if not any(asked):  # Windows takes no three empty lists
+            return []
+        found = {}
+        for event, ready in zip(events, real_select.select(*asked + [0])):
+            for fd in ready:
+                found[fd] = found.get(fd, 0) | event
+        return list(found.items())
+
+
+def time_out_sockets(world, module):
+    """Let sockets with a timeout wait in virtual time; a program that calls has started.
+
+    Args:
+        module: `socket`, which is changed.
+    """
+
+    def waiting(call):
+        def waited(sock, *args, **kwargs):
+            limit = sock.gettimeout()
+            if limit and not _watch(world, lambda: real_select.select([sock], [], [], 0)[0], limit):
+                raise module.timeout("timed out")
+            return call(sock, *args, **kwargs)
+
+        return waited
+
+    def connecting(call):
+        def connected(sock, address):
+            world.begin()
+            return call(sock, world.addresses.get(address, address))
+
+        return connected
+
+    names = ("_accept", "recv", "recvfrom", "recv_into", "recvfrom_into")
+    calls = {name: waiting(getattr(module.socket, name)) for name in names}
+    for name in ("connect", "connect_ex"):
+        calls[name] = connecting(getattr(module.socket, name))
+    module.socket = type("socket", (module.socket,), dict(calls, __slots__=()))
+
+
+def _wait_for_person(world, *files):
+    """Return what `select` finds of these in the end; the emulated clock stands meanwhile."""
+    while True:
+        found = real_select.select(*files + (PERSON_POLL_PERIOD,))
+        if any(found):
+            return found
+        world.touch(0.0)  # signals are heard
+
+
+def _watch(world, look, timeout):
+    """Return what `look()` finds, asked until `timeout` s (None: never) have passed."""
+    deadline = None if timeout is None else world.now() + timeout
+    while True:
+        found = look()
+        left = FD_POLL_PERIOD if deadline is None else deadline - world.now()
+        if found or left <= 0:
+            return found
+        world.sleep(min(left, FD_POLL_PERIOD))

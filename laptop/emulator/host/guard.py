@@ -1,0 +1,71 @@
+"""Has another process look on at this one while it runs a script; see guard_process."""
+
+import contextlib
+import os
+import signal
+import subprocess
+import sys
+import threading
+
+from laptop.emulator.host import guard_process
+
+BEAT_PERIOD = 0.25
+"""Time between two signs of life, s."""
+
+PATIENCE = 12.0
+"""Time for which the script may hold the interpreter, s of computing; more than the watchdog's
+patience, which ends what it can itself."""
+
+HEARING = 3.0
+"""Time after which a signal is to be looked at, s of computing."""
+
+_QUIET = {"warn_on_full_buffer": False} if sys.version_info >= (3, 7) else {}
+
+
+@contextlib.contextmanager
+def guarded(name):
+    """For a `with` block, have this process killed if it holds the interpreter for too long.
+
+    Args:
+        name: of the script, for people.
+    """
+    words = [guard_process.__file__, os.getpid(), name, PATIENCE, HEARING]
+    try:
+        process = subprocess.Popen(
+            [sys.executable, "-I", "-S", *map(str, words)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            bufsize=0,
+        )
+    except OSError:  # no room for another process: the run goes without
+        yield
+        return
+    told = process.stdin.fileno()
+    over = threading.Event()
+    beating = threading.Thread(target=_beat, args=(told, over), daemon=True)
+    main, before = threading.current_thread() is threading.main_thread(), -1
+    if hasattr(os, "set_blocking") and os.name != "nt":
+        os.set_blocking(told, False)
+    if main:
+        # From C, as the signal comes: no matter who holds the interpreter.
+        before = signal.set_wakeup_fd(told, **_QUIET)
+    beating.start()
+    try:
+        yield
+    finally:
+        if main:
+            signal.set_wakeup_fd(before)
+        over.set()
+        beating.join()
+        process.stdin.close()
+        process.wait()
+
+
+def _beat(told, over):
+    while not over.wait(BEAT_PERIOD):
+        try:
+            os.write(told, b"\0")
+        except BlockingIOError:  # it has not looked for long, as when all are stopped
+            continue
+        except OSError:  # somebody has ended it
+            return

@@ -1,0 +1,94 @@
+"""The brick's own modules in this process, as a program on the emulated brick has them.
+
+For what is measured piece by piece; whole scripts run under `runner.run_script`.
+"""
+
+import builtins
+import contextlib
+import importlib
+import importlib.machinery
+import sys
+
+from laptop.emulator.host import counting
+from laptop.emulator.host.processor import Processor, library_charged
+from laptop.emulator.host.program_code import PROGRAM, code_of, top_of
+
+
+class Program(object):
+    """A program that begins on a brick.
+
+    Attributes:
+        clock: has `now()` and `sleep(seconds)`.
+        processor: Processor; None on a brick that computes in no time.
+    """
+
+    def __init__(self, clock, processor):
+        self.clock = clock
+        self.processor = processor
+
+    def __getitem__(self, name):
+        """The module of that name: what this process has, or on a slow brick one with counts."""
+        if self.processor is None:
+            return importlib.import_module(name)
+        with self.processor.idle():  # what a script imports at its start
+            return importlib.import_module(name)
+
+
+class _ChargedClock(object):
+    """The world's, on which computing takes time."""
+
+    def __init__(self, world):
+        self._world = world
+        self.sleep = world.sleep
+
+    def now(self):
+        self._world.touch(0.0)
+        return self._world.now()
+
+
+@contextlib.contextmanager
+def on(brick):
+    """For a `with` block, a Program on the brick's sysfs; its start takes no time."""
+    if not brick.slowness:
+        with brick.sysfs.installed():
+            yield Program(brick.world, None)
+        return
+    processor = Processor(brick.slowness)
+    with _counted(processor), brick.sysfs.installed():
+        processor.instructions()  # of the library's import
+        processor.begin()
+        brick.world.processor = processor
+        try:
+            yield Program(_ChargedClock(brick.world), processor)
+        finally:
+            brick.world.processor = None
+
+
+@contextlib.contextmanager
+def _counted(processor):
+    """The program's modules, afresh and with counts that `processor` reads, for a `with` block.
+
+    So a module that is imported in the midst of its work costs each program the same, as each is a
+    process of its own on the brick.
+    """
+    before = _taken_out()
+    setattr(builtins, counting.ENROL, processor.enrol)
+    importlib.machinery.SourceFileLoader.get_code = _get_code
+    try:
+        with library_charged(processor.spend):
+            yield
+    finally:
+        del importlib.machinery.SourceFileLoader.get_code  # it is inherited
+        delattr(builtins, counting.ENROL)
+        _taken_out()
+        sys.modules.update(before)
+
+
+def _taken_out():
+    """The program's modules, which are no longer those that one imports."""
+    names = [name for name in sys.modules if top_of(name) in PROGRAM]
+    return {name: sys.modules.pop(name) for name in names}
+
+
+def _get_code(loader, name):
+    return code_of(loader, name, top_of(name) in PROGRAM)

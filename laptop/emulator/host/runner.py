@@ -1,0 +1,318 @@
+"""Runs an ev3dev2 script, unmodified, on an emulated brick, as `python3 SCRIPT ARGS` would there.
+
+Rule: what is asked of the brick is its clock, its sysfs and a way to reset its motors; what comes
+out is what a shell would see.  Exit statuses beyond the program's own:
+
+    2    there is no such script, as Python says it
+    75   this computer is too busy to go on in real time: try again later
+    124  it would never end: past the time limit, frozen, all threads waiting for each other or
+         one for the host, or computing without end
+    130  an unhandled KeyboardInterrupt
+    137  killed: `kill_at`, or the Back button, after which every motor is reset
+    128 + n  ended by signal n
+"""
+
+import collections
+import functools
+import os
+import signal
+import sys
+import threading
+import traceback
+import types
+
+from laptop import system
+from laptop.emulator.device.buttons import BUTTONS
+from laptop.emulator.device.peripherals import Peripherals
+from laptop.emulator.host import advice, counting, last_line
+from laptop.emulator.host.child_python import ChildPython
+from laptop.emulator.host.linux import Signals
+from laptop.emulator.host.process_exit import ENDLESS, ProcessExit
+from laptop.emulator.host.processor import LONGEST_START, Processor
+from laptop.emulator.host.shims import Shims
+from laptop.emulator.host.watchdog import Over
+
+Outcome = collections.namedtuple(
+    "Outcome", ["status", "reason", "t", "accesses", "start", "stack", "signals"]
+)
+Outcome.__doc__ = """The end of a run.
+
+status    exit status
+reason    "ended" (by itself, whatever the status), or what ended it: "timeout", "frozen", "killed",
+          "back button", "deadlock", "stuck", "waiting", "unheard" (for a signal that it did not
+          look at), a signal's name, "no script"
+t         virtual time at its end, s
+accesses  sysfs accesses it made
+start     what Python, imports and all else took before it first used the brick, waited, began a
+          thread or called somebody, s; None on one that computes in no time
+stack     where it was when it was cut off, in files of its own folder: (name, line, function) of
+          each call, the innermost first; () if it has ended
+signals   numbers of those that reached this process meanwhile, in order; see system.obey
+"""
+
+_WHY = {
+    "timeout": "stopped after {limit:g} s of virtual time; allow more with a longer timeout",
+    "frozen": "frozen at {t:.3f} s, as ordered",
+    "killed": "killed at {t:.3f} s, as ordered",
+    "back button": "killed by the Back button at {t:.3f} s; every motor was reset",
+    "deadlock": "at {t:.3f} s every thread waits for ever, and no button press is due",
+    "too busy": "this computer is too busy to go on: the emulated clock stands still at {t:.3f} s, "
+    "for {awaited}; end other programs and try again",
+    "unheard": "ended at {t:.3f} s by a signal that it did not hear, as it computed, or waited for "
+    "something outside the emulated brick; its motors go on as they were told",
+    "stuck": "at {t:.3f} s it computed for {patience:g} s without looking at the clock",
+    "waiting": "at {t:.3f} s it waited for something outside the emulated brick, which did not "
+    "come: what it reads from, or calls, is to have a timeout",
+}
+
+_MODULE = "<module>"
+"""Python's name for what stands in no function."""
+
+
+def run_script(
+    brick,
+    script,
+    args=(),
+    peripherals=None,
+    presses=(),
+    signals=(),
+    freeze_at=None,
+    kill_at=None,
+    timeout=600.0,
+    aftermath=1.0,
+    patience=10.0,
+    folders=(),
+):
+    """Run `script` on `brick` until it ends, and let the world go on a little.
+
+    Signals that reach this process meanwhile go to the script.
+
+    Args:
+        brick: has `world`, `sysfs`, `slowness` (0: it computes in no time) and `reset_motors()`.
+        script: path of a Python file.
+        args: its arguments, strings.
+        peripherals: Peripherals on the brick's sysfs; new ones if None.
+        presses: Press values, see `buttons.read_press`; one of a button says that the script was
+            started from the brick's menu.
+        signals: (s, signal number) pairs, to be delivered to the script.
+        freeze_at: the script never acts again from then on, s; the motors keep their last command.
+        kill_at: SIGKILL, s; brickrun is not there, so the motors keep their last command.
+        timeout: virtual seconds the script may take.
+        aftermath: virtual seconds the world goes on after its end.
+        patience: seconds of the host that it may compute without looking at the clock.
+        folders: the brick's path of what is elsewhere on this computer -> its path here.
+
+    Returns:
+        Outcome
+    """
+    world, sysfs = brick.world, brick.sysfs
+    try:
+        with open(script, "rb") as file:
+            source = file.read()
+    except OSError as error:
+        _complain(
+            "can't open script {!r}: {}; give the path of a Python file", script, error.strerror
+        )
+        return Outcome(2, "no script", world.now(), 0, None, (), ())
+    if peripherals is None:
+        peripherals = Peripherals(world, sysfs)
+    world.processor = _processor(brick, os.path.basename(script))
+    shims = Shims(world, peripherals, folders)
+    shims.processes.python = ChildPython(shims, _interpreted)
+    shims.from_menu = any(press.button in BUTTONS for press in presses)
+
+    def back():
+        world.halt(ProcessExit(128 + Signals.SIGKILL, "back button"))
+        brick.reset_motors()
+
+    def unheard():
+        number = min(shims.signals.pending)
+        world.halt(ProcessExit(128 + number, "unheard"))
+
+    world.unheard = unheard
+    peripherals.on_back = back
+    start, accesses = world.now(), sysfs.accesses
+    for press in presses:
+        peripherals.press(press)
+    for t, number in signals:
+        world.at(t, _call(shims.signals.post, number))
+    if freeze_at is not None:
+        world.at(freeze_at, _call(world.halt, ProcessExit(ENDLESS, "frozen")))
+    if kill_at is not None:
+        world.at(kill_at, _call(world.halt, ProcessExit(128 + Signals.SIGKILL, "killed")))
+    folder = os.path.dirname(os.path.realpath(script))
+    for name in advice.only_here(source, folder):
+        _complain(
+            "{} imports {}, which this computer has and a brick has not: there the import fails",
+            os.path.basename(script),
+            name,
+        )
+    words = [script] + list(args)
+    shimmed = shims.installed(folder, ["python3"] + words)
+    with shimmed, sysfs.installed(), _Forwarding(world, shims.signals) as came:
+        sys.excepthook = sys.__excepthook__
+        sys.argv = words
+        sys.path.insert(0, folder)
+        ended = world.run(lambda: _main(shims, script, source), start + timeout, patience)
+        sys.stdout.flush()
+        end = world.now()
+        stack = tuple(
+            (os.path.basename(file), line, function)
+            for file, line, function in world.cut_at
+            if os.path.dirname(os.path.realpath(file)) == folder
+        )
+        if ended.reason in _WHY:
+            why = _WHY[ended.reason].format(
+                t=end, limit=timeout, patience=patience, awaited=world.awaited or "this program"
+            )
+            where = "; it was at {}".format(in_words(stack)) if stack else ""
+            _complain("{}: {}{}", os.path.basename(script), why, where)
+        began = world.processor.behind if world.processor else None
+        accesses = sysfs.accesses - accesses
+        world.processor = None
+        peripherals.on_back = None
+        world.realtime = False  # nobody waits for what comes after the end
+        world.advance(end + aftermath)
+    return Outcome(ended.status, ended.reason, end, accesses, began, stack, tuple(came))
+
+
+def in_words(stack):
+    """Return for people where a script was cut off: of Outcome.stack the innermost two calls."""
+    main = stack[-1][0]
+    calls = [call for call in stack if call[2] != _MODULE] or stack
+    return ", called at ".join(
+        "{}line {}{}".format(
+            "" if name == main else name + " ",
+            line,
+            "" if function == _MODULE else " ({})".format(function),
+        )
+        for name, line, function in calls[:2]
+    )
+
+
+def _processor(brick, name):
+    """Return the Processor that the script computes on; None where that takes no time."""
+
+    def late():
+        _complain(
+            "{}: it has computed for {:g} s on the brick, and has not used it yet; Ctrl-C ends it",
+            name,
+            LONGEST_START,
+        )
+
+    if not brick.slowness:
+        return None
+    return Processor(brick.slowness, lambda: brick.world.touch(0.0), late)
+
+
+def _call(function, argument):
+    return lambda: function(argument)
+
+
+def _complain(message, *values):
+    last_line.finish()
+    sys.stderr.write("simulate: " + message.format(*values) + "\n")
+
+
+@functools.lru_cache(maxsize=16)
+def _compiled(source, script, counts):
+    """The script's code; the same for all runs."""
+    if counts:
+        return counting.compiled(source, script)
+    return compile(source, script, "exec", dont_inherit=True)
+
+
+def _main(shims, script, source):
+    """Be the interpreter of the script; the exit status."""
+    shims.threads.enter_main()
+    return _interpreted(shims, script, source, shims.finish)
+
+
+def _interpreted(shims, script, source, finish=None):
+    """Run `source` as `__main__`, and what Python does at its end; the exit status."""
+    module = types.ModuleType("__main__")
+    module.__file__ = script
+    module.__builtins__ = __builtins__
+    module.__cached__ = None
+    sys.modules["__main__"] = module
+    try:
+        try:
+            counts = shims.world.processor is not None
+            exec(_compiled(source, script, counts), vars(module))
+            status = 0
+        except Over:
+            raise
+        except BaseException:
+            status = _status_of(*sys.exc_info())
+            folder = os.path.dirname(os.path.realpath(script))
+            told = advice.on(sys.exc_info()[1], source, folder, shims.peripherals.sysfs)
+            if told:
+                _complain("{}", told)
+        try:
+            (finish or shims.call_at_exit)()
+        except KeyboardInterrupt:
+            status = _status_of(*sys.exc_info())
+    finally:
+        sys.stdout.flush()
+    _let_go(vars(module))
+    return status
+
+
+def _let_go(names):
+    """Delete objects while the world still listens, as Python does at its end for `__del__`."""
+    kept = (type, types.ModuleType, types.FunctionType)
+    counts = counting.COUNT, counting.DUE  # what `__del__` computes, it counts
+    for name in [name for name in names if not isinstance(names[name], kept)]:
+        if not name.startswith("__") and name not in counts:
+            del names[name]
+
+
+def _status_of(kind, value, trace):
+    if issubclass(kind, SystemExit):
+        code = value.code
+        if code is None:
+            return 0
+        if isinstance(code, int):
+            return code & 0xFF
+        sys.stdout.flush()
+        sys.stderr.write("{}\n".format(code))
+        return 1
+    while trace is not None and trace.tb_frame.f_code is _interpreted.__code__:
+        trace = trace.tb_next
+    sys.stdout.flush()
+    if sys.excepthook is sys.__excepthook__:
+        traceback.print_exception(kind, value, trace)
+    else:
+        sys.excepthook(kind, value, trace)
+    return 128 + Signals.SIGINT if issubclass(kind, KeyboardInterrupt) else 1
+
+
+class _Forwarding(object):
+    """Signals to this process go to the script; only the host's main thread can arrange that.
+
+    A second one that finds the first not yet looked at ends the run.
+    """
+
+    def __init__(self, world, signals):
+        self._world = world
+        self._signals = signals
+        self._before = {}
+        self._came = []
+
+    def __enter__(self):
+        if threading.current_thread() is threading.main_thread():
+            for number in system.ENDING:
+                self._before[number] = signal.signal(number, self._forward)
+        return self._came
+
+    def _forward(self, number, frame):
+        self._came.append(number)
+        # (Windows has one for which the brick has no name.)
+        number = getattr(Signals, signal.Signals(number).name, Signals.SIGINT)
+        if number in self._signals.pending:
+            self._world.halt(ProcessExit(128 + number, number.name))
+        self._signals.post(number)
+
+    def __exit__(self, *error):
+        for number, handler in self._before.items():
+            signal.signal(number, handler)

@@ -1,0 +1,327 @@
+"""/sys/class as scripts see it that read and write the brick's devices as files themselves.
+
+Folders and files there are none: what `os`, `os.path` and `open` tell of them is made up from the
+devices that are plugged in.  What is no device's goes to the host.
+"""
+
+import contextlib
+import errno
+import io
+import os
+import posixpath
+import stat
+
+from laptop.emulator.host.brick_files import Entries
+from laptop.emulator.host.clocks import EPOCH, Builtin
+
+ROOT = "/sys/class"
+
+ATTRIBUTES = {
+    "tacho-motor": "address command commands count_per_rot driver_name duty_cycle duty_cycle_sp "
+    "hold_pid/Kd hold_pid/Ki hold_pid/Kp max_speed polarity position position_sp ramp_down_sp "
+    "ramp_up_sp speed speed_pid/Kd speed_pid/Ki speed_pid/Kp speed_sp state stop_action "
+    "stop_actions time_sp",
+    "lego-sensor": "address bin_data bin_data_format command commands decimals direct driver_name "
+    "fw_version mode modes num_values poll_ms text_value units value0 value1 value2 value3 value4 "
+    "value5 value6 value7",
+    "lego-port": "address driver_name mode modes set_device status",
+    "leds": "brightness delay_off delay_on max_brightness trigger",
+    "power_supply": "current_now scope technology type voltage_max_design voltage_min_design "
+    "voltage_now",
+    "dc-motor": "",
+    "servo-motor": "",
+}
+"""Class -> names of the files in the folder of each of its devices; two classes are empty."""
+
+WRITTEN = ("brightness", "delay_off", "delay_on", "direct", "duty_cycle_sp", "mode", "polarity",
+           "poll_ms", "position", "position_sp", "ramp_down_sp", "ramp_up_sp", "speed_sp",
+           "stop_action", "time_sp", "trigger")  # fmt: skip
+"""Files that can be written as well as read, beside those of the regulators."""
+
+ONLY_WRITTEN = "command", "set_device"
+"""Files that can be written alone."""
+
+
+def _parts(path):
+    """What a path names within ROOT, as a list of names; None for any other path."""
+    if isinstance(path, int):
+        return None
+    path = path.__fspath__() if hasattr(path, "__fspath__") else path
+    text = posixpath.normpath(os.fsdecode(path).replace(os.sep, "/"))
+    if text != ROOT and not text.startswith(ROOT + "/"):
+        return None
+    return text[len(ROOT) + 1 :].split("/") if text != ROOT else []
+
+
+def _mode(parts):
+    """Rights of a file, as the brick gives them to its users."""
+    if parts[-1] in ONLY_WRITTEN:
+        return 0o220
+    return 0o664 if parts[-1] in WRITTEN or "_pid" in parts[-2] else 0o444
+
+
+class DeviceFile(io.RawIOBase):
+    """The open file of one attribute; each read from its beginning asks the device anew.
+
+    Args:
+        attribute: sysfs.Attribute.
+        mode: as of `open`.
+    """
+
+    def __init__(self, attribute, mode):
+        super(DeviceFile, self).__init__()
+        self.mode = mode
+        self.name = attribute.name
+        self._attribute = attribute
+        self._data, self._at = b"", 0
+
+    device = property(lambda self: self._attribute.device, doc="What `select.poll` watches.")
+    seen = property(lambda self: self._attribute.seen, doc="See sysfs.Attribute.")
+
+    def readable(self):
+        """As opened."""
+        return "r" in self.mode or "+" in self.mode
+
+    def writable(self):
+        """As opened."""
+        return "r" not in self.mode or "+" in self.mode
+
+    def seekable(self):
+        """It is."""
+        return True
+
+    def readinto(self, buffer):
+        """Put what comes next into `buffer`; the number of bytes."""
+        if not self.readable():
+            raise io.UnsupportedOperation("not readable")
+        if self._at == 0:
+            self._data = self._attribute.read()
+        piece = self._data[self._at : self._at + len(buffer)]
+        buffer[: len(piece)] = piece
+        self._at += len(piece)
+        return len(piece)
+
+    def write(self, data):
+        """One access: store the text; nothing once the program is over."""
+        if not self.writable():
+            raise io.UnsupportedOperation("not writable")
+        if self._attribute.sysfs.world.exit is None:
+            self._attribute.write(bytes(data))
+        return len(data)
+
+    def seek(self, offset, whence=0):
+        """Go to a place; returns it."""
+        if whence == 2:
+            raise OSError(errno.EINVAL, os.strerror(errno.EINVAL))
+        self._at = offset + (self._at if whence else 0)
+        return self._at
+
+    def truncate(self, size=None):
+        """Nothing is kept that could be cut."""
+        return self._at
+
+
+def wrapped(attribute, mode, buffering=-1, encoding=None, errors=None, newline=None, **others):
+    """What `open` makes of a sysfs.Attribute, by its own arguments."""
+    raw = DeviceFile(attribute, mode)
+    if buffering == 0:
+        return raw
+    kinds = {(True, True): io.BufferedRandom, (True, False): io.BufferedReader}
+    file = kinds.get((raw.readable(), raw.writable()), io.BufferedWriter)(raw)
+    return file if "b" in mode else io.TextIOWrapper(file, encoding or "utf-8", errors, newline)
+
+
+class _Entry(object):
+    """os.DirEntry of what is in ROOT."""
+
+    def __init__(self, folder, name, tree):
+        self.name = name
+        self.path = os.path.join(folder, name)
+        self._parts = _parts(self.path)
+        self._tree = tree
+
+    def __fspath__(self):
+        return self.path
+
+    def is_dir(self, follow_symlinks=True):
+        """Whether it is a folder."""
+        return self._tree.names(self._parts) is not None
+
+    def is_file(self, follow_symlinks=True):
+        """Whether it is a file."""
+        return not self.is_dir()
+
+    def is_symlink(self):
+        """It is none here."""
+        return False
+
+    def is_junction(self):
+        """It is none."""
+        return False
+
+    def stat(self, follow_symlinks=True):
+        """As of os.stat."""
+        return self._tree.stat(self._parts, self.path)
+
+    def inode(self):
+        """A number of its own."""
+        return self.stat().st_ino
+
+
+class SysClass(object):
+    """The tree of files.
+
+    Args:
+        sysfs: Sysfs.
+    """
+
+    def __init__(self, sysfs):
+        self._sysfs = sysfs
+
+    def names(self, parts):
+        """Names of what is in a folder; None for what is none."""
+        if not parts:
+            return sorted(ATTRIBUTES)
+        if parts[0] not in ATTRIBUTES:
+            return None
+        if len(parts) == 1:
+            return self._sysfs.names(parts[0])
+        if parts[1] not in self._sysfs.names(parts[0]):
+            return None
+        inside = "/".join(parts[2:] + [""])
+        found = [
+            name[len(inside) :].partition("/")[0]
+            for name in ATTRIBUTES[parts[0]].split()
+            if name.startswith(inside)
+        ]
+        return sorted(set(found)) or None
+
+    def stat(self, parts, path):
+        """What os.stat tells.
+
+        Raises:
+            FileNotFoundError: there is no such thing.
+        """
+        if self.names(parts) is not None:
+            mode = stat.S_IFDIR | 0o755
+        elif parts[:-1] and parts[-1] in (self.names(parts[:-1]) or ()):
+            mode = stat.S_IFREG | _mode(parts)
+        else:
+            raise _missing(path)
+        number = sum(ord(letter) * (k + 1) for k, letter in enumerate("/".join(parts)))
+        return os.stat_result((mode, number + 2, 0, 1, 0, 0, 4096, EPOCH, EPOCH, EPOCH))
+
+    def open(self, file, mode="r", *args, **kwargs):
+        """What `open` returns for a device's file; None for any other file.
+
+        Raises:
+            OSError: there is none, it is a folder, or not to be read or written.
+        """
+        parts = _parts(file)
+        if parts is None:
+            return None
+        found = self.stat(parts, file)
+        if stat.S_ISDIR(found.st_mode):
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), file)
+        reads, writes = "r" in mode or "+" in mode, "r" not in mode or "+" in mode
+        if (reads and not found.st_mode & 0o440) or (writes and not found.st_mode & 0o220):
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), file)
+        attribute = self._sysfs.open(os.path.join(*parts[:2]), "/".join(parts[2:]))
+        return wrapped(attribute, mode, *args, **kwargs)
+
+    @contextlib.contextmanager
+    def installed(self, opener):
+        """Let `os`, `os.path` and `io` know the tree, for a `with` block.
+
+        Args:
+            opener: becomes io.open.
+        """
+        real = {
+            name: getattr(os, name) for name in ("listdir", "scandir", "stat", "lstat", "access")
+        }
+        tests = {
+            "exists": lambda parts: True,
+            "lexists": lambda parts: True,
+            "isdir": lambda parts: self.names(parts) is not None,
+            "isfile": lambda parts: self.names(parts) is None,
+        }
+        real_tests = {name: getattr(os.path, name) for name in tests}
+        real_open, real_file = io.open, io.FileIO
+
+        def listdir(path="."):
+            """os.listdir."""
+            parts = _parts(path)
+            return real["listdir"](path) if parts is None else self._listed(parts, path)
+
+        def scandir(path="."):
+            """os.scandir."""
+            parts = _parts(path)
+            if parts is None:
+                return real["scandir"](path)
+            folder = path.__fspath__() if hasattr(path, "__fspath__") else path
+            return Entries([_Entry(folder, n, self) for n in self._listed(parts, path)])
+
+        def looking(name):
+            def look(path, **options):
+                """As that of os."""
+                parts = _parts(path)
+                return real[name](path, **options) if parts is None else self.stat(parts, path)
+
+            return look
+
+        def access(path, mode, **options):
+            """os.access."""
+            parts = _parts(path)
+            if parts is None:
+                return real["access"](path, mode, **options)
+            try:
+                rights = self.stat(parts, path).st_mode
+            except OSError:
+                return False
+            return not mode & ~(rights >> 3 | rights) & 7
+
+        def testing(name):
+            def test(path):
+                parts = None if not path else _parts(path)
+                if parts is None:
+                    return real_tests[name](path)
+                try:
+                    self.stat(parts, path)
+                except OSError:
+                    return False
+                return tests[name](parts)
+
+            return test
+
+        class FileIO(real_file):
+            """io.FileIO."""
+
+            def __new__(cls, file, mode="r", *args, **kwargs):
+                device = self.open(file, mode.replace("b", ""), 0)
+                return device or real_file.__new__(cls, file, mode, *args, **kwargs)
+
+        seeing = listdir, scandir, access, looking("stat"), looking("lstat")
+        for name, function in zip(("listdir", "scandir", "access", "stat", "lstat"), seeing):
+            setattr(os, name, Builtin(function))
+        for name in tests:
+            setattr(os.path, name, testing(name))
+        vars(io).update(open=opener, FileIO=FileIO)
+        try:
+            yield
+        finally:
+            for name, function in real.items():
+                setattr(os, name, function)
+            for name, function in real_tests.items():
+                setattr(os.path, name, function)
+            vars(io).update(open=real_open, FileIO=real_file)
+
+    def _listed(self, parts, path):
+        names = self.names(parts)
+        if names is None:
+            self.stat(parts, path)
+            raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), path)
+        return names
+
+
+def _missing(path):
+    return FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), path)

@@ -1,0 +1,134 @@
+"""The host's look at a running program: does it come to the clock, is the host too busy?"""
+
+import ctypes
+import time as wall
+
+from laptop.emulator.host.pace import BUSY as BUSY_PACE
+from laptop.emulator.host.pace import in_words
+from laptop.emulator.host.process_exit import BUSY, ENDLESS, ProcessExit
+from laptop.emulator.host.virtual_thread import ThreadEffort
+
+CRAWL_PACE = 0.01
+"""Least pace in real time, emulated seconds per wall second; below it a run ends."""
+
+BUSY_NOTICE_PERIOD = 10.0
+"""Least time between two notices that the host is busy, wall s."""
+
+STRAY_TIMEOUT = 0.5
+"""Time that a thread which computes after the end, or waits for the host, is waited for, s."""
+
+
+class Over(BaseException):
+    """Thrown at a thread that still computes after the end; never at one in the world."""
+
+
+class Watchdog(object):
+    """Watches the program of a world from a thread of the host.
+
+    Args:
+        world: World, whose mutex it takes and whose threads it knows.
+    """
+
+    YIELD_TIMEOUT = 0.25
+    """Time that a thread may compute away from the clock while others could run, wall s."""
+    YIELD_TIMEOUT_REALTIME = 0.02
+    """Time that it may where the world keeps pace with the wall's clock, wall s."""
+    WAIT_TIMEOUT = 60.0
+    """Time that all may wait for a thread which waits for the host, wall s, if the program is
+    allowed so much."""
+    HEARING_TIMEOUT = 2.0
+    """Time after which the main thread is to look at an interrupt, computing or waiting, s."""
+
+    def __init__(self, world):
+        self._world = world
+        self._noticed = -BUSY_NOTICE_PERIOD
+        self._hearing = None  # ThreadEffort of the main thread since an interrupt came
+
+    def watch(self, over, patience):
+        """Look at the program until it is over, and wind it up.
+
+        Args:
+            over: threading.Event.
+            patience: seconds of the host that it may compute without a look at the clock.
+        """
+        world = self._world
+        effort, seen = ThreadEffort(None), None
+        while not over.wait(0.01 if world.realtime else 0.05):
+            with world._mutex:
+                loose = (thread for thread in world._alive if thread.loose)
+                working = world._holder or next(loose, None)
+                if world._progress != seen or world._pacing or working is not effort.thread:
+                    seen, effort = world._progress, ThreadEffort(working)
+                else:
+                    self._let_others_on(working, effort.look(), patience)
+                self._look_at_interrupts()
+            if world.realtime:
+                self._look_at_pace()
+        self._wind_up()
+
+    def _let_others_on(self, thread, effort, patience):
+        """Let the others, or in real time the world, go on beside one who does not come.
+
+        Args:
+            effort: what it has spent since it was at the clock last, see ThreadEffort.look.
+        """
+        world = self._world
+        computed, waited = effort
+        limit = self.YIELD_TIMEOUT_REALTIME if world.realtime else self.YIELD_TIMEOUT
+        left = self.WAIT_TIMEOUT if world.limit is None else world.limit - world.t
+        if computed >= patience:
+            world.halt(ProcessExit(ENDLESS, "stuck"))
+        elif waited >= min(left, self.WAIT_TIMEOUT) and not world.typing:
+            world.halt(ProcessExit(ENDLESS, "waiting"))
+        elif thread is not world._holder or (computed < limit and waited < self.YIELD_TIMEOUT):
+            return
+        elif world._awaited(thread):
+            thread.loose = True
+            world._loose += 1
+            world._dispatch(None)
+        elif world._member is not None and waited >= self.YIELD_TIMEOUT:
+            world._drifting = True
+            world._catch_up()
+            world._member.promise(world._zero + world.t + world.DRIFT)
+
+    def _look_at_interrupts(self):
+        """Tell of an interrupt that the program's main thread does not look at."""
+        world = self._world
+        if not world._interrupts or world._main.waiting:
+            self._hearing = None
+        elif self._hearing is None or self._hearing.thread is not world._main:
+            self._hearing = ThreadEffort(world._main)
+        elif sum(self._hearing.look()) >= self.HEARING_TIMEOUT:
+            world.unheard()
+
+    def _look_at_pace(self):
+        """Tell that the host is busy; end where that is too much."""
+        world = self._world
+        if world.long_pace.look() < CRAWL_PACE:
+            world.awaited = world._clock.latest
+            world.halt(ProcessExit(BUSY, "too busy"))
+        now = wall.monotonic()
+        if world.pace.look() < BUSY_PACE and now - self._noticed >= BUSY_NOTICE_PERIOD:
+            self._noticed = now
+            world.tell(in_words(world.pace.latest))
+
+    def _wind_up(self):
+        """Get hold of threads that were computing when the program ended."""
+        world = self._world
+        throw = ctypes.pythonapi.PyThreadState_SetAsyncExc
+        for attempt in range(2):
+            efforts = {}
+            while True:
+                with world._mutex:
+                    astray = [thread for thread in world._alive if not thread.waiting]
+                    spent = [
+                        sum(efforts.setdefault(thread, ThreadEffort(thread)).look())
+                        for thread in astray
+                    ]
+                if not astray:
+                    return
+                if min(spent) >= STRAY_TIMEOUT:
+                    break
+                wall.sleep(0.0005)
+            for thread in astray if attempt == 0 else ():
+                throw(ctypes.c_ulong(thread.ident), ctypes.py_object(Over))

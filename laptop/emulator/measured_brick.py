@@ -1,0 +1,209 @@
+"""A brick that was measured, as constants of the plant: the file of `robot/bench_brick.py`.
+
+Motion alone tells no torques: friction and inertia are as of motors with the nominal torque per
+ampere and resistance.  A bare motor tells what of a joint is its motor's; without one of that kind
+the motor is taken as nominal, and the rest is the link's.  Of an arm in space the inertias stay
+those of its masses.  A clock's jitter and Python's start are told to people only.
+"""
+
+import contextlib
+import io
+import json
+import math
+import os
+import statistics
+import tempfile
+
+from laptop.emulator import session
+from laptop.emulator.device.plant_constants import CONSTANTS, MOTORS, TABLE, BadPlant, read_plant
+from laptop.emulator.own_programs import BENCH_BRICK
+from robot.benching.laps import NOTHING
+from robot.benching.measuring import FORMAT, VERSION
+from shared.arm_description import find_arm, read_arm
+
+NOT_COMPUTING = (NOTHING, "start: ", "motor: ", "late ", "read ", "write ")
+"""Beginnings of pieces of work that do not tell how slowly a brick computes."""
+
+MIN_PIECES = 5
+"""Fewest pieces of work that tell how slowly a brick computes."""
+
+MIN_SLOWNESS = 0.002
+"""Slowness up to which a brick computes in no time, times the real one's time."""
+
+ADVICE = "; measure it anew: robot/bench_brick.py"
+
+
+class BadConstants(BadPlant):
+    """A file of measured constants that is missing, unreadable or implausible."""
+
+
+def read_constants(file, arm):
+    """Read what was measured of a brick, for `read_plant`.
+
+    Args:
+        file: its path.
+        arm: shared.arm_description.Arm that is emulated.
+
+    Returns:
+        dict, name of the constant -> float, and "ports": port -> the same of the motor there.
+
+    Raises:
+        BadConstants: in one line.
+    """
+    figures = _load(file)
+    measured = {"ports": {}}
+    try:
+        _fill(measured, figures, arm)
+        everywhere = {key: value for key, value in measured.items() if key != "ports"}
+        for constants in [everywhere, *measured["ports"].values()]:
+            for key, value in constants.items():
+                TABLE.check(key, repr(value))
+    except BadPlant as error:
+        raise BadConstants("{}: {}".format(file, error)) from None
+    except (KeyError, TypeError, AttributeError, ValueError, ArithmeticError) as error:
+        raise BadConstants(
+            "{}: a figure is missing or is not a number ({}: {}){}".format(
+                file, type(error).__name__, error, ADVICE
+            )
+        ) from None
+    return measured
+
+
+def _load(file):
+    try:
+        with open(file, encoding="utf-8") as text:
+            figures = json.loads(text.read())
+    except OSError as error:
+        raise BadConstants(
+            "cannot read {}: {}; give the file that robot/bench_brick.py has written".format(
+                file, error.strerror
+            )
+        ) from None
+    except ValueError:
+        figures = None
+    if not isinstance(figures, dict) or figures.get("format") != FORMAT:
+        raise BadConstants(
+            "{} was not written by robot/bench_brick.py; give the file that was".format(file)
+        )
+    if figures.get("version") != VERSION:
+        raise BadConstants(
+            "{} is of version {}, and this program reads {}{}".format(
+                file, figures.get("version"), VERSION, ADVICE
+            )
+        )
+    return figures
+
+
+def _fill(measured, figures, arm):
+    measured["cpu"] = _cpu(figures["laps_s"])
+    if figures["access_s"] is not None:
+        measured["access"] = max(0.0, float(figures["access_s"]))
+    motors = figures["motors"]
+    name = "none" if arm is None else arm.name
+    if any("joint" in motor for motor in motors.values()) and figures["arm"] != name:
+        raise BadPlant(
+            "it was measured on the arm {}, not on {}; choose --arm {}".format(
+                figures["arm"], name, figures["arm"]
+            )
+        )
+    if motors:
+        measured["voltage"] = statistics.mean(float(motor["volts"]) for motor in motors.values())
+    rotors = _rotors(motors.values())
+    for port, motor in motors.items():
+        own = measured["ports"][port] = {}
+        nominal = MOTORS[motor["kind"]]
+        own["emf_constant"] = motor["emf_volts_s_per_rad"] / nominal.emf_constant
+        rotor = rotors[motor["kind"]]
+        if "joint" not in motor:
+            rotor = _of_rotor(motor, nominal)
+            friction, inertia = rotor
+        else:
+            friction, inertia = _share(measured, own, motor, rotor, arm)
+        own["rotor_friction"] = friction / nominal.friction
+        own["rotor_inertia"] = inertia / nominal.inertia
+        if "backlash_deg" in motor:
+            own["backlash"] = float(motor["backlash_deg"])
+
+
+def _of_rotor(motor, nominal):
+    """Friction, Nm, and inertia, kg m2, at the shaft of a measured motor; None: not measured."""
+    torque = nominal.torque_constant / nominal.resistance  # Nm/V
+    inertia = motor.get("inertia_volts_s2_per_rad")
+    return torque * motor["friction_volts"], None if inertia is None else torque * inertia
+
+
+def _rotors(motors):
+    """Friction and inertia of a rotor by kind: the mean of the bare ones, or the nominal one."""
+    rotors = {kind: (nominal.friction, nominal.inertia) for kind, nominal in MOTORS.items()}
+    bare = [motor for motor in motors if "joint" not in motor]
+    for kind in {motor["kind"] for motor in bare}:
+        figures = [_of_rotor(each, MOTORS[kind]) for each in bare if each["kind"] == kind]
+        rotors[kind] = tuple(statistics.mean(values) for values in zip(*figures))
+    return rotors
+
+
+def _share(measured, own, motor, rotor, arm):
+    """Give a joint's link what is not its rotor's; friction and inertia of the rotor."""
+    gear = float(motor["gear"])
+    all_friction, all_inertia = _of_rotor(motor, MOTORS[motor["kind"]])
+    friction = min(rotor[0], all_friction)
+    own["link_friction"] = gear * (all_friction - friction)
+    key = motor["joint"] + "_inertia"
+    if arm.chain != "planar" or all_inertia is None or key not in CONSTANTS:
+        return friction, rotor[1]
+    least = CONSTANTS[key].allowed[0] / gear**2
+    inertia = min(rotor[1], all_inertia - least)
+    measured[key] = gear**2 * (all_inertia - inertia)
+    return friction, inertia
+
+
+# How slowly it computes
+
+
+def _cpu(laps):
+    """Return the median of how many times as long as at cpu=1 the pieces took."""
+    reference = _laps_at_true_pace()
+    ratios = [
+        (_middle(laps, name) - _middle(laps, NOTHING))
+        / (_middle(reference, name) - _middle(reference, NOTHING))
+        for name in sorted(set(laps) & set(reference))
+        if not name.startswith(NOT_COMPUTING)
+    ]
+    if len(ratios) < MIN_PIECES:
+        raise BadPlant(
+            "it tells how long {} known pieces of work take, of {} at least".format(
+                len(ratios), MIN_PIECES
+            )
+        )
+    slowness = statistics.median(ratios)
+    if not math.isfinite(slowness):
+        raise ValueError("laps_s")
+    return slowness if slowness > MIN_SLOWNESS else 0.0
+
+
+def _middle(laps, name):
+    return statistics.median_high(float(lap) for lap in laps[name])
+
+
+def _laps_at_true_pace():
+    arm = read_arm(find_arm("planar"))
+    with tempfile.TemporaryDirectory() as folder:
+        file = os.path.join(folder, "brick.json")
+        with contextlib.redirect_stdout(io.StringIO()):
+            session.run(arm, BENCH_BRICK, ["planar", "--json", file], read_plant("cpu=1"))
+        with open(file, encoding="utf-8") as text:
+            return json.loads(text.read())["laps_s"]
+
+
+def in_words(measured):
+    """A line for people."""
+    parts = [
+        "{} = {:.4g} {}".format(key, value, CONSTANTS[key].unit).rstrip()
+        for key, value in measured.items()
+        if key != "ports"
+    ]
+    parts += [
+        "at {} {}".format(port, ", ".join("{} {:.3g}".format(*item) for item in own.items()))
+        for port, own in measured["ports"].items()
+    ]
+    return "; ".join(parts)
