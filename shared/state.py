@@ -62,7 +62,7 @@ Those that are read are read by shared.small_files: a regular file of a sensible
 in it is a sentence.
 
 Between two processes that one starts, standard output and exit status do the rest: see
-laptop.tracking.announcements.
+laptop.see.serve.announcements.
 """
 
 import os

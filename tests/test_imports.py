@@ -1,11 +1,11 @@
 """Who may import whom, and what the checkout may hold.
 
-laptop.cli -> laptop.bench -> laptop.demo -> laptop.emulator -> laptop.tracking -> laptop.vision
-laptop.cli -> laptop.page -> laptop.tracking; whoever tells of a run -> laptop.reporting
+laptop.cli -> laptop.bench -> laptop.demo -> laptop.emulator -> laptop.see.serve -> laptop.see.markers
+laptop.cli -> laptop.page -> laptop.see.serve; whoever tells of a run -> laptop.reporting
 laptop.cli -> laptop.brick -> shared
-laptop.cli, laptop.bench -> laptop.calibration -> laptop.tracking, robot.motion.kinematics
-laptop.cli, laptop.bench -> laptop.measuring -> laptop.tracking, laptop.emulator
-laptop.cli, laptop.bench -> laptop.accuracy -> laptop.measuring, laptop.calibration
+laptop.cli, laptop.bench -> laptop.see.table -> laptop.see.serve, robot.motion.kinematics
+laptop.cli, laptop.bench -> laptop.measuring -> laptop.see.serve, laptop.emulator
+laptop.cli, laptop.bench -> laptop.accuracy -> laptop.measuring, laptop.see.table
 laptop.cli, laptop.bench -> laptop.sight -> laptop.measuring, laptop.drawing
 laptop.cli -> laptop.guide -> laptop.emulator, laptop.brick
 laptop.cli -> laptop.lab_report -> what laptop.demo has found
@@ -31,38 +31,38 @@ TOP_LEVEL = {
 # What a module may import besides the standard library; the longest matching name decides. A name
 # covers everything below it.
 LIBRARIES = ("numpy", "cv2", "matplotlib", "rich")
-BELOW_EMULATOR = ("laptop.system", "laptop.tracking", "laptop.vision", "laptop.reporting")
+BELOW_EMULATOR = ("laptop.system", "laptop.see.serve", "laptop.see.markers", "laptop.reporting")
 PURE = tuple(f"robot.motion.{name}" for name in ("chains", "kinematics", "paths", "trajectory"))
 SIGHT_PURE = ("backlash", "gravity", "kinematics", "trajectory")
 FOR_THE_CARDS = "laptop.drawing.durations", "laptop.drawing.pictures"
 RULES = {
     "shared": ("shared",),
     "robot": ("robot", "shared", "ev3dev2.motor"),
-    "laptop.vision": (
-        *("laptop.vision", "laptop.files", "laptop.picture_heads", "shared"),
+    "laptop.see.markers": (
+        *("laptop.see.markers", "laptop.files", "laptop.picture_heads", "shared"),
         *("numpy", "cv2", "matplotlib"),
     ),
-    "laptop.tracking": (
-        *("laptop.files", "laptop.system", "laptop.tracking", "laptop.vision", "shared"),
+    "laptop.see.serve": (
+        *("laptop.files", "laptop.system", "laptop.see.serve", "laptop.see.markers", "shared"),
         *("numpy", "cv2", "ifaddr", "rich"),
     ),
-    "laptop.tracking.joint_track": ("robot.motion.kinematics", "shared"),
-    "laptop.calibration": (
-        *("laptop.calibration", "laptop.vision", "laptop.tracking", "shared", "numpy", "cv2"),
+    "laptop.see.serve.joint_track": ("robot.motion.kinematics", "shared"),
+    "laptop.see.table": (
+        *("laptop.see.table", "laptop.see.markers", "laptop.see.serve", "shared", "numpy", "cv2"),
         *("laptop.files", "robot.motion.kinematics"),
     ),
     "laptop.measuring": (
-        *("laptop.measuring", "laptop.tracking", "laptop.emulator", "laptop.system"),
-        *("laptop.vision", "shared", "numpy"),
+        *("laptop.measuring", "laptop.see.serve", "laptop.emulator", "laptop.system"),
+        *("laptop.see.markers", "shared", "numpy"),
     ),
     "laptop.identification": (
-        *("laptop.identification", "laptop.calibration", "laptop.measuring", "laptop.vision"),
+        *("laptop.identification", "laptop.see.table", "laptop.measuring", "laptop.see.markers"),
         "laptop.emulator.scene",
         *("robot.motion.gravity", "robot.motion.kinematics", "shared", "numpy", "scipy", "cv2"),
     ),
     "laptop.accuracy": (
-        *("laptop.accuracy", "laptop.measuring", "laptop.calibration"),
-        *("laptop.drawing.reach", "laptop.tracking.joint_track", *PURE, "shared", "numpy"),
+        *("laptop.accuracy", "laptop.measuring", "laptop.see.table"),
+        *("laptop.drawing.reach", "laptop.see.serve.joint_track", *PURE, "shared", "numpy"),
     ),
     "laptop.accuracy.plots": ("laptop.accuracy", "laptop.reporting", "numpy", "matplotlib"),
     "laptop.sight": (
@@ -71,11 +71,11 @@ RULES = {
         *("robot.jobs.learned", *(f"robot.motion.{name}" for name in SIGHT_PURE)),
     ),
     "laptop.sight.still_table": (
-        *("laptop.measuring.measured_run", "laptop.calibration.camera_fit", "numpy"),
-        *("laptop.calibration.camera_report", "laptop.vision.finders.board"),
+        *("laptop.measuring.measured_run", "laptop.see.table.camera_fit", "numpy"),
+        *("laptop.see.table.camera_report", "laptop.see.markers.finders.board"),
     ),
     "laptop.sight.emulated_view": (
-        *("laptop.sight.view", "laptop.calibration.camera_model", "shared", "numpy", "cv2"),
+        *("laptop.sight.view", "laptop.see.table.camera_model", "shared", "numpy", "cv2"),
         "laptop.emulator.scene.scene",
     ),
     "laptop.reporting": ("laptop.reporting", "shared", "jinja2", "markupsafe", *LIBRARIES),
@@ -85,7 +85,7 @@ RULES = {
         *("numpy", "cv2", "matplotlib"),
     ),
     **{  # only these import what the page is made with, and only the server what serves it
-        f"laptop.page.{name}": ("laptop.page", "laptop.tracking.pipeline", "shared", *libraries)
+        f"laptop.page.{name}": ("laptop.page", "laptop.see.serve.pipeline", "shared", *libraries)
         for name, libraries in (
             ("browser", ("nicegui",)),
             ("cards", ("nicegui", "laptop.reporting.document", *FOR_THE_CARDS)),
@@ -114,7 +114,7 @@ RULES = {
         )
     },
     "laptop.drawing.picture_files": (
-        *("laptop.drawing", "laptop.picture_heads", "laptop.vision.frames", "numpy", "cv2"),
+        *("laptop.drawing", "laptop.picture_heads", "laptop.see.camera.frames", "numpy", "cv2"),
     ),
     "laptop.drawing.timing": (
         *("laptop.drawing", *PURE, "shared", "numpy"),
@@ -132,14 +132,20 @@ RULES = {
     "laptop.brick.finding": ("laptop.brick", "asyncssh", "ifaddr", "zeroconf"),
     "laptop.emulator": ("laptop.emulator", "laptop.system", "robot", "shared", "ev3dev2"),
     "laptop.emulator.scene": (
-        *("laptop.emulator", "laptop.vision.frames", "laptop.vision.board", "robot", "shared"),
+        *(
+            "laptop.emulator",
+            "laptop.see.camera.frames",
+            "laptop.see.table.board",
+            "robot",
+            "shared",
+        ),
         *("numpy", "cv2"),
     ),
     "laptop.emulator.virtual_tracker": (
-        *("laptop.emulator", "laptop.tracking.server", "robot", "shared"),
+        *("laptop.emulator", "laptop.see.serve.server", "robot", "shared"),
     ),
     "laptop.emulator.scene.rendered_tracker": (
-        *("laptop.emulator", "laptop.vision.markers", "laptop.vision.tracker"),
+        *("laptop.emulator", "laptop.see.markers.markers", "laptop.see.markers.tracker"),
     ),
     "laptop.demo": ("laptop.demo", "laptop.emulator", *BELOW_EMULATOR, "shared", *LIBRARIES),
     "laptop.guide": (
@@ -156,7 +162,7 @@ RULES = {
     # What students write imports what they may import.
     **{f"laptop.guide.{room}": ("robot.api", "ev3dev2.motor") for room in ("tasks", "solutions")},
     "laptop.bench": (
-        *("laptop.bench", "laptop.demo", "laptop.emulator", "laptop.calibration"),
+        *("laptop.bench", "laptop.demo", "laptop.emulator", "laptop.see.table"),
         *(*BELOW_EMULATOR, "robot", "shared", *LIBRARIES),
     ),
     "laptop.bench.workers": ("laptop.bench", "shared", "cv2", "distributed"),
@@ -172,8 +178,8 @@ RULES = {
         *("laptop.emulator", "robot", "shared", "numpy"),
     ),
     "laptop.bench.accuracy": (
-        *("laptop.bench", "laptop.accuracy", "laptop.calibration", "laptop.measuring"),
-        *("laptop.vision.finders.board", "robot.motion.kinematics", "shared", "numpy"),
+        *("laptop.bench", "laptop.accuracy", "laptop.see.table", "laptop.measuring"),
+        *("laptop.see.markers.finders.board", "robot.motion.kinematics", "shared", "numpy"),
     ),
     "laptop.bench.sight": (
         *("laptop.bench", "laptop.drawing", "laptop.measuring", "laptop.reporting"),
@@ -289,33 +295,37 @@ def test_imports_follow_the_direction():
         ("robot.motion.arm", "from ev3dev2 import button", "ev3dev2.button"),
         ("robot.motion.arm", "from ev3dev2 import sound", "ev3dev2.sound"),
         ("robot.motion.arm", "if 1:\n    from ev3dev2.button import Button", "ev3dev2.button"),
-        ("laptop.vision.tracker", "import robot.motion.kinematics", "robot.motion.kinematics"),
-        ("laptop.vision.tracker", "from .. import emulator", "laptop.emulator"),
+        ("laptop.see.markers.tracker", "import robot.motion.kinematics", "robot.motion.kinematics"),
+        ("laptop.see.markers.tracker", "from .. import emulator", "laptop.emulator"),
         (
-            "laptop.vision.tracker",
+            "laptop.see.markers.tracker",
             "from ..emulator.host.world import World",
             "laptop.emulator.host.world",
         ),
-        ("laptop.vision.tracker", "from laptop import bench", "laptop.bench"),
-        ("laptop.vision.tracker", "import requests", "requests"),
-        ("laptop.vision.tracker", "import click", "click"),
-        ("laptop.tracking.track", "from laptop.page import process", "laptop.page.process"),
-        ("laptop.tracking.setup", "from ..emulator import live", "laptop.emulator.live"),
-        ("laptop.tracking.server", "import robot.clock", "robot.clock"),
-        ("laptop.vision.tracker", "from laptop.tracking import server", "laptop.tracking.server"),
+        ("laptop.see.markers.tracker", "from laptop import bench", "laptop.bench"),
+        ("laptop.see.markers.tracker", "import requests", "requests"),
+        ("laptop.see.markers.tracker", "import click", "click"),
+        ("laptop.see.serve.track", "from laptop.page import process", "laptop.page.process"),
+        ("laptop.see.serve.setup", "from ..emulator import live", "laptop.emulator.live"),
+        ("laptop.see.serve.server", "import robot.clock", "robot.clock"),
+        (
+            "laptop.see.markers.tracker",
+            "from laptop.see.serve import server",
+            "laptop.see.serve.server",
+        ),
         ("laptop.page.controller", "from laptop.emulator import live", "laptop.emulator.live"),
-        ("laptop.brick.choosing", "from laptop.tracking import server", "laptop.tracking.server"),
-        ("laptop.calibration.camera_fit", "from laptop.cli import main", "laptop.cli.main"),
-        ("laptop.vision.tracker", "from laptop import calibration", "laptop.calibration"),
-        ("laptop.tracking.track", "from laptop.brick import choosing", "laptop.brick.choosing"),
-        ("laptop.drawing.svg", "from laptop.vision import frames", "laptop.vision.frames"),
+        ("laptop.brick.choosing", "from laptop.see.serve import server", "laptop.see.serve.server"),
+        ("laptop.see.table.camera_fit", "from laptop.cli import main", "laptop.cli.main"),
+        ("laptop.see.markers.tracker", "from laptop import calibration", "laptop.see.table"),
+        ("laptop.see.serve.track", "from laptop.brick import choosing", "laptop.brick.choosing"),
+        ("laptop.drawing.svg", "from laptop.see.markers import frames", "laptop.see.camera.frames"),
         ("laptop.drawing.cards", "from robot.motion import arm", "robot.motion.arm"),
         ("laptop.drawing.sources", "import click", "click"),
         ("laptop.drawing.preview", "import matplotlib", "matplotlib"),
         ("laptop.drawing.planning", "from robot.motion import backlash", "robot.motion.backlash"),
         ("laptop.cli.brick", "import asyncssh", "asyncssh"),
         ("laptop.page.controller", "from laptop.demo import results", "laptop.demo.results"),
-        ("laptop.reporting.charts", "import laptop.vision.view", "laptop.vision.view"),
+        ("laptop.reporting.charts", "import laptop.see.markers.view", "laptop.see.markers.view"),
         ("laptop.demo", "from laptop.page import process", "laptop.page.process"),
         ("laptop.page.rpc", "from nicegui import ui", "nicegui.ui"),
         ("laptop.page.cards.drive", "import fastapi", "fastapi"),
@@ -329,19 +339,19 @@ def test_imports_follow_the_direction():
         ("laptop.guide.solutions.line", "import robot.motion.arm", "robot.motion.arm"),
         (
             "laptop.emulator.host.world",
-            "from laptop.vision.tracker import find",
-            "laptop.vision.tracker",
+            "from laptop.see.markers.tracker import find",
+            "laptop.see.markers.tracker",
         ),
         ("laptop.emulator.host.world", "from ... import bench", "laptop.bench"),
         (
             "laptop.emulator.host.world",
-            "import laptop.tracking.server",
-            "laptop.tracking.server",
+            "import laptop.see.serve.server",
+            "laptop.see.serve.server",
         ),
         (
             "laptop.emulator.virtual_tracker",
-            "from laptop.tracking import track",
-            "laptop.tracking.track",
+            "from laptop.see.serve import track",
+            "laptop.see.serve.track",
         ),
         ("laptop.emulator.host.world", "import cv2", "cv2"),
         ("laptop.emulator.__init__", "from ..bench import NAMES", "laptop.bench"),
@@ -359,14 +369,14 @@ def test_a_forbidden_import_is_caught(module, source, name):
         ("robot.motion.motors", "from ev3dev2.motor import LargeMotor"),
         ("robot.driver", "def f():\n    from ev3dev2.button import Button"),
         ("robot.clock", "import time"),
-        ("laptop.vision.tracker", "import cv2, numpy\nfrom shared import messages"),
+        ("laptop.see.markers.tracker", "import cv2, numpy\nfrom shared import messages"),
         ("laptop.demo", "from laptop.emulator.host.world import World"),
         ("laptop.drawing.cards", "import cv2\nfrom robot.motion.kinematics import forward"),
         ("laptop.cli.bench", "import click\nfrom laptop import bench, emulator"),
         ("laptop.emulator.__init__", "from .host.world import World"),
         (
             "laptop.emulator.virtual_tracker",
-            "from laptop.tracking.server import TrackingServer",
+            "from laptop.see.serve.server import TrackingServer",
         ),
         ("laptop.emulator.host.runner", "import ev3dev2.sound, robot.motion.arm, time"),
         ("laptop.bench.draw", "import numpy\nfrom robot import arm\nfrom laptop import emulator"),

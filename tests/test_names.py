@@ -8,7 +8,7 @@ from places import ROOT
 SOURCES = [path for room in ("robot", "shared", "laptop") for path in (ROOT / room).rglob("*.py")]
 ON_THE_WAY = ("robot/motion", "robot/servoing", "robot/tracking", "shared/")
 """Where the data pass from the image to the motors, and the laptop's rooms on that way."""
-LAPTOP_ON_THE_WAY = ("laptop/vision/tracker", "laptop/vision/finders", "laptop/tracking")
+LAPTOP_ON_THE_WAY = ("laptop/see/markers/tracker", "laptop/see/markers/finders", "laptop/see/serve")
 
 
 def classes(source):

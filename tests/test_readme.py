@@ -26,7 +26,7 @@ from laptop.cli.main import laptop
 from laptop.emulator.device.sensor_kinds import KINDS
 from laptop.emulator.device.wheels import CONSTANTS as WHEELS
 from laptop.page import run_states
-from laptop.tracking import announcements
+from laptop.see.serve import announcements
 from robot import api
 from shared import state
 

@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from laptop.calibration.camera_model import CameraModel, triangulate
 from laptop.measuring.measured_run import MEDIAN_NOISE, NORMAL, SETTLED, MeasuredRun
-from laptop.tracking.joint_track import marker_shift
+from laptop.see.serve.joint_track import marker_shift
+from laptop.see.table.camera_model import CameraModel, triangulate
 from robot.motion import kinematics
 from shared.arm_description import Arm, ArmError
 

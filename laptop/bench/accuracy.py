@@ -21,10 +21,10 @@ from laptop.accuracy.truth import in_nearest_frame, true_places
 from laptop.bench import workers
 from laptop.bench.camera import draw_lens
 from laptop.bench.camera_renders import Lens, Stand, photograph
-from laptop.calibration.camera_fit import calibrate
 from laptop.measuring.emulated_rig import EmulatedRig
 from laptop.measuring.measured_run import MeasuredRun
-from laptop.vision.finders.board import find_board
+from laptop.see.markers.finders.board import find_board
+from laptop.see.table.camera_fit import calibrate
 from robot.motion import kinematics
 from shared.arm_description import Arm, find_arm, read_arm
 

@@ -16,10 +16,10 @@ import numpy as np
 
 from laptop.bench import workers
 from laptop.bench.camera_renders import Lens, Stand, photograph
-from laptop.calibration.camera_fit import BadCalibration, Calibration, calibrate
-from laptop.calibration.camera_report import describe, shift_since
-from laptop.vision.board import BOARDS
-from laptop.vision.finders.board import BoardView, find_board
+from laptop.see.markers.finders.board import BoardView, find_board
+from laptop.see.table.board import BOARDS
+from laptop.see.table.camera_fit import BadCalibration, Calibration, calibrate
+from laptop.see.table.camera_report import describe, shift_since
 
 HEIGHTS = (0.0, 3.0)
 """Over the table, cm: of the paper, and of a disc."""

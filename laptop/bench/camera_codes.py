@@ -13,9 +13,9 @@ import numpy as np
 
 from laptop.bench.track_precision import LENS_BLUR, Look, bound, places, values
 from laptop.emulator.scene.sensor import marker_frame
-from laptop.vision.finders.aruco import detector
-from laptop.vision.markers import Marker
-from laptop.vision.tracker import Tracker
+from laptop.see.markers.finders.aruco import detector
+from laptop.see.markers.markers import Marker
+from laptop.see.markers.tracker import Tracker
 
 SIDES = (24, 32, 48, 64)
 """Sides of the black square, px."""

@@ -27,9 +27,9 @@ from laptop.emulator.scene.optics import (
     to_srgb,
 )
 from laptop.emulator.scene.sensor import blurred, through_jpeg
-from laptop.vision.learning import learn
-from laptop.vision.markers import BadMarker
-from laptop.vision.tracker import Tracker
+from laptop.see.markers.learning import learn
+from laptop.see.markers.markers import BadMarker
+from laptop.see.markers.tracker import Tracker
 
 SIZE = (400, 300)
 FPS = 30.0

@@ -30,10 +30,10 @@ from laptop.emulator.scene.poses import ScriptedPoses
 from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.scene_constants import read_scene
 from laptop.emulator.scene.synthetic_camera import SyntheticCamera
-from laptop.tracking.server import TrackingServer
-from laptop.vision.learning import learn
-from laptop.vision.markers import Marker
-from laptop.vision.tracker import Tracker
+from laptop.see.markers.learning import learn
+from laptop.see.markers.markers import Marker
+from laptop.see.markers.tracker import Tracker
+from laptop.see.serve.server import TrackingServer
 from robot import tracking_client
 from shared.arm_description import find_arm, read_arm
 from shared.messages import Observation

@@ -18,7 +18,7 @@ import numpy as np
 
 from laptop.bench.track_methods import DOT2
 from laptop.bench.track_score import Point
-from laptop.vision.discriminant import disc_share, fit_discriminant
+from laptop.see.markers.discriminant import disc_share, fit_discriminant
 from shared.arm_description import ArmError
 
 SOURCE = Path(__file__).with_name("vp_dot2.cpp")

@@ -19,8 +19,8 @@ import numpy as np
 from laptop.bench.track_covers import Circle, fingers, half_plane
 from laptop.bench.track_score import Claim, claim
 from laptop.emulator.scene.optics import Box, coverage
-from laptop.vision.learning import learn
-from laptop.vision.tracker import Tracker
+from laptop.see.markers.learning import learn
+from laptop.see.markers.tracker import Tracker
 from shared.arm_description import ArmError
 
 APPROACH = 4

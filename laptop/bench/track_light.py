@@ -24,9 +24,9 @@ from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.scene_constants import read_scene
 from laptop.emulator.scene.sensor import through_jpeg
 from laptop.emulator.scene.synthetic_camera import SyntheticCamera
-from laptop.vision.learning import learn
-from laptop.vision.markers import BadMarker, Marker
-from laptop.vision.tracker import Sighting
+from laptop.see.markers.learning import learn
+from laptop.see.markers.markers import BadMarker, Marker
+from laptop.see.markers.tracker import Sighting
 from shared.arm_description import find_arm, read_arm
 
 Light = Callable[[float, float], tuple[float, float, float]]

@@ -9,8 +9,8 @@ from typing import Any
 import cv2
 import numpy as np
 
-from laptop.vision.markers import Color, Marker, hsv_mask
-from laptop.vision.tracker import Sighting, Tracker
+from laptop.see.markers.markers import Color, Marker, hsv_mask
+from laptop.see.markers.tracker import Sighting, Tracker
 
 Method = Callable[[np.ndarray, float], "Sighting | None"]
 """A picture (BGR, uint8) and its time (s) -> where the marker is."""

@@ -19,9 +19,9 @@ from laptop.bench.track_methods import DOT2, LIMIT, OURS, methods
 from laptop.bench.track_score import Point, Score, TrackResult, judge, unlearned
 from laptop.emulator.scene.optics import light_of, marker_light, to_linear, to_srgb
 from laptop.emulator.scene.sensor import blurred, marker_frame
-from laptop.vision.learning import learn
-from laptop.vision.markers import BadMarker, Marker
-from laptop.vision.tracker import Sighting
+from laptop.see.markers.learning import learn
+from laptop.see.markers.markers import BadMarker, Marker
+from laptop.see.markers.tracker import Sighting
 
 FPS = 30.0
 

@@ -17,9 +17,9 @@ import numpy as np
 
 from laptop.bench.track_covers import Circle
 from laptop.bench.track_score import Claim, claim
-from laptop.vision.learning import learn
-from laptop.vision.markers import BadMarker
-from laptop.vision.tracker import Tracker
+from laptop.see.markers.learning import learn
+from laptop.see.markers.markers import BadMarker
+from laptop.see.markers.tracker import Tracker
 
 SIZE = (320, 240)
 FPS = 30.0

@@ -16,9 +16,9 @@ from laptop.bench.track_precision import FPS, LENS_BLUR
 from laptop.bench.track_score import SURE_CONFIDENCE, Point, Score, TrackResult, judge, unlearned
 from laptop.emulator.scene.optics import Box, circle, coverage, light_of, to_srgb
 from laptop.emulator.scene.sensor import blurred, through_jpeg
-from laptop.vision.learning import learn
-from laptop.vision.markers import BadMarker
-from laptop.vision.tracker import Tracker
+from laptop.see.markers.learning import learn
+from laptop.see.markers.markers import BadMarker
+from laptop.see.markers.tracker import Tracker
 
 COLOURS = ("red", "orange", "yellow", "green", "cyan", "blue", "purple")
 GROUNDS = ("white", "#c0c0c0", "#808080", "#404040", "black", "#a98358", "#3c5a3c")

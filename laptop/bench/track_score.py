@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, fields
 
-from laptop.vision.markers import BadMarker
-from laptop.vision.tracker import Sighting
+from laptop.see.markers.markers import BadMarker
+from laptop.see.markers.tracker import Sighting
 
 Point = tuple[float, float]
 

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from laptop.accuracy.measurement import AccuracyResult
     from laptop.accuracy.plan import AccuracyPlan
     from laptop.accuracy.sighting import ArmOnBoard
-    from laptop.calibration.camera_fit import Calibration
     from laptop.measuring.live_rig import LiveRig
+    from laptop.see.table.camera_fit import Calibration
     from shared.job_messages import JobStatus
 
 PICTURE, TABLE = "accuracy.png", "accuracy.csv"
@@ -190,7 +190,7 @@ def _check_words(
     sources: Sequence[str], simulate: bool, calibrated: Sequence[Path], bar: float | None
 ) -> None:
     """Refuse options that say nothing together, or that nobody would hear."""
-    from laptop.calibration.camera_fit import check_bar
+    from laptop.see.table.camera_fit import check_bar
 
     if simulate and (sources or calibrated):
         raise click.UsageError(
@@ -255,8 +255,8 @@ def _live(
 ) -> AccuracyResult:
     from laptop.accuracy import measurement
     from laptop.accuracy.sighting import ArmSighting, check_cameras
-    from laptop.calibration import camera_file
     from laptop.cli.rigs import live_rig
+    from laptop.see.table import camera_file
     from shared.job_messages import DRAWING
 
     check_cameras(plan.arm, len(sources))
@@ -286,8 +286,8 @@ def _live(
 def _look(rig: LiveRig, names: Sequence[str], bar: float | None) -> dict[str, Calibration]:
     """Calibrate the cameras by the board as they see it now."""
     from laptop.accuracy.sighting import BadSighting
-    from laptop.calibration.camera_fit import calibrate
-    from laptop.vision.finders.board import find_board
+    from laptop.see.markers.finders.board import find_board
+    from laptop.see.table.camera_fit import calibrate
 
     found = {}
     for name in names:
@@ -304,8 +304,8 @@ def _look(rig: LiveRig, names: Sequence[str], bar: float | None) -> dict[str, Ca
 def _check_still(rig: LiveRig, found: Mapping[str, Calibration]) -> None:
     """Raise BadSighting if a camera or its board is not where it was calibrated."""
     from laptop.accuracy.sighting import BadSighting
-    from laptop.calibration.camera_report import shift_since
-    from laptop.vision.finders.board import find_board
+    from laptop.see.markers.finders.board import find_board
+    from laptop.see.table.camera_report import shift_since
 
     for name, calibration in found.items():
         view = find_board(rig.image(name))

@@ -12,7 +12,7 @@ import click
 
 from laptop.cli.options import arm_option, importing, in_one_line, replace_option
 from laptop.files import check_new
-from laptop.tracking.pairing_file import known_code
+from laptop.see.serve.pairing_file import known_code
 from shared.arm_description import find_arm, read_arm
 from shared.message_fields import printable
 

@@ -18,10 +18,10 @@ from laptop.reporting.arm_numbers import numbers_of
 from shared.arm_description import Arm, find_arm, read_arm
 
 if TYPE_CHECKING:
-    from laptop.calibration.camera_fit import Calibration
     from laptop.identification.arm_fit import TouchSight
     from laptop.identification.measured_numbers import Measured
     from laptop.measuring.live_rig import LiveRig
+    from laptop.see.table.camera_fit import Calibration
 
 LOOK_S = 1.0
 """The marker is looked at so long while the pen stands on a cross, s."""
@@ -121,7 +121,6 @@ def calibrate(
     emulated arm leaves the real one's file alone.
     """
     with importing():
-        from laptop.calibration.arm_file import check_writable, own_file
         from laptop.identification import measured_numbers as numbers
         from laptop.identification.arm_model import ArmModel, CameraPrior, MeasuredByHand
         from laptop.identification.calibrating import (
@@ -132,6 +131,7 @@ def calibrate(
         )
         from laptop.identification.calibration_record import RESTS, calibration_files
         from laptop.identification.emulated_setups import SCENE, by_formula, rendered
+        from laptop.see.table.arm_file import check_writable, own_file
 
     with in_one_line(), ExitStack() as stack:
         emulated = {"plant": plant, "built": built, "scene": scene, "seed": seed}
@@ -221,7 +221,7 @@ def _check_words(
 
 def _crosses(text: str, arm: Arm) -> list[tuple[float, float]]:
     """Read the numbers of the board's crosses."""
-    from laptop.vision.board import CROSSES
+    from laptop.see.table.board import CROSSES
 
     numbers = [part.strip() for part in text.split(",") if part.strip()]
     if numbers and arm.chain != "planar":
@@ -238,7 +238,7 @@ def _crosses(text: str, arm: Arm) -> list[tuple[float, float]]:
 
 
 def _board(found: Calibration) -> list[str]:
-    from laptop.calibration.camera_report import describe
+    from laptop.see.table.camera_report import describe
 
     return describe(found)
 
@@ -260,11 +260,11 @@ def _calibrated(
     rig: LiveRig, camera_file: Path | None, bar: float | None
 ) -> tuple[Calibration, Callable[[], None]]:
     """Return the camera, and what raises if it or the board has moved by the end."""
-    from laptop.calibration.camera_file import read_camera
-    from laptop.calibration.camera_fit import calibrate as fit_camera
-    from laptop.calibration.camera_report import shift_since
     from laptop.identification.calibrating import check_sharp, seen_board
-    from laptop.vision.finders.board import find_board
+    from laptop.see.markers.finders.board import find_board
+    from laptop.see.table.camera_file import read_camera
+    from laptop.see.table.camera_fit import calibrate as fit_camera
+    from laptop.see.table.camera_report import shift_since
 
     view = seen_board(rig.image())
     if camera_file:

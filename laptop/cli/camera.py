@@ -15,7 +15,7 @@ from shared import state
 from shared.message_fields import printable
 
 if TYPE_CHECKING:
-    from laptop.vision.finders.board import BoardView
+    from laptop.see.markers.finders.board import BoardView
 
 MAX_VIEWS = 30
 """Pictures of one source that are looked at."""
@@ -60,8 +60,8 @@ def camera(
     views of the same camera.  The last picture says where the table is.
     """
     with importing():  # OpenCV
-        from laptop.calibration import camera_file, camera_report
-        from laptop.calibration.camera_fit import calibrate
+        from laptop.see.table import camera_file, camera_report
+        from laptop.see.table.camera_fit import calibrate
 
     with in_one_line():
         if since and (out or bar is not None):
@@ -93,10 +93,10 @@ def _views(sources: tuple[str, ...], scene: str) -> tuple[int, list[BoardView]]:
 
     Says which could not be read, and which are left out as they are mirrored or show two boards.
     """
-    from laptop.vision.cameras import is_live, open_camera
-    from laptop.vision.finders.board import find_board
-    from laptop.vision.finders.board_faults import board_fault
-    from laptop.vision.frames import quiet_decoders
+    from laptop.see.camera.cameras import is_live, open_camera
+    from laptop.see.camera.frames import quiet_decoders
+    from laptop.see.markers.finders.board import find_board
+    from laptop.see.markers.finders.board_faults import board_fault
 
     if scene and "synthetic" not in sources:
         raise click.ClickException(f"--scene {scene}: only the source synthetic has a scene")

@@ -117,12 +117,12 @@ def _live(
     plan: DrawingPlan, asked: SightOptions, arm: str
 ) -> Iterator[tuple[LiveRig, StillTable, TipView]]:
     """Open a rig with a real camera; give it, it with a table that has to stand, and its view."""
-    from laptop.calibration.camera_file import read_camera
-    from laptop.calibration.camera_fit import BadCalibration, calibrate, check_bar
     from laptop.cli.rigs import live_rig
+    from laptop.see.markers.finders.board import find_board
+    from laptop.see.table.camera_file import read_camera
+    from laptop.see.table.camera_fit import BadCalibration, calibrate, check_bar
     from laptop.sight.still_table import StillTable
     from laptop.sight.view import TipView
-    from laptop.vision.finders.board import find_board
 
     check_bar(asked.bar)
     known, since = None, "the first look"

@@ -60,7 +60,7 @@ def report(
     """
     with importing():  # matplotlib
         from laptop.lab_report import lab_report, print_pdf
-        from laptop.vision.frames import quiet_decoders
+        from laptop.see.camera.frames import quiet_decoders
 
     file = out or folder / lab_report.OUT
     with in_one_line():

@@ -52,12 +52,12 @@ def live_rig(
         ArmError: a camera, marker or port cannot be had.
     """
     from laptop.measuring.live_rig import LiveRig, SightCollector
-    from laptop.tracking.options import CAMERA_NAMES, TrackOptions
-    from laptop.tracking.pipeline import CameraPipeline
-    from laptop.tracking.setup import SYNTHETIC, prepare
-    from laptop.tracking.track import clock_of, serve
-    from laptop.vision.frames import quiet_decoders
-    from laptop.vision.tracker import Tracker
+    from laptop.see.camera.frames import quiet_decoders
+    from laptop.see.markers.tracker import Tracker
+    from laptop.see.serve.options import CAMERA_NAMES, TrackOptions
+    from laptop.see.serve.pipeline import CameraPipeline
+    from laptop.see.serve.setup import SYNTHETIC, prepare
+    from laptop.see.serve.track import clock_of, serve
     from shared.messages import EFFECTOR
 
     options = TrackOptions(

@@ -298,7 +298,7 @@ def simulate(
 @contextlib.contextmanager
 def _paired(realtime: bool) -> Iterator[None]:
     """Let a program in real time know the code of this computer's tracker, for a `with` block."""
-    from laptop.tracking.pairing_file import known_code
+    from laptop.see.serve.pairing_file import known_code
 
     code = known_code() if realtime and CODE not in os.environ else None
     if code is not None:

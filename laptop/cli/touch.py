@@ -20,9 +20,9 @@ from shared.message_fields import printable
 from shared.messages import EFFECTOR
 
 if TYPE_CHECKING:
-    from laptop.calibration.cross_touching import CrossTouching
-    from laptop.calibration.touch_looks import Looks
-    from laptop.vision.markers import Marker
+    from laptop.see.markers.markers import Marker
+    from laptop.see.table.cross_touching import CrossTouching
+    from laptop.see.table.touch_looks import Looks
 
 MAX_LINE = 4096
 """Longest line of a file of touches, characters."""
@@ -126,10 +126,10 @@ def touch(
     a touch sensor, the brick's centre button or Enter here takes each cross.
     """
     with importing():  # OpenCV
-        from laptop.calibration.camera_fit import check_bar
-        from laptop.calibration.camera_report import describe
-        from laptop.calibration.cross_touching import CrossTouching, check_led
-        from laptop.calibration.marker_offset import MIN_TOUCHES, BadTouches
+        from laptop.see.table.camera_fit import check_bar
+        from laptop.see.table.camera_report import describe
+        from laptop.see.table.cross_touching import CrossTouching, check_led
+        from laptop.see.table.marker_offset import MIN_TOUCHES, BadTouches
 
     _check(source, simulated, scene, plant, file, name, pen)
     say = partial(click.echo, file=sys.stdout)  # also while a program on the brick has that
@@ -191,9 +191,9 @@ def _check(
 
 def _open(source: str, effector: str | None, stack: ExitStack) -> Looks:
     """Open the camera."""
-    from laptop.calibration.touch_looks import Looks
-    from laptop.vision.cameras import is_live, open_camera
-    from laptop.vision.frames import quiet_decoders
+    from laptop.see.camera.cameras import is_live, open_camera
+    from laptop.see.camera.frames import quiet_decoders
+    from laptop.see.table.touch_looks import Looks
 
     marker = _marker(effector)
     stack.enter_context(quiet_decoders())
@@ -204,8 +204,8 @@ def _open(source: str, effector: str | None, stack: ExitStack) -> Looks:
 
 def _marker(effector: str | None) -> Marker:
     """Return the arm's marker, as it is told, or as the tracker has learned it."""
-    from laptop.tracking.setup import markers_file
-    from laptop.vision.markers import BadMarker, read_markers, read_spec
+    from laptop.see.markers.markers import BadMarker, read_markers, read_spec
+    from laptop.see.serve.setup import markers_file
 
     if effector is not None:
         return read_spec(EFFECTOR, effector)
@@ -236,7 +236,7 @@ def _lines(file: str) -> Iterator[str]:
 
 def _from_file(touching: CrossTouching, file: str) -> None:
     """Take the touches of a file, or of a program that writes them now."""
-    from laptop.calibration.cross_touching import read_point
+    from laptop.see.table.cross_touching import read_point
 
     click.echo(touching.request())
     for line in _lines(file):
@@ -251,7 +251,7 @@ def _from_file(touching: CrossTouching, file: str) -> None:
 def _from_brick(touching: CrossTouching, name: str | None, words: tuple[str, ...]) -> None:
     """Let somebody touch the crosses with the brick's arm."""
     from laptop.brick import touching as on_brick
-    from laptop.calibration.cross_touching import read_point
+    from laptop.see.table.cross_touching import read_point
 
     def went_on() -> bool:
         if touching.cross is None:
@@ -282,9 +282,9 @@ def _places(arm: Arm, out: Path | None) -> tuple[Path | None, Path]:
     Raises:
         CannotWrite: something is there that would be lost, or cannot be replaced.
     """
-    from laptop.calibration.arm_file import check_writable, own_file
-    from laptop.calibration.marker_offset import BadTouches
-    from laptop.calibration.touch_file import read_touched, touched_file
+    from laptop.see.table.arm_file import check_writable, own_file
+    from laptop.see.table.marker_offset import BadTouches
+    from laptop.see.table.touch_file import read_touched, touched_file
 
     own = None if out is None else out / f"{arm.name}.ini"
     kept = touched_file(arm.name) if out is None else out / f"{arm.name}.touched.json"
@@ -307,8 +307,8 @@ def _conclude(
     touching: CrossTouching, arm: Arm, height: float | None, places: tuple[Path | None, Path]
 ) -> None:
     """Tell what was found, and write it."""
-    from laptop.calibration.arm_file import write_values
-    from laptop.calibration.touch_file import TouchedArm, write_touched
+    from laptop.see.table.arm_file import write_values
+    from laptop.see.table.touch_file import TouchedArm, write_touched
 
     fit = touching.fit(None if height is None else height / 10)
     for line in fit.notes():

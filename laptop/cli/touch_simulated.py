@@ -9,8 +9,6 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from laptop import system
-from laptop.calibration.cross_touching import CrossTouching, read_point
-from laptop.calibration.touch_looks import Looks
 from laptop.cli.hearing import Hearing
 from laptop.emulator import session
 from laptop.emulator.device.buttons import Press
@@ -22,9 +20,11 @@ from laptop.emulator.scene.rendered_tracker import marker_specs
 from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.scene_constants import BadScene, read_scene
 from laptop.emulator.scene.synthetic_camera import SyntheticCamera, film
-from laptop.vision.board import CROSSES
-from laptop.vision.frames import Frame
-from laptop.vision.markers import read_spec
+from laptop.see.camera.frames import Frame
+from laptop.see.markers.markers import read_spec
+from laptop.see.table.board import CROSSES
+from laptop.see.table.cross_touching import CrossTouching, read_point
+from laptop.see.table.touch_looks import Looks
 from shared.arm_description import Arm, ArmError
 from shared.messages import EFFECTOR
 

@@ -29,7 +29,7 @@ from shared import state
 from shared.arm_description import find_arm, read_arm
 
 if TYPE_CHECKING:
-    from laptop.tracking.track import PageInputs, ServedPage
+    from laptop.see.serve.track import PageInputs, ServedPage
 
 BRICK_TIMEOUT = 1e6
 """For an emulated brick, which ends with the tracker in any case, s."""
@@ -195,8 +195,8 @@ def track(
     with importing():  # OpenCV
         from rich.console import Console
 
-        from laptop.tracking import announcements, track
-        from laptop.tracking.options import TrackOptions, read_picture
+        from laptop.see.serve import announcements, track
+        from laptop.see.serve.options import TrackOptions, read_picture
 
     for name in ("bar", "height", "touched"):
         if options[name] is not None and not options["board"]:
@@ -214,7 +214,7 @@ def track(
             check_new(read_picture(options["picture"])[0], (".png", ".jpg"), replace)
         watch_boards = None
         if options["board"]:
-            from laptop.calibration.table_watch import watch_tables
+            from laptop.see.table.table_watch import watch_tables
 
             watch_boards = watch_tables(
                 options["bar"], options["height"], options["touched"], read_arm(find_arm(arm))
@@ -260,7 +260,7 @@ def _open_page(
     """
     from laptop.page import process
     from laptop.page.controller import PageController
-    from laptop.tracking.track import ServedPage
+    from laptop.see.serve.track import ServedPage
 
     listener = stack.enter_context(process.listen(host, port))
 
@@ -355,7 +355,7 @@ def _beside(words: list[str], file: Path, name: str) -> Iterator[Callable[[], st
     def why_ended() -> str:
         if process.poll() is None:
             return ""
-        from laptop.tracking.process_signals import killed_by
+        from laptop.see.serve.process_signals import killed_by
 
         signal_name = killed_by(process.returncode)
         what = f"was killed ({signal_name})" if signal_name else "has ended"

@@ -23,8 +23,8 @@ from laptop import system
 from laptop.emulator.host.pace import PacedClock
 from laptop.emulator.host.process_exit import BUSY as TOO_BUSY
 from laptop.emulator.own_programs import HOUSE
-from laptop.tracking import announcements
-from laptop.tracking.process_signals import killed_by, signals_ignored
+from laptop.see.serve import announcements
+from laptop.see.serve.process_signals import killed_by, signals_ignored
 from shared.arm_description import ArmError
 
 LAPTOP = (sys.executable, "-m", "laptop")
@@ -89,7 +89,7 @@ class ChildProcess:
 
     Attributes:
         lines: the last lines for people.
-        events: everything announced, see laptop.tracking.announcements.
+        events: everything announced, see laptop.see.serve.announcements.
     """
 
     def __init__(

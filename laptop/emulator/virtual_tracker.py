@@ -49,7 +49,7 @@ from typing import Any
 
 from laptop.emulator.host.world import World
 from laptop.emulator.picture_faults import PictureFaults
-from laptop.tracking.server import TrackingServer
+from laptop.see.serve.server import TrackingServer
 from robot.tracker_address import SaltedKey
 from robot.tracking_client import ServerAddress, TrackingClient
 from shared import pairing

@@ -24,7 +24,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from laptop.calibration.camera_model import CameraModel, projected
+from laptop.see.table.camera_model import CameraModel, projected
 from shared.arm_description import Arm
 
 LINK_SPREAD = 0.1

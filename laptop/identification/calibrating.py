@@ -12,7 +12,6 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from laptop.calibration.camera_fit import Calibration
 from laptop.identification.arm_fit import ArmFit, BadIdentification, RestSights, TouchSight, fit_arm
 from laptop.identification.arm_model import ArmModel
 from laptop.identification.measured_numbers import check_signs, check_square
@@ -28,7 +27,8 @@ from laptop.identification.pose_plan import (
 )
 from laptop.identification.suspects import explain
 from laptop.measuring.measured_run import MEDIAN_NOISE, MeasuredRun, Rig
-from laptop.vision.finders.board import BoardView, find_board
+from laptop.see.markers.finders.board import BoardView, find_board
+from laptop.see.table.camera_fit import Calibration
 
 SCOUTS, BATCH = 12, 10
 """Poses before anything is known, and from one fit to the next."""

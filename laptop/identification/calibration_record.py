@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from laptop.calibration.camera_fit import Calibration
 from laptop.identification.calibrating import Identified
 from laptop.identification.measured_numbers import Measured
+from laptop.see.table.camera_fit import Calibration
 
 KIND = "calibration"
 """By which a report knows it."""

@@ -6,8 +6,6 @@ import math
 
 import numpy as np
 
-from laptop.calibration.camera_fit import calibrate
-from laptop.calibration.camera_report import shift_since
 from laptop.emulator.scene.board_items import board_place
 from laptop.emulator.scene.poses import ScriptedPoses
 from laptop.emulator.scene.rendered_tracker import marker_specs
@@ -26,9 +24,11 @@ from laptop.identification.emulated_table import (
 from laptop.identification.touching import touch_sight
 from laptop.measuring.emulated_rig import EmulatedRig, RenderedRig
 from laptop.measuring.measured_run import Sights
-from laptop.vision.finders.board import find_board
-from laptop.vision.markers import read_spec
-from laptop.vision.tracker import Tracker
+from laptop.see.markers.finders.board import find_board
+from laptop.see.markers.markers import read_spec
+from laptop.see.markers.tracker import Tracker
+from laptop.see.table.camera_fit import calibrate
+from laptop.see.table.camera_report import shift_since
 from robot.motion import kinematics
 from shared.arm_description import Arm
 from shared.messages import EFFECTOR

@@ -12,14 +12,14 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from laptop.calibration.camera_fit import Calibration, calibrate
-from laptop.calibration.camera_model import CameraModel
 from laptop.identification.arm_fit import PLACING, TouchSight
 from laptop.identification.calibrating import check_board
 from laptop.identification.touching import crosses_to_touch
 from laptop.measuring.emulated_rig import marker_point
-from laptop.vision.board import BOARDS, Board
-from laptop.vision.finders.board import BoardView
+from laptop.see.markers.finders.board import BoardView
+from laptop.see.table.board import BOARDS, Board
+from laptop.see.table.camera_fit import Calibration, calibrate
+from laptop.see.table.camera_model import CameraModel
 from robot.motion import kinematics
 from shared.arm_description import Arm
 

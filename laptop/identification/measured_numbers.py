@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
 
-from laptop.calibration.arm_file import WrittenArm, write_values
 from laptop.identification.arm_fit import ArmFit, BadIdentification
+from laptop.see.table.arm_file import WrittenArm, write_values
 from shared.arm_description import Joint
 
 LINK_LIMIT = 0.01

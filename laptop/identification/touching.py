@@ -8,7 +8,7 @@ import numpy as np
 
 from laptop.identification.arm_fit import BadIdentification, TouchSight
 from laptop.measuring.measured_run import MEDIAN_NOISE, Sights
-from laptop.vision.board import CROSSES
+from laptop.see.table.board import CROSSES
 
 STRETCHED = 0.88
 """Share of its reach beyond which an arm's elbow tells its angle badly."""

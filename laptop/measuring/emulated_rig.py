@@ -26,9 +26,9 @@ from laptop.emulator.scene.rendered_tracker import marker_specs
 from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.synthetic_camera import SyntheticCamera
 from laptop.measuring.measured_run import BadMeasurement, MeasuredRun, Sights
-from laptop.tracking.joint_track import marker_place
-from laptop.vision.markers import read_spec
-from laptop.vision.tracker import Tracker
+from laptop.see.markers.markers import read_spec
+from laptop.see.markers.tracker import Tracker
+from laptop.see.serve.joint_track import marker_place
 from shared.arm_description import Arm
 from shared.job import Job
 from shared.job_log import read_log

@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from laptop.measuring.measured_run import BadMeasurement, MeasuredRun, Sights
-from laptop.tracking.job_offer import JobOffer
-from laptop.tracking.pipeline import CameraPipeline
-from laptop.tracking.server import TrackingServer
+from laptop.see.serve.job_offer import JobOffer
+from laptop.see.serve.pipeline import CameraPipeline
+from laptop.see.serve.server import TrackingServer
 from shared.arm_description import Arm
 from shared.job_messages import ABORT, DONE, ENDS, JobStatus, Order
 from shared.messages import EFFECTOR, LEAST_CONFIDENCE, Observation, Stop

@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 
 from laptop.page.table_mapping import CELL, MAX_PLACES, TableView
-from laptop.tracking.pipeline import Point
+from laptop.see.serve.pipeline import Point
 
 MIN_PLACES = 4
 """Fewer do not tell how well they fit."""

@@ -11,12 +11,12 @@ import cv2
 import numpy as np
 
 from laptop.page.snapshots import HISTORY_DURATION, SAMPLE_PERIOD, MarkerSnapshot
-from laptop.tracking.pipeline import CameraPipeline, Point
-from laptop.vision.finders.other_codes import PRINT
-from laptop.vision.frames import Frame
-from laptop.vision.markers import Marker, hsv_mask
-from laptop.vision.stills import Stills
-from laptop.vision.view import AnnotatedFrame
+from laptop.see.camera.frames import Frame
+from laptop.see.camera.stills import Stills
+from laptop.see.markers.finders.other_codes import PRINT
+from laptop.see.markers.markers import Marker, hsv_mask
+from laptop.see.markers.view import AnnotatedFrame
+from laptop.see.serve.pipeline import CameraPipeline, Point
 from shared.arm_description import ArmError
 from shared.messages import EFFECTOR, LEAST_CONFIDENCE
 

@@ -14,9 +14,9 @@ from typing import NamedTuple
 import numpy as np
 
 from laptop.page.camera_feed import CameraFeed
-from laptop.vision.learning import learn
-from laptop.vision.markers import BadMarker, Marker, read_markers, write_markers
-from laptop.vision.picked_colors import exclude, include
+from laptop.see.markers.learning import learn
+from laptop.see.markers.markers import BadMarker, Marker, read_markers, write_markers
+from laptop.see.markers.picked_colors import exclude, include
 from shared.arm_description import ArmError
 from shared.messages import MAX_MARKERS
 

@@ -26,8 +26,8 @@ from laptop.page.snapshots import (
     PlotSample,
 )
 from laptop.page.steering import UNHEARD_TIMEOUT, Steering
-from laptop.tracking.pipeline import CameraPipeline
-from laptop.tracking.server_state import ServerState as LinkState
+from laptop.see.serve.pipeline import CameraPipeline
+from laptop.see.serve.server_state import ServerState as LinkState
 from shared.arm_description import Arm
 
 VIEWER_TIMEOUT = 5.0

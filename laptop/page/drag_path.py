@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import cv2
 import numpy as np
 
-from laptop.tracking.pipeline import Point
+from laptop.see.serve.pipeline import Point
 
 ROUGH = 4.0
 """A hand and its pixels leave the way that was meant by so much, px."""

@@ -35,11 +35,11 @@ from laptop.page.ink_track import InkTrack
 from laptop.page.job_states import heard, unheard
 from laptop.page.look_around import look_job
 from laptop.page.table_mapping import TableMapping, TableView
-from laptop.tracking.job_offer import JobOffer
-from laptop.tracking.joint_track import JointTrack, marker_place, marker_shift
-from laptop.tracking.pipeline import Point
-from laptop.tracking.server_state import ServerState as LinkState
-from laptop.tracking.tip_track import TipTrack
+from laptop.see.serve.job_offer import JobOffer
+from laptop.see.serve.joint_track import JointTrack, marker_place, marker_shift
+from laptop.see.serve.pipeline import Point
+from laptop.see.serve.server_state import ServerState as LinkState
+from laptop.see.serve.tip_track import TipTrack
 from robot.motion import kinematics
 from shared.arm_description import Arm, ArmError
 from shared.job_messages import DONE, ENDS, ORDERS, Draw, JobStatus, Order, check_order

@@ -15,7 +15,7 @@ import numpy as np
 from laptop.page.drag_path import simplified
 from laptop.page.drawing_snapshots import DrawingSnapshot, PlacedDrawing, Placing
 from laptop.page.table_mapping import TableView
-from laptop.tracking.pipeline import Point
+from laptop.see.serve.pipeline import Point
 
 GOOD, MISSED, MOVING, BOX = "#0e9f4f", "#ff2436", "#d97700", "#1c62ad"
 """Colours of what can be drawn, of what cannot, of what is just moved, of the box with handles."""

@@ -9,8 +9,8 @@ from laptop.page.camera_feed import CameraFeed, FrameGone, marks, mask
 from laptop.page.goal_hints import GoalHints
 from laptop.page.run_control import RunControl
 from laptop.page.snapshots import HISTORY_DURATION, FrameSnapshot
-from laptop.vision.tracker import Tracker
-from laptop.vision.view import AnnotatedFrame
+from laptop.see.markers.tracker import Tracker
+from laptop.see.markers.view import AnnotatedFrame
 from shared.arm_description import ArmError
 
 

@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from itertools import permutations
 
 from laptop.page.camera_feed import CameraFeed
-from laptop.tracking.pipeline import Point
-from laptop.vision.two_views import TwoViews
+from laptop.see.markers.two_views import TwoViews
+from laptop.see.serve.pipeline import Point
 from shared.messages import EFFECTOR, LEAST_CONFIDENCE
 
 MAX_FRAME_GAP = 0.2

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from laptop.page.drawing_snapshots import InkPoint, Lines
-from laptop.tracking.pipeline import Point
+from laptop.see.serve.pipeline import Point
 
 SPACING = 1.5
 """Least distance between two points of the ink, px."""

@@ -16,7 +16,7 @@ from laptop.drawing.pictures import Tracing
 from laptop.page.drawing_snapshots import DrawingSnapshot, InkPoint, Placing
 from laptop.page.run_records import RunGroup
 from laptop.page.snapshots import DEFAULTS, FrameSnapshot, PageState, PlotSample
-from laptop.tracking.pipeline import Point
+from laptop.see.serve.pipeline import Point
 
 # ruff: noqa: D102  (each method has its docstring where it is implemented)
 

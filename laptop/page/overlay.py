@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from html import escape
 
 from laptop.page.snapshots import FrameSnapshot, MarkerSnapshot
-from laptop.tracking.pipeline import Point
+from laptop.see.serve.pipeline import Point
 from shared.messages import EFFECTOR, GOAL
 
 MARKER_COLORS = {EFFECTOR: "#ffd60a", GOAL: "#40e0ff"}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from laptop.tracking.pipeline import Point
+from laptop.see.serve.pipeline import Point
 
 MAX_UNPRESSED_MOVES = 3
 """More moves in a row with no button pressed end a drag."""

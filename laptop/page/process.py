@@ -23,7 +23,7 @@ from laptop.page.controller import PageController, keep_heartbeat
 from laptop.page.rpc import serve_requests
 from laptop.page.sessions import SessionKey
 from laptop.page.stop_gate import StopGate
-from laptop.tracking.listening import own_addresses
+from laptop.see.serve.listening import own_addresses
 from shared.arm_description import ArmError
 
 HOST, PORT = "127.0.0.1", 7780

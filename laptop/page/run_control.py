@@ -21,9 +21,9 @@ from laptop.page.run_states import (
     next_state,
 )
 from laptop.page.snapshots import DEFAULTS, points
-from laptop.tracking.job_offer import JobOffer
-from laptop.tracking.pipeline import Point
-from laptop.tracking.server_state import ServerState as LinkState
+from laptop.see.serve.job_offer import JobOffer
+from laptop.see.serve.pipeline import Point
+from laptop.see.serve.server_state import ServerState as LinkState
 from shared.arm_description import ArmError
 from shared.job_messages import Order
 from shared.messages import BUDGET, GOAL, TOLERANCE, Start, Status, Stop

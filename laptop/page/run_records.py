@@ -14,7 +14,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from laptop.vision.view import AnnotatedFrame
+from laptop.see.markers.view import AnnotatedFrame
 from shared.messages import EFFECTOR, GOAL, LEAST_CONFIDENCE, Start, Status
 from shared.verdicts import READY
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from laptop.tracking.pipeline import Point
+from laptop.see.serve.pipeline import Point
 
 CELL = 1.0
 """Of the places in a cube of this size, cm, the one where the tip was slowest is kept."""

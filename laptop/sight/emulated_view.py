@@ -5,8 +5,8 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from laptop.calibration.camera_model import CameraModel
 from laptop.emulator.scene.scene import Scene
+from laptop.see.table.camera_model import CameraModel
 from laptop.sight.view import TipView
 from shared.arm_description import Arm
 

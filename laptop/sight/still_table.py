@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from laptop.calibration.camera_fit import Calibration
-from laptop.calibration.camera_report import shift_since
 from laptop.measuring.measured_run import BadMeasurement, MeasuredRun, Rig
-from laptop.vision.finders.board import find_board
+from laptop.see.markers.finders.board import find_board
+from laptop.see.table.camera_fit import Calibration
+from laptop.see.table.camera_report import shift_since
 
 LEAST_SEEN = 2
 """Of fewer of the board's markers it is not said whether they have moved."""

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from laptop.calibration.camera_model import CameraModel
 from laptop.measuring.emulated_rig import marker_point
 from laptop.measuring.measured_run import MeasuredRun, Sights
+from laptop.see.table.camera_model import CameraModel
 from robot.motion import kinematics
 from robot.motion.trajectory import Trajectory
 from shared.job import Job

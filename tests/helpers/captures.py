@@ -8,8 +8,8 @@ import cv2
 from numbered_frames import picture
 from waiting import PATIENCE
 
-from laptop.vision import webcams
-from laptop.vision.cameras import open_camera
+from laptop.see.camera import webcams
+from laptop.see.camera.cameras import open_camera
 
 
 class FakeCapture:

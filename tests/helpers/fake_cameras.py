@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from laptop.vision.frames import Frame
-from laptop.vision.tracker import Sighting
+from laptop.see.camera.frames import Frame
+from laptop.see.markers.tracker import Sighting
 
 
 class FakeCamera:

@@ -18,7 +18,7 @@ from pathlib import Path
 if __name__ == "__main__":
     sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from laptop.tracking.server import TrackingServer
+from laptop.see.serve.server import TrackingServer
 from robot.clock import Clock
 from robot.tracker_address import Memory, SaltedKey, ServerAddress
 from robot.tracking_client import TrackingClient

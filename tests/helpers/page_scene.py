@@ -11,11 +11,11 @@ from waiting import PATIENCE
 from laptop.page import camera_feed
 from laptop.page.controller import PageController
 from laptop.page.rpc import RpcClient, serve_requests
-from laptop.tracking.pipeline import CameraPipeline
-from laptop.tracking.server_state import ServerState as LinkState
-from laptop.vision.frames import Frame
-from laptop.vision.markers import read_spec
-from laptop.vision.tracker import Tracker
+from laptop.see.camera.frames import Frame
+from laptop.see.markers.markers import read_spec
+from laptop.see.markers.tracker import Tracker
+from laptop.see.serve.pipeline import CameraPipeline
+from laptop.see.serve.server_state import ServerState as LinkState
 from shared.messages import EFFECTOR, GOAL, Status
 
 WIDTH, HEIGHT = 320, 240

@@ -11,7 +11,7 @@ import signal
 import pytest
 from servo_rig import PROGRAM, Camera, Watched, circling
 
-from laptop.tracking.server_state import ServerState
+from laptop.see.serve.server_state import ServerState
 from robot.motion import kinematics
 from robot.servoing.loop import CHASE_TIMEOUT
 from shared.messages import Start, Stop

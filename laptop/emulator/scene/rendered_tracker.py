@@ -10,8 +10,8 @@ from laptop.emulator.scene.marker_items import ARUCO_IDS, shown_markers
 from laptop.emulator.scene.poses import ScriptedPoses
 from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.synthetic_camera import SyntheticCamera
-from laptop.vision.markers import read_spec
-from laptop.vision.tracker import Tracker
+from laptop.see.markers.markers import read_spec
+from laptop.see.markers.tracker import Tracker
 
 if TYPE_CHECKING:
     from laptop.emulator.device.brick import EmulatedBrick

@@ -20,7 +20,7 @@ from laptop.emulator.scene.poses import LivePoses, Poses, RecordedPoses
 from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.scene_constants import CAMERAS, read_scene
 from laptop.emulator.scene.sensor import Sensor
-from laptop.vision.frames import Frame
+from laptop.see.camera.frames import Frame
 from shared.arm_description import find_arm, read_arm
 from shared.state import default_arm
 

@@ -19,7 +19,7 @@ from laptop.page.interface import (
 )
 from laptop.page.rpc import RpcError
 from laptop.page.steering import browser_title
-from laptop.tracking.pipeline import Point
+from laptop.see.serve.pipeline import Point
 from shared.messages import EFFECTOR
 
 P = ParamSpec("P")

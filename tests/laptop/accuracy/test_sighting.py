@@ -17,7 +17,7 @@ from laptop.accuracy.sighting import (
     turning,
 )
 from laptop.measuring.measured_run import MeasuredRun, Sights
-from laptop.tracking.joint_track import marker_shift
+from laptop.see.serve.joint_track import marker_shift
 from shared.arm_description import find_arm, read_arm
 from shared.job_log import LogRow
 

@@ -33,8 +33,8 @@ from laptop.bench.track_score import Claim, Score, TrackResult, claim, judge
 from laptop.cli.main import laptop
 from laptop.emulator.scene.optics import Box, coverage
 from laptop.emulator.scene.sensor import marker_frame
-from laptop.vision.markers import BadMarker, Color, Marker
-from laptop.vision.tracker import Sighting
+from laptop.see.markers.markers import BadMarker, Color, Marker
+from laptop.see.markers.tracker import Sighting
 
 SEED = 77
 DISC = LOOKS[1]

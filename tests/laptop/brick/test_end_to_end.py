@@ -15,7 +15,7 @@ from waiting import PATIENCE, until
 from laptop.brick import choosing
 from laptop.brick.connection import BrickAddress, Dialogue
 from laptop.cli.track import run_on_brick
-from laptop.tracking.server import TrackingServer
+from laptop.see.serve.server import TrackingServer
 from shared import pairing
 
 CODE = "ABCDEFGHJKMN"

@@ -10,7 +10,7 @@ from terminal_keys import keys_for
 
 from laptop.brick import BrickProblem, touching
 from laptop.brick.connection import Dialogue, connected, read_address
-from laptop.calibration.marker_offset import BadTouches
+from laptop.see.table.marker_offset import BadTouches
 
 
 @pytest.fixture

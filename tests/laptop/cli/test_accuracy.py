@@ -9,11 +9,11 @@ from accuracy_rigs import camera_above
 from click.testing import CliRunner
 
 from laptop.accuracy.sighting import BadSighting
-from laptop.calibration.camera_fit import Calibration
 from laptop.cli.accuracy import _check_still, _look
 from laptop.cli.main import laptop
-from laptop.vision.board import BOARDS
-from laptop.vision.finders import board
+from laptop.see.markers.finders import board
+from laptop.see.table.board import BOARDS
+from laptop.see.table.camera_fit import Calibration
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,6 @@ import spoilt_rigs
 from click import ClickException, UsageError
 from click.testing import CliRunner
 
-from laptop.calibration.camera_file import write_camera
 from laptop.cli import calibrate
 from laptop.cli.main import laptop
 from laptop.cli.run_folder import alone_in
@@ -24,6 +23,7 @@ from laptop.identification import emulated_setups, measured_numbers
 from laptop.identification.arm_fit import BadIdentification
 from laptop.lab_report.measured_runs import read_measured
 from laptop.measuring.measured_run import Sights
+from laptop.see.table.camera_file import write_camera
 from shared.arm_description import find_arm, read_arm
 
 PLANAR = find_arm("planar")

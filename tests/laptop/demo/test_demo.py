@@ -34,7 +34,7 @@ from laptop.demo.processes import DemoFailed
 from laptop.emulator import own_programs, temporary_folders
 from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.scene_constants import read_scene
-from laptop.tracking import process_signals
+from laptop.see.serve import process_signals
 from shared.arm_description import find_arm, read_arm
 
 ARMS = {name: read_arm(find_arm(name)) for name in ("planar", "geared", "spatial")}

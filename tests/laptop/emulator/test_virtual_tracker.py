@@ -16,7 +16,7 @@ from laptop.emulator.host.clocks import UPTIME
 from laptop.emulator.host.runner import run_script
 from laptop.emulator.host.world import World
 from laptop.emulator.virtual_tracker import HOST, LINK_TIMEOUT, VirtualTracker
-from laptop.tracking.server import TrackingServer
+from laptop.see.serve.server import TrackingServer
 from robot import tracking_client
 from robot.tracking import FIRST_PAUSE, MAX_PAUSE
 from robot.tracking_client import Memory, ServerAddress

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import seen_arms
 
-from laptop.calibration.camera_report import shift_since
 from laptop.identification.emulated_table import camera_over, luck_of
+from laptop.see.table.camera_report import shift_since
 from robot.motion import kinematics
 
 

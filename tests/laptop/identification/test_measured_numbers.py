@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 import seen_arms
 
-from laptop.calibration.arm_file import ArmNotWritten
 from laptop.identification.arm_fit import BadIdentification, fit_arm
 from laptop.identification.arm_model import MeasuredByHand
 from laptop.identification.measured_numbers import (
@@ -19,6 +18,7 @@ from laptop.identification.measured_numbers import (
     measured,
     write_measured,
 )
+from laptop.see.table.arm_file import ArmNotWritten
 from shared.arm_description import find_arm, read_arm
 
 TODAY = date(2026, 11, 25)

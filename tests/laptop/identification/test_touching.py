@@ -8,7 +8,7 @@ import pytest
 from laptop.identification.arm_fit import BadIdentification
 from laptop.identification.touching import crosses_to_touch, touch_sight
 from laptop.measuring.measured_run import Sights
-from laptop.vision.board import CROSSES
+from laptop.see.table.board import CROSSES
 
 BASE = (-12.5, 0.0)
 

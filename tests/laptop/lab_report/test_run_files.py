@@ -20,7 +20,7 @@ from laptop.lab_report.run_files import (
     read_picture,
 )
 from laptop.reporting.document import MAX_PNG
-from laptop.vision.frames import quiet_decoders
+from laptop.see.camera.frames import quiet_decoders
 
 
 def test_columns_are_numbers_by_name_and_an_empty_cell_is_nan(tmp_path):

@@ -6,10 +6,10 @@ import pytest
 from page_scene import BLUE, HEIGHT, RED, WIDTH, PageScene, mark
 
 from laptop.page import camera_feed
-from laptop.vision.learning import learn
-from laptop.vision.markers import BadMarker, hsv_mask, read_markers, read_spec, write_markers
-from laptop.vision.picked_colors import exclude, include
-from laptop.vision.tracker import Tracker
+from laptop.see.markers.learning import learn
+from laptop.see.markers.markers import BadMarker, hsv_mask, read_markers, read_spec, write_markers
+from laptop.see.markers.picked_colors import exclude, include
+from laptop.see.markers.tracker import Tracker
 from shared.messages import EFFECTOR, GOAL
 
 

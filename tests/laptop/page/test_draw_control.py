@@ -19,7 +19,7 @@ from laptop.page import draw_control, drawing_studio
 from laptop.page.drawing_snapshots import PlacedDrawing, Placing, Request, Source
 from laptop.page.drawing_worker import DrawingWorker
 from laptop.page.table_mapping import TableView
-from laptop.vision.tracker import Sighting
+from laptop.see.markers.tracker import Sighting
 from robot.motion import kinematics
 from shared.arm_description import find_arm, read_arm
 from shared.job import BadJob, Job

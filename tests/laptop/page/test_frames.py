@@ -15,11 +15,11 @@ from laptop.page import camera_feed
 from laptop.page.camera_feed import marks
 from laptop.page.controller import PageController
 from laptop.page.overlay import overlay
-from laptop.tracking.pipeline import CameraPipeline
-from laptop.vision.cameras import open_camera
-from laptop.vision.markers import read_spec
-from laptop.vision.tracker import Tracker
-from laptop.vision.view import BoardPlace
+from laptop.see.camera.cameras import open_camera
+from laptop.see.markers.markers import read_spec
+from laptop.see.markers.tracker import Tracker
+from laptop.see.markers.view import BoardPlace
+from laptop.see.serve.pipeline import CameraPipeline
 from shared.messages import EFFECTOR
 
 

@@ -35,7 +35,7 @@ from laptop.cli.track import start_brick as own_brick
 from laptop.page import process as page_process
 from laptop.page.cards.camera_view import IMAGE_TIMEOUT
 from laptop.page.server import MAX_UPLOADS
-from laptop.vision.markers import read_markers
+from laptop.see.markers.markers import read_markers
 
 
 @pytest.fixture(scope="module")

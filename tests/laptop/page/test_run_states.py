@@ -15,7 +15,7 @@ from laptop.page.run_states import (
     next_state,
     transition_table,
 )
-from laptop.tracking.server_state import ServerState as LinkState
+from laptop.see.serve.server_state import ServerState as LinkState
 from shared.messages import Start, Stop
 
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from board_views import stand, view
 
-from laptop.calibration.camera_fit import calibrate
 from laptop.measuring.measured_run import BadMeasurement
+from laptop.see.table.camera_fit import calibrate
 from laptop.sight import still_table
 from laptop.sight.still_table import StillTable
 

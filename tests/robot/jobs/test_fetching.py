@@ -6,7 +6,7 @@ import zlib
 import pytest
 from offered_jobs import job_file
 
-from laptop.tracking.job_offer import JobOffer
+from laptop.see.serve.job_offer import JobOffer
 from robot.jobs.fetching import ASK_AGAIN, FETCH_TIMEOUT, JobFetching, NotFetched
 from shared.job import BadJob
 from shared.job_messages import Draw, JobPart, Want, part_of

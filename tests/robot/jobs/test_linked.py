@@ -11,7 +11,7 @@ from servo_rig import PROGRAM
 
 from laptop.emulator.host.runner import run_script
 from laptop.emulator.virtual_tracker import LAPTOP_CLOCK_LEAD
-from laptop.tracking.job_offer import JobOffer
+from laptop.see.serve.job_offer import JobOffer
 from robot.jobs import linked
 from robot.motion import kinematics
 from shared.job_messages import Order

@@ -1,0 +1,1 @@
+"""Pictures come in: from webcams, films, streams and folders, each with its time."""

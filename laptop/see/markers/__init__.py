@@ -1,0 +1,1 @@
+"""What a marker looks like, where it is, and how sure that is."""

@@ -1,0 +1,36 @@
+"""Why a picture does not show one board as it is: there are two of them, or it is mirrored."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from laptop.see.markers.finders.board import BoardView, find_board, find_markers
+
+DOUBLED, DOUBLED_SHARE = 4, 1 / 3
+"""So many markers, and such a share of those that are seen, are seen twice where boards are two."""
+MIRRORED, MIRRORED_TIMES = 4, 2
+"""So many more markers, and times as many, are seen in the mirror of a picture that is mirrored: a
+few markers are others in the mirror."""
+
+
+def board_fault(image: np.ndarray, view: BoardView | None) -> str | None:
+    """What is wrong with a picture, and what to do; None if it shows one board, or none.
+
+    Args:
+        image: BGR or grey, uint8.
+        view: what `find_board` has found in it.
+    """
+    seen = 0 if view is None else len(view.numbers)
+    if view is not None and seen == len(view.board.numbers):
+        return None
+    found, doubled = find_markers(image)
+    if len(doubled) >= max(DOUBLED, DOUBLED_SHARE * (len(found) + len(doubled))):
+        return f"two boards are seen, {len(doubled)} markers twice: show one of them alone"
+    mirrored = find_board(cv2.flip(image, 1))
+    if mirrored and len(mirrored.numbers) > max(seen + MIRRORED, MIRRORED_TIMES * seen):
+        return (
+            f"the picture is mirrored: {len(mirrored.numbers)} markers are seen in its mirror, and "
+            f"{seen} in it; turn mirroring off in the program that takes it"
+        )
+    return None

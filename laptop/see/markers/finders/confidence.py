@@ -1,0 +1,142 @@
+"""From what was measured to a confidence: factors from 0 (surely not the marker) to 1."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+
+from laptop.see.markers.circles import Circle
+from laptop.see.markers.limb import Limb, scaled_misfit
+from laptop.see.markers.markers import Color, hsv_mask, hue_distance
+from shared.messages import LEAST_CONFIDENCE
+
+MIN_REPORTED_CONFIDENCE = 0.2
+"""Confidence below which nothing is claimed at all."""
+MAX_AMBIGUOUS_CONFIDENCE = 0.45
+"""The greatest confidence in what may well be something else."""
+
+
+def ramp(x: float, low: float, high: float) -> float:
+    """From 0 at `low` to 1 at `high`, linear between."""
+    return min(1.0, max(0.0, (x - low) / (high - low)))
+
+
+def color_likeness(hsv: tuple[float, float, float], color: Color, learned: Color) -> float:
+    """Agreement of a mean colour; its brightness counts only with a colour that was learned.
+
+    Args:
+        hsv: of what is measured: degrees, 0 to 1, 0 to 1.
+        color: of the marker under the present light.
+        learned: as it was picked or named.
+    """
+    away = abs(hue_distance(hsv[0], learned.hue)) / learned.tolerance
+    like = 1 - ramp(away, 0.6, 1.2)
+    if learned.scene is None:  # a named colour: what is not vivid is no marker
+        return like * ramp(hsv[1] / learned.saturation, 0.55, 0.8)
+    return (
+        like * ramp(hsv[1] / learned.saturation, 0.45, 0.75) * ramp(hsv[2] / color.value, 0.3, 0.6)
+    )
+
+
+def isolation(hsv: np.ndarray, circle: Circle, color: Color) -> float:
+    """Small if what is around has the colour, too: then it is a part of something larger.
+
+    Args:
+        hsv: OpenCV's, uint8, shape (h, w, 3).
+        circle: in its px.
+    """
+    width = max(2, round(0.25 * circle.radius))
+    radius = round(1.15 * circle.radius + width)
+    u, v, reach = round(circle.u), round(circle.v), radius + width
+    left, top = max(0, u - reach), max(0, v - reach)
+    window = hsv[top : max(0, v + reach), left : max(0, u + reach)]
+    if not window.size:
+        return 1.0
+    ring = np.zeros(window.shape[:2], np.uint8)
+    cv2.circle(ring, (u - left, v - top), radius, 255, width)
+    total = cv2.countNonZero(ring)
+    same = cv2.countNonZero(ring & hsv_mask(window, color.wider()))
+    return 1 - ramp(same / max(1, total), 0.3, 0.6)
+
+
+def size_likeness(radius: float, seen: float | None, known: Sequence[float]) -> float:
+    """Agreement of a radius with those before, px.
+
+    Args:
+        seen: in the frame before; None: it was not seen there.
+        known: when it was picked, and when it was last surely seen; it may look like either.
+    """
+    fit = ramp(radius, 2, 4)
+    if seen:
+        fit *= ramp(_ratio(radius, seen), 0.45, 0.7)
+    if known:
+        fit *= max(ramp(_ratio(radius, size), 0.3, 0.45) for size in known)
+    return fit
+
+
+LARGER, SMALLER = "only a much larger one", "only a much smaller one"
+
+
+def other_size(size: float, score: float, radius: float, known: Sequence[float]) -> str:
+    """Why something is not the marker, if only its size is another; else ""."""
+    if size >= MIN_REPORTED_CONFIDENCE or score < LEAST_CONFIDENCE or not known:
+        return ""
+    return LARGER if radius > max(known) else SMALLER if radius < min(known) else ""
+
+
+def _ratio(one: float, other: float) -> float:
+    return min(one / other, other / one)
+
+
+MAX_USED_MISFIT = 0.2
+"""Misfit, as a part of a tenth of the radius and 1 px, up to which the limb tells where a ball is,
+and not the mask."""
+_DISAGREEMENT_COST = 0.15
+"""What a limb's distance (radii) from the circle of the mask adds to its misfit: where something
+hides or smears a part, each of them is drawn to another side."""
+_MISFITS = (0.02, 0.066, 0.3, 0.6)
+"""Misfits of a limb, so scaled, ..."""
+_TRUSTS = (1.0, 0.9, 0.5, 0.2)
+"""... and the confidences that they mean."""
+
+
+def color_step(hsv: tuple[float, float, float], color: Color) -> float:
+    """Distance of a mean colour in hue (1 is the tolerance) and in saturation (1 is a factor e).
+
+    Args:
+        hsv: of what is measured: degrees, 0 to 1, 0 to 1.
+        color: to compare it with.
+    """
+    away = abs(hue_distance(hsv[0], color.hue)) / color.tolerance
+    return away + abs(math.log(max(hsv[1], 0.01) / color.saturation))
+
+
+def size_doubt(limb: Limb | None, picked: float | None) -> float:
+    """A radius's distance from the picked one (1 is a factor e), as far as the rim is missing.
+
+    A whole rim proves a size; of an arc, any circle can be made.  What was seen before says little
+    here: where more and more is hidden or smeared, one arc follows another.
+    """
+    if limb is None or not picked:
+        return 0.0
+    return limb.gap * abs(math.log(limb.radius / picked))
+
+
+def limb_confidence(limb: Limb | None, circle: Circle, followed: bool) -> float:
+    """Confidence in a circle by the limb around it.
+
+    Args:
+        limb: None if there is hardly any.
+        circle: of the mask, in the limb's px.
+        followed: it is where the marker was expected: a blurred one is no less the marker then.
+    """
+    least = LEAST_CONFIDENCE if followed else MIN_REPORTED_CONFIDENCE
+    if limb is None:
+        return max(least, MAX_AMBIGUOUS_CONFIDENCE)
+    apart = math.hypot(limb.u - circle.u, limb.v - circle.v) / limb.radius
+    misfit = scaled_misfit(limb) + _DISAGREEMENT_COST * apart
+    trust = float(np.interp(misfit, _MISFITS, _TRUSTS))
+    return max(least, min(trust, 0.4 + 0.6 * ramp(limb.contrast, 0, 0.4)))

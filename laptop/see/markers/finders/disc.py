@@ -1,0 +1,256 @@
+"""Finds flat discs.
+
+A disc that is seen whole, an ellipse in perspective, is measured by a soft centroid: each pixel
+counts with the share of disc in it.  One that is partly hidden is for a while measured as a circle.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import cv2
+import numpy as np
+
+from laptop.see.markers.circles import ellipse_of
+from laptop.see.markers.discriminant import (
+    FULL_SHARE,
+    DiscriminantModel,
+    crop_around,
+    disc_share,
+    fit_discriminant,
+    half_crop,
+    outline_at,
+    outline_quality,
+    reach_mask,
+)
+from laptop.see.markers.finders.circle_measurement import ColorWindow, color_window, measure_circle
+from laptop.see.markers.finders.color_search import find_by_color
+from laptop.see.markers.finders.confidence import (
+    MAX_AMBIGUOUS_CONFIDENCE,
+    color_likeness,
+    other_size,
+    ramp,
+    size_likeness,
+)
+from laptop.see.markers.finders.illumination import adapt_color
+from laptop.see.markers.finders.smeared_disc import measure_smear
+from laptop.see.markers.markers import Marker, hsv_of
+from laptop.see.markers.tracks import Place, Sighting, Track
+from shared.messages import LEAST_CONFIDENCE
+
+MAX_HIDDEN_TIME = 0.5
+"""Time, s, for which a disc may be partly hidden, before what is seen may be something else."""
+MAX_HIDDEN_CONFIDENCE = 0.7
+"""The greatest confidence in a disc that is partly hidden now."""
+MIN_OUTLINE = 8
+"""Least px of an outline that may be a disc's."""
+MIN_AREA = 12
+"""Least area of a disc, px."""
+MAX_MODEL_AGE = 4
+"""Frames after which the discriminant is fitted anew."""
+MAX_BRIGHTNESS_CHANGE = 0.04
+"""Part by which a disc's brightness may change before its discriminant is of no use."""
+MAX_DECENTRING = 0.6
+"""Distance, px, of a disc from the middle of where it is looked for, up to which all around it
+counts alike."""
+MAX_PASSES = 4
+"""Times that this is moved to where the disc is."""
+MIN_STRETCH = 1.2
+"""Ratio of the second moments of a disc that may be smeared, at least."""
+_RIM = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (5, 5))
+"""Pixels around the middle of a disc's edge into which some of its light falls."""
+
+
+def find_disc(image: np.ndarray, t: float, marker: Marker, track: Track) -> Track:
+    """Find a disc in one frame; see `tracker.MarkerFinder`."""
+    return find_by_color(image, t, marker, track, _measure)
+
+
+def _measure(
+    image: np.ndarray, t: float, place: Place, marker: Marker, track: Track
+) -> Track | None:
+    if track.discriminant is not None and track.ellipse_quality == 1:
+        whole = _measure_whole(image, place, marker, track)
+        if whole is not None:
+            return whole
+    window = color_window(image, place, track)
+    if window is None:
+        return None
+    whole = _detect_whole(image, window, marker, track)
+    if whole is not None and whole.score == 1:
+        return whole
+    smeared = measure_smear(image, place, track)
+    if smeared is not None or whole is not None:
+        return smeared or whole
+    if track.seen is not None and t - track.last_whole > MAX_HIDDEN_TIME:
+        return None
+    known = track.discriminant is not None  # if it was never seen whole, it is something else
+    confidence = MAX_HIDDEN_CONFIDENCE if known else MAX_AMBIGUOUS_CONFIDENCE
+    return measure_circle(window, marker, track, confidence)
+
+
+def _detect_whole(
+    image: np.ndarray, window: ColorWindow, marker: Marker, track: Track
+) -> Track | None:
+    """Find a whole disc in a mask, of which nothing but its colour is known; None if it is none."""
+    blobs, _ = cv2.findContours(window.mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    blobs = [blob for blob in blobs if len(blob) >= MIN_OUTLINE]
+    if not blobs:
+        return None
+    expected = window.expected
+    if expected is None:
+        blob = max(blobs, key=cv2.contourArea)
+    else:
+        blob = max(blobs, key=lambda b: cv2.pointPolygonTest(b, expected, True))
+    rough = ellipse_of(blob)
+    if rough is None:
+        return None
+    u, v, radius = rough.u + window.left, rough.v + window.top, rough.radius
+    model = fit_discriminant(image, u, v, radius, rough.covariance)
+    if model is None:
+        return None
+    # Of a thin one the mask, which has but whole pixels, shows no shape.
+    quality, other = outline_quality(image, u, v, radius, model), rough.quality
+    quality += 0.5 * ramp(rough.short, 1.5, 3) * (other - quality)
+    if quality <= 0:
+        return None
+    # A mask shows little of a smear: the next frame fits anew, by what is measured in this one.
+    model = model._replace(age=MAX_MODEL_AGE - 1)
+    start = replace(track, discriminant=model, seen=None, ellipse_quality=quality)
+    found = _measure_whole(image, (u, v, radius), marker, start)
+    if found is None or found.seen is None:
+        return None
+    before = track.seen.radius if track.seen else None
+    known = track.known_radii(marker)
+    size = size_likeness(found.seen.radius, before, known)
+    why = other_size(size, found.score, found.seen.radius, known)
+    score = found.score * size
+    new = found.seen._replace(confidence=min(1.0, score))
+    return replace(found, sighting=new, why=why, seen=new, score=score)
+
+
+class _SoftCentroid(NamedTuple):
+    """The shares of disc around a place, and their moments.
+
+    u, v     centre of gravity, px of the picture
+    window   BGR
+    share    of disc in each pixel of the window
+    moments  of the shares, as of cv2.moments
+    """
+
+    u: float
+    v: float
+    window: np.ndarray
+    share: np.ndarray
+    moments: Any
+
+
+def _soft_centroid(
+    image: np.ndarray, place: Place, model: DiscriminantModel, separate: bool
+) -> _SoftCentroid | None:
+    """Move to the centre of gravity of what is disc; None if hardly anything is.
+
+    Args:
+        separate: of what has a share, only what is half disc counts, with its rim.
+    """
+    u, v, radius = place
+    reach = reach_mask(max(2, round(radius)))
+    half, wide_half = reach.shape[0] // 2, half_crop(radius)
+    wide, at = None, (u, v)
+    for _ in range(MAX_PASSES):
+        if wide is None or max(abs(u - at[0]), abs(v - at[1])) > wide_half - half - 1:
+            wide, at = crop_around(image, u, v, wide_half), (u, v)
+            if wide is None:
+                return None
+            shares = disc_share(wide.image, model)
+        crop = crop_around(shares, u - wide.left, v - wide.top, half)
+        if crop is None:
+            return None
+        share = cv2.bitwise_and(crop.image, reach[crop.part])
+        left, top = crop.left + wide.left, crop.top + wide.top
+        if separate:
+            outline = outline_at(share, place[0] - left, place[1] - top)
+            if outline is None:
+                return None
+            own = np.zeros(share.shape, np.uint8)
+            cv2.drawContours(own, [outline], -1, 255, -1)
+            share = cv2.bitwise_and(share, share, mask=cv2.dilate(own, _RIM))
+        m = cv2.moments(share)
+        if m["m00"] < MIN_AREA * FULL_SHARE:
+            return None
+        before = u, v
+        u, v = left + m["m10"] / m["m00"], top + m["m01"] / m["m00"]
+        if math.hypot(u - before[0], v - before[1]) < MAX_DECENTRING:
+            break
+    height, width = share.shape
+    window = image[top : top + height, left : left + width]
+    return _SoftCentroid(u, v, window, share, m)
+
+
+def _measure_whole(
+    image: np.ndarray, place: Place, marker: Marker, track: Track, separate: bool = False
+) -> Track | None:
+    """Measure by the soft centroid; None if what is there is not a whole disc of this colour.
+
+    Where colours of many kinds are around, no line tells the disc from all of them: some keep a
+    share, which makes the shape look wrong.  Then it is measured again without them.
+
+    Args:
+        separate: measure without them.
+    """
+    model, learned = track.discriminant, marker.color
+    assert model is not None
+    assert learned is not None
+    found = _soft_centroid(image, place, model, separate)
+    if found is None:
+        return None
+    u, v, window, share, m = found
+    m00 = m["m00"]
+    covariance = across, down, skew = m["mu20"] / m00, m["mu02"] / m00, m["mu11"] / m00
+    # A full ellipse has area = 4 pi sqrt(det of its second moments); anything else is spread wider.
+    area = m00 / FULL_SHARE
+    solid = area / (4 * math.pi * math.sqrt(max(across * down - skew * skew, 1e-9)))
+    middle = (across + down) / 2
+    longest = middle + math.hypot((across - down) / 2, skew)
+    # A whole ellipse has no third moments; one of which something hides a part has.  (Whole ones of
+    # 6 px have up to 0.08, one that lacks a fifth of its radius 0.14, half of it 0.37.)
+    thirds = m["mu30"] ** 2 + m["mu03"] ** 2 + 3 * (m["mu21"] ** 2 + m["mu12"] ** 2)
+    lopsided = math.sqrt(thirds) / m00 / middle**1.5
+    shape = ramp(solid, 0.75, 0.9) * (1 - ramp(lopsided, 0.15, 0.3))
+    if shape < 1 and not separate:
+        stretched = longest > MIN_STRETCH * (2 * middle - longest)
+        smeared = measure_smear(image, place, track) if stretched else None
+        if smeared is not None:
+            return smeared
+        return _measure_whole(image, place, marker, track, separate=True)
+    inside = cv2.inRange(share, 50000, 65535)
+    blue, green, red, _ = cv2.mean(window, inside)
+    gains = track.gains or (1.0, 1.0, 1.0)
+    shade = hsv_of((blue / gains[2], green / gains[1], red / gains[0]))
+    radius = 2 * math.sqrt(longest)
+    score = track.ellipse_quality * shape * color_likeness(shade, track.color or learned, learned)
+    if track.seen is not None:
+        score *= 1 - ramp(abs(math.log(radius / place[2])), 0.2, 0.5)
+    if score < LEAST_CONFIDENCE:
+        return None
+    brightness = blue + green + red
+    before = model.brightness
+    if before is not None and abs(brightness / before - 1) > MAX_BRIGHTNESS_CHANGE:
+        # The light has changed: what was fitted before it did is of no use.
+        fresh = fit_discriminant(image, u, v, radius, covariance)
+        if fresh is None:
+            return None
+        track = replace(track, discriminant=fresh)
+        return _measure_whole(image, (u, v, place[2]), marker, track)
+    kept: DiscriminantModel | None = model._replace(brightness=brightness, age=model.age + 1)
+    if model.age >= MAX_MODEL_AGE:
+        fresh = fit_discriminant(image, u, v, radius, covariance)
+        kept = fresh and fresh._replace(brightness=brightness)
+    new = Sighting(u, v, score, radius)
+    return Track(
+        new, seen=new, score=score, color=adapt_color(shade, track.color, learned),
+        gains=track.gains, discriminant=kept, last_whole=0.0,
+        ellipse_quality=track.ellipse_quality,
+    )  # fmt: skip

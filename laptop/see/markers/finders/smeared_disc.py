@@ -1,0 +1,121 @@
+"""Finds a disc that moved so far during the exposure that it is smeared over a stadium."""
+
+from __future__ import annotations
+
+import math
+
+import cv2
+import numpy as np
+
+from laptop.see.markers.discriminant import DiscriminantModel, crop_around, smeared_share
+from laptop.see.markers.finders.confidence import ramp
+from laptop.see.markers.smear import (
+    Smear,
+    fit_smear,
+    smear_mask,
+    smear_misfit,
+    smear_of_moments,
+    smear_share,
+)
+from laptop.see.markers.tracks import Place, Sighting, Track, half_window
+from shared.messages import LEAST_CONFIDENCE
+
+MAX_SMEARED_CONFIDENCE = 0.85
+"""The greatest confidence in a smear: its middle is where the disc was in the middle of the
+exposure only if it moved evenly."""
+MIN_SMEAR, MAX_SMEAR = 0.8, 6.0
+"""Lengths of the way, radii, from which on a disc is smeared, and up to which it is made out."""
+_START = 20
+"""Farther than its window that a disc's smear may reach, px: it may just have started to move."""
+_MISFITS = (0.12, 0.2, 0.3)
+"""Misfits of a smear: up to the first it is the disc's; by the second it may be wrong; ..."""
+_TRUSTS = (MAX_SMEARED_CONFIDENCE, LEAST_CONFIDENCE, 0.0)
+"""... and what they leave of the confidence."""
+_AROUND = (2, 8)
+"""Distances from a smear between which its surroundings are looked at, px."""
+_ROUGH_SHARE = 0.25
+"""Share of disc of which, at least, a smear consists that is to be found."""
+_MASSES = (0.4, 2.5)
+"""Disc in a blob, as a part of a disc's, that may be a smear with something missing or added."""
+
+
+def measure_smear(image: np.ndarray, place: Place, track: Track) -> Track | None:
+    """Measure the smear of a disc that was seen at rest before; None if none is there.
+
+    Args:
+        image: BGR, uint8, shape (h, w, 3).
+        place: where the disc is expected.
+        track: what was known of it before this frame.
+    """
+    model = track.discriminant
+    if model is None or track.seen is None:
+        return None
+    u, v, radius = place
+    crop = crop_around(image, u, v, math.ceil(half_window(radius)) + _START)
+    if crop is None:
+        return None
+    at = u - crop.left, v - crop.top
+    found = _find(crop.image, at, radius, model)
+    if found is None:
+        return None
+    smear, misfit = found
+    shown = float(smear_share(smear, crop.image.shape[:2]).sum()) / (math.pi * smear.radius**2)
+    score = float(np.interp(misfit, _MISFITS, _TRUSTS))
+    score *= 1 - ramp(abs(math.log(smear.radius / radius)), 0.15, 0.3)
+    score *= ramp(shown, 0.6, 0.9)
+    if score < LEAST_CONFIDENCE:
+        return None
+    smear = smear.moved(crop.left, crop.top)
+    new = Sighting(smear.u, smear.v, score, smear.radius)
+    return Track(
+        new, seen=new, score=score, color=track.color, gains=track.gains, discriminant=model,
+        last_whole=0.0, ellipse_quality=track.ellipse_quality,
+    )  # fmt: skip
+
+
+def _find(
+    window: np.ndarray, at: tuple[float, float], radius: float, model: DiscriminantModel
+) -> tuple[Smear, float] | None:
+    """The smear that is nearest to a place in a window, and how badly it fits."""
+    share = smeared_share(window, model, np.full(window.shape[:2], 255, np.uint8))
+    smear = None if share is None else _rough(share, at, radius)
+    if not _is_smeared(smear, radius):
+        return None
+    assert smear is not None
+    margin = _AROUND[1] + 2
+    reach = np.array([abs(smear.du), abs(smear.dv)]) / 2 + smear.radius + margin
+    left, top = np.maximum(0, np.floor(np.array([smear.u, smear.v]) - reach)).astype(int).tolist()
+    right, bottom = np.ceil(np.array([smear.u, smear.v]) + reach).astype(int).tolist()
+    window = window[top : bottom + 1, left : right + 1]
+    smear = smear.moved(-left, -top)
+    for _ in range(2):
+        # What is around it, and not what it was before, is what it has to be told from.
+        outer, inner = (smear_mask(smear, window.shape, wide) for wide in reversed(_AROUND))
+        share = smeared_share(window, model, outer & ~inner)
+        found = None if share is None else fit_smear(share, smear)
+        if share is None or found is None or not _is_smeared(found, radius):
+            return None
+        smear, misfit = found, smear_misfit(share, found)
+    return smear.moved(left, top), misfit
+
+
+def _is_smeared(smear: Smear | None, radius: float) -> bool:
+    return smear is not None and MIN_SMEAR * radius < smear.length < MAX_SMEAR * radius
+
+
+def _rough(share: np.ndarray, at: tuple[float, float], radius: float) -> Smear | None:
+    """About where a smear is: the blob nearest to a place that has as much disc as a whole one."""
+    blobs = (cv2.blur(share, (3, 3)) > _ROUGH_SHARE).astype(np.uint8)
+    _, labels, _, centers = cv2.connectedComponentsWithStats(blobs)
+    masses = np.bincount(labels.ravel().astype(np.intp), share.ravel()) / (
+        math.pi * radius * radius
+    )
+    likely = np.flatnonzero((masses > _MASSES[0]) & (masses < _MASSES[1]))
+    likely = likely[likely > 0]  # the first is what is no blob
+    if not len(likely):
+        return None
+    away = np.hypot(*(centers[likely] - at).T) / radius
+    best = likely[np.argmin(np.abs(np.log(masses[likely])) + 0.1 * away)]
+    own = cv2.dilate((labels == best).astype(np.uint8), np.ones((3, 3), np.uint8))
+    smear = smear_of_moments(cv2.moments(np.clip(share, 0, 1) * own))
+    return smear._replace(radius=min(radius, smear.radius))

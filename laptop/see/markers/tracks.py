@@ -1,0 +1,204 @@
+"""One marker from frame to frame: its last sighting, speed and colour, and where it should be next.
+
+Pure.  Pixel centres lie at integer coordinates.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from laptop.see.markers.discriminant import DiscriminantModel
+from laptop.see.markers.markers import Color, Marker
+
+Window = tuple[float, float, float, float]
+"""Left, top, right, bottom, px."""
+Place = tuple[float, float, float]
+"""A place and size that a marker may have: u, v, radius, px."""
+Gains = tuple[float, float, float]
+"""Red, green, blue: factors by which the light differs from that in which a colour was learned."""
+
+MISSES_TO_FORGET = 3
+"""Frames in a row without the marker, after which its size, speed and colour are forgotten."""
+MAX_PREDICTION_TIME = 0.2
+"""Time, s, over which a speed is extrapolated: it says little about a longer one."""
+MAX_SURPRISE_SPEED = 10.0
+"""Speed, radii/s, that a marker may have taken up at once."""
+MIN_SIZE_RATIO = 0.65
+"""Ratio of two radii of one marker, before and after it was hidden, at least."""
+MAX_REACH_TIME = 2.0
+"""Time, s, for which a marker that is not seen may have gone on as fast as before."""
+SPEED_MEMORY = 0.97
+"""Share of the greatest speed that is remembered from frame to frame."""
+CONFIRM_FRAMES, CONFIRM_TIME = 3, 0.15
+"""Frames in a row, and time (s), for which something is seen at another place before it is taken
+for the marker."""
+MAX_CONFIRM_FRAMES = 10
+"""Frames in a row that are enough, though the clock stands."""
+KNOWN_OTHER_TIME = 10.0
+"""Time, s, after which something that was seen beside the marker is taken for it all the same."""
+VELOCITY_BLEND = 0.5
+"""Share of the newest speed in the filtered one."""
+
+
+class Sighting(NamedTuple):
+    """The place of a marker: u, v (px, sub-pixel), confidence (0 to 1), radius (px)."""
+
+    u: float
+    v: float
+    confidence: float
+    radius: float
+
+
+class Suspect(NamedTuple):
+    """Something that may be the marker, but is not where that can be.
+
+    u, v, radius  where it is, px
+    since, t      when it was seen there for the first and for the last time, s
+    frames        in which it was, one after the other
+    """
+
+    u: float
+    v: float
+    radius: float
+    since: float
+    t: float
+    frames: int
+
+    def is_sure(self, known: bool) -> bool:
+        """True once it has been there for so long that it is taken for the marker.
+
+        Args:
+            known: it was there while the marker was seen elsewhere.
+        """
+        time = self.t - self.since
+        if known:
+            return time >= KNOWN_OTHER_TIME
+        return self.frames >= CONFIRM_FRAMES and (
+            time >= CONFIRM_TIME or self.frames >= MAX_CONFIRM_FRAMES
+        )
+
+
+@dataclass(frozen=True)
+class Track:
+    """All that is known of one marker after a frame.
+
+    sighting         in that frame; None: not seen
+    why              it is not seen; ""
+    seen             the last sighting, for the window and the size only; None when forgotten
+    t                of that sighting, s
+    du, dv           px/s, for the window only
+    score            of the sighting: its confidence, and where that is 1, how good the shape is
+    misses           frames since
+    color            its colour under the present light
+    gains            of the present light; None: as it was when the colour was learned
+    discriminant     computes a disc's share in a pixel; None until it was seen whole
+    last_whole       when a disc was last seen whole, s
+    ellipse_quality  how well its outline followed an ellipse when it was found, 0 to 1
+    home             the last sighting that was surely it, at home_t (s); kept when it is forgotten
+    speed            the greatest one of late, px/s; kept, too
+    picture          the frame of that sighting, BGR; None once others were looked for in it
+    others           places of the same colour at that time, elsewhere: they are not it
+    suspect          what may be it, but is not where it can be; None: nothing
+    """
+
+    sighting: Sighting | None = None
+    why: str = ""
+    seen: Sighting | None = None
+    t: float = 0.0
+    du: float = 0.0
+    dv: float = 0.0
+    score: float = 0.0
+    misses: int = 0
+    color: Color | None = None
+    gains: Gains | None = None
+    discriminant: DiscriminantModel | None = None
+    last_whole: float = -math.inf
+    ellipse_quality: float = 1.0
+    home: Sighting | None = None
+    home_t: float = 0.0
+    speed: float = 0.0
+    picture: np.ndarray | None = field(default=None, repr=False, compare=False)
+    others: tuple[Place, ...] = ()
+    suspect: Suspect | None = None
+
+    def predict(self, t: float) -> Place | None:
+        """The place of the marker expected at time t (s); None when it is forgotten."""
+        seen = self.seen
+        if seen is None:
+            return None
+        dt = min(t - self.t, MAX_PREDICTION_TIME)
+        return seen.u + self.du * dt, seen.v + self.dv * dt, seen.radius
+
+    def known_radii(self, marker: Marker) -> tuple[float, ...]:
+        """Radii that a marker had when it was picked, and when it was last surely seen, px."""
+        home = self.home.radius if self.home else None
+        return tuple(radius for radius in (marker.radius, home) if radius)
+
+    def window(self, t: float) -> Window | None:
+        """The window in which the marker is looked for first at time t (s); None: everywhere."""
+        place = self.predict(t)
+        if place is None:
+            return None
+        u, v, radius = place
+        half = half_window(radius)
+        return u - half, v - half, u + half, v + half
+
+    def update(self, measured: Track, t: float) -> Track:
+        """The track after a measurement at time t (s), with a speed if it was also seen before."""
+        new = measured.seen
+        assert new is not None
+        whole = self.last_whole if math.isinf(measured.last_whole) else t
+        du, dv = measured.du, measured.dv
+        dt = t - self.t
+        if self.seen is not None and not self.misses and dt > 0:
+            # An alpha-beta filter whose position is the measurement.
+            old = 1 - VELOCITY_BLEND
+            du = old * self.du + VELOCITY_BLEND * (new.u - self.seen.u) / dt
+            dv = old * self.dv + VELOCITY_BLEND * (new.v - self.seen.v) / dt
+        return replace(
+            measured, t=t, du=du, dv=dv, misses=0, last_whole=whole, home=self.home,
+            home_t=self.home_t, speed=self.speed, picture=self.picture, others=self.others,
+        )  # fmt: skip
+
+    def miss(self, color: Color | None, why: str) -> Track:
+        """The track after a frame without the marker.
+
+        Args:
+            color: as it was learned: all that is left once the rest is forgotten.
+            why: it was not seen.
+        """
+        misses = self.misses + 1
+        kept = self if misses < MISSES_TO_FORGET else self.forgotten(color)
+        return replace(kept, sighting=None, misses=misses, why=why)
+
+    def forgotten(self, color: Color | None) -> Track:
+        """The track without what changes from frame to frame, but with where it was.
+
+        Args:
+            color: as it was learned.
+        """
+        return Track(
+            color=color, home=self.home, home_t=self.home_t, speed=self.speed,
+            picture=self.picture, others=self.others, suspect=self.suspect,
+        )  # fmt: skip
+
+    def fits(self, seen: Sighting, t: float) -> bool:
+        """True if the marker can have come there by time t (s), and may be as large."""
+        home = self.home
+        if home is None:
+            return True
+        if min(home.radius / seen.radius, seen.radius / home.radius) < MIN_SIZE_RATIO:
+            return False
+        dt = max(t - self.home_t, 0.0)
+        reach = half_window(home.radius) + self.speed * min(dt, MAX_REACH_TIME)
+        reach += MAX_SURPRISE_SPEED * home.radius * min(dt, MAX_PREDICTION_TIME)
+        return math.hypot(seen.u - home.u, seen.v - home.v) < reach
+
+
+def half_window(radius: float) -> float:
+    """Half a side of the window for a marker of this radius, px."""
+    return 2.2 * radius + 6

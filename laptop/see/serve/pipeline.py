@@ -1,0 +1,258 @@
+"""One camera's pipeline: a frame is captured, its markers found, and the observation published."""
+
+from __future__ import annotations
+
+import statistics
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from typing import Protocol
+
+import numpy as np
+
+from laptop.see.camera.frames import Frame
+from laptop.see.markers.tracker import Sighting, Window
+from laptop.see.markers.view import AnnotatedFrame, BoardPlace
+from laptop.see.serve.detection_stats import DetectionStats
+from laptop.see.serve.observation_csv import ObservationCsv, PairedPlace
+from shared.messages import GOAL, Observation
+
+SILENCE_TIMEOUT = 1.0
+"""Without a frame for so long, s, or three frames, a live camera is said to be silent."""
+
+STALE = 0.3
+"""A place in space is shown beside a marker for so long, s: the other camera's picture is later."""
+
+Point = tuple[float, float]
+"""A place in an image (u, v), px."""
+
+
+class FrameSource(Protocol):
+    """The part of a camera that tracking uses; see `laptop.see.camera.cameras`."""
+
+    name: str
+
+    @property
+    def fps(self) -> float | None: ...  # noqa: D102
+    @property
+    def notes(self) -> Sequence[str]: ...  # noqa: D102
+    @property
+    def ended(self) -> bool: ...  # noqa: D102
+    def read(self, timeout: float) -> Frame | None: ...  # noqa: D102
+    def close(self) -> None: ...  # noqa: D102
+
+
+class FrameTracker(Protocol):
+    """The part of a tracker that a pipeline uses; see `laptop.see.markers.tracker`."""
+
+    why: dict[str, str]
+    windows: dict[str, Window | None]
+
+    def find(self, image: np.ndarray, t: float) -> Mapping[str, Sighting | None]: ...  # noqa: D102
+
+
+class ObservationSink(Protocol):
+    """The part of the server that a pipeline uses; see `laptop.see.serve.server`."""
+
+    def publish(self, observation: Observation) -> None: ...  # noqa: D102
+
+
+class TablePlacer(Protocol):
+    """What knows where on the table a pixel is, once it has seen how; see `calibration`."""
+
+    version: int
+    why: str
+
+    def look(self, image: np.ndarray) -> None: ...  # noqa: D102
+    def place(self, marker: str, pixel: Point) -> Point | None: ...  # noqa: D102
+    def tell(self, marker: str, pixel: Point) -> BoardPlace | None: ...  # noqa: D102
+
+
+class PairPlacer(Protocol):
+    """What knows where in space two cameras see something; see `calibration.two_cameras`."""
+
+    latest: dict[str, PairedPlace]
+
+    def see(  # noqa: D102
+        self, camera: str, frame: Frame, markers: Mapping[str, tuple[float, float, float] | None]
+    ) -> list[PairedPlace]: ...
+    def lines(self) -> list[str]: ...  # noqa: D102
+
+
+class CameraPipeline:
+    """One camera with its tracker, and what became of its frames.
+
+    Args:
+        name: short name of the camera in observations, "A", "B", ...
+        camera: gives the frames.
+        tracker: finds the markers in them.
+        goal: a fixed goal (u, v), px, or None.
+        server: is given every frame's observation, or None.
+        csv: is given every frame's rows, or None.
+        live: the camera goes on whether or not its frames are taken.
+        keep: index of the frame to keep as a picture; None: the last one.
+        now: the clock of live capture times, s.
+        placer: tells where on the table a marker is, cm, or None.
+        pairs: tells where in space it is, with the other cameras, or None.
+
+    Attributes:
+        ended: the camera gives no more frames.
+        frames: number of frames so far.
+        dropped: number of frames of a live camera that were not taken in time.
+        stats: by marker.
+        view: the last frame with what was found in it; None before the first.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        camera: FrameSource,
+        tracker: FrameTracker,
+        goal: Point | None = None,
+        server: ObservationSink | None = None,
+        csv: ObservationCsv | None = None,
+        live: bool = True,
+        keep: int | None = None,
+        now: Callable[[], float] = time.monotonic,
+        placer: TablePlacer | None = None,
+        pairs: PairPlacer | None = None,
+    ) -> None:
+        self.name = name
+        self.camera = camera
+        self.live = live
+        self.ended = False
+        self.frames = 0
+        self.dropped = 0
+        self.stats: dict[str, DetectionStats] = {}
+        self.view: AnnotatedFrame | None = None
+        self.fixed = {GOAL: (*goal, 1.0)} if goal else {}
+        self._view_changed = threading.Condition()
+        self._tracker = tracker
+        self._server = server
+        self._csv = csv
+        self._keep = keep
+        self._kept: AnnotatedFrame | None = None
+        self._now = now
+        self._placer = placer
+        self._pairs = pairs
+        self._ages: deque[float] = deque(maxlen=30)
+        self._counts: deque[tuple[float, int]] = deque(maxlen=60)  # when (s), frames by then
+        self._last_index: int | None = None
+        self._last_frame_at = now()
+
+    def begin(self) -> None:
+        """Tell the camera that from here on there is one step after the other."""
+        getattr(self.camera, "keep_pace", lambda: None)()
+
+    def step(self, timeout: float) -> bool:
+        """Process one frame, if one comes within the timeout (s); False once there are no more."""
+        frame = self.camera.read(timeout)
+        if frame is None:
+            self.ended = self.camera.ended
+            return not self.ended
+        self._last_frame_at = self._now()
+        found = dict(self._tracker.find(frame.image, frame.t))
+        markers: dict[str, tuple[float, float, float] | None] = {
+            name: seen and (seen.u, seen.v, seen.confidence) for name, seen in found.items()
+        }
+        markers.update(self.fixed)
+        if self._server:
+            self._server.publish(Observation(frame.index, self.name, frame.t, markers))
+        if self.live:
+            self._ages.append(self._now() - frame.t)
+        places = self._places(frame, markers)
+        if self._csv:
+            self._csv.add(self.name, frame, markers, places)
+        if self._pairs:
+            new = self._pairs.see(self.name, frame, markers)
+            if self._csv:
+                self._csv.add_pairs(new)
+            for name, pair in self._pairs.latest.items():
+                if frame.t - pair.t < STALE and markers.get(name):
+                    places.setdefault(name, pair.place)
+        self._count(frame, found, places)
+        return True
+
+    def _places(
+        self, frame: Frame, markers: Mapping[str, tuple[float, float, float] | None]
+    ) -> dict[str, BoardPlace]:
+        """Return where on the board the markers are, by name; {} where that is not known."""
+        if self._placer is None:
+            return {}
+        self._placer.look(frame.image)
+        places = {
+            name: self._placer.tell(name, (seen[0], seen[1]))
+            for name, seen in markers.items()
+            if seen
+        }
+        return {name: place for name, place in places.items() if place}
+
+    def _count(
+        self, frame: Frame, found: dict[str, Sighting | None], places: dict[str, BoardPlace]
+    ) -> None:
+        why = dict(self._tracker.why)
+        for name, seen in found.items():
+            stats = self.stats.setdefault(name, DetectionStats())
+            stats.add(seen and seen.confidence, why.get(name, ""))
+        if self.live and self._last_index is not None:
+            self.dropped += max(0, frame.index - self._last_index - 1)
+        self._last_index = frame.index
+        self.frames += 1
+        with self._view_changed:
+            self.view = AnnotatedFrame(frame, found, why, self.fixed, self._tracker.windows, places)
+            self._view_changed.notify_all()
+        if self._keep is not None and self._kept is None and frame.index >= self._keep:
+            self._kept = self.view
+
+    def place(self, marker: str, pixel: Point) -> Point | None:
+        """Return where on the table a marker at a pixel is, cm; None: that is not known."""
+        return self._placer.place(marker, pixel) if self._placer else None
+
+    @property
+    def placing(self) -> tuple[int, str]:
+        """Which calibration places markers, 0: none; and why it does not any more, or ""."""
+        return (self._placer.version, self._placer.why) if self._placer else (0, "")
+
+    def wait(self, timeout: float) -> None:
+        """Wait until the next frame has been processed, or for so long (s)."""
+        with self._view_changed:
+            self._view_changed.wait(timeout)
+
+    @property
+    def kept_view(self) -> AnnotatedFrame | None:
+        """The view that was to be kept, or the last one; None: there is none."""
+        return self.view if self._keep is None else self._kept
+
+    @property
+    def trouble(self) -> str:
+        """The camera's trouble in words, or ""."""
+        return getattr(self.camera, "why", "")
+
+    @property
+    def silence(self) -> str:
+        """The time for which a live camera has given nothing, in words, or ""."""
+        silent = self._now() - self._last_frame_at
+        fps = self.camera.fps
+        usual = max(SILENCE_TIMEOUT, 3 / fps if fps else SILENCE_TIMEOUT)
+        return f"no frame for {silent:.0f} s" if self.live and silent > usual else ""
+
+    @property
+    def slowness(self) -> str:
+        """A line that says that this computer is too slow for a synthetic camera, or ""."""
+        return getattr(self.camera, "slowness", "")
+
+    @property
+    def age(self) -> float | None:
+        """Median age of a live camera's last frames once processed, s; None without any."""
+        ages = list(self._ages)
+        return statistics.median(ages) if ages else None
+
+    def rate(self) -> float:
+        """Frames per second over the last second or two, up to now."""
+        now = self._now()
+        while len(self._counts) > 1 and now - self._counts[1][0] >= 1.0:
+            self._counts.popleft()
+        before, frames = self._counts[0] if self._counts else (now, self.frames)
+        self._counts.append((now, self.frames))
+        return (self.frames - frames) / (now - before) if now > before else 0.0

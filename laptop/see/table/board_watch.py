@@ -1,0 +1,262 @@
+"""Waits for the board in a camera's pictures, and looks whether both stay where they are.
+
+While they do, pixels are places on the board.  A look at a few markers, where they must be, is
+cheap; the whole picture is searched only where these are not there.  Then they are covered, or the
+picture is blurred, or something has moved.  What has moved gives no places until it stands again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from itertools import islice
+
+import numpy as np
+
+from laptop.see.markers.finders.board import BoardView, find_again, find_board
+from laptop.see.markers.view import BoardPlace
+from laptop.see.serve.joint_track import Joints
+from laptop.see.table.arm_stand import ArmStand
+from laptop.see.table.camera_fit import MAX_BLUR, BadCalibration, Calibration, calibrate
+from laptop.see.table.camera_report import describe, shift_since
+from shared.messages import EFFECTOR
+
+LOOK_PERIOD = 10
+"""Pictures from one look for the board to the next, while its place is not known."""
+CHECK_PERIOD = 50
+"""Pictures from one look at some of its markers to the next, once it is known."""
+SAMPLE = 3
+"""So many markers are looked at, each time others."""
+LEAST_SEEN = 2
+"""Of fewer markers it is not said whether they have moved."""
+MAX_PAUSE = 8
+"""While the board is covered, every check takes a look at all; at last every so many checks."""
+ENOUGH = 0.5
+"""Share of the board's markers with which a picture is taken at once."""
+PATIENCE = 5
+"""Looks after which the best picture so far is taken."""
+STILL = 0.3
+"""Between two looks a board that stands is seen to move by less, px (median)."""
+BLURRED_SHARE = 3.0
+"""In a blurred picture, what is off by so many sigmas of the blur has moved nevertheless."""
+
+
+class BoardWatch:
+    """Places markers on the board of one camera, once that was seen; see `pipeline.TablePlacer`.
+
+    Args:
+        bar: length of the printed bar as measured, mm, or None.
+        heights: of markers over the table, cm, by name; others lie on it.
+        name: of the camera.
+        say: tells people a line.
+        stand: how the arm stands on the board, or None: that is not known.
+        joints: tells how its joints stood last.
+        alone: this camera alone places markers; if not, only together with another one.
+
+    Attributes:
+        calibration: of the camera, or None as long as the board was not seen.
+        version: rises with each new calibration: what was placed by another one is no more true.
+        why: why nothing is placed though the board was seen before, for people, or "".
+    """
+
+    def __init__(
+        self,
+        bar: float | None,
+        heights: Mapping[str, float],
+        name: str,
+        say: Callable[[str], None],
+        stand: ArmStand | None = None,
+        joints: Joints = lambda: None,
+        alone: bool = True,
+    ) -> None:
+        self._stand, self._joints, self._alone = stand, joints, alone
+        self.calibration: Calibration | None = None
+        self.version = 0
+        self.why = ""
+        self._bar, self._heights, self._name, self._say = bar, heights, name, say
+        self._pictures = 0
+        self._told: set[str] = set()
+        self._begin()
+
+    def _begin(self) -> None:
+        """Wait for a board that stands."""
+        self._looks = 0
+        self._best: BoardView | None = None
+        self._last: BoardView | None = None
+
+    def look(self, image: np.ndarray) -> None:
+        """Look for the board, or after it, in a picture (BGR, uint8), now and then."""
+        due = self._pictures % LOOK_PERIOD == 0
+        self._pictures += 1
+        if self.calibration is None:
+            if due:
+                self._seek(find_board(image))
+        elif self.why:
+            if due:
+                self._wait(find_board(image), self.calibration)
+        elif self._pictures >= self._next_check:
+            self._check(image, self.calibration)
+
+    # Until it is known
+
+    def _seek(self, view: BoardView | None) -> None:
+        """Take in a view, and calibrate as soon as one is good enough."""
+        if view and (self._best is None or len(view.numbers) > len(self._best.numbers)):
+            self._best = view
+        if self._best is None:
+            return
+        self._looks += 1
+        if len(self._best.numbers) < ENOUGH * len(self._best.board.numbers):
+            if self._looks < PATIENCE:
+                return
+            self._looks = 0
+        try:
+            found = calibrate([self._best], self._bar)
+        except BadCalibration as problem:
+            self._best = None
+            self._tell(f"no place on the board yet: {problem}")
+            return
+        lines = describe(found)
+        if self.why:
+            lines = [f"calibrated anew, places in cm go on: {lines[0]}"]
+            if self._stand and self.version == 1:
+                lines.append(
+                    "the pen's place is not told any more: it may be the board that has moved "
+                    "before the arm; touch its crosses anew, or, if it was the camera, start anew"
+                )
+        # First the calibration, then that it holds: others read both.
+        self.calibration = found
+        self.version += 1
+        self._stay()
+        for line in lines:
+            self._say(f"camera {self._name}: {line}")
+
+    def _stay(self) -> None:
+        """Camera and board stand where they are known to."""
+        self.why = ""
+        self._unseen = 0
+        self._next_check = self._pictures + CHECK_PERIOD
+        self._begin()
+
+    # Once it is known
+
+    def _check(self, image: np.ndarray, known: Calibration) -> None:
+        """Look whether some markers are where they were; if not, look at all."""
+        self._next_check = self._pictures + CHECK_PERIOD
+        board, numbers = known.board, list(known.board.numbers)
+        start = self._pictures // CHECK_PERIOD * SAMPLE
+        order = [numbers[(start + 7 * k) % len(numbers)] for k in range(len(numbers))]
+        corners = {n: known.camera.project(known.scale * board.square(n)) for n in order}
+        there = {n: quad for n, quad in corners.items() if np.isfinite(quad).all()}
+        left = iter(there.items())
+        seen = 0
+        while some := dict(islice(left, SAMPLE)):
+            view = find_again(image, board, some)
+            if view is None:
+                continue
+            if shift_since(known, view).moved:
+                break
+            seen += len(view.numbers)
+            if seen >= LEAST_SEEN:
+                self._stay()
+                return
+        self._search(find_board(image), known)
+
+    def _search(self, view: BoardView | None, known: Calibration) -> None:
+        """Tell a board that is covered from one that has moved."""
+        off, moved = self._off(view, known)
+        if moved:
+            self._begin()
+            self._last = view
+            self._pictures = 1  # the next look is soon
+            self.why = f"{off}; places in cm go on once it stands again"
+            self._say(f"camera {self._name}: {self.why}")
+        elif off:
+            self._unseen += 1
+            self._next_check = self._pictures + CHECK_PERIOD * min(self._unseen, MAX_PAUSE)
+            if self._unseen > 1:
+                self._tell(
+                    f"{off}: whether it has moved is not seen; places in cm are told as if it had "
+                    "not"
+                )
+        else:
+            self._stay()
+
+    def _off(self, view: BoardView | None, known: Calibration) -> tuple[str, bool]:
+        """Return what is the matter with a view, "" for nothing, and whether something moved."""
+        if view is None or len(view.numbers) < LEAST_SEEN:
+            return "the board is covered, blurred, or outside of the picture", False
+        try:
+            shift = shift_since(known, view)
+        except BadCalibration:
+            return f"another board lies there now ({view.board.paper})", True
+        if view.blur > MAX_BLUR and shift.px < BLURRED_SHARE * view.blur:
+            return "the picture is blurred", False
+        if shift.moved:
+            return f"camera or board has moved, by {shift.px:.1f} px, {shift.mm:.1f} mm", True
+        return "", False
+
+    def _wait(self, view: BoardView | None, known: Calibration) -> None:
+        """Take in a view after something moved: it may be back, still move, or stand again."""
+        off, moved = self._off(view, known)
+        if not off:
+            self._stay()
+            self._say(
+                f"camera {self._name}: camera and board are back where they were; places in cm go "
+                "on"
+            )
+            return
+        still = moved and view and self._last and _apart(view, self._last) < STILL
+        if not still or (view and view.blur > MAX_BLUR):
+            self._begin()
+            self._last = view if moved else None
+            return
+        self._last = view
+        self._seek(view)
+
+    def place(self, marker: str, pixel: tuple[float, float]) -> tuple[float, float] | None:
+        """Return where on the board a marker is, (x, y), cm; None if that is not known.
+
+        Args:
+            marker: its name.
+            pixel: of its centre, (u, v).
+        """
+        known = self.calibration
+        if known is None or self.why:
+            return None
+        height = self._heights.get(marker, 0.0)
+        x, y = known.camera.to_table(np.array([pixel]), height)[0]
+        return (float(x), float(y)) if np.isfinite(x) else None
+
+    def tell(self, marker: str, pixel: tuple[float, float]) -> BoardPlace | None:
+        """Return where on the board something is, for people: of the tip it is the pen's place.
+
+        Args:
+            marker: its name.
+            pixel: of its centre, (u, v).
+        """
+        at = self.place(marker, pixel) if self._alone else None
+        if at is None or self._stand is None:
+            return at and BoardPlace(*at)
+        if self.version > 1:  # the board may have moved before the arm
+            return None if marker == EFFECTOR else BoardPlace(*at)
+        if marker == EFFECTOR:
+            told = self._joints()
+            at = self._stand.pen(at, told[1] if told else None)
+        return at and BoardPlace(*at, arm=self._stand.in_arm(at))
+
+    def _tell(self, line: str) -> None:
+        if line not in self._told:
+            self._told.add(line)
+            self._say(f"camera {self._name}: {line}")
+
+
+def _apart(one: BoardView, other: BoardView) -> float:
+    """Return by how much the markers that both show are apart, px (median); inf: none."""
+    if one.size != other.size:
+        return np.inf
+    ours, theirs = (
+        dict(zip(view.numbers, view.pixels.reshape(-1, 4, 2), strict=True)) for view in (one, other)
+    )
+    both = ours.keys() & theirs.keys()
+    away = [np.linalg.norm(ours[number] - theirs[number], axis=1) for number in both]
+    return float(np.median(away)) if away else np.inf

@@ -1,0 +1,56 @@
+"""What `track --board` tells about places: each camera's, and where there are several, in space."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from laptop.see.serve.joint_track import Joints
+from laptop.see.table.arm_stand import ArmStand
+from laptop.see.table.board_watch import BoardWatch
+from laptop.see.table.camera_fit import check_bar
+from laptop.see.table.marker_offset import BadTouches
+from laptop.see.table.touch_file import read_touched
+from laptop.see.table.two_cameras import TwoCameras
+from shared.arm_description import Arm
+from shared.messages import EFFECTOR
+
+Say = Callable[[str], None]
+Watch = Callable[[Sequence[str], Say, Joints], tuple[list[BoardWatch], TwoCameras | None]]
+"""From the cameras' names, what tells people a line, and the joints, to what watches the board."""
+
+
+def watch_tables(bar: float | None, height: float | None, touched: Path | None, arm: Arm) -> Watch:
+    """Check what was said of the board, and return what makes a watch for each camera.
+
+    Args:
+        bar: length of the printed bar as measured, mm, or None.
+        height: of the arm's marker over the table, mm, or None.
+        touched: file of touched crosses, or None.
+        arm: that the cameras see.
+
+    Raises:
+        ArmError: one line that says what is wrong.
+    """
+    check_bar(bar)
+    stand = ArmStand(read_touched(touched).fit, arm) if touched else None
+    if stand and height is not None:
+        raise BadTouches(
+            f"height {height:g} mm: by the touched crosses it is {10 * stand.height:.1f} mm; "
+            "leave --height out"
+        )
+    over_table = stand.height if stand else (height or 0.0) / 10
+
+    def watch(
+        names: Sequence[str], say: Say, joints: Joints
+    ) -> tuple[list[BoardWatch], TwoCameras | None]:
+        alone = len(names) == 1 or height is not None or stand is not None
+        watches = [
+            BoardWatch(bar, {EFFECTOR: over_table}, name, say, stand, joints, alone)
+            for name in names
+        ]
+        if len(names) == 1:
+            return watches, None
+        return watches, TwoCameras(dict(zip(names, watches, strict=True)), arm, joints, say)
+
+    return watch

@@ -1,0 +1,113 @@
+"""Looks at the board and the arm's marker, in the pictures of one camera."""
+
+from __future__ import annotations
+
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from laptop.see.camera.frames import Frame
+from laptop.see.markers.finders.board import BoardView, find_board
+from laptop.see.markers.markers import Marker
+from laptop.see.markers.tracker import Tracker
+from laptop.see.table.camera_fit import BadCalibration, Calibration, calibrate
+from shared.messages import LEAST_CONFIDENCE
+
+PICTURES = 5
+"""Pictures of a live camera in which the marker is seen; the median place counts."""
+STANDS = 1.0
+"""Distance of a place from that, px, up to which the marker stands."""
+SURE_AFTER = 3
+"""Looks at the first picture after which the tracker is sure, or never."""
+PATIENCE = 30
+"""Pictures in which the board is looked for, and in which there may be none of the camera."""
+ENOUGH = 0.75
+"""Share of the board's markers with which a picture is taken at once."""
+
+
+class PictureSource(Protocol):
+    """As much of a camera as is used."""
+
+    def read(self, timeout: float) -> Frame | None:
+        """Return the next picture, or None if there is none within `timeout` s."""
+
+
+class CrossLook(NamedTuple):
+    """What is seen at one moment.
+
+    pixel  of the marker's centre, (u, v), px; None: it is not seen, or moves
+    why    it is not, for people; "" if it is
+    view   of the board; None: no marker of it is seen
+    """
+
+    pixel: tuple[float, float] | None
+    why: str
+    view: BoardView | None
+
+
+class Looks:
+    """Looks through one camera.
+
+    Args:
+        camera: gives the pictures.
+        marker: that rides on the arm.
+        live: whether the camera goes on by itself; else each look takes one picture.
+    """
+
+    def __init__(self, camera: PictureSource, marker: Marker, live: bool) -> None:
+        self._camera, self._live = camera, live
+        self._marker = marker
+
+    def board(self, bar: float | None) -> Calibration:
+        """Calibrate the camera by the board, in the best of some pictures.
+
+        Raises:
+            BadCalibration: it is not seen, or too little of it.
+        """
+        best: BoardView | None = None
+        for _ in range(PATIENCE if self._live else 1):
+            frame = self._read()
+            view = find_board(frame.image)
+            if view and (best is None or len(view.numbers) > len(best.numbers)):
+                best = view
+            if best and len(best.numbers) >= ENOUGH * len(best.board.numbers):
+                break
+        if best is None:
+            raise BadCalibration(
+                "the printed board is not seen: lay it flat under the camera, with light on it "
+                "(print it by markers --board)"
+            )
+        return calibrate([best], bar)
+
+    def look(self) -> CrossLook:
+        """Look where the marker is now, and where the board."""
+        places, why = [], ""
+        tracker, name = Tracker([self._marker]), self._marker.name  # it was elsewhere before
+        for k in range(PICTURES if self._live else 1):
+            frame = self._read()
+            for _ in range(SURE_AFTER if k == 0 else 1):
+                seen = tracker.find(frame.image, frame.t)[name]
+            if seen and seen.confidence >= LEAST_CONFIDENCE:
+                places.append((seen.u, seen.v))
+            else:
+                why = tracker.why[name] or "too unsure"
+        view = find_board(frame.image)
+        if 2 * len(places) <= (PICTURES if self._live else 1):
+            return CrossLook(None, f"the arm's marker is not seen ({why})", view)
+        middle = np.median(places, axis=0)
+        if np.linalg.norm(places - middle, axis=1).max() > STANDS:
+            return CrossLook(None, "the arm's marker moves in the picture", view)
+        return CrossLook((float(middle[0]), float(middle[1])), "", view)
+
+    def _read(self) -> Frame:
+        for _ in range(PATIENCE):
+            frame = self._camera.read(0.5)
+            if frame is not None:
+                return frame
+            if getattr(self._camera, "ended", False):
+                break
+        raise BadCalibration(
+            "there are no more pictures: plug the camera in anew"
+            if self._live
+            else "there are fewer pictures than touches: the first shows the board, then one each"
+        )

@@ -1,0 +1,287 @@
+"""Where in space two cameras see a marker, once both know where they stand on one board.
+
+A camera knows that by the board; or, if it does not see it, by the tip's own moves: the joints tell
+where the tip is, and a camera over the board how the arm stands there.  Sights of two cameras are
+compared at one moment: between two pictures of the second one, it is where it went straight on.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import threading
+from collections import deque
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from laptop.see.camera.frames import Frame
+from laptop.see.markers.view import BoardPlace
+from laptop.see.serve.joint_track import Joints, marker_place
+from laptop.see.serve.observation_csv import PairedPlace
+from laptop.see.serve.tip_track import TipTrack
+from laptop.see.table.board_watch import BoardWatch
+from laptop.see.table.camera_model import CameraModel, triangulate
+from laptop.see.table.moves_fit import (
+    MIN_PLACES,
+    BadMoves,
+    MovesFit,
+    StandFit,
+    check_moves,
+    fit_moves,
+    fit_stand,
+)
+from shared.arm_description import Arm
+from shared.messages import EFFECTOR, LEAST_CONFIDENCE
+
+Sights = Mapping[str, tuple[float, float, float] | None]
+"""(u, v, confidence) by marker; None: it was not seen."""
+
+MAX_GAP = 0.15
+"""Between two pictures that are no farther apart a marker is where it went straight on, s."""
+FRESH = 1.0
+"""A place is told for so long, s."""
+WAITING = 32
+"""Pictures of the first camera that wait for the second."""
+CELL = 1.5
+"""Of the places in a cube of this size, cm, the one where the tip was slowest is kept."""
+MAX_SPEED = 250.0
+"""A faster tip tells nothing, px/s: when it was where is not known to the millisecond."""
+GROWTH = 1.3
+"""It is fitted anew when there are so many times as many places."""
+MOVED, MOVED_PLACES = 10.0, 6
+"""When so many places in a row are seen farther off than this, px, the camera has been moved."""
+
+
+class _TipSample(NamedTuple):
+    """Where the joints had the marker, and where two cameras saw it.
+
+    speed  of it in either picture, px/s
+    point  in the arm's frame, (3,), cm
+    over   pixel of the camera that knows the board
+    other  of the one that does not
+    """
+
+    speed: float
+    point: tuple[float, ...]
+    over: tuple[float, float]
+    other: tuple[float, float]
+
+
+class TwoCameras:
+    """Places markers by the first two cameras that know where they stand; from any thread.
+
+    Args:
+        watches: of the board, by camera name.
+        arm: whose tip moves, or None: it is not known.
+        joints: tells its joints, and when.
+        say: tells people a line.
+
+    Attributes:
+        latest: the last place of each marker.
+    """
+
+    def __init__(
+        self,
+        watches: Mapping[str, BoardWatch],
+        arm: Arm | None,
+        joints: Joints,
+        say: Callable[[str], None],
+    ) -> None:
+        self.latest: dict[str, PairedPlace] = {}
+        self._watches, self._arm, self._joints, self._say = watches, arm, joints, say
+        self._tracks: dict[str, dict[str, TipTrack]] = {name: {} for name in watches}
+        self._sizes: dict[str, tuple[int, int]] = {}
+        self._waiting: dict[str, deque[tuple[int, float, Sights]]] = {
+            name: deque(maxlen=WAITING) for name in watches
+        }
+        self._told: deque[tuple[float, tuple[float, ...]]] = deque(maxlen=WAITING)
+        self._by_moves = {name: _ByMoves() for name in watches}
+        self._versions: dict[str, int] = {}
+        self._t = -math.inf  # of the newest picture, s
+        self._lock = threading.Lock()
+
+    def see(self, camera: str, frame: Frame, markers: Sights) -> list[PairedPlace]:
+        """Take in what a camera sees; return what is new of where markers are."""
+        with self._lock:
+            height, width = frame.image.shape[:2]
+            self._sizes[camera] = width, height
+            self._t = max(self._t, frame.t)
+            for name, seen in markers.items():
+                if seen and seen[2] >= LEAST_CONFIDENCE:
+                    track = self._tracks[camera].setdefault(name, TipTrack())
+                    track.add(frame.t, (seen[0], seen[1]))
+            self._waiting[camera].append((frame.index, frame.t, markers))
+            self._notice_moves()
+            self._learn()
+            new = self._pair()
+            self.latest.update({pair.marker: pair for pair in new})
+            return new
+
+    def camera(self, name: str) -> CameraModel | None:
+        """Return a camera on the board; None: it does not know where it stands."""
+        watch = self._watches[name]
+        if watch.calibration and not watch.why:
+            return watch.calibration.camera
+        fit = self._by_moves[name].fit
+        # A camera that has seen the board is found by the board alone.
+        return fit.camera if fit and not watch.calibration else None
+
+    def _pair(self) -> list[PairedPlace]:
+        """Return the places of markers in the pictures that both cameras have got beyond."""
+        known = {name: model for name in self._watches if (model := self.camera(name))}
+        if len(known) < 2:
+            for waiting in self._waiting.values():
+                waiting.clear()
+            self.latest.clear()
+            return []
+        (one, first), (other, second) = list(known.items())[:2]
+        new = []
+        waiting, tracks = self._waiting[one], self._tracks[other]
+        last = max((track.last for track in tracks.values()), default=-math.inf)
+        while waiting and waiting[0][1] <= last:
+            index, t, markers = waiting.popleft()
+            for name, seen in markers.items():
+                there = tracks[name].at(t, MAX_GAP) if name in tracks else None
+                if not (seen and seen[2] >= LEAST_CONFIDENCE and there):
+                    continue
+                pixels = np.array([seen[:2]]), np.array([there[0]])
+                ((x, y, z),), (gap,) = triangulate(first, second, *pixels)
+                if math.isfinite(x):
+                    place = BoardPlace(float(x), float(y), float(z))
+                    both = f"{one}+{other}"
+                    new.append(PairedPlace(index, t, name, seen[2], place, float(gap), both))
+        return new
+
+    # By the tip's own moves
+
+    def _notice_moves(self) -> None:
+        """Forget what rests on a camera that was calibrated anew: it or the board has moved."""
+        versions = {name: watch.version for name, watch in self._watches.items()}
+        if any(self._versions.get(name, 0) not in (0, versions[name]) for name in versions):
+            self._by_moves = {name: _ByMoves() for name in self._watches}
+            self._told.clear()
+        self._versions = versions
+
+    def _learn(self) -> None:
+        """Take in where joints and cameras have the tip, for those that do not see the board."""
+        if self._arm is None:
+            return
+        told = self._joints()
+        if told and len(told[1]) == len(self._arm.joints) and told not in self._told:
+            self._told.append((told[0], tuple(told[1])))
+        known = [n for n, w in self._watches.items() if w.calibration and not w.why]
+        unknown = [n for n, w in self._watches.items() if not w.calibration]
+        if not known or not unknown:
+            self._told.clear()
+            return
+        over = known[0]
+        tracks = {n: self._tracks[n].get(EFFECTOR) for n in (over, *unknown)}
+        while self._told:
+            t, q = self._told[0]
+            if any(track is None or track.last < t for track in tracks.values()):
+                return  # pictures come later
+            self._told.popleft()
+            above = tracks[over].at(t, MAX_GAP)  # type: ignore[union-attr]
+            for name in unknown:
+                beside = tracks[name].at(t, MAX_GAP)  # type: ignore[union-attr]
+                if above and beside:
+                    point = (*marker_place(self._arm, q), 0.0)[:3]
+                    speed = max(above[1], beside[1])
+                    self._add(name, over, _TipSample(speed, point, above[0], beside[0]))
+
+    def _add(self, name: str, over: str, sample: _TipSample) -> None:
+        by_moves = self._by_moves[name]
+        if sample.speed > MAX_SPEED:
+            return
+        if by_moves.has_moved(sample):
+            self._by_moves[name] = by_moves = _ByMoves()
+            self._say(f"camera {name} has moved: it is not known until the tip has moved about")
+        if not by_moves.add(sample):
+            return
+        calibration = self._watches[over].calibration
+        assert calibration
+        try:
+            by_moves.refit(calibration.camera, self._sizes[name])
+        except BadMoves as problem:
+            if by_moves.news(str(problem)):
+                self._say(f"camera {name} does not see the board, and is not known yet: {problem}")
+            return
+        fit = by_moves.fit
+        if fit and by_moves.news("known"):
+            self._say(
+                f"camera {name} does not see the board: by the tip's own moves it stands "
+                f"{fit.camera.position[2]:.1f} cm above it; {fit.places} places are missed by "
+                f"{fit.rms:.2f} px, {fit.rms_mm:.2f} mm (RMS)"
+            )
+
+    def lines(self) -> list[str]:
+        """Return lines of status: where markers are in space, as far as that is known."""
+        with self._lock:
+            fresh = [pair for pair in self.latest.values() if self._t - pair.t < FRESH]
+        parts = [
+            f"{pair.marker} at {pair.place}, the lines of sight miss by {10 * pair.gap:.1f} mm"
+            for pair in fresh
+        ]
+        if fresh:
+            return [f"{fresh[0].cameras}: {', '.join(parts)}"]
+        unknown = [name for name in self._watches if self.camera(name) is None]
+        if len(self._watches) - len(unknown) > 1:
+            return []
+        return [f"no places in space: where camera {' and '.join(unknown)} stands is not known yet"]
+
+
+class _ByMoves:
+    """What the tip's moves have told of one camera that does not see the board."""
+
+    def __init__(self) -> None:
+        self.fit: MovesFit | None = None
+        self._samples: dict[tuple[int, ...], _TipSample] = {}
+        self._stand: StandFit | None = None
+        self._fitted = 0
+        self._far = 0
+        self._said: set[str] = set()
+
+    def has_moved(self, sample: _TipSample) -> bool:
+        """Return whether the last samples are all seen elsewhere than the fit has them."""
+        if self.fit is None or self._stand is None:
+            return False
+        point = self._stand.on_board(np.array([sample.point]))
+        off = math.dist(self.fit.camera.project(point)[0], sample.other)
+        self._far = self._far + 1 if off > MOVED else 0
+        return self._far >= MOVED_PLACES
+
+    def add(self, sample: _TipSample) -> bool:
+        """Take in a sample; return whether there are enough new ones to fit."""
+        key = tuple(math.floor(x / CELL) for x in sample.point)
+        known = self._samples.get(key)
+        if known is None or sample.speed <= known.speed:
+            self._samples[key] = sample
+        count = len(self._samples)
+        return count >= max(MIN_PLACES, GROWTH * self._fitted) and count > self._fitted
+
+    def refit(self, over: CameraModel, size: tuple[int, int]) -> None:
+        """Fit the camera to all samples.
+
+        Args:
+            over: the camera that knows the board.
+            size: of this one's pictures, px.
+
+        Raises:
+            BadMoves: that is not possible.
+        """
+        samples = list(self._samples.values())
+        self._fitted = len(samples)
+        points = np.array([sample.point for sample in samples])
+        seen = np.array([sample.other for sample in samples])
+        check_moves(points, seen, size)
+        stand = fit_stand(over, points, np.array([sample.over for sample in samples]))
+        self.fit, self._stand = fit_moves(stand.on_board(points), seen, size), stand
+
+    def news(self, what: str) -> bool:
+        """Return whether nothing like this was said, whatever its numbers."""
+        kind = re.sub(r"\d+", "", what)
+        new = kind not in self._said
+        self._said.add(kind)
+        return new

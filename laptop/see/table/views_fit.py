@@ -1,0 +1,243 @@
+"""Fits a lens, and the camera's place for each view, to where known points are seen.
+
+All views at once, by Levenberg and Marquardt's method.  What they do not tell, what cameras and
+sheets of paper are like tells: the priors below.  So nothing is ever divided by nothing, and the
+covariance says what is still open.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import cv2
+import numpy as np
+
+from laptop.see.table.camera_model import projected
+
+LEAST_SIGMA = 0.02
+"""Error of a corner, px, that is always reckoned with: no marker is placed better."""
+FIRST_SIGMA, PASSES = 0.2, 3
+"""Error of a corner, px, of the first fit; how often it is found anew from what is left over."""
+OUTLIER = 3.0
+"""Median absolute deviations from which on a corner counts less (P. J. Huber, 1964)."""
+MAX_STEPS = 60
+
+USUAL_FIELD, FIELD_SPREAD = 1.2, 0.5
+"""Cameras' fields of view: the picture's longer side in focal lengths, and its standard deviation.
+
+That is 62 degrees: within one of them 39 to 81, within two 11 to 95.  What is spread so is the
+inverse of the focal length, for the parallax goes by it: then what is above the table is as unsure
+as is said even where a picture tells nothing of the lens, and the prior alone does.
+"""
+LENS_SPREADS = (0.03, 0.03, 0.3, 0.3, 0.003, 0.003, 0.1)
+"""Their standard deviations of cx, cy (as shares of the longer side), k1, k2, p1, p2, k3 about 0.
+"""
+ZOOM_SPREAD = 0.5
+"""How far apart focal lengths of one camera may be, as a logarithm: where views do not tell."""
+PRINT_SPREAD = 0.002
+"""Standard deviations of a print: by what share it is longer up the page than across, and by what
+angle, rad, it is skewed.  Of a picture from above either looks like a camera that is tilted a
+little, and so like a lens that it is not."""
+BEND_SPREAD, BENT_AT = 0.04, 15.0
+"""Standard deviation of each way in which a sheet that lies is bent off its plane, cm, and the
+distance from its middle, cm, at which it is bent by so much.  Each view has its own."""
+BENDS = [(power - up, up) for power in (2, 3, 4) for up in range(power + 1)]
+"""These ways: powers of x and y."""
+
+
+@dataclass(frozen=True)
+class Unknowns:
+    """What is fitted, and where it is in the state: lens, places, sheet, zooms.
+
+    views  number of views
+    sheet  the points are on a sheet of paper: how it is printed, and in each view how it is bent
+    zooms  each view has a focal length of its own
+    """
+
+    views: int
+    sheet: bool = False
+    zooms: bool = False
+
+    def pose(self, view: int) -> slice:
+        """Where a view's rotation and shift are, 6."""
+        start = 8 + 6 * (view % self.views)
+        return slice(start, start + 6)
+
+    @property
+    def print(self) -> slice:
+        """Where the print's stretch up the page and its skew are, 2 or none."""
+        start = 8 + 6 * self.views
+        return slice(start, start + 2 * self.sheet)
+
+    def bend(self, view: int) -> slice:
+        """Where the bend of a view's sheet is, one number of each of BENDS or none."""
+        start = self.print.stop + len(BENDS) * view * self.sheet
+        return slice(start, start + len(BENDS) * self.sheet)
+
+    @property
+    def zoom(self) -> slice:
+        """Where the logarithms of all views' focal lengths in the last one's are, n - 1 or none."""
+        start = self.bend(self.views).start
+        return slice(start, start + (self.views - 1) * self.zooms)
+
+    @property
+    def count(self) -> int:
+        """Length of the state."""
+        return self.zoom.stop
+
+
+class PointsView(Protocol):
+    """What one picture shows of points that are known.
+
+    pixels  (n, 2)
+    size    of the picture, (width, height), px
+    """
+
+    @property
+    def pixels(self) -> np.ndarray: ...  # noqa: D102
+    @property
+    def size(self) -> tuple[int, int]: ...  # noqa: D102
+
+
+def refine(
+    views: Sequence[PointsView],
+    points: Sequence[np.ndarray],
+    state: np.ndarray,
+    unknowns: Unknowns,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Fit all unknowns from a first guess.
+
+    Args:
+        views: of one camera.
+        points: of each view, (n, 3), cm; where they are on a sheet, as it was meant to be printed.
+        state: the first guess, `unknowns.count` numbers.
+        unknowns: what they are.
+
+    Returns:
+        The state, what is left over (n, 2), px, and the information matrix.
+    """
+    sigma = FIRST_SIGMA
+    for _ in range(PASSES):
+        state, off, information = _minimize(views, points, state, unknowns, sigma)
+        # As many corners as there are unknowns tell nothing of the noise.
+        free = max(off.size - len(state), off.size // 4)
+        noise = math.sqrt(float((huber_weights(off) * off**2).sum()) / free)
+        sigma = math.hypot(noise, LEAST_SIGMA)
+    return state, off, information
+
+
+def with_prior_focal(covariance: np.ndarray, state: np.ndarray) -> np.ndarray:
+    """Return the covariance (m, m) of a state where its focal length is as unsure as the prior's.
+
+    All that goes with the focal length becomes unsure with it.
+    """
+    field_sigma = FIELD_SPREAD / USUAL_FIELD
+    along = covariance[:, 0] / covariance[0, 0]
+    more = max(0.0, (field_sigma * state[0]) ** 2 - covariance[0, 0])
+    return np.asarray(covariance + more * np.outer(along, along))
+
+
+def huber_weights(off: np.ndarray) -> np.ndarray:
+    """Weights (n, 1) of corners that are off by (n, 2)."""
+    distances = np.linalg.norm(off, axis=1)
+    limit = OUTLIER * max(float(np.median(distances)), LEAST_SIGMA)
+    return np.minimum(1.0, limit / np.maximum(distances, 1e-12))[:, None]
+
+
+def _minimize(
+    views: Sequence[PointsView],
+    points: Sequence[np.ndarray],
+    state: np.ndarray,
+    unknowns: Unknowns,
+    sigma: float,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Fit the state, as `refine` does, with corners that are off by sigma, px."""
+    damping = 1e-3
+    cost, off, normal, gradient = _system(views, points, state, unknowns, sigma)
+    for _ in range(MAX_STEPS):
+        diagonal = np.diag(np.diag(normal))
+        step = np.linalg.solve(normal + damping * diagonal, -gradient)
+        tried = _system(views, points, state + step, unknowns, sigma)
+        if tried[0] < cost:
+            done = cost - tried[0] < 1e-9 * cost
+            state, damping = state + step, max(damping / 5, 1e-9)
+            cost, off, normal, gradient = tried
+            if done:
+                break
+        elif damping > 1e9:
+            break
+        else:
+            damping *= 5
+    return state, off, normal
+
+
+def _system(
+    views: Sequence[PointsView],
+    points: Sequence[np.ndarray],
+    state: np.ndarray,
+    unknowns: Unknowns,
+    sigma: float,
+) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
+    """Cost, what is left over (n, 2), normal matrix and gradient, with the priors."""
+    lens, zooms = state[:8], state[unknowns.zoom]
+    offs, rows = [], []
+    for k, (view, own) in enumerate(zip(views, points, strict=True)):
+        zoom = math.exp(np.clip(zooms[k], -9, 9)) if k < len(zooms) else 1.0
+        zoomed = np.append(zoom * lens[0], lens[1:])
+        turn, shift = np.split(state[unknowns.pose(k)], 2)
+        by_sheet = _sheet(own) if unknowns.sheet else np.zeros((len(own), 3, 0))
+        sheet = np.r_[unknowns.print, unknowns.bend(k)]
+        pixels, slopes = projected(own + by_sheet @ state[sheet], zoomed, turn, shift)
+        row = np.zeros((len(own), 2, len(state)))
+        row[..., :8] = slopes[..., :8]
+        row[..., unknowns.pose(k)] = slopes[..., 8:]
+        row[..., sheet] = slopes[..., 11:] @ cv2.Rodrigues(turn)[0] @ by_sheet
+        if k < len(zooms):
+            row[..., 0] *= zoom
+            row[..., unknowns.zoom.start + k] = zoomed[0] * slopes[..., 0]
+        offs.append(pixels - view.pixels)
+        rows.append(row)
+    off, slopes = np.concatenate(offs), np.concatenate(rows)
+    if lens[0] <= 1 or not np.isfinite(off).all():
+        return math.inf, off, np.eye(len(state)), np.zeros(len(state))
+    weights = np.repeat(huber_weights(off), 2, axis=1).ravel() / sigma**2
+    flat, matrix = off.ravel(), slopes.reshape(-1, len(state))
+    surprise, per = _priors(views[0].size, state, unknowns)
+    normal = matrix.T @ (weights[:, None] * matrix) + np.diag(per**2)
+    gradient = matrix.T @ (weights * flat) + per * surprise
+    cost = float(weights @ flat**2 + surprise @ surprise)
+    return cost, off, normal, gradient
+
+
+def _sheet(points: np.ndarray) -> np.ndarray:
+    """By how much each number of print and bend shifts points (n, 3), cm: (n, 3, 2 + bends)."""
+    x, y = points[:, :2].T
+    moved = np.zeros((len(points), 3, 2 + len(BENDS)))
+    moved[:, 1, 0] = moved[:, 0, 1] = y
+    moved[:, 2, 2:] = np.stack([(x / BENT_AT) ** a * (y / BENT_AT) ** b for a, b in BENDS], axis=1)
+    return moved
+
+
+def _priors(
+    size: tuple[int, int], state: np.ndarray, unknowns: Unknowns
+) -> tuple[np.ndarray, np.ndarray]:
+    """By how many standard deviations each number is not as usual, and its derivative, (m,) each.
+
+    Of a place nothing is usual.
+    """
+    longer = max(size)
+    usual, spreads = np.zeros(len(state)), np.full(len(state), math.inf)
+    usual[1:3] = (size[0] - 1) / 2, (size[1] - 1) / 2
+    spreads[1:8] = LENS_SPREADS
+    spreads[1:3] *= longer
+    spreads[unknowns.print] = PRINT_SPREAD
+    spreads[unknowns.print.stop : unknowns.zoom.start] = BEND_SPREAD
+    spreads[unknowns.zoom] = ZOOM_SPREAD
+    surprise, per = (state - usual) / spreads, 1 / spreads
+    field = longer / state[0]
+    surprise[0] = (field - USUAL_FIELD) / FIELD_SPREAD
+    per[0] = -field / state[0] / FIELD_SPREAD
+    return surprise, per
