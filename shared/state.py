@@ -53,7 +53,7 @@
                                                                             robot.jobs.orders
     learned/          draw --by-sight              the same                 what a camera has taught
                                                                             of an arm's path: see
-                                                                            laptop.sight.kept
+                                                                            laptop.measure.ilc.kept
     touched/          touch                        whoever places markers   ARM.json: where its
                                                                             marker sits, how it
                                                                             stands on the board

@@ -4,9 +4,9 @@ laptop.cli -> laptop.bench -> laptop.demo -> laptop.emulator -> laptop.see.serve
 laptop.cli -> laptop.page -> laptop.see.serve; whoever tells of a run -> laptop.reporting
 laptop.cli -> laptop.brick -> shared
 laptop.cli, laptop.bench -> laptop.see.table -> laptop.see.serve, robot.motion.kinematics
-laptop.cli, laptop.bench -> laptop.measuring -> laptop.see.serve, laptop.emulator
-laptop.cli, laptop.bench -> laptop.accuracy -> laptop.measuring, laptop.see.table
-laptop.cli, laptop.bench -> laptop.sight -> laptop.measuring, laptop.drawing
+laptop.cli, laptop.bench -> laptop.measure -> laptop.see.serve, laptop.emulator
+laptop.cli, laptop.bench -> laptop.measure.accuracy -> laptop.measure, laptop.see.table
+laptop.cli, laptop.bench -> laptop.measure.ilc -> laptop.measure, laptop.drawing
 laptop.cli -> laptop.guide -> laptop.emulator, laptop.brick
 laptop.cli -> laptop.lab_report -> what laptop.demo has found
 laptop.cli -> laptop.drawing -> what is pure of robot.motion
@@ -51,31 +51,36 @@ RULES = {
         *("laptop.see.table", "laptop.see.markers", "laptop.see.serve", "shared", "numpy", "cv2"),
         *("laptop.files", "robot.motion.kinematics"),
     ),
-    "laptop.measuring": (
-        *("laptop.measuring", "laptop.see.serve", "laptop.emulator", "laptop.system"),
+    "laptop.measure": (
+        *("laptop.measure", "laptop.see.serve", "laptop.emulator", "laptop.system"),
         *("laptop.see.markers", "shared", "numpy"),
     ),
-    "laptop.identification": (
-        *("laptop.identification", "laptop.see.table", "laptop.measuring", "laptop.see.markers"),
+    "laptop.measure.arm": (
+        *("laptop.measure.arm", "laptop.see.table", "laptop.measure", "laptop.see.markers"),
         "laptop.emulator.scene",
         *("robot.motion.gravity", "robot.motion.kinematics", "shared", "numpy", "scipy", "cv2"),
     ),
-    "laptop.accuracy": (
-        *("laptop.accuracy", "laptop.measuring", "laptop.see.table"),
+    "laptop.measure.accuracy": (
+        *("laptop.measure.accuracy", "laptop.measure", "laptop.see.table"),
         *("laptop.drawing.reach", "laptop.see.serve.joint_track", *PURE, "shared", "numpy"),
     ),
-    "laptop.accuracy.plots": ("laptop.accuracy", "laptop.reporting", "numpy", "matplotlib"),
-    "laptop.sight": (
-        *("laptop.sight", "laptop.measuring.measured_run", "laptop.drawing", "laptop.files"),
+    "laptop.measure.accuracy.plots": (
+        "laptop.measure.accuracy",
+        "laptop.reporting",
+        "numpy",
+        "matplotlib",
+    ),
+    "laptop.measure.ilc": (
+        *("laptop.measure.ilc", "laptop.measure.measured_run", "laptop.drawing", "laptop.files"),
         *("shared", "numpy"),
         *("robot.jobs.learned", *(f"robot.motion.{name}" for name in SIGHT_PURE)),
     ),
-    "laptop.sight.still_table": (
-        *("laptop.measuring.measured_run", "laptop.see.table.camera_fit", "numpy"),
+    "laptop.measure.ilc.still_table": (
+        *("laptop.measure.measured_run", "laptop.see.table.camera_fit", "numpy"),
         *("laptop.see.table.camera_report", "laptop.see.markers.finders.board"),
     ),
-    "laptop.sight.emulated_view": (
-        *("laptop.sight.view", "laptop.see.table.camera_model", "shared", "numpy", "cv2"),
+    "laptop.measure.ilc.emulated_view": (
+        *("laptop.measure.ilc.view", "laptop.see.table.camera_model", "shared", "numpy", "cv2"),
         "laptop.emulator.scene.scene",
     ),
     "laptop.reporting": ("laptop.reporting", "shared", "jinja2", "markupsafe", *LIBRARIES),
@@ -174,16 +179,16 @@ RULES = {
         for name in ("plot", "plot_speed", "interruptions")
     },
     "laptop.bench.calibrate": (
-        *("laptop.bench", "laptop.identification", "laptop.measuring", "laptop.reporting"),
+        *("laptop.bench", "laptop.measure.arm", "laptop.measure", "laptop.reporting"),
         *("laptop.emulator", "robot", "shared", "numpy"),
     ),
     "laptop.bench.accuracy": (
-        *("laptop.bench", "laptop.accuracy", "laptop.see.table", "laptop.measuring"),
+        *("laptop.bench", "laptop.measure.accuracy", "laptop.see.table", "laptop.measure"),
         *("laptop.see.markers.finders.board", "robot.motion.kinematics", "shared", "numpy"),
     ),
     "laptop.bench.sight": (
-        *("laptop.bench", "laptop.drawing", "laptop.measuring", "laptop.reporting"),
-        *("laptop.sight", "laptop.emulator", "shared", "numpy"),
+        *("laptop.bench", "laptop.drawing", "laptop.measure", "laptop.reporting"),
+        *("laptop.measure.ilc", "laptop.emulator", "shared", "numpy"),
     ),
     "laptop.bench.plot_drawings": ("laptop.drawing.artwork", "numpy"),
     "laptop.bench.page": (

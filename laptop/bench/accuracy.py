@@ -13,16 +13,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from laptop.accuracy import measurement
-from laptop.accuracy.measurement import AccuracyResult
-from laptop.accuracy.plan import AccuracyPlan, PlannedWay, plan_accuracy
-from laptop.accuracy.sighting import ArmOnBoard, ArmSighting, BadSighting, Places
-from laptop.accuracy.truth import in_nearest_frame, true_places
 from laptop.bench import workers
 from laptop.bench.camera import draw_lens
 from laptop.bench.camera_renders import Lens, Stand, photograph
-from laptop.measuring.emulated_rig import EmulatedRig
-from laptop.measuring.measured_run import MeasuredRun
+from laptop.measure.accuracy import measurement
+from laptop.measure.accuracy.measurement import AccuracyResult
+from laptop.measure.accuracy.plan import AccuracyPlan, PlannedWay, plan_accuracy
+from laptop.measure.accuracy.sighting import ArmOnBoard, ArmSighting, BadSighting, Places
+from laptop.measure.accuracy.truth import in_nearest_frame, true_places
+from laptop.measure.emulated_rig import EmulatedRig
+from laptop.measure.measured_run import MeasuredRun
 from laptop.see.markers.finders.board import find_board
 from laptop.see.table.camera_fit import calibrate
 from robot.motion import kinematics

@@ -26,11 +26,11 @@ from laptop.bench import workers
 from laptop.emulator import session
 from laptop.emulator.device.plant_constants import at_port, read_plant
 from laptop.emulator.own_programs import find_script
-from laptop.identification.arm_model import ArmModel, CameraPrior, MeasuredByHand
-from laptop.identification.calibrating import identify
-from laptop.identification.emulated_table import EmulatedTable, camera_over
-from laptop.identification.measured_numbers import measured, write_measured
-from laptop.measuring.emulated_rig import EmulatedRig
+from laptop.measure.arm.arm_model import ArmModel, CameraPrior, MeasuredByHand
+from laptop.measure.arm.calibrating import identify
+from laptop.measure.arm.emulated_table import EmulatedTable, camera_over
+from laptop.measure.arm.measured_numbers import measured, write_measured
+from laptop.measure.emulated_rig import EmulatedRig
 from laptop.reporting import line_accuracy
 from robot.driver import LINES
 from shared.arm_description import Arm, ArmError, Joint, find_arm, read_arm

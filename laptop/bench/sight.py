@@ -27,12 +27,12 @@ from laptop.drawing.preparing import DrawingPlan, prepare
 from laptop.emulator.device.plant_constants import CPU
 from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.scene_constants import read_scene
-from laptop.measuring.emulated_rig import EmulatedRig, RenderedRig
-from laptop.measuring.measured_run import MeasuredRun
+from laptop.measure.emulated_rig import EmulatedRig, RenderedRig
+from laptop.measure.ilc.emulated_view import view_of
+from laptop.measure.ilc.rehearsal import Lessons, rehearse
+from laptop.measure.ilc.view import TipView
+from laptop.measure.measured_run import MeasuredRun
 from laptop.reporting.line_accuracy import distances, pen_down_runs, place, refined
-from laptop.sight.emulated_view import view_of
-from laptop.sight.rehearsal import Lessons, rehearse
-from laptop.sight.view import TipView
 from shared.arm_description import Arm, ArmError, find_arm, read_arm
 
 ARMS = ("planar", "geared")

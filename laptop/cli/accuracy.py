@@ -24,10 +24,10 @@ from laptop.reporting.arm_numbers import numbers_of
 from shared.arm_description import find_arm, read_arm
 
 if TYPE_CHECKING:
-    from laptop.accuracy.measurement import AccuracyResult
-    from laptop.accuracy.plan import AccuracyPlan
-    from laptop.accuracy.sighting import ArmOnBoard
-    from laptop.measuring.live_rig import LiveRig
+    from laptop.measure.accuracy.measurement import AccuracyResult
+    from laptop.measure.accuracy.plan import AccuracyPlan
+    from laptop.measure.accuracy.sighting import ArmOnBoard
+    from laptop.measure.live_rig import LiveRig
     from laptop.see.table.camera_fit import Calibration
     from shared.job_messages import JobStatus
 
@@ -162,9 +162,9 @@ def accuracy(
     Leaves accuracy.png, accuracy.csv and summary.json in the folder given by --out.
     """
     with importing():
-        from laptop.accuracy import report
-        from laptop.accuracy.plan import plan_accuracy
-        from laptop.accuracy.sighting import ArmOnBoard
+        from laptop.measure.accuracy import report
+        from laptop.measure.accuracy.plan import plan_accuracy
+        from laptop.measure.accuracy.sighting import ArmOnBoard
 
     with in_one_line():
         _check_words(sources, simulate, calibrated, bar)
@@ -253,9 +253,9 @@ def _live(
     height: float,
     stand: ArmOnBoard | None,
 ) -> AccuracyResult:
-    from laptop.accuracy import measurement
-    from laptop.accuracy.sighting import ArmSighting, check_cameras
     from laptop.cli.rigs import live_rig
+    from laptop.measure.accuracy import measurement
+    from laptop.measure.accuracy.sighting import ArmSighting, check_cameras
     from laptop.see.table import camera_file
     from shared.job_messages import DRAWING
 
@@ -285,7 +285,7 @@ def _live(
 
 def _look(rig: LiveRig, names: Sequence[str], bar: float | None) -> dict[str, Calibration]:
     """Calibrate the cameras by the board as they see it now."""
-    from laptop.accuracy.sighting import BadSighting
+    from laptop.measure.accuracy.sighting import BadSighting
     from laptop.see.markers.finders.board import find_board
     from laptop.see.table.camera_fit import calibrate
 
@@ -303,7 +303,7 @@ def _look(rig: LiveRig, names: Sequence[str], bar: float | None) -> dict[str, Ca
 
 def _check_still(rig: LiveRig, found: Mapping[str, Calibration]) -> None:
     """Raise BadSighting if a camera or its board is not where it was calibrated."""
-    from laptop.accuracy.sighting import BadSighting
+    from laptop.measure.accuracy.sighting import BadSighting
     from laptop.see.markers.finders.board import find_board
     from laptop.see.table.camera_report import shift_since
 
@@ -322,7 +322,7 @@ def _leave(
     out: Path, result: AccuracyResult, conditions: dict[str, Any], truth: dict[str, float] | None
 ) -> None:
     """Print the table and write the files."""
-    from laptop.accuracy import plots, report
+    from laptop.measure.accuracy import plots, report
 
     headings, rows = report.table(result, truth)
     widths = [max(len(row[k]) for row in (headings, *rows)) for k in range(len(headings))]

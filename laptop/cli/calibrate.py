@@ -18,9 +18,9 @@ from laptop.reporting.arm_numbers import numbers_of
 from shared.arm_description import Arm, find_arm, read_arm
 
 if TYPE_CHECKING:
-    from laptop.identification.arm_fit import TouchSight
-    from laptop.identification.measured_numbers import Measured
-    from laptop.measuring.live_rig import LiveRig
+    from laptop.measure.arm.arm_fit import TouchSight
+    from laptop.measure.arm.measured_numbers import Measured
+    from laptop.measure.live_rig import LiveRig
     from laptop.see.table.camera_fit import Calibration
 
 LOOK_S = 1.0
@@ -121,16 +121,16 @@ def calibrate(
     emulated arm leaves the real one's file alone.
     """
     with importing():
-        from laptop.identification import measured_numbers as numbers
-        from laptop.identification.arm_model import ArmModel, CameraPrior, MeasuredByHand
-        from laptop.identification.calibrating import (
+        from laptop.measure.arm import measured_numbers as numbers
+        from laptop.measure.arm.arm_model import ArmModel, CameraPrior, MeasuredByHand
+        from laptop.measure.arm.calibrating import (
             CalibrationSetup,
             MarkerUnseen,
             go_home,
             identify,
         )
-        from laptop.identification.calibration_record import RESTS, calibration_files
-        from laptop.identification.emulated_setups import SCENE, by_formula, rendered
+        from laptop.measure.arm.calibration_record import RESTS, calibration_files
+        from laptop.measure.arm.emulated_setups import SCENE, by_formula, rendered
         from laptop.see.table.arm_file import check_writable, own_file
 
     with in_one_line(), ExitStack() as stack:
@@ -260,7 +260,7 @@ def _calibrated(
     rig: LiveRig, camera_file: Path | None, bar: float | None
 ) -> tuple[Calibration, Callable[[], None]]:
     """Return the camera, and what raises if it or the board has moved by the end."""
-    from laptop.identification.calibrating import check_sharp, seen_board
+    from laptop.measure.arm.calibrating import check_sharp, seen_board
     from laptop.see.markers.finders.board import find_board
     from laptop.see.table.camera_file import read_camera
     from laptop.see.table.camera_fit import calibrate as fit_camera
@@ -291,7 +291,7 @@ def _calibrated(
 
 def _touched(rig: LiveRig, crosses: list[tuple[float, float]]) -> list[TouchSight]:
     """Ask for the pen on each cross, and look."""
-    from laptop.identification.touching import touch_sight
+    from laptop.measure.arm.touching import touch_sight
 
     found = []
     if crosses and not sys.stdin.isatty():

@@ -16,17 +16,17 @@ import click
 
 from laptop.cli.draw_simulated import draw_simulated
 from laptop.cli.run_folder import check_room
-from laptop.sight import kept
-from laptop.sight.rehearsal import LOG_PERIOD, Learned, Step, rehearse
+from laptop.measure.ilc import kept
+from laptop.measure.ilc.rehearsal import LOG_PERIOD, Learned, Step, rehearse
 
 if TYPE_CHECKING:
     from laptop.cli.sight_options import SightOptions
     from laptop.drawing.preparing import DrawingPlan
-    from laptop.measuring.emulated_rig import EmulatedRig
-    from laptop.measuring.live_rig import LiveRig
-    from laptop.measuring.measured_run import MeasuredRun
-    from laptop.sight.still_table import StillTable
-    from laptop.sight.view import TipView
+    from laptop.measure.emulated_rig import EmulatedRig
+    from laptop.measure.ilc.still_table import StillTable
+    from laptop.measure.ilc.view import TipView
+    from laptop.measure.live_rig import LiveRig
+    from laptop.measure.measured_run import MeasuredRun
     from shared.arm_description import Arm
 
 NOISE_PX = 0.5
@@ -50,8 +50,8 @@ def simulate_by_sight(
         return draw_simulated(plan, out, plant, words, repeat, share, known, built)
     from laptop.emulator.scene.scene import Scene
     from laptop.emulator.scene.scene_constants import read_scene
-    from laptop.measuring.emulated_rig import EmulatedRig
-    from laptop.sight.emulated_view import view_of
+    from laptop.measure.emulated_rig import EmulatedRig
+    from laptop.measure.ilc.emulated_view import view_of
 
     check_room(out)
     scene = Scene(built or plan.arm, read_scene(asked.scene))
@@ -118,11 +118,11 @@ def _live(
 ) -> Iterator[tuple[LiveRig, StillTable, TipView]]:
     """Open a rig with a real camera; give it, it with a table that has to stand, and its view."""
     from laptop.cli.rigs import live_rig
+    from laptop.measure.ilc.still_table import StillTable
+    from laptop.measure.ilc.view import TipView
     from laptop.see.markers.finders.board import find_board
     from laptop.see.table.camera_file import read_camera
     from laptop.see.table.camera_fit import BadCalibration, calibrate, check_bar
-    from laptop.sight.still_table import StillTable
-    from laptop.sight.view import TipView
 
     check_bar(asked.bar)
     known, since = None, "the first look"

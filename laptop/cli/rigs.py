@@ -15,7 +15,7 @@ from shared import pairing
 from shared.arm_description import find_arm, read_arm
 
 if TYPE_CHECKING:
-    from laptop.measuring.live_rig import LiveRig
+    from laptop.measure.live_rig import LiveRig
     from shared.job_messages import JobStatus
 
 
@@ -51,7 +51,7 @@ def live_rig(
     Raises:
         ArmError: a camera, marker or port cannot be had.
     """
-    from laptop.measuring.live_rig import LiveRig, SightCollector
+    from laptop.measure.live_rig import LiveRig, SightCollector
     from laptop.see.camera.frames import quiet_decoders
     from laptop.see.markers.tracker import Tracker
     from laptop.see.serve.options import CAMERA_NAMES, TrackOptions

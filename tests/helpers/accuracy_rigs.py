@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from laptop.measuring.emulated_rig import marker_point
-from laptop.measuring.measured_run import MeasuredRun, Sights
+from laptop.measure.emulated_rig import marker_point
+from laptop.measure.measured_run import MeasuredRun, Sights
 from laptop.see.table.camera_model import CameraModel
 from robot.motion import kinematics
 from robot.motion.trajectory import Trajectory

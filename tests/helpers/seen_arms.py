@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 
-from laptop.identification.arm_fit import RestSights
-from laptop.identification.arm_model import ArmModel, CameraPrior, MeasuredByHand, Standing
-from laptop.identification.emulated_table import EmulatedTable, camera_over
-from laptop.identification.pose_plan import scouts
-from laptop.measuring.emulated_rig import marker_point
+from laptop.measure.arm.arm_fit import RestSights
+from laptop.measure.arm.arm_model import ArmModel, CameraPrior, MeasuredByHand, Standing
+from laptop.measure.arm.emulated_table import EmulatedTable, camera_over
+from laptop.measure.arm.pose_plan import scouts
+from laptop.measure.emulated_rig import marker_point
 from shared.arm_description import find_arm, read_arm
 
 ARM = read_arm(find_arm("planar"))

@@ -4,8 +4,8 @@ import cv2
 import numpy as np
 
 from laptop.emulator.scene.synthetic_camera import SyntheticCamera
-from laptop.measuring.emulated_rig import EmulatedRig
-from laptop.measuring.measured_run import Sights
+from laptop.measure.emulated_rig import EmulatedRig
+from laptop.measure.measured_run import Sights
 
 
 def spoilt_rig(links=None, sight=None):

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from laptop.accuracy.sighting import ArmOnBoard
 from laptop.bench import accuracy
 from laptop.bench.accuracy import AccuracyFigure, LensCamera
 from laptop.bench.camera_renders import Lens, Stand
 from laptop.cli.main import laptop
+from laptop.measure.accuracy.sighting import ArmOnBoard
 
 FIGURES = [
     AccuracyFigure("planar", 7, "AP P1", 1.05, 0.01, 1.0),  # near, and surer than it may be

@@ -8,9 +8,9 @@ import pytest
 from accuracy_rigs import camera_above
 from click.testing import CliRunner
 
-from laptop.accuracy.sighting import BadSighting
 from laptop.cli.accuracy import _check_still, _look
 from laptop.cli.main import laptop
+from laptop.measure.accuracy.sighting import BadSighting
 from laptop.see.markers.finders import board
 from laptop.see.table.board import BOARDS
 from laptop.see.table.camera_fit import Calibration

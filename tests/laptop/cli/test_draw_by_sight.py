@@ -8,8 +8,8 @@ import pytest
 from click.testing import CliRunner
 
 from laptop.cli.main import laptop
-from laptop.sight import kept
-from laptop.sight.learning import Offsets
+from laptop.measure.ilc import kept
+from laptop.measure.ilc.learning import Offsets
 from shared.job import Job
 
 LINE = ("--line", "10,1 8,5")

@@ -1,0 +1,338 @@
+"""The test as a whole: the arm does its parts, cameras look, and all criteria come of it.
+
+What a camera saw and what truly was (where somebody knows) go through the same formulas.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from laptop.measure.accuracy import criteria
+from laptop.measure.accuracy.crossings import Crossings, crossings, stations
+from laptop.measure.accuracy.plan import (
+    DISTANCE,
+    FROM_DIRECTIONS,
+    SHARES,
+    AccuracyPlan,
+    PlannedWay,
+)
+from laptop.measure.accuracy.sighting import ArmOnBoard, ArmSighting, Places, absorbed
+from laptop.measure.measured_run import BadMeasurement, MeasuredRun, Rig
+
+PLANES = {"line": 20, "circle": 36}
+"""Planes across each path."""
+DRAWS = 200
+"""Of what measured noise and calibration may have been."""
+SEED = 1
+SEEN_CYCLES = 0.5
+"""Share of the cycles that must be seen of each pose and plane."""
+
+
+class HiddenMarker(BadMeasurement):
+    """A marker that was not seen where it had to be."""
+
+
+@dataclass(frozen=True, eq=False)
+class Attained:
+    """Attained positions of one pose, or of where one path crosses its planes.
+
+    values     (planes, cycles, d), cm; of a pose there is one plane
+    noise      covariance of a single value, its mean over the cycles, (planes, d, d), cm^2
+    common     derivatives of the barycentre by what all have in common, (planes, d, c), cm
+    commanded  (planes, d), cm; of a path 0
+    at         where the planes are along the path, (planes,), cm
+    """
+
+    values: np.ndarray
+    noise: np.ndarray
+    common: np.ndarray
+    commanded: np.ndarray
+    at: np.ndarray = field(default_factory=lambda: np.zeros(1))
+
+
+Observed = dict[str, Attained]
+"""By name: "P1" to "P5", "P1 from 0" and so on, "line 100 %" and so on."""
+
+
+@dataclass(frozen=True)
+class Criterion:
+    """One figure of the report.
+
+    name    such as "AP P1"
+    mm      its value
+    u_mm    standard uncertainty of that by the camera alone
+    """
+
+    name: str
+    mm: float
+    u_mm: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class AccuracyResult:
+    """All that a test has told.
+
+    plan      what was done
+    observed  as seen, the camera's noise still in it
+    criteria  its figures, without that noise
+    stand     how the arm stands on the board
+    is_fitted whether that was fitted to the poses, so that AP tells less
+    sigma     noise of one picture by camera, px
+    noise_mm  of one picture's place, and of a rest's, standard deviation along one axis, mm
+    seconds   that the arm was at it
+    """
+
+    plan: AccuracyPlan
+    observed: Observed
+    criteria: tuple[Criterion, ...]
+    stand: ArmOnBoard
+    is_fitted: bool
+    sigma: Mapping[str, float]
+    noise_mm: tuple[float, float]
+    seconds: float
+
+
+def measure(
+    rig: Rig,
+    plan: AccuracyPlan,
+    sighting: ArmSighting,
+    stand: ArmOnBoard | None = None,
+    tell: Callable[[str, int, int], None] = lambda part, number, count: None,
+    after: Callable[[list[PlannedWay], MeasuredRun], None] = lambda ways, run: None,
+) -> AccuracyResult:
+    """Do the whole test.
+
+    Args:
+        rig: the arm and its cameras.
+        plan: what is to be done.
+        sighting: the cameras, calibrated.
+        stand: how the arm stands on the board; None: it is fitted to where the poses were seen.
+        tell: called with each part's name, number and how many there are, before it begins.
+        after: called with the ways and the run of each part, done.
+
+    Raises:
+        HiddenMarker: too little was seen.
+        ArmError: of the rig: nothing is measured.
+    """
+    runs = []
+    parts = plan.parts()
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "accuracy.job"
+        seconds = plan.seconds()  # before anything moves: all of it can be had
+        for number, (name, ways) in enumerate(parts.items(), 1):
+            tell(name, number, len(parts))
+            plan.write_job(file, name, ways)
+            run = rig.measure(file)
+            after(ways, run)
+            runs.append((ways, run))
+    sigma = sighting.sigma(runs[0][1])
+    (pose_ways, pose_run), *_ = runs
+    is_fitted = stand is None
+    rested = sighting.at_rest(pose_run, sigma)
+    _check_rests(pose_ways, rested.places.points)
+    if stand is None:
+        stand = sighting.stand(rested, np.array([way.way[-1] for way in pose_ways]))
+    fitted_at = sighting.tip(rested, stand)
+
+    def placed(places: Places) -> Places:
+        return absorbed(places, fitted_at) if is_fitted else places
+
+    of_ways: list[tuple[PlannedWay, Places]] = []
+    for ways, run in runs:
+        if ways[0].what == "path":
+            seen = sighting.on_the_way(run, sigma)
+            places = [placed(sighting.tip(one, stand)) for one in seen]
+        else:
+            seen_at_rest = sighting.at_rest(run, sigma)
+            _check_rests(ways, seen_at_rest.places.points)
+            there = placed(sighting.tip(seen_at_rest, stand))
+            places = [there.at(slice(k, k + 1)) for k in range(len(ways))]
+        of_ways += zip(ways, places, strict=True)
+    observed = collect(plan, of_ways)
+    return AccuracyResult(
+        plan,
+        observed,
+        tuple(with_uncertainty(plan, observed)),
+        stand,
+        is_fitted,
+        sigma,
+        (_axis_mm([p for way, p in of_ways if way.what == "path"]), _axis_mm([fitted_at])),
+        seconds,
+    )
+
+
+def _axis_mm(places: Sequence[Places]) -> float:
+    """Return the noise's standard deviation along an axis, in the mean, mm."""
+    noise = np.concatenate([one.noise for one in places])
+    variances = np.trace(noise, axis1=1, axis2=2) / noise.shape[1]
+    return float(criteria.MM * np.sqrt(np.nanmean(variances)))
+
+
+def _check_rests(ways: Sequence[PlannedWay], points: np.ndarray) -> None:
+    if len(points) != len(ways):
+        raise BadMeasurement(
+            f"the arm rested {len(points)} times and not {len(ways)} times; do the test again"
+        )
+
+
+def collect(plan: AccuracyPlan, of_ways: Sequence[tuple[PlannedWay, Places]]) -> Observed:
+    """Put what was seen of each way in the order of poses, directions and paths.
+
+    Args:
+        plan: of the test.
+        of_ways: each way with the tip's places: one at its end, or many along a path.
+
+    Raises:
+        HiddenMarker: too little was seen of one.
+    """
+    groups: dict[str, list[Places]] = {}
+    ways: dict[str, PlannedWay] = {}
+    for way, places in of_ways:
+        name = _name(plan, way)
+        groups.setdefault(name, []).append(places)
+        ways[name] = way
+    # A cycle in which one pose was hidden does not count for the others: their distances would not.
+    poses = [_points(groups[f"P{number}"]) for number in range(1, 6)]
+    whole = np.all([np.isfinite(points).all(axis=1) for points in poses], axis=0)
+    observed = {}
+    for name, cycles in groups.items():
+        way = ways[name]
+        if way.what == "path":
+            observed[name] = _of_path(plan, name, way, cycles)
+        elif way.what == "pose":
+            observed[name] = _of_pose(name, plan.pose(way.number), cycles, whole)
+        else:
+            good = np.isfinite(_points(cycles)).all(axis=1)
+            observed[name] = _of_pose(name, plan.pose(way.pose), cycles, good)
+    return observed
+
+
+def _points(cycles: Sequence[Places]) -> np.ndarray:
+    return np.concatenate([one.points for one in cycles])
+
+
+def _name(plan: AccuracyPlan, way: PlannedWay) -> str:
+    if way.what == "pose":
+        return f"P{way.number}"
+    if way.what == "direction":
+        return f"P{way.pose} from {way.number}"
+    return f"{list(plan.paths)[way.number]} {100 * way.share:.0f} %"
+
+
+def _of_pose(
+    name: str, commanded: np.ndarray, cycles: Sequence[Places], good: np.ndarray
+) -> Attained:
+    _check_seen(name, int(good.sum()), len(good))
+    noise = np.concatenate([one.noise for one in cycles])[good]
+    common = np.concatenate([one.common for one in cycles])[good]
+    return Attained(
+        _points(cycles)[good][None],
+        noise.mean(axis=0)[None],
+        common.mean(axis=0)[None],
+        commanded[None],
+    )
+
+
+def _of_path(plan: AccuracyPlan, name: str, way: PlannedWay, cycles: Sequence[Places]) -> Attained:
+    kind = list(plan.paths)[way.number]
+    path, planes = plan.paths[kind], PLANES[kind]
+    found: list[Crossings] = [crossings(path, planes, *one) for one in cycles]
+    values = np.stack([one.values for one in found], axis=1)
+    good = np.isfinite(values).all(axis=2)
+    seen = good.sum(axis=1)
+    worst = int(seen.argmin())
+    _check_seen(f"plane {worst + 1} of the {name}", int(seen[worst]), len(cycles))
+    # As many cycles of each plane: the first ones that were seen there.
+    first = np.argsort(~good, axis=1, kind="stable")[:, : seen[worst]]
+    rows = np.arange(planes)[:, None]
+    noise, common = (
+        np.stack([one[k] for one in found], axis=1)[rows, first].mean(axis=1) for k in (1, 2)
+    )
+    return Attained(
+        values[rows, first],
+        noise,
+        common,
+        np.zeros((planes, values.shape[2])),
+        stations(path, planes),
+    )
+
+
+def _check_seen(name: str, seen: int, cycles: int) -> None:
+    least = max(criteria.LEAST_CYCLES, SEEN_CYCLES * cycles)
+    if seen < least:
+        raise HiddenMarker(
+            f"{name}: the marker was seen in {seen} of {cycles} cycles; the camera must see all of "
+            "the test's cube, and nothing may hide the marker: look at its picture, or give --at "
+            "or --side"
+        )
+
+
+# Criteria
+
+
+def evaluate(plan: AccuracyPlan, observed: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Return all criteria by name, mm, each of the leading shape.
+
+    Args:
+        plan: of the test.
+        observed: values (..., planes, cycles, d) by name, see Attained.
+    """
+    out: dict[str, np.ndarray] = {}
+    poses = {number: observed[f"P{number}"][..., 0, :, :] for number in range(1, 6)}
+    for number, values in poses.items():
+        out[f"AP P{number}"] = criteria.pose_accuracy(values, plan.pose(number))
+    for number, values in poses.items():
+        out[f"RP P{number}"] = criteria.pose_repeatability(values)
+    for number in FROM_DIRECTIONS:
+        means = [
+            observed[f"P{number} from {k}"][..., 0, :, :].mean(axis=-2)
+            for k in range(len(plan.directions))
+        ]
+        out[f"vAP P{number}"] = criteria.direction_variation(np.stack(means, axis=-2))
+    one, other = DISTANCE
+    apart = float(np.linalg.norm(plan.pose(one) - plan.pose(other)))
+    ad, rd = criteria.distance_accuracy(poses[one], poses[other], apart)
+    out[f"AD P{one} P{other}"], out[f"RD P{one} P{other}"] = ad, rd
+    for kind in plan.paths:
+        for share in SHARES:
+            name = f"{kind} {100 * share:.0f} %"
+            out[f"AT {name}"] = criteria.path_accuracy(observed[name])
+            out[f"RT {name}"] = criteria.path_repeatability(observed[name])
+    return out
+
+
+def plain(plan: AccuracyPlan, observed: Observed) -> dict[str, float]:
+    """Return all criteria of values that are known without noise, mm."""
+    values = {name: one.values for name, one in observed.items()}
+    return {name: float(mm) for name, mm in evaluate(plan, values).items()}
+
+
+def with_uncertainty(
+    plan: AccuracyPlan, observed: Observed, draws: int = DRAWS, seed: int = SEED
+) -> Iterator[Criterion]:
+    """Yield all criteria without the camera's noise, and how unsure that leaves them.
+
+    The test is drawn anew as often: from the positions found, with new noise and new errors of the
+    calibration, and goes the same way (JCGM 101, with the positions found for the true ones).
+    """
+    luck = np.random.default_rng(seed)
+    sizes = {one.common.shape[2] for one in observed.values()}
+    z = luck.standard_normal((draws, max(sizes, default=0)))
+    found, again = {}, {}
+    for name, one in observed.items():
+        found[name] = criteria.without_noise(one.values, one.noise)
+        root = np.linalg.cholesky(one.noise + 1e-18 * np.eye(one.noise.shape[-1]))
+        shaken = luck.standard_normal((draws, *one.values.shape)) @ np.swapaxes(root, -1, -2)
+        shifted = np.einsum("pdc,kc->kpd", one.common, z[:, : one.common.shape[2]])
+        anew = found[name] + shaken + shifted[:, :, None, :]
+        again[name] = criteria.without_noise(anew, one.noise)
+    values, spread = evaluate(plan, found), evaluate(plan, again)
+    for name, mm in values.items():
+        # (Of how far a criterion is off, not only of how it scatters.)
+        u = float(np.sqrt(((spread[name] - mm) ** 2).mean()))
+        yield Criterion(name, float(mm), u)

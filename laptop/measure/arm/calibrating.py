@@ -1,0 +1,283 @@
+"""The arm goes through poses, few first, then those that tell most, until its numbers are sure."""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+from laptop.measure.arm.arm_fit import ArmFit, BadIdentification, RestSights, TouchSight, fit_arm
+from laptop.measure.arm.arm_model import ArmModel
+from laptop.measure.arm.measured_numbers import check_signs, check_square
+from laptop.measure.arm.pose_plan import (
+    ApproachedPose,
+    choose,
+    information_of,
+    ordered,
+    pose_job,
+    scouts,
+    standing,
+    way_to,
+)
+from laptop.measure.arm.suspects import explain
+from laptop.measure.measured_run import MEDIAN_NOISE, MeasuredRun, Rig
+from laptop.see.markers.finders.board import BoardView, find_board
+from laptop.see.table.camera_fit import Calibration
+
+SCOUTS, BATCH = 12, 10
+"""Poses before anything is known, and from one fit to the next."""
+LONGEST = 180.0
+"""On the brick no new poses are begun that would take it beyond so long, s."""
+LINK_WANTED = 0.001
+"""Standard uncertainties that are good enough: of a link, a share, ..."""
+ANGLE_WANTED = math.radians(0.1)
+"""... of a zero and a backlash, rad."""
+FEWEST_SEEN = 3
+"""Pictures in which a marker must be seen at a rest."""
+BOARD_SEEN = 0.6
+"""Share of the board's markers that must be seen."""
+LEAST_CONTRAST = 40.0
+"""Between dark and bright of a picture, of 255."""
+MOST_SPREAD = 5.0
+"""Standard deviation of its sharpest edges, px."""
+REACHING = 4.0
+"""Before the first rest the arm moves for about so long, s."""
+LOST = 0.5
+"""Share of the scouts in which the marker must be seen."""
+
+
+@dataclass(frozen=True, eq=False)
+class Identified:
+    """What came of it.
+
+    fit      of all rests
+    rests    all of them
+    poses    where they were wanted
+    times    of the rests, s since the first job began
+    seconds  on the brick
+    """
+
+    fit: ArmFit
+    rests: RestSights
+    poses: list[ApproachedPose]
+    times: np.ndarray
+    seconds: float
+
+
+class CalibrationSetup(NamedTuple):
+    """What a calibration works with.
+
+    rig      the arm before its cameras
+    camera   as the board has told
+    touches  of a hand, before the arm moves
+    check    raises ArmError if camera or board has moved since
+    """
+
+    rig: Rig
+    camera: Calibration
+    touches: Sequence[TouchSight]
+    check: Callable[[], None]
+
+
+def identify(
+    rig: Rig,
+    model: ArmModel,
+    touches: Sequence[TouchSight] = (),
+    say: Callable[[str], None] = lambda line: None,
+    longest: float = LONGEST,
+) -> Identified:
+    """Let an arm go through poses before its cameras, and fit its numbers.
+
+    Raises:
+        BadIdentification: what was seen does not fit; what is to blame is named.
+        ArmError: the arm or a camera fails.
+    """
+    arm = model.arm
+    rests: RestSights | None = None
+    poses: list[ApproachedPose] = []
+    times: list[float] = []
+    seconds, at = 0.0, tuple(joint.home for joint in arm.joints)
+    todo = ordered(arm, scouts(arm, SCOUTS), at)
+    fit = None
+    while todo:
+        run, standard = _gone(rig, model, todo)
+        rests, poses = (rests + standard if rests else standard), poses + todo
+        stood = [row.t for row in run.rows if row.rest]
+        first = run.rows[0].t if run.rows else 0.0
+        start = min(first, stood[0]) - REACHING
+        times += [seconds + t - start for t in stood]
+        seconds += stood[-1] - start
+        at = todo[-1].q
+        if fit is None:
+            _check_seen(rests)
+        fit = fit_arm(model, rests, touches)
+        check_signs(fit)
+        check_square(fit)
+        why = explain(fit, len(poses), times)
+        if why:
+            raise BadIdentification(why)
+        sure, wanted = _sureness(fit)
+        say(
+            f"{len(poses)} poses, {seconds:.0f} s: left over {fit.rms:.2f} px; links known to "
+            f"{_worst(fit, 'link', 10):.2f} mm, backlash to "
+            f"{_worst(fit, 'backlash', 180 / math.pi):.2f} deg"
+        )
+        per_pose = seconds / len(poses)
+        count = min(BATCH, int((longest - seconds) / per_pose))
+        if sure or count < 2:
+            break
+        pixel = float(np.nanmedian([np.nanmedian(s) for s in rests.sigma.values()]))
+        information = information_of(fit)
+        todo = ordered(arm, choose(fit.model, fit.state, information, wanted, count, pixel), at)
+    assert fit
+    assert rests
+    return Identified(fit, rests, poses, np.array(times), seconds)
+
+
+def go_home(rig: Rig) -> None:
+    """Bring the arm to its home pose, as its file has it, so that its zero can be taken over.
+
+    Raises:
+        ArmError: the arm or a camera fails.
+    """
+    arm = rig.arm
+    sides = tuple(
+        1 if joint.home - way_to(joint.backlash) > joint.lower else -1 for joint in arm.joints
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "home.job"
+        pose_job(arm, [ApproachedPose(tuple(joint.home for joint in arm.joints), sides)], file)
+        rig.measure(file)
+
+
+class MarkerUnseen(BadIdentification):
+    """The arm's marker was seen too seldom; why, a look at the picture may tell."""
+
+
+def seen_board(image: np.ndarray) -> BoardView:
+    """Return the board in a picture, BGR; refuse one by which no arm can be measured.
+
+    Raises:
+        BadIdentification: too little of it is seen.
+    """
+    view = find_board(image)
+    if view is None:
+        check_sharp(image)
+    return check_board(view)
+
+
+def check_sharp(image: np.ndarray) -> None:
+    """Refuse a picture, BGR, in which nothing can be seen.
+
+    Raises:
+        BadIdentification: it is even, or blurred.
+    """
+    grey = cv2.GaussianBlur(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), (0, 0), 1.0).astype(float)
+    dark, bright = np.percentile(grey, [1, 99])
+    if bright - dark < LEAST_CONTRAST:
+        raise BadIdentification(
+            f"the picture is nearly even ({dark:.0f} to {bright:.0f} of 255): give it light, and "
+            "take the cap off the camera; nothing was written"
+        )
+    across, down = np.gradient(grey, axis=1), np.gradient(grey, axis=0)
+    ways = (across, down, (across + down) / math.sqrt(2), (across - down) / math.sqrt(2))
+    steepest = min(float(np.percentile(np.abs(way), 99.9)) for way in ways)
+    # An edge that is spread like a normal distribution: its height over its greatest slope.
+    spread = (bright - dark) / max(steepest, 1e-3) / math.sqrt(2 * math.pi)
+    if spread > MOST_SPREAD:
+        raise BadIdentification(
+            f"the picture is blurred: no edge in it is sharper than {2.5 * spread:.0f} px; focus, "
+            "fasten the camera, and give it more light; nothing was written"
+        )
+
+
+def check_board(view: BoardView | None) -> BoardView:
+    """Return the view; refuse a board of which too little is seen for an arm to be measured by it.
+
+    Raises:
+        BadIdentification: so it is.
+    """
+    if view is None:
+        raise BadIdentification(
+            "no marker of the printed board is seen: lay it flat within the arm's reach, sharp "
+            "and lit, and let the camera see it (brickservo markers --board makes one); nothing "
+            "was written"
+        )
+    seen, every = len(view.numbers), len(view.board.numbers)
+    if seen < BOARD_SEEN * every:
+        raise BadIdentification(
+            f"{seen} of the board's {every} markers are seen, and {math.ceil(BOARD_SEEN * every)} "
+            "are the least to measure an arm by: uncover it, and turn the arm aside; nothing was "
+            "written"
+        )
+    return view
+
+
+def _gone(
+    rig: Rig, model: ArmModel, poses: Sequence[ApproachedPose]
+) -> tuple[MeasuredRun, RestSights]:
+    """Let the arm go to poses; what was seen there."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "poses.job"
+        pose_job(model.arm, poses, file)
+        run = rig.measure(file)
+    pixels, sigma = {}, {}
+    for name in model.cameras:
+        seen = run.rests(name)
+        if len(seen.q) != len(poses):
+            raise BadIdentification(
+                f"the brick has logged {len(seen.q)} rests, and there were {len(poses)} poses; "
+                "do it again"
+            )
+        few = seen.seen < FEWEST_SEEN
+        if 2 * np.count_nonzero(few & (seen.seen > 0)) > len(few):
+            raise BadIdentification(
+                f"camera {name} saw the marker, but in fewer than {FEWEST_SEEN} pictures a rest at "
+                f"{np.count_nonzero(few)} of {len(few)} poses: it takes some 6 pictures a second; "
+                "give it more light, or fewer pixels (--size of track); nothing was written"
+            )
+        places = seen.pixel.copy()
+        places[few] = np.nan
+        noise = float(np.nanmedian(seen.sigma)) if np.isfinite(seen.sigma).any() else np.nan
+        pixels[name] = places
+        sigma[name] = MEDIAN_NOISE * noise / np.sqrt(np.maximum(seen.seen, 1))
+        sigma[name] = np.where(np.isfinite(sigma[name]), sigma[name], 1.0)
+    return run, RestSights(standing(model.arm, poses, run), pixels, sigma)
+
+
+def _check_seen(rests: RestSights) -> None:
+    for name, pixels in rests.pixels.items():
+        seen = int(np.isfinite(pixels).all(axis=1).sum())
+        if seen < LOST * len(pixels):
+            raise MarkerUnseen(
+                f"camera {name} saw the marker in {seen} of {len(pixels)} poses that lie all over "
+                "what the arm can reach: it is out of the picture, hidden or blurred; let the "
+                "camera see all of the table, or make the joints' limits narrower in the arm's "
+                "file; nothing was written"
+            )
+
+
+def _sureness(fit: ArmFit) -> tuple[bool, dict[str, float]]:
+    """Return whether all that poses can tell is sure enough, and what that is."""
+    wanted = {}
+    for k, joint in enumerate(fit.model.arm.joints):
+        if not (fit.model.spatial and k == 0):
+            wanted[f"{joint.name}.link"] = LINK_WANTED * joint.link
+        wanted[f"{joint.name}.backlash"] = ANGLE_WANTED
+        if k:
+            wanted[f"{joint.name}.zero"] = ANGLE_WANTED
+    return all(fit.sigma(name) <= limit for name, limit in wanted.items()), wanted
+
+
+def _worst(fit: ArmFit, key: str, unit: float) -> float:
+    return unit * max(
+        fit.sigma(f"{joint.name}.{key}")
+        for k, joint in enumerate(fit.model.arm.joints)
+        if not (key == "link" and fit.model.spatial and k == 0)
+    )

@@ -1,0 +1,276 @@
+"""What was measured of an arm: a table for people, and what of it goes into the arm's file.
+
+A number is written where it is known better than it was.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import date
+from pathlib import Path
+
+from laptop.measure.arm.arm_fit import ArmFit, BadIdentification
+from laptop.see.table.arm_file import WrittenArm, write_values
+from shared.arm_description import Joint
+
+LINK_LIMIT = 0.01
+"""Standard uncertainties up to which a number is worth being written: of a link, a share, ..."""
+ANGLE_LIMIT = math.radians(0.8)
+"""... of a zero and a backlash, rad, ..."""
+OFFSET_LIMIT = 0.1
+"""... and of the marker_offset, cm."""
+LEARNT = 0.7
+"""Share of the uncertainty before above which nothing was learnt of a number."""
+SQUARE_NOTED = math.radians(45)
+"""A first zero beside its description by more: the board lies another quarter turned than said."""
+SCALE_NOTED, SCALE_ALIKE = 0.01, 0.012
+"""Links that differ from their description by such a share, and alike to such a one, look like a
+board that was not printed at 100 %."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A line of the table.
+
+    section, key  of the arm's file; "" if it does not stand there
+    name   for people
+    unit   of the numbers: cm, deg, mm or ""
+    was, found, sigma  in that unit; sigma: standard uncertainty
+    why    why it is not known, or ""
+    text   what is written into the file, or ""
+    """
+
+    section: str
+    key: str
+    name: str
+    unit: str
+    was: float
+    found: float
+    sigma: float
+    why: str = ""
+    text: str = ""
+
+
+def measured(fit: ArmFit) -> list[Measured]:
+    """Return what a fit says of an arm, number by number."""
+    model, found = fit.model, []
+    last = model.arm.joints[-1]
+    confused = "by sight it cannot be told from the marker's place on the link"
+    confused += "" if model.spatial else ": touch crosses"
+    for k, joint in enumerate(model.arm.joints):
+        base = model.spatial and k == 0
+
+        def told(key: str, joint: Joint = joint) -> tuple[float, float]:
+            name = f"{joint.name}.{key}"
+            return fit.value(name), fit.sigma(name)
+
+        link, sigma = told("link")
+        why = ""
+        by_ruler = base and model.known.height is not None
+        learnt = by_ruler or _learnt(fit, f"{joint.name}.link")
+        if not learnt or sigma > LINK_LIMIT * joint.link:
+            why = "too few poses tell it"
+            if model.known.height is None:
+                what = "base's" if model.spatial else "marker's"
+                why = f"it hangs on the {what} height: measure that, --height"
+            if not _scaled(fit):
+                why = "no board gives the scale"
+            if joint is last and _scaled(fit):
+                why = confused
+        found.append(
+            Measured(
+                joint.name, "link", f"{joint.name}: {'height' if base else 'link'}", "cm",
+                joint.link, link, sigma, why, _number(link, 0.01),
+            )
+        )  # fmt: skip
+        zero, sigma = told("zero")
+        gear = fit.value(f"{joint.name}.gear")
+        home = gear * joint.home + zero
+        why = ""
+        if k == 0 and model.known.square is None:
+            why = "no camera sees it: lay the board's edge along the arm's x, --board-square"
+        elif not _learnt(fit, f"{joint.name}.zero") or sigma > ANGLE_LIMIT:
+            why = confused
+        found.append(
+            Measured(
+                joint.name, "home", f"{joint.name}: home (its zero)", "deg",
+                math.degrees(joint.home), math.degrees(home), math.degrees(sigma), why,
+                _number(math.degrees(home), 0.1),
+            )
+        )  # fmt: skip
+        backlash, sigma = told("backlash")
+        backlash = max(backlash, 0.0)
+        why = "" if sigma <= ANGLE_LIMIT else "gravity presses the link to one side at all poses"
+        found.append(
+            Measured(
+                joint.name, "backlash", f"{joint.name}: backlash", "deg",
+                math.degrees(joint.backlash), math.degrees(backlash), math.degrees(sigma), why,
+                _number(math.degrees(backlash), 0.1),
+            )
+        )  # fmt: skip
+        if told("gear")[1] > 0:
+            turns = joint.gear * gear
+            found.append(
+                Measured(
+                    joint.name, "gear", f"{joint.name}: gear", "turns", joint.gear, turns,
+                    joint.gear * told("gear")[1], "", _number(turns, 0.001),
+                )
+            )  # fmt: skip
+    return found + _of_marker(fit)
+
+
+def _of_marker(fit: ArmFit) -> list[Measured]:
+    """Return the lines of marker, height and tilt."""
+    rows = []
+    offset = [fit.value("marker.along"), fit.value("marker.aside")]
+    text = " ".join(_number(value, 0.01) for value in offset)
+    names = ("marker.along", "marker.aside")
+    known = all(_learnt(fit, name) and fit.sigma(name) <= OFFSET_LIMIT for name in names)
+    why = "touch crosses with the pen"
+    if known or fit.model.spatial:
+        why = "" if known else "by sight it cannot be told from the last link"
+    for k, (name, where) in enumerate(zip(names, ("beyond the pen", "left of it"), strict=True)):
+        rows.append(
+            Measured(
+                "arm", "marker_offset" if k == 0 else "", f"marker: {where}", "cm",
+                fit.model.arm.marker_offset[k], offset[k], fit.sigma(name), why,
+                text if k == 0 else "",
+            )
+        )  # fmt: skip
+    if not fit.model.spatial and _scaled(fit):
+        mean = fit.model.mean[fit.model.index("marker.height")]
+        rows.append(
+            Measured(
+                "", "", "marker: over the table", "cm", mean, fit.value("marker.height"),
+                fit.sigma("marker.height"),
+            )
+        )  # fmt: skip
+    for axis in "xy" if fit.model.spatial else "":
+        name = f"base.tilt_{axis}"
+        rows.append(
+            Measured(
+                "", "", f"base: tilt about {axis}", "deg", 0.0, math.degrees(fit.value(name)),
+                math.degrees(fit.sigma(name)),
+            )
+        )  # fmt: skip
+    return rows
+
+
+def _learnt(fit: ArmFit, name: str) -> bool:
+    spread = fit.model.spread[fit.model.index(name)]
+    return bool(spread > 0 and fit.sigma(name) < LEARNT * spread)
+
+
+def _scaled(fit: ArmFit) -> bool:
+    """Whether a board gave the scale."""
+    return bool(fit.model.spread[fit.model.index("board.x")] > 0)
+
+
+def _number(value: float, step: float) -> str:
+    digits = max(0, round(-math.log10(step)) + 1)
+    text = f"{value:.{digits}f}".rstrip("0").rstrip(".")
+    return "0" if text in ("-0", "") else text
+
+
+def check_scale(fit: ArmFit, bar: float | None) -> None:
+    """Refuse links that all differ alike while nobody has measured the board.
+
+    Raises:
+        BadIdentification: so it is.
+    """
+    if bar is not None or not _scaled(fit):
+        return
+    shares, sigmas = {}, []
+    for joint in fit.model.arm.joints[1 if fit.model.spatial else 0 :]:
+        sigma = fit.sigma(f"{joint.name}.link") / joint.link
+        if sigma <= LINK_LIMIT:  # what is not known is not of another length
+            shares[joint.name] = fit.value(f"{joint.name}.link") / joint.link
+            sigmas.append(sigma)
+    if not shares:
+        return
+    mean = sum(shares.values()) / len(shares)
+    alike = max(shares.values()) - min(shares.values()) < SCALE_ALIKE
+    if abs(mean - 1) > max(SCALE_NOTED, 2 * min(sigmas)) and alike:
+        which = "all links are" if len(shares) > 1 else f"the link of the {min(shares)} is"
+        more = "longer" if mean > 1 else "shorter"
+        raise BadIdentification(
+            f"by the board {which} {100 * abs(mean - 1):.1f} % {more} than the arm's file "
+            f"says: a board whose bar is {100 / mean:.1f} mm long instead of 100 would explain "
+            "that; measure its bar with a ruler and give it, --bar; nothing was written"
+        )
+
+
+def check_signs(fit: ArmFit) -> None:
+    """Refuse an arm whose joints turn the other way round than its file says.
+
+    Raises:
+        BadIdentification: so it is.
+    """
+    wrong = [
+        joint.name
+        for joint, sign in zip(fit.model.arm.joints, fit.model.signs, strict=True)
+        if sign < 0
+    ]
+    if wrong:
+        raise BadIdentification(
+            f"the {' and the '.join(wrong)} turns the other way round than the arm's file says "
+            "(direction), or the picture is mirrored: driver.py check finds out; "
+            "nothing was written"
+        )
+
+
+def check_square(fit: ArmFit) -> None:
+    """Refuse a first joint whose zero is a quarter beside what it should be, or more.
+
+    Raises:
+        BadIdentification: so it is.
+    """
+    square = fit.model.known.square
+    joint = fit.model.arm.joints[0]
+    zero = fit.value(f"{joint.name}.zero")
+    if square is None or abs(zero) <= SQUARE_NOTED:
+        return
+    likely = 90 * round((square - 2 * zero / math.pi) % 4) % 360
+    raise BadIdentification(
+        f"by the board the {joint.name}'s zero is {math.degrees(zero):.0f} deg beside where it is "
+        f"believed; --board-square {likely} instead of {90 * square} would explain most of it: "
+        "look how the board lies; nothing was written"
+    )
+
+
+def write_measured(
+    fit: ArmFit, rows: Sequence[Measured], today: date, file: Path | None = None
+) -> WrittenArm:
+    """Write the arm's file with what was measured, each number's uncertainty in its comment.
+
+    Args:
+        fit: whose arm it is.
+        rows: of it.
+        today: told in the comments.
+        file: to be written; None: the arm's own, or one's own copy of one that comes along.
+
+    Returns:
+        The file, and what it was before.
+
+    Raises:
+        BadIdentification: nothing is known better than before.
+        ArmNotWritten: it cannot be written; all is as it was.
+    """
+    new = [row for row in rows if row.text and row.key and not row.why]
+    if not new:
+        raise BadIdentification(
+            "nothing is known better than before; show the board, and touch crosses: nothing was "
+            "written"
+        )
+    values = {(row.section, row.key): row.text for row in new}
+    sigmas = {(row.section, row.key): f"{row.sigma:.2g}" for row in new}
+    if ("arm", "marker_offset") in sigmas:  # two numbers in one line
+        sigmas["arm", "marker_offset"] += f" {fit.sigma('marker.aside'):.2g}"
+    notes = {
+        (row.section, row.key): f"+- {sigmas[row.section, row.key]} {row.unit}, seen by a camera "
+        f"{today}"
+        for row in new
+    }
+    return write_values(fit.model.arm, values, file, notes)

@@ -1,0 +1,1 @@
+"""A camera teaches the arm a path: iterative learning control."""

@@ -1,0 +1,290 @@
+"""What to change in the joints' path so that the tip goes where it is to go.  Pure.
+
+Iterative learning control (Arimoto, Kawamura and Miyazaki 1984): what was missed is taken off the
+next time.  Across the path it is smoothed a little, along it more: who is late on his way has
+missed nothing; at the ends the tip stands, and there all of it counts.  What is narrower than an
+arm can follow is smoothed away before, so that it cannot build up from time to time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from laptop.measure.ilc.tracks import PieceTrack
+from laptop.measure.ilc.way import PieceWay
+from robot.jobs.learned import MAX_ACCELERATION
+
+KNOT_SPACING, KNOTS = 0.2, (9, 120)
+"""Of offsets: about so far apart, cm, and how many at the least and most."""
+
+SMOOTH_OVER = 2.5
+"""Waves that are this long lose half on being smoothed, cm: across the path."""
+
+ALONG_OVER = 6.0
+"""And along it, where a tip that is a moment late has not missed anything."""
+
+END = 2.0
+"""What is missed along the path counts at its ends, as if so much of it did, cm."""
+
+TUKEY = 4.0
+"""Sights off by more than so many standard deviations do not count."""
+
+LEAST_SIGHTS = 6
+"""Of a piece: with fewer nothing is learned of it by itself."""
+
+ROUNDS = 5
+"""Of weighing them anew."""
+
+SOFT, SOFTENINGS = 0.8, 12
+"""Share of the brick's greatest acceleration that offsets use; so often they are smoothed more."""
+
+USUAL_NOISE = 0.05
+"""Of sights, before anything is known of it, cm."""
+
+SLACK = np.radians(1.0)
+"""Half of a backlash is wrongly described by about so much, rad."""
+
+NORMAL = 1.4826
+"""Standard deviation of a normal distribution by its median absolute deviation."""
+
+
+@dataclass(frozen=True, eq=False)
+class PathMiss:
+    """By how much the tip missed a piece, at as many places as there are offsets.
+
+    Attributes:
+        s: length of the way, cm, (n,).
+        across: to the left of the path, smoothed, cm, (n,).
+        along: ahead on it, smoothed more, cm, (n,).
+        slack: of that, what each joint's backlash makes by which it is wrongly described: half of
+            the difference, rad, (joints,).
+        noise: standard deviation of single sights about that, cm.
+        unsure: standard deviation of `across` by that noise, cm.
+    """
+
+    s: np.ndarray
+    across: np.ndarray
+    along: np.ndarray
+    slack: np.ndarray
+    noise: float
+    unsure: float
+
+    @property
+    def mean_square(self) -> float:
+        """Of what was missed, over its length and its ends, cm^2."""
+        ends = float((self.along[[0, -1]] ** 2).mean())
+        return float((self.across**2).mean()) + ends * min(1.0, END / self.s[-1])
+
+    @property
+    def greatest(self) -> float:
+        """Distance across, or at an end, cm."""
+        ends = np.hypot(self.along[[0, -1]], self.across[[0, -1]])
+        return float(max(np.abs(self.across).max(), ends.max()))
+
+
+def missed(piece: PieceWay, track: PieceTrack) -> PathMiss:
+    """By how much a track missed its piece."""
+    knots = none(piece).s
+    off = track.p - piece.at(track.s, piece.p)
+    ahead = (off * piece.at(track.s, piece.ahead)).sum(axis=1)
+    along, *_ = _smoothed(knots, track.s, ahead, np.zeros((len(ahead), 0)), ALONG_OVER)
+    # A tip that is late or early was farther back or ahead on its way, not beside it.
+    late = ahead - np.interp(track.s, knots, along)
+    there = np.clip(track.s + np.where(track.stands == 0, late, 0.0), 0.0, piece.length)
+    off = track.p - piece.at(there, piece.p)
+    left = piece.at(there, piece.left)
+    # What a joint's backlash makes that is wider or narrower than described.
+    slack = np.einsum(
+        "nk,nkj,nj->nj", left, *(piece.at(there, x) for x in (piece.turns, piece.sides))
+    )
+    smooth, wide, noise, unsure = _smoothed(
+        knots, there, (off * left).sum(axis=1), slack, SMOOTH_OVER
+    )
+    turned = _by_slack(piece, knots, wide)
+    across = smooth + (turned * _units(piece.at(knots, piece.left))).sum(axis=1)
+    return PathMiss(knots, across, along, wide, noise, unsure)
+
+
+def _by_slack(piece: PieceWay, s: np.ndarray, slack: np.ndarray) -> np.ndarray:
+    """Return what backlash that is wrongly described makes of the tip's place, (n, 2), cm."""
+    return np.einsum("nkj,nj->nk", piece.at(s, piece.turns), piece.at(s, piece.sides) * slack)
+
+
+def missed_of(pieces: Sequence[PieceWay], seen: Sequence[PieceTrack]) -> list[PathMiss] | None:
+    """By how much a stroke's pieces were missed; None if too little was seen of all of them.
+
+    A piece of which too little was seen was missed as its neighbours were where they meet it.
+    """
+    sure = {
+        k: missed(piece, track)
+        for k, (piece, track) in enumerate(zip(pieces, seen, strict=True))
+        if len(track.s) >= LEAST_SIGHTS
+    }
+    if not sure:
+        return None
+    unsure = max(one.unsure for one in sure.values())
+    out = []
+    for k, piece in enumerate(pieces):
+        if k in sure:
+            out.append(sure[k])
+            continue
+        before = max((n for n in sure if n < k), default=None)
+        after = min((n for n in sure if n > k), default=None)
+        ends = [
+            _vector(pieces[n], sure[n], end)
+            for n, end in ((before, -1), (after, 0))
+            if n is not None
+        ]
+        out.append(_bridged(piece, ends[0], ends[-1], unsure))
+    return out
+
+
+def _vector(piece: PieceWay, miss: PathMiss, end: int) -> np.ndarray:
+    """Return what was missed at an end, 0 or -1, (2,), cm."""
+    return np.asarray(miss.across[end] * piece.left[end] + miss.along[end] * piece.ahead[end])
+
+
+def _bridged(piece: PieceWay, begin: np.ndarray, end: np.ndarray, unsure: float) -> PathMiss:
+    """Return what was missed where that goes from one vector to another."""
+    knots = none(piece).s
+    share = (knots / piece.length)[:, None]
+    off = begin * (1 - share) + end * share
+    across = (off * _units(piece.at(knots, piece.left))).sum(axis=1)
+    along = (off * _units(piece.at(knots, piece.ahead))).sum(axis=1)
+    return PathMiss(knots, across, along, np.zeros(piece.turns.shape[2]), 0.0, unsure)
+
+
+def _smoothed(
+    knots: np.ndarray, s: np.ndarray, values: np.ndarray, others: np.ndarray, wave: float
+) -> tuple[np.ndarray, np.ndarray, float, float]:
+    """Smooth values (n,) at s, after Whittaker 1923, without those that are far off.
+
+    Args:
+        knots: where the smooth values are to be, cm.
+        s: where the values are.
+        values: (n,), cm.
+        others: (n, m), columns that may be part of the values beside what is smooth.
+        wave: of this length, cm, loses half.
+
+    Returns:
+        The smooth values at the knots; how much of each column is in the values, (m,); the standard
+        deviation of a value about both, and that of the smooth ones, cm.
+    """
+    spacing, count = knots[1], len(knots)
+    k = np.clip((s / spacing).astype(int), 0, count - 2)
+    share = s / spacing - k
+    design = np.zeros((len(s), count + others.shape[1]))
+    rows = np.arange(len(s))
+    design[rows, k], design[rows, k + 1] = 1 - share, share
+    design[:, count:] = others
+    # What stands at an end tells of that end alone.
+    moving = np.count_nonzero((s > 0) & (s < knots[-1]))
+    stiff = np.zeros((design.shape[1],) * 2)
+    stiff[:count, :count] = _stiffness(knots, wave) * max(moving, 1) / knots[
+        -1
+    ] * spacing + 1e-9 * np.eye(count)
+    weights, noise = np.ones(len(s)), USUAL_NOISE
+    for _ in range(ROUNDS):
+        stiff[range(count, len(stiff)), range(count, len(stiff))] = (noise / SLACK) ** 2
+        inverse = np.linalg.inv(design.T @ (weights[:, None] * design) + stiff)
+        found = inverse @ (design.T @ (weights * values))
+        left = values - design @ found
+        noise = max(NORMAL * float(np.median(np.abs(left))), 1e-4)
+        weights = np.clip(1 - (left / (TUKEY * noise)) ** 2, 0.0, None) ** 2
+    spread = (inverse @ (design.T * weights))[:count]
+    unsure = float(np.sqrt((spread**2).sum(axis=1).mean())) * noise
+    return found[:count], found[count:], noise, unsure
+
+
+def _stiffness(knots: np.ndarray, wave: float) -> np.ndarray:
+    """Return what bends cost values at knots that each count 1, if this wave is to be halved.
+
+    A wave sin(k s) bends by k^2: to leave it as it is costs as much as to leave it out.
+    """
+    bends = np.diff(np.eye(len(knots)), 2, axis=0) / knots[1] ** 2
+    return (wave / (2 * np.pi)) ** 4 * bends.T @ bends
+
+
+@dataclass(frozen=True, eq=False)
+class Offsets:
+    """By how much each joint is moved along a piece.
+
+    Attributes:
+        s: length of the way, cm, (n,).
+        q: (n, joints), rad.
+    """
+
+    s: np.ndarray
+    q: np.ndarray
+
+    @property
+    def greatest(self) -> float:
+        """Of any joint, rad."""
+        return float(np.abs(self.q).max())
+
+    def numbers(self) -> tuple[list[float], list[list[float]]]:
+        """As shared.job.Stroke has them."""
+        return [round(s, 4) for s in self.s.tolist()], np.round(self.q.T, 6).tolist()
+
+
+def none(piece: PieceWay) -> Offsets:
+    """Return the offsets of a piece of which nothing is learned."""
+    count = int(np.clip(np.ceil(piece.length / KNOT_SPACING) + 1, *KNOTS))
+    return Offsets(np.linspace(0.0, piece.length, count), np.zeros((count, piece.turns.shape[2])))
+
+
+def corrected(piece: PieceWay, offsets: Offsets, miss: PathMiss) -> Offsets:
+    """Return offsets that take off what was missed."""
+    # Backlash is taken off the joints' angles as it makes them wrong, the rest as a place is.
+    slack = _by_slack(piece, miss.s, miss.slack)
+    left, ahead = (_units(piece.at(miss.s, units)) for units in (piece.left, piece.ahead))
+    along = miss.along - (slack * ahead).sum(axis=1)
+    off = (miss.across - (slack * left).sum(axis=1))[:, None] * left
+    off += along[:, None] * ahead
+    turned = np.einsum("njk,nk->nj", piece.at(miss.s, piece.back), off)
+    turned += piece.at(miss.s, piece.sides) * miss.slack
+    return Offsets(offsets.s, offsets.q - turned)
+
+
+def _units(vectors: np.ndarray) -> np.ndarray:
+    return np.asarray(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))
+
+
+def softened(piece: PieceWay, offsets: Offsets, most: float = SOFT * MAX_ACCELERATION) -> Offsets:
+    """Return offsets smoothed until they ask no joint for more acceleration, rad/s^2."""
+    speed = np.gradient(piece.s, piece.t)
+    fast, gains = (
+        piece.at(offsets.s, speed),
+        np.abs(piece.at(offsets.s, speed * np.gradient(speed, piece.s))),
+    )
+    q, wave = offsets.q, SMOOTH_OVER
+    for _ in range(SOFTENINGS):
+        slopes = np.gradient(q, offsets.s, axis=0)
+        bends = np.abs(np.gradient(slopes, offsets.s, axis=0))
+        # (A cubic between two knots may bend half as much again as the points do.)
+        asked = 1.5 * bends * fast[:, None] ** 2 + np.abs(slopes) * gains[:, None]
+        if asked.max() <= most:
+            break
+        kept = np.eye(len(q)) + _stiffness(offsets.s, wave)
+        q, wave = np.linalg.solve(kept, offsets.q), 1.3 * wave
+    return Offsets(offsets.s, q)
+
+
+def joined(pieces: Sequence[Offsets], spread: float = 1.0) -> list[Offsets]:
+    """Return the offsets of a stroke's pieces so that no joint jumps from one to the next.
+
+    Args:
+        pieces: in order.
+        spread: so far from where they meet what they differ by is shared out, cm.
+    """
+    out = [Offsets(one.s, one.q.copy()) for one in pieces]
+    for before, after in zip(out, out[1:], strict=False):
+        half = (after.q[0] - before.q[-1]) / 2
+        for one, way, sign in ((before, before.s[-1] - before.s, 1), (after, after.s, -1)):
+            reach = min(spread, one.s[-1] / 2)
+            x = np.clip(1 - way / reach, 0.0, 1.0)
+            one.q[:] += sign * (x * x * (3 - 2 * x))[:, None] * half
+    return out

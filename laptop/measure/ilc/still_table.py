@@ -1,0 +1,60 @@
+"""Looks after every job whether the camera still sees the board where it was."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from laptop.measure.measured_run import BadMeasurement, MeasuredRun, Rig
+from laptop.see.markers.finders.board import find_board
+from laptop.see.table.camera_fit import Calibration
+from laptop.see.table.camera_report import shift_since
+
+LEAST_SEEN = 2
+"""Of fewer of the board's markers it is not said whether they have moved."""
+
+
+class StillTable:
+    """A rig before a camera and a board that have to stay where they are.
+
+    Args:
+        rig: that does the jobs.
+        calibration: of its camera; a board that is seen has to lie as it says.
+        image: gives the camera's newest picture, BGR.
+        since: what the calibration is of, for people.
+    """
+
+    def __init__(
+        self, rig: Rig, calibration: Calibration, image: Callable[[], np.ndarray], since: str
+    ) -> None:
+        self.arm = rig.arm
+        self._rig, self._calibration = rig, calibration
+        self._image, self._since = image, since
+
+    def measure(self, job: Path, dry: bool = True) -> MeasuredRun:
+        """As Rig.measure.
+
+        Raises:
+            BadMeasurement: the board or the camera has moved meanwhile.
+        """
+        run = self._rig.measure(job, dry)
+        self.check()
+        return run
+
+    def check(self) -> None:
+        """Look where the board is now; where it is covered nobody knows.
+
+        Raises:
+            BadMeasurement: it is elsewhere in the picture.
+        """
+        view = find_board(self._image())
+        if view is None or len(view.numbers) < LEAST_SEEN:
+            return
+        shift = shift_since(self._calibration, view)
+        if shift.moved:
+            raise BadMeasurement(
+                f"the board or the camera has moved by {shift.mm:.1f} mm since {self._since}: lay "
+                "the board where it stays, fix the camera, and begin anew"
+            )

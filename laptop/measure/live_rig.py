@@ -1,0 +1,235 @@
+"""Real cameras, and a brick that waits for jobs over the link."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+
+from laptop.measure.measured_run import BadMeasurement, MeasuredRun, Sights
+from laptop.see.serve.job_offer import JobOffer
+from laptop.see.serve.pipeline import CameraPipeline
+from laptop.see.serve.server import TrackingServer
+from shared.arm_description import Arm
+from shared.job_messages import ABORT, DONE, ENDS, JobStatus, Order
+from shared.messages import EFFECTOR, LEAST_CONFIDENCE, Observation, Stop
+
+LOOK_PERIOD = 0.05
+"""Between two looks at how it goes, s."""
+READ_TIMEOUT = 0.2
+"""A pipeline waits so long for one frame, s."""
+BEGIN_TIMEOUT = 10.0
+"""A brick that has said nothing of a job for so long, since it was offered or linked anew, will not
+do it, s."""
+LAST_WORDS = 2.0
+"""So long after a job's end its log may still come in, s."""
+JOIN_TIMEOUT = 2.0
+
+
+class SightCollector:
+    """Passes every observation on to the link, and keeps those of a while.
+
+    Whoever waits, for a brick or a sheet of paper, may do so for hours: then nothing is kept.
+
+    Args:
+        server: of the brick.
+    """
+
+    def __init__(self, server: TrackingServer) -> None:
+        self._server = server
+        self._lock = threading.Lock()
+        self._seen: dict[str, list[tuple[float, float, float]]] = {}
+        self._keeps = False
+
+    def publish(self, observation: Observation) -> None:
+        """Take an observation."""
+        seen = observation.markers.get(EFFECTOR)
+        u, v = seen[:2] if seen and seen[2] >= LEAST_CONFIDENCE else (math.nan, math.nan)
+        with self._lock:
+            if self._keeps:
+                self._seen.setdefault(observation.camera, []).append((observation.t, u, v))
+        self._server.publish(observation)
+
+    def begin(self) -> None:
+        """Keep what is seen from now on."""
+        with self._lock:
+            self._seen, self._keeps = {}, True
+
+    def take(self) -> dict[str, Sights]:
+        """Return what was seen since it began, by camera, and keep no more."""
+        with self._lock:
+            seen, self._seen, self._keeps = self._seen, {}, False
+        found = {}
+        for camera, rows in seen.items():
+            values = np.array(rows)
+            found[camera] = Sights(values[:, 0], values[:, 1:])
+        return found
+
+
+class LiveRig:
+    """An arm whose brick does jobs that are offered over the link, before real cameras.
+
+    Args:
+        arm: as it is described.
+        pipelines: one for each camera; they publish to `collector`.
+        server: of the brick.
+        collector: of what they see.
+        tell: called while a job is done with how far it is, JobStatus.
+        brick_ended: tells why a brick that was started for this has ended, "" while it has not;
+            None: none was.
+    """
+
+    def __init__(
+        self,
+        arm: Arm,
+        pipelines: Sequence[CameraPipeline],
+        server: TrackingServer,
+        collector: SightCollector,
+        tell: Callable[[JobStatus], None] = lambda status: None,
+        brick_ended: Callable[[], str] | None = None,
+    ) -> None:
+        self.arm = arm
+        self._pipelines, self._server, self._collector = pipelines, server, collector
+        self._tell, self._brick_ended = tell, brick_ended
+        self._over = threading.Event()
+        self._error: BaseException | None = None
+
+    @contextmanager
+    def looking(self) -> Iterator[LiveRig]:
+        """Let the cameras look while the block runs."""
+        threads = [
+            threading.Thread(target=self._look, args=(pipeline,), daemon=True)
+            for pipeline in self._pipelines
+        ]
+        for thread in threads:
+            thread.start()
+        try:
+            yield self
+        finally:
+            self._over.set()
+            for thread in threads:
+                thread.join(JOIN_TIMEOUT)
+
+    def _look(self, pipeline: CameraPipeline) -> None:
+        try:
+            pipeline.begin()
+            while not self._over.is_set() and pipeline.step(READ_TIMEOUT):
+                continue
+        except BaseException as error:  # it is the main thread's to tell
+            self._error = self._error or error
+
+    def image(self, camera: str = "A") -> np.ndarray:
+        """Return the newest picture of a camera, BGR, (height, width, 3).
+
+        Raises:
+            BadMeasurement: none came.
+        """
+        (pipeline,) = (one for one in self._pipelines if one.name == camera)
+        deadline = time.monotonic() + BEGIN_TIMEOUT
+        while pipeline.view is None:
+            self._check()
+            if time.monotonic() > deadline:
+                raise BadMeasurement(f"camera {camera} has given no picture; is it in use?")
+            pipeline.wait(LOOK_PERIOD)
+        return pipeline.view.frame.image
+
+    def look(self, seconds: float) -> dict[str, Sights]:
+        """Return where the marker is seen for so many s, by camera, whatever the arm does.
+
+        Raises:
+            BadMeasurement: a camera has ended.
+        """
+        self._collector.begin()
+        until = time.monotonic() + seconds
+        while time.monotonic() < until:
+            self._check()
+            time.sleep(LOOK_PERIOD)
+        return self._collector.take()
+
+    def wait_for_brick(self, timeout: float = math.inf) -> None:
+        """Wait until a brick is linked.
+
+        Raises:
+            BadMeasurement: none came within so many s, or the one that was started has ended.
+        """
+        deadline = time.monotonic() + timeout
+        while self._server.state().client is None:
+            self._check()
+            if self._brick_ended and (why := self._brick_ended()):
+                raise BadMeasurement(f"the brick's program has ended: {why}")
+            if time.monotonic() > deadline:
+                raise BadMeasurement(f"no brick has called within {timeout:.0f} s")
+            time.sleep(LOOK_PERIOD)
+
+    def measure(self, job: Path, dry: bool = True) -> MeasuredRun:
+        """Let the arm do a job, and look; see Rig.
+
+        Raises:
+            BadMeasurement: the job did not come to its end, or a camera has ended.
+        """
+        self.wait_for_brick()
+        offer = JobOffer(job, dry=dry)
+        self._collector.begin()
+        told = self._server.state().progress
+        if not self._server.offer(offer):
+            raise BadMeasurement("the link has just broken; it mends by itself, then do it again")
+        done = False
+        try:
+            self._wait_for_end(offer, told.t if told else -math.inf)
+            done = True
+        finally:
+            if not done:
+                self._collector.take()
+                self._server.send(Order(ABORT, None))
+                self._server.send(Stop("the measurement has ended"))
+        rows = list(offer.log)
+        if not rows:
+            raise BadMeasurement(
+                "the brick has logged nothing: put today's program on it: brickservo brick install"
+            )
+        return MeasuredRun(rows, offer.job.header.rest, self._collector.take())
+
+    def _wait_for_end(self, offer: JobOffer, told: float) -> None:
+        """Wait; what the brick said until `told`, s of its clock, is of a job before this one."""
+        heard_at, begun = time.monotonic(), False
+        ended_at = None
+        header = offer.job.header
+        while True:
+            self._check()
+            state = self._server.state()
+            progress = state.progress
+            mine = None
+            if progress and progress.crc == offer.draw.crc and progress.t > told:
+                mine, heard_at, begun = progress, time.monotonic(), True
+            if mine is None:
+                if state.client is None:
+                    raise BadMeasurement(f"the link was lost: {state.lost}; do it again")
+                if time.monotonic() - heard_at > BEGIN_TIMEOUT:
+                    why = "the brick did not begin; does its program run with --wait?"
+                    if begun:
+                        why = "the link broke, and since then the brick says nothing of its job; "
+                        why += "do it again"
+                    raise BadMeasurement(why)
+            elif mine.state == DONE:
+                ended_at = ended_at or time.monotonic()
+                stands = sum(row.rest for row in offer.log)
+                whole = not header.rest or stands >= header.strokes
+                if whole or time.monotonic() - ended_at > LAST_WORDS:
+                    return
+            elif mine.state in ENDS:
+                raise BadMeasurement(f"the brick has {mine.state}: {mine.reason or 'no reason'}")
+            else:
+                self._tell(mine)
+            time.sleep(LOOK_PERIOD)
+
+    def _check(self) -> None:
+        if self._error:
+            raise self._error
+        for pipeline in self._pipelines:
+            if pipeline.ended:
+                raise BadMeasurement(f"camera {pipeline.name} has ended: {pipeline.trouble}")
