@@ -1,16 +1,16 @@
 """Who may import whom, and what the checkout may hold.
 
-laptop.cli -> laptop.bench -> laptop.demo -> laptop.emulator -> laptop.see.serve -> laptop.see.markers
-laptop.cli -> laptop.page -> laptop.see.serve; whoever tells of a run -> laptop.reporting
+laptop.cli -> laptop.bench -> laptop.measure.demo -> laptop.emulator -> laptop.see.serve -> laptop.see.markers
+laptop.cli -> laptop.page -> laptop.see.serve; whoever tells of a run -> laptop.record.figures
 laptop.cli -> laptop.brick -> shared
 laptop.cli, laptop.bench -> laptop.see.table -> laptop.see.serve, robot.motion.kinematics
 laptop.cli, laptop.bench -> laptop.measure -> laptop.see.serve, laptop.emulator
 laptop.cli, laptop.bench -> laptop.measure.accuracy -> laptop.measure, laptop.see.table
 laptop.cli, laptop.bench -> laptop.measure.ilc -> laptop.measure, laptop.drawing
 laptop.cli -> laptop.guide -> laptop.emulator, laptop.brick
-laptop.cli -> laptop.lab_report -> what laptop.demo has found
+laptop.cli -> laptop.record.report -> what laptop.measure.demo has found
 laptop.cli -> laptop.drawing -> what is pure of robot.motion
-laptop.bench, laptop.demo, laptop.guide, laptop.emulator -> robot; all of them -> shared
+laptop.bench, laptop.measure.demo, laptop.guide, laptop.emulator -> robot; all of them -> shared
 """
 
 import ast
@@ -31,7 +31,12 @@ TOP_LEVEL = {
 # What a module may import besides the standard library; the longest matching name decides. A name
 # covers everything below it.
 LIBRARIES = ("numpy", "cv2", "matplotlib", "rich")
-BELOW_EMULATOR = ("laptop.system", "laptop.see.serve", "laptop.see.markers", "laptop.reporting")
+BELOW_EMULATOR = (
+    "laptop.system",
+    "laptop.see.serve",
+    "laptop.see.markers",
+    "laptop.record.figures",
+)
 PURE = tuple(f"robot.motion.{name}" for name in ("chains", "kinematics", "paths", "trajectory"))
 SIGHT_PURE = ("backlash", "gravity", "kinematics", "trajectory")
 FOR_THE_CARDS = "laptop.drawing.durations", "laptop.drawing.pictures"
@@ -66,7 +71,7 @@ RULES = {
     ),
     "laptop.measure.accuracy.plots": (
         "laptop.measure.accuracy",
-        "laptop.reporting",
+        "laptop.record.figures",
         "numpy",
         "matplotlib",
     ),
@@ -83,7 +88,13 @@ RULES = {
         *("laptop.measure.ilc.view", "laptop.see.table.camera_model", "shared", "numpy", "cv2"),
         "laptop.emulator.scene.scene",
     ),
-    "laptop.reporting": ("laptop.reporting", "shared", "jinja2", "markupsafe", *LIBRARIES),
+    "laptop.record.figures": (
+        "laptop.record.figures",
+        "shared",
+        "jinja2",
+        "markupsafe",
+        *LIBRARIES,
+    ),
     "laptop.page": (
         *("laptop.page", "laptop.drawing", "laptop.picture_heads", *BELOW_EMULATOR, "shared"),
         *("robot.motion.kinematics", "robot.motion.paths", "robot.motion.trajectory"),
@@ -93,7 +104,7 @@ RULES = {
         f"laptop.page.{name}": ("laptop.page", "laptop.see.serve.pipeline", "shared", *libraries)
         for name, libraries in (
             ("browser", ("nicegui",)),
-            ("cards", ("nicegui", "laptop.reporting.document", *FOR_THE_CARDS)),
+            ("cards", ("nicegui", "laptop.record.figures.document", *FOR_THE_CARDS)),
             ("server", ("nicegui", "fastapi", "uvicorn")),
             ("http_limits", ("uvicorn",)),
             ("stop_gate", ("uvicorn",)),
@@ -127,7 +138,7 @@ RULES = {
     ),
     **{
         f"laptop.drawing.{name}": (
-            *("laptop.drawing", "laptop.reporting", "shared", "numpy", "cv2", "matplotlib"),
+            *("laptop.drawing", "laptop.record.figures", "shared", "numpy", "cv2", "matplotlib"),
         )
         for name in ("preview_png",)
     },
@@ -152,34 +163,51 @@ RULES = {
     "laptop.emulator.scene.rendered_tracker": (
         *("laptop.emulator", "laptop.see.markers.markers", "laptop.see.markers.tracker"),
     ),
-    "laptop.demo": ("laptop.demo", "laptop.emulator", *BELOW_EMULATOR, "shared", *LIBRARIES),
+    "laptop.measure.demo": (
+        "laptop.measure.demo",
+        "laptop.emulator",
+        *BELOW_EMULATOR,
+        "shared",
+        *LIBRARIES,
+    ),
     "laptop.guide": (
-        *("laptop.guide", "laptop.brick", "laptop.files", "laptop.emulator", "laptop.reporting"),
+        *(
+            "laptop.guide",
+            "laptop.brick",
+            "laptop.files",
+            "laptop.emulator",
+            "laptop.record.figures",
+        ),
         *("robot", "shared"),
         *("numpy", "matplotlib", "jinja2", "markupsafe"),
     ),
     "laptop.guide.examiner": (),
-    "laptop.lab_report": (
-        *("laptop.files", "laptop.lab_report", "laptop.demo.report", "laptop.demo.results"),
-        *("laptop.reporting", "shared", "numpy", "cv2", "matplotlib", "markupsafe"),
+    "laptop.record.report": (
+        *(
+            "laptop.files",
+            "laptop.record.report",
+            "laptop.record.servo.demo_report",
+            "laptop.record.servo.results",
+        ),
+        *("laptop.record.figures", "shared", "numpy", "cv2", "matplotlib", "markupsafe"),
     ),
-    "laptop.lab_report.print_pdf": ("laptop.system", "shared"),
+    "laptop.record.report.print_pdf": ("laptop.system", "shared"),
     # What students write imports what they may import.
     **{f"laptop.guide.{room}": ("robot.api", "ev3dev2.motor") for room in ("tasks", "solutions")},
     "laptop.bench": (
-        *("laptop.bench", "laptop.demo", "laptop.emulator", "laptop.see.table"),
+        *("laptop.bench", "laptop.measure.demo", "laptop.emulator", "laptop.see.table"),
         *(*BELOW_EMULATOR, "robot", "shared", *LIBRARIES),
     ),
     "laptop.bench.workers": ("laptop.bench", "shared", "cv2", "distributed"),
     **{
         f"laptop.bench.{name}": (
-            *("laptop.bench", "laptop.drawing", "laptop.reporting", "laptop.emulator"),
+            *("laptop.bench", "laptop.drawing", "laptop.record.figures", "laptop.emulator"),
             *("robot", "shared", "numpy"),
         )
         for name in ("plot", "plot_speed", "interruptions")
     },
     "laptop.bench.calibrate": (
-        *("laptop.bench", "laptop.measure.arm", "laptop.measure", "laptop.reporting"),
+        *("laptop.bench", "laptop.measure.arm", "laptop.measure", "laptop.record.figures"),
         *("laptop.emulator", "robot", "shared", "numpy"),
     ),
     "laptop.bench.accuracy": (
@@ -187,12 +215,12 @@ RULES = {
         *("laptop.see.markers.finders.board", "robot.motion.kinematics", "shared", "numpy"),
     ),
     "laptop.bench.sight": (
-        *("laptop.bench", "laptop.drawing", "laptop.measure", "laptop.reporting"),
+        *("laptop.bench", "laptop.drawing", "laptop.measure", "laptop.record.figures"),
         *("laptop.measure.ilc", "laptop.emulator", "shared", "numpy"),
     ),
     "laptop.bench.plot_drawings": ("laptop.drawing.artwork", "numpy"),
     "laptop.bench.page": (
-        *("laptop.bench", "laptop.demo", "laptop.emulator", *BELOW_EMULATOR),
+        *("laptop.bench", "laptop.measure.demo", "laptop.emulator", *BELOW_EMULATOR),
         *("robot", "shared", *LIBRARIES, "playwright"),
     ),
     "laptop.cli": ("laptop", "shared", "click", "rich"),
@@ -329,17 +357,25 @@ def test_imports_follow_the_direction():
         ("laptop.drawing.preview", "import matplotlib", "matplotlib"),
         ("laptop.drawing.planning", "from robot.motion import backlash", "robot.motion.backlash"),
         ("laptop.cli.brick", "import asyncssh", "asyncssh"),
-        ("laptop.page.controller", "from laptop.demo import results", "laptop.demo.results"),
-        ("laptop.reporting.charts", "import laptop.see.markers.view", "laptop.see.markers.view"),
-        ("laptop.demo", "from laptop.page import process", "laptop.page.process"),
+        (
+            "laptop.page.controller",
+            "from laptop.measure.demo import results",
+            "laptop.record.servo.results",
+        ),
+        (
+            "laptop.record.figures.charts",
+            "import laptop.see.markers.view",
+            "laptop.see.markers.view",
+        ),
+        ("laptop.measure.demo", "from laptop.page import process", "laptop.page.process"),
         ("laptop.page.rpc", "from nicegui import ui", "nicegui.ui"),
         ("laptop.page.cards.drive", "import fastapi", "fastapi"),
-        ("laptop.demo", "from laptop.cli import main", "laptop.cli.main"),
+        ("laptop.measure.demo", "from laptop.cli import main", "laptop.cli.main"),
         ("laptop.bench.draw", "from laptop.cli import main", "laptop.cli.main"),
         ("laptop.cli.simulate", "from robot.driver import Driver", "robot.driver"),
         ("laptop.cli.simulate", "import numpy", "numpy"),
-        ("laptop.__main__", "from laptop import demo", "laptop.demo"),
-        ("laptop.demo", "import laptop.bench.draw", "laptop.bench.draw"),
+        ("laptop.__main__", "from laptop import demo", "laptop.measure.demo"),
+        ("laptop.measure.demo", "import laptop.bench.draw", "laptop.bench.draw"),
         ("laptop.emulator.session", "import laptop.guide.lego", "laptop.guide.lego"),
         ("laptop.guide.solutions.line", "import robot.motion.arm", "robot.motion.arm"),
         (
@@ -375,7 +411,7 @@ def test_a_forbidden_import_is_caught(module, source, name):
         ("robot.driver", "def f():\n    from ev3dev2.button import Button"),
         ("robot.clock", "import time"),
         ("laptop.see.markers.tracker", "import cv2, numpy\nfrom shared import messages"),
-        ("laptop.demo", "from laptop.emulator.host.world import World"),
+        ("laptop.measure.demo", "from laptop.emulator.host.world import World"),
         ("laptop.drawing.cards", "import cv2\nfrom robot.motion.kinematics import forward"),
         ("laptop.cli.bench", "import click\nfrom laptop import bench, emulator"),
         ("laptop.emulator.__init__", "from .host.world import World"),

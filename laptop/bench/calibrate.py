@@ -31,7 +31,7 @@ from laptop.measure.arm.calibrating import identify
 from laptop.measure.arm.emulated_table import EmulatedTable, camera_over
 from laptop.measure.arm.measured_numbers import measured, write_measured
 from laptop.measure.emulated_rig import EmulatedRig
-from laptop.reporting import line_accuracy
+from laptop.record.figures import line_accuracy
 from robot.driver import LINES
 from shared.arm_description import Arm, ArmError, Joint, find_arm, read_arm
 from shared.ini import with_values

@@ -30,7 +30,7 @@ from laptop.emulator.device.plant_constants import CPU, read_plant
 from laptop.emulator.host import program as programs
 from laptop.emulator.host.world import World
 from laptop.emulator.session import park_on_file
-from laptop.reporting import line_accuracy
+from laptop.record.figures import line_accuracy
 from robot.driver import LINES
 from robot.motion import kinematics, paths, trajectory
 from shared.arm_description import Arm, find_arm, read_arm

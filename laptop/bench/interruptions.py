@@ -25,8 +25,8 @@ from laptop.drawing import planning, preparing, sources
 from laptop.drawing.options import DrawingOptions
 from laptop.emulator import session
 from laptop.emulator.own_programs import find_script
-from laptop.reporting.drawing_plot import standing
-from laptop.reporting.line_accuracy import distances, pen_down_runs, place, refined
+from laptop.record.figures.drawing_plot import standing
+from laptop.record.figures.line_accuracy import distances, pen_down_runs, place, refined
 from shared.arm_description import Arm, find_arm, read_arm
 from shared.state import JOB_ORDERS_FILE
 

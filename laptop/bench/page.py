@@ -25,19 +25,19 @@ from typing import Any
 import numpy as np
 
 from laptop import system
-from laptop.demo import results
-from laptop.demo.goals import DEMO_SETUPS, CameraRig, Goal, choose_goals, goal_words
-from laptop.demo.processes import (
+from laptop.emulator.host.pace import PacedClock
+from laptop.emulator.own_programs import SERVO
+from laptop.emulator.session import AFTER
+from laptop.measure.demo.goals import DEMO_SETUPS, CameraRig, Goal, choose_goals, goal_words
+from laptop.measure.demo.processes import (
     SERVOED,
     ChildProcess,
     ProcessGroup,
     wait_for_link,
     wait_for_page,
 )
-from laptop.demo.truth import record_goal_run
-from laptop.emulator.host.pace import PacedClock
-from laptop.emulator.own_programs import SERVO
-from laptop.emulator.session import AFTER
+from laptop.measure.demo.truth import record_goal_run
+from laptop.record.servo import results
 from robot.clock import Clock
 from robot.tracking_client import Memory, TrackingClient
 from shared.arm_description import ArmError, find_arm, read_arm

@@ -28,7 +28,7 @@ from laptop.bench.page_rig import (
     wait_for_motion,
 )
 from laptop.bench.silent_network import silent_network
-from laptop.demo.processes import answers
+from laptop.measure.demo.processes import answers
 from shared.arm_description import ArmError
 
 CUT_OFF_TIME = 5.0

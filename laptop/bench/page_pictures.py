@@ -11,9 +11,9 @@ from typing import Any
 
 from laptop.bench.page import browser
 from laptop.bench.page_rig import on_page, start_button
-from laptop.demo.processes import ProcessGroup, wait_for_page
 from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.scene_constants import read_scene
+from laptop.measure.demo.processes import ProcessGroup, wait_for_page
 from shared.arm_description import Arm, ArmError, find_arm, read_arm
 from shared.state import ARM, STATE
 

@@ -23,7 +23,7 @@ from laptop.drawing.artwork import Artwork
 from laptop.drawing.options import DrawingOptions
 from laptop.emulator import session
 from laptop.emulator.own_programs import find_script
-from laptop.reporting import drawing_plot
+from laptop.record.figures import drawing_plot
 from robot.motion import kinematics
 from shared.arm_description import find_arm, read_arm
 
@@ -63,7 +63,7 @@ class PlotResult:
         true_cm: what the tip went with the pen up, which takes up backlash from behind.
         ink_cm: drawn.
         estimated_s, drawn_s: on the brick.
-        greatest_mm, rms_mm, missed_mm: see laptop.reporting.drawing_plot.DrawingAccuracy.
+        greatest_mm, rms_mm, missed_mm: see laptop.record.figures.drawing_plot.DrawingAccuracy.
         floor_mm: half an encoder count at every joint, at its largest along the drawing.
         standing_s: longest time for which the tip stood with the pen down.
         prepared_s: that preparing it took this computer.

@@ -32,7 +32,7 @@ from laptop.measure.ilc.emulated_view import view_of
 from laptop.measure.ilc.rehearsal import Lessons, rehearse
 from laptop.measure.ilc.view import TipView
 from laptop.measure.measured_run import MeasuredRun
-from laptop.reporting.line_accuracy import distances, pen_down_runs, place, refined
+from laptop.record.figures.line_accuracy import distances, pen_down_runs, place, refined
 from shared.arm_description import Arm, ArmError, find_arm, read_arm
 
 ARMS = ("planar", "geared")

@@ -20,7 +20,7 @@ from laptop.cli.options import (
     noise_option,
 )
 from laptop.cli.run_folder import PICTURES, SUMMARY, alone_in, check_room, write_files
-from laptop.reporting.arm_numbers import numbers_of
+from laptop.record.figures.arm_numbers import numbers_of
 from shared.arm_description import find_arm, read_arm
 
 if TYPE_CHECKING:

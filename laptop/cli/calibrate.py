@@ -14,7 +14,7 @@ import click
 from laptop.cli.options import SYNTHETIC, FiniteRange, arm_option, examples, importing, in_one_line
 from laptop.cli.rigs import live_rig
 from laptop.cli.run_folder import alone_in, check_room, write_files
-from laptop.reporting.arm_numbers import numbers_of
+from laptop.record.figures.arm_numbers import numbers_of
 from shared.arm_description import Arm, find_arm, read_arm
 
 if TYPE_CHECKING:

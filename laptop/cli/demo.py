@@ -50,7 +50,7 @@ def demo(arm_file: str, **options: Any) -> None:
     with importing():  # OpenCV and matplotlib
         from rich.console import Console
 
-        from laptop.demo import course, processes
+        from laptop.measure.demo import course, processes
 
     try:
         status, report = course.run(course.DemoOptions(arm=arm_file, **options), Console())

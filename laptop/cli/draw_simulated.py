@@ -21,9 +21,9 @@ from laptop.emulator import session
 from laptop.emulator.device.buttons import Press
 from laptop.emulator.device.plant_constants import read_plant
 from laptop.emulator.own_programs import find_script
-from laptop.reporting import drawing_plot, line_accuracy
-from laptop.reporting.arm_numbers import numbers_of
-from laptop.reporting.learning_plot import write_learning_plot
+from laptop.record.figures import drawing_plot, line_accuracy
+from laptop.record.figures.arm_numbers import numbers_of
+from laptop.record.figures.learning_plot import write_learning_plot
 
 if TYPE_CHECKING:
     from laptop.drawing.preparing import DrawingPlan

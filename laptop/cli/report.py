@@ -13,7 +13,7 @@ from laptop.files import check_new, written
 from shared.message_fields import printable
 
 if TYPE_CHECKING:
-    from laptop.lab_report.lab_report import LabReport
+    from laptop.record.report.lab_report import LabReport
 
 
 @click.command(
@@ -59,7 +59,7 @@ def report(
     discussion are left blank.  What is not in the files is not in the report.
     """
     with importing():  # matplotlib
-        from laptop.lab_report import lab_report, print_pdf
+        from laptop.record.report import lab_report, print_pdf
         from laptop.see.camera.frames import quiet_decoders
 
     file = out or folder / lab_report.OUT

@@ -36,13 +36,13 @@ from laptop.emulator.host import last_line
 from laptop.emulator.host.guard import guarded
 from laptop.emulator.host.pace import BUSY
 from laptop.emulator.own_programs import find_script
-from laptop.reporting.arm_numbers import numbers_of
-from laptop.reporting.private_paths import without_folders
+from laptop.record.figures.arm_numbers import numbers_of
+from laptop.record.figures.private_paths import without_folders
 from shared.arm_description import Arm, ArmError, find_arm, read_arm
 from shared.state import CODE
 
 if TYPE_CHECKING:
-    from laptop.reporting import line_accuracy
+    from laptop.record.figures import line_accuracy
 
 NEVER_CAME = 3
 """Exit status of a run that succeeds before all that was ordered has come."""
@@ -200,7 +200,7 @@ def simulate(
     motor turns leaves the files of an earlier run as they are.
     """
     with importing():  # numpy; --help does without
-        from laptop.reporting import line_accuracy
+        from laptop.record.figures import line_accuracy
 
     try:
         arm = None if arm_file == NO_ARM else read_arm(find_arm(arm_file))
@@ -373,22 +373,20 @@ def _write(
     pictured: bool,
 ) -> None:
     """Write all files, each whole or not at all; no picture of an earlier run stays."""
-    from laptop.reporting import line_accuracy
+    from laptop.record.figures import line_accuracy
 
     # A picture goes into reports, where folders of this computer have no place.
     title = " ".join([Path(summary["script"]).name, *map(without_folders, summary["args"])])
     sensors = summary["sensors"]
 
     def draw_robot(file: str) -> None:
-        from laptop.reporting import robot_plot
+        from laptop.record.figures import robot_plot
 
         seen = any(LINE in order.quantities.values() for order in read_sensors(sensors).values())
         robot_plot.write_robot_plot(file, run.record, title, line_points() if seen else ())
 
     def draw(file: str, axes: str = "xy") -> None:
-        from laptop.reporting import (
-            line_plot as picture,  # matplotlib is slow to import; every other answer is quicker
-        )
+        from laptop.record.figures import line_plot as picture
 
         assert arm is not None
         notes = f"{arm.name} arm, true tip of the emulated arm"

@@ -13,7 +13,7 @@ from laptop.brick.install import LINKS
 from laptop.files import write_whole
 from laptop.guide import drawing, lego
 from laptop.guide.troubles import troubles
-from laptop.reporting.document import render_report
+from laptop.record.figures.document import render_report
 from robot.motion.mounting import jog_angles
 from shared.arm_description import SEEK_BEYOND, Arm, comes_along, find_arm, read_arm
 from shared.state import laptop_program

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Circle, Rectangle
 
 from laptop.guide.lego import PITCH, gear_pairs, link_of
-from laptop.reporting.formulas import data_url, svg
+from laptop.record.figures.formulas import data_url, svg
 from robot.motion.kinematics import Unreachable, branches, forward, joint_positions, reach
 from shared.arm_description import Arm, Joint
 

@@ -11,7 +11,7 @@ from typing import Any
 from laptop.guide import criteria
 from laptop.guide.criteria import CheckPoint
 from laptop.guide.examination import CannotExamine
-from laptop.reporting.document import render_report
+from laptop.record.figures.document import render_report
 from shared.arm_description import ArmError, find_arm, read_arm
 from shared.state import laptop_program
 
@@ -61,7 +61,7 @@ class Handout:
 
     def page(self) -> str:
         """Return the page as the text of an HTML file."""
-        from laptop.reporting.formulas import formula, matrix  # matplotlib is slow to import
+        from laptop.record.figures.formulas import formula, matrix  # matplotlib is slow to import
 
         return render_report(
             HERE / "templates" / f"{self.name}.html",
@@ -138,7 +138,7 @@ def _figures(name: str) -> dict[str, Any]:
     arm = read_arm(find_arm("planar"))
     if name == "kinematics":
         from laptop.guide.basins import draw_basins
-        from laptop.reporting.document import illustration
+        from laptop.record.figures.document import illustration
 
         picture = illustration("", "", draw_basins(arm, BASINS_GOAL))
         links = [joint.link for joint in arm.joints]

@@ -11,7 +11,7 @@ from laptop.page.report_figures import FIGURES
 from laptop.page.run_records import RunGroup, RunRecord
 from laptop.page.run_traces import RunTraces, traces_of
 from laptop.page.snapshots import points
-from laptop.reporting.document import StepTable, figures, illustration, render_report
+from laptop.record.figures.document import StepTable, figures, illustration, render_report
 from shared.verdicts import CONVERGED, VERDICT_TEXTS
 
 TEMPLATE = Path(__file__).with_name("templates") / "run_report.html"

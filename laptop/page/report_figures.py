@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 
 from laptop.page.run_records import RunGroup
 from laptop.page.run_traces import RunTraces
-from laptop.reporting.charts import (
+from laptop.record.figures.charts import (
     GOALS,
     draw_angle,
     draw_error,
@@ -28,7 +28,15 @@ from laptop.reporting.charts import (
     name_curves,
     show_picture,
 )
-from laptop.reporting.line_plot import BAND, JOINTS, QUIET, REACH_EDGE, WIDTH, new_figure, png_of
+from laptop.record.figures.line_plot import (
+    BAND,
+    JOINTS,
+    QUIET,
+    REACH_EDGE,
+    WIDTH,
+    new_figure,
+    png_of,
+)
 
 MAX_NUMBERED_GOALS = 9
 """More goals than these are not numbered in the image."""

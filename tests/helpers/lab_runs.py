@@ -5,7 +5,7 @@ import json
 import cv2
 import numpy as np
 
-from laptop.reporting.arm_numbers import numbers_of
+from laptop.record.figures.arm_numbers import numbers_of
 from shared.arm_description import find_arm, read_arm
 
 PATH = {

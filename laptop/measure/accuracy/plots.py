@@ -14,8 +14,8 @@ from matplotlib.patches import Circle
 from laptop.measure.accuracy import criteria
 from laptop.measure.accuracy.measurement import AccuracyResult, Attained
 from laptop.measure.accuracy.plan import SHARES, AccuracyPlan
-from laptop.reporting.charts import head
-from laptop.reporting.line_plot import (
+from laptop.record.figures.charts import head
+from laptop.record.figures.line_plot import (
     BAND,
     INK,
     JOINTS,

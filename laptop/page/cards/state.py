@@ -10,7 +10,7 @@ from laptop.page.cards.card import card, heading
 from laptop.page.cards.session import BrowserSession
 from laptop.page.interface import RunCalls
 from laptop.page.snapshots import LOW_BATTERY, PageState
-from laptop.reporting.document import load_templates
+from laptop.record.figures.document import load_templates
 
 FACTS = load_templates(Path(__file__).with_name("templates")).get_template("facts.html")
 

@@ -19,10 +19,10 @@ from laptop.cli.run_folder import alone_in
 from laptop.emulator.scene.optics import to_srgb
 from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.scene_constants import read_scene
-from laptop.lab_report.measured_runs import read_measured
 from laptop.measure.arm import emulated_setups, measured_numbers
 from laptop.measure.arm.arm_fit import BadIdentification
 from laptop.measure.measured_run import Sights
+from laptop.record.report.measured_runs import read_measured
 from laptop.see.table.camera_file import write_camera
 from shared.arm_description import find_arm, read_arm
 

@@ -16,8 +16,8 @@ from laptop.cli.job_display import JobDisplay, line_of
 from laptop.cli.main import laptop
 from laptop.drawing.cards import reach_card
 from laptop.drawing.sources import GALLERY
-from laptop.reporting import drawing_plot
-from laptop.reporting.line_accuracy import distances
+from laptop.record.figures import drawing_plot
+from laptop.record.figures.line_accuracy import distances
 from robot.motion.kinematics import forward
 from shared.arm_description import find_arm, read_arm
 from shared.job import Job

@@ -9,9 +9,9 @@ from lab_runs import a_picture, simulated
 from page_tracker import a_browser
 
 from laptop.cli.main import laptop
-from laptop.lab_report import print_pdf
-from laptop.lab_report.findings import LabTable
-from laptop.reporting.document import render_report
+from laptop.record.figures.document import render_report
+from laptop.record.report import print_pdf
+from laptop.record.report.findings import LabTable
 
 PAPERS = {"A4": (794, 1123), "letter": (816, 1056)}
 """Width and height, px of CSS."""
@@ -27,7 +27,7 @@ def run(*words):
 
 @pytest.fixture
 def no_formulas(monkeypatch):
-    monkeypatch.setattr("laptop.lab_report.method.formula", lambda tex: "")
+    monkeypatch.setattr("laptop.record.report.method.formula", lambda tex: "")
 
 
 def test_it_says_where_the_report_is_and_what_was_left_out(tmp_path, no_formulas):
@@ -112,7 +112,7 @@ def test_a_pdf_is_printed_by_the_browser_that_is_there(tmp_path, monkeypatch):
     )
     fake.chmod(0o755)
     monkeypatch.setattr(print_pdf, "BROWSERS", (str(fake),))
-    monkeypatch.setattr("laptop.lab_report.method.formula", lambda tex: "")
+    monkeypatch.setattr("laptop.record.report.method.formula", lambda tex: "")
     simulated(tmp_path / "runs" / "line")
     result = run(tmp_path / "runs", "--pdf", tmp_path / "x.pdf", "--paper", "letter")
     assert result.exit_code == 0, result.output
@@ -132,7 +132,7 @@ def wide_table(columns=14):
 @pytest.mark.parametrize("paper", PAPERS)
 def test_nothing_of_a_report_is_cut_off_in_print(tmp_path, monkeypatch, paper):
     simulated(tmp_path / "line", args=["line", "x" * 300], reason="y" * 300)
-    from laptop.lab_report import lab_report
+    from laptop.record.report import lab_report
 
     report = lab_report.compose(tmp_path, "Lab", "lab-data")
     table = lab_report.Numbering().table(LabTable("Wide", *wide_table()), report.runs)

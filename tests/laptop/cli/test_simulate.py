@@ -24,8 +24,8 @@ from refusals import in_one_line
 from laptop.bench import draw
 from laptop.cli.main import laptop
 from laptop.emulator import session
-from laptop.reporting import line_plot as picture
-from laptop.reporting.line_accuracy import measure
+from laptop.record.figures import line_plot as picture
+from laptop.record.figures.line_accuracy import measure
 from shared.arm_description import find_arm, read_arm
 
 DRIVER = str(ROOT / "robot" / "driver.py")

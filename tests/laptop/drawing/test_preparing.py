@@ -8,7 +8,7 @@ import pytest
 from laptop.drawing import planning, preparing, timing
 from laptop.drawing.artwork import Artwork, BadArtwork
 from laptop.drawing.options import DrawingOptions
-from laptop.reporting.line_accuracy import distances
+from laptop.record.figures.line_accuracy import distances
 from robot.motion import kinematics
 from shared import job
 from shared.arm_description import find_arm, read_arm

@@ -8,7 +8,7 @@ import pytest
 
 from laptop.drawing import simplify
 from laptop.drawing.artwork import turns
-from laptop.reporting.line_accuracy import distances
+from laptop.record.figures.line_accuracy import distances
 from robot.motion import kinematics, trajectory
 from robot.motion.paths import CORNER
 from shared.arm_description import find_arm, read_arm

@@ -1,0 +1,454 @@
+"""`python -m laptop demo`: everything at once, on this machine alone, and whether it truly worked.
+
+Separate processes in real time: the tracker on rendered frames, of one camera or, for an arm in
+space, of two; and one after the other the unmodified programs of the brick, which reach it by TCP
+on loopback.  First the driver draws its lines, then the servo brings the tip to three goals, each
+from where the arm was left.  Beside it the method of the report goes to the first goal, in virtual
+time.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+import threading
+import time
+from collections.abc import Sequence
+from contextlib import ExitStack, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from laptop import system
+from laptop.emulator import temporary_folders
+from laptop.emulator.host.pace import PacedClock, PaceMeter
+from laptop.emulator.live import PoseReader
+from laptop.emulator.own_programs import DRIVER, SERVO
+from laptop.emulator.session import AFTER
+from laptop.measure.demo.goals import GOALS, CameraRig, Goal, choose_goals, goal_words
+from laptop.measure.demo.processes import (
+    COMPARED,
+    DRAWN,
+    ENDED,
+    LOOK,
+    READY,
+    SERVOED,
+    ChildProcess,
+    Deadline,
+    DemoFailed,
+    ProcessGroup,
+    TooBusy,
+    answers,
+    ending_on_signals,
+    wait_for_link,
+    wait_for_page,
+)
+from laptop.measure.demo.progress import ProgressDisplay
+from laptop.measure.demo.truth import SUMMARY, ink_in_space, read_trace, record_goal_run
+from laptop.record.servo import demo_report as report
+from laptop.record.servo import results
+from shared.arm_description import Arm, find_arm, read_arm
+from shared.state import ARM, STATE, laptop_program
+
+TOLERANCE = 5.0
+"""Tolerance of the servo if none is said, px."""
+REPORT_BUDGET = 180.0
+"""Time limit of the report's method, virtual s."""
+
+
+@dataclass(frozen=True)
+class DemoOptions:
+    """Options of a demo.
+
+    out    a folder with the time as its name is made in it
+    arm    name or file
+    seed   draws camera, table and goals
+    servo  the program that servoes
+    page, page_host, page_port   whether the tracker serves its page, and where
+    open   the page is opened in a browser
+    """
+
+    out: Path
+    arm: str = "planar"
+    seed: int = 0
+    servo: str | Path = SERVO
+    page: bool = False
+    page_host: str = "127.0.0.1"
+    page_port: int | None = None
+    open: bool = False
+
+
+TRACKER, DRAWING, BASELINE, REPORT = "tracker", "three lines", "report's method", "report"
+
+
+def run(options: DemoOptions, console: Console) -> tuple[int, Path]:
+    """Show everything; the exit status, 0 if it truly worked, and the report.
+
+    Raises:
+        ArmError: one line that says what has failed; every program has ended then.
+    """
+    arm = read_arm(find_arm(options.arm))
+    began = time.monotonic()
+    folder = _new_folder(options.out)
+    progress = ProgressDisplay(
+        console, [TRACKER, DRAWING, *(f"goal {k + 1}" for k in range(GOALS)), BASELINE, REPORT]
+    )
+    with ExitStack() as stack:
+        stack.callback(temporary_folders.sweep)  # of programs that it had to kill
+        temporary_folders.sweep()  # of an earlier demo that was killed
+        state = stack.enter_context(temporary_folders.made("demo", tempfile.gettempdir()))
+        clock = PacedClock(state)
+        stack.callback(clock.close)
+        # The cameras show this arm from the start, before it moves.
+        crew = ProcessGroup(folder, {STATE: state, ARM: os.path.abspath(arm.file)})
+        stack.enter_context(ending_on_signals())
+        stack.callback(crew.close)
+        stack.enter_context(progress.shown())
+        demo = DemoRun(arm, options, folder, crew, progress, clock, PoseReader(state))
+        stack.callback(demo.close)
+        demo.run()
+        progress.stages[REPORT].begin("drawing the pictures")
+        crew.close()  # the tracker leaves its picture when it ends
+        demo.results["seconds"] = time.monotonic() - began
+        text = json.dumps(demo.results, indent=1) + "\n"
+        (folder / results.RESULTS_FILE).write_text(text, encoding="utf-8")
+        run = results.read_run(folder)
+        page = report.write(run)
+        shown = os.path.relpath(page)
+        shown = str(page) if shown.startswith("..") else shown
+        progress.finish(REPORT, True, shown)
+    console.print(results.table(run))
+    console.print(results.headline(run), soft_wrap=True, highlight=False, markup=False)
+    took = (
+        f"{time.monotonic() - began:.0f} s, the emulated brick with cpu={demo.results['cpu']:g}, "
+        f"its clock at {demo.results['pace']:.2f} x"
+    )
+    ink = (
+        f", first ink after {demo.results['first_ink']:.1f} s"
+        if "first_ink" in demo.results
+        else ""
+    )
+    console.print(f"{took}{ink}; {shown}", soft_wrap=True, highlight=False, markup=False)
+    return (0 if run.worked else 1), page
+
+
+@dataclass
+class ProgramRun:
+    """One program on the emulated brick, started once or twice.
+
+    name     for people
+    options  of `simulate`
+    home     for its files
+    script   with its words
+    program  the latest that was started for it
+    """
+
+    name: str
+    options: Sequence[str]
+    home: Path
+    script: Sequence[str]
+    program: ChildProcess
+
+
+class DemoRun:
+    """The course of one demo, up to the end of the last program.
+
+    Args:
+        arm: on the emulated brick.
+        options: what is to be shown.
+        folder: for the raw files.
+        crew: starts the programs.
+        progress: tells how it goes.
+        clock: of the emulated world.
+        follower: sees the emulated arm.
+    """
+
+    def __init__(
+        self,
+        arm: Arm,
+        options: DemoOptions,
+        folder: Path,
+        crew: ProcessGroup,
+        progress: ProgressDisplay,
+        clock: PacedClock,
+        follower: PoseReader,
+    ) -> None:
+        self._arm = arm
+        self._options = options
+        self._folder = folder
+        self._crew = crew
+        self._progress = progress
+        self._clock = clock
+        self._pace = PaceMeter(clock)
+        self._follower = follower
+        self._began = time.monotonic()
+        self._played: list[ChildProcess] = []
+        self._baseline: ChildProcess | None = None
+        self._page: threading.Thread | None = None
+        self._over = threading.Event()
+        self.results: dict[str, Any] = {
+            "arm": arm.name,
+            "command": _command(options),
+            "lines": [],
+            "ink": [],
+            "approaches": [],
+            "rival": None,
+            "trouble": "",
+        }
+
+    def run(self) -> None:
+        """Run all of it; `results` is then what results.read_run reads.
+
+        Raises:
+            DemoFailed: a program failed or hangs.
+        """
+        stages = self._progress.stages
+        stages[DRAWING].begin("starting")
+        drawing = self._begin(DRAWING, ["--realtime"], "drawing", [DRIVER, "--stay"])
+        stages[TRACKER].begin("choosing goals")  # which takes as long as the other's start
+        self._set_scene()
+        self._tracker = self._track()
+        place = self._invitation()
+        self._progress.finish(TRACKER, True, f"listens at {place}")
+        if self._options.page:
+            address = wait_for_page(self._tracker)
+            self._page = threading.Thread(target=self._show_page, args=(address,), daemon=True)
+            self._page.start()
+        home = drawing.home
+        part = ahead = self._start_servo(self._goals[0], home, place)
+        self._wait(drawing, DRAWN)
+        summary = json.loads((home / SUMMARY).read_text(encoding="utf-8"))
+        if summary["status"]:
+            drawing.program.wait(ENDED)
+            raise drawing.program.failure()
+        self.results["cpu"] = summary["cpu"]
+        lines = self.results["lines"] = summary["paths"]
+        self.results["ink"] = ink_in_space(self._rig, read_trace(home / "trace.csv"))
+        self._progress.finish(DRAWING, results.drawn(lines), results.lines_text(lines))
+
+        for goal, following in zip(self._goals, [*self._goals[1:], None], strict=True):
+            stages[goal.name].begin("starting")
+            if following:
+                ahead = self._start_servo(following, part.home, place)
+            if self._baseline is None:
+                self._compare(goal, home)
+            self._wait(part, SERVOED)
+            record = record_goal_run(self._rig, goal, part.home, part.program)
+            self._take(goal.name, record, "approaches")
+            part = ahead
+        self.results["pace"] = round(self._pace.mean, 3)
+        self._conclude_comparison()
+        for program in self._played:
+            program.wait(DRAWN)  # it may be at its picture
+        if self._page:
+            self._page.join()
+
+    def close(self) -> None:
+        """Look at nothing any more."""
+        self._over.set()
+        self._follower.close()
+
+    def _set_scene(self) -> None:
+        """Choose cameras and goals.
+
+        Raises:
+            DemoFailed: this arm and seed have none.
+        """
+        text, self._goals = choose_goals(self._arm, self._options.seed)
+        self._rig = CameraRig(self._arm, text)
+        size = list(self._rig["A"].camera.size)
+        self.results.update(scene=text, cameras="".join(self._rig), size=size)
+
+    def _track(self) -> ChildProcess:
+        return self._crew.start(
+            TRACKER,
+            [
+                "track",
+                "--announce",
+                *["--camera", "synthetic"] * len(self._rig),
+                *self._page_words(),
+            ]
+            + ["--scene", self.results["scene"], "--host", "127.0.0.1", "--port", "0"]
+            + ["--csv", str(self._folder / "track.csv")]
+            + ["--picture", str(self._folder / "camera.png")],
+            self._pass_on,
+        )
+
+    def _pass_on(self, line: str) -> None:
+        """Tell what the tracker says of its page: an address for one more browser, a new start."""
+        if line.startswith(("page, ", "page: its process")):
+            self._progress.say(line)
+
+    def _invitation(self) -> str:
+        """Address of the tracker; one that fails to start is started again."""
+        try:
+            return wait_for_link(self._tracker)[0]
+        except DemoFailed as trouble:
+            if self._tracker.running:
+                raise
+            self._say_again(trouble)
+            self._tracker = self._track()
+            return wait_for_link(self._tracker)[0]
+
+    def _say_again(self, trouble: DemoFailed) -> None:
+        self._progress.say(f"{trouble}; trying once more")
+
+    def _page_words(self) -> list[str]:
+        """Return the tracker's words about the page; it is to bring no brick along."""
+        options = self._options
+        if not options.page:
+            return ["--no-page"]
+        words = ["--page", "--no-brick", "--page-host", options.page_host]
+        words += [] if options.page_port is None else ["--page-port", str(options.page_port)]
+        return words + ["--open"] * options.open
+
+    def _show_page(self, address: str) -> None:
+        """Tell where the page is, as soon as it answers."""
+        deadline = time.monotonic() + READY
+        while not answers(address):
+            if self._over.wait(LOOK) or not self._tracker.running:
+                return
+            if time.monotonic() > deadline:
+                self._progress.say(f"the page does not answer: {address}")
+                return
+        self._progress.say(f"page: {address}")
+
+    def _begin(
+        self, name: str, options: Sequence[str], folder: str, script: Sequence[str]
+    ) -> ProgramRun:
+        """Start a program on the emulated brick."""
+        home = self._folder / folder
+        return ProgramRun(name, options, home, script, self._simulate(name, options, home, script))
+
+    def _start_servo(self, goal: Goal, home: Path, place: str) -> ProgramRun:
+        """Start a servo ahead of time; it waits for the run that leaves its files in `home`."""
+        folder = goal.name.replace(" ", "-")
+        words = [str(self._options.servo), place, *goal_words(goal)]
+        words += ["--log", f"{self._folder / folder}.jsonl"]
+        return self._begin(goal.name, ["--realtime", _start(home)], folder, words)
+
+    def _simulate(
+        self, name: str, options: Sequence[str], home: Path, script: Sequence[str]
+    ) -> ChildProcess:
+        words = ["simulate", *options, "--arm", os.path.abspath(self._arm.file), "--out", str(home)]
+        return self._crew.start(name, [*words, *script], self._progress.stages[name].say)
+
+    def _compare(self, goal: Goal, start: Path) -> None:
+        """Start the report's method on its way to a goal, from where another run has ended."""
+        self._progress.stages[BASELINE].begin("starting")
+        home = self._folder / BASELINE_HOME
+        self._baseline = self._simulate(
+            BASELINE,
+            ["--scene", self.results["scene"] + BASELINE_SCENE, _start(start)],
+            home,
+            [str(self._options.servo), *goal_words(goal), "--method", "report"]
+            + ["--budget", f"{REPORT_BUDGET:g}", "--log", f"{home}.jsonl"],
+        )
+        # What runs in real time goes first.
+        system.give_way(BASELINE_NICENESS, self._baseline.pid)
+
+    def _conclude_comparison(self) -> None:
+        """Take its outcome once; whatever becomes of it does no harm to the demo."""
+        if self._baseline is None or self._progress.stages[BASELINE].took is not None:
+            return
+        home = self._folder / BASELINE_HOME
+        deadline = time.monotonic() + COMPARED
+        while self._baseline.running and time.monotonic() < deadline:
+            time.sleep(LOOK)
+        try:
+            self._baseline.interrupt()
+            self._baseline.wait(ENDED)
+            record = record_goal_run(self._rig, self._goals[0], home, self._baseline)
+            self._take(BASELINE, record, "rival")
+        except DemoFailed as trouble:
+            self.results["trouble"] = str(trouble)
+            self._progress.finish(BASELINE, False, str(trouble))
+
+    def _take(self, stage: str, record: dict[str, Any], part: str) -> None:
+        """Add the record of a run to a goal to the results, and show how it went."""
+        if part == "rival":
+            self.results[part] = record
+        else:
+            self.results[part].append(record)
+        told = results.read_goal_run(self._folder, record)
+        self._progress.finish(stage, told.reached, told.words)
+
+    def _wait(self, part: ProgramRun, limit: float) -> None:
+        """Wait until a run's figures are there; its picture may take longer.
+
+        A run that ends without any has failed to start, and is started once more.
+
+        Raises:
+            DemoFailed: it takes longer than `limit` s, or failed twice, or the tracker has ended.
+        """
+        deadline = Deadline(self._clock, limit)
+        again = False
+        while not (part.home / SUMMARY).exists():
+            if not self._tracker.running:
+                self._tracker.wait(ENDED)
+                raise self._tracker.failure()
+            if not part.program.running and not (part.home / SUMMARY).exists():
+                part.program.wait(ENDED)
+                trouble = part.program.failure()
+                if again or isinstance(trouble, TooBusy):
+                    raise trouble
+                again = True
+                self._say_again(trouble)
+                part.program = self._simulate(part.name, part.options, part.home, part.script)
+            if deadline.passed:
+                raise part.program.hangs(limit)
+            self._look()
+            time.sleep(LOOK)
+        self._look()  # at what came in last, too, or was there at once
+        self._played.append(part.program)
+
+    def _look(self) -> None:
+        """Look at the emulated clock's pace, the arm's ink and the comparison."""
+        self._progress.keep(self._pace.look())
+        if "first_ink" not in self.results:
+            self._follower.poll()
+            if self._follower.pen:
+                self.results["first_ink"] = round(time.monotonic() - self._began, 2)
+        if self._baseline and not self._baseline.running:
+            self._conclude_comparison()
+
+
+def _command(options: DemoOptions) -> str:
+    words = [f"{laptop_program()} demo"]
+    words += [f"--arm {options.arm}"] * (options.arm != "planar")
+    words += [f"--seed {options.seed}"] * (options.seed != 0)
+    return " ".join(words)
+
+
+def _new_folder(out: Path) -> Path:
+    """Make a folder with the time as its name.
+
+    Raises:
+        DemoFailed: it cannot be made.
+    """
+    name = time.strftime("%Y-%m-%d-%H%M%S")
+    try:
+        for attempt in range(1, 100):
+            folder = (out / (name if attempt == 1 else f"{name}-{attempt}")).resolve()
+            with suppress(FileExistsError):
+                folder.parent.mkdir(parents=True, exist_ok=True)
+                folder.mkdir(mode=0o700)  # what a camera saw is its owner's alone
+                return folder
+    except OSError as error:
+        raise DemoFailed(
+            f"cannot write to {out}: {error.strerror}; choose another folder with --out"
+        ) from None
+    raise DemoFailed(f"too many runs of this second in {out}; choose another folder with --out")
+
+
+def _start(home: Path) -> str:
+    """Return the option by which a run starts where another ends."""
+    return f"--start={AFTER}{home}"
+
+
+BASELINE_HOME = "report-method"
+BASELINE_SCENE, BASELINE_NICENESS = ",fps=10", 10
+"""The report takes 20 pictures in 2 s: no more would be looked at."""

@@ -1,0 +1,274 @@
+"""The scene of a demo and its goals: what can be seen and reached, far from each other."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from laptop.emulator.scene.scene import Scene
+from laptop.emulator.scene.scene_constants import read_scene
+from laptop.emulator.scene.workcell import cameras
+from laptop.measure.demo.processes import DemoFailed
+from shared.arm_description import Arm
+
+GOALS = 3
+MIN_GOAL_DISTANCE = 150.0
+"""Least distance of a goal from the others, and from where the driver leaves the tip, px; of two
+cameras as one distance in four rows."""
+MIN_POSTURE_DISTANCE = 0.7
+"""Least distance between the goals' postures, rad."""
+EDGE_MARGIN = 45.0
+"""Least distance of goals from the picture's edge, px."""
+LIMIT_SHARE = 0.85
+"""Share of the joint limits that postures are drawn from."""
+MAX_CONDITION = 5.0
+"""Greatest condition number of the true image Jacobian at a goal: no singular posture is near."""
+MIN_VISIBLE = 0.9
+"""Share to be seen of a marker that nothing hides but its holder."""
+MIN_VISIBLE_AT_ENDS = 0.85
+"""The same where the tip stands to be looked at: the post of a goal before it hides more."""
+MIN_VISIBLE_BETWEEN, WAY_SAMPLES = 0.6, 7
+"""So much of the tip's marker is seen at so many places on its way to each goal."""
+EXPLORATION_STEP = 0.2
+"""Around a start it is seen, too, with each joint turned by so much, rad: the servo explores."""
+MIN_TIP_HEIGHT = 2.5
+"""Least height of the tip, where it has a choice, cm."""
+MAX_POSTURES, MAX_GOAL_SETS = 300, 20
+"""Postures that are drawn for one set of goals, and sets."""
+NEWTON_ITERATIONS = 12
+"""Iterations."""
+
+
+class DemoSetup(NamedTuple):
+    """Cameras and postures for the demo of one kind of arm.
+
+    words            of every scene's text
+    default_cameras  of seed 0
+    camera_ranges    of other seeds: tilt, azimuth and roll, deg, by a camera's prefix
+    end_of_lines     where the driver's lines end, cm
+    elbow_bend       a posture that is bent one way, rad; the other way it is its negative
+    """
+
+    words: dict[str, str]
+    default_cameras: dict[str, str]
+    camera_ranges: dict[str, tuple[tuple[float, float], ...]]
+    end_of_lines: tuple[float, ...]
+    elbow_bend: tuple[float, ...]
+
+
+DEMO_SETUPS = {
+    "planar": DemoSetup({}, {}, {"": ((10, 40), (-60, 60), (-15, 15))}, (0.0, 15.0), (1.0, 1.0)),
+    "spatial": DemoSetup(
+        # Two pictures at once are more work than one: fewer, and quicker to paint.
+        {"fps": "20", "exposure": "0.004", "jpeg": "0"},
+        # From above in front, where no link hides the tip, and from the side.
+        {"A.tilt": "40", "A.azimuth": "90", "B.tilt": "85", "B.azimuth": "10"},
+        {"A.": ((32, 48), (60, 110), (-10, 10)), "B.": ((75, 88), (-10, 35), (-5, 5))},
+        (9.0, 4.0, 12.6),
+        (0.0, 1.2, -2.0),
+    ),
+}
+"""By the arm's chain."""
+Vector = tuple[float, ...]
+
+
+class Goal(NamedTuple):
+    """Place for the tip, and the servo's option for it.
+
+    name    for people
+    pixels  u and v in the picture of each camera, one after the other, px
+    place   of the tip's marker there, cm
+    told    what --goal is given, once or camera by camera
+    """
+
+    name: str
+    pixels: Vector
+    place: Vector
+    told: tuple[str, ...]
+
+
+class CameraRig(dict[str, Scene]):
+    """Cameras that watch one arm, by name.
+
+    Args:
+        arm: its description.
+        text: of the scene.
+    """
+
+    def __init__(self, arm: Arm, text: str) -> None:
+        names = cameras(arm, text)
+        super().__init__({name: Scene(arm, read_scene(text, name)) for name in names})
+        self.arm = arm
+        self.text = text
+        self._first = self[names[0]]
+
+    def centre(self, marker: str, q: Sequence[float] | None = None) -> np.ndarray:
+        """Place of a marker (3,), cm, with the joints at q (rad; at home if None)."""
+        home = [joint.home for joint in self.arm.joints]
+        return self._first.centres(home if q is None else q)[marker]
+
+    def truth(self, q: Sequence[float], marker: str = "effector") -> Vector:
+        """Pixels of a marker in all pictures: u and v of each."""
+        return tuple(value for scene in self.values() for value in scene.truth(q)[marker])
+
+    def visible(self, q: Sequence[float], marker: str = "effector") -> float:
+        """The part of a marker, 0 .. 1, that the camera sees that sees least of it."""
+        return min(scene.visible(q)[marker] for scene in self.values())
+
+    def project(self, place: Sequence[float]) -> np.ndarray:
+        """Pixels of a place (x, y, z), cm, in all pictures: u and v of each."""
+        return np.concatenate([s.project(np.array([place]))[0] for s in self.values()])
+
+    def place_at(self, pixels: Sequence[float], marker: str) -> Vector:
+        """The place (x, y, z), cm, that is seen at these pixels.
+
+        In the plane one camera does, which knows how high a marker is; in space it takes two.
+        """
+        at_home = self.centre(marker)
+        known = at_home[len(DEMO_SETUPS[self.arm.chain].end_of_lines) :]
+
+        def seen(free: Vector) -> np.ndarray:
+            return self.project([*free, *known])
+
+        start = self.centre("effector")[: 3 - len(known)] / 2
+        return (*map(float, _solve(seen, tuple(start), pixels)), *map(float, known))
+
+    def postures_at(self, place: Sequence[float]) -> list[Vector]:
+        """Postures (rad) that have the tip at a place, cm: bent one way and the other."""
+        bent = DEMO_SETUPS[self.arm.chain].elbow_bend
+        bends = [tuple(sign * angle for angle in bent) for sign in (1.0, -1.0)]
+        return [_solve(lambda q: self.centre("effector", q)[: len(place)], q, place) for q in bends]
+
+    def way_is_seen(self, start: Sequence[float], end: Sequence[float]) -> bool:
+        """Return True if the tip is in sight above the table from one posture to another."""
+        way = np.linspace(start, end, WAY_SAMPLES)
+        steps = EXPLORATION_STEP * np.eye(len(way[0]))
+        between = *way[1:-1], *(way[0] + steps), *(way[0] - steps)
+        return all(
+            self.centre("effector", q)[2] >= MIN_TIP_HEIGHT and self.visible(q) > least
+            for least, places in (
+                (MIN_VISIBLE_AT_ENDS, (way[0], way[-1])),
+                (MIN_VISIBLE_BETWEEN, between),
+            )
+            for q in places
+        )
+
+
+def scene_text(chain: str, seed: int, place: Sequence[float] = ()) -> str:
+    """Cameras somewhere around the table, drawn from the seed; 0 is the usual ones."""
+    draw = random.Random(f"camera {seed}")
+    setup = DEMO_SETUPS[chain]
+    words = {"seed": f"{seed}", **setup.words, **({} if seed else setup.default_cameras)}
+    for camera, ranges in setup.camera_ranges.items() if seed else ():
+        for key, bounds in zip(("tilt", "azimuth", "roll"), ranges, strict=True):
+            words[camera + key] = f"{draw.uniform(*bounds):.0f}"
+    words.update(
+        (key, f"{value:.2f}")
+        for key, value in zip(("goal_x", "goal_y", "goal_z"), place, strict=False)
+    )
+    return ",".join(f"{key}={value}" for key, value in words.items())
+
+
+def choose_goals(arm: Arm, seed: int) -> tuple[str, list[Goal]]:
+    """The scene's text, and the goals: its marker, and pixels of every camera.
+
+    They are where the tip is seen in postures inside the joint limits, away from singular ones, and
+    apart from one another and from where the driver leaves the tip: all can be reached, and the tip
+    is seen on a way there.
+
+    Raises:
+        DemoFailed: this arm has no such postures.
+    """
+    bare = CameraRig(arm, scene_text(arm.chain, seed))
+    resting = bare.postures_at(DEMO_SETUPS[arm.chain].end_of_lines)
+    draw = random.Random(f"goals {seed}")
+    for _ in range(MAX_GOAL_SETS):
+        chosen = _choose_postures(bare, resting, draw)
+        if len(chosen) < GOALS:
+            continue
+        pixels = [bare.truth(q) for q in chosen]
+        size = len(DEMO_SETUPS[arm.chain].end_of_lines)
+        text = scene_text(arm.chain, seed, bare.place_at(pixels[0], "goal")[:size])
+        rig = CameraRig(arm, text)
+        ways = zip([resting[0], *chosen], chosen, strict=False)
+        if all(rig.visible(q, "goal") > MIN_VISIBLE for q in resting) and all(
+            rig.way_is_seen(*way) for way in ways
+        ):
+            marker = rig.truth(resting[0], "goal")
+            told = [("marker",), *(_told(rig, there) for there in pixels[1:])]
+            ends = [marker, *(_read(words) for words in told[1:])]
+            return text, [
+                Goal(f"goal {number}", end, rig.place_at(end, "effector"), words)
+                for number, (end, words) in enumerate(zip(ends, told, strict=True), 1)
+            ]
+    raise DemoFailed(
+        f"seed {seed} gives no {GOALS} goals that this arm can reach; try another --seed"
+    )
+
+
+def _told(rig: CameraRig, pixels: Vector) -> tuple[str, ...]:
+    """A goal in words: a pixel, or one of each camera."""
+    pairs = zip(rig, pixels[::2], pixels[1::2], strict=True)
+    return tuple(f"{f'{name}:' * (len(rig) > 1)}{u:.1f},{v:.1f}" for name, u, v in pairs)
+
+
+def _read(told: Sequence[str]) -> Vector:
+    """The pixels of such words."""
+    return tuple(float(part) for words in told for part in words.split(":")[-1].split(","))
+
+
+def _choose_postures(
+    rig: CameraRig, resting: Sequence[Vector], draw: random.Random
+) -> list[Vector]:
+    """Postures (rad) for the goals; fewer than GOALS if it found no more."""
+    chosen: list[Vector] = []
+    taken = [rig.truth(q) for q in resting[:1]]
+    for _ in range(MAX_POSTURES):
+        q = tuple(
+            draw.uniform(LIMIT_SHARE * j.lower, LIMIT_SHARE * j.upper) for j in rig.arm.joints
+        )
+        seen = rig.truth(q)
+        if (
+            _inside(rig, seen)
+            and rig.centre("effector", q)[2] >= MIN_TIP_HEIGHT
+            and all(math.dist(seen, other) >= MIN_GOAL_DISTANCE for other in taken)
+            and all(math.dist(q, other) >= MIN_POSTURE_DISTANCE for other in chosen)
+            and np.linalg.cond(slope(rig.truth, q)) <= MAX_CONDITION
+            and rig.visible(q) > MIN_VISIBLE
+            and rig.way_is_seen([*resting[:1], *chosen][-1], q)
+        ):
+            chosen.append(q)
+            taken.append(seen)
+            if len(chosen) == GOALS:
+                break
+    return chosen
+
+
+def _inside(rig: CameraRig, pixels: Vector) -> bool:
+    """Return True if pixels are in their pictures, away from the edges."""
+    sizes = [size for scene in rig.values() for size in scene.camera.size]
+    return all(EDGE_MARGIN < x < size - EDGE_MARGIN for x, size in zip(pixels, sizes, strict=True))
+
+
+def _solve(function: Callable[[Vector], Any], x: Vector, wanted: Sequence[float]) -> Vector:
+    """Solve function(x) = wanted from x on, by Newton's method."""
+    for _ in range(NEWTON_ITERATIONS):
+        rest = np.array(wanted) - function(x)
+        x = tuple(x + np.linalg.lstsq(slope(function, x), rest, rcond=None)[0])
+    return x
+
+
+def slope(function: Callable[[Vector], Any], x: Vector) -> np.ndarray:
+    """The Jacobian of a function at x, by central differences."""
+    steps = 1e-4 * np.eye(len(x))
+    ends = [(function(tuple(x + d)), function(tuple(x - d))) for d in steps]
+    return np.stack([np.subtract(*pair) for pair in ends], axis=1) / 2e-4
+
+
+def goal_words(goal: Goal) -> list[str]:
+    """Return the servo's options for a goal."""
+    return [f"--goal={words}" for words in goal.told]

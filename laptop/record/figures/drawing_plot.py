@@ -1,0 +1,211 @@
+"""A whole drawing after a run: the true ink against the strokes that were wished, in mm.
+
+Rows of a record are those of `laptop.record.figures.line_accuracy`.  A *chain* is what is drawn from pen
+down to pen up: strokes (n, 2) or (n, 3), cm, each of which begins where the one before ends.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+
+from laptop.record.figures.line_accuracy import (
+    INK_SPACING,
+    distances,
+    pen_down_runs,
+    place,
+    refined,
+)
+from laptop.record.figures.line_plot import new_figure, png_of, write_title
+
+COARSE = 5
+"""What was wished is looked at in steps so many times as long as the ink's."""
+
+STANDING_SPEED = 0.2
+"""A tip below this speed stands, cm/s."""
+
+GREAT_MM = 3.0
+"""Deviations from here on have one colour, mm: more than half a LEGO stud."""
+
+PANEL, SCALE = (0.06, 0.09, 0.72, 0.76), (0.83, 0.16, 0.018, 0.6)
+"""Where in the figure the drawing is, and the scale of its colours: left, bottom, width, height."""
+
+WISHED, PEN_UP = "#9aa3ab", "#b9c0c6"
+
+
+@dataclass(frozen=True, eq=False)
+class DrawingAccuracy:
+    """A drawing's ink against its strokes.
+
+    Attributes:
+        greatest_mm: greatest distance of the ink from what it was drawn for.
+        rms_mm: the same as root mean square over the ink's length.
+        missed_mm: greatest distance of what was wished from the ink.
+        ink_cm: length of the ink.
+        pen_up_cm: length of the tip's way with the pen up, from the first stroke to the last.
+        chains: number that was wished.
+        inks: number that was drawn.
+        standing_s: longest time for which the tip stood with the pen down, s.
+        points: of the ink, (n, 2), cm.
+        off_mm: distance of each, mm.
+    """
+
+    greatest_mm: float
+    rms_mm: float
+    missed_mm: float
+    ink_cm: float
+    pen_up_cm: float
+    chains: int
+    inks: int
+    standing_s: float
+    points: np.ndarray
+    off_mm: np.ndarray
+
+    def as_dict(self) -> dict[str, float | int | None]:
+        """All figures, for JSON; None for what nothing tells, as there is no ink."""
+        return {
+            name: _for_json(value)
+            for name, value in vars(self).items()
+            if name not in ("points", "off_mm")
+        }
+
+
+def compare(rows: Sequence[Any], chains: Sequence[Sequence[np.ndarray]]) -> DrawingAccuracy:
+    """Compare the ink in a record with the chains that were wished, in their order.
+
+    Where as many were drawn, each ink belongs to its chain; else to whichever lies nearest.
+    """
+    runs = pen_down_runs(rows)
+    inks = [refined(np.array([place(row) for row in run], float)) for run in runs]
+    paths = [np.concatenate(chain) for chain in chains]
+    if len(inks) == len(paths):
+        own = [[k] for k in range(len(inks))]
+    else:
+        own = [list(range(len(paths)))] * len(inks)
+    off = [10 * _nearest(ink, [paths[n] for n in ns]) for ink, ns in zip(inks, own, strict=True)]
+    seekers = own if len(inks) == len(paths) else [list(range(len(inks)))] * len(paths)
+    missed = [
+        10 * _nearest(refined(path)[::COARSE], [inks[n] for n in ns]).max()
+        for path, ns in zip(paths, seekers, strict=True)
+        if ns
+    ]
+    steps = [np.linalg.norm(np.diff(ink, axis=0), axis=1).sum() for ink in inks]
+    every = np.concatenate(off) if off else np.zeros(0)
+    return DrawingAccuracy(
+        float(every.max()) if len(every) else float("nan"),
+        float(np.sqrt((every**2).mean())) if len(every) else float("nan"),
+        float(max(missed)) if missed else float("nan"),
+        float(sum(steps)),
+        _pen_up(rows),
+        len(chains),
+        len(inks),
+        max((standing(run) for run in runs), default=0.0),
+        np.concatenate(inks)[:, :2] if inks else np.zeros((0, 2)),
+        every,
+    )
+
+
+def _for_json(value: float | int) -> float | int | None:
+    """Return a figure as JSON has it, which knows no NaN."""
+    if isinstance(value, int):
+        return value
+    return round(float(value), 3) if np.isfinite(value) else None
+
+
+def _nearest(points: np.ndarray, paths: Sequence[np.ndarray]) -> np.ndarray:
+    """Return the distance of each point from the nearest of the paths, cm."""
+    return np.min([distances(points, path) for path in paths], axis=0)
+
+
+def _pen_up(rows: Sequence[Any]) -> float:
+    """Return the length of the tip's way with the pen up between the first ink and the last, cm."""
+    pen = np.array([bool(row.pen) for row in rows])
+    if not pen.any():
+        return 0.0
+    first, last = np.flatnonzero(pen)[[0, -1]]
+    tip = np.array([place(row) for row in rows[first : last + 1]], float)
+    steps = np.linalg.norm(np.diff(tip, axis=0), axis=1)
+    return float(steps[~pen[first:last]].sum())
+
+
+def standing(run: Sequence[Any]) -> float:
+    """Return the longest time for which the tip stands in one ink, s."""
+    t = np.array([row.t for row in run])
+    tip = np.array([place(row) for row in run], float)
+    if len(t) < 2:
+        return 0.0
+    slow = np.linalg.norm(np.diff(tip, axis=0), axis=1) < STANDING_SPEED * np.diff(t)
+    longest, since = 0.0, t[0]
+    for k, stands in enumerate(slow):
+        since = since if stands else t[k + 1]
+        longest = max(longest, t[k + 1] - since)
+    return float(longest)
+
+
+def write_drawing_plot(
+    file: str | os.PathLike[str],
+    rows: Sequence[Any],
+    chains: Sequence[Sequence[np.ndarray]],
+    accuracy: DrawingAccuracy,
+    title: str,
+    notes: str,
+) -> None:
+    """Write the picture as PNG: what was wished, and over it the ink, coloured by its distance.
+
+    Seen as by who sits behind the arm: x upwards, y to the left.
+
+    Raises:
+        OSError: as the system says it.
+    """
+    with new_figure(1200) as figure:
+        write_title(figure, title, notes)
+        axes = figure.add_axes(PANEL)
+        for chain in chains:
+            wished = np.concatenate(chain)
+            axes.plot(-wished[:, 1], wished[:, 0], color=WISHED, lw=3.2, alpha=0.5, zorder=2)
+        _draw_ways(axes, rows)
+        colours = _draw_ink(axes, rows, accuracy)
+        low, high = _limits([np.concatenate(chain) for chain in chains])
+        axes.set(xlim=(-high[1], -low[1]), ylim=(low[0], high[0]), aspect="equal")
+        axes.xaxis.set_major_formatter(lambda x, _: f"{0.0 - x:g}")
+        axes.set_xlabel("y, cm (to the left)")
+        axes.set_ylabel("x, cm (forward)")
+        bar = figure.colorbar(colours, cax=figure.add_axes(SCALE), extend="max")
+        bar.set_label("distance of the true ink from what was wished (grey), mm")
+        png = png_of(figure)
+    Path(file).write_bytes(png)
+
+
+def _limits(wished: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """Return least and greatest x and y of what is shown, cm."""
+    points = np.concatenate(wished)[:, :2]
+    room = 0.06 * max(float(np.ptp(points, axis=0).max()), 1.0)
+    return points.min(axis=0) - room, points.max(axis=0) + room
+
+
+def _draw_ways(axes: Axes, rows: Sequence[Any]) -> None:
+    tip = np.array([place(row)[:2] for row in rows], float)
+    pen = np.array([bool(row.pen) for row in rows])
+    way = np.where(pen[:, None], np.nan, tip)
+    axes.plot(-way[:, 1], way[:, 0], color=PEN_UP, lw=0.7, ls=(0, (2, 2)), zorder=1)
+
+
+def _draw_ink(axes: Axes, rows: Sequence[Any], accuracy: DrawingAccuracy) -> LineCollection:
+    """Draw the ink in segments of about its spacing, each in the colour of its distance."""
+    points = np.column_stack([-accuracy.points[:, 1], accuracy.points[:, 0]])
+    segments = np.stack([points[:-1], points[1:]], axis=1)
+    length = np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1)
+    near = length < 3 * INK_SPACING  # else it is the way from one ink to the next
+    ink = LineCollection(
+        list(segments[near]), array=accuracy.off_mm[1:][near], cmap="turbo", lw=1.4, zorder=3
+    )
+    ink.set_clim(0.0, GREAT_MM)
+    axes.add_collection(ink)
+    return ink

@@ -1,0 +1,287 @@
+"""Reads the files that runs leave: whatever they hold, the answer is values or one clear line."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+import struct
+import zlib
+from array import array
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from matplotlib.image import imread
+
+from laptop.record.report.findings import NOT_THERE, DamagedRun
+from laptop.record.servo.results import GREATEST
+from shared.small_files import SpoiltFile, open_file
+
+MAX_OBJECT, MAX_PICTURE, MAX_CSV = 4_000_000, 40_000_000, 20_000_000
+"""Larger files are not read, bytes."""
+MAX_COLUMNS, MAX_VALUES = 64, 3_000_000
+"""Of a CSV."""
+MAX_PIXELS, MAX_SIDE = 8_000_000, 10_000
+"""Larger pictures are not decoded."""
+HEADS = {b"\x89PNG\r\n\x1a\n": "png", b"\xff\xd8\xff": "jpeg"}
+"""Kinds of pictures by their first bytes."""
+UNDECODED = (
+    *(OSError, SyntaxError, ValueError, LookupError, TypeError, EOFError),
+    *(struct.error, zlib.error, cv2.error),
+)
+"""What decoding a damaged picture ends in."""
+
+
+def read_object(file: Path) -> dict[str, Any]:
+    """Return the object that a JSON file holds; numbers in it may be NaN.
+
+    Raises:
+        DamagedRun: it cannot be read, or holds none.
+    """
+    content = read_bytes(file, MAX_OBJECT)
+    try:
+        values = json.loads(content.decode("utf-8"))
+    except (ValueError, RecursionError) as error:
+        where = f" (line {error.lineno})" if isinstance(error, json.JSONDecodeError) else ""
+        raise DamagedRun(f"{file.name} is no JSON{where}; do this run again") from None
+    if not isinstance(values, dict):
+        raise DamagedRun(f"{file.name} holds no JSON object; do this run again")
+    return values
+
+
+def is_plain(file: Path) -> bool:
+    """Return whether a file is one of the folder's own: a link may lead to what is private."""
+    return file.is_file() and not file.is_symlink()
+
+
+def read_bytes(file: Path, most: int) -> bytes:
+    """Return what a file holds.
+
+    Raises:
+        DamagedRun: it cannot be read, is no file, or is larger than `most` bytes.
+    """
+    try:
+        if not is_plain(file):
+            raise DamagedRun(f"{file.name} is not there, or no file")
+        with open(open_file(str(file)), "rb") as opened:
+            content = opened.read(most + 1)
+    except OSError as error:
+        raise DamagedRun(f"{file.name} cannot be read: {error.strerror}") from None
+    except SpoiltFile as error:
+        raise DamagedRun(f"{file.name} {error}") from None
+    if len(content) > most:
+        raise DamagedRun(f"{file.name} is larger than {most // 1_000_000} MB")
+    return content
+
+
+def read_columns(file: Path) -> dict[str, np.ndarray]:
+    """Return the columns of a CSV of numbers by their names; an empty cell is NaN.
+
+    Raises:
+        DamagedRun: it is none, a row is cut off, or it has no row.
+    """
+    heading, rows = read_rows(file)
+    if len(heading) > MAX_COLUMNS:
+        raise DamagedRun(f"{file.name} has {len(heading)} columns, more than {MAX_COLUMNS}")
+    cells = array("d")
+    for k, row in enumerate(rows):
+        cells.extend(read_numbers(row, f"{file.name}: line {k + 2}"))
+    table = np.array(cells).reshape(-1, len(heading))
+    return {name: table[:, k] for k, name in enumerate(heading)}
+
+
+def read_numbers(cells: Sequence[str], place: str) -> list[float]:
+    """Return the numbers of some cells; an empty one is NaN.
+
+    Args:
+        cells: as they stand in the file.
+        place: of them, for people.
+
+    Raises:
+        DamagedRun: one is none, or beyond all bounds.
+    """
+    try:
+        numbers = [float(cell) if cell else math.nan for cell in cells]
+    except ValueError:
+        raise DamagedRun(f"{place} holds no numbers") from None
+    for cell, number in zip(cells, numbers, strict=True):
+        if abs(number) > GREATEST:
+            raise DamagedRun(f"{place} holds {cell[:20]}, which is beyond all that a run measures")
+    return numbers
+
+
+def read_rows(file: Path) -> tuple[list[str], Iterator[list[str]]]:
+    """Return heading and rows of a CSV, as many cells in each; rows are read as they are taken.
+
+    Raises:
+        DamagedRun: it is none, has too many values, a row is cut off, or it has no row; the last
+            two, and what is no text, when the rows are taken.
+    """
+    content = read_bytes(file, MAX_CSV)
+    text = io.TextIOWrapper(io.BytesIO(content), "utf-8-sig", newline="")
+    rows = _told_rows(csv.reader(text), file.name)
+    heading = next(rows)
+    if content.count(b"\n") * len(heading) > MAX_VALUES:  # before they are taken, which is slow
+        raise _too_many(file.name)
+    return heading, _even_rows(rows, len(heading), file.name)
+
+
+def _told_rows(reader: Iterator[list[str]], name: str) -> Iterator[list[str]]:
+    """Yield all rows that hold something, and at least one."""
+    try:
+        found = False
+        for row in reader:
+            if row:
+                found = True
+                yield row
+    except (ValueError, csv.Error):
+        raise DamagedRun(f"{name} is no CSV") from None
+    if not found:
+        raise DamagedRun(f"{name} is no CSV")
+
+
+def _even_rows(rows: Iterator[list[str]], width: int, name: str) -> Iterator[list[str]]:
+    k = 0
+    for k, row in enumerate(rows, 1):
+        if len(row) != width:
+            raise DamagedRun(f"{name}: row {k} has {len(row)} values, its heading has {width}")
+        if k * width > MAX_VALUES:
+            raise _too_many(name)
+        yield row
+    if not k:
+        raise DamagedRun(f"{name} has no row")
+
+
+def _too_many(name: str) -> DamagedRun:
+    return DamagedRun(f"{name} has more than {MAX_VALUES} values; do this run again, and shorter")
+
+
+def read_picture(file: Path) -> bytes:
+    """Return a PNG or JPEG that really is one.
+
+    Raises:
+        DamagedRun: it is none.
+    """
+    return checked_picture(read_bytes(file, MAX_PICTURE), file.name)
+
+
+def checked_picture(content: bytes, name: str) -> bytes:
+    """Return a PNG or JPEG that really is one.
+
+    Raises:
+        DamagedRun: it is none.
+    """
+    kinds = [kind for head, kind in HEADS.items() if content.startswith(head)]
+    if not kinds:
+        raise DamagedRun(f"{name} is neither PNG nor JPEG")
+    wide, high = picture_size(content)
+    if not wide * high:
+        raise DamagedRun(f"{name} is a damaged picture")
+    if wide * high > MAX_PIXELS or max(wide, high) > MAX_SIDE:
+        raise DamagedRun(
+            f"{name} has {wide} x {high} px, more than {MAX_PIXELS // 1_000_000} MP or {MAX_SIDE} "
+            "px on a side"
+        )
+    if not _is_whole(content, kinds[0]):
+        raise DamagedRun(f"{name} is a damaged picture")
+    return content
+
+
+def _is_whole(content: bytes, kind: str) -> bool:
+    """Return whether both decoders take a picture: each lets pass what the other one refuses.
+
+    OpenCV takes what is cut off, Pillow what has chunks that nobody knows; OpenCV may print.
+    """
+    try:
+        imread(io.BytesIO(content), kind)
+        return cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_COLOR) is not None
+    except UNDECODED:
+        return False
+
+
+def picture_size(content: bytes) -> tuple[int, int]:
+    """Return width and height of a PNG or JPEG, px, by its head alone; 0, 0 if it has none."""
+    if content.startswith(b"\x89PNG"):
+        is_first = content[12:16] == b"IHDR"
+        wide, high = (int.from_bytes(content[k : k + 4], "big") for k in (16, 20))
+        return (wide, high) if is_first else (0, 0)
+    place = 2
+    while content[place : place + 1] == b"\xff" and place + 9 <= len(content):
+        kind = content[place + 1]
+        if 0xC0 <= kind <= 0xCF and kind not in (0xC4, 0xC8, 0xCC):  # a frame's head
+            high, wide = (int.from_bytes(content[place + k : place + k + 2], "big") for k in (5, 7))
+            return wide, high
+        place += 2 + int.from_bytes(content[place + 2 : place + 4], "big")
+    return 0, 0
+
+
+def number(values: dict[str, Any], key: str, file: str = "summary.json") -> float | None:
+    """Return a number; None where it is missing, null or not finite.
+
+    Raises:
+        DamagedRun: it is something else.
+    """
+    value = values.get(key)
+    if value is None:
+        return None
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise DamagedRun(f"{file}: '{key}' is no number; do this run again")
+    if GREATEST < abs(value) < math.inf:
+        raise DamagedRun(f"{file}: '{key}' is beyond all that a run measures; do this run again")
+    return float(value) if abs(value) < math.inf else None
+
+
+def word(values: dict[str, Any], key: str, file: str = "summary.json") -> str:
+    """Return a text, "" where it is missing or null.
+
+    Raises:
+        DamagedRun: it is something else.
+    """
+    value = values.get(key)
+    if value is None:
+        return ""
+    if not isinstance(value, str):
+        raise DamagedRun(f"{file}: '{key}' is no text; do this run again")
+    return value
+
+
+def items(values: dict[str, Any], key: str, kind: type, file: str = "summary.json") -> list[Any]:
+    """Return a list whose elements are of a type or None, [] where it is missing.
+
+    Raises:
+        DamagedRun: it is something else.
+    """
+    value = values.get(key) or []
+    if not isinstance(value, list) or not all(x is None or isinstance(x, kind) for x in value):
+        raise DamagedRun(f"{file}: '{key}' is not as it is written; do this run again")
+    return value
+
+
+def own_files(folder: Path, summary: dict[str, Any], usual: Sequence[str]) -> list[str]:
+    """Return the names of a run's own files: others in its folder are of other runs.
+
+    Args:
+        folder: of the run.
+        summary: it names the run's files; an older one does not.
+        usual: what such a run leaves; what is there of it is taken for an older one's.
+
+    Raises:
+        DamagedRun: what it names are no names of files in a folder.
+    """
+    if summary.get("files") is None:
+        return [name for name in usual if (folder / name).exists()]
+    names = [name or "" for name in items(summary, "files", str)]
+    if not all(Path(name).name == name not in ("", "..") for name in names):
+        raise DamagedRun("summary.json: 'files' is not as it is written; do this run again")
+    return names
+
+
+def decimal(value: float | None, digits: int = 2) -> str:
+    """Return a number for a cell."""
+    if value is None or not math.isfinite(value):
+        return NOT_THERE
+    return f"{value:.{digits}f}".replace("-", "\u2212")

@@ -1,0 +1,1 @@
+"""What a demo and the runs on a page found: results, figures, a report."""

@@ -1,0 +1,30 @@
+"""Figures in a tenth of the pixels, and few formulas: both are slow to draw."""
+
+import io
+
+import pytest
+
+# (What is drawn with is imported late: an old Python, which leaves these tests out, reads this.)
+
+
+@pytest.fixture(autouse=True)
+def small_figures(monkeypatch):
+    """Drawn as ever, in a tenth of the pixels each way."""
+    from laptop.record.figures.line_plot import DPI
+    from laptop.record.report import lab_figures
+
+    def png_of(figure):
+        file = io.BytesIO()
+        figure.savefig(file, format="png", dpi=DPI / 10)
+        return file.getvalue()
+
+    monkeypatch.setattr(lab_figures, "png_of", png_of)
+
+
+@pytest.fixture
+def no_servo_figures(monkeypatch):
+    """For tests that look at other things of a log."""
+    from laptop.record.report import servo_runs
+
+    monkeypatch.setattr(servo_runs, "draw_servo", lambda *words: None)
+    monkeypatch.setattr(servo_runs, "draw_ways", lambda *words: None)
