@@ -7,10 +7,10 @@ laptop.cli, laptop.bench -> laptop.see.table -> laptop.see.serve, robot.motion.k
 laptop.cli, laptop.bench -> laptop.measure -> laptop.see.serve, laptop.emulator
 laptop.cli, laptop.bench -> laptop.measure.accuracy -> laptop.measure, laptop.see.table
 laptop.cli, laptop.bench -> laptop.measure.ilc -> laptop.measure, laptop.drawing
-laptop.cli -> laptop.guide -> laptop.emulator, laptop.brick
+laptop.cli -> laptop.course -> laptop.emulator, laptop.brick
 laptop.cli -> laptop.record.report -> what laptop.measure.demo has found
 laptop.cli -> laptop.drawing -> what is pure of robot.motion
-laptop.bench, laptop.measure.demo, laptop.guide, laptop.emulator -> robot; all of them -> shared
+laptop.bench, laptop.measure.demo, laptop.course, laptop.emulator -> robot; all of them -> shared
 """
 
 import ast
@@ -170,9 +170,9 @@ RULES = {
         "shared",
         *LIBRARIES,
     ),
-    "laptop.guide": (
+    "laptop.course": (
         *(
-            "laptop.guide",
+            "laptop.course",
             "laptop.brick",
             "laptop.files",
             "laptop.emulator",
@@ -181,7 +181,7 @@ RULES = {
         *("robot", "shared"),
         *("numpy", "matplotlib", "jinja2", "markupsafe"),
     ),
-    "laptop.guide.examiner": (),
+    "laptop.course.examiner": (),
     "laptop.record.report": (
         *(
             "laptop.files",
@@ -193,7 +193,7 @@ RULES = {
     ),
     "laptop.record.report.print_pdf": ("laptop.system", "shared"),
     # What students write imports what they may import.
-    **{f"laptop.guide.{room}": ("robot.api", "ev3dev2.motor") for room in ("tasks", "solutions")},
+    **{f"laptop.course.{room}": ("robot.api", "ev3dev2.motor") for room in ("tasks", "solutions")},
     "laptop.bench": (
         *("laptop.bench", "laptop.measure.demo", "laptop.emulator", "laptop.see.table"),
         *(*BELOW_EMULATOR, "robot", "shared", *LIBRARIES),
@@ -376,8 +376,8 @@ def test_imports_follow_the_direction():
         ("laptop.cli.simulate", "import numpy", "numpy"),
         ("laptop.__main__", "from laptop import demo", "laptop.measure.demo"),
         ("laptop.measure.demo", "import laptop.bench.draw", "laptop.bench.draw"),
-        ("laptop.emulator.session", "import laptop.guide.lego", "laptop.guide.lego"),
-        ("laptop.guide.solutions.line", "import robot.motion.arm", "robot.motion.arm"),
+        ("laptop.emulator.session", "import laptop.course.lego", "laptop.course.lego"),
+        ("laptop.course.solutions.line", "import robot.motion.arm", "robot.motion.arm"),
         (
             "laptop.emulator.host.world",
             "from laptop.see.markers.tracker import find",

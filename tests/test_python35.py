@@ -15,9 +15,9 @@ BRICK_SIDE = [ROOT / "laptop" / "__init__.py"]  # the simulator's package
 for folder in ("robot", "shared", "laptop/emulator"):
     BRICK_SIDE += sorted((ROOT / folder).rglob("*.py"))
 # What students begin with, and what asks them, runs on the brick.
-BRICK_SIDE.append(ROOT / "laptop" / "guide" / "examiner.py")
+BRICK_SIDE.append(ROOT / "laptop" / "course" / "examiner.py")
 for folder in ("tasks", "solutions"):
-    BRICK_SIDE += sorted((ROOT / "laptop" / "guide" / folder).glob("*.py"))
+    BRICK_SIDE += sorted((ROOT / "laptop" / "course" / folder).glob("*.py"))
 # These need OpenCV, or the laptop's side of the link, and so never see an old Python.
 LAPTOP_SIDE = ("laptop/emulator/scene/", "laptop/emulator/virtual_tracker.py")
 BRICK_SIDE = [

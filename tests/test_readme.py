@@ -180,7 +180,7 @@ def folder(tmp_path, monkeypatch):
     (tmp_path / "runs").mkdir()
     (tmp_path / "runs" / "summary.json").write_text('{"script": "driver.py", "arm": "planar"}')
     (tmp_path / "class").mkdir()
-    shutil.copy(ROOT / "laptop" / "guide" / "tasks" / "line.py", tmp_path / "class")
+    shutil.copy(ROOT / "laptop" / "course" / "tasks" / "line.py", tmp_path / "class")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("BRICKSERVO_STATE", str(tmp_path / "state"))
     monkeypatch.setenv("PYTHONPATH", str(ROOT))

@@ -31,7 +31,7 @@ def guide(context: click.Context, arm_file: str, out: Path | None, replace: bool
     if context.invoked_subcommand:
         return
     with importing():  # matplotlib
-        from laptop.guide.build import write_guide
+        from laptop.course.build import write_guide
 
     file = out or Path("guide.html")
     with in_one_line():
@@ -55,7 +55,7 @@ def guide(context: click.Context, arm_file: str, out: Path | None, replace: bool
 def handouts(out: Path, solutions: bool) -> None:
     """Put four handouts into a folder: of each a page to print and a script to complete."""
     with importing():  # numpy
-        from laptop.guide.handouts import write_handouts
+        from laptop.course.handouts import write_handouts
 
     with in_one_line():
         for file in write_handouts(out, solutions):
@@ -70,7 +70,7 @@ def check(files: tuple[Path, ...]) -> None:
     The name of a script begins with that of its handout: kinematics, pid, line, servoing.
     """
     with importing():  # numpy
-        from laptop.guide.handouts import handout_of
+        from laptop.course.handouts import handout_of
 
     wrong = 0
     with in_one_line():

@@ -1,7 +1,7 @@
 """A whole drawing after a run: the true ink against the strokes that were wished, in mm.
 
-Rows of a record are those of `laptop.record.figures.line_accuracy`.  A *chain* is what is drawn from pen
-down to pen up: strokes (n, 2) or (n, 3), cm, each of which begins where the one before ends.
+Rows of a record are those of `line_accuracy`.  A *chain* is what is drawn from pen down to pen up:
+strokes (n, 2) or (n, 3), cm, each of which begins where the one before ends.
 """
 
 from __future__ import annotations

@@ -37,8 +37,8 @@ def write_robot_plot(
 
     Args:
         file: where to.
-        rows: the record, see `laptop.record.figures.line_accuracy`; the last of the angles is where the
-            robot looks, rad, counter-clockwise from x.
+        rows: the record, see `line_accuracy`; the last of the angles is where the robot looks, rad,
+            counter-clockwise from x.
         title: one line.
         line: points (x, y) of the line on the floor, cm; none if there is none.
 

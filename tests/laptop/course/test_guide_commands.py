@@ -11,9 +11,9 @@ from places import ROOT
 
 from laptop.brick.connection import PASSWORD, USER
 from laptop.brick.install import LINKS
-from laptop.guide import basins, drawing
-from laptop.guide.build import render_guide
-from laptop.guide.handouts import HANDOUTS
+from laptop.course import basins, drawing
+from laptop.course.build import render_guide
+from laptop.course.handouts import HANDOUTS
 from robot import api
 from shared import arm_description
 from shared.arm_description import find_arm, read_arm

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from laptop.guide.examination import Question, Returned, TrialRun, ask, run, the_arm
+from laptop.course.examination import Question, Returned, TrialRun, ask, run, the_arm
 
 GOALS = ((14, 9), (4, 15), (16, -4), (13, -7))
 """Of the first handout, cm."""

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from laptop.guide import criteria
-from laptop.guide.criteria import CheckPoint
-from laptop.guide.examination import CannotExamine
+from laptop.course import criteria
+from laptop.course.criteria import CheckPoint
+from laptop.course.examination import CannotExamine
 from laptop.record.figures.document import render_report
 from shared.arm_description import ArmError, find_arm, read_arm
 from shared.state import laptop_program
@@ -137,7 +137,7 @@ def _figures(name: str) -> dict[str, Any]:
     """Return what the page of a handout shows of figures and pictures."""
     arm = read_arm(find_arm("planar"))
     if name == "kinematics":
-        from laptop.guide.basins import draw_basins
+        from laptop.course.basins import draw_basins
         from laptop.record.figures.document import illustration
 
         picture = illustration("", "", draw_basins(arm, BASINS_GOAL))

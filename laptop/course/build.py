@@ -10,9 +10,9 @@ from typing import NamedTuple
 
 from laptop.brick.connection import PASSWORD, USER
 from laptop.brick.install import LINKS
+from laptop.course import drawing, lego
+from laptop.course.troubles import troubles
 from laptop.files import write_whole
-from laptop.guide import drawing, lego
-from laptop.guide.troubles import troubles
 from laptop.record.figures.document import render_report
 from robot.motion.mounting import jog_angles
 from shared.arm_description import SEEK_BEYOND, Arm, comes_along, find_arm, read_arm

@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Circle, Rectangle
 
-from laptop.guide.lego import PITCH, gear_pairs, link_of
+from laptop.course.lego import PITCH, gear_pairs, link_of
 from laptop.record.figures.formulas import data_url, svg
 from robot.motion.kinematics import Unreachable, branches, forward, joint_positions, reach
 from shared.arm_description import Arm, Joint

@@ -8,10 +8,10 @@ import pytest
 from click.testing import CliRunner
 
 from laptop.cli.main import laptop
+from laptop.course import basins, criteria, examination
+from laptop.course.examination import CannotExamine, ask
+from laptop.course.handouts import HANDOUTS, NoHandout, handout_of, write_handouts
 from laptop.emulator.host import processor
-from laptop.guide import basins, criteria, examination
-from laptop.guide.examination import CannotExamine, ask
-from laptop.guide.handouts import HANDOUTS, NoHandout, handout_of, write_handouts
 from robot.motion.inverse_iteration import newton_inverse
 from shared.arm_description import find_arm, read_arm
 

@@ -14,8 +14,8 @@ from page_tracker import a_browser
 from laptop.brick.diagnosis import judge
 from laptop.brick.finding import NOBODY
 from laptop.cli.main import laptop
-from laptop.guide import build, drawing, lego, troubles
-from laptop.guide.handouts import HANDOUTS
+from laptop.course import build, drawing, lego, troubles
+from laptop.course.handouts import HANDOUTS
 from robot.motion import kinematics
 from robot.motion.checked import Checked, NotChecked
 from shared import verdicts
