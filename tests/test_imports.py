@@ -32,7 +32,7 @@ TOP_LEVEL = {
 # covers everything below it.
 LIBRARIES = ("numpy", "cv2", "matplotlib", "rich")
 BELOW_EMULATOR = (
-    "laptop.system",
+    "laptop.system.platforms",
     "laptop.see.serve",
     "laptop.see.markers",
     "laptop.record.figures",
@@ -44,20 +44,26 @@ RULES = {
     "shared": ("shared",),
     "robot": ("robot", "shared", "ev3dev2.motor"),
     "laptop.see.markers": (
-        *("laptop.see.markers", "laptop.files", "laptop.picture_heads", "shared"),
+        *("laptop.see.markers", "laptop.system.files", "laptop.system.picture_heads", "shared"),
         *("numpy", "cv2", "matplotlib"),
     ),
     "laptop.see.serve": (
-        *("laptop.files", "laptop.system", "laptop.see.serve", "laptop.see.markers", "shared"),
+        *(
+            "laptop.system.files",
+            "laptop.system.platforms",
+            "laptop.see.serve",
+            "laptop.see.markers",
+            "shared",
+        ),
         *("numpy", "cv2", "ifaddr", "rich"),
     ),
     "laptop.see.serve.joint_track": ("robot.motion.kinematics", "shared"),
     "laptop.see.table": (
         *("laptop.see.table", "laptop.see.markers", "laptop.see.serve", "shared", "numpy", "cv2"),
-        *("laptop.files", "robot.motion.kinematics"),
+        *("laptop.system.files", "robot.motion.kinematics"),
     ),
     "laptop.measure": (
-        *("laptop.measure", "laptop.see.serve", "laptop.emulator", "laptop.system"),
+        *("laptop.measure", "laptop.see.serve", "laptop.emulator", "laptop.system.platforms"),
         *("laptop.see.markers", "shared", "numpy"),
     ),
     "laptop.measure.arm": (
@@ -76,7 +82,12 @@ RULES = {
         "matplotlib",
     ),
     "laptop.measure.ilc": (
-        *("laptop.measure.ilc", "laptop.measure.measured_run", "laptop.drawing", "laptop.files"),
+        *(
+            "laptop.measure.ilc",
+            "laptop.measure.measured_run",
+            "laptop.drawing",
+            "laptop.system.files",
+        ),
         *("shared", "numpy"),
         *("robot.jobs.learned", *(f"robot.motion.{name}" for name in SIGHT_PURE)),
     ),
@@ -96,7 +107,13 @@ RULES = {
         *LIBRARIES,
     ),
     "laptop.page": (
-        *("laptop.page", "laptop.drawing", "laptop.picture_heads", *BELOW_EMULATOR, "shared"),
+        *(
+            "laptop.page",
+            "laptop.drawing",
+            "laptop.system.picture_heads",
+            *BELOW_EMULATOR,
+            "shared",
+        ),
         *("robot.motion.kinematics", "robot.motion.paths", "robot.motion.trajectory"),
         *("numpy", "cv2", "matplotlib"),
     ),
@@ -111,7 +128,7 @@ RULES = {
         )
     },
     "laptop.drawing": (
-        *("laptop.drawing", "laptop.files", "laptop.picture_heads", *PURE, "shared"),
+        *("laptop.drawing", "laptop.system.files", "laptop.system.picture_heads", *PURE, "shared"),
         *("numpy", "cv2"),
     ),
     "laptop.drawing.glyphs": ("laptop.drawing.accents", "HersheyFonts", "numpy"),
@@ -130,7 +147,13 @@ RULES = {
         )
     },
     "laptop.drawing.picture_files": (
-        *("laptop.drawing", "laptop.picture_heads", "laptop.see.camera.frames", "numpy", "cv2"),
+        *(
+            "laptop.drawing",
+            "laptop.system.picture_heads",
+            "laptop.see.camera.frames",
+            "numpy",
+            "cv2",
+        ),
     ),
     "laptop.drawing.timing": (
         *("laptop.drawing", *PURE, "shared", "numpy"),
@@ -142,11 +165,17 @@ RULES = {
         )
         for name in ("preview_png",)
     },
-    "laptop.files": ("shared",),
-    "laptop.picture_heads": ("shared",),
-    "laptop.brick": ("laptop.brick", "laptop.files", "laptop.system", "shared", "asyncssh"),
+    "laptop.system.files": ("shared",),
+    "laptop.system.picture_heads": ("shared",),
+    "laptop.brick": (
+        "laptop.brick",
+        "laptop.system.files",
+        "laptop.system.platforms",
+        "shared",
+        "asyncssh",
+    ),
     "laptop.brick.finding": ("laptop.brick", "asyncssh", "ifaddr", "zeroconf"),
-    "laptop.emulator": ("laptop.emulator", "laptop.system", "robot", "shared", "ev3dev2"),
+    "laptop.emulator": ("laptop.emulator", "laptop.system.platforms", "robot", "shared", "ev3dev2"),
     "laptop.emulator.scene": (
         *(
             "laptop.emulator",
@@ -174,7 +203,7 @@ RULES = {
         *(
             "laptop.course",
             "laptop.brick",
-            "laptop.files",
+            "laptop.system.files",
             "laptop.emulator",
             "laptop.record.figures",
         ),
@@ -184,14 +213,14 @@ RULES = {
     "laptop.course.examiner": (),
     "laptop.record.report": (
         *(
-            "laptop.files",
+            "laptop.system.files",
             "laptop.record.report",
             "laptop.record.servo.demo_report",
             "laptop.record.servo.results",
         ),
         *("laptop.record.figures", "shared", "numpy", "cv2", "matplotlib", "markupsafe"),
     ),
-    "laptop.record.report.print_pdf": ("laptop.system", "shared"),
+    "laptop.record.report.print_pdf": ("laptop.system.platforms", "shared"),
     # What students write imports what they may import.
     **{f"laptop.course.{room}": ("robot.api", "ev3dev2.motor") for room in ("tasks", "solutions")},
     "laptop.bench": (

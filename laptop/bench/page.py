@@ -24,7 +24,6 @@ from typing import Any
 
 import numpy as np
 
-from laptop import system
 from laptop.emulator.host.pace import PacedClock
 from laptop.emulator.own_programs import SERVO
 from laptop.emulator.session import AFTER
@@ -38,6 +37,7 @@ from laptop.measure.demo.processes import (
 )
 from laptop.measure.demo.truth import record_goal_run
 from laptop.record.servo import results
+from laptop.system import platforms
 from robot.clock import Clock
 from robot.tracking_client import Memory, TrackingClient
 from shared.arm_description import ArmError, find_arm, read_arm
@@ -122,7 +122,7 @@ def browser() -> Iterator[Any]:
     Raises:
         NoBrowser: playwright or chromium is not installed, or processes cannot be stopped here.
     """
-    if not system.STOPS_PROCESSES:
+    if not platforms.STOPS_PROCESSES:
         raise NoBrowser(
             "pages are measured on Linux and macOS only: there a process can be stopped"
         )
@@ -137,7 +137,7 @@ def browser() -> Iterator[Any]:
             "playwright, which opens the pages, is not installed; write uv run --group browser ..."
         ) from None
     with sync_playwright() as playwright:
-        words = ["--no-sandbox"] if system.is_root() else []
+        words = ["--no-sandbox"] if platforms.is_root() else []
         made = playwright.chromium.launch(executable_path=found, args=words, timeout=LAUNCH_TIMEOUT)
         yield made
         made.close()

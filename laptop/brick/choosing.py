@@ -8,7 +8,7 @@ from pathlib import Path
 from laptop.brick import BrickProblem
 from laptop.brick.connection import BrickAddress, Dialogue, read_address
 from laptop.brick.known_hosts import KnownHosts
-from laptop.files import write_whole
+from laptop.system.files import write_whole
 from shared.small_files import SpoiltFile, read_text
 from shared.state import LAST_BRICK_FILE, state_folder
 

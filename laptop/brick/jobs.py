@@ -17,7 +17,6 @@ from typing import Any
 
 import asyncssh
 
-from laptop import system
 from laptop.brick import BrickProblem
 from laptop.brick.answers import ask, lines
 from laptop.brick.connection import CUT, BrickAddress, Dialogue
@@ -25,6 +24,7 @@ from laptop.brick.install import update
 from laptop.brick.program_files import HOLD
 from laptop.brick.remote_files import put
 from laptop.brick.terminal import CTRL_C, END_OF_INPUT, on_signal, reading
+from laptop.system import platforms
 from shared.message_fields import printable
 from shared.small_files import SpoiltFile, parse_json
 
@@ -357,7 +357,7 @@ async def _watch(
         )
         told = lines(process.stdout, most=None)
         with (
-            system.keys_one_by_one(),
+            platforms.keys_one_by_one(),
             reading(take),
             on_signal(signal.SIGINT, lambda: take(CTRL_C)),
         ):

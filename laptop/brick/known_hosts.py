@@ -7,7 +7,7 @@ from pathlib import Path
 import asyncssh
 
 from laptop.brick import BrickProblem
-from laptop.files import write_whole
+from laptop.system.files import write_whole
 
 DEFAULT_PORT = 22
 

@@ -22,7 +22,6 @@ from pathlib import Path, PurePosixPath
 
 import asyncssh
 
-from laptop import system
 from laptop.brick import BrickProblem
 from laptop.brick.answers import SILENCE, NoAnswer, ask, lines, within
 from laptop.brick.connection import CUT, BrickAddress, Dialogue, shown_here
@@ -31,6 +30,7 @@ from laptop.brick.program_files import EXECUTABLE, HOLD, THIS_VERSION, program_f
 from laptop.brick.remote_files import put
 from laptop.brick.run_log import KeptRun
 from laptop.brick.terminal import CTRL_C, on_signal, reading, window_size
+from laptop.system import platforms
 from shared.state import CODE
 
 BEAT_PERIOD, SILENCE_TIMEOUT = 3.0, 15.0
@@ -321,10 +321,10 @@ async def on_terminal(
             process.change_terminal_size(*window_size())
 
     with (
-        system.keys_one_by_one(),
+        platforms.keys_one_by_one(),
         reading(send),
         on_signal(signal.SIGINT, lambda: send(CTRL_C)),
-        on_signal(system.TERMINAL_CHANGES, resize),
+        on_signal(platforms.TERMINAL_CHANGES, resize),
     ):
         try:
             while data := await process.stdout.read(1 << 16):

@@ -11,7 +11,7 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 
-from laptop import system
+from laptop.system import platforms
 
 CTRL_C, END_OF_INPUT = b"\x03", b"\x04"
 
@@ -35,7 +35,7 @@ def reading(send: Callable[[bytes], None]) -> Iterator[None]:
 
     def read() -> None:
         with contextlib.suppress(OSError, RuntimeError):  # there is no input, or no loop any more
-            while data := system.read_typed():
+            while data := platforms.read_typed():
                 loop.call_soon_threadsafe(hand_over, data)
             loop.call_soon_threadsafe(hand_over, b"")
 

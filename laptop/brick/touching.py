@@ -9,13 +9,13 @@ from collections.abc import Callable
 
 import asyncssh
 
-from laptop import system
 from laptop.brick import BrickProblem
 from laptop.brick.answers import SILENCE, lines, within
 from laptop.brick.connection import BrickAddress, Dialogue
 from laptop.brick.install import update
 from laptop.brick.running import watched
 from laptop.brick.terminal import CTRL_C, END_OF_INPUT, on_signal, reading
+from laptop.system import platforms
 from shared.message_fields import printable
 
 DRIVER, PROBLEM = "robot/driver.py", "driver.py: "
@@ -84,7 +84,7 @@ async def touch(
 
         listening = asyncio.ensure_future(listen())
         with (
-            system.keys_one_by_one(),
+            platforms.keys_one_by_one(),
             reading(typed),
             on_signal(signal.SIGINT, lambda: typed(CTRL_C)),
         ):

@@ -16,7 +16,7 @@ from laptop.brick.connection import BrickAddress, Dialogue
 from laptop.brick.remote_files import put, read
 from laptop.brick.run_log import is_of, kept_runs
 from laptop.brick.running import LOGS, run
-from laptop.files import check_new, write_whole
+from laptop.system.files import check_new, write_whole
 from shared.arm_description import read_arm
 from shared.small_files import MAX_SIZE
 

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from laptop.cli.options import arm_option, importing, in_one_line, replace_option
-from laptop.files import check_new
 from laptop.see.serve.pairing_file import known_code
+from laptop.system.files import check_new
 from shared.arm_description import find_arm, read_arm
 from shared.message_fields import printable
 

@@ -10,7 +10,7 @@ import click
 
 from laptop.cli.options import bar_option, examples, importing, in_one_line, replace_option
 from laptop.cli.track import open_synthetic
-from laptop.files import check_new
+from laptop.system.files import check_new
 from shared import state
 from shared.message_fields import printable
 

@@ -16,7 +16,7 @@ from laptop.cli.draw_files import check_files, check_heard, check_together, styl
 from laptop.cli.draw_options import PLACE, SOURCE, WHERE_TO
 from laptop.cli.options import arm_option, examples, importing, in_one_line
 from laptop.cli.sight_options import BY_SIGHT, read_sight_options
-from laptop.files import written
+from laptop.system.files import written
 from shared.arm_description import Arm, find_arm, read_arm
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from pathlib import Path
 import click
 from click.core import ParameterSource
 
-from laptop.files import check_new
+from laptop.system.files import check_new
 
 BRICK_ALONE = ("watch", "jobs", "cancel", "name")
 """What is asked of the brick without a drawing: --brick goes with it, and nothing else."""

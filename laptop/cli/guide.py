@@ -9,7 +9,7 @@ from pathlib import Path
 import click
 
 from laptop.cli.options import arm_option, examples, importing, in_one_line, replace_option
-from laptop.files import check_new
+from laptop.system.files import check_new
 
 
 @click.group(

@@ -7,7 +7,6 @@ import sys
 
 import click
 
-from laptop import system
 from laptop.cli.accuracy import accuracy
 from laptop.cli.bench import bench
 from laptop.cli.brick import brick
@@ -21,6 +20,7 @@ from laptop.cli.report import report
 from laptop.cli.simulate import simulate
 from laptop.cli.touch import touch
 from laptop.cli.track import track
+from laptop.system import platforms
 from shared import state
 from shared.arm_description import ArmError
 from shared.message_fields import printable
@@ -43,8 +43,8 @@ for command in COMMANDS:
 
 def main() -> int:
     """Run a command; every failure is one line on stderr and a status of its own."""
-    system.let_ctrl_c_interrupt()
-    system.let_others_end_in_order()
+    platforms.let_ctrl_c_interrupt()
+    platforms.let_others_end_in_order()
     try:
         laptop(prog_name=state.laptop_program(), standalone_mode=False)
     except click.exceptions.NoArgsIsHelpError as error:

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from laptop.cli.options import importing, in_one_line, replace_option
-from laptop.files import check_new, written
+from laptop.system.files import check_new, written
 
 ENDINGS = (".pdf", ".svg", ".png")
 """Of a page to print."""

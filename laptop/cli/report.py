@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from laptop.cli.options import examples, importing, in_one_line
-from laptop.files import check_new, written
+from laptop.system.files import check_new, written
 from shared.message_fields import printable
 
 if TYPE_CHECKING:

@@ -13,10 +13,10 @@ from typing import Any
 
 import click
 
-from laptop import system
 from laptop.emulator.session import InvalidSimulationOption, SimulationResult
-from laptop.files import CannotWrite, check_kind, check_shown
-from laptop.files import written as whole_file
+from laptop.system import platforms
+from laptop.system.files import CannotWrite, check_kind, check_shown
+from laptop.system.files import written as whole_file
 from shared.small_files import read_text
 
 SUMMARY = "summary.json"
@@ -40,9 +40,9 @@ def alone_in(out: Path) -> Iterator[None]:
     Raises:
         InvalidSimulationOption: another run has it.
     """
-    descriptor = system.open_folder(os.path.realpath(out))
+    descriptor = platforms.open_folder(os.path.realpath(out))
     try:
-        if not system.lock(descriptor):
+        if not platforms.lock(descriptor):
             raise InvalidSimulationOption(
                 f"another run is at work for {out}; "
                 "wait for its end, or choose another folder with --out"

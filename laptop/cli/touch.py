@@ -13,7 +13,7 @@ import click
 
 from laptop.cli.brick import THE_BRICK, talk
 from laptop.cli.options import FiniteRange, arm_option, bar_option, examples, importing, in_one_line
-from laptop.files import CannotWrite, check_shown
+from laptop.system.files import CannotWrite, check_shown
 from shared import state
 from shared.arm_description import Arm, find_arm, read_arm
 from shared.message_fields import printable

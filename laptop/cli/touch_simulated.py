@@ -8,7 +8,6 @@ import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from laptop import system
 from laptop.cli.hearing import Hearing
 from laptop.emulator import session
 from laptop.emulator.device.buttons import Press
@@ -25,6 +24,7 @@ from laptop.see.markers.markers import read_spec
 from laptop.see.table.board import CROSSES
 from laptop.see.table.cross_touching import CrossTouching, read_point
 from laptop.see.table.touch_looks import Looks
+from laptop.system import platforms
 from shared.arm_description import Arm, ArmError
 from shared.messages import EFFECTOR
 
@@ -131,7 +131,7 @@ class SimulatedTouching:
                 timeout=TIMEOUT,
                 person=lambda brick, devices: self._begin(touching, brick, devices),
             )
-        system.obey(run.outcome.signals)
+        platforms.obey(run.outcome.signals)
         if self._problem:
             raise self._problem
         if run.outcome.status:

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from laptop import system
 from laptop.cli.options import (
     FiniteRange,
     bar_option,
@@ -24,7 +23,8 @@ from laptop.cli.options import (
     replace_option,
 )
 from laptop.emulator.own_programs import HOUSE, SERVO
-from laptop.files import check_new
+from laptop.system import platforms
+from laptop.system.files import check_new
 from shared import state
 from shared.arm_description import find_arm, read_arm
 
@@ -39,11 +39,11 @@ RUN_WHILE_INPUT_IS_OPEN = f"""
 import sys
 sys.path[0] = {HOUSE!r}  # in place of the folder one is in, where any file may be
 import os, threading
-from laptop import system
+from laptop.system import platforms
 def end_with_input():
     while os.read(0, 4096):  # (sys.stdin has a lock, which the interpreter wants at its end)
         continue
-    system.end_in_order()
+    platforms.end_in_order()
 threading.Thread(target=end_with_input, daemon=True).start()
 from laptop.__main__ import run
 run()
@@ -349,7 +349,7 @@ def _beside(words: list[str], file: Path, name: str) -> Iterator[Callable[[], st
             stdin=subprocess.PIPE,
             stdout=lines,
             stderr=subprocess.STDOUT,
-            **system.own_group(),  # Ctrl-C is the tracker's, who then ends this
+            **platforms.own_group(),  # Ctrl-C is the tracker's, who then ends this
         )
 
     def why_ended() -> str:

@@ -12,8 +12,8 @@ from laptop.brick.connection import PASSWORD, USER
 from laptop.brick.install import LINKS
 from laptop.course import drawing, lego
 from laptop.course.troubles import troubles
-from laptop.files import write_whole
 from laptop.record.figures.document import render_report
+from laptop.system.files import write_whole
 from robot.motion.mounting import jog_angles
 from shared.arm_description import SEEK_BEYOND, Arm, comes_along, find_arm, read_arm
 from shared.state import laptop_program

@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 
 from laptop.drawing.artwork import BadArtwork
-from laptop.picture_heads import JPEG, SpoiltPicture, picture_size, png_orientation
 from laptop.see.camera.frames import quiet_decoders
+from laptop.system.picture_heads import JPEG, SpoiltPicture, picture_size, png_orientation
 
 WORKING_SIDE = 640
 """Longer side of a photo, px: a pen draws nothing finer of one."""

@@ -16,7 +16,7 @@ from laptop.drawing import reach
 from laptop.drawing.artwork import BadArtwork, stroke_length
 from laptop.drawing.durations import in_minutes
 from laptop.drawing.preparing import DrawingPlan
-from laptop.files import check_kind, write_whole
+from laptop.system.files import check_kind, write_whole
 from robot.motion import kinematics
 
 FORMATS = (".svg", ".png")

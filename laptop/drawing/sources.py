@@ -14,7 +14,7 @@ from laptop.drawing.lettering import Lettering, write_text
 from laptop.drawing.pictures import Tracing, read_picture
 from laptop.drawing.svg import read_svg
 from laptop.drawing.xml_guard import is_svg
-from laptop.picture_heads import MAX_PICTURE_BYTES, is_picture
+from laptop.system.picture_heads import MAX_PICTURE_BYTES, is_picture
 from shared.small_files import SpoiltFile, open_file
 
 GALLERY = Path(__file__).parent / "gallery"

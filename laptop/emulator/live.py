@@ -21,7 +21,7 @@ import re
 import sys
 from collections import namedtuple
 
-from laptop import system
+from laptop.system import platforms
 from robot.motion import kinematics
 from shared.arm_description import ArmError, read_arm
 from shared.small_files import SpoiltFile, number, open_file, parse_json
@@ -219,7 +219,7 @@ class PoseWriter(object):
             except FileExistsError:
                 continue
             # Another run may be sweeping just now, and take it for one that nobody has locked.
-            if system.lock(file.fileno()) and system.is_named(file.fileno(), path):
+            if platforms.lock(file.fileno()) and platforms.is_named(file.fileno(), path):
                 self.path, self._file = path, file
                 return
             file.close()
@@ -249,15 +249,15 @@ class PoseWriter(object):
         self._over = True
         file, self._file = self._file, None
         if file is not None:
-            system.remove_open(self.path, file.close)
+            platforms.remove_open(self.path, file.close)
 
 
 def _sweep(path):
     """Remove the file of a run that was killed, if it can be."""
     with contextlib.suppress(OSError, SpoiltFile):
         file = open(open_file(path), "rb")  # noqa: SIM115 (closed before it can be removed)
-        if system.lock(file.fileno()):
-            system.remove_open(path, file.close)
+        if platforms.lock(file.fileno()):
+            platforms.remove_open(path, file.close)
         else:
             file.close()
 
@@ -266,7 +266,7 @@ def _is_alive(path):
     """Return True if the file is of a run that lives."""
     try:
         with open(open_file(path), "rb") as file:
-            return system.is_locked(file.fileno())
+            return platforms.is_locked(file.fileno())
     except (FileNotFoundError, SpoiltFile):
         return False
 
@@ -313,7 +313,7 @@ class PoseReader(object):
         if self._file is None or not self.alive:
             return
         # Whether it was locked is asked before reading: all it wrote is then there to be read.
-        locked = system.is_locked(self._file.fileno())
+        locked = platforms.is_locked(self._file.fileno())
         *lines, self._rest = (self._rest + self._file.read()).split(b"\n")
         for line in lines:
             self._take(line)
@@ -335,7 +335,7 @@ class PoseReader(object):
         """Follow the newest run that lives, if it is not the one that is followed."""
         for path in run_files(self._folder):
             try:
-                if self._file is not None and system.is_named(self._file.fileno(), path):
+                if self._file is not None and platforms.is_named(self._file.fileno(), path):
                     return
                 there = os.stat(path)
                 # A file that was refused stays so; its name may come back with another one.
@@ -398,7 +398,7 @@ def _start(file):
     Raises:
         ValueError, KeyError, TypeError, ArmError, OSError: it is not of a run that lives.
     """
-    locked = system.is_locked(file.fileno())
+    locked = platforms.is_locked(file.fileno())
     line, written, rest = file.read().partition(b"\n")
     if not line:  # it may be about to be locked
         return None

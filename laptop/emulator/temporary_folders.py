@@ -10,7 +10,7 @@ import shutil
 import tempfile
 from functools import partial
 
-from laptop import system
+from laptop.system import platforms
 
 PREFIX, LOCK = "brickservo-", ".lock"
 """Beginning of the name of each folder, and what the name of its file has behind it."""
@@ -35,7 +35,7 @@ def make(name, place=None):
                 raise
             descriptor, lock = _lock_file(name, tempfile.gettempdir())
         # Somebody may be sweeping just now, and take it for a dead one's.
-        if system.lock(descriptor) and system.is_named(descriptor, lock):
+        if platforms.lock(descriptor) and platforms.is_named(descriptor, lock):
             break
         os.close(descriptor)
     path = lock[: -len(LOCK)]
@@ -56,7 +56,7 @@ def remove(path):
 
 def _remove(path, descriptor):
     shutil.rmtree(path, ignore_errors=True)
-    system.remove_open(path + LOCK, partial(os.close, descriptor))
+    platforms.remove_open(path + LOCK, partial(os.close, descriptor))
 
 
 @contextlib.contextmanager
@@ -91,7 +91,7 @@ def _sweep_one(path):
         return 0
     dead = False
     try:
-        dead = system.is_ours(descriptor) and system.lock(descriptor)
+        dead = platforms.is_ours(descriptor) and platforms.lock(descriptor)
     except OSError:  # one that cannot be locked
         dead = False
     if not dead:

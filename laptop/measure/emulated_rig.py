@@ -16,7 +16,6 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from laptop import system
 from laptop.emulator import session
 from laptop.emulator.device.plant_constants import read_plant
 from laptop.emulator.host.clocks import UPTIME
@@ -29,6 +28,7 @@ from laptop.measure.measured_run import BadMeasurement, MeasuredRun, Sights
 from laptop.see.markers.markers import read_spec
 from laptop.see.markers.tracker import Tracker
 from laptop.see.serve.joint_track import marker_place
+from laptop.system import platforms
 from shared.arm_description import Arm
 from shared.job import Job
 from shared.job_log import read_log
@@ -107,7 +107,7 @@ class EmulatedRig:
                 )
             status = self.last.outcome.status
             logged = [] if status else list(read_log(str(log)))
-        system.obey(self.last.outcome.signals)
+        platforms.obey(self.last.outcome.signals)
         if status:
             lines = said.getvalue().strip().splitlines()
             raise BadMeasurement(lines[-1] if lines else self.last.outcome.reason)

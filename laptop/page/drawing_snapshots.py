@@ -10,7 +10,7 @@ import numpy as np
 from laptop.drawing.pictures import Tracing
 from laptop.drawing.xml_guard import is_svg
 from laptop.page.table_mapping import TableView
-from laptop.picture_heads import is_picture
+from laptop.system.picture_heads import is_picture
 
 Lines = tuple[np.ndarray, ...]
 """Lines of points (n, 2), cm, in the arm's coordinates."""

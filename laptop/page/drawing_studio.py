@@ -12,7 +12,6 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from laptop import system
 from laptop.drawing import lettering, strokes
 from laptop.drawing.artwork import Artwork, stroke_length
 from laptop.drawing.lettering import Lettering
@@ -30,6 +29,7 @@ from laptop.page.drawing_snapshots import (
     Request,
     Source,
 )
+from laptop.system import platforms
 from shared.arm_description import Arm, ArmError
 
 MEMORY = 3_000_000_000
@@ -48,8 +48,8 @@ def work(pipe: Connection, arm: Arm, folder: str) -> None:
     """
     tempfile.tempdir = folder
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the tracker's, who then ends this
-    system.give_way(NICENESS)
-    system.limit_memory(MEMORY)
+    platforms.give_way(NICENESS)
+    platforms.limit_memory(MEMORY)
     cv2.setNumThreads(1)
     serve(pipe, arm)
 

@@ -18,12 +18,12 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from multiprocessing.connection import Connection, wait
 
-from laptop import system
 from laptop.page.controller import PageController, keep_heartbeat
 from laptop.page.rpc import serve_requests
 from laptop.page.sessions import SessionKey
 from laptop.page.stop_gate import StopGate
 from laptop.see.serve.listening import own_addresses
+from laptop.system import platforms
 from shared.arm_description import ArmError
 
 HOST, PORT = "127.0.0.1", 7780
@@ -253,7 +253,7 @@ class PageProcess:
                 if self._over.is_set():
                     return ""
                 return f"was ended by {_signal_name(-code)}" if code < 0 else f"ended with {code}"
-            stopped = stopped + WATCH_PERIOD if system.is_stopped(process.pid or 0) else 0.0
+            stopped = stopped + WATCH_PERIOD if platforms.is_stopped(process.pid or 0) else 0.0
             if stopped > STOPPED_TIMEOUT:
                 return f"was stopped by a signal {stopped:.0f} s ago"
             silent = silent + WATCH_PERIOD if heard == steering.beats else 0.0
@@ -266,7 +266,7 @@ class PageProcess:
         """End the process, and all that waits for it."""
         assert self.process is not None
         # One that stands still would not even take that in.
-        if not system.is_stopped(self.process.pid or 0):
+        if not platforms.is_stopped(self.process.pid or 0):
             self.process.terminate()
             self.process.join(EXIT_TIMEOUT if self._over.is_set() else WATCH_PERIOD)
         if self.process.is_alive():
@@ -296,7 +296,7 @@ def _serve_page(
 ) -> None:
     """Serve the page until the tracker's process is no more; the page's process does no more."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the tracker's, who then ends this
-    system.give_way(PAGE_NICENESS)
+    platforms.give_way(PAGE_NICENESS)
     from laptop.page import server
     from laptop.page.async_controller import AsyncController
 

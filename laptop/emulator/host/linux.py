@@ -7,9 +7,9 @@ import os
 import random
 import types
 
-from laptop import system
 from laptop.emulator.device.sysfs import POLLPRI
 from laptop.emulator.host.clocks import copy_module
+from laptop.system import platforms
 
 
 class Signals(enum.IntEnum):
@@ -201,25 +201,25 @@ def fcntl_module(ioctl):
     Args:
         ioctl: (fd, request, arg) -> whether the brick's own devices have taken it.
     """
-    shim = types.ModuleType("fcntl") if system.fcntl is None else copy_module(system.fcntl)
+    shim = types.ModuleType("fcntl") if platforms.fcntl is None else copy_module(platforms.fcntl)
 
     def own_or_host(fd, request, arg=0, mutate_flag=True):
         """ioctl that knows the brick's buttons and screen."""
         if ioctl(fd, request, arg):
             return 0
-        if system.fcntl is None:
+        if platforms.fcntl is None:
             raise OSError(errno.ENOTTY, os.strerror(errno.ENOTTY))
-        return system.fcntl.ioctl(fd, request, arg, mutate_flag)
+        return platforms.fcntl.ioctl(fd, request, arg, mutate_flag)
 
     def flock(fd, operation):
         """Lock a file of the host where that has no flock of its own."""
         descriptor = fd if isinstance(fd, int) else fd.fileno()
         if operation & _LOCKS["LOCK_UN"]:
-            system.unlock_byte(descriptor, 0)
-        elif not system.lock(descriptor):
+            platforms.unlock_byte(descriptor, 0)
+        elif not platforms.lock(descriptor):
             raise BlockingIOError(errno.EAGAIN, os.strerror(errno.EAGAIN))
 
     shim.ioctl = own_or_host
-    if system.fcntl is None:
+    if platforms.fcntl is None:
         vars(shim).update(_LOCKS, flock=flock)
     return shim

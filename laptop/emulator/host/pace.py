@@ -19,7 +19,7 @@ import struct
 import threading
 import time as wall
 
-from laptop import system
+from laptop.system import platforms
 from shared.state import CLOCK_FILE as FILE
 from shared.state import state_folder
 
@@ -58,7 +58,7 @@ class _File(object):
         self.descriptor = None
         try:
             os.makedirs(os.path.dirname(path), mode=0o700, exist_ok=True)
-            self.descriptor = system.open_to_share(path)
+            self.descriptor = platforms.open_to_share(path)
             with self.locked():
                 os.lseek(self.descriptor, 0, os.SEEK_SET)  # what has no beginning is no file
                 begin = os.read(self.descriptor, len(_MAGIC))
@@ -116,23 +116,23 @@ class _File(object):
         """Nobody else changes anything meanwhile."""
         with self._thread:
             if self.descriptor is not None:
-                system.lock_byte(self.descriptor, 0, wait=True)
+                platforms.lock_byte(self.descriptor, 0, wait=True)
             try:
                 yield
             finally:
                 if self.descriptor is not None:
-                    system.unlock_byte(self.descriptor, 0)
+                    platforms.unlock_byte(self.descriptor, 0)
 
     def _lives(self, k):
         """Return True if the process of member `k` lives."""
         if k in self.mine or self.descriptor is None:
             return k in self.mine
         try:
-            if not system.lock_byte(self.descriptor, 1 + k):
+            if not platforms.lock_byte(self.descriptor, 1 + k):
                 return True
         except OSError:
             return True
-        system.unlock_byte(self.descriptor, 1 + k)
+        platforms.unlock_byte(self.descriptor, 1 + k)
         return False
 
     # What stands in it
@@ -183,7 +183,7 @@ class _File(object):
             _NAME_LENGTH, b"\0"
         )
         if self.descriptor is not None:
-            system.lock_byte(self.descriptor, 1 + k, wait=True)  # nobody has it: it is free
+            platforms.lock_byte(self.descriptor, 1 + k, wait=True)  # nobody has it: it is free
         self.mine.add(k)
         return k
 
@@ -191,7 +191,7 @@ class _File(object):
         """Member `k` is gone."""
         self.promise(k, math.inf)
         if self.descriptor is not None:
-            system.unlock_byte(self.descriptor, 1 + k)
+            platforms.unlock_byte(self.descriptor, 1 + k)
         self.mine.discard(k)
 
     def name(self, k):

@@ -21,7 +21,6 @@ import threading
 import traceback
 import types
 
-from laptop import system
 from laptop.emulator.device.buttons import BUTTONS
 from laptop.emulator.device.peripherals import Peripherals
 from laptop.emulator.host import advice, counting, last_line
@@ -31,6 +30,7 @@ from laptop.emulator.host.process_exit import ENDLESS, ProcessExit
 from laptop.emulator.host.processor import LONGEST_START, Processor
 from laptop.emulator.host.shims import Shims
 from laptop.emulator.host.watchdog import Over
+from laptop.system import platforms
 
 Outcome = collections.namedtuple(
     "Outcome", ["status", "reason", "t", "accesses", "start", "stack", "signals"]
@@ -47,7 +47,7 @@ start     what Python, imports and all else took before it first used the brick,
           thread or called somebody, s; None on one that computes in no time
 stack     where it was when it was cut off, in files of its own folder: (name, line, function) of
           each call, the innermost first; () if it has ended
-signals   numbers of those that reached this process meanwhile, in order; see system.obey
+signals   numbers of those that reached this process meanwhile, in order; see platforms.obey
 """
 
 _WHY = {
@@ -301,7 +301,7 @@ class _Forwarding(object):
 
     def __enter__(self):
         if threading.current_thread() is threading.main_thread():
-            for number in system.ENDING:
+            for number in platforms.ENDING:
                 self._before[number] = signal.signal(number, self._forward)
         return self._came
 

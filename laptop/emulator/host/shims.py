@@ -30,7 +30,6 @@ import sys
 import traceback
 import warnings
 
-from laptop import system
 from laptop.emulator.device.buttons import EventFile, evdev_module
 from laptop.emulator.host import linux, tracebacks
 from laptop.emulator.host.brick_files import (
@@ -59,6 +58,7 @@ from laptop.emulator.host.signals import ProgramSignals
 from laptop.emulator.host.sys_class import SysClass, wrapped
 from laptop.emulator.host.threads import Threads, thread_module
 from laptop.emulator.host.waiting_line import WaitingLine
+from laptop.system import platforms
 from robot.motion.brick_lock import BrickLock
 from shared.state import LOCK
 
@@ -291,8 +291,8 @@ class Shims(object):
                 descriptor = self.peripherals.screen.open()
                 self._screens.add(descriptor)
                 return descriptor
-            if not system.OPENS_FOLDERS and os.path.isdir(path):
-                return system.open_folder(path)
+            if not platforms.OPENS_FOLDERS and os.path.isdir(path):
+                return platforms.open_folder(path)
             return real_open(path, flags, mode, dir_fd=dir_fd)
 
         def close(fd):

@@ -22,7 +22,6 @@ from typing import Any
 
 from rich.console import Console
 
-from laptop import system
 from laptop.emulator import temporary_folders
 from laptop.emulator.host.pace import PacedClock, PaceMeter
 from laptop.emulator.live import PoseReader
@@ -50,6 +49,7 @@ from laptop.measure.demo.progress import ProgressDisplay
 from laptop.measure.demo.truth import SUMMARY, ink_in_space, read_trace, record_goal_run
 from laptop.record.servo import demo_report as report
 from laptop.record.servo import results
+from laptop.system import platforms
 from shared.arm_description import Arm, find_arm, read_arm
 from shared.state import ARM, STATE, laptop_program
 
@@ -348,7 +348,7 @@ class DemoRun:
             + ["--budget", f"{REPORT_BUDGET:g}", "--log", f"{home}.jsonl"],
         )
         # What runs in real time goes first.
-        system.give_way(BASELINE_NICENESS, self._baseline.pid)
+        platforms.give_way(BASELINE_NICENESS, self._baseline.pid)
 
     def _conclude_comparison(self) -> None:
         """Take its outcome once; whatever becomes of it does no harm to the demo."""

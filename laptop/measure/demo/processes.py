@@ -19,12 +19,12 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from laptop import system
 from laptop.emulator.host.pace import PacedClock
 from laptop.emulator.host.process_exit import BUSY as TOO_BUSY
 from laptop.emulator.own_programs import HOUSE
 from laptop.see.serve import announcements
 from laptop.see.serve.process_signals import killed_by, signals_ignored
+from laptop.system import platforms
 from shared.arm_description import ArmError
 
 LAPTOP = (sys.executable, "-m", "laptop")
@@ -117,7 +117,7 @@ class ChildProcess:
             stdout=self._output.writing,
             stderr=self._errors.writing,
             # Ctrl-C comes to the demo alone: it knows in which order to end what it has started.
-            **system.own_group(),
+            **platforms.own_group(),
         )
         self._readers = [
             threading.Thread(target=self._read, args=(pipe,), daemon=True) for pipe in self._pipes
@@ -167,14 +167,14 @@ class ChildProcess:
     def interrupt(self) -> None:
         """Ask it to end, as Ctrl-C does."""
         if self.running:
-            system.interrupt(self._process)
+            platforms.interrupt(self._process)
 
     def end(self, deadline: float) -> None:
         """See to it that it has ended by a time on time.monotonic (s), whatever it does."""
         try:
             self._process.wait(max(0.0, deadline - time.monotonic()))
         except subprocess.TimeoutExpired:
-            system.kill_group(self._process)
+            platforms.kill_group(self._process)
             self._process.wait()
         self._join()
 
@@ -252,7 +252,7 @@ def ending_on_signals() -> Iterator[None]:
         print(f"laptop: stopped by {signal.Signals(number).name}", file=sys.stderr)
         raise SystemExit(128 + number)
 
-    before = {number: signal.signal(number, end) for number in system.ENDING[1:]}
+    before = {number: signal.signal(number, end) for number in platforms.ENDING[1:]}
     try:
         yield
     finally:

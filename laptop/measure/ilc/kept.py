@@ -15,9 +15,9 @@ from pathlib import Path
 import numpy as np
 
 from laptop.drawing.preparing import DrawingPlan
-from laptop.files import write_whole
 from laptop.measure.ilc.learning import Offsets
 from laptop.measure.ilc.rehearsal import Drawn, Learned, Lessons
+from laptop.system.files import write_whole
 from shared.arm_description import Arm
 from shared.small_files import SpoiltFile, number, read_text
 from shared.state import LEARNED_FOLDER, state_folder

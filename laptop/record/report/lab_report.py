@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from laptop.files import written
 from laptop.record.figures.document import illustration, render_report
 from laptop.record.report.drawing_runs import DRAWINGS, PATHS
 from laptop.record.report.findings import (
@@ -35,6 +34,7 @@ from laptop.record.report.run_files import decimal, is_plain
 from laptop.record.report.run_folders import CONTENTS, read_runs
 from laptop.record.report.servo_runs import GOALS, as_csv
 from laptop.record.report.set_up import describe_arms
+from laptop.system.files import written
 from shared.arm_description import ArmError
 from shared.message_fields import printable
 from shared.small_files import SpoiltFile, read_text

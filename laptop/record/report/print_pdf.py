@@ -8,7 +8,7 @@ import subprocess
 import tempfile
 from pathlib import Path
 
-from laptop import system
+from laptop.system import platforms
 from shared.arm_description import ArmError
 
 BROWSERS = (
@@ -58,7 +58,7 @@ def print_pdf(html: str, out: Path, browser: str) -> None:
         words = [
             *(browser, "--headless", "--disable-gpu", "--no-first-run", "--no-pdf-header-footer"),
             *(f"--user-data-dir={folder}/profile", f"--print-to-pdf={made}"),
-            *(["--no-sandbox"] if system.is_root() else []),
+            *(["--no-sandbox"] if platforms.is_root() else []),
             page.as_uri(),
         ]
         try:

@@ -18,9 +18,9 @@ from typing import Any
 import cv2
 import numpy as np
 
-from laptop.picture_heads import MAX_PICTURE_BYTES, SpoiltPicture, picture_size
 from laptop.see.camera.containers import why_undecoded, why_unreadable
 from laptop.see.camera.frames import Capture, Frame, MakeCapture, NoCamera, bgr, size_of
+from laptop.system.picture_heads import MAX_PICTURE_BYTES, SpoiltPicture, picture_size
 from shared.message_fields import printable
 from shared.small_files import SpoiltFile, open_file
 

@@ -18,7 +18,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from laptop.files import write_whole
+from laptop.system.files import write_whole
 from shared.arm_description import ArmError
 from shared.message_fields import one_line, printable
 from shared.small_files import SpoiltFile, read_text

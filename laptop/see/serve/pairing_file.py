@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from laptop.files import write_whole
+from laptop.system.files import write_whole
 from shared import message_fields, pairing
 from shared.arm_description import ArmError
 from shared.small_files import SpoiltFile, read_text

@@ -8,9 +8,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import Any
 
-from laptop import system
+from laptop.system import platforms
 
-EXIT_STATUS = {number: 128 + number for number in system.ENDING}
+EXIT_STATUS = {number: 128 + number for number in platforms.ENDING}
 """Exit status after a signal, as in a shell."""
 
 

@@ -10,7 +10,7 @@ from itertools import count
 from pathlib import Path
 from typing import NamedTuple
 
-from laptop.files import CannotWrite, check_kind, written
+from laptop.system.files import CannotWrite, check_kind, written
 from shared.arm_description import (
     Arm,
     ArmError,

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 
-from laptop.files import write_whole
 from laptop.see.table.board import BOARDS
 from laptop.see.table.camera_fit import (
     BAR_LIMITS,
@@ -20,6 +19,7 @@ from laptop.see.table.camera_fit import (
     Calibration,
 )
 from laptop.see.table.camera_model import LENS, CameraModel
+from laptop.system.files import write_whole
 from shared.message_fields import printable
 from shared.small_files import SpoiltFile, read_text
 

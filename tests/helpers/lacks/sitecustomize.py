@@ -126,7 +126,7 @@ def _windows():
         And asyncssh, which asks for sys.platform, has what it finds there on Linux.
         """
         importer = (names or {}).get("__name__") or ""
-        if name == "msvcrt" and importer == "laptop.system":
+        if name == "msvcrt" and importer == "laptop.system.platforms":
             return msvcrt
         if name in of_linux and importer.startswith("asyncssh."):
             return of_linux[name]

@@ -7,7 +7,7 @@ import click
 import pytest
 
 from laptop.cli.run_folder import SUMMARY, check_room, write_files
-from laptop.files import CannotWrite
+from laptop.system.files import CannotWrite
 
 
 def text(words):

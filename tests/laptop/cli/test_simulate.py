@@ -746,7 +746,7 @@ def test_a_disk_that_fills_up_during_the_run(simulate, name, script, monkeypatch
             os.symlink("/dev/full", draft)
         return descriptor, draft
 
-    monkeypatch.setattr("laptop.files.tempfile", SimpleNamespace(mkstemp=full))
+    monkeypatch.setattr("laptop.system.files.tempfile", SimpleNamespace(mkstemp=full))
     result = simulate("--picture", source, with_picture=True)
     assert result.exit_code == 1
     last = result.stderr if hasattr(result, "stderr") else result.output

@@ -10,7 +10,7 @@ import pytest
 from laptop.drawing import preparing, preview
 from laptop.drawing.artwork import Artwork
 from laptop.drawing.options import DrawingOptions
-from laptop.files import CannotWrite
+from laptop.system.files import CannotWrite
 from shared.arm_description import find_arm, read_arm
 
 ARM = read_arm(find_arm("planar"))

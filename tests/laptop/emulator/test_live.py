@@ -13,11 +13,11 @@ from odd_files import ODD
 from rig import DRIVER, Rig
 from waiting import PATIENCE
 
-from laptop import system
 from laptop.emulator import session
 from laptop.emulator.host.pace import PacedClock
 from laptop.emulator.host.world import World
 from laptop.emulator.live import History, PoseReader, PoseWriter, run_files
+from laptop.system import platforms
 from robot.motion import kinematics
 from shared.arm_description import find_arm, read_arm
 from shared.state import LIVE_FOLDER
@@ -284,15 +284,15 @@ def test_where_an_open_file_cannot_be_removed_it_is_swept_by_a_later_run(
 def test_two_runs_that_begin_at_once_have_a_file_each(run, tmp_path, monkeypatch):
     """The second sweeps the first one's file in the moment before that is locked."""
     path = str(tmp_path / LIVE_FOLDER / "2.txt")
-    lock = system.lock
+    lock = platforms.lock
 
     def swept_first(descriptor):
         if os.path.exists(path):
-            monkeypatch.setattr(system, "lock", lock)
+            monkeypatch.setattr(platforms, "lock", lock)
             os.remove(path)
         return lock(descriptor)
 
-    monkeypatch.setattr(system, "lock", swept_first)
+    monkeypatch.setattr(platforms, "lock", swept_first)
     other = Run(tmp_path, "other.py")
     other.draw((10, 0), (5, 10))
     follower = other.follower()
@@ -308,7 +308,7 @@ def test_a_run_that_has_not_begun_its_file_is_waited_for(run, tmp_path):
         begun = file.read()
     with open(str(path), "wb", buffering=0) as file:
         follower.poll()
-        assert system.lock(file.fileno())
+        assert platforms.lock(file.fileno())
         follower.poll()
         file.write(begun[:20])
         follower.poll()

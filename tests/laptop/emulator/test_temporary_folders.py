@@ -7,15 +7,15 @@ from pathlib import Path
 
 import pytest
 
-from laptop import system
 from laptop.emulator import temporary_folders
 from laptop.emulator.temporary_folders import made, make, remove, sweep
+from laptop.system import platforms
 
 ROOT = str(Path(__file__).parents[3])
 
 OWNER = """
 import sys
-from laptop import system
+from laptop.system import platforms
 from laptop.emulator import temporary_folders
 print(temporary_folders.make("home", sys.argv[1]), flush=True)
 open(temporary_folders.make("sysfs", sys.argv[1]) + "/file", "w").close()
@@ -81,14 +81,14 @@ def test_what_a_killed_process_has_left_is_swept_and_what_a_living_one_has_is_no
 
 
 def test_who_sweeps_while_a_folder_is_made_takes_no_place_of_it(tmp_path, monkeypatch):
-    real = system.lock
+    real = platforms.lock
 
     def swept_before(descriptor):
-        monkeypatch.setattr(system, "lock", real)
+        monkeypatch.setattr(platforms, "lock", real)
         assert sweep([str(tmp_path)]) == 1
         return real(descriptor)
 
-    monkeypatch.setattr(system, "lock", swept_before)
+    monkeypatch.setattr(platforms, "lock", swept_before)
     with made("home", str(tmp_path)) as path:
         assert sweep([str(tmp_path)]) == 0
         assert os.path.isdir(path)

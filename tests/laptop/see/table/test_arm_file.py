@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from laptop.files import CannotWrite
 from laptop.see.table.arm_file import ArmNotWritten, check_writable, own_file, write_values
+from laptop.system.files import CannotWrite
 from shared.arm_description import find_arm, read_arm, users_file
 
 OFFSET = {("arm", "marker_offset"): "0.350 -0.200"}

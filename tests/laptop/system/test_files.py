@@ -5,7 +5,7 @@ import stat
 
 import pytest
 
-from laptop.files import CannotWrite, check_new, write_whole, written
+from laptop.system.files import CannotWrite, check_new, write_whole, written
 
 CSV = (".csv",)
 

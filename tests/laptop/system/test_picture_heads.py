@@ -3,7 +3,13 @@
 import pytest
 from hostile_files import jpeg_of, picture, png_of
 
-from laptop.picture_heads import MAX_PICTURE_BYTES, PNG, SpoiltPicture, is_picture, picture_size
+from laptop.system.picture_heads import (
+    MAX_PICTURE_BYTES,
+    PNG,
+    SpoiltPicture,
+    is_picture,
+    picture_size,
+)
 
 
 @pytest.mark.parametrize("ending", [".png", ".jpg"])

@@ -1,0 +1,1 @@
+"""What all rooms ask of the computer: its platform, files for people, the heads of pictures."""
