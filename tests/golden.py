@@ -207,7 +207,11 @@ def _the_same(text: str, empty: str) -> str:
         text,
     )
     text = re.sub(r"\d{4}-\d\d-\d\d[T -]\d\d:?\d\d(:?\d\d)?(\.\d+)?", "TIME", text)
-    return re.sub(r"[\d.]+ (s|min)(?= (of this computer|ago))|\b[0-9a-f]{16,}\b", "N", text)
+    return re.sub(
+        r"[\d.]+ (s|min)(?= (of this computer|ago))|(?<![\d.])(?=\d*[a-f])[0-9a-f]{16,}\b",
+        "N",
+        text,
+    )
 
 
 def run(words: list[str], data: Path) -> int:
