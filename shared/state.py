@@ -52,7 +52,7 @@
                                                                             line by line; see
                                                                             robot.jobs.orders
     learned/          draw --by-sight              the same                 what a camera has taught
-                                                                            of an arm's path: see
+                                                                            of a path: see
                                                                             laptop.measure.ilc.kept
     touched/          touch                        whoever places markers   ARM.json: where its
                                                                             marker sits, how it

@@ -206,6 +206,7 @@ def _the_same(text: str, empty: str) -> str:
         lambda found: f"data:{len(found[0]) // 10000}",
         text,
     )
+    text = re.sub(r"\b[a-z]?[0-9a-f]{10}(?=[\")])", "ID", text)  # matplotlib's, in an SVG
     text = re.sub(r"\d{4}-\d\d-\d\d[T -]\d\d:?\d\d(:?\d\d)?(\.\d+)?", "TIME", text)
     return re.sub(
         r"[\d.]+ (s|min)(?= (of this computer|ago))|(?<![\d.])(?=\d*[a-f])[0-9a-f]{16,}\b",
@@ -264,10 +265,15 @@ def helps() -> int:
 
 
 def compare(old: Path, new: Path) -> int:
-    """Name the files that differ, with the first lines of the difference."""
+    """Name the files that differ, with the first lines of the difference; of cases in both."""
     differ = 0
+    cases = {path.name for path in old.iterdir()} & {path.name for path in new.iterdir()}
     files = {
-        path.relative_to(one) for one in (old, new) for path in one.rglob("*") if path.is_file()
+        path.relative_to(one)
+        for one in (old, new)
+        for case in cases
+        for path in (one / case).rglob("*")
+        if path.is_file()
     }
     for inside in sorted(files):
         before, after = (
