@@ -16,8 +16,8 @@ import numpy as np
 
 from laptop.bench import workers
 from laptop.bench.camera_renders import Lens, Stand, photograph
+from laptop.see.markers.board import BOARDS
 from laptop.see.markers.finders.board import BoardView, find_board
-from laptop.see.table.board import BOARDS
 from laptop.see.table.camera_fit import BadCalibration, Calibration, calibrate
 from laptop.see.table.camera_report import describe, shift_since
 

@@ -17,8 +17,8 @@ import numpy as np
 
 from laptop.emulator.scene.optics import to_linear, to_srgb
 from laptop.emulator.scene.sensor import blurred, through_jpeg
-from laptop.see.table.board import BOARDS
-from laptop.see.table.board_sheet import write_board
+from laptop.see.markers.board import BOARDS
+from laptop.see.markers.board_sheet import write_board
 
 RAYS = 4
 """Rays a pixel and axis."""

@@ -13,8 +13,8 @@ import numpy as np
 
 from laptop.bench.camera import SHOWN, draw_lens, draw_stand
 from laptop.bench.camera_renders import Lens, Stand, photograph
+from laptop.see.markers.board import CROSSES
 from laptop.see.markers.finders.board import find_board
-from laptop.see.table.board import CROSSES
 from laptop.see.table.camera_fit import calibrate
 from laptop.see.table.marker_offset import Touch, fit_marker, rotation
 from robot.motion import kinematics

@@ -221,7 +221,7 @@ def _check_words(
 
 def _crosses(text: str, arm: Arm) -> list[tuple[float, float]]:
     """Read the numbers of the board's crosses."""
-    from laptop.see.table.board import CROSSES
+    from laptop.see.markers.board import CROSSES
 
     numbers = [part.strip() for part in text.split(",") if part.strip()]
     if numbers and arm.chain != "planar":

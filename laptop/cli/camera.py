@@ -94,9 +94,9 @@ def _views(sources: tuple[str, ...], scene: str) -> tuple[int, list[BoardView]]:
     Says which could not be read, and which are left out as they are mirrored or show two boards.
     """
     from laptop.see.camera.cameras import is_live, open_camera
-    from laptop.see.camera.frames import quiet_decoders
     from laptop.see.markers.finders.board import find_board
     from laptop.see.markers.finders.board_faults import board_fault
+    from laptop.system.decoders import quiet_decoders
 
     if scene and "synthetic" not in sources:
         raise click.ClickException(f"--scene {scene}: only the source synthetic has a scene")

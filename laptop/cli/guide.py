@@ -9,7 +9,8 @@ from pathlib import Path
 import click
 
 from laptop.cli.options import arm_option, examples, importing, in_one_line, replace_option
-from laptop.system.files import check_new
+from laptop.system.files import check_new, write_whole
+from shared.arm_description import find_arm, read_arm
 
 
 @click.group(
@@ -31,12 +32,13 @@ def guide(context: click.Context, arm_file: str, out: Path | None, replace: bool
     if context.invoked_subcommand:
         return
     with importing():  # matplotlib
-        from laptop.course.build import write_guide
+        from laptop.course.build import render_guide
 
     file = out or Path("guide.html")
     with in_one_line():
         check_new(file, (".html", ".htm"), replace)
-        write_guide(file, arm_file)
+        guide_page = render_guide(read_arm(find_arm(arm_file)), arm_file)
+        write_whole(file, guide_page.encode())
     click.echo(f"{file}: print it on A4 at 100 %, then measure the check length")
     if out is None:
         webbrowser.open(file.resolve().as_uri())

@@ -41,8 +41,8 @@ def markers(
             f"--size {size:g} is of the page of discs; the board's markers are 25 mm: leave it out"
         )
     with importing():  # OpenCV
+        from laptop.see.markers.board_sheet import write_board
         from laptop.see.markers.marker_sheet import write_sheet
-        from laptop.see.table.board_sheet import write_board
 
     file = file or Path("board.pdf" if board else "markers.pdf")
     with in_one_line():

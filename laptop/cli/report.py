@@ -60,7 +60,7 @@ def report(
     """
     with importing():  # matplotlib
         from laptop.record.report import lab_report, print_pdf
-        from laptop.see.camera.frames import quiet_decoders
+        from laptop.system.decoders import quiet_decoders
 
     file = out or folder / lab_report.OUT
     with in_one_line():

@@ -52,12 +52,12 @@ def live_rig(
         ArmError: a camera, marker or port cannot be had.
     """
     from laptop.measure.live_rig import LiveRig, SightCollector
-    from laptop.see.camera.frames import quiet_decoders
     from laptop.see.markers.tracker import Tracker
     from laptop.see.serve.options import CAMERA_NAMES, TrackOptions
     from laptop.see.serve.pipeline import CameraPipeline
     from laptop.see.serve.setup import SYNTHETIC, prepare
     from laptop.see.serve.track import clock_of, serve
+    from laptop.system.decoders import quiet_decoders
     from shared.messages import EFFECTOR
 
     options = TrackOptions(

@@ -192,8 +192,8 @@ def _check(
 def _open(source: str, effector: str | None, stack: ExitStack) -> Looks:
     """Open the camera."""
     from laptop.see.camera.cameras import is_live, open_camera
-    from laptop.see.camera.frames import quiet_decoders
     from laptop.see.table.touch_looks import Looks
+    from laptop.system.decoders import quiet_decoders
 
     marker = _marker(effector)
     stack.enter_context(quiet_decoders())

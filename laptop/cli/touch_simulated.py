@@ -20,8 +20,8 @@ from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.scene_constants import BadScene, read_scene
 from laptop.emulator.scene.synthetic_camera import SyntheticCamera, film
 from laptop.see.camera.frames import Frame
+from laptop.see.markers.board import CROSSES
 from laptop.see.markers.markers import read_spec
-from laptop.see.table.board import CROSSES
 from laptop.see.table.cross_touching import CrossTouching, read_point
 from laptop.see.table.touch_looks import Looks
 from laptop.system import platforms

@@ -13,9 +13,8 @@ from laptop.brick.install import LINKS
 from laptop.course import drawing, lego
 from laptop.course.troubles import troubles
 from laptop.record.figures.document import render_report
-from laptop.system.files import write_whole
 from robot.motion.mounting import jog_angles
-from shared.arm_description import SEEK_BEYOND, Arm, comes_along, find_arm, read_arm
+from shared.arm_description import SEEK_BEYOND, Arm, comes_along
 from shared.state import laptop_program
 from shared.version import VERSION
 
@@ -36,16 +35,6 @@ class Need(NamedTuple):
     wanted: int
     there: tuple[int, int]
     sets: str
-
-
-def write_guide(file: Path, arm_file: str) -> None:
-    """Write the guide of an arm as an HTML file that needs nothing else.
-
-    Raises:
-        BadArmFile: there is no such arm.
-        CannotWrite: it cannot be written.
-    """
-    write_whole(file, render_guide(read_arm(find_arm(arm_file)), arm_file).encode())
 
 
 def render_guide(arm: Arm, arm_file: str) -> str:

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from laptop.drawing.artwork import BadArtwork
-from laptop.see.camera.frames import quiet_decoders
+from laptop.system.decoders import quiet_decoders
 from laptop.system.picture_heads import JPEG, SpoiltPicture, picture_size, png_orientation
 
 WORKING_SIDE = 640

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from laptop.see.markers.board import BOARDS
 from laptop.see.markers.finders.board import INNER, BoardView
-from laptop.see.table.board import BOARDS
 
 LENS = (610.0, 325.0, 233.0, -0.28, 0.09, 0.001, -0.0008)
 SIZE = (640, 480)

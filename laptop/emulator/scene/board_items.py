@@ -9,7 +9,7 @@ import numpy as np
 
 from laptop.emulator.scene.items import Item, place_outline
 from laptop.emulator.scene.optics import bit_rings, light_of, rectangle
-from laptop.see.table.board import BAR, BAR_AT, BOARDS, CROSS_ARM, CROSSES, MARKER
+from laptop.see.markers.board import BAR, BAR_AT, BOARDS, CROSS_ARM, CROSSES, MARKER
 
 LINE = 0.02
 """Width of its lines, cm."""

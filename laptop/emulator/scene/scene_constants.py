@@ -9,7 +9,7 @@ from typing import Any
 
 from laptop.emulator.constants import Constant, ConstantTable
 from laptop.emulator.scene.optics import COLOURS
-from laptop.see.table.board import BOARDS
+from laptop.see.markers.board import BOARDS
 from shared.arm_description import ArmError
 
 CAMERAS = "ABCDEFGH"

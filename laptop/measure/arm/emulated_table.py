@@ -16,8 +16,8 @@ from laptop.measure.arm.arm_fit import PLACING, TouchSight
 from laptop.measure.arm.calibrating import check_board
 from laptop.measure.arm.touching import crosses_to_touch
 from laptop.measure.emulated_rig import marker_point
+from laptop.see.markers.board import BOARDS, Board
 from laptop.see.markers.finders.board import BoardView
-from laptop.see.table.board import BOARDS, Board
 from laptop.see.table.camera_fit import Calibration, calibrate
 from laptop.see.table.camera_model import CameraModel
 from robot.motion import kinematics

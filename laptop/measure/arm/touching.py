@@ -8,7 +8,7 @@ import numpy as np
 
 from laptop.measure.arm.arm_fit import BadIdentification, TouchSight
 from laptop.measure.measured_run import MEDIAN_NOISE, Sights
-from laptop.see.table.board import CROSSES
+from laptop.see.markers.board import CROSSES
 
 STRETCHED = 0.88
 """Share of its reach beyond which an arm's elbow tells its angle badly."""

@@ -15,7 +15,6 @@ from typing import NamedTuple
 import cv2
 from rich.console import Console
 
-from laptop.see.camera.frames import quiet_decoders
 from laptop.see.markers.markers import write_markers
 from laptop.see.markers.tracker import Tracker
 from laptop.see.markers.view import write_picture
@@ -39,6 +38,7 @@ from laptop.see.serve.status_text import (
     link_status,
     marker_lines,
 )
+from laptop.system.decoders import quiet_decoders
 from shared import messages, pairing
 from shared.arm_description import ArmError
 

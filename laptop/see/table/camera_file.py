@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from laptop.see.table.board import BOARDS
+from laptop.see.markers.board import BOARDS
 from laptop.see.table.camera_fit import (
     BAR_LIMITS,
     MAX_RMS,

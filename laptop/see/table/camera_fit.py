@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
+from laptop.see.markers.board import BAR, Board
 from laptop.see.markers.finders.board import BoardView
-from laptop.see.table.board import BAR, Board
 from laptop.see.table.camera_model import CameraModel
 from laptop.see.table.views_fit import (
     LEAST_SIGMA,

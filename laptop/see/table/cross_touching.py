@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from laptop.see.table.board import CROSSES
+from laptop.see.markers.board import CROSSES
 from laptop.see.table.camera_fit import BadCalibration, Calibration
 from laptop.see.table.camera_report import shift_since
 from laptop.see.table.marker_offset import JOINTS, BadTouches, MarkerFit, Touch, fit_marker

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from laptop.see.table.board import BOARDS
+from laptop.see.markers.board import BOARDS
 from laptop.see.table.camera_file import write_json
 from laptop.see.table.marker_offset import BadTouches, MarkerFit
 from shared.message_fields import printable
@@ -34,7 +34,7 @@ class TouchedArm:
     """What was found by touching crosses.
 
     arm    its name
-    paper  name of the board's paper, see `laptop.see.table.board.BOARDS`
+    paper  name of the board's paper, see `laptop.see.markers.board.BOARDS`
     bar    length of its bar that was reckoned with, mm; None: as printed, not measured
     fit    where the marker sits, and how the arm stands on the board
     """

@@ -8,8 +8,8 @@ from click.testing import CliRunner
 from laptop.bench import camera, camera_codes, camera_renders, camera_touch
 from laptop.bench.camera import CONDITIONS, CameraCase, CameraResult, Condition
 from laptop.cli.main import laptop
+from laptop.see.markers.board import BOARDS, MARKER
 from laptop.see.markers.finders.board import find_board
-from laptop.see.table.board import BOARDS, MARKER
 
 
 @pytest.fixture(scope="module")

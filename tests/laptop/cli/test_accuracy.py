@@ -11,8 +11,8 @@ from click.testing import CliRunner
 from laptop.cli.accuracy import _check_still, _look
 from laptop.cli.main import laptop
 from laptop.measure.accuracy.sighting import BadSighting
+from laptop.see.markers.board import BOARDS
 from laptop.see.markers.finders import board
-from laptop.see.table.board import BOARDS
 from laptop.see.table.camera_fit import Calibration
 
 

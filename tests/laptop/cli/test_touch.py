@@ -15,7 +15,7 @@ from laptop.emulator.scene.marker_items import marker_offset
 from laptop.emulator.scene.optics import to_srgb
 from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.scene_constants import read_scene
-from laptop.see.table.board import CROSSES
+from laptop.see.markers.board import CROSSES
 from laptop.see.table.touch_file import read_touched
 from robot.motion import kinematics
 from shared.arm_description import find_arm, read_arm

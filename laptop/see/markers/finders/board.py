@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from laptop.see.markers.board import BOARDS, DICTIONARY, Board
 from laptop.see.markers.finders.aruco import detector
 from laptop.see.markers.finders.code_alignment import SQUARE, align, edge_blur, project
-from laptop.see.table.board import BOARDS, DICTIONARY, Board
 
 INNER = 0.5
 """Share of a marker's square whose corners stand for it.

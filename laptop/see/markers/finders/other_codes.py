@@ -8,7 +8,7 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
-from laptop.see.table.board import BOARDS
+from laptop.see.markers.board import BOARDS
 
 OURS = "4x4"
 FAMILIES = {

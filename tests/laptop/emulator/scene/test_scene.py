@@ -26,9 +26,9 @@ from laptop.emulator.scene.scene_constants import CAMERAS, CONSTANTS, BadScene, 
 from laptop.emulator.scene.synthetic_camera import SyntheticCamera
 from laptop.emulator.scene.tabletop import _bricks
 from laptop.emulator.scene.workcell import cameras, marker_centre
+from laptop.see.markers.board import BOARDS
 from laptop.see.markers.markers import read_spec
 from laptop.see.markers.tracker import Tracker
-from laptop.see.table.board import BOARDS
 from robot.motion import kinematics
 from shared.arm_description import find_arm, read_arm
 

@@ -20,7 +20,7 @@ from laptop.record.report.run_files import (
     read_object,
     read_picture,
 )
-from laptop.see.camera.frames import quiet_decoders
+from laptop.system.decoders import quiet_decoders
 
 
 def test_columns_are_numbers_by_name_and_an_empty_cell_is_nan(tmp_path):

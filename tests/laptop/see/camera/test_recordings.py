@@ -15,9 +15,10 @@ from waiting import PATIENCE
 from laptop.emulator.scene.sensor import marker_frame
 from laptop.see.camera import recordings
 from laptop.see.camera.cameras import open_camera
-from laptop.see.camera.frames import NoCamera, quiet_decoders
+from laptop.see.camera.frames import NoCamera
 from laptop.see.markers.markers import read_spec
 from laptop.see.markers.tracker import Tracker
+from laptop.system.decoders import quiet_decoders
 
 
 @pytest.fixture

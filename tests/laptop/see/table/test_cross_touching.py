@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from board_views import pixels, stand, view
 
-from laptop.see.table.board import CROSSES
+from laptop.see.markers.board import CROSSES
 from laptop.see.table.camera_fit import BadCalibration, calibrate
 from laptop.see.table.cross_touching import BrickPoint, CrossTouching, read_point
 from laptop.see.table.marker_offset import BadTouches

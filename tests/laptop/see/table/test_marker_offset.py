@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from board_views import pixels, stand, view
 
-from laptop.see.table.board import CROSSES
+from laptop.see.markers.board import CROSSES
 from laptop.see.table.camera_fit import calibrate
 from laptop.see.table.marker_offset import BadTouches, Touch, fit_marker
 

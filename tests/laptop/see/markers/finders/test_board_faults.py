@@ -4,9 +4,9 @@ import cv2
 import numpy as np
 import pytest
 
+from laptop.see.markers.board import BOARDS, DICTIONARY
 from laptop.see.markers.finders.board import find_board
 from laptop.see.markers.finders.board_faults import board_fault
-from laptop.see.table.board import BOARDS, DICTIONARY
 
 
 def sheet(paper="a4", keep=lambda x, y: True):

@@ -6,13 +6,13 @@ import pytest
 
 from laptop.emulator.scene.optics import to_srgb
 from laptop.page.camera_feed import _advice
+from laptop.see.markers.board import BOARDS, DICTIONARY
 from laptop.see.markers.finders import aruco
 from laptop.see.markers.finders.aruco import OTHERS_EVERY, find_aruco
 from laptop.see.markers.finders.other_codes import FAMILIES, other_codes
 from laptop.see.markers.markers import read_spec
 from laptop.see.markers.tracker import Tracker
 from laptop.see.markers.tracks import Track
-from laptop.see.table.board import BOARDS, DICTIONARY
 
 MARKER = read_spec("effector", "aruco:7")
 IS_4X4 = "; it takes a 4x4 one: brickservo markers prints some"

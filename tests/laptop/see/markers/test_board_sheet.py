@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 from laptop.see.markers import marker_sheet
+from laptop.see.markers.board import BOARDS, CROSSES, DICTIONARY, MARKER
+from laptop.see.markers.board_sheet import write_board
 from laptop.see.markers.finders.aruco import detector
 from laptop.see.markers.markers import ARUCO_IDS
-from laptop.see.table.board import BOARDS, CROSSES, DICTIONARY, MARKER
-from laptop.see.table.board_sheet import write_board
 
 STUCK_ON = cv2.aruco.DICT_4X4_50
 """The dictionary of markers on an arm."""

@@ -9,8 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from laptop.see.markers.marker_sheet import BadSheet, check_file
-from laptop.see.table.board import (
+from laptop.see.markers.board import (
     BAR,
     BAR_AT,
     BOARDS,
@@ -20,6 +19,7 @@ from laptop.see.table.board import (
     MARKER,
     Board,
 )
+from laptop.see.markers.marker_sheet import BadSheet, check_file
 
 INK = "0.45"
 """Of crosses and words: a pen's line over them is still seen."""

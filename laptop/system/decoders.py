@@ -1,0 +1,49 @@
+"""Libraries that decode pictures, kept from writing on the terminal."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+
+@contextmanager
+def quiet_decoders() -> Iterator[None]:
+    """Keep libjpeg and libpng from writing on the terminal: they know no log level.
+
+    They write to file descriptor 2, whatever Python's stderr is; that goes on as before.
+    """
+    before = sys.stderr
+    if before is None:  # nobody listens anyway
+        yield
+        return
+    before.flush()
+    kept = os.dup(2)
+    try:
+        if _descriptor(before) == 2:
+            sys.stderr = open(  # noqa: SIM115 - closed below
+                kept,
+                "w",
+                buffering=1,
+                encoding=before.encoding,
+                errors="backslashreplace",
+                closefd=False,
+            )
+        with open(os.devnull, "w") as nowhere:
+            os.dup2(nowhere.fileno(), 2)
+        yield
+    finally:
+        if sys.stderr is not before:
+            sys.stderr.close()
+            sys.stderr = before
+        os.dup2(kept, 2)
+        os.close(kept)
+
+
+def _descriptor(file: Any) -> int | None:
+    try:
+        return int(file.fileno())
+    except (AttributeError, OSError, ValueError):
+        return None
