@@ -39,7 +39,7 @@ TIMEOUT = 24 * 3600.0
 
 
 class PointCamera(Protocol):
-    """What sees points of the arm's frame; a calibration.CameraModel does, or a Scene."""
+    """What sees points of the arm's frame; a CameraModel of see.table does, or a Scene."""
 
     def project(self, points: np.ndarray) -> np.ndarray:
         """Pixels (n, 2) of points (n, 3), cm."""

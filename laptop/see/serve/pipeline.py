@@ -59,7 +59,7 @@ class ObservationSink(Protocol):
 
 
 class TablePlacer(Protocol):
-    """What knows where on the table a pixel is, once it has seen how; see `calibration`."""
+    """What knows where on the table a pixel is, once it has seen how; see `see.table`."""
 
     version: int
     why: str
@@ -70,7 +70,7 @@ class TablePlacer(Protocol):
 
 
 class PairPlacer(Protocol):
-    """What knows where in space two cameras see something; see `calibration.two_cameras`."""
+    """What knows where in space two cameras see something; see `see.table.two_cameras`."""
 
     latest: dict[str, PairedPlace]
 

@@ -643,7 +643,12 @@ def test_what_a_process_that_is_killed_has_written_goes_with_it(worker):
 
 def test_the_process_writes_into_the_folder_that_it_is_given(tmp_path, monkeypatch):
     monkeypatch.setattr(tempfile, "tempdir", None)
-    for name in ("signal.signal", "system.give_way", "system.limit_memory", "cv2.setNumThreads"):
+    for name in (
+        "signal.signal",
+        "platforms.give_way",
+        "platforms.limit_memory",
+        "cv2.setNumThreads",
+    ):
         monkeypatch.setattr(f"laptop.page.drawing_studio.{name}", lambda *words: None)
     ours, theirs = multiprocessing.Pipe()
     ours.close()

@@ -145,7 +145,7 @@ def test_no_frame_of_the_emulator_stands_in_a_traceback(run, erring, told):
     _, _, err = run(source + told.format(erring))
     assert "script.py" in err
     assert "Error: " in err
-    assert "emulator" not in err
+    assert "laptop" not in err
 
 
 @pytest.mark.parametrize("brick", ["cpu=0", "cpu=1"], indirect=True)
