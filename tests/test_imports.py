@@ -40,6 +40,7 @@ LIBRARIES = {
     "laptop.drawing.svg_css": {"cssselect2", "tinycss2"},
     "laptop.drawing.svg_paint": {"tinycss2"},
     "laptop.drawing.svg_path": {"fontTools", "numpy"},
+    "laptop.drawing.svg_place": {"numpy", "shapely"},
     "laptop.drawing.svg_text": {"fontTools", "matplotlib", "numpy", "uharfbuzz"},
     "laptop.drawing.svg_tree": {"numpy", "shapely"},
     "laptop.see": PICTURES,

@@ -6,7 +6,6 @@ The table is seen from behind the arm, as its person sees it: up is x, to the ri
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
@@ -16,6 +15,7 @@ from laptop.drawing import reach
 from laptop.drawing.artwork import BadArtwork, stroke_length
 from laptop.drawing.durations import in_minutes
 from laptop.drawing.preparing import DrawingPlan
+from laptop.drawing.preview_scene import PreviewScene
 from laptop.system.files import check_kind, write_whole
 from robot.motion import kinematics
 
@@ -34,40 +34,6 @@ OUTLINE_PRECISION, FINER = 0.02, 4
 
 class BadPreview(BadArtwork):
     """A file that no preview can be written to."""
-
-
-@dataclass(frozen=True, eq=False)
-class PreviewScene:
-    """What a preview shows; all points (n, 2) are cm on the picture, x to the right, y up.
-
-    title, lines  what is written over it
-    low, high     corners of what is shown
-    reach         outlines of what the arm reaches, to be filled by the even-odd rule
-    paper         corners of the sheet, or None
-    strokes       in order
-    colours       of each, "#rrggbb"
-    ways          from each stroke to the next
-    missed        what cannot be reached
-    start         where the pen comes down first, or None
-    joints        base, every joint and the tip at home
-    scale         colours of the time's scale, from the first to the last
-    seconds       that all takes
-    """
-
-    title: str
-    lines: tuple[str, ...]
-    low: np.ndarray
-    high: np.ndarray
-    reach: tuple[np.ndarray, ...]
-    paper: np.ndarray | None
-    strokes: tuple[np.ndarray, ...]
-    colours: tuple[str, ...]
-    ways: tuple[np.ndarray, ...]
-    missed: tuple[np.ndarray, ...]
-    start: np.ndarray | None
-    joints: np.ndarray
-    scale: tuple[str, ...]
-    seconds: float
 
 
 def check_name(file: str | os.PathLike[str]) -> str:

@@ -15,7 +15,7 @@ from matplotlib.path import Path
 from matplotlib.ticker import FuncFormatter, MultipleLocator
 
 from laptop.drawing.durations import in_minutes
-from laptop.drawing.preview import PreviewScene
+from laptop.drawing.preview_scene import PreviewScene
 from laptop.record.figures.line_plot import ARM, ARM_EDGE, REACH, REACH_EDGE, new_figure, png_of
 
 HEIGHT = 1200

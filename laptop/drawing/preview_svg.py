@@ -7,7 +7,7 @@ from html import escape
 import numpy as np
 
 from laptop.drawing.durations import in_minutes
-from laptop.drawing.preview import PreviewScene
+from laptop.drawing.preview_scene import PreviewScene
 
 SCALE = 24.0
 """Units of the picture per cm."""

@@ -23,8 +23,9 @@ from laptop.drawing.svg_clips import filled
 from laptop.drawing.svg_css import MARKERS
 from laptop.drawing.svg_elements import tag_of
 from laptop.drawing.svg_paint import Paint
+from laptop.drawing.svg_place import Shape, SvgPlace
 from laptop.drawing.svg_servers import paint_of
-from laptop.drawing.svg_tree import MAX_POINTS, MAX_SVG_BYTES, Shape, SvgPlace, SvgTree
+from laptop.drawing.svg_tree import MAX_POINTS, MAX_SVG_BYTES, SvgTree
 from laptop.drawing.svg_units import PX, UnreadableValue, compose, length, view_box
 from laptop.drawing.xml_guard import GZIP, is_svg, read_xml
 

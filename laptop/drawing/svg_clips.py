@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from dataclasses import replace
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 import shapely
@@ -16,14 +16,12 @@ from shapely.geometry.base import BaseGeometry
 
 from laptop.drawing.areas import NOTHING, TooTangled, area_of, widened
 from laptop.drawing.curves import flatten
+from laptop.drawing.svg_css import Style
 from laptop.drawing.svg_paint import reference
+from laptop.drawing.svg_place import Box, Shape, SvgElements, SvgPlace
 from laptop.drawing.svg_servers import paint_of
 from laptop.drawing.svg_units import UnreadableValue, compose
 from laptop.drawing.xml_guard import MAX_DEPTH
-
-if TYPE_CHECKING:
-    from laptop.drawing.svg_css import Style
-    from laptop.drawing.svg_tree import Box, Shape, SvgPlace, SvgTree
 
 FINE = 3e-4
 """How far the edge of an area may be from a curve, as a share of the area's greater side."""
@@ -35,7 +33,9 @@ MAX_KEPT = 500
 Area: TypeAlias = BaseGeometry | None
 
 
-def clips_of(tree: SvgTree, style: Style, element: ET.Element, place: SvgPlace) -> tuple[Area, ...]:
+def clips_of(
+    tree: SvgElements, style: Style, element: ET.Element, place: SvgPlace
+) -> tuple[Area, ...]:
     """What an element is clipped by besides what is around it; None is what cannot be cut.
 
     Args:
@@ -59,7 +59,7 @@ def clips_of(tree: SvgTree, style: Style, element: ET.Element, place: SvgPlace) 
 
 
 def _area(
-    tree: SvgTree, target: ET.Element, element: ET.Element, place: SvgPlace, kind: str
+    tree: SvgElements, target: ET.Element, element: ET.Element, place: SvgPlace, kind: str
 ) -> Area:
     if target in place.uses or len(place.uses) > MAX_DEPTH:
         return None
@@ -81,7 +81,7 @@ def _area(
 
 
 def _inside(
-    tree: SvgTree,
+    tree: SvgElements,
     target: ET.Element,
     element: ET.Element,
     place: SvgPlace,

@@ -6,15 +6,13 @@ import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import islice
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from laptop.drawing.svg_css import Style
 from laptop.drawing.svg_elements import tag_of
+from laptop.drawing.svg_place import SvgElements, SvgPlace
 from laptop.drawing.svg_text import Letter
 from laptop.drawing.svg_units import UnreadableValue, length
-
-if TYPE_CHECKING:
-    from laptop.drawing.svg_tree import SvgPlace, SvgTree
 
 PRESERVE = "{http://www.w3.org/XML/1998/namespace}space"
 MAX_LETTERS = 20_000
@@ -29,7 +27,7 @@ def words_of(element: ET.Element) -> str:
     return " ".join(words)
 
 
-def letters_of(tree: SvgTree, element: ET.Element, place: SvgPlace) -> list[Letter]:
+def letters_of(tree: SvgElements, element: ET.Element, place: SvgPlace) -> list[Letter]:
     """All letters of a `text` element that are seen."""
     found: list[Letter] = []
     _collect(tree, element, place.style, place, found, False)
@@ -43,7 +41,7 @@ def _keeps(style: Style) -> bool:
 
 
 def _collect(
-    tree: SvgTree,
+    tree: SvgElements,
     element: ET.Element,
     style: Style,
     place: SvgPlace,
@@ -65,7 +63,7 @@ def _collect(
         own = tree.style(part, style)
         if own["display"] == "none":
             continue
-        size = tree._font(own, replace(place, style=style))
+        size = tree.font(own, replace(place, style=style))
         own["font-size"] = f"{size!r}px"
         _collect(tree, part, own, replace(inner or place, font=size, style=own), found, keeps)
     _put(element, place, found, first)

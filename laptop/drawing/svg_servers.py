@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from laptop.drawing.svg_elements import href_of, tag_of
 from laptop.drawing.svg_paint import Paint, colour_paint, reference, share
-
-if TYPE_CHECKING:
-    from laptop.drawing.svg_tree import SvgPlace, SvgTree
+from laptop.drawing.svg_place import SvgElements, SvgPlace
 
 MAX_LED = 10
 """So often a gradient may have its colours from another one."""
 GRADIENTS = ("linearGradient", "radialGradient")
 
 
-def paint_of(tree: SvgTree, key: str, place: SvgPlace) -> Paint | None:
+def paint_of(tree: SvgElements, key: str, place: SvgPlace) -> Paint | None:
     """Return what is seen of a fill or stroke, None where it is nothing."""
     style = place.style
     opacity = place.opacity * (share(style[f"{key}-opacity"]) or 0.0)
@@ -37,7 +34,7 @@ def paint_of(tree: SvgTree, key: str, place: SvgPlace) -> Paint | None:
 
 
 def _gradient_paint(
-    tree: SvgTree, server: ET.Element, place: SvgPlace, opacity: float
+    tree: SvgElements, server: ET.Element, place: SvgPlace, opacity: float
 ) -> Paint | None:
     """Return the mean of a gradient's stops, None where nothing of it is seen."""
     stops: list[ET.Element] = []

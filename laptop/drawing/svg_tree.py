@@ -9,7 +9,7 @@ from __future__ import annotations
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -36,10 +36,10 @@ from laptop.drawing.svg_leftovers import Leftovers
 from laptop.drawing.svg_letters import letters_of, words_of
 from laptop.drawing.svg_paint import share
 from laptop.drawing.svg_path import BadShape, Subpaths
+from laptop.drawing.svg_place import Box, Shape, SvgPlace
 from laptop.drawing.svg_shapes import NoShape, shape_pieces
 from laptop.drawing.svg_text import Layout, NoFont
 from laptop.drawing.svg_units import (
-    FONT_SIZE,
     IDENTITY,
     UnreadableValue,
     about,
@@ -64,40 +64,6 @@ MAX_READ = 3 * MAX_SVG_BYTES
 
 MAX_POINTS = 300_000
 """Most points of a drawing: at a point a millimetre a pen of 2 cm/s takes four hours."""
-
-Box = tuple[float, float, float, float]
-
-
-@dataclass(frozen=True)
-class SvgPlace:
-    """What an element takes from those around it.
-
-    affine    from its coordinates to the sheet's, cm (2, 3)
-    viewport  width and height that percentages are of, px
-    font      size of letters, px
-    opacity   of all around it together, 0 to 1
-    layer     name of the layer
-    clips     areas on the sheet that all of it must be inside of; None is one that is not known
-    uses      the `use` elements and the clips that led here
-    """
-
-    affine: np.ndarray
-    style: Style
-    viewport: tuple[float, float]
-    font: float = FONT_SIZE
-    opacity: float = 1.0
-    layer: str = ""
-    clips: tuple[BaseGeometry | None, ...] = ()
-    uses: tuple[ET.Element, ...] = ()
-
-
-@dataclass(frozen=True)
-class Shape:
-    """Something that may be seen: its lines in cm on the sheet."""
-
-    tag: str
-    pieces: Subpaths
-    place: SvgPlace
 
 
 class SvgTree:
@@ -189,7 +155,7 @@ class SvgTree:
         if style["display"] == "none":
             self.left_out.add("layer" if layer else "hidden", layer or f"<{tag}>")
             return None
-        font = self._font(style, outer)
+        font = self.font(style, outer)
         style["font-size"] = f"{font!r}px"
         place = replace(
             outer,
@@ -206,7 +172,8 @@ class SvgTree:
             place = replace(place, clips=outer.clips + clips_of(self, style, element, place))
         return place
 
-    def _font(self, style: Style, outer: SvgPlace) -> float:
+    def font(self, style: Style, outer: SvgPlace) -> float:
+        """Return the size of letters in an element, px."""
         text = style["font-size"]
         named = {"small": 13.0, "medium": 16.0, "large": 18.0, "x-large": 24.0, "x-small": 10.0}
         if text in named:
