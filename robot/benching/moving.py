@@ -6,7 +6,7 @@ Every set-point is renewed, so that a motor stops by itself when the program die
 import math
 
 from robot.benching.figures import Pass, figures
-from robot.motion import homing, kinematics
+from robot.motion import kinematics, stops
 from robot.motion.backlash import APPROACH_ACCELERATION, APPROACH_SPEED
 from robot.motion.control_loop import Stalled
 from robot.motion.joint_controller import GAINS
@@ -127,7 +127,7 @@ class Bench(object):
             dict, see `figures`, with "backlash_deg" where two stops tell it.
 
         Raises:
-            Stalled, MotorNotFound, homing.Blocked: the caller stops the arm.
+            Stalled, MotorNotFound, stops.Blocked: the caller stops the arm.
         """
         description = arm.description
         motor, joint = arm.joints[k], description.joints[k]
@@ -265,14 +265,14 @@ class Bench(object):
         for sign in (-1, 1):
             touches = []
             for _ in range(1 + TOUCHES):
-                at = homing.push(arm, motor, joint, sign, homing.FIRST_PUSH)
+                at = stops.push(arm, motor, joint, sign, stops.FIRST_PUSH)
                 touches.append(
                     ((at - motor.zero) / motor.in_counts(1.0), self._leave(arm, k, sign))
                 )
-                homing.back_off(arm, motor, at, sign)
+                stops.back_off(arm, motor, at, sign)
             stands, leaves = zip(*touches[1:])  # the first one came from afar
-            if max(stands) - min(stands) > homing.MAX_TOUCH_SPREAD * motor.resolution:
-                raise homing.Blocked(
+            if max(stands) - min(stands) > stops.MAX_TOUCH_SPREAD * motor.resolution:
+                raise stops.Blocked(
                     "the {}'s stop was found at places {:.1f} deg apart; clear its way".format(
                         joint.name, math.degrees(max(stands) - min(stands))
                     )
@@ -297,9 +297,9 @@ class Bench(object):
         """
         now_of, motor, joint = self._clock.now, arm.joints[k], arm.description.joints[k]
         nearest = motor.bounds()[0 if sign > 0 else 1]
-        motor.engage(homing.PUSH_STIFFNESS)
+        motor.engage(stops.PUSH_STIFFNESS)
         last = motor.counts()
-        motor.drive(-sign * math.radians(LEAVING / homing.PUSH_STIFFNESS) / joint.gear)
+        motor.drive(-sign * math.radians(LEAVING / stops.PUSH_STIFFNESS) / joint.gear)
         began = before = now_of()
         times = []
         while len(times) < 2 and before - began < RENEWED * 3:

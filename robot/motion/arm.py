@@ -331,8 +331,8 @@ class RobotArm(object):
         """Find the zero as the arm's file says, which stands about at home; remember it.
 
         With `here` it is taken to be there; with `seek` its stops are sought from anywhere.  The
-        pen is taken to be up.  Returns one homing.Found per joint, none if nothing was sought, or
-        raises homing.Blocked, Stalled or MotorNotFound after stopping.
+        pen is taken to be up.  Returns one stops.Found per joint, none if nothing was sought, or
+        raises stops.Blocked, Stalled or MotorNotFound after stopping.
         """
         from robot.motion import homing  # not above: most programs find the zero remembered
 

@@ -9,7 +9,8 @@ import math
 import ev3dev2.motor
 
 from robot.motion.control_loop import Stalled
-from robot.motion.homing import (
+from robot.motion.online_trajectory import STOP
+from robot.motion.stops import (
     MAX_STOP_ERROR,
     Blocked,
     Found,
@@ -18,7 +19,6 @@ from robot.motion.homing import (
     take_as_it_stands,
     touch_stop,
 )
-from robot.motion.online_trajectory import STOP
 from robot.motion.trajectory import JointMove
 from shared.arm_description import SEEK_BEYOND, STOPS_TOUCHED
 

@@ -5,7 +5,7 @@ import math
 import pytest
 from rig import degrees, described, switched_on, zero_of
 
-from robot.motion.homing import MAX_TOUCH_SPREAD, Blocked
+from robot.motion.stops import MAX_TOUCH_SPREAD, Blocked
 from robot.motion.zero import NotHomed
 
 
