@@ -45,8 +45,9 @@ STOP_MARGIN = 0.7
 EXPLORING_STEP = math.radians(8)
 """Size of a joint's exploring step, rad."""
 
-MIN_EXPLORED_SIGMAS = 3.0
-"""An exploring step that moves the marker by fewer standard deviations shows nothing."""
+MIN_EXPLORED_SIGMAS = 6.0
+"""An exploring step that moves the marker by fewer standard deviations of a measurement shows
+nothing: the difference of two spreads by 1.4, and the largest of several joints counts."""
 
 FLAT_VIEW = "seen by {}, the tip may be off along the line of sight; look from another side, too"
 
