@@ -298,8 +298,8 @@ def test_a_marker_that_is_never_seen_is_named_and_nothing_moves(watched, name):
     assert not w.moved()
 
 
-@pytest.mark.short(every=7)
-@pytest.mark.parametrize("seed", range(28))
+@pytest.mark.short(every=21)
+@pytest.mark.parametrize("seed", range(84))
 def test_a_marker_that_no_joint_moves_is_told_with_what_may_be_loose(watched, seed):
     w = watched()
     see, luck = w.tracker.see, random.Random(seed)
