@@ -11,7 +11,7 @@ import types
 
 ROOMS = {
     "robot.clock": ("Clock",),
-    "robot.battery": ("Battery",),
+    "robot.ev3.battery": ("Battery",),
     "robot.drawing": ("Driver",),
     "robot.motion.arm": ("RobotArm",),
     "robot.motion.checked": ("NotChecked",),

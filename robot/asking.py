@@ -103,9 +103,9 @@ class Person(object):
     def _pressed(self, wanted):
         """Which of these buttons is pressed next; it is released again by then."""
         if self._buttons is None:
-            from ev3dev2.button import Button  # not above: it is slow to import
+            from robot.ev3.buttons import brick_buttons  # not above: few are asked by button
 
-            self._buttons = Button()
+            self._buttons = brick_buttons()
         before = self._down()  # what is down already was meant for something else
         while True:
             self._clock.sleep(LOOK_PERIOD)

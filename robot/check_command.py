@@ -6,8 +6,9 @@ The answer goes into the arm's file, if that says otherwise, and is kept; until 
 import contextlib
 import os
 
-from robot import battery, program
+from robot import program
 from robot.asking import Person
+from robot.ev3 import battery
 from robot.motion import mounting
 from robot.motion.checked import Checked
 from robot.motion.zero import NotHomed

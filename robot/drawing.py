@@ -3,7 +3,7 @@
 import math
 import os
 
-from robot.motion import classic_steps, kinematics, paths, trajectory
+from robot.motion import kinematics, paths, trajectory
 from shared.arm_description import ArmError
 from shared.small_files import open_to_write
 from shared.state import PLAN
@@ -137,8 +137,7 @@ class Driver(object):
         planned = [trajectory.plan(arm, pieces, self.speed, self.elbow) for pieces in ways]
         if method == "steps":
             for pieces, plans in zip(ways, planned):
-                for piece, plan in zip(pieces, plans):
-                    classic_steps.jacobian_step(arm, plan.start, _way(piece))
+                self._check_steps(pieces, plans)
         for pieces, plans in zip(ways, planned):
             self.draw_planned(pieces, plans, method)
 
@@ -149,8 +148,7 @@ class Driver(object):
                 "there is no method '{}'; take one of {}".format(method, ", ".join(METHODS))
             )
         if method == "steps":
-            for piece, plan in zip(pieces, plans):
-                classic_steps.jacobian_step(self.arm.description, plan.start, _way(piece))
+            self._check_steps(pieces, plans)
         announce(pieces)
         self.pen_up()
         if method == "steps":
@@ -161,6 +159,13 @@ class Driver(object):
             self.arm.follow(plans)
         self.pen_up()
 
+    def _check_steps(self, pieces, plans):
+        """Refuse, by Unreachable, pieces along which no joint step leads from their start."""
+        from robot.motion.classic_steps import jacobian_step  # not above: few draw in steps
+
+        for piece, plan in zip(pieces, plans):
+            jacobian_step(self.arm.description, plan.start, _way(piece))
+
     def _draw_in_steps(self, pieces, plans):
         self.arm.go_to(plans[0].start)
         self.pen_down()
@@ -170,6 +175,8 @@ class Driver(object):
 
     def _steps(self, start, goal):
         """The report's method: dy fixed, dx = J^-1 dy here, cut to 5 degrees, repeated."""
+        from robot.motion import classic_steps  # not above: few draw in steps
+
         description = self.arm.description
         dy = _way((start, goal))
         for _ in range(MAX_STEPS):

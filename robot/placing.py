@@ -2,8 +2,8 @@
 
 import math
 
-from robot import battery
 from robot.asking import Person
+from robot.ev3 import battery
 from robot.motion import kinematics
 from shared.arm_description import PULLED_DOWN, SEEK_BEYOND
 

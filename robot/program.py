@@ -84,15 +84,13 @@ def connect(description, clock, take=None, unchecked=False):
     try:
         from robot.motion.arm import RobotArm
     except ImportError as error:
-        if getattr(error, "name", "") != "ev3dev2":
-            raise
+        from robot.ev3.library import what_is_missing
         from shared.arm_description import ArmError
-        from shared.state import laptop_program
 
-        raise ArmError(
-            "there is no python-ev3dev2 here; run this on the brick, or emulated: "
-            "{} simulate {} ...".format(laptop_program(), sys.argv[0])
-        ) from None
+        missing = what_is_missing(error)
+        if missing is None:
+            raise
+        raise ArmError(missing + " ...") from None
     arm = RobotArm(description, clock)
     arm.checked.needed = not unchecked
     if take is not None:
@@ -105,7 +103,7 @@ def claim(lock, clock, take):
     """Make sure that no other program moves the motors until this one has ended.
 
     Args:
-        lock: robot.motion.brick_lock.BrickLock.
+        lock: robot.ev3.brick_lock.BrickLock.
         take: whether one that may is asked to stop.
 
     Raises:

@@ -5,9 +5,9 @@ import re
 import sys
 
 from robot import program
-from robot.battery import Battery
 from robot.clock import Clock
 from robot.command_line import CODE_HELP, BadArgument, Parser, number_in
+from robot.ev3.battery import Battery
 from robot.servoing.rows import Rows
 from robot.servoing.run_reporter import verdict_text
 from robot.servoing.runs import Runs, say

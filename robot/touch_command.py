@@ -94,16 +94,15 @@ class TouchSensors(object):
     """
 
     def __init__(self, arm):
-        import ev3dev2.motor
-        from ev3dev2.sensor.lego import TouchSensor  # not above: it is slow to import
+        from robot.ev3.touch_sensor import NoTouchSensor, touch_sensor  # not above: it is slow
 
         self._sensors = {}
         taken = [joint.touch_port for joint in arm.joints if joint.find_home == "touch"]
         for port in ("in1", "in2", "in3", "in4"):
             if port not in taken:
                 try:
-                    self._sensors[port] = TouchSensor(port)
-                except (ev3dev2.DeviceNotFound, OSError):
+                    self._sensors[port] = touch_sensor(port)
+                except NoTouchSensor:
                     continue  # there is none, or another kind of sensor
         self.ports = sorted(self._sensors)
         self._before = self._down()
@@ -112,7 +111,7 @@ class TouchSensors(object):
         down = set()
         for port in self.ports:
             try:
-                if self._sensors[port].is_pressed:
+                if self._sensors[port]():
                     down.add(port)
             except OSError:  # its cable was pulled: the others are still there
                 self.ports = [one for one in self.ports if one != port]

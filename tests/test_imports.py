@@ -24,7 +24,9 @@ TOP_LEVEL = {
 PICTURES = {"numpy", "cv2"}
 LIBRARIES = {
     "shared": set(),
-    "robot": {"ev3dev2"},
+    "robot": set(),
+    "robot.doctor": {"ev3dev2"},  # it stands for itself, on bricks without the rest
+    "robot.ev3": {"ev3dev2"},
     "laptop": set(),
     "laptop.system": set(),
     "laptop.brick": {"asyncssh"},

@@ -15,7 +15,7 @@ from laptop.brick.finding import NOBODY
 from laptop.brick.install import why_not_taken
 from laptop.emulator.device.brick import EmulatedBrick
 from laptop.emulator.host.world import World
-from robot.battery import BatteryFlat
+from robot.ev3.battery import BatteryFlat
 from robot.motion import kinematics
 from robot.motion.arm import RobotArm
 from robot.motion.arm_motors import PenDisplaced

@@ -13,13 +13,12 @@ import random
 import shutil
 import tempfile
 
-import ev3dev2.motor
-
+from robot.ev3.library import motors_shown_in
+from robot.ev3.motors import JointMotor
 from robot.motion import kinematics, paths, trajectory
 from robot.motion.arm import RobotArm
 from robot.motion.arm_motors import ArmMotors
 from robot.motion.joint_controller import GAINS
-from robot.motion.motors import JointMotor
 from robot.servoing.loop import VisualServoing
 from robot.servoing.runs import make_servo
 from shared.arm_description import find_arm, read_arm
@@ -190,8 +189,6 @@ class MadeUpCameras(object):
 @contextlib.contextmanager
 def folder_of_motors(joints):
     """Have python-ev3dev2 find these joints' motors in a temporary folder, for a `with` block."""
-    device = ev3dev2.motor.Device
-    before = device.DEVICE_ROOT_PATH
     root = tempfile.mkdtemp()
     try:
         for k, joint in enumerate(joints):
@@ -215,10 +212,9 @@ def folder_of_motors(joints):
                 with open(path, "w") as file:
                     file.write("{}\n".format(value))
                 os.chmod(path, 0o664)
-        device.DEVICE_ROOT_PATH = root
-        yield
+        with motors_shown_in(root):
+            yield
     finally:
-        device.DEVICE_ROOT_PATH = before
         shutil.rmtree(root)
 
 

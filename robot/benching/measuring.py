@@ -10,8 +10,8 @@ import sys
 from robot import program
 from robot.benching.laps import NOTHING, Laps, middle, table
 from robot.clock import Clock
+from robot.ev3.library import what_is_missing
 from shared.arm_description import ArmError, find_arm, read_arm
-from shared.state import laptop_program
 
 FORMAT, VERSION = "brickservo brick", 1
 """What the file says that it is; the version rises when a figure changes its meaning."""
@@ -49,14 +49,12 @@ def run(args, begun):
         _check_bare(port, description)
     try:
         with _lap(laps, "start: import python-ev3dev2"):
-            import robot.motion.motors  # noqa: F401
+            import robot.ev3.motors  # noqa: F401
     except ImportError as error:
-        if getattr(error, "name", "") != "ev3dev2":
+        missing = what_is_missing(error)
+        if missing is None:
             raise
-        raise CannotMeasure(
-            "there is no python-ev3dev2 here; run this on the brick, or emulated: "
-            "{} simulate {}".format(laptop_program(), sys.argv[0])
-        ) from None
+        raise CannotMeasure(missing) from None
     with _lap(laps, "start: import the arm"):
         import robot.motion.arm  # noqa: F401
     with _lap(laps, "start: import the servo"):
@@ -146,10 +144,10 @@ def _volts():
     Raises:
         CannotMeasure: there is none.
     """
-    from ev3dev2.power import PowerSupply  # not above: it is slow to import
+    from robot.ev3.battery import power_supply  # not above: few arms are turned for it
 
     try:
-        supply = PowerSupply()
+        supply = power_supply()
         if supply.measured_volts > 0:
             return lambda: supply.measured_volts
     except Exception as error:  # whatever a driver may have
@@ -164,8 +162,8 @@ def _volts():
 def _move(args, description, clock):
     """Turn what is to be turned; dict, port -> figures."""
     from robot.benching import moving, system
-    from robot.motion.brick_lock import BrickLock
-    from robot.motion.motors import motors_folder
+    from robot.ev3.brick_lock import BrickLock
+    from robot.ev3.motors import motors_folder
 
     bench = moving.Bench(clock, _volts())
     bare = []

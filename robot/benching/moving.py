@@ -6,11 +6,11 @@ Every set-point is renewed, so that a motor stops by itself when the program die
 import math
 
 from robot.benching.figures import Pass, figures
+from robot.ev3.motors import DEAD_MAN, JointMotor
 from robot.motion import kinematics, stops
 from robot.motion.backlash import APPROACH_ACCELERATION, APPROACH_SPEED
 from robot.motion.control_loop import Stalled
 from robot.motion.joint_controller import GAINS
-from robot.motion.motors import DEAD_MAN, JointMotor
 from shared.arm_description import MOTOR_SPEEDS, PULLED_DOWN
 
 LEVELS = (0.3, 0.5, 0.75, 1.0)

@@ -2,7 +2,7 @@
 
 import os
 
-from robot.motion.motors import JointMotor, plugged_in
+from robot.ev3.motors import JointMotor, plugged_in
 
 ACCESSES = 20
 NAPS, NAP = 100, 0.02

@@ -198,9 +198,9 @@ class Buttons(object):
     """
 
     def __init__(self):
-        from ev3dev2.button import Button  # not above: it is slow to import
+        from robot.ev3.buttons import brick_buttons  # not above: few draw without a terminal
 
-        self._events = Button().evdev_device
+        self._events = brick_buttons().evdev_device
 
     def close(self):
         """Hear no more of them."""

@@ -17,7 +17,7 @@ import json
 import math
 import os
 
-from robot.battery import Battery
+from robot.ev3.battery import Battery
 from robot.jobs.progress import write_whole
 from shared.record import record
 from shared.state import JOB_STATUS_FILE, state_folder

@@ -2,10 +2,10 @@
 
 import math
 
-from robot.motion.brick_lock import BrickLock
+from robot.ev3.brick_lock import BrickLock
+from robot.ev3.motors import JointMotor, motors_folder
 from robot.motion.control_loop import ControlLoop
 from robot.motion.joint_controller import JointController
-from robot.motion.motors import JointMotor, motors_folder
 from robot.motion.zero import ADVICE, NOT_LOADED, NotHomed, check_not_reset
 from shared.arm_description import ArmError
 
@@ -185,10 +185,10 @@ class ArmMotors(object):
         lost = None
         self.release_pen()  # from now on it is held wherever it is
         # All stand before anything is tidied up: an access may be slow.
-        for act in (JointMotor.brake, JointMotor.clamp, JointMotor.disengage):
+        for act in ("brake", "clamp", "disengage"):
             for motor in self._all:
                 try:
-                    act(motor)
+                    getattr(motor, act)()
                 except Exception as error:  # one motor's trouble must not keep the next one running
                     lost = lost or error
         self.loop.reset(self._all)

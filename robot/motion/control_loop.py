@@ -7,9 +7,9 @@ runs it does, and the motors' own dead-man.
 import gc
 import math
 
+from robot.ev3.motors import DEAD_MAN
 from robot.motion.joint_controller import ALONG_WEIGHT
 from robot.motion.motor_model import STIFFNESS
-from robot.motion.motors import DEAD_MAN
 from robot.motion.online_trajectory import STOP
 from robot.motion.pace import HOPELESS_TICKS, MIN_PERIOD, Pace
 from robot.motion.settling import STANDSTILL_TIME, SettlingDetector
@@ -74,7 +74,7 @@ class Stalled(ArmError):
 
     def look_at_battery(self, clock):
         """Say so if the battery is flat: what turns too slowly does so by that."""
-        from robot import battery  # not above: only now it is needed
+        from robot.ev3 import battery  # not above: only now it is needed
 
         volts = battery.flat(clock)
         if volts is None:

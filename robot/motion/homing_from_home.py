@@ -6,8 +6,6 @@ limit than SEEK_BEYOND, counted from where it was put. Stops that are elsewhere 
 
 import math
 
-import ev3dev2.motor
-
 from robot.motion.control_loop import Stalled
 from robot.motion.online_trajectory import STOP
 from robot.motion.stops import (
@@ -263,16 +261,16 @@ def _sensor(joint):
     Raises:
         Blocked: it is not there, then or when it is asked.
     """
-    from ev3dev2.sensor.lego import TouchSensor  # not above: it is slow to import
+    from robot.ev3.touch_sensor import NoTouchSensor, touch_sensor  # not above: few have one
 
     def there(ask, *args):
         try:
             return ask(*args)
-        except (ev3dev2.DeviceNotFound, OSError):
+        except NoTouchSensor:
             raise Blocked(
                 "there is no touch sensor at {} for the {}; check its cable, or find_home in the "
                 "arm file".format(joint.touch_port, joint.name)
             ) from None
 
-    sensor = there(TouchSensor, joint.touch_port)
-    return lambda: there(getattr, sensor, "is_pressed")
+    is_pressed = there(touch_sensor, joint.touch_port)
+    return lambda: there(is_pressed)

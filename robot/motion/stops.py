@@ -6,9 +6,9 @@ and is measured on the way.
 
 import math
 
+from robot.ev3.motors import DEAD_MAN
 from robot.motion.control_loop import Stalled, TooSlow
 from robot.motion.motor_model import STIFFNESS
-from robot.motion.motors import DEAD_MAN
 from robot.motion.online_trajectory import STOP
 from robot.motion.trajectory import JointMove
 from shared.arm_description import ArmError

@@ -6,6 +6,8 @@ diverging          explore anew
 at a dead end      explore anew, then try another posture; none is left: out of reach
 """
 
+import math
+
 GO_ON, EXPLORE_ANEW, START_ELSEWHERE, TRY_POSTURE, GIVE_UP = (
     "go on", "explore anew", "start elsewhere", "try another posture", "give up",
 )  # fmt: skip
@@ -35,6 +37,13 @@ DIVERGED_SHARE, DIVERGING_MOVES, DIVERGED_ERROR = 1.3, 3, 25.0
 RIGHT_SHARE = 0.6
 """A model was right lately if so much of its steps, and no more, was predicted wrongly."""
 
+FIRST_STEP, MIN_STEP, MAX_STEP = (math.radians(x) for x in (35, 3, 60))
+"""Trust region: the greatest step of a joint, rad."""
+
+GROW_BELOW, SHRINK_ABOVE, GROWTH, SHRINKAGE = 0.3, 0.6, 2.0, 0.5
+"""Share of a step that was predicted wrongly, below and above which the region grows or shrinks, to
+so many times the step."""
+
 
 def drawing(seed):
     """Random(seed).uniform; random is imported only where it is needed."""
@@ -48,6 +57,20 @@ def drawing(seed):
         return luck[0].uniform(low, high)
 
     return uniform
+
+
+def next_region(region, step, wrong):
+    """The greatest next step of a joint, rad.
+
+    Args:
+        region: the last one, rad.  step: what was made of it, rad.
+        wrong: share of it that was predicted wrongly.
+    """
+    if wrong > SHRINK_ABOVE:
+        return max(MIN_STEP, SHRINKAGE * step)
+    if wrong < GROW_BELOW:
+        return min(MAX_STEP, max(region, GROWTH * step))
+    return region
 
 
 class Progress(object):

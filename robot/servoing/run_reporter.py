@@ -105,8 +105,8 @@ def verdict_text(verdict):
 def word_for(error):
     """The verdict that an ArmError comes to."""
     # Not above: the laptop, which has no motors, is to be told so in one line.
+    from robot.ev3.motors import MotorNotFound
     from robot.motion.control_loop import Stalled, TooSlow
-    from robot.motion.motors import MotorNotFound
 
     if isinstance(error, TooSlow):
         return TOO_SLOW

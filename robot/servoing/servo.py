@@ -27,15 +27,16 @@ from robot.servoing.pose_search import (
 )
 from robot.servoing.progress import (
     EXPLORE_ANEW,
+    FIRST_STEP,
     GIVE_UP,
     START_ELSEWHERE,
     TRY_POSTURE,
     Progress,
     drawing,
+    next_region,
 )
 from robot.servoing.rows import Rows
 from robot.servoing.stall_witness import Known
-from robot.servoing.trust_region import FIRST_STEP, next_region
 from shared.record import record
 from shared.verdicts import CONVERGED, LIMIT, SINGULAR, UNREACHABLE
 
@@ -46,8 +47,7 @@ EXPLORING_STEP = math.radians(8)
 """Size of a joint's exploring step, rad."""
 
 MIN_EXPLORED_SIGMAS = 6.0
-"""An exploring step that moves the marker by fewer standard deviations of a measurement shows
-nothing: the difference of two spreads by 1.4, and the largest of several joints counts."""
+"""An exploring step that moves the marker by fewer standard deviations shows nothing."""
 
 FLAT_VIEW = "seen by {}, the tip may be off along the line of sight; look from another side, too"
 

@@ -10,7 +10,7 @@ from waiting import PATIENCE
 SOURCE = """
 import sys, signal, time
 sys.path.insert(0, {root!r})
-from robot.motion.brick_lock import BrickLock
+from robot.ev3.brick_lock import BrickLock
 {before}
 BrickLock({path!r}).acquire()
 try:

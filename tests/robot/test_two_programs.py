@@ -115,7 +115,7 @@ def test_a_script_of_ones_own_need_not_know(shell, other, tmp_path, capsys, move
     assert run_script(shell.brick, str(script)).status == 1
     out, err = capsys.readouterr()
     assert out == "the end\n"
-    assert err.splitlines()[-1].startswith("robot.motion.brick_lock.BrickInUse: " + NAME)
+    assert err.splitlines()[-1].startswith("robot.ev3.brick_lock.BrickInUse: " + NAME)
     assert stood(shell, before)
     other.kill()
     other.wait(PATIENCE)

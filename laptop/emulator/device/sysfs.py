@@ -197,7 +197,7 @@ class Sysfs(object):
             yield self
         finally:
             # The program has ended, or is killed: what it has locked is free.
-            lock = sys.modules.get("robot.motion.brick_lock")
+            lock = sys.modules.get("robot.ev3.brick_lock")
             if lock:
                 lock.release()
             device.DEVICE_ROOT_PATH, device._attribute_file_open = before

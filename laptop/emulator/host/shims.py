@@ -59,7 +59,7 @@ from laptop.emulator.host.sys_class import SysClass, wrapped
 from laptop.emulator.host.threads import Threads, thread_module
 from laptop.emulator.host.waiting_line import WaitingLine
 from laptop.system import platforms
-from robot.motion.brick_lock import BrickLock
+from robot.ev3.brick_lock import BrickLock
 from shared.state import LOCK
 
 PRINT_COST = 0.5e-3

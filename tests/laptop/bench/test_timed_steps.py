@@ -9,7 +9,7 @@ from rig import REPORT_LINES, described, switched_on
 
 from laptop.bench import draw, timed_steps
 from laptop.emulator.host.program import Program
-from robot.motion.motors import JointMotor
+from robot.ev3.motors import JointMotor
 from shared.arm_description import ArmError
 
 LAWS = timed_steps.LAWS

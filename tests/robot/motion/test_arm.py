@@ -5,9 +5,9 @@ import math
 import pytest
 from rig import REPORT_LINES, degrees, described, far, switched_on, zero_of
 
+from robot.ev3.motors import MotorNotFound
 from robot.motion.control_loop import OutOfBounds, Stalled, TooSlow
 from robot.motion.kinematics import Unreachable, forward
-from robot.motion.motors import MotorNotFound
 from robot.motion.online_trajectory import Moving
 from robot.motion.paths import polyline
 from robot.motion.trajectory import JointMove, Trajectory, plan

@@ -3,7 +3,7 @@
 import pytest
 from rig import degrees, far, switched_on
 
-from robot.motion.brick_lock import BrickInUse
+from robot.ev3.brick_lock import BrickInUse
 from robot.motion.control_loop import Stalled
 from robot.motion.zero import NotHomed
 

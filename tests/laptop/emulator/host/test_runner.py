@@ -221,7 +221,7 @@ def test_nothing_of_a_run_is_left_in_the_host(run, tmp_path):
     dice = random.getstate()
     run(
         "import os, sys, signal, random, atexit, wave_helper, queue\n"
-        "import ev3dev2.motor, robot.motion.motors\n"
+        "import ev3dev2.motor, robot.ev3.motors\n"
         "sys.path.append('x'); sys.argv.append('y'); os.chdir('/'); os.environ['ARM'] = '1'\n"
         "import io; sys.stdout = sys.stderr = io.StringIO()\n"
         "signal.signal(signal.SIGINT, signal.SIG_IGN); random.random()\n"

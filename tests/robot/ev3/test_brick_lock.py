@@ -15,8 +15,8 @@ from places import ROOT
 from refusals import refused
 from waiting import PATIENCE
 
-from robot.motion import brick_lock
-from robot.motion.brick_lock import BrickInUse, BrickLock
+from robot.ev3 import brick_lock
+from robot.ev3.brick_lock import BrickInUse, BrickLock
 
 STOPS_ITSELF = "def end(*_): raise SystemExit(143)\nsignal.signal(signal.SIGTERM, end)"
 IGNORES = (
@@ -193,7 +193,7 @@ def test_another_users_program_is_named_and_left_alone(folder, other, tmp_path):
     first = other()
     code = (
         f"import sys, os; sys.path.insert(0, {str(ROOT)!r})\n"
-        "from robot.motion.brick_lock import BrickLock\n"
+        "from robot.ev3.brick_lock import BrickLock\n"
         "from robot.clock import Clock\n"
         "import _signal, fcntl; os.setuid(65534)\n"
         f"BrickLock({folder!r}).take_over(Clock())"

@@ -22,6 +22,13 @@ class BatteryFlat(ArmError):
         ArmError.__init__(self, ADVICE.format(volts) + ", then start again")
 
 
+def power_supply():
+    """Return python-ev3dev2's battery, whose `measured_volts` asks it each time."""
+    from ev3dev2.power import PowerSupply  # not above: it is slow to import
+
+    return PowerSupply()
+
+
 def flat(clock):
     """The battery's voltage, V, if it is flat; else, or if it does not tell, None."""
     volts = Battery(clock).volts()
@@ -59,9 +66,7 @@ class Battery(object):
         self._looked = self._clock.now()
         try:
             if self._supply is None:
-                from ev3dev2.power import PowerSupply  # not above: it is slow to import
-
-                self._supply = PowerSupply()
+                self._supply = power_supply()
             self._volts = self._supply.measured_volts
         except Exception:  # whatever a driver may have: it is for show only
             self._volts = None

@@ -6,7 +6,7 @@ import pytest
 from refusals import refused
 from rig import Rig, described, switched_on
 
-from robot.motion.motors import DEAD_MAN, JointMotor, MotorNotFound
+from robot.ev3.motors import DEAD_MAN, JointMotor, MotorNotFound
 
 # Both signs and both gears; the emulated joint is built to match.
 TRAINS = [(1, 1), (1, -1), (5, 1), (5, -1), (0.5, -1)]

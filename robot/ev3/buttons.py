@@ -1,0 +1,8 @@
+"""The brick's own buttons."""
+
+
+def brick_buttons():
+    """Return python-ev3dev2's buttons: `buttons_pressed`, and `evdev_device` with their events."""
+    from ev3dev2.button import Button  # not above: it is slow to import
+
+    return Button()

@@ -1,0 +1,27 @@
+"""The library itself: whether it is there, and in which folder it looks for motors."""
+
+import contextlib
+import sys
+
+from shared.state import laptop_program
+
+
+def what_is_missing(error):
+    """Return what to do about an ImportError, for people; None if the library is not its cause."""
+    if getattr(error, "name", "") != "ev3dev2":
+        return None
+    way = "there is no python-ev3dev2 here; run this on the brick, or emulated: {} simulate {}"
+    return way.format(laptop_program(), sys.argv[0])
+
+
+@contextlib.contextmanager
+def motors_shown_in(root):
+    """Have motors looked for in another folder than the system's, for a `with` block."""
+    from ev3dev2.motor import Device
+
+    before = Device.DEVICE_ROOT_PATH
+    Device.DEVICE_ROOT_PATH = root
+    try:
+        yield
+    finally:
+        Device.DEVICE_ROOT_PATH = before

@@ -1,0 +1,31 @@
+"""Touch sensors at the brick's inputs."""
+
+
+class NoTouchSensor(OSError):
+    """None is there, then or no longer."""
+
+
+def touch_sensor(port):
+    """Return a function that tells whether the touch sensor at an input is pressed.
+
+    Args:
+        port: "in1" .. "in4".
+
+    Raises:
+        NoTouchSensor: at once, or by the function once its cable is pulled.
+    """
+    from ev3dev2 import DeviceNotFound  # not above: it is slow to import
+    from ev3dev2.sensor.lego import TouchSensor
+
+    try:
+        sensor = TouchSensor(port)
+    except (DeviceNotFound, OSError) as error:
+        raise NoTouchSensor(str(error)) from None
+
+    def is_pressed():
+        try:
+            return sensor.is_pressed
+        except (DeviceNotFound, OSError) as error:
+            raise NoTouchSensor(str(error)) from None
+
+    return is_pressed
