@@ -52,7 +52,18 @@ MEMORY = "/dev/shm"
 # So that tests can share what helps them: pytest for an old Python knows no `tests.helpers`.
 sys.path.insert(0, str(Path(__file__).parent / "helpers"))
 
-import stacks  # noqa: E402  only now it is found
+import duck_motors  # noqa: E402  only now it is found
+import stacks  # noqa: E402
+
+
+def pytest_addoption(parser):
+    """Offer another kind of motor."""
+    parser.addoption(
+        "--motors",
+        choices=("own", "duck"),
+        default="own",
+        help="duck: whatever moves an arm does so by motors of a kind that derives from nothing",
+    )
 
 
 def is_by_name(config):
@@ -86,6 +97,8 @@ def pytest_configure(config):
     # Tests are collected with the arms that come along: whoever has calibrated one has a `planar`.
     os.environ["BRICKSERVO_STATE"] = os.path.join(tempfile.gettempdir(), "brickservo-tests-state")
     stacks.install()
+    if config.option.motors == "duck":
+        duck_motors.install()
     folder = bytecode(config)
     if folder and sys.version_info >= (3, 8) and os.environ.pop("PYTHONDONTWRITEBYTECODE", ""):
         sys.dont_write_bytecode = False

@@ -344,7 +344,7 @@ def test_a_motor_whose_device_has_a_number_of_two_digits_is_there(tmp_path):
     """The library's device_index would be its last digit."""
     with switched_on(tmp_path) as rig:
         joints = rig.robot().joints
-        assert any(motor._motor._path.endswith("motor10") for motor in joints)
+        assert any(motor.device == "motor10" for motor in joints)
         for motor in joints:
             motor.check_plugged_in()
         rig.brick.unplug("B")
