@@ -18,8 +18,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from laptop.bench import workers
-from laptop.emulator import session
-from laptop.emulator.own_programs import find_script
+from laptop.emulator.rig import Rig
 from robot.jobs.checking import check_strokes
 from robot.motion import paths, trajectory
 from shared.arm_description import Arm, find_arm, read_arm
@@ -91,9 +90,12 @@ def draw_it(case: AimedJob) -> AimedResult:
                 pass
         except BadJob as why:
             return AimedResult(case.seed, case.arm, kind, refused=str(why).partition(": ")[2])
-        script = find_script("driver.py")
-        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
-            done = session.run(arm, script, ("job", file), timeout=TIMEOUT, home=home)
+        with (
+            contextlib.redirect_stdout(io.StringIO()),
+            contextlib.redirect_stderr(io.StringIO()),
+            Rig(arm, home=home) as rig,
+        ):
+            done = rig.job(file, timeout=TIMEOUT)
     record = done.record
     beyond = max(
         max(q - joint.upper, joint.lower - q)

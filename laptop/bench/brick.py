@@ -14,10 +14,9 @@ import tempfile
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from laptop.emulator import session
-from laptop.emulator.device.plant_constants import read_plant
 from laptop.emulator.host.processor import SECONDS
-from laptop.emulator.own_programs import BENCH_BRICK, find_script
+from laptop.emulator.own_programs import BENCH_BRICK
+from laptop.emulator.rig import Rig
 from shared.arm_description import find_arm, read_arm
 
 COUNTED: dict[str, tuple[float, float]] = {
@@ -103,11 +102,10 @@ def count() -> int:
 def run() -> Iterator[InstructionCount]:
     """Every piece, its median first and then, where it differs, its greatest."""
     arm = read_arm(find_arm("planar"))
-    plant = read_plant("cpu=1")
     with tempfile.TemporaryDirectory() as folder:
         file = os.path.join(folder, "laps.json")
-        with _silenced():
-            session.run(arm, BENCH_BRICK, ["--json", file], plant)
+        with _silenced(), Rig(arm, plant="cpu=1") as rig:
+            rig.run(BENCH_BRICK, "--json", file)
         with open(file) as laps:
             taken = json.load(laps)["laps_s"]
         for what, (median, greatest) in COUNTED.items():
@@ -117,8 +115,8 @@ def run() -> Iterator[InstructionCount]:
                 yield InstructionCount(what + ", greatest", greatest, max(thousands))
         for words, counted in STARTS.items():
             script, *args = words.split()
-            with _silenced():
-                outcome = session.run(arm, find_script(script), args, plant).outcome
+            with _silenced(), Rig(arm, plant="cpu=1") as rig:
+                outcome = rig.run(script, *args).outcome
             yield InstructionCount(
                 "start: " + words, counted, (outcome.start or 0.0) / SECONDS / 1000
             )

@@ -23,9 +23,8 @@ from typing import Any
 import numpy as np
 
 from laptop.bench import workers
-from laptop.emulator import session
 from laptop.emulator.device.plant_constants import at_port, read_plant
-from laptop.emulator.own_programs import find_script
+from laptop.emulator.rig import Rig
 from laptop.measure.arm.arm_model import ArmModel, CameraPrior, MeasuredByHand
 from laptop.measure.arm.calibrating import identify
 from laptop.measure.arm.emulated_table import EmulatedTable, camera_over
@@ -227,8 +226,12 @@ def _lines(arm: Arm, drawn: DrawnArm, seed: int, zeros: Sequence[float]) -> tupl
     Seen from the shoulder: how the whole arm stands on the table is no part of it.
     """
     plant = drawn.plant(seed, [0.0, *zeros[1:]])
-    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
-        done = session.run(arm, find_script("driver.py"), ["lines"], plant, built=drawn.built)
+    with (
+        contextlib.redirect_stdout(io.StringIO()),
+        contextlib.redirect_stderr(io.StringIO()),
+        Rig(arm, drawn.built, plant) as rig,
+    ):
+        done = rig.run("driver.py", "lines")
     found = line_accuracy.measure(done.record, LINES[2])
     return tuple(math.nan if one is None else one.greatest_mm for one in found)
 

@@ -24,12 +24,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from laptop.bench import timed_steps, workers
+from laptop.emulator.brick_home import park_on_file
 from laptop.emulator.device.brick import EmulatedBrick
 from laptop.emulator.device.masses import weighed
 from laptop.emulator.device.plant_constants import CPU, read_plant
 from laptop.emulator.host import program as programs
 from laptop.emulator.host.world import World
-from laptop.emulator.session import park_on_file
 from laptop.record.figures import line_accuracy
 from robot.driver import LINES
 from robot.motion import kinematics, paths, trajectory

@@ -18,10 +18,9 @@ from typing import Any, NamedTuple
 from laptop.bench.draw import random_line
 from laptop.bench.servo_setups import PinholeCamera, PinholeCameras, apart
 from laptop.emulator.device.brick import EmulatedBrick
-from laptop.emulator.device.plant_constants import read_plant
+from laptop.emulator.faults import Fault
+from laptop.emulator.rig import Rig
 from laptop.emulator.scene.scene_constants import read_scene
-from laptop.emulator.session import Fault
-from laptop.emulator.session import run as run_session
 from laptop.emulator.virtual_tracker import VirtualTracker
 from robot import driver, visual_servoing
 from robot.motion import kinematics, paths, trajectory
@@ -205,10 +204,12 @@ def perform(it: Task, faults: Sequence[Fault] = ()) -> tuple[Motion, int, str]:
             yield tracker
 
     out, err = io.StringIO(), io.StringIO()
-    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-        result = run_session(
-            arm, it.script, it.words, read_plant(it.plant), it.start, faults, watched=watched
-        )
+    with (
+        contextlib.redirect_stdout(out),
+        contextlib.redirect_stderr(err),
+        Rig(arm, plant=it.plant, cameras=watched, start=it.start) as rig,
+    ):
+        result = rig.run(it.script, *it.words, faults=faults)
     motion.finish()
     lines = err.getvalue().strip().splitlines()
     return motion, result.outcome.status, lines[-1] if lines else ""

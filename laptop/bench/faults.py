@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 from laptop.bench import workers
 from laptop.bench.fault_tasks import ARMS, COMMANDS, Motion, Task, perform, task
 from laptop.emulator.device.plant_constants import CPU
-from laptop.emulator.session import Fault
+from laptop.emulator.faults import Fault
 from shared.arm_description import find_arm, read_arm
 
 KINDS = ("dead-encoder", "stall", "unplug")

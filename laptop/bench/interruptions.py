@@ -23,11 +23,11 @@ import numpy as np
 from laptop.bench import workers
 from laptop.drawing import planning, preparing, sources
 from laptop.drawing.options import DrawingOptions
-from laptop.emulator import session
-from laptop.emulator.own_programs import find_script
+from laptop.emulator.faults import Fault
+from laptop.emulator.rig import Rig
 from laptop.record.figures.drawing_plot import standing
 from laptop.record.figures.line_accuracy import distances, pen_down_runs, place, refined
-from shared.arm_description import Arm, find_arm, read_arm
+from shared.arm_description import find_arm, read_arm
 from shared.state import JOB_ORDERS_FILE
 
 DRAWING, SIZE = "house", 9.0
@@ -115,9 +115,9 @@ def interrupt(case: Interruption) -> InterruptionResult:
             meanwhile.append((t + draw.uniform(*PAUSE_TIME), partial(_order, home, "resume")))
         if end == "abort":
             meanwhile.append((over, partial(_order, home, "abort")))
-        faults = [session.Fault(end, None, over)] if end in ("term", "kill") else []
-        script = find_script("driver.py")
-        first = _quiet(arm, script, ("job", file), faults=faults, home=home, meanwhile=meanwhile)
+        faults = [Fault(end, None, over)] if end in ("term", "kill") else []
+        with Rig(arm, home=home) as rig:
+            first = _quiet(rig, file, faults=faults, meanwhile=meanwhile)
         records = [first.record]
         last = first
         if end != "none":
@@ -126,15 +126,16 @@ def interrupt(case: Interruption) -> InterruptionResult:
                 f"{math.degrees(min(max(a, j.lower), j.upper)):.9f}"
                 for a, j in zip(q, arm.joints, strict=True)
             )
-            last = _quiet(arm, script, ("job", file, "--resume"), start=start, home=home)
+            with Rig(arm, start=start, home=home) as rig:
+                last = _quiet(rig, file, "--resume")
             records.append(last.record)
     return _judged(case, end, records, chains, pauses, over, last.outcome)
 
 
-def _quiet(arm: Arm, script: str, args: tuple[str, ...], **options: Any) -> Any:
-    """Run a script on the emulated brick, and let nobody hear it."""
+def _quiet(rig: Rig, *words: str, **options: Any) -> Any:
+    """Let a job be drawn, and nobody hear it."""
     with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
-        return session.run(arm, script, args, timeout=TIMEOUT, **options)
+        return rig.job(*words, timeout=TIMEOUT, **options)
 
 
 def _order(home: str, line: str) -> None:

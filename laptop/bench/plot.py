@@ -21,8 +21,7 @@ from laptop.bench import plot_drawings, workers
 from laptop.drawing import planning, preparing, sources, strokes
 from laptop.drawing.artwork import Artwork
 from laptop.drawing.options import DrawingOptions
-from laptop.emulator import session
-from laptop.emulator.own_programs import find_script
+from laptop.emulator.rig import Rig
 from laptop.record.figures import drawing_plot
 from robot.motion import kinematics
 from shared.arm_description import find_arm, read_arm
@@ -126,8 +125,8 @@ def draw(case: PlotCase) -> PlotResult:
     with tempfile.TemporaryDirectory() as folder:
         file = str(Path(folder) / "drawing.job")
         plan.write_job(file)
-        with contextlib.redirect_stdout(io.StringIO()):
-            done = session.run(arm, find_script("driver.py"), ("job", file), timeout=TIMEOUT)
+        with contextlib.redirect_stdout(io.StringIO()), Rig(arm) as rig:
+            done = rig.job(file, timeout=TIMEOUT)
     chains = planning.chains(plan.strokes, arm, plan.options.height)
     accuracy = drawing_plot.compare(done.record, chains)
     if case.pictures:

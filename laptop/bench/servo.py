@@ -35,6 +35,7 @@ from laptop.bench.servo_setups import (
     rendered_set_up,
     set_up,
 )
+from laptop.emulator.brick_home import park_on_file
 from laptop.emulator.device.brick import EmulatedBrick
 from laptop.emulator.device.plant_constants import CPU, read_plant
 from laptop.emulator.host import program as programs
@@ -42,7 +43,6 @@ from laptop.emulator.host.program import Program
 from laptop.emulator.host.world import World
 from laptop.emulator.scene import scene as pictured
 from laptop.emulator.scene.rendered_tracker import rendered
-from laptop.emulator.session import park_on_file
 from laptop.emulator.virtual_tracker import Markers, See, VirtualTracker
 from robot.motion import kinematics
 from robot.servoing.image_model import LinearImageModel, straight

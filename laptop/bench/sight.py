@@ -185,7 +185,7 @@ class AgeingRig:
         self.view: TipView = view_of(self._scene, self.arm)
 
     def measure(self, job: Path, dry: bool = True) -> MeasuredRun:
-        """As Rig.measure."""
+        """As MeasuringRig.measure."""
         plant = f"{self.plant},voltage={self._battery.uniform(*BATTERY):.3f}"
         seed = self._battery.randrange(2**31)
         if self.rendered:

@@ -21,11 +21,11 @@ from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
 
-import robot.driver
 from laptop.bench import workers
-from laptop.emulator import session
-from laptop.emulator.device.plant_constants import CPU, read_plant
+from laptop.emulator.brick_home import UNCHECKED
+from laptop.emulator.device.plant_constants import CPU
 from laptop.emulator.onlooker import Onlooker
+from laptop.emulator.rig import Rig, SimulationResult
 from shared.arm_description import SEEK_BEYOND, Arm, find_arm, read_arm
 
 WRONG, RIGHT = ("reversed", "swapped", "no stops", "touch"), "right"
@@ -167,25 +167,22 @@ def _written(arm: Arm, lines: Sequence[dict[str, str]], folder: Path) -> Arm:
 
 def _performed(
     case: WrongArmCase, arm: Arm, built: Arm, words: Sequence[str], start: str, typed: object
-) -> tuple[session.SimulationResult, list[str]]:
+) -> tuple[SimulationResult, list[str]]:
     """Run `driver.py WORDS` with somebody at the keyboard; and the lines that it has said."""
     said = io.StringIO()
-    with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
-        result = session.run(
-            arm,
-            robot.driver.__file__,
-            list(words),
-            read_plant(f"seed={case.seed},cpu={case.cpu:g}"),
-            start=start,
-            built=built,
-            keyboard=typed,
-        )
+    plant = f"seed={case.seed},cpu={case.cpu:g}"
+    with (
+        contextlib.redirect_stdout(said),
+        contextlib.redirect_stderr(said),
+        Rig(arm, built, plant, start=start) as rig,
+    ):
+        result = rig.run("driver.py", *words, keyboard=typed)
     return result, said.getvalue().splitlines()
 
 
 def _checked(case: WrongArmCase, arm: Arm, built: Arm, wrong: str) -> WrongArmResult:
     """Let `driver.py check` look at an arm."""
-    run, lines = _performed(case, arm, built, ["check"], session.UNCHECKED, Onlooker)
+    run, lines = _performed(case, arm, built, ["check"], UNCHECKED, Onlooker)
     found = read_arm(arm.file)
     corrected = [(j.port, j.direction) for j in found.joints] == [
         (j.port, j.direction) for j in built.joints
@@ -234,7 +231,7 @@ def _homed(
     )  # fmt: skip
 
 
-def _farthest(run: session.SimulationResult) -> float:
+def _farthest(run: SimulationResult) -> float:
     first = run.record[0].q
     return max(
         math.degrees(abs(q - before))
@@ -243,7 +240,7 @@ def _farthest(run: session.SimulationResult) -> float:
     )
 
 
-def _beyond(arm: Arm, run: session.SimulationResult, counted: bool) -> float:
+def _beyond(arm: Arm, run: SimulationResult, counted: bool) -> float:
     """How far beyond its limits a joint was, deg; counted from where it was put as home, or not."""
     first = run.record[0].q
     moved = [joint.home - q if counted else 0.0 for joint, q in zip(arm.joints, first, strict=True)]

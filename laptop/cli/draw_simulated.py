@@ -17,10 +17,9 @@ from laptop.cli.hearing import Hearing
 from laptop.cli.run_folder import PICTURES, SUMMARY, alone_in, check_room, write_files
 from laptop.drawing.durations import in_minutes
 from laptop.drawing.planning import chains
-from laptop.emulator import session
 from laptop.emulator.device.buttons import Press
 from laptop.emulator.device.plant_constants import read_plant
-from laptop.emulator.own_programs import find_script
+from laptop.emulator.rig import Rig
 from laptop.record.figures import drawing_plot, line_accuracy
 from laptop.record.figures.arm_numbers import numbers_of
 from laptop.record.figures.learning_plot import write_learning_plot
@@ -73,21 +72,13 @@ def draw_simulated(
     with alone_in(out), tempfile.TemporaryDirectory() as folder:
         file = str(Path(folder) / "drawing.job")
         header = plan.write_job(file, offsets)
-        args = ("job", file, *words)
         changer = PenChanger()
         with (
             contextlib.closing(Hearing(sys.stdout, changer.hear, ("paused",), True)) as output,
             contextlib.redirect_stdout(output),
+            Rig(plan.arm, built, plant) as rig,
         ):
-            run = session.run(
-                plan.arm,
-                find_script("driver.py"),
-                args,
-                plant,
-                timeout=TIMEOUT,
-                built=built,
-                person=changer,
-            )
+            run = rig.job(file, *words, timeout=TIMEOUT, person=changer)
         wished = chains(plan.strokes, plan.arm, plan.options.height)
         accuracy = drawing_plot.compare(run.record, wished)
         estimated = repeat * header.seconds - _left_out(plan, share)

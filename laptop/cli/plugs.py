@@ -6,8 +6,8 @@ import math
 import re
 from typing import Any
 
-from laptop.emulator import session
 from laptop.emulator.device.wheels import read_wheels
+from laptop.emulator.faults import InvalidSimulationOption
 from shared.arm_description import Arm
 
 NO_ARM = "none"
@@ -38,24 +38,24 @@ def plugged(
         port, _, rest = text.partition("=")
         kind, colon, limits = rest.partition(":")
         if port not in tuple("ABCD") or kind not in ("large", "medium"):
-            raise session.InvalidSimulationOption(
+            raise InvalidSimulationOption(
                 f"plug '{text}': write PORT=KIND with a port from A to D and large or medium; "
                 "behind it :LOW..HIGH if it has stops"
             )
         if arm and port in taken:
-            raise session.InvalidSimulationOption(
+            raise InvalidSimulationOption(
                 f"plug '{text}': at port {port} the arm {arm.name} has {taken[port]}; choose "
                 f"another port, or --arm {NO_ARM} for a brick without an arm"
             )
         if port in extra:
-            raise session.InvalidSimulationOption(
+            raise InvalidSimulationOption(
                 f"plug '{text}': port {port} is plugged twice; give it once"
             )
         extra[port] = kind
         if colon:
             stops[port] = _stops(text, limits)
         if colon and wheels and port in (wheels["left"], wheels["right"]):
-            raise session.InvalidSimulationOption(
+            raise InvalidSimulationOption(
                 f"plug '{text}': the motor at port {port} turns a wheel, which has no stops; leave "
                 f":{limits} out"
             )
@@ -73,7 +73,7 @@ def _stops(text: str, limits: str) -> tuple[float, float]:
     match = re.fullmatch(rf"({number})\.\.({number})", limits)
     lower, upper = map(float, match.groups()) if match else (1.0, -1.0)
     if not -MOST_TURNED <= lower <= 0 <= upper <= MOST_TURNED or lower == upper:
-        raise session.InvalidSimulationOption(
+        raise InvalidSimulationOption(
             f"plug '{text}': the motor starts at 0 deg, so write its stops as LOW..HIGH from "
             f"{-MOST_TURNED:g} to 0 and from 0 to {MOST_TURNED:g} deg, like -90..40"
         )
@@ -89,7 +89,7 @@ def wheels_of(text: str | None, arm: Arm | None) -> dict[str, Any] | None:
     if text is None:
         return None
     if arm is not None:
-        raise session.InvalidSimulationOption(
+        raise InvalidSimulationOption(
             f"wheels '{text}': they carry a robot without an arm; add --arm {NO_ARM}"
         )
     return read_wheels(text)

@@ -13,7 +13,8 @@ from typing import Any
 
 import click
 
-from laptop.emulator.session import InvalidSimulationOption, SimulationResult
+from laptop.emulator.faults import InvalidSimulationOption
+from laptop.emulator.rig import SimulationResult
 from laptop.system import platforms
 from laptop.system.files import CannotWrite, check_kind, check_shown
 from laptop.system.files import written as whole_file

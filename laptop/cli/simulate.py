@@ -25,17 +25,19 @@ from laptop.cli.run_folder import (
     was_refused,
     write_files,
 )
-from laptop.emulator import measured_brick, session
+from laptop.emulator import measured_brick
 from laptop.emulator.device.buttons import LATEST, read_press
 from laptop.emulator.device.leading_hand import read_hand
 from laptop.emulator.device.plant_constants import TABLE, read_plant
 from laptop.emulator.device.sensor_orders import listing, read_sensors
 from laptop.emulator.device.sensor_scene import LINE, line_points
 from laptop.emulator.device.wheels import TABLE as WHEELS
+from laptop.emulator.faults import FAULTS, InvalidSimulationOption, read_fault
 from laptop.emulator.host import last_line
 from laptop.emulator.host.guard import guarded
 from laptop.emulator.host.pace import BUSY
 from laptop.emulator.own_programs import find_script
+from laptop.emulator.rig import Rig, SimulationResult
 from laptop.record.figures.arm_numbers import numbers_of
 from laptop.record.figures.private_paths import without_folders
 from shared.arm_description import Arm, ArmError, find_arm, read_arm
@@ -116,7 +118,7 @@ class BrickScript(click.Path):
     multiple=True,
     metavar="KIND[:WHAT]@S",
     help="Let something go wrong: "
-    + ", ".join(kind + (f":{what}" if what else "") for kind, what in session.FAULTS.items()),
+    + ", ".join(kind + (f":{what}" if what else "") for kind, what in FAULTS.items()),
 )
 @click.option(
     "--start",
@@ -216,30 +218,13 @@ def simulate(
             click.echo(f"as {constants_file} has it: {measured_brick.in_words(measured)}")
         extra, stops = plugged(built, plug, wheels)
         hand = None if hand_text is None else read_hand(hand_text)
-        options = {
-            "plant": plant,
-            "faults": [session.read_fault(text) for text in faults],
-            "presses": [read_press(text) for text in presses],
-            "extra": extra,
-            "stops": stops,
-            "wheels": wheels,
-            "start": start,
-            "realtime": realtime,
-            "timeout": timeout,
-            "sensors": read_sensors(sensors),
-            "watched": None if scene is None else _watched(scene, built, realtime),
-            "built": built,
-            "person": None if hand is None else lambda brick, devices: brick.lead(hand),
-        }
+        happening = [read_fault(text) for text in faults]
+        pressed = [read_press(text) for text in presses]
+        sensed = read_sensors(sensors)
+        watched = None if scene is None else _watched(scene, built, realtime)
         ordered = [
-            *(
-                (f"--fault {text}", fault.t)
-                for text, fault in zip(faults, options["faults"], strict=True)
-            ),
-            *(
-                (f"--press {text}", press.t)
-                for text, press in zip(presses, options["presses"], strict=True)
-            ),
+            *((f"--fault {text}", fault.t) for text, fault in zip(faults, happening, strict=True)),
+            *((f"--press {text}", press.t) for text, press in zip(presses, pressed, strict=True)),
             *(
                 (f"--hand {place.p[0]:g},{place.p[1]:g}@{place.t:g}", place.t)
                 for place in hand or ()
@@ -248,8 +233,26 @@ def simulate(
         _check_in_time(ordered, timeout)
         check_room(out)
         click.get_current_context().with_resource(alone_in(out))
-        with guarded(Path(script).name), last_line.finished(), _paired(realtime):
-            run = session.run(arm, script, args, **options)
+        with (
+            guarded(Path(script).name),
+            last_line.finished(),
+            _paired(realtime),
+            Rig(
+                *(arm, built, plant, watched, start),
+                realtime=realtime,
+                extra=extra,
+                stops=stops,
+                sensors=sensed,
+                wheels=wheels,
+            ) as rig,
+        ):
+            run = rig.run(
+                *(script, *args),
+                faults=happening,
+                presses=pressed,
+                person=None if hand is None else lambda brick, devices: brick.lead(hand),
+                timeout=timeout,
+            )
         # Without a pen motor all of the motion is ink, and none of it belongs to one path.
         wanted = run.wanted if built and built.pen else []
         measures = line_accuracy.measure(run.record, wanted)
@@ -313,7 +316,7 @@ def _paired(realtime: bool) -> Iterator[None]:
 def _built(file: str, arm: Arm | None) -> Arm:
     """Return the arm as it was built."""
     if arm is None:
-        raise session.InvalidSimulationOption(
+        raise InvalidSimulationOption(
             f"--built {file} is an arm, and --arm {NO_ARM} has none; leave one of them out"
         )
     return read_arm(find_arm(file))
@@ -323,7 +326,7 @@ def _check_in_time(ordered: list[tuple[str, float]], timeout: float) -> None:
     """Refuse what could only come after the end."""
     for words, t in ordered:
         if t > timeout:
-            raise session.InvalidSimulationOption(
+            raise InvalidSimulationOption(
                 f"{words} comes after the end: the run is stopped at --timeout {timeout:g} s; "
                 "give an earlier time or a longer --timeout"
             )
@@ -342,7 +345,7 @@ def _check_arm_of_script(arm_file: str, script: str, args: tuple[str, ...]) -> N
     except ArmError:
         return  # the script's own affair
     if not same:
-        raise session.InvalidSimulationOption(
+        raise InvalidSimulationOption(
             f"--arm {other} stands after {script} and tells that script alone, but the emulated "
             f"brick carries {arm_file}: put --arm {other} before {script}"
         )
@@ -351,11 +354,11 @@ def _check_arm_of_script(arm_file: str, script: str, args: tuple[str, ...]) -> N
 def _watched(text: str, arm: Arm | None, realtime: bool) -> Callable[[Any], Any]:
     """Return what serves a brick in virtual time with what the tracker finds in rendered frames."""
     if realtime:
-        raise session.InvalidSimulationOption(
+        raise InvalidSimulationOption(
             "a scene is for virtual time; with --realtime, run track --camera synthetic beside it"
         )
     if arm is None:
-        raise session.InvalidSimulationOption(
+        raise InvalidSimulationOption(
             f"--scene shows an arm, and --arm {NO_ARM} has none; leave one of them out"
         )
     from laptop.emulator.scene.watching import watching  # OpenCV is slow to import
@@ -366,7 +369,7 @@ def _watched(text: str, arm: Arm | None, realtime: bool) -> Callable[[Any], Any]
 def _write(
     out: Path,
     arm: Arm | None,
-    run: session.SimulationResult,
+    run: SimulationResult,
     wanted: list,
     measures: list[line_accuracy.Measure | None],
     summary: dict,
@@ -410,7 +413,7 @@ def _summary(
     args: tuple[str, ...],
     arm: Arm | None,
     plant: str,
-    run: session.SimulationResult,
+    run: SimulationResult,
     measures: list[line_accuracy.Measure | None],
 ) -> dict:
     return {

@@ -9,11 +9,10 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from laptop.cli.hearing import Hearing
-from laptop.emulator import session
 from laptop.emulator.device.buttons import Press
 from laptop.emulator.device.leading_hand import BadHand, HandPlace
 from laptop.emulator.device.plant_constants import read_plant
-from laptop.emulator.own_programs import find_script
+from laptop.emulator.rig import Rig
 from laptop.emulator.scene.board_items import board_place
 from laptop.emulator.scene.rendered_tracker import marker_specs
 from laptop.emulator.scene.scene import Scene
@@ -122,12 +121,12 @@ class SimulatedTouching:
             ) as errors,
             contextlib.redirect_stdout(out),
             contextlib.redirect_stderr(errors),
+            Rig(self._arm, plant=self._plant) as rig,
         ):
-            run = session.run(
-                self._arm,
-                find_script("driver.py"),
-                ("touch", "--json"),
-                self._plant,
+            run = rig.run(
+                "driver.py",
+                "touch",
+                "--json",
                 timeout=TIMEOUT,
                 person=lambda brick, devices: self._begin(touching, brick, devices),
             )

@@ -18,9 +18,8 @@ from typing import Any
 
 import numpy as np
 
-from laptop.emulator import session
-from laptop.emulator.device.plant_constants import read_plant
 from laptop.emulator.host.runner import Outcome, in_words
+from laptop.emulator.rig import Rig
 from shared.arm_description import Arm, ArmError, find_arm, read_arm
 
 EXAMINER = Path(__file__).with_name("examiner.py")
@@ -96,22 +95,8 @@ def run(script: Path, plant: str = "", scene: str | None = None) -> TrialRun:
     """
     if not script.is_file():
         raise CannotExamine(f"{script}: there is no such file; give the path of your script")
-    arm = the_arm()
-    watched = None
-    if scene is not None:
-        from laptop.emulator.scene.watching import watching  # OpenCV is slow to import
-
-        watched = watching(scene, arm)
-    with _unseen() as complaints:
-        result = session.run(
-            arm,
-            str(script),
-            (),
-            plant=read_plant(plant),
-            timeout=TIMEOUT,
-            patience=PATIENCE,
-            watched=watched,
-        )
+    with _unseen() as complaints, Rig(the_arm(), plant=plant, cameras=scene) as rig:
+        result = rig.run(str(script), timeout=TIMEOUT, patience=PATIENCE)
     rows, outcome = result.record, result.outcome
     complaint, endless = "", outcome.reason in ENDLESS
     if endless:
@@ -166,12 +151,9 @@ def _answers(script: Path, questions: Sequence[Question]) -> list[Returned]:
         shutil.copy(EXAMINER, folder)
         asked, answered = folder / "questions.json", folder / "answers.json"
         asked.write_text(json.dumps(questions), encoding="utf-8")
-        with _unseen() as complaints:
-            result = session.run(
-                the_arm(),
-                str(folder / EXAMINER.name),
-                (NAME, str(asked), str(answered)),
-                plant=read_plant(""),
+        with _unseen() as complaints, Rig(the_arm()) as rig:
+            result = rig.run(
+                *(str(folder / EXAMINER.name), NAME, str(asked), str(answered)),
                 timeout=ANSWER_TIMEOUT,
                 patience=PATIENCE,
             )

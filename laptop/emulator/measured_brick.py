@@ -14,12 +14,11 @@ import os
 import statistics
 import tempfile
 
-from laptop.emulator import session
-from laptop.emulator.device.plant_constants import CONSTANTS, MOTORS, TABLE, BadPlant, read_plant
+from laptop.emulator.device.plant_constants import CONSTANTS, MOTORS, TABLE, BadPlant
 from laptop.emulator.own_programs import BENCH_BRICK
+from laptop.emulator.rig import Rig
 from robot.benching.laps import NOTHING
 from robot.benching.measuring import FORMAT, VERSION
-from shared.arm_description import find_arm, read_arm
 
 NOT_COMPUTING = (NOTHING, "start: ", "motor: ", "late ", "read ", "write ")
 """Beginnings of pieces of work that do not tell how slowly a brick computes."""
@@ -186,11 +185,10 @@ def _middle(laps, name):
 
 
 def _laps_at_true_pace():
-    arm = read_arm(find_arm("planar"))
     with tempfile.TemporaryDirectory() as folder:
         file = os.path.join(folder, "brick.json")
-        with contextlib.redirect_stdout(io.StringIO()):
-            session.run(arm, BENCH_BRICK, ["planar", "--json", file], read_plant("cpu=1"))
+        with contextlib.redirect_stdout(io.StringIO()), Rig("planar", plant="cpu=1") as rig:
+            rig.run(BENCH_BRICK, "planar", "--json", file)
         with open(file, encoding="utf-8") as text:
             return json.loads(text.read())["laps_s"]
 

@@ -6,7 +6,7 @@ runs in the thread that lets the world go on, so a run repeats exactly.
 
     import tempfile
     from laptop.emulator.device.brick import EmulatedBrick
-    from laptop.emulator.session import park_on_file
+    from laptop.emulator.brick_home import park_on_file
     from laptop.emulator.virtual_tracker import VirtualTracker
     from laptop.emulator.host.world import World
     from robot.motion import kinematics

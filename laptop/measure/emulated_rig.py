@@ -16,10 +16,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from laptop.emulator import session
 from laptop.emulator.device.plant_constants import read_plant
 from laptop.emulator.host.clocks import UPTIME
-from laptop.emulator.own_programs import find_script
+from laptop.emulator.rig import Rig, SimulationResult
 from laptop.emulator.scene.poses import ScriptedPoses
 from laptop.emulator.scene.rendered_tracker import marker_specs
 from laptop.emulator.scene.scene import Scene
@@ -63,7 +62,7 @@ class EmulatedRig:
         last: the SimulationResult of the last run, the truth.
     """
 
-    last: session.SimulationResult
+    last: SimulationResult
 
     def __init__(
         self,
@@ -85,7 +84,7 @@ class EmulatedRig:
         self._looked: list[tuple[float, float]] = []  # from when to when at each rest, s
 
     def measure(self, job: Path, dry: bool = True) -> MeasuredRun:
-        """Let the arm do a job, and look; see Rig.
+        """Let the arm do a job, and look; see MeasuringRig.
 
         Raises:
             BadMeasurement: the job did not come to its end; what its program said stands in it.
@@ -96,15 +95,12 @@ class EmulatedRig:
             log = Path(folder) / "log.csv"
             words = ["job", str(job), "--log", str(log), *(["--dry"] if dry else [])]
             said = io.StringIO()
-            with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
-                self.last = session.run(
-                    self.arm,
-                    find_script("driver.py"),
-                    words,
-                    self._plant,
-                    built=self.built,
-                    timeout=TIMEOUT,
-                )
+            with (
+                contextlib.redirect_stdout(said),
+                contextlib.redirect_stderr(said),
+                Rig(self.arm, self.built, self._plant) as rig,
+            ):
+                self.last = rig.run("driver.py", *words, timeout=TIMEOUT)
             status = self.last.outcome.status
             logged = [] if status else list(read_log(str(log)))
         platforms.obey(self.last.outcome.signals)

@@ -167,7 +167,7 @@ class LiveRig:
             time.sleep(LOOK_PERIOD)
 
     def measure(self, job: Path, dry: bool = True) -> MeasuredRun:
-        """Let the arm do a job, and look; see Rig.
+        """Let the arm do a job, and look; see MeasuringRig.
 
         Raises:
             BadMeasurement: the job did not come to its end, or a camera has ended.

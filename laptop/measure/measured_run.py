@@ -112,7 +112,7 @@ class MeasuredRun:
         )
 
 
-class Rig(Protocol):
+class MeasuringRig(Protocol):
     """An arm that does jobs before cameras.
 
     Attributes:

@@ -24,16 +24,16 @@ def echo(*words, to=click.echo, **options):
 click.echo = echo
 from laptop.cli.main import main
 import os
-from laptop.emulator import session
+from laptop.emulator import brick_home
 from laptop.emulator.host import linux
 from shared.state import state_folder
 linux.PID = os.getpid()
 linux.ENVIRONMENT.update((key, os.environ[key]) for key in os.environ if key.startswith("SSH_"))
-def copy(folder, here=os.path.join(state_folder(), "jobs"), copy=session._copy_own_arms):
+def copy(folder, here=os.path.join(state_folder(), "jobs"), copy=brick_home._copy_own_arms):
     os.makedirs(here, exist_ok=True)
     os.symlink(here, os.path.join(folder, "jobs"))
     copy(folder)
-session._copy_own_arms = copy
+brick_home._copy_own_arms = copy
 sys.exit(main())
 """
 """The command, which writes its files also where nobody is left to read what it says of them. The

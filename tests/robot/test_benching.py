@@ -9,10 +9,12 @@ from contextlib import redirect_stderr, redirect_stdout
 import ev3dev2
 import pytest
 from clocks import FakeClock
+from one_run import one_run
 from places import ROBOT, ROOT
 
-from laptop.emulator import measured_brick, session
+from laptop.emulator import measured_brick
 from laptop.emulator.device.plant_constants import MOTORS, BadPlant, at_port, read_plant
+from laptop.emulator.faults import read_fault
 from robot.benching import laps, measuring, system
 from robot.benching.figures import Pass
 from robot.benching.figures import figures as figures_of
@@ -34,11 +36,11 @@ class Shown:
         self.file = os.path.join(str(folder), "brick.json")
         out, err = io.StringIO(), io.StringIO()
         with redirect_stdout(out), redirect_stderr(err):
-            run = session.run(
+            run = one_run(
                 self.arm,
                 script,
                 ["planar", "--json", self.file] + words.split(),
-                read_plant(plant),
+                plant=plant,
                 extra=extra or {},
                 **options,
             )
@@ -264,7 +266,7 @@ def test_what_cannot_be_measured_is_refused_before_anything_moves(bench, words, 
     ],
 )
 def test_it_always_stops(bench, fault, status, told):
-    faults = [session.read_fault(fault)]
+    faults = [read_fault(fault)]
     run = bench("--move --bare D", plant="cpu=0", extra={"D": "large"}, faults=faults)
     assert run.is_refused(status, told)
     at = float(fault.partition("@")[2])

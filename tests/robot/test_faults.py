@@ -12,12 +12,13 @@ import sys
 from collections import namedtuple
 
 import pytest
+from one_run import one_run
 from refusals import in_one_line
 from rig import DRIVER, Shell, from_line
 
 from laptop.emulator.device.buttons import read_press
 from laptop.emulator.device.plant_constants import read_plant
-from laptop.emulator.session import Fault, run
+from laptop.emulator.faults import Fault
 from shared.arm_description import find_arm, read_arm
 
 LINE = ("line", "15,0", "0,15")
@@ -601,7 +602,7 @@ def test_a_pipe_for_the_announcement_of_the_path_is_not_waited_for(shell, monkey
 )
 def test_ordered_with_a_session(moment, fault, status, capsys):
     t = moment(LINE, "ink", 0.4)
-    out = run(read_arm(find_arm("planar")), DRIVER, LINE, faults=[Fault(fault[0], fault[1], t)])
+    out = one_run(read_arm(find_arm("planar")), DRIVER, LINE, faults=[Fault(fault[0], fault[1], t)])
     assert out.outcome.status == status
     assert out.outcome.t <= t + 1.6
     assert in_one_line(capsys.readouterr().err)
@@ -617,7 +618,7 @@ def test_a_brick_that_is_slow_to_push_is_not_taken_for_a_blocked_joint(name, cos
     arm = read_arm(find_arm(name))
     fault = Fault("slow-sysfs", cost, 7.0)
     plant = read_plant("cpu=1,seed=1")
-    out = run(arm, DRIVER, ["home", "--seek"], plant=plant, start="lost", faults=[fault])
+    out = one_run(arm, DRIVER, ["home", "--seek"], plant=plant, start="lost", faults=[fault])
     said = capsys.readouterr().err
     assert out.outcome.status == status, said
     assert ("the brick is too slow" in said) == (status == 1)

@@ -5,13 +5,15 @@ import math
 import re
 
 import pytest
+from one_run import one_run
 from places import ROBOT
 from refusals import in_one_line
 from rig import REPORT_LINES, Shell, degrees, from_line, zero_of
 
+from laptop.emulator.brick_home import read_start
 from laptop.emulator.device.buttons import read_press
 from laptop.emulator.device.sensor_orders import read_sensors
-from laptop.emulator.session import read_fault, read_start, run
+from laptop.emulator.faults import read_fault
 from robot.motion.checked import Checked
 from shared.arm_description import SEEK_BEYOND, find_arm, read_arm
 
@@ -200,7 +202,7 @@ def with_sensors(folder, name="planar"):
 def test_touch_sensors_tell_the_zero(tmp_path, name, monkeypatch):
     arm = with_sensors(tmp_path, name=name)
     monkeypatch.setattr("sys.stdin", io.StringIO("\n"))
-    out = run(arm, DRIVER, ["home"], start="4,-5")
+    out = one_run(arm, DRIVER, ["home"], start="4,-5")
     assert out.outcome.status == 0
     assert beyond(arm, out.record) < MOST
     assert max(abs(angle) for angle in out.record[-1].q) < math.radians(2.5)
@@ -222,7 +224,7 @@ def test_a_sensor_that_is_not_as_described(tmp_path, monkeypatch, capsys, sensor
     arm = with_sensors(tmp_path)
     monkeypatch.setattr("sys.stdin", io.StringIO("\n"))
     built = changed(arm, 1, stop_upper=None, **sensor)
-    out = run(arm, DRIVER, ["home"], built=built, start="0,0")
+    out = one_run(arm, DRIVER, ["home"], built=built, start="0,0")
     assert out.outcome.status == 1
     assert in_one_line(capsys.readouterr().err, "in2", says)
     assert beyond(arm, out.record) < MOST
@@ -235,7 +237,7 @@ def test_a_sensor_that_is_not_there_or_no_more_is_told_in_one_line(
     tmp_path, monkeypatch, capsys, gone
 ):
     monkeypatch.setattr("sys.stdin", io.StringIO("\n"))
-    out = run(
+    out = one_run(
         with_sensors(tmp_path),
         DRIVER,
         ["home"],

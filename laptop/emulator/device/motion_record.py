@@ -36,6 +36,16 @@ class MotionRecord(Sequence):
             self._places.append(place)
         self._length += 1
 
+    def since(self, first):
+        """Return the samples from this number on, as a record that does not grow with this one."""
+        time_of = self._time_of
+        out = MotionRecord(lambda number: time_of(first + number))
+        k = max(0, bisect_right(self._begins, first) - 1)
+        out._length = self._length - first
+        out._begins = [max(0, begin - first) for begin in self._begins[k:]]
+        out._places = self._places[k:]
+        return out
+
     def __len__(self):
         return self._length
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from laptop.emulator.faults import InvalidSimulationOption
 from laptop.emulator.picture_faults import PictureFaults
 from laptop.emulator.scene.rendered_tracker import rendered
 from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.scene_constants import read_scene
 from laptop.emulator.scene.workcell import cameras
-from laptop.emulator.session import InvalidSimulationOption
 from laptop.emulator.virtual_tracker import VirtualTracker
 from shared.arm_description import Arm
 

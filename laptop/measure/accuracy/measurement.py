@@ -22,7 +22,7 @@ from laptop.measure.accuracy.plan import (
     PlannedWay,
 )
 from laptop.measure.accuracy.sighting import ArmOnBoard, ArmSighting, Places, absorbed
-from laptop.measure.measured_run import BadMeasurement, MeasuredRun, Rig
+from laptop.measure.measured_run import BadMeasurement, MeasuredRun, MeasuringRig
 
 PLANES = {"line": 20, "circle": 36}
 """Planes across each path."""
@@ -98,7 +98,7 @@ class AccuracyResult:
 
 
 def measure(
-    rig: Rig,
+    rig: MeasuringRig,
     plan: AccuracyPlan,
     sighting: ArmSighting,
     stand: ArmOnBoard | None = None,

@@ -26,7 +26,7 @@ from laptop.measure.arm.pose_plan import (
     way_to,
 )
 from laptop.measure.arm.suspects import explain
-from laptop.measure.measured_run import MEDIAN_NOISE, MeasuredRun, Rig
+from laptop.measure.measured_run import MEDIAN_NOISE, MeasuredRun, MeasuringRig
 from laptop.see.markers.finders.board import BoardView, find_board
 from laptop.see.table.camera_fit import Calibration
 
@@ -79,14 +79,14 @@ class CalibrationSetup(NamedTuple):
     check    raises ArmError if camera or board has moved since
     """
 
-    rig: Rig
+    rig: MeasuringRig
     camera: Calibration
     touches: Sequence[TouchSight]
     check: Callable[[], None]
 
 
 def identify(
-    rig: Rig,
+    rig: MeasuringRig,
     model: ArmModel,
     touches: Sequence[TouchSight] = (),
     say: Callable[[str], None] = lambda line: None,
@@ -140,7 +140,7 @@ def identify(
     return Identified(fit, rests, poses, np.array(times), seconds)
 
 
-def go_home(rig: Rig) -> None:
+def go_home(rig: MeasuringRig) -> None:
     """Bring the arm to its home pose, as its file has it, so that its zero can be taken over.
 
     Raises:
@@ -220,7 +220,7 @@ def check_board(view: BoardView | None) -> BoardView:
 
 
 def _gone(
-    rig: Rig, model: ArmModel, poses: Sequence[ApproachedPose]
+    rig: MeasuringRig, model: ArmModel, poses: Sequence[ApproachedPose]
 ) -> tuple[MeasuredRun, RestSights]:
     """Let the arm go to poses; what was seen there."""
     with tempfile.TemporaryDirectory() as folder:

@@ -23,10 +23,10 @@ from typing import Any
 from rich.console import Console
 
 from laptop.emulator import temporary_folders
+from laptop.emulator.brick_home import AFTER
 from laptop.emulator.host.pace import PacedClock, PaceMeter
 from laptop.emulator.live import PoseReader
 from laptop.emulator.own_programs import DRIVER, SERVO
-from laptop.emulator.session import AFTER
 from laptop.measure.demo.goals import GOALS, CameraRig, Goal, choose_goals, goal_words
 from laptop.measure.demo.processes import (
     COMPARED,

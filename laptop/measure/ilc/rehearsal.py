@@ -17,7 +17,7 @@ from laptop.measure.ilc.lesson import Lesson, Rehearsal, floor
 from laptop.measure.ilc.tracks import laid, tracks
 from laptop.measure.ilc.view import TipView
 from laptop.measure.ilc.way import ways_of
-from laptop.measure.measured_run import BadMeasurement, MeasuredRun, Rig
+from laptop.measure.measured_run import BadMeasurement, MeasuredRun, MeasuringRig
 from robot.jobs.learned import merged
 from shared import job
 
@@ -192,7 +192,7 @@ class Lessons:
 
 def rehearse(
     plan: DrawingPlan,
-    rig: Rig,
+    rig: MeasuringRig,
     view: TipView,
     times: int,
     first: Drawn | None = None,

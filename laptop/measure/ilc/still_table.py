@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from laptop.measure.measured_run import BadMeasurement, MeasuredRun, Rig
+from laptop.measure.measured_run import BadMeasurement, MeasuredRun, MeasuringRig
 from laptop.see.markers.finders.board import find_board
 from laptop.see.table.camera_fit import Calibration
 from laptop.see.table.camera_report import shift_since
@@ -27,14 +27,18 @@ class StillTable:
     """
 
     def __init__(
-        self, rig: Rig, calibration: Calibration, image: Callable[[], np.ndarray], since: str
+        self,
+        rig: MeasuringRig,
+        calibration: Calibration,
+        image: Callable[[], np.ndarray],
+        since: str,
     ) -> None:
         self.arm = rig.arm
         self._rig, self._calibration = rig, calibration
         self._image, self._since = image, since
 
     def measure(self, job: Path, dry: bool = True) -> MeasuredRun:
-        """As Rig.measure.
+        """As MeasuringRig.measure.
 
         Raises:
             BadMeasurement: the board or the camera has moved meanwhile.

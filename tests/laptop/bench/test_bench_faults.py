@@ -4,7 +4,7 @@ import pytest
 
 from laptop.bench import faults
 from laptop.bench.fault_tasks import Motion, task
-from laptop.emulator.session import Fault
+from laptop.emulator.faults import Fault
 
 DRAWING = task(0, 0.0)
 STEP = 0.005

@@ -10,17 +10,17 @@ from places import ROOT
 PROGRAM = """
 import os, signal
 from laptop import __main__ as program
-from laptop.emulator import session
+from laptop.emulator.rig import Rig
 
 signal.signal(signal.SIGINT, signal.SIG_DFL)  # (a shell's background would have it ignored)
-run, send = session.run, os.killpg
+run, send = Rig.run, os.killpg
 
 def interrupted(*args, **options):
     # By the clock of the brick: what the script does then is the same on every computer.
     ctrl_c = (float(os.environ["AT"]), lambda: send(os.getpgrp(), signal.SIGINT))
     return run(*args, **options, meanwhile=[ctrl_c])
 
-session.run = interrupted
+Rig.run = interrupted
 program.run()
 """
 CALIBRATE = ("calibrate", "--simulate")

@@ -23,7 +23,8 @@ from refusals import in_one_line
 
 from laptop.bench import draw
 from laptop.cli.main import laptop
-from laptop.emulator import session
+from laptop.emulator import brick_home
+from laptop.emulator.faults import InvalidSimulationOption
 from laptop.record.figures import line_plot as picture
 from laptop.record.figures.line_accuracy import measure
 from shared.arm_description import find_arm, read_arm
@@ -880,7 +881,7 @@ def leave_a_run(folder, *rows):
 def test_a_run_goes_on_where_another_has_ended_within_what_is_allowed(tmp_path):
     leave_a_run(tmp_path / "first", "0.0,0,0,1,1,0", "0.1,-3.0,0.5,1,1,0")
     arm = read_arm(find_arm("planar"))
-    q, homed = session.read_start(f"after:{tmp_path / 'first'}", arm)
+    q, homed = brick_home.read_start(f"after:{tmp_path / 'first'}", arm)
     assert homed
     assert q == pytest.approx((arm.joints[0].lower, 0.5))
 
@@ -893,9 +894,9 @@ def test_the_other_run_is_waited_for(tmp_path, monkeypatch):
         if len(looks) == 3:
             leave_a_run(tmp_path / "first", "0.1,0.2,0.3,1,1,0")
 
-    monkeypatch.setattr(session, "time", SimpleNamespace(sleep=look))
+    monkeypatch.setattr(brick_home, "time", SimpleNamespace(sleep=look))
     arm = read_arm(find_arm("planar"))
-    assert session.read_start(f"after:{tmp_path / 'first'}", arm) == ((0.2, 0.3), True)
+    assert brick_home.read_start(f"after:{tmp_path / 'first'}", arm) == ((0.2, 0.3), True)
     assert len(looks) == 3
 
 
@@ -903,8 +904,8 @@ def test_the_other_run_is_waited_for(tmp_path, monkeypatch):
 def test_a_run_of_nothing_or_of_another_arm_is_refused(tmp_path, rows):
     leave_a_run(tmp_path / "first", *rows)
     refused = r"there is no trace of this arm; give the --out"
-    with pytest.raises(session.InvalidSimulationOption, match=refused):
-        session.read_start(f"after:{tmp_path / 'first'}", read_arm(find_arm("planar")))
+    with pytest.raises(InvalidSimulationOption, match=refused):
+        brick_home.read_start(f"after:{tmp_path / 'first'}", read_arm(find_arm("planar")))
 
 
 # A brick that was measured

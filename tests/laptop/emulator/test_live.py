@@ -10,10 +10,10 @@ import time
 
 import pytest
 from odd_files import ODD
+from one_run import one_run
 from rig import DRIVER, Rig
 from waiting import PATIENCE
 
-from laptop.emulator import session
 from laptop.emulator.host.pace import PacedClock
 from laptop.emulator.host.world import World
 from laptop.emulator.live import History, PoseReader, PoseWriter, run_files
@@ -439,7 +439,7 @@ def scripted(tmp_path, source, realtime, monkeypatch, timeout=5.0):
     monkeypatch.setenv("BRICKSERVO_STATE", str(tmp_path / "state"))
     script = tmp_path / "script.py"
     script.write_text(source)
-    return session.run(ARM, str(script), [], realtime=realtime, timeout=timeout)
+    return one_run(ARM, script, realtime=realtime, timeout=timeout)
 
 
 WATCHED = """
@@ -480,9 +480,9 @@ def test_in_real_time_the_bodies_move_on_while_the_program_sleeps(tmp_path):
 CHILD = """
 import sys
 sys.path.insert(0, {root!r})
-from laptop.emulator import session
-from shared.arm_description import find_arm, read_arm
-session.run(read_arm(find_arm("planar")), {script!r}, [], realtime=True, timeout=60)
+from laptop.emulator.rig import Rig
+with Rig(realtime=True) as rig:
+    rig.run({script!r}, timeout=60)
 """
 MOVER = """
 import time

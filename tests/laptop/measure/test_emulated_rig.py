@@ -9,7 +9,7 @@ import jobs
 import numpy as np
 import pytest
 
-from laptop.emulator import session
+from laptop.emulator.rig import Rig
 from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.scene_constants import read_scene
 from laptop.measure.emulated_rig import EmulatedRig, RenderedRig, marker_point
@@ -128,8 +128,8 @@ def hears_ctrl_c():
 
 def interrupted_at(t, monkeypatch):
     """Let Ctrl-C come at `t` of each run, s."""
-    run, ctrl_c = session.run, (t, lambda: signal.raise_signal(signal.SIGINT))
-    monkeypatch.setattr(session, "run", lambda *a, **more: run(*a, **more, meanwhile=[ctrl_c]))
+    run, ctrl_c = Rig.run, (t, lambda: signal.raise_signal(signal.SIGINT))
+    monkeypatch.setattr(Rig, "run", lambda *a, **more: run(*a, **more, meanwhile=[ctrl_c]))
 
 
 @pytest.mark.parametrize("after", [-7.0, -2.0, 0.5], ids=["at work", "at its end", "after it"])

@@ -4,9 +4,9 @@ import math
 import signal
 
 import pytest
+from one_run import one_run
 from rig import Shell, degrees, described, far, switched_on, zero_of
 
-from laptop.emulator.session import run
 from robot.motion.control_loop import Stalled
 from robot.motion.gravity import Gravity
 from robot.motion.kinematics import Unreachable, forward, joint_positions
@@ -313,7 +313,7 @@ def test_a_lost_arm_has_dropped_and_a_parked_one_is_held(tmp_path, start, drops)
     script = tmp_path / "wait.py"
     script.write_text("import time\ntime.sleep(3)\n")
     arm = described("spatial")
-    shown = run(arm, str(script), [], start=start)
+    shown = one_run(arm, script, start=start)
     stop = math.degrees(arm.joints[1].stop_lower)
     assert (math.degrees(shown.record[-1].q[1]) == pytest.approx(stop)) is drops
     assert {shown.motors[port]["mode"] for port in "ABC"} == {"coast" if drops else "hold"}

@@ -19,13 +19,13 @@ PROGRAM = """
 import builtins, functools, os, signal, sys
 from laptop.emulator.host import guard
 from laptop.emulator.host.watchdog import Watchdog
-from laptop.emulator import session
+from laptop.emulator.rig import Rig
 from laptop import __main__ as program
 
 patience, hearing = map(float, sys.argv[1:3])
 guard.PATIENCE, guard.HEARING, Watchdog.HEARING_TIMEOUT = 2 * patience, hearing, hearing
-run = session.run
-session.run = lambda *args, **options: run(*args, patience=patience, **options)
+run = Rig.run
+Rig.run = lambda *args, **options: run(*args, patience=patience, **options)
 sys.argv[1:3] = []
 builtins.begun = functools.partial(os.write, 1, b"begun\\n")  # no print: that hears signals
 program.run()

@@ -1,0 +1,180 @@
+"""What a brick has in its memory when a program starts: its state, its arms, where it stands."""
+
+import contextlib
+import csv
+import json
+import math
+import os
+import random
+import shutil
+import time
+
+from laptop.emulator.brick_environment import BRICK_STATE, brick_environment
+from laptop.emulator.faults import InvalidSimulationOption
+from robot.motion.checked import Checked
+from robot.motion.zero import Zero
+from robot.tracking_client import Memory, ServerAddress
+from shared.message_fields import one_line
+from shared.messages import PORT
+from shared.state import ARM, LOCK, MOTORS_FILE, OWN_ARMS_FOLDER, PLAN, STATE, state_folder
+
+AFTER = "after:"
+"""Prefix of a start that another run leaves."""
+
+UNCHECKED = "unchecked"
+"""The start of an arm, at home, of which nobody has looked yet which motor is where."""
+
+SUMMARY_POLL_PERIOD = 0.02
+"""Period at which one looks whether that run is over, s."""
+
+LAPTOP = "127.0.0.1"
+"""Host of a tracker beside the brick."""
+
+
+def read_start(text, arm):
+    """Read joint angles (rad), and whether the zero is known.
+
+    Args:
+        text: `home`, `lost`, `unchecked`, `DEG,DEG,...`, or `after:FOLDER`: where the run ends that
+            leaves its files there, which is waited for.
+
+    Raises:
+        InvalidSimulationOption: it is none of these.
+    """
+    if arm is None:
+        if text != "home":
+            raise InvalidSimulationOption(
+                "start '{}': there is no arm to be there; leave --start out".format(one_line(text))
+            )
+        return None, False
+    if text.startswith(AFTER):
+        return _end_of(text[len(AFTER) :], arm), True
+    if text in ("home", UNCHECKED):
+        return tuple(joint.home for joint in arm.joints), text == "home"
+    if text == "lost":
+        draw = random.Random(1)
+        return tuple(draw.uniform(joint.lower, joint.upper) / 2 for joint in arm.joints), False
+    try:
+        angles = tuple(math.radians(float(part)) for part in text.split(","))
+    except ValueError:
+        angles = ()
+    if len(angles) != len(arm.joints) or not all(
+        joint.lower <= angle <= joint.upper for joint, angle in zip(arm.joints, angles)
+    ):
+        raise InvalidSimulationOption(
+            "start '{}': write home, lost, unchecked, after:FOLDER, or one angle in deg per joint "
+            "within {}".format(
+                text,
+                " and ".join(
+                    "{:g}..{:g}".format(math.degrees(j.lower), math.degrees(j.upper))
+                    for j in arm.joints
+                ),
+            )
+        )
+    return angles, True
+
+
+def _end_of(folder, arm):
+    """The joint angles where a run ended, rad, within the limits; waits for its summary."""
+    while not os.path.exists(os.path.join(folder, "summary.json")):
+        time.sleep(SUMMARY_POLL_PERIOD)
+    try:
+        with open(os.path.join(folder, "trace.csv"), newline="") as file:
+            *_, last = csv.DictReader(file)
+        angles = [float(last["q{}".format(k)]) for k in range(1, len(arm.joints) + 1)]
+    except (OSError, ValueError, KeyError, TypeError):
+        raise InvalidSimulationOption(
+            "start '{}{}': there is no trace of this arm; give the --out of another run".format(
+                AFTER, folder
+            )
+        ) from None
+    return tuple(min(max(a, j.lower), j.upper) for a, j in zip(angles, arm.joints))
+
+
+def park_on_file(arm, q, folder):
+    """Leave the state in `folder` of an arm parked at `q` (rad), pen up, where its encoders read 0.
+
+    Somebody has looked which motor is where.
+
+    Returns:
+        The robot.motion.zero.Zero.
+    """
+    turns = {j.port: -a * j.gear * j.direction for j, a in zip(arm.joints, q)}
+    if arm.pen:
+        turns[arm.pen.port] = -arm.pen.up
+    state = Zero(arm, folder)
+    state.save({p: math.degrees(turn) for p, turn in turns.items()}, dict.fromkeys(turns, 0))
+    Checked(arm, folder).save({})
+    return state
+
+
+def prepare_home(folder, arm, q, start, homed):
+    """Leave in `folder` what the brick knows when it is switched on.
+
+    Args:
+        arm: as the brick is told; None for a brick without one.
+        q: where it stands, rad.
+        start: as for `read_start`.
+        homed: whether its zero is known.
+    """
+    _copy_own_arms(folder)
+    if homed:
+        park_on_file(arm, q, folder)
+    elif start != UNCHECKED and arm is not None:
+        Checked(arm, folder).save({})
+
+
+@contextlib.contextmanager
+def at_home(folder, world, arm, tracker):
+    """Have the environment of a program on the brick, for a `with` block.
+
+    Args:
+        folder: the brick's state, see `prepare_home`.
+        world: of the brick.
+        arm: as the brick is told, or None.
+        tracker: one on this machine, which the brick remembers, or None.
+    """
+    environment = {STATE: BRICK_STATE, PLAN: BRICK_STATE + "/plan"}
+    if arm is not None:
+        environment[ARM] = os.path.abspath(arm.file)
+    if tracker:
+        # Ahead of what is remembered goes where ssh came from: the laptop, that is.
+        environment["SSH_CLIENT"] = "{} 0 22".format(LAPTOP)
+        # Whichever port is free here, the brick calls the one that it would call.
+        world.addresses[LAPTOP, PORT] = LAPTOP, tracker.port
+        Memory(folder).save(ServerAddress(LAPTOP, PORT, tracker.code), tracker.key)
+    if world.realtime and arm is not None:
+        # All programs that run in real time want the one arm that the cameras see.
+        environment[LOCK] = os.path.join(os.path.abspath(state_folder()), MOTORS_FILE)
+    with brick_environment(environment):
+        yield
+
+
+def _copy_own_arms(folder):
+    """Let the brick with its state in `folder` know the arms of one's own; it keeps no others."""
+    here, there = (os.path.join(place, OWN_ARMS_FOLDER) for place in (state_folder(), folder))
+    os.makedirs(there, 0o700, exist_ok=True)
+    if not os.path.isdir(here):
+        return
+    for name in os.listdir(here):
+        file = os.path.join(here, name)
+        if name.endswith(".ini") and os.path.isfile(file) and os.access(file, os.R_OK):
+            shutil.copyfile(file, os.path.join(there, name))
+
+
+def wanted_paths(file):
+    """The paths in the file that a script appended to, one JSON line each; [] if there is none."""
+    if not os.path.exists(file):
+        return []
+    with open(file) as lines:
+        paths = []
+        for number, line in enumerate(lines, 1):
+            try:
+                points = json.loads(line)["path"]
+                paths.append([(float(x), float(y), *map(float, rest)) for x, y, *rest in points])
+            except (ValueError, KeyError, TypeError):
+                raise InvalidSimulationOption(
+                    'line {} of $BRICKSERVO_PLAN is not {{"path": [[x, y], ...]}}; '
+                    "correct the script that wrote it".format(number)
+                ) from None
+    return paths

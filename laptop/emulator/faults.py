@@ -1,0 +1,141 @@
+"""What is to go wrong on an emulated brick, and when: read, and made to happen."""
+
+import re
+from collections import namedtuple
+
+from laptop.emulator.device.buttons import INPUTS, LATEST
+from laptop.emulator.host.linux import Signals
+from shared.arm_description import ArmError
+from shared.message_fields import one_line
+
+Fault = namedtuple("Fault", "kind what t")
+"""Something that goes wrong: its kind, a port or value (or None), and when (s)."""
+
+CAMERA_NAMES = "ABCDEFGH"
+"""Names that a camera may have."""
+
+FAULTS = {
+    "unplug": "PORT",
+    "stall": "PORT",
+    "dead-encoder": "PORT",
+    "push": "PORT",
+    "slow-sysfs": "SECONDS",
+    "frozen-picture": "CAMERA",
+    "freeze": None,
+    "kill": None,
+    "int": None,
+    "term": None,
+    "hup": None,
+}
+"""Kind of a fault -> placeholder of what stands behind its colon; CAMERA may be left out."""
+
+_PORTS = {"unplug": tuple("ABCD") + INPUTS}
+"""Ports of what can happen to sensors, too."""
+
+LONGEST_ACCESS = 10.0
+"""Greatest cost of a sysfs access, s."""
+
+
+class InvalidSimulationOption(ArmError, ValueError):
+    """A fault, pose or plug that cannot be understood."""
+
+
+def read_fault(text):
+    """Read a Fault from `KIND[:WHAT]@SECONDS`, e.g. `unplug:A@1.5` or `term@2`."""
+    match = re.match(r"([a-z-]+)(?::([^@]+))?@([0-9.]+)$", text)
+    if not match or match.group(1) not in FAULTS:
+        raise InvalidSimulationOption(
+            "'{}' is not a fault; write one of {} with a time, like unplug:A@1.5".format(
+                one_line(text),
+                ", ".join(
+                    kind + (":" + FAULTS[kind] if FAULTS[kind] else "") for kind in sorted(FAULTS)
+                ),
+            )
+        )
+    kind, what = match.group(1), match.group(2)
+    try:
+        t = float(match.group(3))
+        if FAULTS[kind] == "SECONDS":
+            what = float(what)
+            if not 0 <= what <= LONGEST_ACCESS:
+                raise ValueError(what)
+        elif FAULTS[kind] == "CAMERA":
+            if what not in (None,) + tuple(CAMERA_NAMES):
+                raise ValueError(what)
+        elif what not in (_PORTS.get(kind, tuple("ABCD")) if FAULTS[kind] == "PORT" else (None,)):
+            raise ValueError(what)
+    except (TypeError, ValueError):
+        raise InvalidSimulationOption(
+            "fault '{}': {} takes {}, then @SECONDS".format(
+                one_line(text),
+                kind,
+                {
+                    "PORT": "a port from A to D" + (", or in1 to in4" if kind in _PORTS else ""),
+                    "CAMERA": "a camera from A to H, or nothing for all of them",
+                    None: "nothing",
+                }.get(FAULTS[kind], "SECONDS from 0 to {:g}".format(LONGEST_ACCESS)),
+            )
+        ) from None
+    if t > LATEST:
+        raise InvalidSimulationOption(
+            "fault '{}': it would come at {:g} s; give a time up to {:g} s".format(
+                one_line(text), t, LATEST
+            )
+        )
+    return Fault(kind, what, t)
+
+
+def schedule_faults(brick, devices, faults):
+    """Let the faults happen on the brick; those of the program are returned, for run_script."""
+    ordered = {"signals": []}
+    for fault in faults:
+        if FAULTS[fault.kind] == "CAMERA":
+            continue
+        if fault.what in INPUTS:
+            brick.world.at(brick.world.now() + fault.t, devices.inputs[fault.what].unplug)
+            continue
+        if FAULTS[fault.kind] == "PORT" and fault.what not in brick.motors:
+            raise InvalidSimulationOption(
+                "fault {}: no motor at port {}; there are {}".format(
+                    fault.kind, fault.what, ", ".join(sorted(brick.motors)) or "none; give --plug"
+                )
+            )
+        _schedule(brick, fault, ordered)
+    return ordered
+
+
+def _schedule(brick, fault, ordered):
+    at, t = brick.world.at, brick.world.now() + fault.t
+    if fault.kind == "unplug":
+        at(t, lambda: brick.unplug(fault.what))
+    elif fault.kind == "stall":
+        at(t, lambda: brick.jam(fault.what))
+    elif fault.kind == "dead-encoder":
+        at(t, lambda: brick.kill_encoder(fault.what))
+    elif fault.kind == "push":
+        at(t, lambda: brick.push(fault.what))
+    elif fault.kind == "slow-sysfs":
+        at(t, lambda: setattr(brick.sysfs, "access_cost", fault.what))
+    elif fault.kind in ("freeze", "kill"):
+        ordered[fault.kind + "_at"] = t
+    else:
+        ordered["signals"].append((t, Signals["SIG" + fault.kind.upper()]))
+
+
+def schedule_pictures(world, tracker, faults):
+    """Let the faults happen that are the cameras'."""
+    for fault in faults:
+        if FAULTS[fault.kind] != "CAMERA":
+            continue
+        cameras = sorted(tracker.frames) if tracker else []
+        if not cameras:
+            raise InvalidSimulationOption(
+                "fault {}: no camera watches; give --scene, too".format(fault.kind)
+            )
+        if fault.what not in [None] + cameras:
+            raise InvalidSimulationOption(
+                "fault {}: no camera {}; there are {}".format(
+                    fault.kind, fault.what, ", ".join(cameras)
+                )
+            )
+        world.at(world.now() + fault.t, lambda camera=fault.what: tracker.pictures.freeze(camera))

@@ -1,0 +1,311 @@
+"""An emulated arm, the one way to have one: programs run on it, cameras watch, the truth is known.
+
+    with Rig("planar", plant="backlash=3,seed=4", cameras="tilt=20") as rig:
+        run = rig.run("driver.py", "line", "10,0", "5,10")
+        print(run.outcome.status, rig.tip)
+        image = rig.see()["A"].image
+
+In virtual time what comes out is a function of what was said, whatever the computer does meanwhile.
+"""
+
+import contextlib
+import os
+import sys
+from collections import namedtuple
+
+from laptop.emulator import temporary_folders
+from laptop.emulator.brick_environment import brick_folders
+from laptop.emulator.brick_home import at_home, prepare_home, read_start, wanted_paths
+from laptop.emulator.device.brick import EmulatedBrick
+from laptop.emulator.device.peripherals import Peripherals
+from laptop.emulator.device.plant_constants import read_plant
+from laptop.emulator.device.sensor_scene import scene_of
+from laptop.emulator.faults import InvalidSimulationOption, schedule_faults, schedule_pictures
+from laptop.emulator.host import program
+from laptop.emulator.host.pace import PacedClock
+from laptop.emulator.host.runner import run_script
+from laptop.emulator.host.world import World
+from laptop.emulator.live import PoseWriter
+from laptop.emulator.own_programs import find_script
+from robot.motion import kinematics
+from shared.arm_description import find_arm, read_arm
+
+SimulationResult = namedtuple(
+    "SimulationResult", "outcome record wanted motors names skeleton reach pace asked"
+)
+"""The result of a run.
+
+outcome   runner.Outcome; its times are of the rig's world, s
+record    MotionRecord of the run: the true links and tip, one sample per 5 ms
+wanted    the paths (cm) that the script told it wanted
+motors    per port what its motor does at the end: dict(mode, driven, position)
+names     what the angles in the record are of; None: of the arm's joints
+skeleton  where the arm's joints and its tip ended, cm; empty without an arm
+reach     least and greatest distance of the tip from the base, cm; None without an arm
+pace      emulated seconds per second of this computer's clock; None in virtual time
+asked     ports of the motors that were asked to turn
+"""
+
+
+class Rig(object):
+    """An arm on an emulated brick, for a `with` block.
+
+    Its runs follow one another on the same brick: what one homes the next one knows, and the arm
+    stands where the one before has left it.
+
+    Args:
+        arm: a name ("planar", "geared", "spatial"), a file or a shared.arm_description.Arm: what
+            programs are told; None for a brick without one.
+        built: the arm as it was built, where that differs: the truth of motors, ports, stops and
+            links; like `arm`.
+        plant: the plant's constants, a text as `simulate --plant` takes it, or what
+            plant_constants.read_plant gives.
+        cameras: the scene, a text as `simulate --scene` takes it ("" for the usual one): cameras
+            that watch the arm as it was built, and a tracker that the programs find.  None: nobody
+            watches.  Or `cameras(brick)`, which gives a context manager for a tracker: its `port`
+            on this machine, `code`, `key`, and `pictures` (PictureFaults) by camera in `frames`.
+        start: "home", "lost", "unchecked", "after:FOLDER" or one angle in degrees a joint, see
+            `simulate --start`.
+        seed: draws the plant's scattered constants, as its own `seed` does.
+        home: folder of the brick's state, which stays, and may be that of an earlier rig; one for
+            this rig alone if None.
+        realtime: keep pace with the wall's clock; cameras in other processes see the arm then.
+        extra, stops: port -> motor kind, motors beside the arm's, and their stops, rad.
+        sensors: port -> SensorOrder; None: a touch sensor at each.
+        wheels: of a brick without an arm, from wheels.read_wheels.
+
+    Attributes:
+        arm, built: Arm, or None.
+        world: World, whose `now()` is the time, s.
+        brick: EmulatedBrick.
+        devices: Peripherals: buttons, screen, sensors.
+        home: the folder.
+
+    Raises:
+        ArmError: there is no such arm.
+        InvalidSimulationOption: an impossible start, or an arm built of other joints.
+        BadPlant, BadScene, BadSensor: a text that cannot be understood.
+    """
+
+    def __init__(
+        self, arm="planar", built=None, plant="", cameras=None, start="home", seed=None, home=None,
+        realtime=False, extra=None, stops=None, sensors=None, wheels=None
+    ):  # fmt: skip
+        self.arm = _arm_of(arm)
+        self.built = self.arm if built is None else _arm_of(built)
+        if self.built is not None and self.built.chain != self.arm.chain:
+            raise InvalidSimulationOption(
+                "{} is built as a {} arm, but {} describes a {} one; give two of one chain".format(
+                    self.built.name, self.built.chain, self.arm.name, self.arm.chain
+                )
+            )
+        if plant is None or isinstance(plant, str):
+            texts = [plant or "", "" if seed is None else "seed={}".format(seed)]
+            plant = read_plant(",".join(filter(None, texts)))
+        self._start = start
+        self._q, self._homed = read_start(start, self.arm)
+        self._plant, self._realtime, self._sensors = plant, realtime, sensors
+        self._more = extra, wheels, stops
+        self._cameras = cameras
+        self._given_home = home
+        self._stack = None
+        self._tracker = self._writer = None
+        self._begun = 0  # samples of the record that are of earlier runs
+
+    def __enter__(self):
+        self._stack = stack = contextlib.ExitStack()
+        with contextlib.ExitStack() as undone:
+            undone.callback(stack.close)
+            clock = PacedClock() if self._realtime else None
+            if clock:
+                stack.callback(clock.close)
+            self.world = World(clock)
+            self.world.tell = _tell
+            self.brick = EmulatedBrick(self.world, self.built, self._plant, self._q, *self._more)
+            if not self._homed:
+                self.brick.reset_motors()  # just switched on: an arm that gravity pulls drops
+            self.devices = Peripherals(
+                self.world,
+                self.brick.sysfs,
+                voltage=lambda: self.brick.plant.plant["voltage"],
+                sensors=self._sensors,
+                scene=scene_of(self.brick),
+            )
+            _let_joints_touch(self.brick, self.devices)
+            self.home = self._given_home or stack.enter_context(temporary_folders.made("home"))
+            prepare_home(self.home, self.arm, self._q, self._start, self._homed)
+            undone.pop_all()
+        return self
+
+    def __exit__(self, *error):
+        self._stack.close()
+
+    def run(
+        self, script, *words, faults=(), presses=(), meanwhile=(), person=None, keyboard=None,
+        timeout=600.0, patience=10.0
+    ):  # fmt: skip
+        """Run a script on the brick until it ends, and let the world go on a little.
+
+        Args:
+            script: path of a Python file, or the name of one of the brick's own programs.
+            words: for the script.
+            faults: Faults; their times, and all others here, count from now, s.
+            presses: buttons.Press values.
+            meanwhile: pairs of a time and a function without arguments, called then.
+            person: `person(brick, devices)` is called before the script starts: somebody at the
+                brick, who presses and leads when the time comes.
+            keyboard: `keyboard(brick)` gives the text file that the script has for standard input;
+                this process's if None.
+            timeout: virtual seconds that it may take.
+            patience: seconds of this computer that it may compute without looking at the clock.
+
+        Returns:
+            SimulationResult.
+
+        Raises:
+            InvalidSimulationOption: a fault for a port or a camera that is not there.
+            BadPress: no touch sensor to press.
+        """
+        brick, world, script = self.brick, self.world, find_script(str(script))
+        world.name = os.path.basename(script)
+        begun = world.now()
+        ordered = schedule_faults(brick, self.devices, faults)
+        for t, act in meanwhile:
+            world.at(begun + t, act)
+        self._publish(world.name)
+        tracker = self._watch()
+        schedule_pictures(world, tracker, faults)
+        with contextlib.ExitStack() as stack:
+            stack.enter_context(at_home(self.home, world, self.arm, tracker))
+            if person:
+                person(brick, self.devices)
+            if keyboard:
+                stack.enter_context(_typed_at(keyboard(brick)))
+            outcome = run_script(
+                brick,
+                script,
+                [str(word) for word in words],
+                self.devices,
+                [press._replace(t=press.t + begun) for press in presses],
+                timeout=timeout,
+                patience=patience,
+                folders=brick_folders(self.home),
+                **ordered,
+            )
+            wanted = wanted_paths(os.path.join(self.home, "plan"))
+        return self._result(outcome, wanted)
+
+    def job(self, file, *words, **options):
+        """Let driver.py draw a job file; as `run`."""
+        return self.run("driver.py", "job", str(file), *words, **options)
+
+    def program(self):
+        """What a program computes in this process, at the brick's pace, for a `with` block.
+
+        Gives a program.Program: its modules by name, and its `clock`.  Its state is in `home`.
+        """
+        return program.on(self.brick)
+
+    def see(self):
+        """Pictures of the cameras, taken now: {camera: Frame}.
+
+        Raises:
+            InvalidSimulationOption: nobody watches.
+        """
+        if not isinstance(self._cameras, str):
+            raise InvalidSimulationOption("no camera watches; give cameras, such as tilt=20")
+        from laptop.emulator.scene.synthetic_camera import film  # OpenCV is slow to import
+        from laptop.emulator.scene.workcell import cameras
+
+        films = {
+            name: film(self.brick, self._cameras, name)
+            for name in cameras(self.built, self._cameras)
+        }
+        return {name: one.capture(one.newest(self.world.now())) for name, one in films.items()}
+
+    @property
+    def q(self):
+        """The true joint angles, rad."""
+        return tuple(self.brick.plant.q)
+
+    @property
+    def tip(self):
+        """The true tip, cm."""
+        return kinematics.forward(self.built, self.q)
+
+    @property
+    def record(self):
+        """MotionRecord of all that was: the true links and tip, one sample per 5 ms."""
+        return self.brick.record
+
+    def _watch(self):
+        """The tracker before the cameras, from the first run on."""
+        if self._tracker is None and self._cameras is not None:
+            watched = self._cameras
+            if isinstance(watched, str):
+                from laptop.emulator.scene.watching import watching
+
+                watched = watching(watched, self.built)
+            self._tracker = self._stack.enter_context(watched(self.brick))
+        return self._tracker
+
+    def _publish(self, name):
+        """Let cameras in other processes see the arm, in real time."""
+        if self._writer is None and self.world.realtime and self.brick.arm is not None:
+            self._writer = PoseWriter(self.brick, name)
+            self._stack.callback(self._writer.close)
+            self.brick.world.bodies.append(self._writer.advance)
+
+    def _result(self, outcome, wanted):
+        brick, built = self.brick, self.built
+        record = brick.record.since(self._begun)
+        self._begun = len(brick.record)
+        motors = {
+            port: {"mode": motor.mode, "driven": motor.driven, "position": motor.position}
+            for port, motor in brick.motors.items()
+        }
+        skeleton, reach = (), None
+        if built is not None:
+            skeleton = kinematics.joint_positions(built, brick.plant.q)
+            reach = kinematics.reach(built)
+        pace = self.world.pace.mean if self.world.pace else None
+        return SimulationResult(
+            outcome, record, wanted, motors, brick.names, skeleton, reach, pace, brick.asked()
+        )
+
+
+def _arm_of(arm):
+    return read_arm(find_arm(arm)) if isinstance(arm, str) else arm
+
+
+def _let_joints_touch(brick, peripherals):
+    """Let the joints of the arm, as it was built, close and open their touch sensors."""
+    if brick.arm is None:
+        return
+    touching = [
+        (drive.link, joint, peripherals.inputs[joint.touch_port].measuring)
+        for drive, joint in zip(brick.plant.joints, brick.arm.joints)
+        if joint.touch_port and peripherals.inputs[joint.touch_port].measuring
+    ]
+
+    def look(t):
+        for link, joint, sensor in touching:
+            at = joint.touch_at
+            sensor.pressed = link.angle >= at if at >= joint.upper else link.angle <= at
+
+    if touching:
+        brick.world.bodies.append(look)
+
+
+@contextlib.contextmanager
+def _typed_at(keyboard):
+    """Let a script read this file as its standard input."""
+    before, sys.stdin = sys.stdin, keyboard
+    try:
+        yield
+    finally:
+        sys.stdin = before
+
+
+def _tell(line):
+    sys.stderr.write(line + "\n")

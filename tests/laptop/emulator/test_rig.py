@@ -1,0 +1,119 @@
+"""The one way to an emulated arm: runs one after the other, cameras, faults, the truth."""
+
+import math
+import os
+import re
+
+import pytest
+from refusals import refused
+
+from laptop.emulator.faults import InvalidSimulationOption, read_fault
+from laptop.emulator.rig import Rig
+from robot.motion import kinematics
+
+LINE = ("driver.py", "line", "10,0", "5,10")
+MOVE = ("driver.py", "move")
+
+
+def test_a_run_leaves_the_arm_where_the_next_one_finds_it(capsys):
+    with Rig("planar", plant="cpu=0") as rig:
+        assert rig.tip == pytest.approx(kinematics.forward(rig.arm, rig.q))
+        first = rig.run(*MOVE, "12,6")
+        there, end = rig.tip, rig.world.now()
+        second = rig.run("driver.py", "where")
+    assert there == pytest.approx((12, 6), abs=0.15)
+    assert (first.outcome.status, second.outcome.status) == (0, 0)
+    x, y = re.search(r"tip at ([-0-9.]+),([-0-9.]+) cm", capsys.readouterr().out).groups()
+    assert (float(x), float(y)) == pytest.approx(there, abs=0.15)
+    assert second.record[0].t == pytest.approx(end, abs=0.006)
+    assert len(first.record) + len(second.record) == len(rig.record)
+
+
+def test_its_runs_are_a_function_of_its_words():
+    def drawn(seed):
+        with Rig("geared", plant="cpu=0", seed=seed) as rig:
+            return [tuple(sample) for sample in rig.run(*LINE).record]
+
+    assert drawn(4) == drawn(4)
+    assert drawn(4) != drawn(5)
+
+
+def test_faults_presses_and_what_happens_meanwhile_count_from_the_start_of_a_run(capsys):
+    with Rig("planar", plant="cpu=0") as rig:
+        rig.run(*MOVE, "12,6")
+        begun, seen = rig.world.now(), []
+        run = rig.run(
+            *LINE,
+            faults=[read_fault("unplug:B@1.5")],
+            meanwhile=[(1.0, lambda: seen.append(rig.world.now()))],
+        )
+    assert seen == [pytest.approx(begun + 1.0)]
+    assert run.outcome.status == 1
+    assert begun + 1.5 < run.outcome.t < begun + 2.5
+    assert "port B no longer answers" in capsys.readouterr().err
+
+
+def test_cameras_see_where_the_arm_truly_is(capsys):
+    with Rig("planar", plant="cpu=0", cameras="tilt=20,noise=0") as rig:
+        before = rig.see()
+        rig.run("visual_servoing.py", "--goal", "400,200")
+        after = rig.see()
+    assert "converged" in capsys.readouterr().out
+    assert list(before) == list(after) == ["A"]
+    assert before["A"].image.shape == (480, 640, 3)
+    assert (before["A"].image != after["A"].image).any()
+    assert after["A"].t > before["A"].t
+
+
+def test_it_is_built_otherwise_than_the_programs_are_told():
+    longer = Rig("planar").arm
+    joint = longer.joints[0]
+    longer = longer._replace(joints=(joint._replace(link=1.1 * joint.link), *longer.joints[1:]))
+    with Rig("planar", built=longer, plant="cpu=0") as rig:
+        rig.run(*MOVE, "12,6")
+    assert math.dist(rig.tip, (12, 6)) == pytest.approx(
+        math.dist(kinematics.forward(longer, rig.q), (12, 6)), abs=1e-9
+    )
+    assert math.dist(rig.tip, (12, 6)) > 0.5
+
+
+def test_a_brick_without_an_arm(tmp_path):
+    script = tmp_path / "turn.py"
+    script.write_text(
+        "from ev3dev2.motor import LargeMotor\nLargeMotor('outB').on_for_degrees(50, 90)\n"
+    )
+    with Rig(None, extra={"B": "large"}) as rig:
+        run = rig.run(script)
+    assert run.motors["B"]["position"] == pytest.approx(90, abs=2)
+    assert run.skeleton == ()
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"built": "spatial"}, ["planar", "spatial", "one chain"]),
+        ({"start": "99"}, ["start '99'", "-90..170"]),
+        ({"arm": None, "start": "lost"}, ["there is no arm"]),
+    ],
+)
+def test_what_makes_no_sense_is_refused_in_one_line(options, words):
+    with pytest.raises(InvalidSimulationOption) as error:
+        Rig(**options)
+    assert refused(error, *words)
+
+
+def test_nobody_watches():
+    with Rig("planar") as rig, pytest.raises(InvalidSimulationOption) as error:
+        rig.see()
+    assert refused(error, "no camera watches", "tilt=20")
+
+
+def test_nothing_of_it_is_left(tmp_path, monkeypatch):
+    with Rig("planar") as rig:
+        home = rig.home
+    assert not os.path.exists(home)
+    kept = tmp_path / "home"
+    kept.mkdir()
+    with Rig("planar", home=str(kept), plant="cpu=0") as rig:
+        rig.run(*MOVE, "12,6")
+    assert (kept / "planar.json").exists()
