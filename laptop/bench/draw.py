@@ -14,7 +14,6 @@ import itertools
 import math
 import random
 import re
-import tempfile
 from collections import Counter
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
@@ -24,12 +23,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from laptop.bench import timed_steps, workers
-from laptop.emulator.brick_home import park_on_file
 from laptop.emulator.device.brick import EmulatedBrick
 from laptop.emulator.device.masses import weighed
 from laptop.emulator.device.plant_constants import CPU, read_plant
-from laptop.emulator.host import program as programs
-from laptop.emulator.host.world import World
+from laptop.emulator.rig import Rig
 from laptop.record.figures import line_accuracy
 from robot.driver import LINES
 from robot.motion import kinematics, paths, trajectory
@@ -219,18 +216,16 @@ class _CountingClock:
         return int(np.median(ticks)) if ticks else 0
 
 
-def _drawn(case: DrawCase) -> tuple[EmulatedBrick, int, str]:
-    """A line drawn with the real driver: the brick, accesses per tick, and why it was not."""
+def _drawn(case: DrawCase) -> tuple[Rig, int, str]:
+    """A line drawn with the real driver: the rig, accesses per tick, and why it was not."""
     arm = described(case.arm, case.described, case.at)
     arm = arm._replace(elbow=case.elbow or arm.elbow)
     weight = WEIGHTS[case.weight]
     plant = read_plant(",".join(filter(None, (case.plant, weight.plant, f"cpu={case.cpu}"))))
-    brick = EmulatedBrick(World(), arm, plant)
     error = ""
-    with tempfile.TemporaryDirectory() as folder, programs.on(brick) as program:
-        clock = _CountingClock(brick, program.clock)
-        park_on_file(arm, [joint.home for joint in arm.joints], folder)
-        zero = program["robot.motion.zero"].Zero(arm, folder)
+    with Rig(arm, plant=plant) as rig, rig.program() as program:
+        clock = _CountingClock(rig.brick, program.clock)
+        zero = program["robot.motion.zero"].Zero(arm, rig.home)
         gravity = weight.known(program["robot.motion.gravity"].Gravity, arm, plant)
         robot = program["robot.motion.arm"].RobotArm(
             arm, clock, zero, gravity=gravity, say=lambda line: None
@@ -246,19 +241,19 @@ def _drawn(case: DrawCase) -> tuple[EmulatedBrick, int, str]:
             robot.park()
         except Exception as problem:  # a crash is a result here, and must not end the bench
             error = f"{type(problem).__name__}: {problem}"
-    return brick, clock.usual(), error
+    return rig, clock.usual(), error
 
 
 def draw(case: DrawCase) -> DrawResult:
     """Draw one line on the emulated brick, and measure the true ink."""
-    brick, accesses, error = _drawn(case)
-    measure = line_accuracy.measure(brick.record, [case.line])[0]
+    rig, accesses, error = _drawn(case)
+    measure = line_accuracy.measure(rig.record, [case.line])[0]
     return DrawResult(
         case.arm,
         case.method,
         case.condition,
         case.name,
-        floor(brick.arm, case.line),
+        floor(rig.built, case.line),
         measure.greatest_mm if measure else math.nan,
         measure.rms_mm if measure else math.nan,
         measure.end_mm if measure else math.nan,
@@ -432,5 +427,5 @@ def sag(weight: str, cpu: float = CPU) -> float:
     """Sag of the level line at its lowest, mm: without backlash, under a `weight`."""
     line = LINES[3][SPACE_LINES.index("level")]
     case = DrawCase("spatial", "smooth", "", "", 0.0, line, "level", weight=weight, cpu=cpu)
-    brick, _, _ = _drawn(case)
-    return 10 * max(line[0][2] - sample.z for sample in brick.record if sample.pen)
+    rig, _, _ = _drawn(case)
+    return 10 * max(line[0][2] - sample.z for sample in rig.record if sample.pen)

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 import random
-import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
 from contextlib import contextmanager
@@ -35,12 +34,10 @@ from laptop.bench.servo_setups import (
     rendered_set_up,
     set_up,
 )
-from laptop.emulator.brick_home import park_on_file
 from laptop.emulator.device.brick import EmulatedBrick
-from laptop.emulator.device.plant_constants import CPU, read_plant
-from laptop.emulator.host import program as programs
+from laptop.emulator.device.plant_constants import CPU
 from laptop.emulator.host.program import Program
-from laptop.emulator.host.world import World
+from laptop.emulator.rig import Rig
 from laptop.emulator.scene import scene as pictured
 from laptop.emulator.scene.rendered_tracker import rendered
 from laptop.emulator.virtual_tracker import Markers, See, VirtualTracker
@@ -183,9 +180,22 @@ def run_one(case: ServoCase, method: str, log: Any = None, say: Any = None) -> S
         setting, cameras, shown = rendered_set_up(case.arm, case.seed, scene)
     else:
         setting, cameras = set_up(case.arm, case.seed, scene)
-    world = World()
-    plant = read_plant(f"{setting.plant},cpu={case.cpu}")
-    brick = EmulatedBrick(world, setting.arm, plant, setting.start)
+    plant = f"{setting.plant},cpu={case.cpu}"
+    with Rig(setting.configured, setting.arm, plant, start=setting.start) as rig:
+        return _run_on(rig, case, method, setting, cameras, shown, log, say)
+
+
+def _run_on(
+    rig: Rig,
+    case: ServoCase,
+    method: str,
+    setting: SetUp,
+    cameras: PinholeCameras,
+    shown: dict[str, pictured.Scene],
+    log: Any,
+    say: Any,
+) -> ServoResult:
+    scene, world, brick = case.scene, rig.world, rig.brick
     if scene.speed:
         goal = moving_goal(cameras, setting, scene.speed)
     else:
@@ -207,7 +217,7 @@ def run_one(case: ServoCase, method: str, log: Any = None, say: Any = None) -> S
             setting,
             cameras,
             tracker,
-            brick,
+            rig,
             budget=FOLLOW_WINDOW[1] if scene.speed else TIME_BUDGET,
             most_moves=None if scene.speed else MAX_MOVES,
             follow=scene.tolerance if scene.speed else None,
@@ -260,22 +270,21 @@ def servo_loop(
     setting: SetUp,
     cameras: PinholeCameras,
     tracker: VirtualTracker,
-    brick: EmulatedBrick,
+    rig: Rig,
     **options: Any,
 ) -> Iterator[tuple[Any, Any, Any, Program]]:
-    """Provide (VisualServoing, its servo, its arm, their Program) on a brick before a tracker.
+    """Provide (VisualServoing, its servo, its arm, their Program) on a rig before a tracker.
 
     Args:
         options: of VisualServoing.
     """
-    with tempfile.TemporaryDirectory() as folder, programs.on(brick) as program:
-        park_on_file(setting.configured, setting.start, folder)
-        state = program["robot.motion.zero"].Zero(setting.configured, folder)
+    with rig.program() as program:
+        state = program["robot.motion.zero"].Zero(setting.configured, rig.home)
         arm = program["robot.motion.arm"].RobotArm(
             setting.configured, program.clock, state, say=lambda line: None
         )
         arm.load_zero()
-        servo, stream = _servo(program, method, setting, cameras, brick, case)
+        servo, stream = _servo(program, method, setting, cameras, rig.brick, case)
         client = tracker.client(program.clock, make=program["robot.tracking_client"].TrackingClient)
         loop = program["robot.servoing.loop"].VisualServoing(
             arm, client, program.clock, servo, stream=stream, **options

@@ -31,13 +31,15 @@ from laptop.bench.servo_setups import (
     Pixel,
     Pixels,
     ServoScenario,
+    SetUp,
     apart,
     is_in_image,
     set_up,
 )
 from laptop.emulator.device.brick import EmulatedBrick
-from laptop.emulator.device.plant_constants import CPU, read_plant
+from laptop.emulator.device.plant_constants import CPU
 from laptop.emulator.host.world import World
+from laptop.emulator.rig import Rig
 from laptop.emulator.virtual_tracker import Markers, See, VirtualTracker
 from shared.messages import Stop
 
@@ -262,10 +264,20 @@ def run_case(case: DisturbedCase, log: Any = None) -> DisturbedResult:
     """Do one run, and disturb it."""
     scene = ServoScenario(mode=case.mode)
     setting, cameras = set_up(case.arm, case.seed, scene)
-    world = World()
-    brick = EmulatedBrick(
-        world, setting.arm, read_plant(f"{setting.plant},cpu={case.cpu}"), setting.start
-    )
+    plant = f"{setting.plant},cpu={case.cpu}"
+    with Rig(setting.configured, setting.arm, plant, start=setting.start) as rig:
+        return _run_on(rig, case, scene, setting, cameras, log)
+
+
+def _run_on(
+    rig: Rig,
+    case: DisturbedCase,
+    scene: ServoScenario,
+    setting: SetUp,
+    cameras: PinholeCameras,
+    log: Any,
+) -> DisturbedResult:
+    world, brick = rig.world, rig.brick
     stage = DisturbedRun(world, brick, cameras)
     stage.goal = cameras(setting.goal)
     stage.luck = random.Random(f"{case.seed}/{case.name}")
@@ -281,7 +293,7 @@ def run_case(case: DisturbedCase, log: Any = None) -> DisturbedResult:
             setting,
             cameras,
             stage.tracker,
-            brick,
+            rig,
             budget=BUDGET,
             most_moves=MAX_MOVES,
             log=log,

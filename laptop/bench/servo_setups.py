@@ -16,9 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from laptop.emulator.device.brick import EmulatedBrick
-from laptop.emulator.device.plant_constants import read_plant
-from laptop.emulator.host.world import World
+from laptop.emulator.rig import Rig
 from laptop.emulator.scene import scene as pictured
 from laptop.emulator.scene.camera_placement import place_camera
 from laptop.emulator.scene.rendered_tracker import rendered
@@ -346,7 +344,7 @@ def rendered_set_up(
 
 def _found(setting: SetUp, shown: dict[str, pictured.Scene]) -> bool:
     """Return True if the tracker is sure of both markers in every camera's first frame."""
-    brick = EmulatedBrick(World(), setting.arm, read_plant(setting.plant), setting.start)
-    see = rendered(shown, brick)
-    seen = [marker for name in shown for marker in (see(name, 0, 0.0) or {}).values()]
+    with Rig(setting.arm, plant=setting.plant, start=setting.start) as rig:
+        see = rendered(shown, rig.brick)
+        seen = [marker for name in shown for marker in (see(name, 0, 0.0) or {}).values()]
     return all(marker is not None and marker[2] >= LEAST_CONFIDENCE for marker in seen)

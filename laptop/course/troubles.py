@@ -13,8 +13,7 @@ from laptop.brick.connection import BrickAddress, another_brick, unreached
 from laptop.brick.diagnosis import judge, judge_link, judge_program, judge_turned
 from laptop.brick.finding import NOBODY
 from laptop.brick.install import why_not_taken
-from laptop.emulator.device.brick import EmulatedBrick
-from laptop.emulator.host.world import World
+from laptop.emulator.rig import Rig
 from robot.ev3.battery import BatteryFlat
 from robot.motion import kinematics
 from robot.motion.arm import RobotArm
@@ -180,11 +179,10 @@ def _said(provoke: Callable[[], object]) -> str:
 
 
 def _without_motor(arm: Arm) -> None:
-    world = World()
-    brick = EmulatedBrick(world, arm)
-    brick.unplug(arm.joints[-1].port)
-    with brick.sysfs.installed():
-        RobotArm(arm, world)
+    with Rig(arm) as rig:
+        rig.brick.unplug(arm.joints[-1].port)
+        with rig.brick.sysfs.installed():
+            RobotArm(arm, rig.world)
 
 
 def _unchecked(arm: Arm) -> None:

@@ -36,7 +36,7 @@ def read_start(text, arm):
 
     Args:
         text: `home`, `lost`, `unchecked`, `DEG,DEG,...`, or `after:FOLDER`: where the run ends that
-            leaves its files there, which is waited for.
+            leaves its files there, which is waited for.  Or the angles themselves, rad.
 
     Raises:
         InvalidSimulationOption: it is none of these.
@@ -44,9 +44,13 @@ def read_start(text, arm):
     if arm is None:
         if text != "home":
             raise InvalidSimulationOption(
-                "start '{}': there is no arm to be there; leave --start out".format(one_line(text))
+                "start '{}': there is no arm to be there; leave --start out".format(
+                    one_line(str(text))
+                )
             )
         return None, False
+    if not isinstance(text, str):
+        return tuple(text), True
     if text.startswith(AFTER):
         return _end_of(text[len(AFTER) :], arm), True
     if text in ("home", UNCHECKED):

@@ -65,7 +65,7 @@ class Rig(object):
             watches.  Or `cameras(brick)`, which gives a context manager for a tracker: its `port`
             on this machine, `code`, `key`, and `pictures` (PictureFaults) by camera in `frames`.
         start: "home", "lost", "unchecked", "after:FOLDER" or one angle in degrees a joint, see
-            `simulate --start`.
+            `simulate --start`; or joint angles, rad, of an arm whose zero is known.
         seed: draws the plant's scattered constants, as its own `seed` does.
         home: folder of the brick's state, which stays, and may be that of an earlier rig; one for
             this rig alone if None.

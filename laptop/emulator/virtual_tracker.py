@@ -4,34 +4,26 @@ What the camera would see is asked of a function; everything behind it is real: 
 loopback socket, the pairing, `TrackingServer` without its thread, and the client's own code. All
 runs in the thread that lets the world go on, so a run repeats exactly.
 
-    import tempfile
-    from laptop.emulator.device.brick import EmulatedBrick
-    from laptop.emulator.brick_home import park_on_file
+    from laptop.emulator.rig import Rig
     from laptop.emulator.virtual_tracker import VirtualTracker
-    from laptop.emulator.host.world import World
-    from robot.motion import kinematics
-    from robot.motion.arm import RobotArm
-    from shared.arm_description import find_arm, read_arm
 
-    world = World()
-    arm = read_arm(find_arm("planar"))
-    brick = EmulatedBrick(world, arm)
+    with Rig("planar") as rig, rig.program() as program:
 
-    def see(camera, index, t):
-        x, y = kinematics.forward(arm, brick.plant.q)  # the true tip, cm
-        return {"effector": (320 + 12 * x, 400 - 12 * y, 1.0), "goal": (500.0, 300.0, 1.0)}
+        def see(camera, index, t):
+            x, y = rig.tip  # the true one, cm
+            return {"effector": (320 + 12 * x, 400 - 12 * y, 1.0), "goal": (500.0, 300.0, 1.0)}
 
-    state = tempfile.TemporaryDirectory()
-    with state, VirtualTracker(world, see) as tracker, brick.sysfs.installed():
-        client = tracker.client()
-        robot_arm = RobotArm(arm, world, park_on_file(arm, brick.plant.q, state.name))
-        robot_arm.load_zero()
-        before = client.poll(0.2)["A"]
-        robot_arm.go_to([angle + 0.4 for angle in robot_arm.angles()])
-        after = client.poll(0.2)["A"]  # as it was at `after.t` on `world`, some 60 ms ago
-        client.report(robot_arm.angles(), 12.3)
+        with VirtualTracker(rig.world, see) as tracker:
+            client = tracker.client()
+            zero = program["robot.motion.zero"].Zero(rig.arm, rig.home)
+            arm = program["robot.motion.arm"].RobotArm(rig.arm, program.clock, zero)
+            arm.load_zero()
+            before = client.poll(0.2)["A"]
+            arm.go_to([angle + 0.4 for angle in arm.angles()])
+            after = client.poll(0.2)["A"]  # as it was at `after.t` on `rig.world`, 60 ms ago
+            client.report(arm.angles(), 12.3)
 
-A program under `runner.run_script` finds it at 127.0.0.1:`tracker.port`, with `tracker.code`; there
+A program that the rig runs finds it at 127.0.0.1:`tracker.port`, with `tracker.code`; there
 `select.select` is `tracker.select`.
 """
 

@@ -3,10 +3,13 @@
 import math
 import os
 import re
+import textwrap
 
 import pytest
+from places import ROOT
 from refusals import refused
 
+from laptop.emulator import rig as rig_module
 from laptop.emulator.faults import InvalidSimulationOption, read_fault
 from laptop.emulator.rig import Rig
 from robot.motion import kinematics
@@ -117,3 +120,14 @@ def test_nothing_of_it_is_left(tmp_path, monkeypatch):
     with Rig("planar", home=str(kept), plant="cpu=0") as rig:
         rig.run(*MOVE, "12,6")
     assert (kept / "planar.json").exists()
+
+
+def test_what_its_docstring_and_the_readme_show_works(capsys, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    readme = (ROOT / "laptop" / "emulator" / "README.md").read_text("utf-8")
+    shown = textwrap.dedent(rig_module.__doc__.split("\n\n")[1])
+    in_readme = readme.partition("```py\n")[2].partition("```")[0]
+    for source in ("from laptop.emulator.rig import Rig\n" + shown, in_readme):
+        exec(compile(source, "shown", "exec"), {})
+    said = capsys.readouterr()
+    assert "converged" in said.out + said.err or "stalled" in said.out + said.err

@@ -170,8 +170,8 @@ def test_the_example_shows_the_arm_where_it_truly_was():
     lines = virtual_tracker.__doc__.splitlines()
     names = {}
     exec("\n".join(line[4:] for line in lines if line.startswith("    ") or not line), names)
-    before, after, world = names["before"], names["after"], names["world"]
-    rows = names["brick"].record  # one per 5 ms
+    before, after, world = names["before"], names["after"], names["rig"].world
+    rows = names["rig"].record  # one per 5 ms
     for seen in (before, after):
         near = rows[int(200 * seen.t) : int(200 * seen.t) + 2]
         (u0, v0), (u1, v1) = ((320 + 12 * row.x, 400 - 12 * row.y) for row in near)
