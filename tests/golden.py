@@ -215,7 +215,7 @@ def _the_same(text: str, empty: str) -> str:
         lambda found: f"data:{len(found[0]) // 10000}",
         text,
     )
-    text = re.sub(r"\b[a-z]?[0-9a-f]{10}(?=[\")])", "ID", text)  # matplotlib's, in an SVG
+    text = re.sub(r"\b(?:image|[a-z])?[0-9a-f]{10}(?=[\")])", "ID", text)  # matplotlib's, in an SVG
     text = re.sub(r"\d{4}-\d\d-\d\d[T -]\d\d:?\d\d(:?\d\d)?(\.\d+)?", "TIME", text)
     return re.sub(
         r"[\d.]+ (s|min)(?= (of this computer|ago))|(?<![\d.])(?=\d*[a-f])[0-9a-f]{16,}\b",

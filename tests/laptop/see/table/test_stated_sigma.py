@@ -90,6 +90,12 @@ def test_what_it_says_is_true_of_paper_as_it_is(tilts):
 
 
 @pytest.mark.long
+@pytest.mark.parametrize("tilts", [(20,), (50,), (35, 30, 0), (10, 10, 10)], ids=str)
+def test_what_it_says_is_true_in_more_poses(tilts):
+    check([in_sigmas(tilts, 43 + 2 * seed, 100 + seed, 0.002, 0.02, 0.02) for seed in range(12)])
+
+
+@pytest.mark.claims
 @pytest.mark.parametrize("noise", [0.02, 0.3])
 @pytest.mark.parametrize("bend", [0.0, 0.02])
 @pytest.mark.parametrize("stretch", [0.0, 0.002])
