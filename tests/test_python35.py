@@ -11,7 +11,7 @@ import parso
 import pytest
 from places import ROOT
 
-BRICK_SIDE = [ROOT / "laptop" / "__init__.py"]  # the simulator's package
+BRICK_SIDE = [ROOT / "laptop" / "__init__.py"]  # the emulator's package
 for folder in ("robot", "shared", "laptop/emulator"):
     BRICK_SIDE += sorted((ROOT / folder).rglob("*.py"))
 # What students begin with, and what asks them, runs on the brick.
@@ -19,7 +19,10 @@ BRICK_SIDE.append(ROOT / "laptop" / "course" / "examiner.py")
 for folder in ("tasks", "solutions"):
     BRICK_SIDE += sorted((ROOT / "laptop" / "course" / folder).glob("*.py"))
 # These need OpenCV, or the laptop's side of the link, and so never see an old Python.
-LAPTOP_SIDE = ("laptop/emulator/scene/", "laptop/emulator/virtual_tracker.py")
+LAPTOP_SIDE = tuple(
+    "laptop/emulator/" + name
+    for name in ("scene/", "virtual_tracker.py", "rendered_tracker.py", "watching.py")
+)
 BRICK_SIDE = [
     path for path in BRICK_SIDE if not path.relative_to(ROOT).as_posix().startswith(LAPTOP_SIDE)
 ]

@@ -25,8 +25,8 @@ from typing import Any
 import numpy as np
 
 from laptop.emulator.brick_home import AFTER
-from laptop.emulator.host.pace import PacedClock
 from laptop.emulator.own_programs import SERVO
+from laptop.emulator.pace import PacedClock
 from laptop.measure.demo.goals import DEMO_SETUPS, CameraRig, Goal, choose_goals, goal_words
 from laptop.measure.demo.processes import (
     SERVOED,

@@ -18,9 +18,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from laptop.bench.page import FPS, SIZE
-from laptop.emulator.host.pace import PacedClock
 from laptop.emulator.live import PoseReader
 from laptop.emulator.own_programs import SERVO
+from laptop.emulator.pace import PacedClock
 from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.scene_constants import read_scene
 from laptop.measure.demo.processes import ProcessGroup, wait_for_link, wait_for_page

@@ -37,9 +37,9 @@ from laptop.bench.servo_setups import (
 from laptop.emulator.device.brick import EmulatedBrick
 from laptop.emulator.device.plant_constants import CPU
 from laptop.emulator.host.program import Program
+from laptop.emulator.rendered_tracker import rendered
 from laptop.emulator.rig import Rig
 from laptop.emulator.scene import scene as pictured
-from laptop.emulator.scene.rendered_tracker import rendered
 from laptop.emulator.virtual_tracker import Markers, See, VirtualTracker
 from robot.motion import kinematics
 from robot.servoing.image_model import LinearImageModel, straight

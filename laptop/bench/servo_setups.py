@@ -16,10 +16,10 @@ from typing import Any
 
 import numpy as np
 
+from laptop.emulator.rendered_tracker import rendered
 from laptop.emulator.rig import Rig
 from laptop.emulator.scene import scene as pictured
 from laptop.emulator.scene.camera_placement import place_camera
-from laptop.emulator.scene.rendered_tracker import rendered
 from laptop.emulator.scene.scene_constants import read_scene
 from laptop.emulator.scene.workcell import completed, marker_centre
 from robot.motion import kinematics

@@ -35,8 +35,8 @@ from laptop.emulator.device.wheels import TABLE as WHEELS
 from laptop.emulator.faults import FAULTS, InvalidSimulationOption, read_fault
 from laptop.emulator.host import last_line
 from laptop.emulator.host.guard import guarded
-from laptop.emulator.host.pace import BUSY
 from laptop.emulator.own_programs import find_script
+from laptop.emulator.pace import BUSY
 from laptop.emulator.rig import Rig, SimulationResult
 from laptop.record.figures.arm_numbers import numbers_of
 from laptop.record.figures.private_paths import without_folders
@@ -361,7 +361,7 @@ def _watched(text: str, arm: Arm | None, realtime: bool) -> Callable[[Any], Any]
         raise InvalidSimulationOption(
             f"--scene shows an arm, and --arm {NO_ARM} has none; leave one of them out"
         )
-    from laptop.emulator.scene.watching import watching  # OpenCV is slow to import
+    from laptop.emulator.watching import watching  # OpenCV is slow to import
 
     return watching(text, arm)
 

@@ -12,9 +12,9 @@ from laptop.cli.hearing import Hearing
 from laptop.emulator.device.buttons import Press
 from laptop.emulator.device.leading_hand import BadHand, HandPlace
 from laptop.emulator.device.plant_constants import read_plant
+from laptop.emulator.rendered_tracker import marker_specs
 from laptop.emulator.rig import Rig
 from laptop.emulator.scene.board_items import board_place
-from laptop.emulator.scene.rendered_tracker import marker_specs
 from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.scene_constants import BadScene, read_scene
 from laptop.emulator.scene.synthetic_camera import SyntheticCamera, film

@@ -376,7 +376,7 @@ def open_synthetic(
     arm: str, name: str, scene: str, fps: float | None
 ) -> tuple[Any, dict[str, str]]:
     """Open the synthetic camera of this name, see OpenSynthetic."""
-    from laptop.emulator.scene.rendered_tracker import marker_specs
+    from laptop.emulator.rendered_tracker import marker_specs
     from laptop.emulator.scene.synthetic_camera import open_live
 
     text = ",".join([*([scene] if scene else []), *([f"fps={fps}"] if fps else [])])

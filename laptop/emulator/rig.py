@@ -22,11 +22,11 @@ from laptop.emulator.device.plant_constants import read_plant
 from laptop.emulator.device.sensor_scene import scene_of
 from laptop.emulator.faults import InvalidSimulationOption, schedule_faults, schedule_pictures
 from laptop.emulator.host import program
-from laptop.emulator.host.pace import PacedClock
 from laptop.emulator.host.runner import run_script
 from laptop.emulator.host.world import World
 from laptop.emulator.live import PoseWriter
 from laptop.emulator.own_programs import find_script
+from laptop.emulator.pace import PacedClock
 from robot.motion import kinematics
 from shared.arm_description import find_arm, read_arm
 
@@ -243,7 +243,7 @@ class Rig(object):
         if self._tracker is None and self._cameras is not None:
             watched = self._cameras
             if isinstance(watched, str):
-                from laptop.emulator.scene.watching import watching
+                from laptop.emulator.watching import watching
 
                 watched = watching(watched, self.built)
             self._tracker = self._stack.enter_context(watched(self.brick))

@@ -18,9 +18,9 @@ import numpy as np
 
 from laptop.emulator.device.plant_constants import read_plant
 from laptop.emulator.host.clocks import UPTIME
+from laptop.emulator.rendered_tracker import marker_specs
 from laptop.emulator.rig import Rig, SimulationResult
 from laptop.emulator.scene.poses import ScriptedPoses
-from laptop.emulator.scene.rendered_tracker import marker_specs
 from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.synthetic_camera import SyntheticCamera
 from laptop.measure.measured_run import BadMeasurement, MeasuredRun, Sights

@@ -21,8 +21,8 @@ from waiting import PATIENCE, until
 
 from laptop.bench import page as bench
 from laptop.bench.page_rig import on_page, page_processes, start_button
-from laptop.emulator.host.pace import PacedClock
 from laptop.emulator.live import PoseReader
+from laptop.emulator.pace import PacedClock
 from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.scene_constants import read_scene
 from shared.arm_description import find_arm, read_arm

@@ -11,7 +11,6 @@ from laptop.emulator.device.ports import OutputPort
 from laptop.emulator.device.sysfs import Sysfs
 from laptop.emulator.device.tacho_motor import DRIVER, TICK, TachoMotor
 from laptop.emulator.device.wheels import BarePlant
-from laptop.emulator.host.processor import ACCESS_TIME
 
 STEP = 0.001
 """Step of the physics, s."""
@@ -26,6 +25,9 @@ FIRST_DEVICE = 9
 
 PUSH_ANGLE, PUSH_SPEED = math.radians(20), math.radians(200)
 """By how much a hand turns what a motor moves, rad, and how fast, rad/s."""
+
+ACCESS_TIME = 0.44e-3
+"""Time that the kernel takes for an access to an attribute, s."""
 
 MIN_ACCESS_TIME = 0.001
 """Time of an access, with what goes with it, on a brick that computes in no time, s."""

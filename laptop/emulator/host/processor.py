@@ -30,9 +30,6 @@ CYCLES_PER_SECOND, CYCLES_PER_INSTRUCTION = 300e6, 6.8
 SECONDS = CYCLES_PER_INSTRUCTION / CYCLES_PER_SECOND
 """Time of an instruction, s."""
 
-ACCESS_TIME = 0.44e-3
-"""Time that the kernel takes for an access to an attribute, s."""
-
 LONGEST_START = 60.0
 """Time that a program may compute before it has to do with the world; what is more passes on the
 world's clock, so that a program that goes on for ever comes to its time limit, s."""

@@ -3,10 +3,10 @@
 import ctypes
 import time as wall
 
-from laptop.emulator.host.pace import BUSY as BUSY_PACE
-from laptop.emulator.host.pace import in_words
 from laptop.emulator.host.process_exit import BUSY, ENDLESS, ProcessExit
 from laptop.emulator.host.virtual_thread import ThreadEffort
+from laptop.emulator.pace import BUSY as BUSY_PACE
+from laptop.emulator.pace import in_words
 
 CRAWL_PACE = 0.01
 """Least pace in real time, emulated seconds per wall second; below it a run ends."""

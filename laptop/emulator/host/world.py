@@ -20,7 +20,7 @@ import heapq
 import threading
 import time as wall
 
-from laptop.emulator.host import pace
+from laptop.emulator import pace
 from laptop.emulator.host.process_exit import ENDLESS, ProcessExit
 from laptop.emulator.host.virtual_thread import VirtualThread
 from laptop.emulator.host.watchdog import Over, Watchdog

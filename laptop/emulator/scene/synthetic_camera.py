@@ -14,8 +14,8 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from laptop.emulator.host.pace import BUSY, Member, PacedClock, PaceMeter, in_words
 from laptop.emulator.live import Pose
+from laptop.emulator.pace import BUSY, Member, PacedClock, PaceMeter, in_words
 from laptop.emulator.scene.poses import LivePoses, Poses, RecordedPoses
 from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.scene_constants import CAMERAS, read_scene

@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
+from laptop.emulator.rendered_tracker import marker_specs
 from laptop.emulator.scene.board_items import board_place
 from laptop.emulator.scene.poses import ScriptedPoses
-from laptop.emulator.scene.rendered_tracker import marker_specs
 from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.scene_constants import BadScene, read_scene
 from laptop.emulator.scene.synthetic_camera import SyntheticCamera

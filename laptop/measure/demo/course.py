@@ -24,9 +24,9 @@ from rich.console import Console
 
 from laptop.emulator import temporary_folders
 from laptop.emulator.brick_home import AFTER
-from laptop.emulator.host.pace import PacedClock, PaceMeter
 from laptop.emulator.live import PoseReader
 from laptop.emulator.own_programs import DRIVER, SERVO
+from laptop.emulator.pace import PacedClock, PaceMeter
 from laptop.measure.demo.goals import GOALS, CameraRig, Goal, choose_goals, goal_words
 from laptop.measure.demo.processes import (
     COMPARED,

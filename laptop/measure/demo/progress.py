@@ -13,7 +13,7 @@ from rich.spinner import Spinner
 from rich.table import Table
 from rich.text import Text
 
-from laptop.emulator.host.pace import BUSY, in_words
+from laptop.emulator.pace import BUSY, in_words
 
 
 class Stage:
@@ -88,7 +88,7 @@ class ProgressDisplay:
         self._console.print(line, soft_wrap=True, highlight=False, markup=False)
 
     def keep(self, pace: float) -> None:
-        """Show how fast the emulated clock goes of late, as laptop.emulator.host.pace has it."""
+        """Show how fast the emulated clock goes of late, as laptop.emulator.pace has it."""
         self.pace = pace
         now = time.monotonic()
         if pace < BUSY and not self._console.is_terminal and now - self._told > PACE_NOTICE_PERIOD:

@@ -14,9 +14,9 @@ from one_run import one_run
 from rig import DRIVER, Rig
 from waiting import PATIENCE
 
-from laptop.emulator.host.pace import PacedClock
 from laptop.emulator.host.world import World
 from laptop.emulator.live import History, PoseReader, PoseWriter, run_files
+from laptop.emulator.pace import PacedClock
 from laptop.system import platforms
 from robot.motion import kinematics
 from shared.arm_description import find_arm, read_arm

@@ -11,7 +11,7 @@ from places import ROOT
 from systems import lacking
 from waiting import until
 
-from laptop.emulator.host.pace import PacedClock
+from laptop.emulator.pace import PacedClock
 from laptop.system import platforms
 
 
@@ -82,7 +82,7 @@ def test_results_go_into_another_user_s_folder_that_is_open_to_us(tmp_path, monk
 ANOTHER = """
 import sys
 from laptop.system import platforms
-from laptop.emulator.host.pace import PacedClock
+from laptop.emulator.pace import PacedClock
 descriptor = platforms.open_to_share(sys.argv[1])
 print(*[int(platforms.lock_byte(descriptor, k)) for k in (0, 1)])
 """

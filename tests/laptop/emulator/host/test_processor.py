@@ -6,11 +6,11 @@ import os
 import pytest
 from places import SCRIPTS
 
-from laptop.emulator.device.brick import EmulatedBrick
+from laptop.emulator.device.brick import ACCESS_TIME, EmulatedBrick
 from laptop.emulator.device.plant_constants import read_plant
 from laptop.emulator.host import processor, program
 from laptop.emulator.host.prices import START
-from laptop.emulator.host.processor import ACCESS_TIME, HOME, HOUSE, SECONDS, Processor
+from laptop.emulator.host.processor import HOME, HOUSE, SECONDS, Processor
 from laptop.emulator.host.runner import run_script
 from laptop.emulator.host.world import World
 from shared.arm_description import find_arm, read_arm

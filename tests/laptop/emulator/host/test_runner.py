@@ -818,7 +818,7 @@ def test_a_real_signal_reaches_the_script(tmp_path):
         "import sys; sys.path.insert(0, {!r})\n"
         "from laptop.emulator.host.runner import run_script\n"
         "from laptop.emulator.device.brick import EmulatedBrick\n"
-        "from laptop.emulator.host.pace import PacedClock\n"
+        "from laptop.emulator.pace import PacedClock\n"
         "from laptop.emulator.host.world import World\n"
         "from shared.arm_description import find_arm, read_arm\n"
         "arm = read_arm(find_arm('planar'))\n"

@@ -7,11 +7,11 @@ import time as wall
 import pytest
 from waiting import PATIENCE
 
-from laptop.emulator.host import pace
-from laptop.emulator.host.pace import PacedClock
+from laptop.emulator import pace
 from laptop.emulator.host.process_exit import ProcessExit
 from laptop.emulator.host.waiting_line import WaitingLine
 from laptop.emulator.host.world import World
+from laptop.emulator.pace import PacedClock
 
 
 @pytest.fixture

@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
+from laptop.emulator.rendered_tracker import marker_specs
 from laptop.emulator.scene.camera_placement import place_camera
 from laptop.emulator.scene.optics import (
     BadLens,
@@ -20,7 +21,6 @@ from laptop.emulator.scene.optics import (
     to_srgb,
 )
 from laptop.emulator.scene.poses import ScriptedPoses
-from laptop.emulator.scene.rendered_tracker import marker_specs
 from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.scene_constants import CAMERAS, CONSTANTS, BadScene, read_scene
 from laptop.emulator.scene.synthetic_camera import SyntheticCamera

@@ -10,9 +10,9 @@ import pytest
 from clocks import FakeClock
 from rig import Rig
 
-from laptop.emulator.host import pace
-from laptop.emulator.host.pace import PacedClock
+from laptop.emulator import pace
 from laptop.emulator.live import NO_RUN, Pose, PoseWriter
+from laptop.emulator.pace import PacedClock
 from laptop.emulator.scene.optics import light_of, to_linear, to_srgb
 from laptop.emulator.scene.poses import ScriptedPoses
 from laptop.emulator.scene.scene import Scene

@@ -9,8 +9,8 @@ import pytest
 from odd_files import ODD
 from places import ROOT
 
-from laptop.emulator.host import pace
-from laptop.emulator.host.pace import MAX_CATCH_UP, PacedClock, PaceMeter
+from laptop.emulator import pace
+from laptop.emulator.pace import MAX_CATCH_UP, PacedClock, PaceMeter
 
 
 class Wall:
@@ -203,7 +203,7 @@ def test_of_a_time_in_which_nobody_looked_little_is_known(clock, wall):
 CHILD = """
 import sys, time
 sys.path.insert(0, {root!r})
-from laptop.emulator.host.pace import PacedClock
+from laptop.emulator.pace import PacedClock
 member = PacedClock({folder!r}).join("a brick")
 print("joined", flush=True)
 sys.stdin.read()

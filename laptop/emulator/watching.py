@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from laptop.emulator.faults import InvalidSimulationOption
 from laptop.emulator.picture_faults import PictureFaults
-from laptop.emulator.scene.rendered_tracker import rendered
+from laptop.emulator.rendered_tracker import rendered
 from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.scene_constants import read_scene
 from laptop.emulator.scene.workcell import cameras
