@@ -23,6 +23,7 @@ BRICK_SIDE = ("robot", "shared", "laptop.emulator")
 LAPTOP_ONLY = (
     "laptop.emulator.scene",
     "laptop.emulator.virtual_tracker",
+    "laptop.emulator.watching",
     "servo_rig",
     "page_scene",
 )

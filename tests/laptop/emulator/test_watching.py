@@ -1,0 +1,42 @@
+"""Cameras and a tracker before an emulated arm, as one text describes them."""
+
+import textwrap
+
+import pytest
+from places import ROOT
+from refusals import refused
+
+from laptop.emulator import rig as rig_module
+from laptop.emulator.faults import InvalidSimulationOption
+from laptop.emulator.rig import Rig
+from laptop.emulator.watching import watching
+
+
+def test_cameras_see_where_the_arm_truly_is(capsys):
+    with Rig("planar", plant="cpu=0", cameras="tilt=20,noise=0") as rig:
+        before = rig.see()
+        rig.run("visual_servoing.py", "--goal", "400,200")
+        after = rig.see()
+    assert "converged" in capsys.readouterr().out
+    assert list(before) == list(after) == ["A"]
+    assert before["A"].image.shape == (480, 640, 3)
+    assert (before["A"].image != after["A"].image).any()
+    assert after["A"].t > before["A"].t
+
+
+def test_what_its_docstring_and_the_readme_show_works(capsys, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    readme = (ROOT / "laptop" / "emulator" / "README.md").read_text("utf-8")
+    shown = textwrap.dedent(rig_module.__doc__.split("\n\n")[1])
+    in_readme = readme.partition("```py\n")[2].partition("```")[0]
+    for source in ("from laptop.emulator.rig import Rig\n" + shown, in_readme):
+        exec(compile(source, "shown", "exec"), {})
+    said = capsys.readouterr()
+    assert "converged" in said.out + said.err or "stalled" in said.out + said.err
+
+
+def test_cameras_in_virtual_time_share_their_pace():
+    arm = Rig("spatial").arm
+    with pytest.raises(InvalidSimulationOption) as error:
+        watching("B.fps=10", arm)
+    assert refused(error, "B.fps", "share")
