@@ -93,7 +93,7 @@ def draw_it(case: AimedJob) -> AimedResult:
         with (
             contextlib.redirect_stdout(io.StringIO()),
             contextlib.redirect_stderr(io.StringIO()),
-            Rig(arm, home=home) as rig,
+            Rig(arm, state_folder=home) as rig,
         ):
             done = rig.job(file, timeout=TIMEOUT)
     record = done.record

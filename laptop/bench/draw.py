@@ -225,7 +225,7 @@ def _drawn(case: DrawCase) -> tuple[Rig, int, str]:
     error = ""
     with Rig(arm, plant=plant) as rig, rig.program() as program:
         clock = _CountingClock(rig.brick, program.clock)
-        zero = program["robot.motion.zero"].Zero(arm, rig.home)
+        zero = program["robot.motion.zero"].Zero(arm, rig.state_folder)
         gravity = weight.known(program["robot.motion.gravity"].Gravity, arm, plant)
         robot = program["robot.motion.arm"].RobotArm(
             arm, clock, zero, gravity=gravity, say=lambda line: None

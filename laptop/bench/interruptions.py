@@ -116,7 +116,7 @@ def interrupt(case: Interruption) -> InterruptionResult:
         if end == "abort":
             meanwhile.append((over, partial(_order, home, "abort")))
         faults = [Fault(end, None, over)] if end in ("term", "kill") else []
-        with Rig(arm, home=home) as rig:
+        with Rig(arm, state_folder=home) as rig:
             first = _quiet(rig, file, faults=faults, meanwhile=meanwhile)
         records = [first.record]
         last = first
@@ -126,7 +126,7 @@ def interrupt(case: Interruption) -> InterruptionResult:
                 f"{math.degrees(min(max(a, j.lower), j.upper)):.9f}"
                 for a, j in zip(q, arm.joints, strict=True)
             )
-            with Rig(arm, start=start, home=home) as rig:
+            with Rig(arm, start=start, state_folder=home) as rig:
                 last = _quiet(rig, file, "--resume")
             records.append(last.record)
     return _judged(case, end, records, chains, pauses, over, last.outcome)

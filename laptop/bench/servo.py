@@ -279,7 +279,7 @@ def servo_loop(
         options: of VisualServoing.
     """
     with rig.program() as program:
-        state = program["robot.motion.zero"].Zero(setting.configured, rig.home)
+        state = program["robot.motion.zero"].Zero(setting.configured, rig.state_folder)
         arm = program["robot.motion.arm"].RobotArm(
             setting.configured, program.clock, state, say=lambda line: None
         )

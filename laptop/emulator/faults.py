@@ -89,6 +89,10 @@ def schedule_faults(brick, devices, faults):
     """Let the faults happen on the brick; those of the program are returned, for run_script."""
     ordered = {"signals": []}
     for fault in faults:
+        if fault.kind not in FAULTS:
+            raise InvalidSimulationOption(
+                "'{}' is not a fault; there are {}".format(fault.kind, ", ".join(sorted(FAULTS)))
+            )
         if FAULTS[fault.kind] == "CAMERA":
             continue
         if fault.what in INPUTS:

@@ -20,7 +20,13 @@ from laptop.emulator.device.brick import EmulatedBrick
 from laptop.emulator.device.peripherals import Peripherals
 from laptop.emulator.device.plant_constants import read_plant
 from laptop.emulator.device.sensor_scene import scene_of
-from laptop.emulator.faults import InvalidSimulationOption, schedule_faults, schedule_pictures
+from laptop.emulator.faults import (
+    Fault,
+    InvalidSimulationOption,
+    read_fault,
+    schedule_faults,
+    schedule_pictures,
+)
 from laptop.emulator.host import program
 from laptop.emulator.host.runner import run_script
 from laptop.emulator.host.world import World
@@ -31,12 +37,14 @@ from robot.motion import kinematics
 from shared.arm_description import find_arm, read_arm
 
 SimulationResult = namedtuple(
-    "SimulationResult", "outcome record wanted motors names skeleton reach pace asked"
+    "SimulationResult", "outcome record wanted motors names skeleton reach pace asked began"
 )
-"""The result of a run.
+SimulationResult.__doc__ = """The result of a run.
 
-outcome   runner.Outcome; its times are of the rig's world, s
-record    MotionRecord of the run: the true links and tip, one sample per 5 ms
+outcome   laptop.emulator.host.runner.Outcome: status, and reason: "ended" by itself, or what ended
+          it; why a program failed it says itself, on stderr.  Its times are of the rig's world, s
+record    laptop.emulator.device.motion_record.MotionRecord of this run alone: the true links and
+          tip, one sample per 5 ms
 wanted    the paths (cm) that the script told it wanted
 motors    per port what its motor does at the end: dict(mode, driven, position)
 names     what the angles in the record are of; None: of the arm's joints
@@ -44,6 +52,7 @@ skeleton  where the arm's joints and its tip ended, cm; empty without an arm
 reach     least and greatest distance of the tip from the base, cm; None without an arm
 pace      emulated seconds per second of this computer's clock; None in virtual time
 asked     ports of the motors that were asked to turn
+began     when the run began, by the rig's world, s
 """
 
 
@@ -58,28 +67,31 @@ class Rig(object):
             programs are told; None for a brick without one.
         built: the arm as it was built, where that differs: the truth of motors, ports, stops and
             links; like `arm`.
-        plant: the plant's constants, a text as `simulate --plant` takes it, or what
-            plant_constants.read_plant gives.
-        cameras: the scene, a text as `simulate --scene` takes it ("" for the usual one): cameras
-            that watch the arm as it was built, and a tracker that the programs find.  None: nobody
-            watches.  Or `cameras(brick)`, which gives a context manager for a tracker: its `port`
+        plant: the plant's constants, a text as `simulate --plant` takes it, such as
+            "cpu=0,backlash=3" (`brickservo simulate --help` lists them), or what
+            laptop.emulator.device.plant_constants.read_plant gives.
+        cameras: the scene, a text as `simulate --scene` takes it, such as "tilt=20" ("" for the
+            usual one; laptop.emulator.scene.scene_constants lists the keys): cameras that watch
+            the arm as it was built, and a tracker that the programs find.  None: nobody watches.
+            Or `cameras(brick)`, which gives a context manager for a tracker: its `port`
             on this machine, `code`, `key`, and `pictures` (PictureFaults) by camera in `frames`.
         start: "home", "lost", "unchecked", "after:FOLDER" or one angle in degrees a joint, see
             `simulate --start`; or joint angles, rad, of an arm whose zero is known.
-        seed: draws the plant's scattered constants, as its own `seed` does.
-        home: folder of the brick's state, which stays, and may be that of an earlier rig; one for
-            this rig alone if None.
+        seed: draws the plant's scattered constants, as its own `seed` does, before which it goes.
+        state_folder: of the brick's memory (zero, tracker, jobs), which stays, and may be that of
+            an earlier rig; one for this rig alone if None.
         realtime: keep pace with the wall's clock; cameras in other processes see the arm then.
         extra, stops: port -> motor kind, motors beside the arm's, and their stops, rad.
-        sensors: port -> SensorOrder; None: a touch sensor at each.
-        wheels: of a brick without an arm, from wheels.read_wheels.
+        sensors: port -> what laptop.emulator.device.sensor_orders reads; None: a touch sensor at
+            each.
+        wheels: of a brick without an arm, from laptop.emulator.device.wheels.read_wheels.
 
     Attributes:
         arm, built: Arm, or None.
         world: World, whose `now()` is the time, s.
         brick: EmulatedBrick.
         devices: Peripherals: buttons, screen, sensors.
-        home: the folder.
+        state_folder: the folder.
 
     Raises:
         ArmError: there is no such arm.
@@ -88,8 +100,8 @@ class Rig(object):
     """
 
     def __init__(
-        self, arm="planar", built=None, plant="", cameras=None, start="home", seed=None, home=None,
-        realtime=False, extra=None, stops=None, sensors=None, wheels=None
+        self, arm="planar", built=None, plant="", cameras=None, start="home", seed=None,
+        state_folder=None, realtime=False, extra=None, stops=None, sensors=None, wheels=None
     ):  # fmt: skip
         self.arm = _arm_of(arm)
         self.built = self.arm if built is None else _arm_of(built)
@@ -107,8 +119,8 @@ class Rig(object):
         self._plant, self._realtime, self._sensors = plant, realtime, sensors
         self._more = extra, wheels, stops
         self._cameras = cameras
-        self._given_home = home
-        self._stack = None
+        self._given_folder = state_folder
+        self._stack = self.world = self.brick = self.devices = self.state_folder = None
         self._tracker = self._writer = None
         self._begun = 0  # samples of the record that are of earlier runs
 
@@ -132,8 +144,10 @@ class Rig(object):
                 scene=scene_of(self.brick),
             )
             _let_joints_touch(self.brick, self.devices)
-            self.home = self._given_home or stack.enter_context(temporary_folders.made("home"))
-            prepare_home(self.home, self.arm, self._q, self._start, self._homed)
+            self.state_folder = self._given_folder or stack.enter_context(
+                temporary_folders.made("home")
+            )
+            prepare_home(self.state_folder, self.arm, self._q, self._start, self._homed)
             undone.pop_all()
         return self
 
@@ -146,11 +160,16 @@ class Rig(object):
     ):  # fmt: skip
         """Run a script on the brick until it ends, and let the world go on a little.
 
+        What it prints goes to this process's standard output and error.
+
         Args:
-            script: path of a Python file, or the name of one of the brick's own programs.
+            script: path of a Python file, or the name of one of the brick's own programs
+                (driver.py, visual_servoing.py, tracking_client.py, bench_brick.py).
             words: for the script.
-            faults: Faults; their times, and all others here, count from now, s.
-            presses: buttons.Press values.
+            faults: texts as `simulate --fault` takes them, such as "stall:B@1.5", or
+                laptop.emulator.faults.Fault values.  Their times, and all others here, count from
+                now, s.  What they break stays so for the runs that follow.
+            presses: laptop.emulator.device.buttons.Press values.
             meanwhile: pairs of a time and a function without arguments, called then.
             person: `person(brick, devices)` is called before the script starts: somebody at the
                 brick, who presses and leads when the time comes.
@@ -163,12 +182,20 @@ class Rig(object):
             SimulationResult.
 
         Raises:
-            InvalidSimulationOption: a fault for a port or a camera that is not there.
+            InvalidSimulationOption: no such script, or a fault that is none, or for a port or a
+                camera that is not there.
             BadPress: no touch sensor to press.
         """
+        self._check_open()
         brick, world, script = self.brick, self.world, find_script(str(script))
+        if not os.path.exists(script):
+            raise InvalidSimulationOption(
+                "{}: there is no such script; give its path, or one of the brick's own: "
+                "driver.py, visual_servoing.py, tracking_client.py, bench_brick.py".format(script)
+            )
         world.name = os.path.basename(script)
         begun = world.now()
+        faults = [read_fault(one) if isinstance(one, str) else one for one in _listed(faults)]
         ordered = schedule_faults(brick, self.devices, faults)
         for t, act in meanwhile:
             world.at(begun + t, act)
@@ -176,7 +203,7 @@ class Rig(object):
         tracker = self._watch()
         schedule_pictures(world, tracker, faults)
         with contextlib.ExitStack() as stack:
-            stack.enter_context(at_home(self.home, world, self.arm, tracker))
+            stack.enter_context(at_home(self.state_folder, world, self.arm, tracker))
             if person:
                 person(brick, self.devices)
             if keyboard:
@@ -189,11 +216,11 @@ class Rig(object):
                 [press._replace(t=press.t + begun) for press in presses],
                 timeout=timeout,
                 patience=patience,
-                folders=brick_folders(self.home),
+                folders=brick_folders(self.state_folder),
                 **ordered,
             )
-            wanted = wanted_paths(os.path.join(self.home, "plan"))
-        return self._result(outcome, wanted)
+            wanted = wanted_paths(os.path.join(self.state_folder, "plan"))
+        return self._result(outcome, wanted, begun)
 
     def job(self, file, *words, **options):
         """Let driver.py draw a job file; as `run`."""
@@ -202,16 +229,21 @@ class Rig(object):
     def program(self):
         """What a program computes in this process, at the brick's pace, for a `with` block.
 
-        Gives a program.Program: its modules by name, and its `clock`.  Its state is in `home`.
+        Gives a laptop.emulator.host.program.Program: its modules by name, and its `clock`.  Its
+        state is in `state_folder`.
         """
+        self._check_open()
         return program.on(self.brick)
 
     def see(self):
-        """Pictures of the cameras, taken now: {camera: Frame}.
+        """The newest pictures of the cameras, by name ("A", ...).
+
+        Each is a laptop.see.camera.frames.Frame: `image`, BGR, and `t`, when it was taken, s.
 
         Raises:
             InvalidSimulationOption: nobody watches.
         """
+        self._check_open()
         if not isinstance(self._cameras, str):
             raise InvalidSimulationOption("no camera watches; give cameras, such as tilt=20")
         from laptop.emulator.scene.synthetic_camera import film  # OpenCV is slow to import
@@ -226,6 +258,7 @@ class Rig(object):
     @property
     def q(self):
         """The true joint angles, rad."""
+        self._check_open()
         return tuple(self.brick.plant.q)
 
     @property
@@ -235,8 +268,13 @@ class Rig(object):
 
     @property
     def record(self):
-        """MotionRecord of all that was: the true links and tip, one sample per 5 ms."""
+        """MotionRecord of all runs: the true links and tip, one sample per 5 ms."""
+        self._check_open()
         return self.brick.record
+
+    def _check_open(self):
+        if self.brick is None:
+            raise InvalidSimulationOption("the rig is not open; write: with Rig(...) as rig:")
 
     def _watch(self):
         """The tracker before the cameras, from the first run on."""
@@ -256,7 +294,7 @@ class Rig(object):
             self._stack.callback(self._writer.close)
             self.brick.world.bodies.append(self._writer.advance)
 
-    def _result(self, outcome, wanted):
+    def _result(self, outcome, wanted, begun):
         brick, built = self.brick, self.built
         record = brick.record.since(self._begun)
         self._begun = len(brick.record)
@@ -270,8 +308,21 @@ class Rig(object):
             reach = kinematics.reach(built)
         pace = self.world.pace.mean if self.world.pace else None
         return SimulationResult(
-            outcome, record, wanted, motors, brick.names, skeleton, reach, pace, brick.asked()
+            outcome,
+            record,
+            wanted,
+            motors,
+            brick.names,
+            skeleton,
+            reach,
+            pace,
+            brick.asked(),
+            begun,
         )
+
+
+def _listed(faults):
+    return [faults] if isinstance(faults, (str, Fault)) else faults
 
 
 def _arm_of(arm):

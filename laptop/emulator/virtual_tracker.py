@@ -15,7 +15,7 @@ runs in the thread that lets the world go on, so a run repeats exactly.
 
         with VirtualTracker(rig.world, see) as tracker:
             client = tracker.client()
-            zero = program["robot.motion.zero"].Zero(rig.arm, rig.home)
+            zero = program["robot.motion.zero"].Zero(rig.arm, rig.state_folder)
             arm = program["robot.motion.arm"].RobotArm(rig.arm, program.clock, zero)
             arm.load_zero()
             before = client.poll(0.2)["A"]

@@ -6,7 +6,7 @@ import re
 import pytest
 from refusals import refused
 
-from laptop.emulator.faults import InvalidSimulationOption, read_fault
+from laptop.emulator.faults import Fault, InvalidSimulationOption
 from laptop.emulator.rig import Rig
 from robot.motion import kinematics
 
@@ -25,6 +25,7 @@ def test_a_run_leaves_the_arm_where_the_next_one_finds_it(capsys):
     x, y = re.search(r"tip at ([-0-9.]+),([-0-9.]+) cm", capsys.readouterr().out).groups()
     assert (float(x), float(y)) == pytest.approx(there, abs=0.15)
     assert second.record[0].t == pytest.approx(end, abs=0.006)
+    assert (first.began, second.began) == (0, end)
     assert len(first.record) + len(second.record) == len(rig.record)
 
 
@@ -43,7 +44,7 @@ def test_faults_presses_and_what_happens_meanwhile_count_from_the_start_of_a_run
         begun, seen = rig.world.now(), []
         run = rig.run(
             *LINE,
-            faults=[read_fault("unplug:B@1.5")],
+            faults=["unplug:B@1.5"],
             meanwhile=[(1.0, lambda: seen.append(rig.world.now()))],
         )
     assert seen == [pytest.approx(begun + 1.0)]
@@ -87,6 +88,30 @@ def test_what_makes_no_sense_is_refused_in_one_line(options, words):
     assert refused(error, *words)
 
 
+@pytest.mark.parametrize(
+    ("ask", "words"),
+    [
+        (lambda rig: rig.run("drver.py"), ["drver.py", "no such script", "visual_servoing.py"]),
+        (lambda rig: rig.run(*MOVE, "9,9", faults="melt@1"), ["'melt@1'", "unplug:PORT"]),
+        (lambda rig: rig.run(*MOVE, "9,9", faults=Fault("block", "B", 1)), ["'block'", "stall"]),
+        (lambda rig: rig.run(*MOVE, "9,9", faults=["stall:D@1"]), ["no motor at port D"]),
+    ],
+)
+def test_a_run_that_makes_no_sense_is_refused_in_one_line(ask, words):
+    with Rig("planar") as rig, pytest.raises(InvalidSimulationOption) as error:
+        ask(rig)
+    assert refused(error, *words)
+
+
+@pytest.mark.parametrize(
+    "ask", [lambda rig: rig.run(*MOVE, "9,9"), lambda rig: rig.tip, lambda rig: rig.see()]
+)
+def test_a_rig_that_is_not_open_says_so(ask):
+    with pytest.raises(InvalidSimulationOption) as error:
+        ask(Rig("planar", cameras=""))
+    assert refused(error, "not open", "with Rig")
+
+
 def test_nobody_watches():
     with Rig("planar") as rig, pytest.raises(InvalidSimulationOption) as error:
         rig.see()
@@ -95,10 +120,10 @@ def test_nobody_watches():
 
 def test_nothing_of_it_is_left(tmp_path, monkeypatch):
     with Rig("planar") as rig:
-        home = rig.home
+        home = rig.state_folder
     assert not os.path.exists(home)
     kept = tmp_path / "home"
     kept.mkdir()
-    with Rig("planar", home=str(kept), plant="cpu=0") as rig:
+    with Rig("planar", state_folder=str(kept), plant="cpu=0") as rig:
         rig.run(*MOVE, "12,6")
     assert (kept / "planar.json").exists()
