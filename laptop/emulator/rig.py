@@ -199,6 +199,8 @@ class Rig(object):
         ordered = schedule_faults(brick, self.devices, faults)
         for t, act in meanwhile:
             world.at(begun + t, act)
+        plan = os.path.join(self.state_folder, "plan")
+        before = len(wanted_paths(plan))  # of earlier runs
         self._publish(world.name)
         tracker = self._watch()
         schedule_pictures(world, tracker, faults)
@@ -219,7 +221,7 @@ class Rig(object):
                 folders=brick_folders(self.state_folder),
                 **ordered,
             )
-            wanted = wanted_paths(os.path.join(self.state_folder, "plan"))
+            wanted = wanted_paths(plan)[before:]
         return self._result(outcome, wanted, begun)
 
     def job(self, file, *words, **options):

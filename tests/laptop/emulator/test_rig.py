@@ -29,6 +29,13 @@ def test_a_run_leaves_the_arm_where_the_next_one_finds_it(capsys):
     assert len(first.record) + len(second.record) == len(rig.record)
 
 
+def test_each_run_wanted_its_own_paths(capsys):
+    with Rig("planar", plant="cpu=0") as rig:
+        first, second = rig.run(*LINE), rig.run("driver.py", "line", "12,0", "9,9")
+    assert [path[0] for path in first.wanted] == [(10, 0)]
+    assert [path[0] for path in second.wanted] == [(12, 0)]
+
+
 def test_its_runs_are_a_function_of_its_words():
     def drawn(seed):
         with Rig("geared", plant="cpu=0", seed=seed) as rig:
