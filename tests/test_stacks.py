@@ -4,10 +4,11 @@ import os
 import shutil
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 import stacks
-from waiting import PATIENCE
+from waiting import PATIENCE, until
 
 HANGS = """
 import subprocess, sys, threading, time
@@ -87,6 +88,9 @@ def test_a_program_among_python_s_files_is_none_of_python(tmp_path):
     driver = subprocess.Popen([folder / "driver", "1000"])
     python = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE)
     try:
+        for process in (driver, python):  # it has no words yet when Popen returns
+            words = Path(f"/proc/{process.pid}/cmdline")
+            until(words.read_bytes, "its words")
         assert python.pid in stacks.below(os.getpid())
         assert driver.pid not in stacks.below(os.getpid())
     finally:
