@@ -29,9 +29,9 @@ TEXTS = {".json", ".csv", ".txt", ".html", ".ini", ".jsonl", ".svg", ".log", ".p
 TIMEOUT = 1200
 
 RUNS = {
-    "line": f"simulate {DRIVER} line 10,0 5,10",
-    "line-space": f"simulate --arm spatial {DRIVER} line 10,0,5 5,10,5",
-    "fault": f"simulate --plant backlash=3,seed=4 --fault unplug:A@1.5 {DRIVER} home",
+    "line": f"simulate --out out {DRIVER} line 10,0 5,10",
+    "line-space": f"simulate --out out --arm spatial {DRIVER} line 10,0,5 5,10,5",
+    "fault": f"simulate --out out --plant backlash=3,seed=4 --fault unplug:A@1.5 {DRIVER} home",
     "house": "draw house --simulate --out out",
     "text": 'draw --text "Hi" --arm geared --simulate --plant seed=3 --out out',
     "learned": 'draw --line "10,0 5,10" --by-sight 2 --simulate --out out',
@@ -39,21 +39,25 @@ RUNS = {
     "accuracy": "accuracy --simulate --cycles 3 --out out",
     "touch": "touch --simulate --out out",
     "camera": "camera synthetic --scene board=a4,tilt=20 --out camera.json",
-    "servo": f"simulate --scene tilt=20 {SERVO} --goal 400,200",
-    "servo-space": f"simulate --arm spatial --scene B.azimuth=30 {SERVO} --rows xyz",
-    "lab": f"simulate {LABS / 'lab2_points.py'}",
+    "servo": f"simulate --out out --scene tilt=20 {SERVO} --goal 400,200",
+    "servo-space": f"simulate --out out --arm spatial --scene B.azimuth=30 {SERVO} --rows xyz",
+    "lab": f"simulate --out out {LABS / 'lab2_points.py'}",
     "wheels": (
-        "simulate --arm none --wheels left=B,right=C --sensor in2=gyro:robot "
+        "simulate --out out --arm none --wheels left=B,right=C --sensor in2=gyro:robot "
         f"{LABS / 'sensor4_gyro_square.py'}"
     ),
 }
 AT_ONCE = {
-    "line-at-once": f"simulate --plant cpu=0 {DRIVER} line 10,0 5,10",
-    "home-at-once": f"simulate --plant cpu=0,backlash=3,seed=4 --start lost {DRIVER} home",
-    "seek-at-once": f"simulate --arm geared --plant cpu=0,seed=4 {DRIVER} home --seek",
+    "line-at-once": f"simulate --out out --plant cpu=0 {DRIVER} line 10,0 5,10",
+    "home-at-once": (
+        f"simulate --out out --plant cpu=0,backlash=3,seed=4 --start lost {DRIVER} home"
+    ),
+    "seek-at-once": f"simulate --out out --arm geared --plant cpu=0,seed=4 {DRIVER} home --seek",
     "text-at-once": 'draw --text "Hi" --arm geared --simulate --plant cpu=0,seed=3 --out out',
-    "servo-at-once": f"simulate --plant cpu=0 --scene tilt=20 {SERVO} --goal 400,200",
-    "space-at-once": f"simulate --arm spatial --plant cpu=0 --scene azimuth=9 {SERVO} --rows xyz",
+    "servo-at-once": f"simulate --out out --plant cpu=0 --scene tilt=20 {SERVO} --goal 400,200",
+    "space-at-once": (
+        f"simulate --out out --arm spatial --plant cpu=0 --scene azimuth=9 {SERVO} --rows xyz"
+    ),
 }
 """On a brick that computes in no time: what is read when a script starts costs nothing."""
 AFTERWARDS = {"report": "report . --title Golden"}

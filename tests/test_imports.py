@@ -31,7 +31,7 @@ LIBRARIES = {
     "laptop.system": set(),
     "laptop.brick": {"asyncssh"},
     "laptop.brick.finding": {"asyncssh", "ifaddr", "zeroconf"},
-    "laptop.record": {*PICTURES, "matplotlib", "jinja2", "markupsafe", "rich"},
+    "laptop.record": {*PICTURES, "matplotlib", "jinja2", "markupsafe", "msgspec"},
     "laptop.drawing": PICTURES,
     "laptop.drawing.areas": {"numpy", "shapely"},
     "laptop.drawing.glyphs": {"HersheyFonts", "numpy"},

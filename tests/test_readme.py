@@ -19,6 +19,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 from commands import parse
+from lab_runs import left
 from places import ROOT, SCRIPTS
 from waiting import PATIENCE, until
 
@@ -177,8 +178,7 @@ def folder(tmp_path, monkeypatch):
     """An empty folder in which commands run, with what a reader has by then."""
     shutil.copy(SCRIPTS / "lab1_moves.py", tmp_path / "my_lab_script.py")
     shutil.copy(ROOT / "shared" / "arms" / "geared.ini", tmp_path / "my.ini")
-    (tmp_path / "runs").mkdir()
-    (tmp_path / "runs" / "summary.json").write_text('{"script": "driver.py", "arm": "planar"}')
+    left(tmp_path / "runs" / "line")
     (tmp_path / "class").mkdir()
     shutil.copy(ROOT / "laptop" / "course" / "tasks" / "line.py", tmp_path / "class")
     monkeypatch.chdir(tmp_path)

@@ -27,7 +27,8 @@ import numpy as np
 from laptop.emulator.brick_home import AFTER
 from laptop.emulator.own_programs import SERVO
 from laptop.emulator.pace import PacedClock
-from laptop.measure.demo.goals import DEMO_SETUPS, CameraRig, Goal, choose_goals, goal_words
+from laptop.emulator.scene.camera_rig import CameraRig
+from laptop.measure.demo.goals import DEMO_SETUPS, Goal, choose_goals, goal_words, postures_at
 from laptop.measure.demo.processes import (
     SERVOED,
     ChildProcess,
@@ -35,8 +36,7 @@ from laptop.measure.demo.processes import (
     wait_for_link,
     wait_for_page,
 )
-from laptop.measure.demo.truth import record_goal_run
-from laptop.record.servo import results
+from laptop.measure.demo.truth import run_of_goal
 from laptop.system import platforms
 from robot.clock import Clock
 from robot.tracking_client import Memory, TrackingClient
@@ -265,14 +265,15 @@ def _behind(folder: Path, drawn: Sequence[tuple[float, str]], ahead: float) -> l
 
 def _where_lines_end(rig: CameraRig) -> str:
     """The posture from which all goals are chosen to be in sight, degrees."""
-    (posture, *_) = rig.postures_at(DEMO_SETUPS["planar"].end_of_lines)
+    (posture, *_) = postures_at(rig, DEMO_SETUPS["planar"].end_of_lines)
     return ",".join(f"{math.degrees(angle):.4f}" for angle in posture)
 
 
 def _judged(rig: CameraRig, goal: Goal, home: Path, servo: ChildProcess) -> GoalAttempt:
-    told = results.read_goal_run(home.parent, record_goal_run(rig, goal, home, servo))
-    words = f"{goal.name}: {told.words}; {told.verdict.get('reason') or 'no reason told'}"
-    return GoalAttempt(told.reached, int(told.verdict["moves"]), told.seconds, told.error, words)
+    told = run_of_goal(rig, goal, home, servo)
+    words = f"{goal.name}: {told.words}; {told.reason or 'no reason told'}"
+    seconds, off = told.seconds or 0.0, told.true_error or 0.0
+    return GoalAttempt(told.reached, told.moves, seconds, off, words)
 
 
 HEADINGS = (

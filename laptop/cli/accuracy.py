@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,9 +18,11 @@ from laptop.cli.options import (
     importing,
     in_one_line,
     noise_option,
+    out_option,
+    typed_words,
 )
-from laptop.cli.run_folder import PICTURES, SUMMARY, alone_in, check_room, write_files
 from laptop.record.figures.arm_numbers import numbers_of
+from laptop.record.run_folder import run_folder
 from shared.arm_description import find_arm, read_arm
 
 if TYPE_CHECKING:
@@ -28,12 +30,13 @@ if TYPE_CHECKING:
     from laptop.measure.accuracy.plan import AccuracyPlan
     from laptop.measure.accuracy.sighting import ArmOnBoard
     from laptop.measure.live_rig import LiveRig
+    from laptop.record.run import Run
+    from laptop.record.run_folder import RunFolder
     from laptop.see.table.camera_fit import Calibration
+    from shared.arm_description import Arm
     from shared.job_messages import JobStatus
 
 PICTURE, TABLE = "accuracy.png", "accuracy.csv"
-OTHERS = (PICTURE, TABLE, SUMMARY, "trace.csv", *PICTURES)
-"""What means something of a run."""
 LIVE = ("place", "bar", "height", "scene", "effector", "size", "call")
 EMULATED = ("plant", "built", "noise", "seed")
 """Options that are of the one arm only."""
@@ -129,9 +132,7 @@ class Numbers(click.ParamType):
     show_default=True,
     help="Of emulated cameras and their noise.",
 )
-@click.option(
-    "--out", default="out", metavar="DIR", type=click.Path(path_type=Path), show_default=True
-)
+@out_option
 def accuracy(
     sources: tuple[str, ...],
     arm_file: str,
@@ -151,7 +152,7 @@ def accuracy(
     built: str | None,
     noise: float,
     seed: int,
-    out: Path,
+    out: Path | None,
 ) -> None:
     """Measure accuracy and repeatability of poses and paths after ISO 9283, by camera, in mm.
 
@@ -159,7 +160,7 @@ def accuracy(
     board lies on the table.  The arm goes to five poses, 30 times, then from several directions,
     then along a line and a circle at three speeds; the pen stays up.
 
-    Leaves accuracy.png, accuracy.csv and summary.json in the folder given by --out.
+    Leaves run.json, accuracy.png and accuracy.csv in a folder of its own.
     """
     with importing():
         from laptop.measure.accuracy import report
@@ -171,19 +172,27 @@ def accuracy(
         arm = read_arm(find_arm(arm_file))
         plan = plan_accuracy(arm, cycles, side, at)
         stand = place and ArmOnBoard(math.radians(place[2]), (place[0], place[1]))
-        check_room(out)
-        with alone_in(out):
+        with run_folder("accuracy", out, PICTURE, TABLE) as folder:
             click.echo(report.describe_plan(plan))
             click.echo(f"that takes the brick some {plan.seconds() / 60:.0f} min")
+            truth, built_arm = None, None
+            set_up: dict[str, Any] = {}
             if simulate:
-                conditions, result, truth = _simulated(plan, built, plant, noise, seed)
+                built_arm = read_arm(find_arm(built)) if built else None
+                result, truth = _simulated(plan, built_arm, plant, noise, seed)
+                set_up = {"brick": "emulated", "noise px": noise}
+                set_up |= {"plant": plant} if plant else {}
             else:
-                conditions, truth = {"simulated": SYNTHETIC in sources}, None
                 result = _live(
                     *(plan, sources, arm_file, scene, effector, size, call),
                     *(calibrated, bar, (height or 0.0) / 10, stand or None),
                 )
-            _leave(out, result, conditions, truth)
+                set_up = {"brick": "emulated"} if SYNTHETIC in sources else {}
+            told = report.accuracy_run(result, truth)
+            told.typed, told.arm, told.set_up = typed_words(), numbers_of(arm), set_up
+            told.built = built_arm and numbers_of(built_arm)
+            told.seeds = {"cameras": seed} if simulate else {}
+            _leave(folder, result, told, truth)
 
 
 def _check_words(
@@ -223,21 +232,13 @@ def _tell(part: str, number: int, count: int) -> None:
 
 
 def _simulated(
-    plan: AccuracyPlan, built: str | None, plant: str, noise: float, seed: int
-) -> tuple[dict[str, Any], AccuracyResult, dict[str, float]]:
+    plan: AccuracyPlan, built: Arm | None, plant: str, noise: float, seed: int
+) -> tuple[AccuracyResult, dict[str, float]]:
     from laptop.bench.accuracy import measure_emulated
     from laptop.emulator.device.plant_constants import read_plant
 
     read_plant(plant)  # before minutes are spent
-    own = read_arm(find_arm(built)) if built else None
-    result, truth = measure_emulated(plan, own, plant, noise, seed, False, _tell)
-    told = {
-        "simulated": True,
-        "plant": plant,
-        "built": own.name if own else plan.arm.name,
-        "built_numbers": own and numbers_of(own),
-    }
-    return told, result, truth
+    return measure_emulated(plan, built, plant, noise, seed, False, _tell)
 
 
 def _live(
@@ -319,7 +320,7 @@ def _check_still(rig: LiveRig, found: Mapping[str, Calibration]) -> None:
 
 
 def _leave(
-    out: Path, result: AccuracyResult, conditions: dict[str, Any], truth: dict[str, float] | None
+    folder: RunFolder, result: AccuracyResult, told: Run, truth: dict[str, float] | None
 ) -> None:
     """Print the table and write the files."""
     from laptop.measure.accuracy import plots, report
@@ -333,21 +334,19 @@ def _leave(
             for k, (cell, width) in enumerate(zip(row, widths, strict=True))
         ]
         click.echo("  ".join(cells).rstrip())
-    notes = report.notes(result)
-    for note in notes:
+    for note in report.notes(result):
         click.echo(note)
-    conditions = {**conditions, "arm_numbers": numbers_of(result.plan.arm)}
-    told = report.summary(result, conditions, truth)
     title = f"Accuracy and repeatability after {report.STANDARD}: {result.plan.arm.name}"
-    write_files(
-        out,
-        {
-            TABLE: lambda path: report.write_csv(path, result),
-            SUMMARY: told,
-            PICTURE: lambda path: plots.write_accuracy_plot(
+    files: dict[str, tuple[Callable[[str], None], str]] = {
+        TABLE: (
+            lambda path: report.write_csv(path, result),
+            "where the tip was in each cycle, with the camera's noise",
+        ),
+        PICTURE: (
+            lambda path: plots.write_accuracy_plot(
                 path, result, title, report.describe_plan(result.plan)
             ),
-        },
-        OTHERS,
-    )
-    click.echo(f"{out}/{PICTURE}, {TABLE}, summary.json")
+            "Accuracy and repeatability, measured by the camera.",
+        ),
+    }
+    click.echo(folder.write(told, files))

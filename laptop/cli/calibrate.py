@@ -11,10 +11,20 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from laptop.cli.options import SYNTHETIC, FiniteRange, arm_option, examples, importing, in_one_line
+from laptop.cli.options import (
+    SYNTHETIC,
+    FiniteRange,
+    arm_option,
+    examples,
+    importing,
+    in_one_line,
+    out_option,
+    typed_words,
+)
 from laptop.cli.rigs import live_rig
-from laptop.cli.run_folder import alone_in, check_room, write_files
 from laptop.record.figures.arm_numbers import numbers_of
+from laptop.record.run import RunFile, seeds_of
+from laptop.record.run_folder import run_folder
 from shared.arm_description import Arm, find_arm, read_arm
 
 if TYPE_CHECKING:
@@ -68,14 +78,7 @@ LOOK_S = 1.0
 )
 @click.option("--seconds", type=FiniteRange(60, 900), default=180, show_default=True, metavar="S",
               help="The arm moves for so long at the most.")  # fmt: skip
-@click.option(
-    "--out",
-    type=click.Path(file_okay=False, path_type=Path),
-    default="out",
-    show_default=True,
-    metavar="DIR",
-    help="Leave summary.json and rests.csv there, for report; with --simulate the arm file, too.",
-)
+@out_option
 @click.option("--dry-run", is_flag=True, help="Measure and tell, write nothing.")
 @click.option("--call", is_flag=True, help="Start the brick's program over ssh.")
 @click.option(
@@ -103,7 +106,7 @@ def calibrate(
     touch: str,
     board_square: str | None,
     seconds: float,
-    out: Path,
+    out: Path | None,
     dry_run: bool,
     call: bool,
     port: int | None,
@@ -129,7 +132,7 @@ def calibrate(
             go_home,
             identify,
         )
-        from laptop.measure.arm.calibration_record import RESTS, calibration_files
+        from laptop.measure.arm.calibration_record import RESTS, calibration_run
         from laptop.measure.arm.emulated_setups import SCENE, by_formula, rendered
         from laptop.see.table.arm_file import check_writable, own_file
 
@@ -144,11 +147,12 @@ def calibrate(
         text = plant or "cpu=1"
         text += "" if "seed=" in text else f",seed={seed or 0}"
         unreal = simulate or SYNTHETIC in sources
-        own = out / f"{arm.name}.ini" if unreal else None
-        check_room(out, RESTS)
-        if not dry_run:
-            check_writable(own or own_file(arm))
-        stack.enter_context(alone_in(out))
+        if not (dry_run or unreal):
+            check_writable(own_file(arm))
+        folder = stack.enter_context(run_folder("calibrate", out, RESTS))
+        own = folder.path / f"{arm.name}.ini" if unreal else None
+        if own and not dry_run:
+            check_writable(own)
 
         def finish(setup: CalibrationSetup) -> None:
             for line in _board(setup.camera):
@@ -165,15 +169,18 @@ def calibrate(
             rows = numbers.measured(result.fit)
             for line in _table(rows):
                 click.echo(line)
-            what: dict[str, Any] = {"simulated": unreal, "arm_numbers": numbers_of(arm)}
-            if simulate:
-                what |= {"plant": text, "built_numbers": built and numbers_of(truth)}
-            # First: where the arm's file is refused, no summary says that it is calibrated.
+            # First: where the arm's file is refused, no record says that it is calibrated.
             new = None if dry_run else numbers.write_measured(result.fit, rows, date.today(), own)
-            written = [own.name] if own and new else []
-            files = calibration_files(result, rows, setup.camera, what)
-            write_files(out, files, written=written)
-            click.echo(f"{out}/summary.json, rests.csv")
+            told, files = calibration_run(result, rows, setup.camera)
+            told.typed, told.arm = typed_words(), numbers_of(arm)
+            told.set_up |= {"brick": "emulated"} if unreal else {}
+            if simulate:
+                told.set_up["plant"] = text
+                told.seeds = seeds_of(plant=text) | {"camera": seed or 0}
+                told.built = numbers_of(truth) if built else None
+            if own and new:
+                told.files = [RunFile(own.name)]
+            click.echo(folder.write(told, files))
             if new is None:
                 click.echo("the arm's file was left as it is, as wished")
                 return

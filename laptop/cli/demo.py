@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import sys
 import webbrowser
-from pathlib import Path
 from typing import Any
 
 import click
 
-from laptop.cli.options import arm_option, examples, importing, on_the_page
+from laptop.cli.options import arm_option, examples, importing, on_the_page, out_option, typed_words
 from laptop.emulator.host.process_exit import BUSY
 from shared.arm_description import ArmError
 
@@ -29,9 +28,7 @@ class TryLater(click.ClickException):
     show_default=True,
     help="Draws where the camera stands, what lies about and where the goals are.",
 )
-@click.option(
-    "--out", default="runs", metavar="DIR", type=click.Path(path_type=Path), show_default=True
-)
+@out_option
 @click.option(
     "--page/--no-page",
     default=True,
@@ -43,7 +40,7 @@ def demo(arm_file: str, **options: Any) -> None:
 
     The programs of the brick run unmodified and in real time, linked to the tracker by TCP; one
     camera watches, or two where --arm spatial moves in space.  Leaves a report and all raw files in
-    a folder of its own under --out.  Its exit status is 0 only if the arm truly got everywhere,
+    a folder of its own.  Its exit status is 0 only if the arm truly got everywhere,
     whatever the brick says.  On a busy computer all of it goes slower, and says so; the status is
     75 where not even that can go on.
     """
@@ -53,7 +50,9 @@ def demo(arm_file: str, **options: Any) -> None:
         from laptop.measure.demo import course, processes
 
     try:
-        status, report = course.run(course.DemoOptions(arm=arm_file, **options), Console())
+        status, report = course.run(
+            course.DemoOptions(arm=arm_file, typed=tuple(typed_words()), **options), Console()
+        )
     except processes.TooBusy as error:
         raise TryLater(str(error)) from None
     except ArmError as error:

@@ -20,6 +20,7 @@ from laptop.system.files import written
 from shared.arm_description import Arm, find_arm, read_arm
 
 if TYPE_CHECKING:
+    from laptop.cli.sight_options import SightOptions
     from laptop.drawing.artwork import Artwork
     from laptop.drawing.options import DrawingOptions
     from laptop.drawing.preparing import DrawingPlan
@@ -111,14 +112,8 @@ def draw(
                 plan.write_job(draft, offsets)
             click.echo(f"{job_file} is written")
         built = options["built"] and read_arm(find_arm(options["built"]))
-        if simulate and asked:
-            from laptop.cli.draw_by_sight import simulate_by_sight
-
-            sys.exit(simulate_by_sight(plan, asked, built, out, plant, words, repeat, share))
         if simulate:
-            from laptop.cli.draw_simulated import draw_simulated  # more to import
-
-            sys.exit(draw_simulated(plan, out, plant, words, repeat, share, built=built))
+            sys.exit(_simulated(plan, asked, built, out, plant, words, repeat, share))
         if previews or job_file:
             return
         if asked and asked.times:
@@ -129,6 +124,27 @@ def draw(
             file = Path(folder) / f"{Path(plan.name).stem or 'drawing'}.job"
             plan.write_job(file, offsets)
             sys.exit(_sent(name, file, ("--arm", arm.name, *words), detach))
+
+
+def _simulated(
+    plan: DrawingPlan,
+    asked: SightOptions | None,
+    built: Arm | None,
+    out: Path | None,
+    plant: str,
+    words: tuple[str, ...],
+    repeat: int,
+    share: str | None,
+) -> int:
+    """Draw on the emulated brick, rehearsed if that is asked for; return the exit status."""
+    from laptop.cli.draw_by_sight import simulate_by_sight  # there is more to import
+    from laptop.cli.draw_simulated import FILES, draw_simulated
+    from laptop.record.run_folder import run_folder
+
+    with run_folder("draw", out, *FILES) as folder:
+        if asked:
+            return simulate_by_sight(plan, asked, built, folder, plant, words, repeat, share)
+        return draw_simulated(plan, folder, plant, words, repeat, share, built=built)
 
 
 def _artwork(what: str | None, arm: Arm, options: dict[str, Any]) -> Artwork:

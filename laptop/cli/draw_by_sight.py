@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from laptop.cli.draw_simulated import draw_simulated
-from laptop.cli.run_folder import check_room
 from laptop.measure.ilc import kept
 from laptop.measure.ilc.rehearsal import LOG_PERIOD, Learned, Step, rehearse
 
@@ -27,6 +26,7 @@ if TYPE_CHECKING:
     from laptop.measure.ilc.view import TipView
     from laptop.measure.live_rig import LiveRig
     from laptop.measure.measured_run import MeasuredRun
+    from laptop.record.run_folder import RunFolder
     from shared.arm_description import Arm
 
 NOISE_PX = 0.5
@@ -37,7 +37,7 @@ def simulate_by_sight(
     plan: DrawingPlan,
     asked: SightOptions,
     built: Arm | None,
-    out: Path,
+    folder: RunFolder,
     plant: str,
     words: tuple[str, ...],
     repeat: int = 1,
@@ -47,13 +47,12 @@ def simulate_by_sight(
     before = _before(plan, asked)
     if not asked.times:
         known = _offsets_of(before)
-        return draw_simulated(plan, out, plant, words, repeat, share, known, built)
+        return draw_simulated(plan, folder, plant, words, repeat, share, known, built)
     from laptop.emulator.scene.scene import Scene
     from laptop.emulator.scene.scene_constants import read_scene
     from laptop.measure.emulated_rig import EmulatedRig
     from laptop.measure.ilc.emulated_view import view_of
 
-    check_room(out)
     scene = Scene(built or plan.arm, read_scene(asked.scene))
     height = scene.constants["marker_height"]
     rig = EmulatedRig(plan.arm, built, plant, {"A": scene}, height, NOISE_PX)
@@ -61,7 +60,7 @@ def simulate_by_sight(
     with contextlib.redirect_stdout(io.StringIO()):
         learned = _rehearsed(plan, asked, watched, view_of(scene, plan.arm), before)
     offsets, records = learned.numbers(), watched.records
-    return draw_simulated(plan, out, plant, words, repeat, share, offsets, built, records)
+    return draw_simulated(plan, folder, plant, words, repeat, share, offsets, built, records)
 
 
 class _Watched:

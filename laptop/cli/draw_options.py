@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from laptop.cli.brick import THE_BRICK
-from laptop.cli.options import option_group, replace_option
+from laptop.cli.options import option_group, out_option, replace_option
 
 
 class Centimetres(click.ParamType):
@@ -185,14 +185,7 @@ WHERE_TO = option_group(
     click.option(
         "--simulate", is_flag=True, help="Draw it on the emulated brick; leaves its files in --out."
     ),
-    click.option(
-        "--out",
-        default="out",
-        show_default=True,
-        metavar="DIR",
-        type=click.Path(path_type=Path),
-        help="For --simulate.",
-    ),
+    out_option,
     click.option(
         "--plant", default="", metavar="KEY=VALUE,...", help="For --simulate, see simulate."
     ),

@@ -6,7 +6,7 @@ import contextlib
 import sys
 import tempfile
 from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import accumulate
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,15 +14,20 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from laptop.cli.hearing import Hearing
-from laptop.cli.run_folder import PICTURES, SUMMARY, alone_in, check_room, write_files
+from laptop.cli.options import typed_words
 from laptop.drawing.durations import in_minutes
 from laptop.drawing.planning import chains
 from laptop.emulator.device.buttons import Press
 from laptop.emulator.device.plant_constants import read_plant
 from laptop.emulator.rig import Rig
+from laptop.record.drawing_tables import drawing_table
 from laptop.record.figures import drawing_plot, line_accuracy
 from laptop.record.figures.arm_numbers import numbers_of
 from laptop.record.figures.learning_plot import write_learning_plot
+from laptop.record.figures.private_paths import without_folders
+from laptop.record.names import TRACE
+from laptop.record.run import DRAWING, Ending, Run, seeds_of
+from laptop.record.run_folder import PICTURE, RunFolder
 
 if TYPE_CHECKING:
     from laptop.drawing.preparing import DrawingPlan
@@ -39,13 +44,20 @@ ASKED = "put in the pen for", "nudge the tip"
 TIMEOUT = 24 * 3600.0
 """A drawing may take so long on the emulated brick, s."""
 
-PICTURE, LEARNING = "picture.png", "learning.png"
-"""The drawing; and it over those in which it was learned."""
+LEARNING = "learning.png"
+"""The drawing over those in which it was learned."""
+FILES = (TRACE, PICTURE, LEARNING)
+"""Names of what it may leave."""
+DRAWING_CAPTION = (
+    "What was wished (grey), and over it the true ink of the emulated arm in colours for its "
+    "distance from the wish."
+)
+LEARNING_CAPTION = "The drawing as it was at first, and after rehearsals."
 
 
 def draw_simulated(
     plan: DrawingPlan,
-    out: Path,
+    folder: RunFolder,
     plant_text: str,
     words: tuple[str, ...],
     repeat: int = 1,
@@ -54,11 +66,11 @@ def draw_simulated(
     built: Arm | None = None,
     rehearsals: Sequence[Sequence[Any]] = (),
 ) -> int:
-    """Draw a plan on the emulated brick and leave its files in `out`; return the exit status.
+    """Draw a plan on the emulated brick and leave its files; return the exit status.
 
     Args:
         plan: what is drawn.
-        out: the folder.
+        folder: of the run.
         plant_text: changes of the plant.
         words: for the program on the brick, `repeat` and `share` among them.
         repeat: how often it is drawn.
@@ -68,9 +80,8 @@ def draw_simulated(
         rehearsals: records of this drawing's, to be shown beside.
     """
     plant = read_plant(plant_text)
-    check_room(out)
-    with alone_in(out), tempfile.TemporaryDirectory() as folder:
-        file = str(Path(folder) / "drawing.job")
+    with tempfile.TemporaryDirectory() as temporary:
+        file = str(Path(temporary) / "drawing.job")
         header = plan.write_job(file, offsets)
         changer = PenChanger()
         with (
@@ -79,38 +90,54 @@ def draw_simulated(
             Rig(plan.arm, built, plant) as rig,
         ):
             run = rig.job(file, *words, timeout=TIMEOUT, person=changer)
-        wished = chains(plan.strokes, plan.arm, plan.options.height)
-        accuracy = drawing_plot.compare(run.record, wished)
-        estimated = repeat * header.seconds - _left_out(plan, share)
-        summary: dict[str, Any] = {
-            "kind": "drawing",
-            "drawing": plan.name,
-            "arm": plan.arm.name,
-            "plant": plant_text,
-            "status": run.outcome.status,
-            "reason": run.outcome.reason,
-            "estimated_s": round(estimated, 2),
-            "drawn_s": round(run.outcome.t, 2),
-            **accuracy.as_dict(),
-            "arm_numbers": numbers_of(plan.arm),
-        }
-        notes = _in_words(estimated, run.outcome.t, accuracy)
-        click.echo(notes)
-        files: dict[str, Any] = {
-            "trace.csv": lambda path: line_accuracy.write_trace(path, run.record, run.names),
-            SUMMARY: summary,
-            PICTURE: lambda path: drawing_plot.write_drawing_plot(
+    wished = chains(plan.strokes, plan.arm, plan.options.height)
+    accuracy = drawing_plot.compare(run.record, wished)
+    estimated = repeat * header.seconds - _left_out(plan, share)
+    took = {"time s": run.outcome.t, "estimated s": estimated}
+    set_up: dict[str, Any] = {"brick": "emulated", "cpu": plant["cpu"]}
+    told = Run(
+        kind=DRAWING,
+        what=f"drawing {without_folders(plan.name) or 'something'}",
+        typed=typed_words(),
+        ending=Ending(
+            int(run.outcome.status),
+            run.outcome.reason,
+            round(run.outcome.t, 2),
+            {
+                "pen_up_cm": round(accuracy.pen_up_cm, 3),
+                "stood_with_the_pen_down_s": round(accuracy.standing_s, 3),
+            },
+        ),
+        arm=numbers_of(plan.arm),
+        built=numbers_of(built) if built else None,
+        set_up=set_up | ({"plant": plant_text} if plant_text else {}),
+        seeds=seeds_of(plant=plant_text),
+        tables=[drawing_table(plan.arm.name, without_folders(plan.name), accuracy, took)],
+    )
+    notes = _in_words(estimated, run.outcome.t, accuracy)
+    click.echo(notes)
+    files: dict[str, tuple[Callable[[str], None], str]] = {
+        TRACE: (
+            lambda path: line_accuracy.write_trace(path, run.record, run.names),
+            "t, joint angles (rad), place of the tip (cm), pen",
+        ),
+        PICTURE: (
+            lambda path: drawing_plot.write_drawing_plot(
                 path, run.record, wished, accuracy, plan.name, notes
             ),
-        }
-        if rehearsals and accuracy.inks:
-            shown = [*rehearsals[:2], run.record]
-            names = ["at first", "after 1", f"after {len(rehearsals)}"]
-            names = [*names[: len(shown) - 1], names[-1]]
-            every = list(zip(names, shown, strict=True))
-            files[LEARNING] = lambda path: write_learning_plot(path, every, wished, plan.name)
-        write_files(out, files, PICTURES)
-    click.echo(f"{out}/{PICTURE}, {', '.join(name for name in files if name != PICTURE)}")
+            DRAWING_CAPTION,
+        ),
+    }
+    if rehearsals and accuracy.inks:
+        shown = [*rehearsals[:2], run.record]
+        names = ["at first", "after 1", f"after {len(rehearsals)}"]
+        names = [*names[: len(shown) - 1], names[-1]]
+        every = list(zip(names, shown, strict=True))
+        files[LEARNING] = (
+            lambda path: write_learning_plot(path, every, wished, plan.name),
+            LEARNING_CAPTION,
+        )
+    click.echo(folder.write(told, files))
     return int(run.outcome.status)
 
 

@@ -16,6 +16,7 @@ from laptop.cli.demo import demo
 from laptop.cli.draw import draw
 from laptop.cli.guide import guide
 from laptop.cli.markers import markers
+from laptop.cli.options import TYPED
 from laptop.cli.report import report
 from laptop.cli.simulate import simulate
 from laptop.cli.touch import touch
@@ -27,7 +28,16 @@ from shared.message_fields import printable
 from shared.version import VERSION
 
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+class TypedGroup(click.Group):
+    """The commands, which may keep with what they make how they were called."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Keep the words, and take the group's own."""
+        ctx.meta[TYPED] = list(args)
+        return super().parse_args(ctx, args)
+
+
+@click.group(cls=TypedGroup, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(VERSION, prog_name="brickservo", message="%(prog)s %(version)s")
 def laptop() -> None:
     """Everything that runs beside the brick."""

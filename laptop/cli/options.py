@@ -9,10 +9,12 @@ import signal
 import tempfile
 import threading
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import click
 
+from laptop.record.figures.private_paths import without_folders
 from shared import state
 from shared.arm_description import ArmError
 from shared.state import STATE
@@ -77,6 +79,30 @@ def arm_option(what: str, more: str = "") -> Callable[[Any], Any]:
         metavar="FILE",
         help=f"{what}: planar, geared, spatial or a file{more}.",
     )
+
+
+out_option = click.option(
+    "--out",
+    metavar="DIR",
+    type=click.Path(path_type=Path),
+    help="Leave all files there.  [default: runs/TIME-COMMAND]",
+)
+"""The option for the folder of what a command makes."""
+
+
+def typed_words() -> list[str]:
+    """Return what was typed, but for where it is left: that is where it lies."""
+    words = list(click.get_current_context().meta.get(TYPED, []))
+    for k in range(len(words) - 1, -1, -1):
+        if words[k] == "--out":
+            del words[k : k + 2]
+        elif words[k].startswith("--out="):
+            del words[k]
+    return [without_folders(word) for word in words]
+
+
+TYPED = "laptop.typed"
+"""Key of a click context's meta for the words of the command."""
 
 
 replace_option = click.option(

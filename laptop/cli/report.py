@@ -13,7 +13,7 @@ from laptop.system.files import check_new, written
 from shared.message_fields import printable
 
 if TYPE_CHECKING:
-    from laptop.record.report.lab_report import LabReport
+    from laptop.record.report.compose import Report
 
 
 @click.command(
@@ -54,9 +54,8 @@ def report(
 ) -> None:
     """Make a lab report of the runs in FOLDER and below it: one HTML file, raw data beside it.
 
-    It takes what simulate, draw --simulate, demo, accuracy and calibrate leave, logs of
-    visual_servoing.py, CSVs of track, and what is saved from the page.  Fields for names and
-    discussion are left blank.  What is not in the files is not in the report.
+    It takes what every command leaves in its folder, logs of visual_servoing.py and CSVs of track.
+    Fields for names and discussion are left blank.  What is not in the files is not in the report.
     """
     with importing():  # matplotlib
         from laptop.record.report import lab_report, print_pdf
@@ -71,7 +70,7 @@ def report(
         browser = print_pdf.find_browser() if pdf else ""
         data = lab_report.data_folder_of(file)
         with quiet_decoders():
-            made = lab_report.compose(folder, title or lab_report.TITLE, data.name)
+            made = lab_report.lab_report(folder, title or lab_report.TITLE, data.name)
         lab_report.write(made, file)
         click.echo(_in_words(file, made))
         click.echo(f"{data}: {len(made.data)} files with the raw data")
@@ -84,8 +83,8 @@ def report(
         click.echo(f"laptop: left out: {printable(f'{left.name}: {left.why}')}", err=True)
 
 
-def _in_words(file: Path, made: LabReport) -> str:
-    kinds = Counter(run.kind for run in made.runs)
+def _in_words(file: Path, made: Report) -> str:
+    kinds = Counter(run.run.kind for run in made.runs)
     runs = ", ".join(f"{count} {kind}" for kind, count in kinds.items())
     counts = (("run", len(made.runs)), ("table", made.tables), ("figure", made.figures))
     told = [f"{count} {word}{'s' * (count != 1)}" for word, count in counts]

@@ -6,6 +6,7 @@ import contextlib
 import os
 import sys
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
@@ -14,17 +15,16 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
-from laptop.cli.options import FiniteRange, arm_option, examples, importing
-from laptop.cli.plugs import NO_ARM, plugged, wheels_of
-from laptop.cli.run_folder import (
-    PICTURES,
-    SUMMARY,
-    alone_in,
-    check_room,
-    keeps_earlier_run,
-    was_refused,
-    write_files,
+from laptop.cli.options import (
+    FiniteRange,
+    arm_option,
+    examples,
+    importing,
+    in_one_line,
+    out_option,
+    typed_words,
 )
+from laptop.cli.plugs import NO_ARM, plugged, wheels_of
 from laptop.emulator import measured_brick
 from laptop.emulator.device.buttons import LATEST, read_press
 from laptop.emulator.device.leading_hand import read_hand
@@ -40,6 +40,15 @@ from laptop.emulator.pace import BUSY
 from laptop.emulator.rig import Rig, SimulationResult
 from laptop.record.figures.arm_numbers import numbers_of
 from laptop.record.figures.private_paths import without_folders
+from laptop.record.names import TRACE
+from laptop.record.run import DRAWING, SCRIPT, Ending, Run, seeds_of
+from laptop.record.run_folder import (
+    ENDED_BY_OTHERS,
+    FIGURES,
+    FROM_THE_SIDE,
+    PICTURE,
+    run_folder,
+)
 from shared.arm_description import Arm, ArmError, find_arm, read_arm
 from shared.state import CODE
 
@@ -54,9 +63,6 @@ EXAMPLES = examples(
     "simulate --plant backlash=3,seed=4 --fault unplug:A@1.5 robot/driver.py home",
     "simulate --arm none --wheels left=B,right=C --sensor in2=gyro:robot my_robot.py",
 )
-
-PICTURE, FROM_THE_SIDE = "picture.png", "picture-side.png"
-"""File names of the picture from above and, of an arm in space, from the side."""
 
 
 class BrickScript(click.Path):
@@ -90,9 +96,7 @@ class BrickScript(click.Path):
     help="The arm as it was built, where that is not what --arm says: motors the other way round, "
     "swapped ports, no stops.  The script is told --arm.",
 )
-@click.option(
-    "--out", default="out", metavar="DIR", type=click.Path(path_type=Path), show_default=True
-)
+@out_option
 @click.option(
     "--realtime",
     is_flag=True,
@@ -178,7 +182,7 @@ def simulate(
     plant_text: str,
     constants_file: str | None,
     built_file: str | None,
-    out: Path,
+    out: Path | None,
     realtime: bool,
     presses: tuple[str, ...],
     hand_text: str | None,
@@ -195,16 +199,17 @@ def simulate(
 ) -> None:
     """Run an ev3dev2 SCRIPT, unmodified, on an emulated brick; its exit status is the script's.
 
-    Leaves trace.csv, picture.png and summary.json in the folder given by --out.  Options go before
-    SCRIPT.  Every run is a brick of its own: what one run homes, the next does not know.  It
-    computes as slowly as a real one; with --plant cpu=0 in no time.  The status is 3 where the
-    script succeeds before a fault, a press or the hand has come.  A script that fails before any
-    motor turns leaves the files of an earlier run as they are.
+    Leaves run.json, trace.csv and picture.png in a folder of its own.  Options go before SCRIPT.
+    Every run is a brick of its own: what one run homes, the next does not know.  It computes as
+    slowly as a real one; with --plant cpu=0 in no time.  The status is 3 where the script succeeds
+    before a fault, a press or the hand has come.  A script that fails before any motor turns leaves
+    the files of an earlier run as they are.
     """
     with importing():  # numpy; --help does without
+        from laptop.record.drawing_tables import paths_table
         from laptop.record.figures import line_accuracy
 
-    try:
+    with in_one_line(), ExitStack() as stack:
         arm = None if arm_file == NO_ARM else read_arm(find_arm(arm_file))
         built = arm if built_file is None else _built(built_file, arm)
         wheels = wheels_of(wheels_text, arm)
@@ -231,8 +236,8 @@ def simulate(
             ),
         ]
         _check_in_time(ordered, timeout)
-        check_room(out)
-        click.get_current_context().with_resource(alone_in(out))
+        names = (TRACE, PICTURE, FROM_THE_SIDE, *FIGURES)
+        folder = stack.enter_context(run_folder("simulate", out, *names))
         with (
             guarded(Path(script).name),
             last_line.finished(),
@@ -256,39 +261,36 @@ def simulate(
         # Without a pen motor all of the motion is ink, and none of it belongs to one path.
         wanted = run.wanted if built and built.pen else []
         measures = line_accuracy.measure(run.record, wanted)
-    except ArmError as error:
-        raise click.ClickException(str(error)) from None
-    except OSError as error:
-        raise click.ClickException(f"{error.strerror}: {error.filename}; make room there") from None
-    seen = arm is not None or wheels is not None
-    to_see = line_accuracy.is_there_to_see(run.record, run.wanted)
-    drawn = seen and (to_see if pictured is None else pictured)
-    summary = _summary(script, args, arm, plant_text, run, measures)
-    summary["cpu"] = plant["cpu"]
-    summary["constants"] = constants_file
-    summary["sensors"] = list(sensors)
-    summary["built"] = built.name if built else NO_ARM
-    summary["measured"] = measured
-    summary["scene"] = scene
-    summary["arm_numbers"] = arm and numbers_of(arm)
-    summary["built_numbers"] = numbers_of(built) if built and built is not arm else None
-    late = [words for words, t in ordered if t > run.outcome.t]
-    summary["never_came"] = late
-    click.echo(_report(summary))
-    summary["refused"] = was_refused(run)
-    kept = keeps_earlier_run(out, run)
-    if not kept:
-        _write(out, arm, run, wanted, measures, summary, drawn)
-    if drawn and not kept:
-        click.echo(f"{out}/{PICTURE}, trace.csv, summary.json")
-    elif not kept:
-        why = (
-            ""
-            if to_see
-            else f"; the {'arm' if arm else 'robot'} has not moved, so there is no picture"
+        seen = arm is not None or wheels is not None
+        to_see = line_accuracy.is_there_to_see(run.record, run.wanted)
+        drawn = seen and (to_see if pictured is None else pictured)
+        late = [words for words, t in ordered if t > run.outcome.t]
+        refused = not run.asked and 0 < run.outcome.status < ENDED_BY_OTHERS
+        told = Run(
+            kind=DRAWING if wanted else SCRIPT,
+            what=" ".join([Path(script).name, *map(without_folders, args)]),
+            typed=typed_words(),
+            ending=_ending(run, refused, late),
+            arm=arm and numbers_of(arm),
+            built=numbers_of(built) if built and built is not arm else None,
+            set_up=_set_up(plant, plant_text, constants_file, measured, sensors, scene),
+            seeds=seeds_of(plant=plant_text, scene=scene),
+            tables=[paths_table(arm.name, measures)] if arm and wanted else [],
         )
-        why = why if seen else "; without an arm and --wheels there is no picture"
-        click.echo(f"{out}/trace.csv, summary.json{why}")
+        click.echo(_report(told, run, arm))
+        if refused and folder.keeps_earlier_run():
+            click.echo(f"no motor was asked to turn: {out} keeps the files of the run before")
+        else:
+            files = _files(told.what, arm, run, wanted, measures, sensors, drawn)
+            logged = None if refused else _log_of(args)
+            if logged:
+                from laptop.cli.simulate_servo import servo_files
+
+                files |= servo_files(told, logged, run, built, scene, drawn)
+            mover = "arm" if arm else "robot"
+            why = "" if to_see else f"; the {mover} has not moved, so there is no picture"
+            why = why if seen else "; without an arm and --wheels there is no picture"
+            click.echo(folder.write(told, files) + ("" if drawn else why))
     if late:
         click.echo(
             f"laptop: never came: {', '.join(late)}; {Path(script).name} ended at "
@@ -366,21 +368,26 @@ def _watched(text: str, arm: Arm | None, realtime: bool) -> Callable[[Any], Any]
     return watching(text, arm)
 
 
-def _write(
-    out: Path,
+def _log_of(args: tuple[str, ...]) -> Path | None:
+    """Return the servo's log that a script was told to write, if it is there."""
+    words = [(word, following) for word, following in pairwise((*args, ""))]
+    named = [following for word, following in words if word == "--log"]
+    named += [word.removeprefix("--log=") for word in args if word.startswith("--log=")]
+    file = Path(named[-1]) if named else None
+    return file if file and file.is_file() else None
+
+
+def _files(
+    title: str,
     arm: Arm | None,
     run: SimulationResult,
     wanted: list,
     measures: list[line_accuracy.Measure | None],
-    summary: dict,
+    sensors: tuple[str, ...],
     pictured: bool,
-) -> None:
-    """Write all files, each whole or not at all; no picture of an earlier run stays."""
+) -> dict[str, tuple[Callable[[str], None], str]]:
+    """Return what writes each file, and what it holds."""
     from laptop.record.figures import line_accuracy
-
-    # A picture goes into reports, where folders of this computer have no place.
-    title = " ".join([Path(summary["script"]).name, *map(without_folders, summary["args"])])
-    sensors = summary["sensors"]
 
     def draw_robot(file: str) -> None:
         from laptop.record.figures import robot_plot
@@ -389,7 +396,7 @@ def _write(
         robot_plot.write_robot_plot(file, run.record, title, line_points() if seen else ())
 
     def draw(file: str, axes: str = "xy") -> None:
-        from laptop.record.figures import line_plot as picture
+        from laptop.record.figures import line_plot as picture  # matplotlib is slow to import
 
         assert arm is not None
         notes = f"{arm.name} arm, true tip of the emulated arm"
@@ -400,67 +407,95 @@ def _write(
     def record(file: str) -> None:
         line_accuracy.write_trace(file, run.record, run.names)
 
-    files: dict[str, Any] = {"trace.csv": record, SUMMARY: summary}
-    if pictured and run.record and run.record[0].z is not None:
-        files[FROM_THE_SIDE] = partial(draw, axes="xz")
-    if pictured:
-        files[PICTURE] = draw if arm else draw_robot
-    write_files(out, files, PICTURES)
-
-
-def _summary(
-    script: str,
-    args: tuple[str, ...],
-    arm: Arm | None,
-    plant: str,
-    run: SimulationResult,
-    measures: list[line_accuracy.Measure | None],
-) -> dict:
-    return {
-        "kind": "simulate",
-        "script": script,
-        "args": list(args),
-        "arm": arm.name if arm else NO_ARM,
-        "plant": plant,
-        "status": run.outcome.status,
-        "reason": run.outcome.reason,
-        "seconds": round(run.outcome.t, 6),
-        "start_s": run.outcome.start and round(run.outcome.start, 3),
-        "pace": run.pace and round(run.pace, 3),
-        "accesses": run.outcome.accesses,
-        "motors": run.motors,
-        "paths": [measure and measure.as_dict() for measure in measures],
-        "unmeasured": len(run.wanted) - len(measures),
+    files: dict[str, tuple[Callable[[str], None], str]] = {
+        TRACE: (record, "t, joint angles (rad), place of the tip (cm), pen")
     }
+    if pictured and arm:
+        files[PICTURE] = (draw, LINES_CAPTION if wanted else RUN_CAPTION)
+    elif pictured:
+        files[PICTURE] = (draw_robot, WAY_CAPTION)
+    if pictured and run.record and run.record[0].z is not None:
+        files[FROM_THE_SIDE] = (partial(draw, axes="xz"), "The same from the side.")
+    return files
 
 
-def _report(summary: dict) -> str:
+LINES_CAPTION = (
+    "Left: ink and arm as they truly are on the emulated brick, and the wanted path. Right: how "
+    "far the ink is off the wanted path, magnified, and the joint angles in time."
+)
+RUN_CAPTION = "The run, as it truly was."
+WAY_CAPTION = "The true way of the emulated robot."
+
+
+def _ending(run: SimulationResult, refused: bool, late: list[str]) -> Ending:
+    outcome = run.outcome
+    return Ending(
+        outcome.status,
+        outcome.reason,
+        round(outcome.t, 6),
+        {
+            "start_s": outcome.start and round(outcome.start, 3),
+            "pace": run.pace and round(run.pace, 3),
+            "accesses": outcome.accesses,
+            "motors": run.motors,
+            "refused": refused,
+            "never_came": late,
+        },
+    )
+
+
+def _set_up(
+    plant: Any,
+    plant_text: str,
+    constants_file: str | None,
+    measured: Any,
+    sensors: tuple[str, ...],
+    scene: str | None,
+) -> dict[str, Any]:
+    """Return brick and camera by the names that a report has for them."""
+    found: dict[str, Any] = {"brick": "emulated", "cpu": plant["cpu"]}
+    if plant_text:
+        found["plant"] = plant_text
+    if constants_file:
+        found["constants"] = without_folders(constants_file)
+        found["measured"] = measured_brick.in_words(measured)
+    if scene is not None:
+        found["camera"] = f"synthetic, {f'scene {scene}' if scene else 'the usual scene'}"
+    if sensors:
+        found["sensors"] = list(map(without_folders, sensors))
+    return found
+
+
+def _report(told: Run, run: SimulationResult, arm: Arm | None) -> str:
     """Return a short summary for people; in virtual time nothing of this computer is in it."""
-    pace = summary["pace"]
+    from laptop.record.drawing_tables import PATHS
+
+    more, pace = told.ending.more, run.pace
     speed = "" if pace is None else f"; {pace:.2f} x real time"
-    brick = f"cpu={summary['cpu']:g}"
-    if summary["start_s"] is not None:
-        brick += f", whose start takes another {summary['start_s']:.1f} s"
+    brick = f"cpu={told.set_up['cpu']:g}"
+    if more["start_s"] is not None:
+        brick += f", whose start takes another {more['start_s']:.1f} s"
     lines = [
-        f"{summary['reason']}, status {summary['status']}, after {summary['seconds']:.2f} s on the "
-        f"emulated brick ({brick}; {summary['accesses']} accesses{speed})"
+        f"{told.ending.reason}, status {told.ending.status}, after {run.outcome.t:.2f} s on the "
+        f"emulated brick ({brick}; {more['accesses']} accesses{speed})"
     ]
     if pace is not None and pace < BUSY:
         lines.append("this computer was busy, so the emulated clock went slower than real time")
-    for number, path in enumerate(summary["paths"], 1):
+    paths = told.rows(PATHS)
+    for number, path in enumerate(paths, 1):
         lines.append(
             f"path {number}: not drawn"
-            if path is None
-            else f"path {number}: {path['length_cm']:.1f} cm in {path['seconds']:.1f} s, off by "
-            f"{path['greatest_mm']:.2f} mm at most and {path['rms_mm']:.2f} mm rms, "
-            f"{path['end_mm']:.2f} mm at its end"
+            if path["length cm"] is None
+            else f"path {number}: {path['length cm']:.1f} cm in {path['time s']:.1f} s, off by "
+            f"{path['greatest mm']:.2f} mm at most and {path['rms mm']:.2f} mm rms, "
+            f"{path['end off mm']:.2f} mm at its end"
         )
-    if summary["unmeasured"] and summary["arm"] != NO_ARM:
+    if arm and len(run.wanted) > len(paths):
         lines.append(
             "the arm has no pen motor: all of its motion is ink, the paths are not measured"
         )
-    driven = [port for port, motor in summary["motors"].items() if motor["driven"]]
-    modes = ", ".join(f"{port} {motor['mode']}" for port, motor in summary["motors"].items())
+    driven = [port for port, motor in run.motors.items() if motor["driven"]]
+    modes = ", ".join(f"{port} {motor['mode']}" for port, motor in run.motors.items())
     modes = modes or "none is plugged in; --plug A=large plugs one in"
     lines.append(f"STILL DRIVEN: {', '.join(driven)} ({modes})" if driven else f"motors: {modes}")
     return "\n".join(lines)

@@ -138,11 +138,11 @@ def _figures(name: str) -> dict[str, Any]:
     arm = read_arm(find_arm("planar"))
     if name == "kinematics":
         from laptop.course.basins import draw_basins
-        from laptop.record.figures.document import illustration
+        from laptop.record.figures.document import data_url
 
-        picture = illustration("", "", draw_basins(arm, BASINS_GOAL))
+        picture = data_url(draw_basins(arm, BASINS_GOAL))
         links = [joint.link for joint in arm.joints]
-        return {"links": links, "goal": BASINS_GOAL, "basins": picture.source}
+        return {"links": links, "goal": BASINS_GOAL, "basins": picture}
     if name == "pid":
         return {
             "rise": criteria.RISE_TIME,

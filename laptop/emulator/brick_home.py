@@ -11,6 +11,7 @@ import time
 
 from laptop.emulator.brick_environment import BRICK_STATE, brick_environment
 from laptop.emulator.faults import InvalidSimulationOption
+from laptop.record.names import RUN, TRACE
 from robot.motion.checked import Checked
 from robot.motion.zero import Zero
 from robot.tracking_client import Memory, ServerAddress
@@ -80,10 +81,10 @@ def read_start(text, arm):
 
 def _end_of(folder, arm):
     """The joint angles where a run ended, rad, within the limits; waits for its summary."""
-    while not os.path.exists(os.path.join(folder, "summary.json")):
+    while not os.path.exists(os.path.join(folder, RUN)):
         time.sleep(SUMMARY_POLL_PERIOD)
     try:
-        with open(os.path.join(folder, "trace.csv"), newline="") as file:
+        with open(os.path.join(folder, TRACE), newline="") as file:
             *_, last = csv.DictReader(file)
         angles = [float(last["q{}".format(k)]) for k in range(1, len(arm.joints) + 1)]
     except (OSError, ValueError, KeyError, TypeError):

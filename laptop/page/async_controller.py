@@ -13,6 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from multiprocessing.connection import Connection
+from pathlib import Path
 from typing import Concatenate, ParamSpec, TypeVar
 
 from laptop.page.drawing_snapshots import DrawingSnapshot, InkPoint
@@ -26,6 +27,7 @@ from laptop.page.snapshots import (
     PageState,
     PlotSample,
 )
+from laptop.record.run_folder import RUNS, NoRunFolder
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -132,6 +134,7 @@ class AsyncController:
         pipe: to the controller.
         slow: to it, too, for calls that take a while.
         cameras: one more pipe for the frames of each camera, by its name.
+        runs: the folder in which the runs are kept of which somebody has opened the report.
 
     Attributes:
         call: makes a remote call, see `AsyncChannel.call`.
@@ -143,8 +146,13 @@ class AsyncController:
     """
 
     def __init__(
-        self, pipe: Connection, slow: Connection, cameras: Mapping[str, Connection]
+        self,
+        pipe: Connection,
+        slow: Connection,
+        cameras: Mapping[str, Connection],
+        runs: Path = Path(RUNS),
     ) -> None:
+        self._runs = runs
         self.call = AsyncChannel(pipe).call
         self.call_slowly = AsyncChannel(slow).call
         self.feeds = {name: Feed(AsyncChannel(pipe), name) for name, pipe in cameras.items()}
@@ -226,7 +234,10 @@ class AsyncController:
         key = group.number, len(group.runs)
         if key in self._reports:
             return self._reports[key]
-        text = report.file_name(group), report.render(group)
+        try:
+            text = report.file_name(group), report.render(group, self._runs)
+        except NoRunFolder as error:
+            text = report.file_name(group), report.render(group, why_not_kept=str(error))
         if group.runs[-1].ended is not None:
             self._reports[key] = text
             while len(self._reports) > MAX_GROUPS:

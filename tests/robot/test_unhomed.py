@@ -60,8 +60,10 @@ def turned(out):
     """By how much (deg) a joint ever truly turned to and fro; infinite if only a count is off."""
     with open(out / "trace.csv", newline="") as file:
         rows = list(csv.DictReader(file))
-    with open(out / "summary.json") as file:
-        counts = [motor["position"] for motor in json.load(file)["motors"].values()]
+    with open(out / "run.json") as file:
+        counts = [
+            motor["position"] for motor in json.load(file)["ending"]["more"]["motors"].values()
+        ]
     greatest = max(
         math.degrees(max(angles) - min(angles))
         for angles in ([float(row[name]) for row in rows] for name in ("q1", "q2"))

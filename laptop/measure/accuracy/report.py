@@ -1,4 +1,4 @@
-"""What a test has told, for people and for programs: lines, a CSV, a summary."""
+"""What a test has told, for people and for programs: lines, a CSV, a run."""
 
 from __future__ import annotations
 
@@ -6,13 +6,14 @@ import csv
 import math
 import os
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
 from laptop.measure.accuracy.criteria import MM
 from laptop.measure.accuracy.measurement import AccuracyResult
 from laptop.measure.accuracy.plan import AccuracyPlan
+from laptop.record.run import ACCURACY, Ending, Run, settings
+from laptop.record.run import table as run_table
 
 STANDARD = "ISO 9283:1998"
 WORDS = {
@@ -87,49 +88,45 @@ def notes(result: AccuracyResult) -> list[str]:
     return out
 
 
-def summary(
-    result: AccuracyResult,
-    conditions: Mapping[str, Any],
-    truth: Mapping[str, float] | None = None,
-) -> dict[str, Any]:
-    """Return all figures for summary.json.
+def accuracy_run(result: AccuracyResult, truth: Mapping[str, float] | None = None) -> Run:
+    """Return the run of a test.
 
     Args:
         result: of the test.
-        conditions: what else there is to say, first.
         truth: by name, mm, where somebody knows it.
     """
     plan = result.plan
-    return {
-        "kind": "accuracy",
-        "arm": plan.arm.name,
-        "status": 0,
-        "reason": "ended",
-        **conditions,
+    criteria = [
+        [one.name, WORDS[one.name.split()[0]], round(one.mm, 4), round(2 * one.u_mm, 4)]
+        + ([round(truth[one.name], 4)] if truth else [])
+        for one in result.criteria
+    ]
+    headings = ["criterion", "meaning", "value mm", "expanded uncertainty mm"]
+    caption = "What was measured, with its expanded uncertainty (k = 2)"
+    values = {
         "standard": STANDARD,
-        "cycles": plan.cycles,
-        "path_cycles": plan.path_cycles,
-        "cube_cm": plan.side,
-        "centre_cm": [round(float(c), 3) for c in plan.centre],
-        "speed_cm_per_s": plan.arm.speed,
-        "stand_fitted": result.is_fitted,
-        "stand_x_cm": round(result.stand.base[0], 3),
-        "stand_y_cm": round(result.stand.base[1], 3),
-        "stand_turn_deg": round(math.degrees(result.stand.turn), 3),
-        "noise_px": {name: round(sigma, 4) for name, sigma in result.sigma.items()},
-        "noise_path_mm": round(result.noise_mm[0], 4),
-        "noise_rest_mm": round(result.noise_mm[1], 4),
-        "criteria": [
-            {
-                "criterion": one.name,
-                "meaning": WORDS[one.name.split()[0]],
-                "value_mm": round(one.mm, 4),
-                "expanded_uncertainty_mm": round(2 * one.u_mm, 4),
-                **({"true_mm": round(truth[one.name], 4)} if truth else {}),
-            }
-            for one in result.criteria
-        ],
+        "cycles of a pose": plan.cycles,
+        "cycles of a path": plan.path_cycles,
+        "side of the cube cm": plan.side,
+        "its centre, cm": ", ".join(f"{float(c):.3g}" for c in plan.centre),
+        "speed cm/s": plan.arm.speed,
+        "the arm's place was fitted": result.is_fitted,
+        "the arm's x on the board cm": round(result.stand.base[0], 3),
+        "the arm's y on the board cm": round(result.stand.base[1], 3),
+        "the arm's turn on the board deg": round(math.degrees(result.stand.turn), 3),
+        **{f"noise of camera {name} px": round(s, 4) for name, s in result.sigma.items()},
+        "noise of a point of a path mm": round(result.noise_mm[0], 4),
+        "noise of a rest mm": round(result.noise_mm[1], 4),
     }
+    return Run(
+        kind=ACCURACY,
+        what="accuracy and repeatability",
+        ending=Ending(0, "ended"),
+        tables=[
+            run_table("criteria", caption, headings + ["true mm"] * bool(truth), criteria),
+            settings(values),
+        ],
+    )
 
 
 def write_csv(file: str | os.PathLike[str], result: AccuracyResult) -> None:

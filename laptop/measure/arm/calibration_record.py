@@ -3,62 +3,58 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from laptop.measure.arm.calibrating import Identified
 from laptop.measure.arm.measured_numbers import Measured
+from laptop.record.run import CALIBRATION, Ending, Run, settings, table
 from laptop.see.table.camera_fit import Calibration
 
-KIND = "calibration"
-"""By which a report knows it."""
 RESTS = "rests.csv"
 """File of all rests, in the run's folder."""
 
 
-def calibration_files(
-    done: Identified, rows: Sequence[Measured], camera: Calibration, more: Mapping[str, Any]
-) -> dict[str, Callable[[str], None] | dict[str, Any]]:
-    """Return by the files' names what the summary holds, and what writes the rests at a path.
+def calibration_run(
+    done: Identified, rows: Sequence[Measured], camera: Calibration
+) -> tuple[Run, dict[str, tuple[Callable[[str], None], str]]]:
+    """Return the run of a calibration; and by name what writes its files, and what they hold.
 
     Args:
         done: the calibration.
         rows: of its table.
         camera: by which it was seen.
-        more: of the summary, such as the plant.
     """
     fit = done.fit
-    summary = {
-        "kind": KIND,
-        "arm": fit.model.arm.name,
-        "status": 0,
-        "reason": "calibrated",
-        **more,
+    values = {
         "poses": len(done.poses),
-        "on_the_brick_s": round(done.seconds, 1),
-        "left_over_px": round(fit.rms, 3),
-        "left_over_to_expected": round(fit.noise, 3),
-        "bar_mm": camera.bar,
-        "numbers": [
-            {
-                "number": row.name,
-                "unit": row.unit,
-                "was": round(row.was, 4),
-                "is": None if row.why else round(row.found, 4),
-                "uncertainty": None if row.why else round(row.sigma, 4),
-                "remark": row.why,
-            }
-            for row in rows
-        ],
+        "left over px": round(fit.rms, 3),
+        "left over, to what is expected": round(fit.noise, 3),
+        "the board's bar mm": camera.bar,
     }
+    numbers = [
+        [
+            *(row.name, row.unit, round(row.was, 4)),
+            *((None, None) if row.why else (round(row.found, 4), round(row.sigma, 4))),
+            row.why or None,
+        ]
+        for row in rows
+    ]
+    headings = ["number", "unit", "was", "is", "standard uncertainty", "remark"]
+    caption = "The arm's numbers: as its file had them, and as the camera found them"
+    run = Run(
+        kind=CALIBRATION,
+        what="calibration of the arm",
+        ending=Ending(0, "calibrated", round(done.seconds, 1)),
+        tables=[table("numbers", caption, headings, numbers), settings(values)],
+    )
 
     def tell_rests(path: str) -> None:
         with open(path, "w", encoding="utf-8", newline="") as file:
             csv.writer(file).writerows(rests_table(done))
 
-    return {"summary.json": summary, RESTS: tell_rests}
+    return run, {RESTS: (tell_rests, "every rest as the camera saw it, and what the fit leaves")}
 
 
 def rests_table(done: Identified) -> list[list[str]]:

@@ -9,16 +9,14 @@ time.
 
 from __future__ import annotations
 
-import json
 import os
 import tempfile
 import threading
 import time
 from collections.abc import Sequence
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from rich.console import Console
 
@@ -27,7 +25,9 @@ from laptop.emulator.brick_home import AFTER
 from laptop.emulator.live import PoseReader
 from laptop.emulator.own_programs import DRIVER, SERVO
 from laptop.emulator.pace import PacedClock, PaceMeter
-from laptop.measure.demo.goals import GOALS, CameraRig, Goal, choose_goals, goal_words
+from laptop.emulator.scene.camera_rig import CameraRig
+from laptop.measure.demo import results
+from laptop.measure.demo.goals import GOALS, Goal, choose_goals, goal_words
 from laptop.measure.demo.processes import (
     COMPARED,
     DRAWN,
@@ -46,12 +46,17 @@ from laptop.measure.demo.processes import (
     wait_for_page,
 )
 from laptop.measure.demo.progress import ProgressDisplay
-from laptop.measure.demo.truth import SUMMARY, ink_in_space, read_trace, record_goal_run
-from laptop.record.servo import demo_report as report
-from laptop.record.servo import results
+from laptop.measure.demo.results import DemoResult
+from laptop.measure.demo.truth import ink_in_space, read_trace, run_of_goal
+from laptop.record.drawing_tables import PATHS
+from laptop.record.figures.arm_numbers import numbers_of
+from laptop.record.names import RUN, TRACE
+from laptop.record.report.run_report import write_report
+from laptop.record.run import DamagedRun, read_run
+from laptop.record.run_folder import RunFolder, run_folder
 from laptop.system import platforms
 from shared.arm_description import Arm, find_arm, read_arm
-from shared.state import ARM, STATE, laptop_program
+from shared.state import ARM, STATE
 
 TOLERANCE = 5.0
 """Tolerance of the servo if none is said, px."""
@@ -63,7 +68,8 @@ REPORT_BUDGET = 180.0
 class DemoOptions:
     """Options of a demo.
 
-    out    a folder with the time as its name is made in it
+    out    the folder for all files; None: a new one in runs
+    typed  the command's words, for the record
     arm    name or file
     seed   draws camera, table and goals
     servo  the program that servoes
@@ -71,7 +77,8 @@ class DemoOptions:
     open   the page is opened in a browser
     """
 
-    out: Path
+    out: Path | None
+    typed: tuple[str, ...] = ()
     arm: str = "planar"
     seed: int = 0
     servo: str | Path = SERVO
@@ -92,47 +99,54 @@ def run(options: DemoOptions, console: Console) -> tuple[int, Path]:
     """
     arm = read_arm(find_arm(options.arm))
     began = time.monotonic()
-    folder = _new_folder(options.out)
     progress = ProgressDisplay(
         console, [TRACKER, DRAWING, *(f"goal {k + 1}" for k in range(GOALS)), BASELINE, REPORT]
     )
     with ExitStack() as stack:
+        folder = stack.enter_context(run_folder("demo", options.out))
+        _clear(folder)
         stack.callback(temporary_folders.sweep)  # of programs that it had to kill
         temporary_folders.sweep()  # of an earlier demo that was killed
         state = stack.enter_context(temporary_folders.made("demo", tempfile.gettempdir()))
         clock = PacedClock(state)
         stack.callback(clock.close)
         # The cameras show this arm from the start, before it moves.
-        crew = ProcessGroup(folder, {STATE: state, ARM: os.path.abspath(arm.file)})
+        home = folder.path.resolve()
+        crew = ProcessGroup(home, {STATE: state, ARM: os.path.abspath(arm.file)})
         stack.enter_context(ending_on_signals())
         stack.callback(crew.close)
         stack.enter_context(progress.shown())
-        demo = DemoRun(arm, options, folder, crew, progress, clock, PoseReader(state))
+        demo = DemoRun(arm, options, home, crew, progress, clock, PoseReader(state))
         stack.callback(demo.close)
         demo.run()
         progress.stages[REPORT].begin("drawing the pictures")
         crew.close()  # the tracker leaves its picture when it ends
-        demo.results["seconds"] = time.monotonic() - began
-        text = json.dumps(demo.results, indent=1) + "\n"
-        (folder / results.RESULTS_FILE).write_text(text, encoding="utf-8")
-        run = results.read_run(folder)
-        page = report.write(run)
+        found = demo.result
+        found.timing["in all s"] = round(time.monotonic() - began, 1)
+        told, files = results.record_of(found, home)
+        told.typed, told.arm = list(options.typed), numbers_of(arm)
+        told.seeds = {"demo": options.seed}
+        folder.write(told, files)
+        page = write_report(home)
         shown = os.path.relpath(page)
         shown = str(page) if shown.startswith("..") else shown
         progress.finish(REPORT, True, shown)
-    console.print(results.table(run))
-    console.print(results.headline(run), soft_wrap=True, highlight=False, markup=False)
+    console.print(results.table(found))
+    console.print(results.headline(found), soft_wrap=True, highlight=False, markup=False)
     took = (
-        f"{time.monotonic() - began:.0f} s, the emulated brick with cpu={demo.results['cpu']:g}, "
-        f"its clock at {demo.results['pace']:.2f} x"
+        f"{time.monotonic() - began:.0f} s, the emulated brick with cpu={found.set_up['cpu']:g}, "
+        f"its clock at {found.timing['pace, to real time']:.2f} x"
     )
-    ink = (
-        f", first ink after {demo.results['first_ink']:.1f} s"
-        if "first_ink" in demo.results
-        else ""
-    )
+    first = found.timing.get("first ink after s")
+    ink = "" if first is None else f", first ink after {first:.1f} s"
     console.print(f"{took}{ink}; {shown}", soft_wrap=True, highlight=False, markup=False)
-    return (0 if run.worked else 1), page
+    return (0 if found.worked else 1), page
+
+
+def _clear(folder: RunFolder) -> None:
+    """Take away what tells that an earlier demo's programs in this folder have ended."""
+    for file in folder.path.glob(f"*/{RUN}"):
+        file.unlink()
 
 
 @dataclass
@@ -189,18 +203,10 @@ class DemoRun:
         self._baseline: ChildProcess | None = None
         self._page: threading.Thread | None = None
         self._over = threading.Event()
-        self.results: dict[str, Any] = {
-            "arm": arm.name,
-            "command": _command(options),
-            "lines": [],
-            "ink": [],
-            "approaches": [],
-            "rival": None,
-            "trouble": "",
-        }
+        self.result = DemoResult()
 
     def run(self) -> None:
-        """Run all of it; `results` is then what results.read_run reads.
+        """Run all of it; `result` is then whole.
 
         Raises:
             DemoFailed: a program failed or hangs.
@@ -220,14 +226,7 @@ class DemoRun:
         home = drawing.home
         part = ahead = self._start_servo(self._goals[0], home, place)
         self._wait(drawing, DRAWN)
-        summary = json.loads((home / SUMMARY).read_text(encoding="utf-8"))
-        if summary["status"]:
-            drawing.program.wait(ENDED)
-            raise drawing.program.failure()
-        self.results["cpu"] = summary["cpu"]
-        lines = self.results["lines"] = summary["paths"]
-        self.results["ink"] = ink_in_space(self._rig, read_trace(home / "trace.csv"))
-        self._progress.finish(DRAWING, results.drawn(lines), results.lines_text(lines))
+        self._take_lines(drawing)
 
         for goal, following in zip(self._goals, [*self._goals[1:], None], strict=True):
             stages[goal.name].begin("starting")
@@ -236,15 +235,30 @@ class DemoRun:
             if self._baseline is None:
                 self._compare(goal, home)
             self._wait(part, SERVOED)
-            record = record_goal_run(self._rig, goal, part.home, part.program)
-            self._take(goal.name, record, "approaches")
+            run = run_of_goal(self._rig, goal, part.home, part.program)
+            self.result.runs.append(run)
+            self._progress.finish(goal.name, run.reached, run.words)
             part = ahead
-        self.results["pace"] = round(self._pace.mean, 3)
+        self.result.timing["pace, to real time"] = round(self._pace.mean, 3)
         self._conclude_comparison()
         for program in self._played:
             program.wait(DRAWN)  # it may be at its picture
         if self._page:
             self._page.join()
+
+    def _take_lines(self, drawing: ProgramRun) -> None:
+        try:
+            told = read_run(drawing.home)
+        except DamagedRun as error:
+            raise DemoFailed(f"{drawing.home}: {error}; is the disk full?") from None
+        if told.ending.status:
+            drawing.program.wait(ENDED)
+            raise drawing.program.failure()
+        self.result.set_up["cpu"] = told.set_up["cpu"]
+        self.result.lines = next((one for one in told.tables if one.name == PATHS), None)
+        self.result.ink = ink_in_space(self._rig, read_trace(drawing.home / TRACE))
+        lines = self.result.paths
+        self._progress.finish(DRAWING, results.drawn(lines), results.lines_text(lines))
 
     def close(self) -> None:
         """Look at nothing any more."""
@@ -259,8 +273,11 @@ class DemoRun:
         """
         text, self._goals = choose_goals(self._arm, self._options.seed)
         self._rig = CameraRig(self._arm, text)
-        size = list(self._rig["A"].camera.size)
-        self.results.update(scene=text, cameras="".join(self._rig), size=size)
+        width, height = (int(side) for side in self._rig["A"].camera.size)
+        self.result.cameras, self.result.size = "".join(self._rig), (width, height)
+        cameras = " and ".join(self._rig)
+        words = f"synthetic, {cameras}, {width} x {height} px, scene '{text}'"
+        self.result.set_up |= {"brick": "emulated", "camera": words}
 
     def _track(self) -> ChildProcess:
         return self._crew.start(
@@ -271,7 +288,7 @@ class DemoRun:
                 *["--camera", "synthetic"] * len(self._rig),
                 *self._page_words(),
             ]
-            + ["--scene", self.results["scene"], "--host", "127.0.0.1", "--port", "0"]
+            + ["--scene", self._rig.text, "--host", "127.0.0.1", "--port", "0"]
             + ["--csv", str(self._folder / "track.csv")]
             + ["--picture", str(self._folder / "camera.png")],
             self._pass_on,
@@ -342,7 +359,7 @@ class DemoRun:
         home = self._folder / BASELINE_HOME
         self._baseline = self._simulate(
             BASELINE,
-            ["--scene", self.results["scene"] + BASELINE_SCENE, _start(start)],
+            ["--scene", self._rig.text + BASELINE_SCENE, _start(start)],
             home,
             [str(self._options.servo), *goal_words(goal), "--method", "report"]
             + ["--budget", f"{REPORT_BUDGET:g}", "--log", f"{home}.jsonl"],
@@ -361,20 +378,12 @@ class DemoRun:
         try:
             self._baseline.interrupt()
             self._baseline.wait(ENDED)
-            record = record_goal_run(self._rig, self._goals[0], home, self._baseline)
-            self._take(BASELINE, record, "rival")
-        except DemoFailed as trouble:
-            self.results["trouble"] = str(trouble)
+            run = run_of_goal(self._rig, self._goals[0], home, self._baseline)
+            self.result.baseline = run
+            self._progress.finish(BASELINE, run.reached, run.words)
+        except (DemoFailed, DamagedRun) as trouble:
+            self.result.trouble = str(trouble)
             self._progress.finish(BASELINE, False, str(trouble))
-
-    def _take(self, stage: str, record: dict[str, Any], part: str) -> None:
-        """Add the record of a run to a goal to the results, and show how it went."""
-        if part == "rival":
-            self.results[part] = record
-        else:
-            self.results[part].append(record)
-        told = results.read_goal_run(self._folder, record)
-        self._progress.finish(stage, told.reached, told.words)
 
     def _wait(self, part: ProgramRun, limit: float) -> None:
         """Wait until a run's figures are there; its picture may take longer.
@@ -386,11 +395,11 @@ class DemoRun:
         """
         deadline = Deadline(self._clock, limit)
         again = False
-        while not (part.home / SUMMARY).exists():
+        while not (part.home / RUN).exists():
             if not self._tracker.running:
                 self._tracker.wait(ENDED)
                 raise self._tracker.failure()
-            if not part.program.running and not (part.home / SUMMARY).exists():
+            if not part.program.running and not (part.home / RUN).exists():
                 part.program.wait(ENDED)
                 trouble = part.program.failure()
                 if again or isinstance(trouble, TooBusy):
@@ -408,40 +417,12 @@ class DemoRun:
     def _look(self) -> None:
         """Look at the emulated clock's pace, the arm's ink and the comparison."""
         self._progress.keep(self._pace.look())
-        if "first_ink" not in self.results:
+        if "first ink after s" not in self.result.timing:
             self._follower.poll()
             if self._follower.pen:
-                self.results["first_ink"] = round(time.monotonic() - self._began, 2)
+                self.result.timing["first ink after s"] = round(time.monotonic() - self._began, 2)
         if self._baseline and not self._baseline.running:
             self._conclude_comparison()
-
-
-def _command(options: DemoOptions) -> str:
-    words = [f"{laptop_program()} demo"]
-    words += [f"--arm {options.arm}"] * (options.arm != "planar")
-    words += [f"--seed {options.seed}"] * (options.seed != 0)
-    return " ".join(words)
-
-
-def _new_folder(out: Path) -> Path:
-    """Make a folder with the time as its name.
-
-    Raises:
-        DemoFailed: it cannot be made.
-    """
-    name = time.strftime("%Y-%m-%d-%H%M%S")
-    try:
-        for attempt in range(1, 100):
-            folder = (out / (name if attempt == 1 else f"{name}-{attempt}")).resolve()
-            with suppress(FileExistsError):
-                folder.parent.mkdir(parents=True, exist_ok=True)
-                folder.mkdir(mode=0o700)  # what a camera saw is its owner's alone
-                return folder
-    except OSError as error:
-        raise DemoFailed(
-            f"cannot write to {out}: {error.strerror}; choose another folder with --out"
-        ) from None
-    raise DemoFailed(f"too many runs of this second in {out}; choose another folder with --out")
 
 
 def _start(home: Path) -> str:

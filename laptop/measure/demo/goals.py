@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
-from laptop.emulator.scene.scene import Scene
-from laptop.emulator.scene.scene_constants import read_scene
-from laptop.emulator.scene.workcell import cameras
+from laptop.emulator.scene.camera_rig import CameraRig, Vector, slope, solve
 from laptop.measure.demo.processes import DemoFailed
 from shared.arm_description import Arm
 
@@ -39,8 +37,6 @@ MIN_TIP_HEIGHT = 2.5
 """Least height of the tip, where it has a choice, cm."""
 MAX_POSTURES, MAX_GOAL_SETS = 300, 20
 """Postures that are drawn for one set of goals, and sets."""
-NEWTON_ITERATIONS = 12
-"""Iterations."""
 
 
 class DemoSetup(NamedTuple):
@@ -73,7 +69,6 @@ DEMO_SETUPS = {
     ),
 }
 """By the arm's chain."""
-Vector = tuple[float, ...]
 
 
 class Goal(NamedTuple):
@@ -91,71 +86,26 @@ class Goal(NamedTuple):
     told: tuple[str, ...]
 
 
-class CameraRig(dict[str, Scene]):
-    """Cameras that watch one arm, by name.
+def postures_at(rig: CameraRig, place: Sequence[float]) -> list[Vector]:
+    """Postures (rad) that have the tip at a place, cm: bent one way and the other."""
+    bent = DEMO_SETUPS[rig.arm.chain].elbow_bend
+    bends = [tuple(sign * angle for angle in bent) for sign in (1.0, -1.0)]
+    return [solve(lambda q: rig.centre("effector", q)[: len(place)], q, place) for q in bends]
 
-    Args:
-        arm: its description.
-        text: of the scene.
-    """
 
-    def __init__(self, arm: Arm, text: str) -> None:
-        names = cameras(arm, text)
-        super().__init__({name: Scene(arm, read_scene(text, name)) for name in names})
-        self.arm = arm
-        self.text = text
-        self._first = self[names[0]]
-
-    def centre(self, marker: str, q: Sequence[float] | None = None) -> np.ndarray:
-        """Place of a marker (3,), cm, with the joints at q (rad; at home if None)."""
-        home = [joint.home for joint in self.arm.joints]
-        return self._first.centres(home if q is None else q)[marker]
-
-    def truth(self, q: Sequence[float], marker: str = "effector") -> Vector:
-        """Pixels of a marker in all pictures: u and v of each."""
-        return tuple(value for scene in self.values() for value in scene.truth(q)[marker])
-
-    def visible(self, q: Sequence[float], marker: str = "effector") -> float:
-        """The part of a marker, 0 .. 1, that the camera sees that sees least of it."""
-        return min(scene.visible(q)[marker] for scene in self.values())
-
-    def project(self, place: Sequence[float]) -> np.ndarray:
-        """Pixels of a place (x, y, z), cm, in all pictures: u and v of each."""
-        return np.concatenate([s.project(np.array([place]))[0] for s in self.values()])
-
-    def place_at(self, pixels: Sequence[float], marker: str) -> Vector:
-        """The place (x, y, z), cm, that is seen at these pixels.
-
-        In the plane one camera does, which knows how high a marker is; in space it takes two.
-        """
-        at_home = self.centre(marker)
-        known = at_home[len(DEMO_SETUPS[self.arm.chain].end_of_lines) :]
-
-        def seen(free: Vector) -> np.ndarray:
-            return self.project([*free, *known])
-
-        start = self.centre("effector")[: 3 - len(known)] / 2
-        return (*map(float, _solve(seen, tuple(start), pixels)), *map(float, known))
-
-    def postures_at(self, place: Sequence[float]) -> list[Vector]:
-        """Postures (rad) that have the tip at a place, cm: bent one way and the other."""
-        bent = DEMO_SETUPS[self.arm.chain].elbow_bend
-        bends = [tuple(sign * angle for angle in bent) for sign in (1.0, -1.0)]
-        return [_solve(lambda q: self.centre("effector", q)[: len(place)], q, place) for q in bends]
-
-    def way_is_seen(self, start: Sequence[float], end: Sequence[float]) -> bool:
-        """Return True if the tip is in sight above the table from one posture to another."""
-        way = np.linspace(start, end, WAY_SAMPLES)
-        steps = EXPLORATION_STEP * np.eye(len(way[0]))
-        between = *way[1:-1], *(way[0] + steps), *(way[0] - steps)
-        return all(
-            self.centre("effector", q)[2] >= MIN_TIP_HEIGHT and self.visible(q) > least
-            for least, places in (
-                (MIN_VISIBLE_AT_ENDS, (way[0], way[-1])),
-                (MIN_VISIBLE_BETWEEN, between),
-            )
-            for q in places
+def way_is_seen(rig: CameraRig, start: Sequence[float], end: Sequence[float]) -> bool:
+    """Return True if the tip is in sight above the table from one posture to another."""
+    way = np.linspace(start, end, WAY_SAMPLES)
+    steps = EXPLORATION_STEP * np.eye(len(way[0]))
+    between = *way[1:-1], *(way[0] + steps), *(way[0] - steps)
+    return all(
+        rig.centre("effector", q)[2] >= MIN_TIP_HEIGHT and rig.visible(q) > least
+        for least, places in (
+            (MIN_VISIBLE_AT_ENDS, (way[0], way[-1])),
+            (MIN_VISIBLE_BETWEEN, between),
         )
+        for q in places
+    )
 
 
 def scene_text(chain: str, seed: int, place: Sequence[float] = ()) -> str:
@@ -184,7 +134,7 @@ def choose_goals(arm: Arm, seed: int) -> tuple[str, list[Goal]]:
         DemoFailed: this arm has no such postures.
     """
     bare = CameraRig(arm, scene_text(arm.chain, seed))
-    resting = bare.postures_at(DEMO_SETUPS[arm.chain].end_of_lines)
+    resting = postures_at(bare, DEMO_SETUPS[arm.chain].end_of_lines)
     draw = random.Random(f"goals {seed}")
     for _ in range(MAX_GOAL_SETS):
         chosen = _choose_postures(bare, resting, draw)
@@ -196,7 +146,7 @@ def choose_goals(arm: Arm, seed: int) -> tuple[str, list[Goal]]:
         rig = CameraRig(arm, text)
         ways = zip([resting[0], *chosen], chosen, strict=False)
         if all(rig.visible(q, "goal") > MIN_VISIBLE for q in resting) and all(
-            rig.way_is_seen(*way) for way in ways
+            way_is_seen(rig, *way) for way in ways
         ):
             marker = rig.truth(resting[0], "goal")
             told = [("marker",), *(_told(rig, there) for there in pixels[1:])]
@@ -239,7 +189,7 @@ def _choose_postures(
             and all(math.dist(q, other) >= MIN_POSTURE_DISTANCE for other in chosen)
             and np.linalg.cond(slope(rig.truth, q)) <= MAX_CONDITION
             and rig.visible(q) > MIN_VISIBLE
-            and rig.way_is_seen([*resting[:1], *chosen][-1], q)
+            and way_is_seen(rig, [*resting[:1], *chosen][-1], q)
         ):
             chosen.append(q)
             taken.append(seen)
@@ -252,21 +202,6 @@ def _inside(rig: CameraRig, pixels: Vector) -> bool:
     """Return True if pixels are in their pictures, away from the edges."""
     sizes = [size for scene in rig.values() for size in scene.camera.size]
     return all(EDGE_MARGIN < x < size - EDGE_MARGIN for x, size in zip(pixels, sizes, strict=True))
-
-
-def _solve(function: Callable[[Vector], Any], x: Vector, wanted: Sequence[float]) -> Vector:
-    """Solve function(x) = wanted from x on, by Newton's method."""
-    for _ in range(NEWTON_ITERATIONS):
-        rest = np.array(wanted) - function(x)
-        x = tuple(x + np.linalg.lstsq(slope(function, x), rest, rcond=None)[0])
-    return x
-
-
-def slope(function: Callable[[Vector], Any], x: Vector) -> np.ndarray:
-    """The Jacobian of a function at x, by central differences."""
-    steps = 1e-4 * np.eye(len(x))
-    ends = [(function(tuple(x + d)), function(tuple(x - d))) for d in steps]
-    return np.stack([np.subtract(*pair) for pair in ends], axis=1) / 2e-4
 
 
 def goal_words(goal: Goal) -> list[str]:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from markupsafe import Markup
 
 from laptop.record.figures.formulas import formula, matrix
-from laptop.record.report.findings import ACCURACY, CALIBRATION, DRAWING, SERVO, TRACKING
+from laptop.record.run import ACCURACY, CALIBRATION, DRAWING, SERVO, TRACKING
 
 AIMS = {
     DRAWING: "to let the arm draw what is given, and to measure how far the ink is from it",

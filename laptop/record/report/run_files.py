@@ -4,24 +4,21 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 import math
 import struct
 import zlib
 from array import array
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
 from matplotlib.image import imread
 
-from laptop.record.report.findings import NOT_THERE, DamagedRun
-from laptop.record.servo.results import GREATEST
+from laptop.record.run import GREATEST, DamagedRun
 from shared.small_files import SpoiltFile, open_file
 
-MAX_OBJECT, MAX_PICTURE, MAX_CSV = 4_000_000, 40_000_000, 20_000_000
+MAX_PICTURE, MAX_CSV = 40_000_000, 20_000_000
 """Larger files are not read, bytes."""
 MAX_COLUMNS, MAX_VALUES = 64, 3_000_000
 """Of a CSV."""
@@ -34,23 +31,6 @@ UNDECODED = (
     *(struct.error, zlib.error, cv2.error),
 )
 """What decoding a damaged picture ends in."""
-
-
-def read_object(file: Path) -> dict[str, Any]:
-    """Return the object that a JSON file holds; numbers in it may be NaN.
-
-    Raises:
-        DamagedRun: it cannot be read, or holds none.
-    """
-    content = read_bytes(file, MAX_OBJECT)
-    try:
-        values = json.loads(content.decode("utf-8"))
-    except (ValueError, RecursionError) as error:
-        where = f" (line {error.lineno})" if isinstance(error, json.JSONDecodeError) else ""
-        raise DamagedRun(f"{file.name} is no JSON{where}; do this run again") from None
-    if not isinstance(values, dict):
-        raise DamagedRun(f"{file.name} holds no JSON object; do this run again")
-    return values
 
 
 def is_plain(file: Path) -> bool:
@@ -85,8 +65,6 @@ def read_columns(file: Path) -> dict[str, np.ndarray]:
         DamagedRun: it is none, a row is cut off, or it has no row.
     """
     heading, rows = read_rows(file)
-    if len(heading) > MAX_COLUMNS:
-        raise DamagedRun(f"{file.name} has {len(heading)} columns, more than {MAX_COLUMNS}")
     cells = array("d")
     for k, row in enumerate(rows):
         cells.extend(read_numbers(row, f"{file.name}: line {k + 2}"))
@@ -125,6 +103,8 @@ def read_rows(file: Path) -> tuple[list[str], Iterator[list[str]]]:
     text = io.TextIOWrapper(io.BytesIO(content), "utf-8-sig", newline="")
     rows = _told_rows(csv.reader(text), file.name)
     heading = next(rows)
+    if len(heading) > MAX_COLUMNS:
+        raise DamagedRun(f"{file.name} has {len(heading)} columns, more than {MAX_COLUMNS}")
     if content.count(b"\n") * len(heading) > MAX_VALUES:  # before they are taken, which is slow
         raise _too_many(file.name)
     return heading, _even_rows(rows, len(heading), file.name)
@@ -217,71 +197,3 @@ def picture_size(content: bytes) -> tuple[int, int]:
             return wide, high
         place += 2 + int.from_bytes(content[place + 2 : place + 4], "big")
     return 0, 0
-
-
-def number(values: dict[str, Any], key: str, file: str = "summary.json") -> float | None:
-    """Return a number; None where it is missing, null or not finite.
-
-    Raises:
-        DamagedRun: it is something else.
-    """
-    value = values.get(key)
-    if value is None:
-        return None
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise DamagedRun(f"{file}: '{key}' is no number; do this run again")
-    if GREATEST < abs(value) < math.inf:
-        raise DamagedRun(f"{file}: '{key}' is beyond all that a run measures; do this run again")
-    return float(value) if abs(value) < math.inf else None
-
-
-def word(values: dict[str, Any], key: str, file: str = "summary.json") -> str:
-    """Return a text, "" where it is missing or null.
-
-    Raises:
-        DamagedRun: it is something else.
-    """
-    value = values.get(key)
-    if value is None:
-        return ""
-    if not isinstance(value, str):
-        raise DamagedRun(f"{file}: '{key}' is no text; do this run again")
-    return value
-
-
-def items(values: dict[str, Any], key: str, kind: type, file: str = "summary.json") -> list[Any]:
-    """Return a list whose elements are of a type or None, [] where it is missing.
-
-    Raises:
-        DamagedRun: it is something else.
-    """
-    value = values.get(key) or []
-    if not isinstance(value, list) or not all(x is None or isinstance(x, kind) for x in value):
-        raise DamagedRun(f"{file}: '{key}' is not as it is written; do this run again")
-    return value
-
-
-def own_files(folder: Path, summary: dict[str, Any], usual: Sequence[str]) -> list[str]:
-    """Return the names of a run's own files: others in its folder are of other runs.
-
-    Args:
-        folder: of the run.
-        summary: it names the run's files; an older one does not.
-        usual: what such a run leaves; what is there of it is taken for an older one's.
-
-    Raises:
-        DamagedRun: what it names are no names of files in a folder.
-    """
-    if summary.get("files") is None:
-        return [name for name in usual if (folder / name).exists()]
-    names = [name or "" for name in items(summary, "files", str)]
-    if not all(Path(name).name == name not in ("", "..") for name in names):
-        raise DamagedRun("summary.json: 'files' is not as it is written; do this run again")
-    return names
-
-
-def decimal(value: float | None, digits: int = 2) -> str:
-    """Return a number for a cell."""
-    if value is None or not math.isfinite(value):
-        return NOT_THERE
-    return f"{value:.{digits}f}".replace("-", "\u2212")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 from collections.abc import Sequence
@@ -9,15 +10,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from laptop.record.figures.arm_numbers import numbers_of
-from laptop.record.report.findings import (
-    NOT_THERE,
-    DamagedRun,
-    LabRun,
-    LabTable,
-    clean,
-    clean_table,
-)
-from laptop.record.report.run_files import items, number, word
+from laptop.record.names import RUN
+from laptop.record.report.report_run import NOT_THERE, ReportRun, TextTable, clean
+from laptop.record.run import GREATEST, DamagedRun
 from shared.arm_description import ARMS_FOLDER, ArmError, read_arm
 from shared.message_fields import MAX_JOINTS
 
@@ -39,42 +34,41 @@ class DescribedArm:
         runs: whose arm it is.
     """
 
-    table: LabTable
+    table: TextTable
     chain: str
     source: str
-    runs: list[LabRun] = field(default_factory=list)
+    runs: list[ReportRun] = field(default_factory=list)
 
 
-def describe_arms(runs: Sequence[LabRun]) -> list[DescribedArm]:
+def describe_arms(runs: Sequence[ReportRun]) -> list[DescribedArm]:
     """Return the arms of runs, each once; where one cannot be told, that is a gap of its run."""
-    found: list[tuple[tuple[Any, str], DescribedArm]] = []
+    found: list[tuple[str, DescribedArm]] = []
     for run in runs:
-        told = [(run.arm_numbers, SUMMARY), (run.built_numbers, BUILT)]
-        if run.arm_numbers is None and run.arm:
-            told[0] = (_coming_along(run.arm), COMES_ALONG)
+        told = [(run.run.arm, RECORD), (run.run.built, BUILT)]
+        if run.run.arm is not None and "joints" not in run.run.arm:
+            told[0] = (_coming_along(str(run.run.arm.get("name"))), COMES_ALONG)
             if told[0][0] is None:
                 run.gaps.append(f"its files do not hold the numbers of its arm {run.arm}")
         for numbers, source in told:
             if numbers is None:
                 continue
-            for key, arm in found:
-                if key == (numbers, source):
-                    arm.runs.append(run)
-                    break
-            else:
+            key = json.dumps(numbers, sort_keys=True)
+            same = next((arm for known, arm in found if known == key), None)
+            if same is None:
                 try:
-                    described = describe(numbers, source)
+                    same = describe(numbers, source)
                 except DamagedRun as error:
-                    run.gaps.append(clean(f"left out: {error}"))
+                    run.leave_out(error)
                     continue
-                described.runs.append(run)
-                found.append(((numbers, source), described))
+                found.append((key, same))
+            if run not in same.runs:
+                same.runs.append(run)
     return [arm for _, arm in found]
 
 
-SUMMARY = "the runs' summary.json"
+RECORD = f"the runs' {RUN}"
 COMES_ALONG = "the arm file of that name that comes with BrickServo"
-BUILT = "the runs' summary.json: the arm as the emulator had it built, unlike what the program knew"
+BUILT = f"{RECORD}: the arm as the emulator had it built, unlike what the program knew"
 
 
 def describe(numbers: dict[str, Any], source: str) -> DescribedArm:
@@ -83,28 +77,29 @@ def describe(numbers: dict[str, Any], source: str) -> DescribedArm:
     Raises:
         DamagedRun: they are not as they are written.
     """
-    joints, rows = items(numbers, "joints", dict), []
+    joints, rows = numbers.get("joints"), []
+    if not isinstance(joints, list) or not all(isinstance(joint, dict) for joint in joints):
+        raise DamagedRun(f"{RUN} holds no joints of the arm as they are written")
     if len(joints) > MAX_JOINTS:
-        raise DamagedRun(f"summary.json holds an arm of more than {MAX_JOINTS} joints")
+        raise DamagedRun(f"run.json holds an arm of more than {MAX_JOINTS} joints")
     for joint in joints:
-        joint = joint or {}
-        cells = [word(joint, "name"), _number(joint, "link_cm"), word(joint, "motor")]
-        cells += [word(joint, "port"), _number(joint, "gear")]
+        cells = [_word(joint, "name"), _number(joint, "link_cm"), _word(joint, "motor")]
+        cells += [_word(joint, "port"), _number(joint, "gear")]
         mass = _number(joint, "mass_g") if joint.get("mass_g") else NOT_THERE  # 0: not known
-        rows.append([*cells, *(_number(joint, key) for key in _KEYS), mass])
+        rows.append([*map(clean, cells), *(_number(joint, key) for key in _KEYS), mass])
     # (Each by itself: between two paths in a line the words would go, too.)
-    name, speed = clean(word(numbers, "name")), _number(numbers, "speed_cm_s")
+    name, speed = clean(_word(numbers, "name")), _number(numbers, "speed_cm_s")
     caption = f"The arm {name}: draws at {speed} cm/s"
     pen = numbers.get("pen")
     if isinstance(pen, dict):
-        motor, port = (clean(word(pen, key)) for key in ("motor", "port"))
+        motor, port = (clean(_word(pen, key)) for key in ("motor", "port"))
         caption += f", pen by a {motor} motor at port {port}"
     else:
         caption += ", no pen motor"
-    chain = word(numbers, "chain")
+    chain = _word(numbers, "chain")
     if not rows:
-        raise DamagedRun(f"summary.json holds no joint of the arm {name}")
-    return DescribedArm(clean_table(LabTable(caption, HEADINGS, rows)), chain, source)
+        raise DamagedRun(f"run.json holds no joint of the arm {name}")
+    return DescribedArm(TextTable("arm", caption, HEADINGS, rows), chain, source)
 
 
 def _coming_along(name: str) -> dict[str, Any] | None:
@@ -118,6 +113,18 @@ def _coming_along(name: str) -> dict[str, Any] | None:
         return None
 
 
+def _word(values: dict[str, Any], key: str) -> str:
+    value = values.get(key)
+    if value is not None and not isinstance(value, str):
+        raise DamagedRun(f"{RUN}: '{key}' of the arm is no text; do this run again")
+    return value or ""
+
+
 def _number(values: dict[str, Any], key: str) -> str:
-    value = number(values, key)
-    return NOT_THERE if value is None else f"{value:g}".replace("-", "\u2212")
+    value = values.get(key)
+    if value is None:
+        return NOT_THERE
+    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    if not is_number or not abs(value) <= GREATEST:
+        raise DamagedRun(f"{RUN}: '{key}' of the arm is no number; do this run again")
+    return f"{value:g}".replace("-", "\u2212")

@@ -1,18 +1,10 @@
-"""The figures of a demo's report, as PNG, in the style of `laptop.record.figures.line_plot`.
-
-The README's pictures are made of the newest run by
-
-    from laptop.record.servo import figures
-    figures.write_overview("runs", "laptop/pictures/servo.jpg")
-"""
+"""The figures of servo runs, as PNG: one set for a log, for the page and for a demo."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from pathlib import Path
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
 
-import cv2
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -33,9 +25,10 @@ from laptop.record.figures.charts import (
     name_curves,
     show_picture,
 )
-from laptop.record.figures.document import photograph
 from laptop.record.figures.line_plot import (
+    BAND,
     INK,
+    JOINTS,
     QUIET,
     REACH,
     REACH_EDGE,
@@ -45,150 +38,204 @@ from laptop.record.figures.line_plot import (
     new_figure,
     png_of,
 )
-from laptop.record.servo.results import (
-    RESULTS_FILE,
-    DemoResult,
-    GoalRun,
-    in_space,
-    looks_of,
-    read_run,
-)
+from laptop.record.servo.servo_run import ServoRun
 
 BASELINE_COLOUR = "#5b6167"
+MAX_NUMBERED = 9
+"""More goals than these are not numbered."""
+MAX_PANELS = 4
+"""More runs than these share one panel."""
+LEAST_HEIGHT, MOST_HEIGHT = 420, 900
+"""Of a camera's picture in a figure, px."""
 
 
-def draw_camera(run: DemoResult) -> bytes:
-    """Every camera's last picture with the true way of the tip, as PNG."""
-    count = len(run.results["cameras"])
-    width, height = run.results["size"]
-    tall = round(WIDTH / count * height / width) + 90
-    with new_figure(tall) as figure:
-        for view in range(count):
-            box = (view / count, 90 / tall, 1 / count, 1 - 90 / tall)
-            _draw_camera(figure.add_axes(box), run, view)
-        _draw_legend(figure, run, 42 / tall, {"goal, tolerance": {"marker": "+", "ms": 11}})
-        return png_of(figure)
+class Scenery(NamedTuple):
+    """What is to be seen beside the runs.
+
+    images  by camera, its last picture (BGR); one that has none is left out
+    size    of pictures without an image, px; None: as far as the ways go
+    ink     what was drawn before in space: points (n, 3 + 2 * cameras) of each line, cm and px
+    """
+
+    images: Mapping[str, np.ndarray] = {}
+    size: tuple[int, int] | None = None
+    ink: Sequence[np.ndarray] = ()
 
 
-def draw_space(run: DemoResult) -> bytes | None:
-    """The true way of the tip in space, seen askew, from above and from the side, as PNG."""
-    if not in_space(run):
-        return None
-    with new_figure(1000) as figure:
-        _draw_space(figure.add_axes((-0.02, 0.05, 0.6, 0.95), **ASKEW), run)
-        for names, bottom in (("xy", 0.595), ("xz", 0.125)):
-            _draw_side(figure.add_axes((0.62, bottom, 0.365, 0.365)), run, names)
-        marks = {"goal": {"marker": "o", "ms": 11, "mfc": "white"}, "base": BASE}
-        _draw_legend(figure, run, 0.035, marks)
-        return png_of(figure)
+CAMERA_CAPTION = (
+    "What the cameras saw: the last picture of each, where there is one, with the way of the tip. "
+    "A ring is where it started, dots where the servo stopped to look, a cross the goal with its "
+    "circle of tolerance. Nothing about camera or arm was calibrated: the first short moves show "
+    "how the picture answers to each joint, every later one corrects that."
+)
+SPACE_CAPTION = (
+    "The way in space, as the emulator knows it: the servo saw nothing but the pictures. The rings "
+    "round the goals are what counts as reached."
+)
+ERROR_CAPTION = (
+    "The distance from the goal in time, on a logarithmic scale; dots are what the servo measured, "
+    "the shaded band is the tolerance. Flat pieces are rests, to look."
+)
+BASELINE_CAPTION = (
+    " On the right one goal by both methods, from the same start: the lab report's method looks "
+    "for two seconds at every step of at most ten degrees, so its time runs far longer."
+)
+JOINT_CAPTION = (
+    "Joint angles as the encoders have them, with dots where the servo decided on a step; and how "
+    "well the estimated image Jacobian could be inverted: 1 means that the picture answers alike "
+    "to every motion of the joints. Where it peaks, a small error of the estimate becomes a large "
+    "one of the step."
+)
 
 
-def draw_lines(run: DemoResult) -> bytes | None:
-    """The lines, as `simulate` has drawn them, as PNG."""
-    return _left(run.folder / "drawing" / "picture.png")
+def draw(
+    runs: Sequence[ServoRun], scenery: Scenery, baseline: ServoRun | None = None
+) -> list[tuple[str, str, bytes]]:
+    """Return (name, caption, PNG) of each figure for which there is something to draw.
 
-
-def draw_lines_from_the_side(run: DemoResult) -> bytes | None:
-    """The same from the side; None in the plane."""
-    return _left(run.folder / "drawing" / "picture-side.png")
-
-
-def _left(file: Path) -> bytes | None:
-    return file.read_bytes() if file.exists() else None
-
-
-def draw_errors(run: DemoResult) -> bytes:
-    """The distance from the goal in time, as PNG."""
-    with new_figure(700) as figure:
-        _draw_errors(figure, run, (0.065, 0.12, 0.43, 0.76), (0.56, 0.12, 0.42, 0.76))
-        return png_of(figure)
-
-
-def draw_condition(run: DemoResult) -> bytes:
-    """The condition of the image Jacobian, move by move, as PNG."""
-    with new_figure(620) as figure:
-        _draw_condition(figure.add_axes((0.065, 0.14, 0.915, 0.74)), run)
-        return png_of(figure)
-
-
-def draw_joints(run: DemoResult) -> bytes:
-    """The joints in time, a panel for each goal, as PNG."""
-    with new_figure(620) as figure:
-        _draw_joints(figure, run)
-        return png_of(figure)
-
-
-def write_overview(folder: str, file: str) -> None:
-    """The camera's picture and the errors side by side, as JPEG, for a README.
+    Slow, and to be called by one thread at a time: matplotlib's style is everybody's.
 
     Args:
-        folder: of a demo, or the one that holds those of all demos: then the newest.
-        file: where to.
-
-    Raises:
-        BadRun: there is no whole demo.
+        runs: one after another.
+        scenery: what is to be seen beside them.
+        baseline: one of the goals by another method, for comparison.
     """
-    place = Path(folder)
-    if not (place / RESULTS_FILE).exists():
-        place = max((there.parent for there in place.glob(f"*/{RESULTS_FILE}")), default=place)
-    run = read_run(place)
-    with new_figure(1040 if in_space(run) else 690) as figure:
-        if in_space(run):
-            for view in range(2):
-                _draw_camera(figure.add_axes((0.345 * view, 0.605, 0.3425, 0.395)), run, view)
-            _draw_space(figure.add_axes((0.68, 0.555, 0.32, 0.445), **ASKEW), run)
-            boxes = (0.055, 0.073, 0.425, 0.41), (0.555, 0.073, 0.425, 0.41)
-        else:
-            _draw_camera(figure.add_axes((0, 0, 920 / WIDTH, 1)), run)
-            boxes = (0.635, 0.605, 0.355, 0.325), (0.635, 0.105, 0.355, 0.325)
-        _draw_errors(figure, run, *boxes)
-        picture = png_of(figure)
-    Path(file).write_bytes(photograph(picture, 82))
+    drawn: list[tuple[str, str, bytes | None]] = [
+        ("cameras", CAMERA_CAPTION, draw_cameras(runs, scenery, baseline)),
+        ("space", SPACE_CAPTION, draw_space(runs, scenery, baseline)),
+        (
+            "errors",
+            ERROR_CAPTION + (BASELINE_CAPTION if baseline else ""),
+            draw_errors(runs, baseline),
+        ),
+        ("joints", JOINT_CAPTION, draw_joints(runs, baseline)),
+    ]
+    return [(name, caption, picture) for name, caption, picture in drawn if picture]
 
 
-def _draw_camera(axes: Axes, run: DemoResult, view: int = 0) -> None:
-    """One camera's last picture, and what truly went on in it."""
-    names = run.results["cameras"]
-    several = len(names) > 1
-    file = run.folder / (f"camera-{names[view]}.png" if several else "camera.png")
-    data = cv2.imread(str(file)) if file.is_file() else None
-    width, height = run.results["size"]
-    show_picture(axes, data, width, height)
-    columns = slice(2 * view, 2 * view + 2)
-    inks = [np.array(stroke)[:, 3:][:, columns] for stroke in run.results["ink"]]
-    _draw_ways(
-        axes,
-        run,
-        inks,
-        lambda goal_run: (goal_run.path[:, 1:][:, columns], looks_of(goal_run, names[view])),
+def draw_cameras(
+    runs: Sequence[ServoRun], scenery: Scenery, baseline: ServoRun | None = None
+) -> bytes | None:
+    """Draw the tip's ways into the picture of each camera, as PNG; None if there is none."""
+    names = sorted({*scenery.images, *(camera for run in runs for camera in run.ways)})
+    if not names:
+        return None
+    count = len(names)
+    frames = {name: _frame(name, runs, scenery) for name in names}
+    high = max(WIDTH / count * (f[3] - f[1]) / (f[2] - f[0]) for f in frames.values())
+    tall = round(min(max(high, LEAST_HEIGHT), MOST_HEIGHT)) + 90
+    with new_figure(tall) as figure:
+        for k, name in enumerate(names):
+            bare = name not in scenery.images  # its axes have numbers, which need room
+            left, foot, head = (0.05, 130, 20) if bare else (0, 90, 0)
+            box = ((k + left) / count, foot / tall, (1 - 1.4 * left) / count)
+            axes = figure.add_axes((*box, 1 - (foot + head) / tall))
+            _draw_camera(axes, name, runs, scenery, baseline, frames[name], count > 1)
+        _draw_legend(figure, runs, baseline, scenery, 42 / tall)
+        return png_of(figure)
+
+
+Frame = tuple[float, float, float, float]
+
+
+def _frame(name: str, runs: Sequence[ServoRun], scenery: Scenery) -> Frame:
+    """Return left, top, right, bottom of what is shown of a picture, px."""
+    if name in scenery.images:
+        height, width = scenery.images[name].shape[:2]
+        return (0, 0, width, height)
+    if scenery.size:
+        return (0, 0, *scenery.size)
+    places = [run.ways[name][:, 1:] for run in runs if name in run.ways]
+    places += [np.array([run.goals[name]]) for run in runs if name in run.goals]
+    points = np.concatenate(places)
+    points = points[np.isfinite(points).all(axis=1)]
+    if not len(points):
+        return (0, 0, 640, 480)
+    low, high = points.min(axis=0), points.max(axis=0)
+    middle, half = (low + high) / 2, max(40.0, 0.6 * float((high - low).max()))
+    return (
+        *(float(middle[0] - 4 / 3 * half), float(middle[1] - half)),
+        *(float(middle[0] + 4 / 3 * half), float(middle[1] + half)),
     )
-    for number, (goal_run, colour) in enumerate(zip(run.goal_runs, GOALS, strict=False), 1):
-        x, y = goal_run.goal[columns]
-        draw_goal(axes, x, y, goal_run.tolerance, colour, str(number), several)
-    if several:
-        name_camera(axes, names[view], height)
+
+
+def _draw_camera(
+    axes: Axes,
+    name: str,
+    runs: Sequence[ServoRun],
+    scenery: Scenery,
+    baseline: ServoRun | None,
+    frame: Frame,
+    small: bool,
+) -> None:
+    left, top, right, bottom = frame
+    image = scenery.images.get(name)
+    show_picture(axes, image, round(right - left), round(bottom - top))
+    axes.set(xlim=(left - 0.5, right - 0.5), ylim=(bottom - 0.5, top - 0.5), aspect="equal")
+    if image is None:
+        axes.set_axis_on()
+        axes.grid(color=REACH_EDGE, lw=0.5)
+        axes.set(xlabel="u  px", ylabel="v  px")
+    column = 3 + 2 * (sorted(scenery.images).index(name) if name in scenery.images else 0)
+    inks = [stroke[:, column : column + 2] for stroke in scenery.ink]
+    _draw_ways(axes, runs, baseline, inks, lambda run: _in_picture(run, name))
+    for number, (run, colour) in enumerate(_coloured(runs), 1):
+        if name in run.goals:
+            shown = str(number) if 1 < len(runs) <= MAX_NUMBERED else ""
+            draw_goal(axes, *run.goals[name], run.tolerance, colour, shown, small)
+    if small:
+        name_camera(axes, name, round(bottom - top))
+
+
+def _in_picture(run: ServoRun, camera: str) -> tuple[np.ndarray, np.ndarray]:
+    way = run.ways.get(camera, np.zeros((0, 3)))[:, 1:]
+    return way, run.looks.get(camera, np.zeros((0, 2)))
+
+
+def _coloured(runs: Sequence[ServoRun]) -> list[tuple[ServoRun, str]]:
+    return [(run, GOALS[k % len(GOALS)]) for k, run in enumerate(runs)]
 
 
 def _draw_ways(
     axes: Axes,
-    run: DemoResult,
+    runs: Sequence[ServoRun],
+    baseline: ServoRun | None,
     inks: Sequence[np.ndarray],
-    seen: Callable[[GoalRun], tuple[np.ndarray, np.ndarray]],
+    seen: Callable[[ServoRun], tuple[np.ndarray, np.ndarray]],
 ) -> None:
     """The ways of the tip.
 
     Args:
         axes: of two or three coordinates.
-        run: the demo.
+        runs: one after another.
+        baseline: one of the goals by another method.
         inks: the lines drawn before, points (n, coordinates) of each.
-        seen: of an goal_run, points (n, coordinates) of its way and of where it looked.
+        seen: of a run, points (n, coordinates) of its way and of where it looked.
     """
     for ink in inks:
         axes.plot(*ink.T, color=QUIET, lw=1.6, zorder=2, solid_capstyle="round")
-    if run.baseline:
-        axes.plot(*seen(run.baseline)[0].T, color=INK, lw=1.4, ls=(0, (1, 1.6)), zorder=3)
-    for goal_run, colour in zip(run.goal_runs, GOALS, strict=False):
-        draw_way(axes, *seen(goal_run), colour)
+    if baseline:
+        axes.plot(*seen(baseline)[0].T, color=INK, lw=1.4, ls=(0, (1, 1.6)), zorder=3)
+    for run, colour in _coloured(runs):
+        way, looks = seen(run)
+        if len(way):
+            draw_way(axes, way, looks, colour)
+
+
+def draw_space(
+    runs: Sequence[ServoRun], scenery: Scenery, baseline: ServoRun | None = None
+) -> bytes | None:
+    """Draw the true way in space, seen askew, from above and from the side; None in the plane."""
+    if not any(run.truth and run.truth.space for run in runs):
+        return None
+    inks = [stroke[:, :3] for stroke in scenery.ink]
+    with new_figure(1000) as figure:
+        _draw_space(figure.add_axes((-0.02, 0.05, 0.6, 0.95), **ASKEW), runs, baseline, inks)
+        for names, bottom in (("xy", 0.595), ("xz", 0.125)):
+            axes = figure.add_axes((0.62, bottom, 0.365, 0.365))
+            _draw_side(axes, runs, baseline, inks, names)
+        _draw_legend(figure, runs, baseline, scenery, 0.035, {"base": BASE})
+        return png_of(figure)
 
 
 ASKEW: dict[str, Any] = {
@@ -210,9 +257,14 @@ BASE: dict[str, Any] = {
 """Mark of the arm's base."""
 
 
-def _draw_space(axes: Any, run: DemoResult) -> None:
+def _draw_space(
+    axes: Any,
+    runs: Sequence[ServoRun],
+    baseline: ServoRun | None,
+    inks: Sequence[np.ndarray],
+) -> None:
     """The ways in space, on axes in ASKEW."""
-    low, high = _extent(run)
+    low, high = _extent(runs, baseline, inks)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(0, high[2]))
     axes.set_box_aspect(high - low)
     for axis, name in zip((axes.xaxis, axes.yaxis, axes.zaxis), "xyz", strict=True):
@@ -224,21 +276,28 @@ def _draw_space(axes: Any, run: DemoResult) -> None:
     axes.tick_params(pad=-3)
     axes.plot([0], [0], [0], **BASE)
     axes.locator_params(nbins=5, steps=TICKS)
-    ends = [np.array([goal_run.space.place]) for goal_run in run.goal_runs if goal_run.space]
-    for end, colour in zip(ends, GOALS, strict=False):
+    _draw_ways(axes, runs, baseline, inks, _in_cm)
+    for number, (run, colour) in enumerate(_coloured(runs), 1):
+        if not (run.truth and run.truth.space):
+            continue
+        end = np.array([run.truth.space.place])
         foot = np.concatenate([end, end * (1, 1, 0)])
         axes.plot(*foot.T, color=colour, lw=0.9, ls=(0, (2, 2)), zorder=1)
         axes.plot(*foot[1:].T, "x", color=colour, ms=4, zorder=1)
-    _draw_ways(axes, run, _inks(run), _in_cm)
-    for number, (end, colour) in enumerate(zip(ends, GOALS, strict=False), 1):
         axes.plot(*end.T, "o", ms=8.5, mfc=colour, mec="white", mew=1.2, zorder=7)
         axes.text(*(end[0] + (0, 0, 0.075 * high[2])), str(number), **badge(colour))
 
 
-def _draw_side(axes: Axes, run: DemoResult, names: str) -> None:
+def _draw_side(
+    axes: Axes,
+    runs: Sequence[ServoRun],
+    baseline: ServoRun | None,
+    inks: Sequence[np.ndarray],
+    names: str,
+) -> None:
     """The ways from one side, which shows two coordinates."""
     view = ["xyz".index(name) for name in names]
-    low, high = (corner[view] for corner in _extent(run))
+    low, high = (corner[view] for corner in _extent(runs, baseline, inks))
     middle, sides = (low + high) / 2, axes.bbox.size
     half = max((high - low) / sides) * sides / 2  # equal scales
     axes.set(
@@ -253,157 +312,183 @@ def _draw_side(axes: Axes, run: DemoResult, names: str) -> None:
     axes.set(xlabel=f"{names[0]}  cm", ylabel=f"{names[1]}  cm")
     axes.locator_params(nbins=7, steps=TICKS)
 
-    def seen(goal_run: GoalRun) -> tuple[np.ndarray, np.ndarray]:
-        way, looks = _in_cm(goal_run)
+    def seen(run: ServoRun) -> tuple[np.ndarray, np.ndarray]:
+        way, looks = _in_cm(run)
         return way[:, view], looks[:, view]
 
-    _draw_ways(axes, run, [ink[:, view] for ink in _inks(run)], seen)
-    for number, (goal_run, colour) in enumerate(zip(run.goal_runs, GOALS, strict=False), 1):
-        if goal_run.space and goal_run.within_mm:
-            x, y = np.array(goal_run.space.place)[view]
+    _draw_ways(axes, runs, baseline, [ink[:, view] for ink in inks], seen)
+    for number, (run, colour) in enumerate(_coloured(runs), 1):
+        if run.truth and run.truth.space and run.within_mm:
+            x, y = np.array(run.truth.space.place)[view]
             for ink, wide in (("white", 3.6), (colour, 1.8)):
-                ring = Circle(
-                    (x, y), goal_run.within_mm / 10, fill=False, ec=ink, lw=wide, zorder=7
+                axes.add_patch(
+                    Circle((x, y), run.within_mm / 10, fill=False, ec=ink, lw=wide, zorder=7)
                 )
-                axes.add_patch(ring)
             offset: dict[str, Any] = {"xytext": (13, 11), "textcoords": "offset points"}
             axes.annotate(str(number), (x, y), **offset, **badge(colour))
 
 
-def _inks(run: DemoResult) -> list[np.ndarray]:
-    """The lines drawn in space, points (n, 3) of each, cm."""
-    return [np.array(stroke)[:, :3] for stroke in run.results["ink"]]
-
-
-def _in_cm(goal_run: GoalRun) -> tuple[np.ndarray, np.ndarray]:
+def _in_cm(run: ServoRun) -> tuple[np.ndarray, np.ndarray]:
     """Points (n, 3) of a run to a goal in space, cm: its way, and where it looked."""
-    assert goal_run.space
-    tips, t = goal_run.space.tips, goal_run.path[:, 0]
-    times = [step["t"] for step in goal_run.log.steps]
-    return tips, np.column_stack([np.interp(times, t, values) for values in tips.T])
+    if not (run.truth and run.truth.space):
+        return np.zeros((0, 3)), np.zeros((0, 3))
+    tips, t = run.truth.space.tips, run.truth.path[:, 0]
+    return tips, np.column_stack([np.interp(run.measured[:, 0], t, axis) for axis in tips.T])
 
 
-def _extent(run: DemoResult) -> tuple[np.ndarray, np.ndarray]:
+def _extent(
+    runs: Sequence[ServoRun], baseline: ServoRun | None, inks: Sequence[np.ndarray]
+) -> tuple[np.ndarray, np.ndarray]:
     """Corners (3,), cm, of a box on the table that holds all ways, and the arm's base."""
-    everybody = [*run.goal_runs, *([run.baseline] if run.baseline else [])]
-    ways = [goal_run.space.tips for goal_run in everybody if goal_run.space]
-    points = np.concatenate([np.zeros((1, 3)), *ways, *_inks(run)])
+    ways = [_in_cm(run)[0] for run in [*runs, *([baseline] if baseline else [])]]
+    points = np.concatenate([np.zeros((1, 3)), *ways, *inks])
     return np.floor(points.min(axis=0) - (2, 2, 0)), np.ceil(points.max(axis=0) + 2)
 
 
 def _draw_legend(
-    figure: Figure, run: DemoResult, height: float, others: dict[str, dict[str, Any]]
+    figure: Figure,
+    runs: Sequence[ServoRun],
+    baseline: ServoRun | None,
+    scenery: Scenery,
+    height: float,
+    others: Mapping[str, dict[str, Any]] | None = None,
 ) -> None:
     """Draw the legend in one line; `others` are marks of one picture alone, by their names."""
     axes = figure.add_axes((0, 0, 1, 1), zorder=-1)
     axes.set_axis_off()
+    several = 1 < len(runs) <= MAX_PANELS
     handles = [
-        (axes.plot([], [], color=colour, lw=2.4)[0], f"to {goal_run.name}")
-        for goal_run, colour in zip(run.goal_runs, GOALS, strict=False)
+        (axes.plot([], [], color=colour, lw=2.4)[0], f"to {run.name}" if several else "way")
+        for run, colour in _coloured(runs if several else runs[:1])
     ]
-    if run.baseline:
+    if baseline:
         line = axes.plot([], [], color=INK, lw=1.4, ls=(0, (1, 1.6)))[0]
-        handles.append((line, f"to {run.baseline.name}, the report's method"))
-    if run.results["ink"]:
+        handles.append((line, f"to {baseline.name}, method {baseline.method}"))
+    if scenery.ink:
         handles.append((axes.plot([], [], color=QUIET, lw=1.6)[0], "drawn before"))
     grey: dict[str, Any] = {"ls": "", "color": QUIET}
-    handles += [
-        (axes.plot([], [], marker="o", ms=8, mfc="white", mew=2, **grey)[0], "start"),
-        (axes.plot([], [], marker="o", ms=4.5, **grey)[0], "where it looked"),
-    ]
-    handles += [
-        (axes.plot([], [], **{"mew": 2, **grey, **style})[0], name)
-        for name, style in others.items()
-    ]
+    marks: dict[str, dict[str, Any]] = {
+        "start": {"marker": "o", "ms": 8, "mfc": "white", "mew": 2},
+        "where it looked": {"marker": "o", "ms": 4.5},
+        "goal, tolerance": {"marker": "+", "ms": 11, "mew": 2},
+        **(others or {}),
+    }
+    handles += [(axes.plot([], [], **{**grey, **style})[0], name) for name, style in marks.items()]
     draw_legend(figure, handles, height)
 
 
-def _draw_errors(figure: Figure, run: DemoResult, own: Any, both: Any) -> None:
-    """Two panels in their boxes: all goals; and one of them by both methods."""
-    everybody = [*run.goal_runs, *([run.baseline] if run.baseline else [])]
-    most = max((float(a.errors[:, 1].max()) for a in everybody), default=100.0)
-    axes = figure.add_axes(own)
-    _frame_errors(axes, run, most, f"All goals, {_methods(run)}", 0.012)
-    for goal_run, colour in zip(run.goal_runs, GOALS, strict=False):
-        _draw_error(axes, goal_run, colour, goal_run.name)
-    axes.set_xlim(0, max((a.seconds for a in run.goal_runs), default=1.0) * 1.05 + 0.3)
-    name_curves(axes)
-    axes = figure.add_axes(both)
-    if run.baseline is None:
-        axes.set_axis_off()
-        words = "the report's method did not come to its end"
-        axes.text(0.5, 0.5, words, ha="center", color=QUIET, transform=axes.transAxes)
-        return
-    same = next(a for a in run.goal_runs if a.name == run.baseline.name)
-    _frame_errors(axes, run, most, f"{same.name.capitalize()}, both methods", 0.36)
-    _draw_error(
-        axes, run.baseline, BASELINE_COLOUR, f"{run.baseline.method} {run.baseline.seconds:.0f} s"
-    )
-    colour = GOALS[run.goal_runs.index(same) % len(GOALS)]
-    _draw_error(axes, same, colour, f"{same.method} {same.seconds:.0f} s")
-    axes.set_xlim(0, max(same.seconds, run.baseline.seconds) * 1.03)
-    name_curves(axes)
+LEFT_PANEL, RIGHT_PANEL = (0.065, 0.12, 0.42, 0.76), (0.56, 0.12, 0.42, 0.76)
+"""The places of two panels, as shares of a figure."""
 
 
-def _methods(run: DemoResult) -> str:
-    return ", ".join(sorted({goal_run.method for goal_run in run.goal_runs}))
+def draw_errors(runs: Sequence[ServoRun], baseline: ServoRun | None = None) -> bytes | None:
+    """Draw the distance from the goal in time, as PNG; None if nothing is known of it.
+
+    Beside it the same for the baseline and the run that it compares with; where there is none, how
+    far the tip is off in each direction of the pictures.
+    """
+    everybody = [*runs, *([baseline] if baseline else [])]
+    values = [rows[:, 1] for run in everybody for rows in (run.errors, run.measured)]
+    known = np.concatenate(values) if values else np.zeros(0)
+    known = known[np.isfinite(known)]
+    if not len(known):
+        return None
+    most = max(10.0, float(known.max()))
+    with new_figure(700) as figure:
+        axes = figure.add_axes(LEFT_PANEL)
+        method = ", ".join(sorted({run.method for run in runs if run.method}))
+        _frame_errors(axes, runs, most, f"Distance from the goal{method and f', {method}'}", 0.012)
+        for run, colour in _coloured(runs):
+            _draw_error(axes, run, colour, run.name if 1 < len(runs) <= MAX_PANELS else "")
+        axes.set_xlim(0, _end(runs))
+        name_curves(axes)
+        axes = figure.add_axes(RIGHT_PANEL)
+        if baseline is None:
+            _draw_components(axes, runs)
+            return png_of(figure)
+        same, colour = next(pair for pair in _coloured(runs) if pair[0].name == baseline.name)
+        _frame_errors(axes, runs, most, f"{same.name.capitalize()}, both methods", 0.36)
+        for run, one in ((baseline, BASELINE_COLOUR), (same, colour)):
+            _draw_error(axes, run, one, f"{run.method} {run.seconds or 0:.0f} s")
+        axes.set_xlim(0, _end([same, baseline]))
+        name_curves(axes)
+        return png_of(figure)
 
 
-def _frame_errors(axes: Axes, run: DemoResult, most: float, title: str, free: float) -> None:
+def _frame_errors(
+    axes: Axes, runs: Sequence[ServoRun], most: float, title: str, free: float
+) -> None:
     """Axes for errors up to `most` px; `free` is where no curve crosses the tolerance."""
-    tolerance = run.goal_runs[0].tolerance if run.goal_runs else 5.0
-    frame_errors(axes, most, tolerance, title, free)
-    axes.set_ylabel("true distance from the goal  px")
+    frame_errors(axes, most, runs[0].tolerance if runs else None, title, free)
+    true = "true " if any(run.truth for run in runs) else ""
+    axes.set_ylabel(f"{true}distance from the goal  px")
 
 
-def _draw_error(axes: Axes, goal_run: GoalRun, colour: str, label: str) -> None:
-    t, error = goal_run.errors.T
-    now = t <= goal_run.seconds
-    t = np.append(t[now], goal_run.seconds)
-    error = np.append(error[now], np.interp(goal_run.seconds, *goal_run.errors.T))
-    looks = [(step["t"], step["error"]) for step in goal_run.log.steps if step.get("error")]
-    draw_error(axes, t, error, np.array(looks), colour, label)
+def _draw_error(axes: Axes, run: ServoRun, colour: str, label: str) -> None:
+    if len(run.errors):
+        draw_error(axes, run.errors[:, 0], run.errors[:, 1], run.measured, colour, label)
 
 
-def _draw_condition(axes: Axes, run: DemoResult) -> None:
-    everybody = list(zip(run.goal_runs, GOALS, strict=False))
-    everybody += [(run.baseline, BASELINE_COLOUR)] if run.baseline else []
+def _draw_components(axes: Axes, runs: Sequence[ServoRun]) -> None:
+    frame_angles(axes, "Tip less goal")
+    axes.set_ylabel("px")
+    axes.axhline(0, color=REACH_EDGE, lw=1.2)
+    if tolerance := runs[0].tolerance:
+        axes.axhspan(-tolerance, tolerance, color=BAND, alpha=0.16, lw=0)
+    for k, row in enumerate(sorted({row for run in runs for row in run.components})):
+        for number, run in enumerate(run for run in runs if row in run.components):
+            label = None if number else row
+            axes.plot(*run.components[row].T, color=JOINTS[k % len(JOINTS)], lw=1.6, label=label)
+    axes.set_xlim(0, _end(runs))
+    name_curves(axes)
+
+
+def draw_joints(runs: Sequence[ServoRun], baseline: ServoRun | None = None) -> bytes | None:
+    """Draw the joints in time, and the condition of the image Jacobian; None without joints."""
+    if not any(len(rows) for run in runs for rows in run.angles.values()):
+        return None
+    panels = [[run] for run in runs] if len(runs) <= MAX_PANELS else [list(runs)]
+    wide = 0.925 / len(panels)
+    with new_figure(1000) as figure:
+        first: Axes | None = None
+        for number, shown in enumerate(panels):
+            box = (0.065 + number * wide, 0.59, wide - 0.025, 0.33)
+            axes = figure.add_axes(box, sharey=first)
+            first = first or axes
+            for run in shown:
+                for joint, name in enumerate(run.joints):
+                    seen, decided = run.angles.get(name, ()), run.decided.get(name, ())
+                    label = name if run is shown[0] else ""
+                    draw_angle(axes, joint, label, list(seen), list(decided))
+            title = shown[0].name.capitalize() if len(panels) > 1 else "Joint angles"
+            frame_angles(axes, title)
+            axes.set_ylabel("" if number else "joint angles  deg")
+            axes.tick_params(labelleft=not number)
+            axes.set_xlim(0, _end(shown))
+            if number == len(panels) - 1:
+                name_curves(axes)
+        _draw_condition(figure.add_axes((0.065, 0.09, 0.915, 0.37)), runs, baseline)
+        return png_of(figure)
+
+
+def _draw_condition(axes: Axes, runs: Sequence[ServoRun], baseline: ServoRun | None) -> None:
+    everybody = _coloured(runs) + ([(baseline, BASELINE_COLOUR)] if baseline else [])
     greatest = 10.0
-    for goal_run, colour in everybody:
-        known = [
-            (number, step["condition"])
-            for number, step in enumerate(goal_run.log.steps)
-            if step.get("condition") is not None
-        ]
-        baseline = goal_run is run.baseline
-        label = "the report's method" if baseline else goal_run.name
-        ends = (0, (1, 1.6)) if baseline else "-"
-        x, y = np.array(known, dtype=float).reshape(-1, 2).T
-        axes.plot(x, y, color=colour, lw=1.7, ls=ends, marker="o", ms=4, label=label)
-        greatest = max(greatest, float(y.max(initial=0.0)))
+    for run, colour in everybody:
+        label = f"method {run.method}" if run is baseline else run.name if len(runs) > 1 else ""
+        ends: Any = (0, (1, 1.6)) if run is baseline else "-"
+        values = run.condition[:, 1]
+        axes.plot(values, color=colour, lw=1.7, ls=ends, marker="o", ms=4, label=label)
+        greatest = max(greatest, float(values.max(initial=0.0)))
     frame_condition(axes, greatest)
     axes.set_xlabel("step")
     axes.locator_params(axis="x", nbins=12, steps=TICKS, integer=True)
-    name_curves(axes)
+    if len(everybody) <= MAX_PANELS + 1:
+        name_curves(axes)
 
 
-def _draw_joints(figure: Figure, run: DemoResult) -> None:
-    count = max(1, len(run.goal_runs))
-    wide = 0.925 / count
-    first: Axes | None = None
-    for number, goal_run in enumerate(run.goal_runs):
-        box = (0.065 + number * wide, 0.14, wide - 0.025, 0.72)
-        axes = figure.add_axes(box, sharey=first)
-        first = first or axes
-        steps = goal_run.log.steps
-        for joint, name in enumerate(goal_run.log.run.get("joints", [])):
-            seen = [(line["t"], line["q"][joint]) for line in goal_run.log.seen if line.get("q")]
-            measured = [(step["t"], step["q"][joint]) for step in steps]
-            draw_angle(axes, joint, name, seen, measured)
-        frame_angles(axes, goal_run.name.capitalize())
-        if number:
-            axes.tick_params(labelleft=False)
-        else:
-            axes.set_ylabel("joint angles  deg")
-        if number == count - 1:
-            name_curves(axes)
+def _end(runs: Sequence[ServoRun]) -> float:
+    """Return the end of the axis of time, s."""
+    last = [run.errors[-1, 0] for run in runs if len(run.errors)]
+    last += [rows[-1, 0] for run in runs for rows in run.angles.values() if len(rows)]
+    return max([1.0, *(t for t in last if np.isfinite(t))]) * 1.02

@@ -1,7 +1,6 @@
 """All of it, as somebody with a new brick would do it: by real ssh, and in real time at the end."""
 
 import csv
-import json
 import os
 import signal
 import subprocess
@@ -10,6 +9,7 @@ import sys
 import pytest
 from announced import wait_for_event
 from places import ROOT
+from run_json import run_in
 from waiting import PATIENCE, until
 
 from laptop.brick import choosing
@@ -31,7 +31,7 @@ def test_the_page_has_the_brick_run_its_program_and_ends_it(ssh_brick, monkeypat
             until(lambda: server.state().client or why_ended(), "the brick")
             assert why_ended() == ""
         ssh_brick.wait_for_sessions()
-    summary = json.loads((ssh_brick.last_run / "summary.json").read_text())
+    summary = run_in(ssh_brick.last_run)
     assert summary["status"] == 128 + signal.SIGHUP
     assert not any(motor["driven"] for motor in summary["motors"].values())
 
@@ -63,8 +63,8 @@ def test_install_doctor_home_draw_and_servo_by_a_live_tracker(ssh_brick):
     for line in (("10,0", "5,10"), ("14,4", "14,-4"), ("8,4", "16,4")):
         done = ssh_brick.run("run", "driver.py", "line", *line)
         assert done[0] == 0, done
-        summary = json.loads((ssh_brick.last_run / "summary.json").read_text())
-        assert summary["paths"][0]["greatest_mm"] < 3
+        summary = run_in(ssh_brick.last_run)
+        assert summary["paths"][0]["greatest mm"] < 3
 
     ssh_brick.emulate("--realtime")
     words = "--camera", "synthetic", "--host", "127.0.0.1", "--port", "0", "--no-page", "--announce"

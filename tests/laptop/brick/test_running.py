@@ -5,7 +5,6 @@ import contextlib
 import csv
 import fcntl
 import glob
-import json
 import os
 import pty
 import select
@@ -19,6 +18,7 @@ import time
 from pathlib import Path
 
 import pytest
+from run_json import run_in
 from ssh_brick import Proxy
 from waiting import PATIENCE, until
 
@@ -195,7 +195,7 @@ def drawing(ssh_brick):
 def assert_stopped_in_mid_line(brick, status):
     """The arm was stopped in order, by what the emulator has seen of it."""
     brick.wait_for_sessions()
-    summary = json.loads((brick.last_run / "summary.json").read_text())
+    summary = run_in(brick.last_run)
     assert summary["status"] == status
     assert not any(motor["driven"] for motor in summary["motors"].values())
     with open(brick.last_run / "trace.csv", newline="") as file:
@@ -240,7 +240,7 @@ def test_a_laptop_that_falls_asleep_stops_the_arm(ssh_brick, drawing):
     cable = Proxy(ssh_brick.port)
     drawing(place=ssh_brick.by_way_of(cable))
     cable.fall_silent()
-    until(lambda: (ssh_brick.last_run / "summary.json").exists(), "the end of the line")
+    until(lambda: (ssh_brick.last_run / "run.json").exists(), "the end of the line")
     cable.close()
     assert_stopped_in_mid_line(ssh_brick, 128 + signal.SIGHUP)
 

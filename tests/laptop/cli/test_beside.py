@@ -21,4 +21,4 @@ def test_an_arm_and_a_state_folder_are_those_of_the_folder_one_is_in(tmp_path, m
     said = (brick / "lines.txt").read_text()
     assert "visual_servoing.py: " in said
     assert "motors: A coast, B coast" in said
-    assert (brick / "summary.json").exists()
+    assert (brick / "run.json").exists()

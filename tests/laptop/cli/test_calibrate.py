@@ -1,7 +1,6 @@
 """`calibrate`, end to end: what it finds, what it says where something is wrong, what it writes."""
 
 import csv
-import json
 import math
 import re
 import shutil
@@ -12,17 +11,17 @@ import pytest
 import spoilt_rigs
 from click import ClickException, UsageError
 from click.testing import CliRunner
+from run_json import run_in
 
 from laptop.cli import calibrate
 from laptop.cli.main import laptop
-from laptop.cli.run_folder import alone_in
 from laptop.emulator.scene.optics import to_srgb
 from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.scene_constants import read_scene
 from laptop.measure.arm import emulated_setups, measured_numbers
 from laptop.measure.arm.arm_fit import BadIdentification
 from laptop.measure.measured_run import Sights
-from laptop.record.report.measured_runs import read_measured
+from laptop.record.run_folder import run_folder
 from laptop.see.table.camera_file import write_camera
 from shared.arm_description import find_arm, read_arm
 
@@ -34,7 +33,7 @@ def run(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("BRICKSERVO_STATE", str(tmp_path / "state"))
     monkeypatch.delenv("BRICKSERVO_ARM", raising=False)
-    return lambda *words: CliRunner().invoke(laptop, ["calibrate", *words])
+    return lambda *words: CliRunner().invoke(laptop, ["calibrate", "--out", "out", *words])
 
 
 def refused(result, tmp_path):
@@ -95,7 +94,7 @@ def test_a_text_that_cannot_be_is_refused_before_anything_moves(run, words, told
 def test_two_do_not_write_into_one_folder(run, tmp_path):
     out = tmp_path / "out"
     out.mkdir()
-    with alone_in(out):
+    with run_folder("calibrate", out):
         result = run("--simulate")
     assert result.exit_code == 1
     assert "another run is at work for out" in result.output
@@ -129,15 +128,14 @@ def test_an_emulated_arm_is_measured_and_drawn_with_and_reported(run, tmp_path):
     )  # fmt: skip
     assert drawn.exit_code == 0, drawn.output
     # And what was measured is there for a report.
-    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
-    assert summary["simulated"] is True
-    assert sorted(summary["files"]) == ["planar.ini", "rests.csv", "summary.json"]
-    told = read_measured("R1", tmp_path / "out", summary, summary["kind"])
-    assert told.outcome == "calibrated"
-    assert ["shoulder: link", "cm"] in [row[:2] for table in told.tables for row in table.rows]
+    told = run_in(tmp_path / "out")
+    assert (told["reason"], told["brick"]) == ("calibrated", "emulated")
+    assert told["files"] == ["planar.ini", "rests.csv"]
+    assert ("shoulder: link", "cm") in [(row["number"], row["unit"]) for row in told["numbers"]]
+    poses = next(row["value"] for row in told["values"] if row["what"] == "poses")
     with open(tmp_path / "out" / "rests.csv") as file:
         rests = list(csv.DictReader(file))
-    assert len(rests) == summary["poses"]
+    assert len(rests) == poses
     off = [float(row["off_u_px"]) for row in rests if row["off_u_px"]]
     assert math.sqrt(sum(x * x for x in off) / len(off)) < 1.0
 
@@ -196,7 +194,7 @@ def test_a_dry_run_tells_and_changes_no_arm(run, tmp_path):
     result = run("--simulate", "--plant", "cpu=0", "--dry-run", "--seconds", "60")
     assert result.exit_code == 0, result.output
     assert "the arm's file was left as it is, as wished" in result.output
-    assert sorted(one.name for one in (tmp_path / "out").iterdir()) == ["rests.csv", "summary.json"]
+    assert sorted(one.name for one in (tmp_path / "out").iterdir()) == ["rests.csv", "run.json"]
 
 
 @pytest.mark.long

@@ -73,7 +73,7 @@ def test_what_is_told_of_a_wrong_word_is_a_sentence_and_so_is_the_next_step(
 
 @pytest.mark.parametrize(
     ("there", "words", "missing"),
-    [([], ["--help"], "click"), (["click"], ["simulate", "robot/driver.py", "where"], "numpy")],
+    [([], ["--help"], "click"), (["click"], ["simulate", "robot/driver.py", "where"], "msgspec")],
 )
 def test_a_library_that_is_not_there_is_named_in_one_line(tmp_path, there, words, missing):
     if there:

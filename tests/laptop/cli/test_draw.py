@@ -1,7 +1,6 @@
 """`draw`: what is typed becomes pictures, a job, a run on the emulated brick; or is refused."""
 
 import io
-import json
 import re
 from types import SimpleNamespace
 
@@ -9,6 +8,7 @@ import cv2
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from run_json import run_in
 
 from laptop.brick.jobs import BrickJobStatus
 from laptop.cli.draw_simulated import PenChanger
@@ -70,9 +70,9 @@ def test_an_emulated_hand_puts_in_the_next_pen(draw, tmp_path, words, pauses):
     )
     assert done.exit_code == 0, done.output
     assert len(re.findall("paused at .* (?:put in the pen|nudge the tip)", done.output)) == pauses
-    summary = json.loads((tmp_path / "try" / "summary.json").read_text())
-    assert summary["drawn_s"] < summary["estimated_s"] + 8 * pauses
-    assert summary["greatest_mm"] < 3, "one pen's line is where the other's is not"
+    (summary,) = run_in(tmp_path / "try")["drawings"]
+    assert summary["time s"] < summary["estimated s"] + 8 * pauses
+    assert summary["greatest mm"] < 3, "one pen's line is where the other's is not"
 
 
 @pytest.mark.parametrize(
@@ -123,21 +123,22 @@ def test_texts_and_cards_are_drawn(draw, words):
 
 def test_it_is_tried_on_the_emulated_brick_with_its_truth_in_mm(draw, tmp_path):
     (tmp_path / "square.svg").write_text(SQUARE)
-    (tmp_path / "try").mkdir()
-    (tmp_path / "try" / "learning.png").write_bytes(b"of an earlier drawing")
     done = draw("square.svg", "--size", "4", "--simulate", "--out", "try")
     assert done.exit_code == 0, done.output
     assert sorted(path.name for path in (tmp_path / "try").iterdir()) == [
-        *("picture.png", "summary.json", "trace.csv")
+        *("picture.png", "run.json", "trace.csv")
     ]
-    summary = json.loads((tmp_path / "try" / "summary.json").read_text())
-    assert summary["kind"] == "drawing"
-    assert sorted(summary["files"]) == ["picture.png", "summary.json", "trace.csv"]
-    assert summary["arm_numbers"]["name"] == summary["arm"]
-    assert summary["estimated_s"] == pytest.approx(summary["drawn_s"], rel=0.05)
-    assert summary["greatest_mm"] < 4
-    assert 0 < summary["rms_mm"] < summary["greatest_mm"]
-    assert summary["pen_up_cm"] == 0
+    told = run_in(tmp_path / "try")
+    assert (told["kind"], told["what"]) == ("drawing", "drawing square.svg")
+    assert told["files"] == ["trace.csv", "picture.png"]
+    (drawn,) = told["drawings"]
+    assert (drawn["arm"], drawn["drawing"], drawn["strokes drawn"]) == (
+        *("planar", "square.svg", "1 of 1"),
+    )
+    assert drawn["estimated s"] == pytest.approx(drawn["time s"], rel=0.05)
+    assert drawn["greatest mm"] < 4
+    assert 0 < drawn["rms mm"] < drawn["greatest mm"]
+    assert told["pen_up_cm"] == 0
     assert "off by" in done.output
 
 
@@ -249,10 +250,10 @@ def test_bad_input_is_told_in_a_line(draw, words, told):
 @pytest.mark.long
 def test_the_time_that_is_told_is_that_of_what_is_drawn(draw, tmp_path):
     for words in ((), ("--repeat", "2"), ("--from", "50%")):
-        done = draw("--card", "grid", "--size", "3", "--simulate", *words)
+        done = draw("--card", "grid", "--size", "3", "--simulate", "--out", "out", *words)
         assert done.exit_code == 0, done.output
-        summary = json.loads((tmp_path / "out/summary.json").read_text())
-        assert summary["estimated_s"] == pytest.approx(summary["drawn_s"], rel=0.06), words
+        (drawn,) = run_in(tmp_path / "out")["drawings"]
+        assert drawn["estimated s"] == pytest.approx(drawn["time s"], rel=0.06), words
 
 
 def test_a_job_on_its_way_is_told_in_a_line():

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from run_json import run_in
 
 from laptop.cli.main import laptop
 from laptop.measure.ilc import kept
@@ -35,7 +36,7 @@ def refused(done, told):
 
 def off(folder):
     """Greatest distance of the true ink, mm."""
-    return json.loads((Path(folder) / "summary.json").read_text())["greatest_mm"]
+    return run_in(Path(folder))["drawings"][0]["greatest mm"]
 
 
 @pytest.mark.long

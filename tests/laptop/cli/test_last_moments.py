@@ -1,6 +1,5 @@
 """The end of a command's process: threads that nobody can end are not torn out of what they do."""
 
-import json
 import os
 import subprocess
 import sys
@@ -9,6 +8,7 @@ import cv2
 import numpy as np
 import pytest
 from places import ROOT
+from run_json import run_in
 
 PROGRAM = """
 import atexit, sys, threading
@@ -60,7 +60,7 @@ def test_a_closed_stream_neither_ends_a_command_nor_becomes_one_of_its_files(clo
     assert ("said" in done.stdout) == (" >" not in f" {closed}")
     assert "laptop" not in done.stderr
     assert "EOFError" in done.stderr or "2>&-" in closed
-    assert json.loads((tmp_path / "out" / "summary.json").read_text())["status"] == 1
+    assert run_in(tmp_path / "out")["status"] == 1
 
 
 TELLING = """

@@ -5,13 +5,15 @@ import stat
 
 import pytest
 from click.testing import CliRunner
-from lab_runs import a_picture, simulated
+from lab_runs import a_picture, left
 from page_tracker import a_browser
 
 from laptop.cli.main import laptop
-from laptop.record.figures.document import render_report
-from laptop.record.report import print_pdf
-from laptop.record.report.findings import LabTable
+from laptop.record.report import lab_report, print_pdf
+from laptop.record.report.compose import Numbering
+from laptop.record.report.report_run import TextTable
+from laptop.record.report.run_report import html_of
+from laptop.record.run import Ending, table
 
 PAPERS = {"A4": (794, 1123), "letter": (816, 1056)}
 """Width and height, px of CSS."""
@@ -31,18 +33,16 @@ def no_formulas(monkeypatch):
 
 
 def test_it_says_where_the_report_is_and_what_was_left_out(tmp_path, no_formulas):
-    simulated(tmp_path / "line")
+    left(tmp_path / "line")
     (tmp_path / "bad").mkdir()
-    (tmp_path / "bad" / "summary.json").write_text("{")
+    (tmp_path / "bad" / "run.json").write_text("{")
     result = run(tmp_path, "--title", "Lab 3")
     assert result.exit_code == 0
     assert result.stdout.splitlines() == [
         f"{tmp_path}/lab-report.html: 1 run (1 drawing), 4 tables, 1 figure",
         f"{tmp_path}/lab-report-data: 6 files with the raw data",
     ]
-    assert result.stderr == (
-        "laptop: left out: bad/summary.json: it is no JSON (line 1); do this run again\n"
-    )
+    assert result.stderr == ("laptop: left out: bad/run.json: it is no JSON; do this run again\n")
     assert "<h1>Lab 3</h1>" in (tmp_path / "lab-report.html").read_text()
     assert run(tmp_path).exit_code == 1
     assert run(tmp_path, "--replace").exit_code == 0
@@ -56,7 +56,7 @@ def test_a_folder_without_runs_is_an_error_and_leaves_nothing(tmp_path):
 
 
 def test_decoders_of_pictures_print_nothing_between_its_lines(tmp_path, no_formulas, capfd):
-    simulated(tmp_path / "line")
+    left(tmp_path / "line")
     (tmp_path / "line" / "picture.png").write_bytes(a_picture()[:-1])
     assert run(tmp_path).exit_code == 0
     assert capfd.readouterr().err == ""
@@ -64,7 +64,7 @@ def test_decoders_of_pictures_print_nothing_between_its_lines(tmp_path, no_formu
 
 
 def test_without_a_browser_no_pdf_is_begun(tmp_path, monkeypatch):
-    simulated(tmp_path / "line")
+    left(tmp_path / "line")
     monkeypatch.setattr(print_pdf.shutil, "which", lambda name: None)
     monkeypatch.setattr(print_pdf, "PLACES", ())
     result = run(tmp_path, "--pdf", tmp_path / "x.pdf")
@@ -113,7 +113,7 @@ def test_a_pdf_is_printed_by_the_browser_that_is_there(tmp_path, monkeypatch):
     fake.chmod(0o755)
     monkeypatch.setattr(print_pdf, "BROWSERS", (str(fake),))
     monkeypatch.setattr("laptop.record.report.method.formula", lambda tex: "")
-    simulated(tmp_path / "runs" / "line")
+    left(tmp_path / "runs" / "line")
     result = run(tmp_path / "runs", "--pdf", tmp_path / "x.pdf", "--paper", "letter")
     assert result.exit_code == 0, result.output
     assert result.stdout.splitlines()[-1] == f"{tmp_path}/x.pdf: the same, printed on letter"
@@ -131,36 +131,19 @@ def wide_table(columns=14):
 @pytest.mark.long
 @pytest.mark.parametrize("paper", PAPERS)
 def test_nothing_of_a_report_is_cut_off_in_print(tmp_path, monkeypatch, paper):
-    simulated(tmp_path / "line", args=["line", "x" * 300], reason="y" * 300)
-    from laptop.record.report import lab_report
-
-    report = lab_report.compose(tmp_path, "Lab", "lab-data")
-    table = lab_report.Numbering().table(LabTable("Wide", *wide_table()), report.runs)
+    left(tmp_path / "line", what="x" * 300, ending=Ending(0, "y" * 300))
+    report = lab_report.lab_report(tmp_path, "Lab", "lab-data")
+    table = Numbering().table(TextTable("wide", "Wide", *wide_table()), report.runs)
     report.values["ran_on"] = table
     _check_width(report.html(), paper, rows=60)
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("paper", PAPERS)
-def test_nothing_of_a_demos_or_a_pages_report_is_cut_off_in_print(paper):
-    from laptop.page.report import TEMPLATE
-
-    headings, rows = wide_table(9)
-    text = render_report(
-        TEMPLATE,
-        title="",
-        good=True,
-        verdict="It worked.",
-        headline="",
-        facts="",
-        note="",
-        headings=headings,
-        rows=[["goal 1", "kalman", "marker lost for long", *row[3:]] for row in rows],
-        file_name="",
-        illustrations=[],
-        runs=[],
-    )
-    _check_width(text, paper, rows=60)
+def test_nothing_of_a_single_runs_report_is_cut_off_in_print(tmp_path, paper):
+    headings, rows = wide_table(12)
+    left(tmp_path, tables=[table("wide", "Wide", headings, rows, True)])
+    _check_width(html_of(tmp_path), paper, rows=60)
 
 
 def _check_width(text, paper, rows):

@@ -1,11 +1,10 @@
 """The estimate, against runs on the emulated brick, which computes as slowly as a real one."""
 
-import json
-
 import numpy as np
 import pytest
 from click.testing import CliRunner
 from places import ROOT
+from run_json import run_in
 
 from laptop.cli.main import laptop
 from laptop.drawing import preparing, sources
@@ -33,7 +32,7 @@ def run(artwork, arm, folder, **options):
         catch_exceptions=False,
     )  # fmt: skip
     assert done.exit_code == 0, done.output
-    seconds = json.loads((folder / "summary.json").read_text(encoding="utf-8"))["seconds"]
+    seconds = run_in(folder)["seconds"]
     return plan.estimate.seconds, seconds
 
 

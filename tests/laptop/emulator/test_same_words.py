@@ -57,7 +57,7 @@ SEEING = {
 }
 """Commands by name; a `{out}` in them is a folder."""
 
-COMPARED = ("said", "trace.csv", "summary.json")
+COMPARED = ("said", "trace.csv", "run.json")
 
 LIKE_THIS = {"folder": "a", "environment": {}}
 COMPUTERS = {

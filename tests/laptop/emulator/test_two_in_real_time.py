@@ -1,6 +1,5 @@
 """Two emulated programs in real time want the one arm that the cameras see."""
 
-import json
 import os
 import signal
 import subprocess
@@ -9,6 +8,7 @@ import sys
 import pytest
 from places import ROBOT, ROOT
 from refusals import in_one_line
+from run_json import run_in
 from waiting import PATIENCE
 
 
@@ -62,5 +62,5 @@ def test_in_real_time_two_programs_share_one_brick(tmp_path, end):
         assert f"asking driver.py (process {first.pid}," in taken.stdout
         assert first.returncode == 128 + signal.SIGTERM
         assert "stopped by SIGTERM" in err
-        summary = json.loads((tmp_path / "first" / "summary.json").read_text())
+        summary = run_in(tmp_path / "first")
         assert not any(motor["driven"] for motor in summary["motors"].values())

@@ -20,18 +20,21 @@ def client(scene):
         yield client
 
 
-def test_a_report_is_drawn_once_and_beside_the_loop_that_serves_pages(scene, client, monkeypatch):
+def test_a_report_is_drawn_once_and_beside_the_loop_that_serves_pages(
+    scene, client, monkeypatch, tmp_path
+):
     scene.show()
     scene.controller.runs.start()
     run(scene, 1)
     drawn = []
 
-    def render(group):
+    def render(group, runs):
+        assert runs == tmp_path
         drawn.append(threading.current_thread().name)
         return "a report"
 
     monkeypatch.setattr(report, "render", render)
-    far = async_controller.AsyncController(client._pipe, client._pipe, {})
+    far = async_controller.AsyncController(client._pipe, client._pipe, {}, tmp_path)
 
     async def ask():
         return await asyncio.gather(*(far.report(number) for number in (None, 1, 1, 2)))

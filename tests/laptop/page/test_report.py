@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 from page_scene import PATH, PageScene, run
 
-from laptop.page import report, report_figures
-from laptop.page.run_traces import traces_of
+from laptop.page import report
+from laptop.page.run_traces import servo_runs
 from laptop.record.figures.line_plot import DPI
+from laptop.record.run import read_run
+from laptop.record.servo import figures, servo_files
 from shared.messages import Start
 
 
@@ -28,14 +30,14 @@ def small_pictures():
         return file.getvalue()
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(report_figures, "png_of", png_of)
+        patch.setattr(figures, "png_of", png_of)
         yield
 
 
 @pytest.fixture
 def no_pictures(monkeypatch):
     """For tests that look at the words of a report only."""
-    monkeypatch.setattr(report_figures, "png_of", lambda figure: b"")
+    monkeypatch.setattr(servo_files, "draw", lambda *words: [])
 
 
 def test_a_run_whose_end_was_not_heard_ends_where_the_next_begins(scene, no_pictures):
@@ -70,7 +72,7 @@ def test_the_runs_along_a_path_are_one_record(scene, no_pictures):
     assert [run.orders.goals["A"][0] for run in record.runs] == [50, 75, 100, 125, 150]
     assert len(scene.controller.record(2).runs) == 1
     text = report.render(record)
-    assert text.count("<summary>") == 5
+    assert text.count("<summary>What the servo measured and did") == 5
     assert "5 points of the path reached" in text
 
 
@@ -83,8 +85,9 @@ def test_a_report_is_one_file_that_says_what_was_ordered_and_what_came_of_it(tmp
     run(scene, 1, "budget spent", camera="AB"[cameras - 1])
     text = report.render(scene.controller.record())
     for words in (
-        "Not there in time", "Because; 12.5 px off", "method broyden", "mode look",
-        "tolerance 7 px", "budget 90 s", "the marker", "5 moves", 'class="bad"', "Save this",
+        "Not there in time", "Because; 12.5 px off", ">broyden<", "mode look",
+        "tolerance 7 px", "budget 90 s", "the marker", "5 moves", 'class="verdict bad"',
+        "Save this",
     ):  # fmt: skip
         assert words in text, words
     assert text.count("<img") == 3
@@ -104,10 +107,11 @@ def test_the_error_in_a_report_is_what_the_tracker_saw(scene):
     scene.controller.runs.aim("A", 102.0, 118.0)
     scene.controller.runs.start()
     run(scene, 1)
-    (traces,) = traces_of(scene.controller.record())
-    assert traces.errors[0] == pytest.approx(np.hypot(42, 2), abs=0.5)
-    assert traces.final_error == pytest.approx(np.hypot(2, 2), abs=0.5)
-    assert [sample.e["A.u"] for sample in traces.measured] == [-42, -32, -22, -12, -2]
+    (told,) = servo_runs(scene.controller.record())
+    assert told.errors[0, 1] == pytest.approx(np.hypot(42, 2), abs=0.5)
+    assert told.seen_error == pytest.approx(np.hypot(2, 2), abs=0.5)
+    assert [row[3] for row in told.steps.rows] == [-42, -32, -22, -12, -2]
+    assert told.looks["A"][:, 0].tolist() == [60, 70, 80, 90, 100]
 
 
 def test_where_the_tip_was_not_seen_the_report_has_a_gap(scene):
@@ -117,8 +121,34 @@ def test_where_the_tip_was_not_seen_the_report_has_a_gap(scene):
     scene.server.tell("", 1, e={"A.u": 1.0, "A.v": 0.0})
     for tip in [(60, 120)] * 20 + [None] * 20 + [(100, 120)] * 20:
         scene.show(tip=tip)
-    (traces,) = traces_of(scene.controller.record())
-    assert np.isnan(traces.tips["A"]).any(axis=1).sum() == 1
-    gap = traces.t[np.isnan(traces.errors)]
+    (told,) = servo_runs(scene.controller.record())
+    assert np.isnan(told.ways["A"]).any(axis=1).sum() == 1
+    t, errors = told.errors.T
+    gap = t[np.isnan(errors)]
     assert (gap[0], gap[-1]) == pytest.approx((1.0, 2.0), abs=0.2)
-    assert np.isfinite(traces.errors[[1, -2]]).all()
+    assert np.isfinite(errors[[1, -2]]).all()
+
+
+def test_a_run_that_has_ended_is_kept_and_one_that_goes_on_is_not(scene, tmp_path):
+    scene.show()
+    scene.controller.runs.start("broyden")
+    scene.server.tell("", 1, e={"A.u": 1.0, "A.v": 0.0})
+    scene.show()
+    assert "Save this" in report.render(scene.controller.record(), tmp_path / "runs")
+    assert not (tmp_path / "runs").exists()
+    run(scene, 1)
+    text = report.render(scene.controller.record(), tmp_path / "runs")
+    (folder,) = (tmp_path / "runs").iterdir()
+    assert folder.name.endswith("-track")
+    told = read_run(folder)
+    assert (told.kind, told.methods, told.ending.status) == ("servo", ["broyden"], 0)
+    assert told.rows("goals")[0]["ended"] == "converged"
+    assert {"errors.png", "report.html", "run.json"} <= {file.name for file in folder.iterdir()}
+    assert text.count("<img") == (folder / "report.html").read_text().count("<img")
+
+
+def test_why_a_run_could_not_be_kept_stands_in_its_report(scene, no_pictures):
+    scene.show()
+    run(scene, 1)
+    text = report.render(scene.controller.record(), why_not_kept="cannot write to runs: full")
+    assert "cannot write to runs: full" in text

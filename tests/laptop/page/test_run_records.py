@@ -7,7 +7,7 @@ from page_scene import BLUE, PageScene, run
 
 from laptop.page import controller as controllers
 from laptop.page import run_records
-from laptop.page.run_traces import traces_of
+from laptop.page.run_traces import servo_runs
 
 
 @pytest.fixture
@@ -57,8 +57,8 @@ def test_a_run_that_the_brick_does_by_itself_is_recorded_without_orders(scene):
     first, second = (scene.controller.record(number) for number in (1, 2))
     assert first.runs[0].orders is second.runs[0].orders is None
     assert [run.verdict for run in (first.runs[0], second.runs[0])] == ["converged", "marker lost"]
-    (traces,) = traces_of(first)
-    assert traces.goals["A"] == pytest.approx((102, 118), abs=0.5), "as the brick's errors tell"
+    (told,) = servo_runs(first)
+    assert told.goals["A"] == pytest.approx((102, 118), abs=0.5), "as the brick's errors tell"
 
 
 def test_what_was_there_before_is_no_run(scene):

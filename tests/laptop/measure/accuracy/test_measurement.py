@@ -53,8 +53,8 @@ def test_the_cameras_noise_is_found_and_taken_off(tmp_path):
     report.write_csv(tmp_path / "a.csv", result)
     lines = (tmp_path / "a.csv").read_text().splitlines()
     assert len(lines) == 1 + 5 * 4 + 9 * 4 + 3 * (20 + 36) * 3
-    told = report.summary(result, {"plant": ""})
-    assert (told["kind"], len(told["criteria"])) == ("accuracy", 27)
+    run = report.accuracy_run(result)
+    assert (run.kind, len(run.rows("criteria"))) == ("accuracy", 27)
 
 
 def test_a_marker_that_is_hidden_where_a_pose_is_ends_the_test():

@@ -1,4 +1,4 @@
-"""What is told of a test: the table, what goes with it, the CSV, the summary."""
+"""What is told of a test: the table, what goes with it, the CSV, the run."""
 
 import csv
 import math
@@ -81,18 +81,18 @@ def test_the_csv_has_every_cycle_in_mm_with_its_noise(tmp_path):
     assert rows[5]["second_mm"] == ""
 
 
-def test_the_summary_says_what_was_done_how_it_ended_and_all_figures():
-    told = report.summary(result(), {"simulated": True}, {"AP P1": 0.2, "RP P1": 1, "RD P2 P4": 1})
-    assert (told["kind"], told["arm"], told["status"], told["reason"]) == (
-        *("accuracy", "planar", 0, "ended"),
-    )
-    assert told["simulated"] is True
-    assert (told["stand_x_cm"], told["stand_y_cm"], told["stand_turn_deg"]) == (1.0, -2.0, 12.0)
-    assert told["criteria"][0] == {
+def test_the_run_says_what_was_done_how_it_ended_and_all_figures():
+    run = report.accuracy_run(result(), {"AP P1": 0.2, "RP P1": 1, "RD P2 P4": 1})
+    assert (run.kind, run.ending.status, run.ending.reason) == ("accuracy", 0, "ended")
+    values = {row["what"]: row["value"] for row in run.rows("values")}
+    place = [values[f"the arm's {name} on the board {unit}"]
+             for name, unit in (("x", "cm"), ("y", "cm"), ("turn", "deg"))]  # fmt: skip
+    assert place == [1.0, -2.0, 12.0]
+    assert run.rows("criteria")[0] == {
         "criterion": "AP P1",
         "meaning": "pose accuracy",
-        "value_mm": 0.204,
-        "expanded_uncertainty_mm": 0.02,
-        "true_mm": 0.2,
+        "value mm": 0.204,
+        "expanded uncertainty mm": 0.02,
+        "true mm": 0.2,
     }
-    assert "true_mm" not in report.summary(result(), {})["criteria"][0]
+    assert "true mm" not in report.accuracy_run(result()).rows("criteria")[0]

@@ -1,16 +1,14 @@
 """What a report gets of a calibration: every number, and every rest with what is left over."""
 
-import json
 import math
 
 import numpy as np
 import pytest
 import seen_arms
 
-from laptop.cli.run_folder import write_files
 from laptop.measure.arm.arm_fit import fit_arm
 from laptop.measure.arm.calibrating import Identified
-from laptop.measure.arm.calibration_record import calibration_files, rests_table
+from laptop.measure.arm.calibration_record import calibration_run, rests_table
 from laptop.measure.arm.measured_numbers import measured
 from laptop.measure.arm.pose_plan import scouts
 
@@ -29,20 +27,19 @@ def done():
 def test_the_summary_has_each_number_and_null_for_what_is_unknown(done, tmp_path):
     rows = measured(done.fit)
     camera = TABLE.calibrated(np.random.default_rng(1), 98.5)
-    files = calibration_files(done, rows, camera, {"simulated": True})
-    write_files(tmp_path, files)
-    summary = json.loads((tmp_path / "summary.json").read_text())
-    assert summary["files"] == ["summary.json", "rests.csv"]
-    assert (summary["kind"], summary["arm"], summary["poses"]) == ("calibration", "planar", 20)
-    assert summary["simulated"] is True
-    assert summary["bar_mm"] == 98.5
-    numbers = {row["number"]: row for row in summary["numbers"]}
+    run, files = calibration_run(done, rows, camera)
+    values = {row["what"]: row["value"] for row in run.rows("values")}
+    assert (run.kind, run.ending.reason, run.ending.seconds) == ("calibration", "calibrated", 100)
+    assert (values["poses"], values["the board's bar mm"]) == (20, 98.5)
+    numbers = {row["number"]: row for row in run.rows("numbers")}
     link = numbers["shoulder: link"]
     assert link["is"] == pytest.approx(done.fit.value("shoulder.link"), abs=1e-4)
-    assert link["uncertainty"] == pytest.approx(done.fit.sigma("shoulder.link"), abs=1e-4)
+    assert link["standard uncertainty"] == pytest.approx(done.fit.sigma("shoulder.link"), abs=1e-4)
     unknown = numbers["elbow: link"]
-    assert (unknown["is"], unknown["uncertainty"]) == (None, None)
+    assert (unknown["is"], unknown["standard uncertainty"]) == (None, None)
     assert "touch crosses" in unknown["remark"]
+    write, _ = files["rests.csv"]
+    write(str(tmp_path / "rests.csv"))
     assert len((tmp_path / "rests.csv").read_text().splitlines()) == 21
 
 

@@ -16,26 +16,25 @@ import tempfile
 import threading
 import time
 from http.server import BaseHTTPRequestHandler, HTTPServer
-from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 from click.testing import CliRunner
 from rich.console import Console
+from run_json import run_in
 from servo_log import log_text
 from waiting import PATIENCE
 
 from laptop.cli.main import laptop
 from laptop.emulator import own_programs, temporary_folders
+from laptop.emulator.scene import camera_rig, servo_truth
+from laptop.emulator.scene.camera_rig import CameraRig, solve
 from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.scene_constants import read_scene
-from laptop.measure.demo import course, goals, processes, truth
+from laptop.measure.demo import course, goals, processes, results, truth
 from laptop.measure.demo.course import DemoOptions
-from laptop.measure.demo.goals import CameraRig
 from laptop.measure.demo.processes import DemoFailed
-from laptop.record.servo import demo_report as report
-from laptop.record.servo import results
 from laptop.see.serve import process_signals
 from shared.arm_description import find_arm, read_arm
 
@@ -87,9 +86,12 @@ def leave(folder, end, paths=(), status=0):
         for k in range(41):
             q = ["%.6f" % (a * min(1, k / 20)) for a in end]
             file.write("%.4f,%s,%d\\n" % (0.1 * k, ",".join(q), 10 <= k < 15))
-    with open(folder + "/summary.part", "w") as file:
-        json.dump({"status": status, "cpu": 1.0, "start_s": 2.5, "paths": paths}, file)
-    os.replace(folder + "/summary.part", folder + "/summary.json")
+    table = {"name": "paths", "caption": "", "columns": [{"name": "greatest", "unit": "mm"}]}
+    ending = {"status": status, "reason": "", "more": {"start_s": 2.5}}
+    run = {"kind": "drawing", "what": "", "ending": ending, "set_up": {"cpu": 1.0}}
+    with open(folder + "/run.part", "w") as file:
+        json.dump({**run, "tables": [{**table, "rows": [[off] for off in paths]}]}, file)
+    os.replace(folder + "/run.part", folder + "/run.json")
 
 
 if command == "track":
@@ -123,7 +125,7 @@ if words[-2].endswith("driver.py"):
         print("simulate: driver.py: this computer is too busy to go on", file=sys.stderr)
         leave(value("--out"), ends["driver"], status=75)
         sys.exit(75)
-    lines = [{"greatest_mm": 1.0}] * 3
+    lines = [1.0] * 3
     if fault == "a line is missing":
         lines[2] = None
     if fault == "driver fails":
@@ -134,7 +136,7 @@ rival = "report" in words
 goal = " ".join(word[7:] for word in words if word.startswith("--goal="))
 if fault == "servo fails" and goal != "marker":
     print("servo.py: the motor at port A is not plugged in", file=sys.stderr)
-    print("out/picture.png, trace.csv, summary.json")
+    print("out/picture.png, trace.csv, run.json")
     leave(value("--out"), ends["driver"], status=1)
     sys.exit(1)
 if fault in ("servo hangs", "deaf servo", "tracker dies", "tracker is killed"):
@@ -170,7 +172,7 @@ def scenes_painted_once():
 
 def set_in_all(monkeypatch, name, value):
     """Whichever modules of the demo have it."""
-    holders = [m for m in (course, goals, processes, truth) if hasattr(m, name)]
+    holders = [m for m in (course, goals, processes, truth, camera_rig) if hasattr(m, name)]
     assert holders
     for module in holders:
         monkeypatch.setattr(module, name, value)
@@ -185,7 +187,7 @@ def ends_of(name):
     arm = ARMS[name]
     text, chosen = really_choose(arm, 0)
     views = CameraRig(arm, text)
-    start = views.postures_at(goals.DEMO_SETUPS[arm.chain].end_of_lines)[0]
+    start = goals.postures_at(views, goals.DEMO_SETUPS[arm.chain].end_of_lines)[0]
     ends = {"driver": start, **{" ".join(goal.told): posture_at(views, goal) for goal in chosen}}
     return {told: list(map(float, q)) for told, q in ends.items()}
 
@@ -198,7 +200,7 @@ def posture_at(views, goal):
     """A posture within the limits, rad, with the tip at a goal."""
     joints = views.arm.joints
     for start in itertools.product((-0.8, 0.2, 1.2, 2.0), BENDS[len(joints)]):
-        q = goals._solve(views.truth, (start[0], *start[1]), goal.pixels)
+        q = solve(views.truth, (start[0], *start[1]), goal.pixels)
         if np.isfinite(q).all() and all(
             j.lower <= a <= j.upper for a, j in zip(q, joints, strict=True)
         ):
@@ -217,7 +219,15 @@ def play(tmp_path, monkeypatch):
     set_in_all(monkeypatch, "LAPTOP", (sys.executable, "-S", "-E", str(stand_in)))
     set_in_all(monkeypatch, "choose_goals", really_choose)
     set_in_all(monkeypatch, "LOOK", 0.005)
-    monkeypatch.setattr(report, "CAPTIONS", ())
+    monkeypatch.setattr("laptop.record.servo.servo_files.draw", lambda *words: [])
+
+    play_results = []
+    really_record = results.record_of
+    monkeypatch.setattr(
+        results,
+        "record_of",
+        lambda demo, *rest: play_results.append(demo) or really_record(demo, *rest),
+    )
 
     def run(fault="", **orders):
         name = orders.get("arm", "planar")
@@ -236,7 +246,7 @@ def play(tmp_path, monkeypatch):
         run.said = (tmp_path / "out.txt").read_text()
         return status, page.parent
 
-    run.pids = pids
+    run.pids, run.results = pids, play_results
     yield run
     assert alive(pids) == []
 
@@ -274,17 +284,21 @@ def test_a_demo_that_works_leaves_its_report_and_no_process(play):
     assert len(os.listdir(play.pids)) == 6
     for name in (
         "report.html",
-        results.RESULTS_FILE,
+        "run.json",
         "goal-1.jsonl",
         "goal-3/trace.csv",
         "three-lines.txt",
     ):
         assert (folder / name).exists(), name
-    run = results.read_run(folder)
-    assert [a.name for a in run.goal_runs] == ["goal 1", "goal 2", "goal 3"]
-    assert run.baseline.method == "report"
-    assert max(a.error for a in run.goal_runs) < 0.1
-    assert [a.path[0, 0] for a in run.goal_runs] == [0.0] * 3, "on the log's clock"
+    told = run_in(folder)
+    assert (told["status"], told["seeds"], told["cpu"]) == (0, {"demo": 0}, 1.0)
+    goals = told["goals"]
+    assert [row["goal"] for row in goals[:3]] == ["goal 1", "goal 2", "goal 3"]
+    assert [row["method"] for row in goals] == ["chain"] * 3 + ["report"]
+    assert max(row["truly off px"] for row in goals[:3]) <= 0.1
+    for number in (1, 2, 3):
+        lines = (folder / f"goal-{number}-true-path.csv").read_text().splitlines()
+        assert lines[1].startswith("0.0,"), "on the log's clock"
 
 
 def words_of(play, command):
@@ -318,19 +332,19 @@ def test_an_arm_in_space_is_shown_by_two_cameras_and_judged_in_space(play):
     assert track.count("--camera synthetic") == 2
     assert track.endswith(f"on {os.path.abspath(ARMS['spatial'].file)}")
     assert sum(len(re.findall(r"--goal=[AB]:\d", words)) == 2 for words in told) == 2
-    run = results.read_run(folder)
-    assert run.results["cameras"] == "AB"
-    assert max(a.miss_mm for a in run.goal_runs) < 0.2
-    assert all(5 < a.within_mm < 12 for a in run.goal_runs)
-    views, ends = CameraRig(ARMS["spatial"], run.results["scene"]), ends_of("spatial")
-    for told, approach in zip(list(ends)[1:], run.goal_runs, strict=True):
+    (demo,) = play.results
+    assert demo.cameras == "AB"
+    assert max(run.truth.miss_mm for run in demo.runs) < 0.2
+    assert all(5 < run.within_mm < 12 for run in demo.runs)
+    scene = re.search("scene '(.*)'", demo.set_up["camera"])[1]
+    views, ends = CameraRig(ARMS["spatial"], scene), ends_of("spatial")
+    for told, run in zip(list(ends)[1:], demo.runs, strict=True):
         there = views.centre("effector", ends[told])
-        assert approach.space.tips[-1] == pytest.approx(there, abs=0.01)
-        assert approach.path[-1, 1:] == pytest.approx(views.truth(ends[told]), abs=0.02)
-    ink = run.results["ink"][0]
+        assert run.truth.space.tips[-1] == pytest.approx(there, abs=0.01)
+        assert run.truth.path[-1, 1:] == pytest.approx(views.truth(ends[told]), abs=0.02)
     begins = 0.5 * np.array(ends["driver"])  # there the pen goes down
     here = [*views.centre("effector", begins), *views.truth(begins)]
-    assert ink[0] == pytest.approx(here, abs=0.02)
+    assert demo.ink[0][0] == pytest.approx(here, abs=0.02)
 
 
 @pytest.mark.short("planar")
@@ -352,7 +366,8 @@ def test_the_comparison_may_fail(play):
     status, folder = play("rival fails")
     assert status == 0
     assert "report's method failed: no room" in play.said
-    assert results.read_run(folder).baseline is None
+    assert [row["method"] for row in run_in(folder)["goals"]] == ["chain"] * 3
+    assert "there is no run of the lab report's method" in run_in(folder)["notes"][-1]
 
 
 def test_the_comparison_is_not_waited_for_for_ever(play, monkeypatch):
@@ -418,7 +433,7 @@ def test_that_it_goes_slower_is_told_and_stands_at_the_end(play, monkeypatch):
     assert "this computer is busy: running at 0.6 x\n" in play.said
     assert "the emulated brick with cpu=1, its clock at 0.61 x" in play.said
     page = (folder / "report.html").read_text()
-    assert "the brick computes with cpu=1, emulated clock at 0.61 x real time" in page
+    assert re.search(r"pace, to real time</td><td[^>]*>0.61<", page)
 
 
 def test_a_page_is_told_when_it_answers():
@@ -442,7 +457,7 @@ def test_a_tracker_that_ends_in_between_ends_the_demo(play):
 def test_a_tracker_that_is_killed_is_called_killed(play):
     assert complains(play, "tracker is killed", r"tracker was killed \(SIGKILL\); see ")
     # What it had started still keeps its pipe open: nobody waited for that.
-    (log,) = (play.pids.parent / "runs").glob("*/tracker.txt")
+    (log,) = (play.pids.parent / "runs").glob("tracker.txt")
     os.kill(int(re.search(r"page has number (\d+)", log.read_text()).group(1)), signal.SIGKILL)
     assert not (play.pids.parent / "late").exists()
 
@@ -547,24 +562,30 @@ def test_the_same_seed_gives_the_same_goals(name):
 def test_the_tip_is_seen_by_both_cameras_on_its_way():
     views = CameraRig(ARMS["spatial"], goals.scene_text("spatial", 0))
     left = goals.DEMO_SETUPS["spatial"].end_of_lines
-    start = views.postures_at(left)[0]
+    start = goals.postures_at(views, left)[0]
     assert views.centre("effector", start) == pytest.approx(left)
-    assert views.way_is_seen(start, (0.0, 0.6, -1.2))
-    assert not views.way_is_seen(start, (0.7, -0.3, -0.5))  # in sight, but near the table
-    assert not views.way_is_seen(start, (1.6, 1.9, -2.0))  # behind the upper arm
-    assert not views.way_is_seen((1.6, -0.1, -0.3), (1.3, 0.0, -0.4))  # hidden while it explores
+    assert goals.way_is_seen(views, start, (0.0, 0.6, -1.2))
+    assert not goals.way_is_seen(views, start, (0.7, -0.3, -0.5))  # in sight, but near the table
+    assert not goals.way_is_seen(views, start, (1.6, 1.9, -2.0))  # behind the upper arm
+    assert not goals.way_is_seen(
+        views, (1.6, -0.1, -0.3), (1.3, 0.0, -0.4)
+    )  # hidden while it explores
 
 
 @pytest.mark.long
 def test_a_tip_behind_the_stand_of_a_goal_is_not_in_sight():
     text = goals.scene_text("spatial", 0)
-    start, end = CameraRig(ARMS["spatial"], text).postures_at((9.0, 4.0, 12.6))[0], (0, 0.6, -1.2)
+    start, end = (
+        goals.postures_at(CameraRig(ARMS["spatial"], text), (9.0, 4.0, 12.6))[0],
+        (0, 0.6, -1.2),
+    )
     eye = CameraRig(ARMS["spatial"], text)["B"].camera.position
     x, y, _ = (9.0, 4.0, 12.6) + 0.2 * (eye - (9.0, 4.0, 12.6))
     behind = CameraRig(ARMS["spatial"], f"{text},goal_x={x:.2f},goal_y={y:.2f},goal_z=25")
     assert goals.MIN_VISIBLE_BETWEEN < behind.visible(start) < goals.MIN_VISIBLE_AT_ENDS
-    assert not behind.way_is_seen(start, end)
-    assert CameraRig(ARMS["spatial"], f"{text},goal_x=-20").way_is_seen(start, end)
+    assert not goals.way_is_seen(behind, start, end)
+    aside = CameraRig(ARMS["spatial"], f"{text},goal_x=-20")
+    assert goals.way_is_seen(aside, start, end)
 
 
 @pytest.mark.parametrize(
@@ -584,7 +605,7 @@ def test_a_place_is_found_by_its_pixels(name, marker, places):
 def test_a_pixel_is_worth_most_where_the_cameras_tell_least():
     views = CameraRig(ARMS["spatial"], goals.scene_text("spatial", 0))
     place = np.array([12.0, 0.0, 10.0])
-    worth = truth._worth(views, place)
+    worth = servo_truth._space(views, [(0.0, (0.0, 0.6, -1.2))], place).mm_per_px
     ways = [views.project(place + d) - views.project(place) for d in 0.1 * np.eye(3)]
     assert all(1 / np.linalg.norm(way) <= worth + 1e-3 for way in ways)  # 1 mm each way
     assert 0.7 < worth < 1.4
@@ -628,7 +649,7 @@ def test_the_true_path_keeps_when_rests_end(name):
     views = CameraRig(ARMS[name], "seed=0")
     still = (0.0,) * (len(ARMS[name].joints) - 1)
     rows = [truth.TracePoint(0.1 * k, (0.01 * max(0, k - 10), *still), False) for k in range(16)]
-    path = truth._path(views, rows)
+    path = servo_truth.true_path(views, rows)
     assert [round(t, 1) for t, _ in path] == [0.0, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5]
     assert path[0][1] == path[1][1]
     assert path[-1][1] == (0.05, *still)
@@ -686,9 +707,3 @@ def test_a_scene_is_for_virtual_time(tmp_path):
     result = CliRunner().invoke(laptop, words)
     assert result.exit_code == 1
     assert "a scene is for virtual time" in result.output
-
-
-def test_the_folder_of_a_run_is_never_an_older_one(tmp_path):
-    folders = {course._new_folder(tmp_path) for _ in range(3)}
-    assert len(folders) == 3
-    assert all(Path(folder).parent == tmp_path for folder in folders)

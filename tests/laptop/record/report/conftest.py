@@ -11,20 +11,21 @@ import pytest
 def small_figures(monkeypatch):
     """Drawn as ever, in a tenth of the pixels each way."""
     from laptop.record.figures.line_plot import DPI
-    from laptop.record.report import lab_figures
+    from laptop.record.report import raw_figures
+    from laptop.record.servo import figures
 
     def png_of(figure):
         file = io.BytesIO()
         figure.savefig(file, format="png", dpi=DPI / 10)
         return file.getvalue()
 
-    monkeypatch.setattr(lab_figures, "png_of", png_of)
+    for module in (raw_figures, figures):
+        monkeypatch.setattr(module, "png_of", png_of)
 
 
 @pytest.fixture
 def no_servo_figures(monkeypatch):
     """For tests that look at other things of a log."""
-    from laptop.record.report import servo_runs
+    from laptop.record.report import lone_files
 
-    monkeypatch.setattr(servo_runs, "draw_servo", lambda *words: None)
-    monkeypatch.setattr(servo_runs, "draw_ways", lambda *words: None)
+    monkeypatch.setattr(lone_files, "draw", lambda *words: [])

@@ -1,26 +1,21 @@
 """The report as a document: order, numbers, sources, raw data, and nothing of this computer."""
 
 import csv
-import json
 import os
 import re
 from html.parser import HTMLParser
 
 import pytest
-from lab_runs import PATH, TRACE, drawn, simulated
+from lab_runs import PATH, TRACE, drawn, left, paths
 from servo_log import log_text
 
-from laptop.record.report import lab_report
-from laptop.record.report.findings import LabRun, LabTable
-from laptop.record.report.lab_report import (
-    BadLabReport,
-    Numbering,
-    check_out,
-    compose,
-    data_folder_of,
-    write,
-)
-from laptop.record.report.run_folders import CONTENTS
+from laptop.record.names import RUN
+from laptop.record.report import compose, lab_report
+from laptop.record.report.compose import Numbering
+from laptop.record.report.find_runs import CONTENTS
+from laptop.record.report.lab_report import BadLabReport, check_out, data_folder_of, write
+from laptop.record.report.report_run import RawData, ReportRun, TextTable
+from laptop.record.run import CALIBRATION, Ending, Run, RunFile, settings, table
 
 
 @pytest.fixture(autouse=True)
@@ -56,11 +51,11 @@ class Page(HTMLParser):
 
 
 def made(folder, title="Lab 3"):
-    return compose(folder, title, "lab-data")
+    return lab_report.lab_report(folder, title, "lab-data")
 
 
 def test_it_is_in_the_order_of_a_lab(tmp_path):
-    simulated(tmp_path / "line")
+    left(tmp_path / "line")
     (tmp_path / "servo.jsonl").write_text(log_text())
     page = Page(made(tmp_path).html())
     assert page["h1"] == ["Lab 3"]
@@ -72,51 +67,48 @@ def test_it_is_in_the_order_of_a_lab(tmp_path):
 
 
 def test_tables_and_figures_are_numbered_in_order_and_name_their_runs(tmp_path):
-    simulated(tmp_path / "line-1")
-    simulated(tmp_path / "line-2")
+    left(tmp_path / "line-1")
+    left(tmp_path / "line-2")
     drawn(tmp_path / "house")
     report = made(tmp_path)
     page = Page(report.html())
     tables, figures = page["caption"], page["figcaption"]
-    assert [re.match(r"Table (\d+)\.", text)[1] for text in tables] == [*"123456"]
+    assert [re.match(r"Table (\d+)\.", text)[1] for text in tables] == [*"12345"]
     assert [re.match(r"Figure (\d+)\.", text)[1] for text in figures] == [*"123"]
-    assert (report.tables, report.figures) == (6, 3)
+    assert (report.tables, report.figures) == (5, 3)
     assert figures[0].endswith("(picture.png) (run R1, house)")
     assert figures[1].endswith("(picture.png) (run R2, line-1)")
+    assert tables[3].endswith("(run R1, house)")
     assert tables[4].endswith("(runs R2, R3)")
     assert all(re.search(r"\(runs? R\d", text) for text in tables + figures)
 
 
 def test_a_value_that_no_file_holds_does_not_stand_in_it(tmp_path):
-    simulated(tmp_path / "line", paths=[{**PATH, "missed_mm": None}])
+    left(tmp_path / "line", tables=[paths({**PATH, "missed mm": None})])
     (tmp_path / "servo.jsonl").write_text(log_text())
     page = Page(made(tmp_path).html())
     assert "missed mm" not in page["th"]  # a column without a value
     assert "truly off mm" not in page["th"]
     assert "end off mm" in page["th"]
-    assert "R2: path 1: summary.json has no value for missed_mm." in page["li"]
 
 
 def test_what_is_left_out_is_named_with_its_reason(tmp_path):
-    simulated(tmp_path / "line")
+    left(tmp_path / "line")
     assert "Left out" not in made(tmp_path).html()
     (tmp_path / "bad").mkdir()
-    (tmp_path / "bad" / "summary.json").write_text("{")
-    assert (
-        "bad/summary.json: it is no JSON (line 1); do this run again."
-        in (Page(made(tmp_path).html())["li"])
-    )
+    (tmp_path / "bad" / RUN).write_text("{")
+    assert "bad/run.json: it is no JSON; do this run again." in (Page(made(tmp_path).html())["li"])
 
 
 def test_nothing_of_this_computer_stands_in_it_and_nothing_steers_the_page(tmp_path):
-    simulated(
+    secret = f"{tmp_path}/secret name/c.py"
+    left(
         tmp_path / "line",
-        script=str(tmp_path / "secret name" / "lab.py"),
-        args=[f"--log={tmp_path}/secret name/a.jsonl", "/opt/other/b.svg"],
-        reason=f"cannot read {tmp_path}/secret name/c.py: <script>alert(1)</script>",
-        plant="",
+        what=f"{secret} --log={tmp_path}/secret name/a.jsonl",
+        ending=Ending(0, f"cannot read {secret}: <script>alert(1)</script>"),
+        set_up={"plant": "/opt/other/b.svg"},
     )
-    (tmp_path / "demo.json").write_text("{}")
+    (tmp_path / RUN).write_text("{}")
     report = made(tmp_path)
     for text in (report.html(), report.html("A4", linked=False)):
         assert str(tmp_path) not in text
@@ -131,7 +123,7 @@ def test_nothing_of_this_computer_stands_in_it_and_nothing_steers_the_page(tmp_p
 
 
 def test_the_raw_data_lie_beside_it_and_each_table_is_a_csv(tmp_path):
-    simulated(tmp_path / "line", paths=[PATH, {**PATH, "rms_mm": None}])
+    left(tmp_path / "line", tables=[paths(PATH, {**PATH, "end off mm": None})])
     out = tmp_path / "lab-report.html"
     write(made(tmp_path), out)
     folder = data_folder_of(out)
@@ -140,15 +132,15 @@ def test_the_raw_data_lie_beside_it_and_each_table_is_a_csv(tmp_path):
         told = {row["file"]: row for row in csv.DictReader(file)}
     assert told.keys() == {path.name for path in folder.iterdir()} - {CONTENTS}
     assert told["R1-trace.csv"]["from"] == "run R1, line"
-    (paths,) = [name for name, row in told.items() if row["holds"].startswith("Drawn paths")]
-    with (folder / paths).open(newline="") as file:
+    (drawn_paths,) = [name for name, row in told.items() if row["holds"].startswith("Drawn paths")]
+    with (folder / drawn_paths).open(newline="") as file:
         rows = list(csv.DictReader(file))
-    assert [row["rms mm"] for row in rows] == ["0.50", ""]
+    assert [row["end off mm"] for row in rows] == ["0.75", ""]
     assert 'href="lab-data/R1-trace.csv"' in out.read_text()
 
 
 def test_written_again_it_tells_of_the_same_runs_and_leaves_no_file_of_before(tmp_path):
-    simulated(tmp_path / "line")
+    left(tmp_path / "line")
     out = tmp_path / "lab-report.html"
     write(made(tmp_path), out)
     before = out.read_text()
@@ -167,7 +159,7 @@ def test_written_again_it_tells_of_the_same_runs_and_leaves_no_file_of_before(tm
 
 
 def test_a_file_that_somebody_put_beside_the_raw_data_is_not_lost(tmp_path):
-    simulated(tmp_path / "line")
+    left(tmp_path / "line")
     out = tmp_path / "x.html"
     write(made(tmp_path), out)
     (tmp_path / "x-data" / "my-notes.txt").write_text("mine")
@@ -197,7 +189,7 @@ def test_a_spoilt_list_of_the_raw_data_is_told_in_a_line(tmp_path, content):
 @pytest.mark.parametrize("name", ["thesis.docx", "marks.csv", "R1-a.csv/b", "R1-trace.csv"])
 def test_a_list_of_raw_data_lets_nothing_go_that_no_report_writes(tmp_path, name):
     """Neither files of other names, nor folders and links of such names."""
-    simulated(tmp_path / "line")
+    left(tmp_path / "line")
     out, mine = tmp_path / "x.html", tmp_path / "x-data" / name
     report = made(tmp_path)
     write(report, out)
@@ -226,7 +218,7 @@ def test_the_list_of_raw_data_is_no_link(tmp_path):
 
 
 def test_where_the_report_is_a_link_what_it_leads_to_is_replaced(tmp_path):
-    simulated(tmp_path / "runs" / "line")
+    left(tmp_path / "runs" / "line")
     (tmp_path / "elsewhere").mkdir()
     target = tmp_path / "elsewhere" / "y.html"
     target.write_text("before")
@@ -242,29 +234,28 @@ def test_where_the_report_is_a_link_what_it_leads_to_is_replaced(tmp_path):
 
 
 def test_what_is_no_text_in_a_run_is_written_all_the_same(tmp_path):
-    simulated(tmp_path / "runs" / "line\udcff")
+    left(tmp_path / "runs" / "line\udcff")
     write(made(tmp_path / "runs"), tmp_path / "x.html")
     assert "<td>line </td>" in (tmp_path / "x.html").read_text()
 
 
 def test_no_letter_of_a_run_steers_a_terminal_or_turns_the_text_around(tmp_path):
     bad = "a\x1b[31mb\x07c\u202ed\x00e"
-    simulated(
+    left(
         tmp_path / "runs" / bad.replace("\x00", ""),
-        reason=bad,
-        args=[bad],
-        plant=bad,
-        drawing=bad,
-        built_numbers={"name": bad, "joints": [{"name": bad, "port": bad}]},
+        what=bad,
+        ending=Ending(0, bad),
+        set_up={bad: bad},
+        built={"name": bad, "joints": [{"name": bad, "port": bad}]},
     )
     damaged = tmp_path / "runs" / "\x1b[32m"
     damaged.mkdir()
-    (damaged / "summary.json").write_text("{")
-    measured = {"kind": "calibration", bad: bad, "x": [{bad: bad}], "files": ["x.csv", "\x07.csv"]}
+    (damaged / RUN).write_text("{")
+    told = [table(bad, bad, [bad], [[bad]]), settings({bad: bad})]
+    files = [RunFile("x.csv", bad), RunFile("\x07.csv", bad)]
     for folder in (tmp_path / "runs" / "m", tmp_path / "runs" / "n"):
-        folder.mkdir()
-        (folder / "summary.json").write_text(json.dumps(measured))
-        (folder / "x.csv").write_text(f"{bad},b\n1,2\n")
+        left(folder, kind=CALIBRATION, tables=told, files=files)
+        (folder / "x.csv").write_text(f"{bad},b\n1,2\n".replace("\x00", ""))
     track = f"frame,t,marker,u,v,confidence\n1,5.0,{bad[:-2]},,,\n"
     (tmp_path / "runs" / "t.csv").write_text(track)
     (tmp_path / "runs" / "\x1bu.csv").write_text("frame,t,marker,u,v,confidence\n1,x,a,,,\n")
@@ -279,7 +270,7 @@ def test_no_letter_of_a_run_steers_a_terminal_or_turns_the_text_around(tmp_path)
 
 def test_raw_data_of_a_report_that_has_another_name_now_stay(tmp_path):
     """Somebody may have written into them, and the report still leads to them."""
-    simulated(tmp_path / "line")
+    left(tmp_path / "line")
     out = tmp_path / "x.html"
     write(made(tmp_path), out)
     out.rename(tmp_path / "handed-in.html")
@@ -301,7 +292,7 @@ def test_a_folder_that_is_somebody_elses_is_not_touched(tmp_path):
 
 
 def test_where_there_is_no_room_nothing_is_left_and_what_was_there_stays(tmp_path, monkeypatch):
-    simulated(tmp_path / "line")
+    left(tmp_path / "line")
     out = tmp_path / "lab-report.html"
     report = made(tmp_path)
     write(report, out)
@@ -317,17 +308,38 @@ def test_where_there_is_no_room_nothing_is_left_and_what_was_there_stays(tmp_pat
 
 
 def test_two_files_of_one_name_in_a_run_stay_two():
-    run = LabRun("a", "servo", "", number=1)
+    run = a_run()
     run.data = [
-        lab_report.RawData("track.csv", "a\n", ""),
-        lab_report.RawData("track.csv", "b\n", ""),
-        lab_report.RawData("../up and/away.csv", "c\n", ""),
+        RawData("track.csv", "a\n", ""),
+        RawData("track.csv", "b\n", ""),
+        RawData("../up and/away.csv", "c\n", ""),
     ]
-    data, _ = lab_report._raw_data([run], [], "x")
+    data, _ = compose._raw_data([run], [], "x")
     assert [*data] == ["R1-track.csv", "R1-track-2.csv", "R1-..-up-and-away.csv", CONTENTS]
 
 
+def a_run():
+    return ReportRun("a", Run(kind="servo", what="", ending=Ending(0, "")), number=1)
+
+
 def test_a_column_of_numbers_stands_to_the_right():
-    table = LabTable("", ("a", "b", "c"), [("x1", "\u22121.5", "50 %"), ("2", "\u2013", "7")])
-    printed = Numbering().table(table, [LabRun("a", "servo", "", number=1)])
-    assert printed.numeric == [False, True, True]
+    shown = TextTable("", "", ("a", "b", "c"), [("x1", "\u22121.5", "50 %"), ("2", "\u2013", "7")])
+    assert Numbering().table(shown, [a_run()]).numeric == [False, True, True]
+
+
+def test_tables_of_several_runs_are_one_with_all_their_columns(tmp_path):
+    left(tmp_path / "a", tables=[table("m", "M", ["x mm", "y"], [[1.5, 2]], True)])
+    left(tmp_path / "b", tables=[table("m", "M", ["x mm", "z"], [[0.25, "w"]], True)])
+    (shown,) = made(tmp_path).values["compared"]
+    assert shown.headings == ["run", "x mm", "y", "z"]
+    assert shown.rows == [["R1", "1.50", "2", "\u2013"], ["R2", "0.25", "\u2013", "w"]]
+
+
+@pytest.mark.parametrize(("rows", "is_long"), [(45, False), (46, True)])
+def test_a_long_table_is_folded_and_in_print_a_csv_is_named(tmp_path, rows, is_long):
+    left(tmp_path / "a", tables=[table("m", "Many", ["x"], [[k] for k in range(rows)])])
+    report = made(tmp_path)
+    text = report.html()
+    assert ("<summary>Many" in text) is is_long
+    assert (f"its {rows} rows are in <code>table-4.csv</code>" in text) is is_long
+    assert "table-4.csv" in report.data

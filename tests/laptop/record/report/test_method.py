@@ -5,7 +5,7 @@ import math
 import pytest
 
 from laptop.record.report import method
-from laptop.record.report.findings import ACCURACY, CALIBRATION, DRAWING, SERVO
+from laptop.record.run import ACCURACY, CALIBRATION, DRAWING, SERVO
 from robot.motion.kinematics import forward, jacobian
 from shared.arm_description import find_arm, read_arm
 

@@ -12,14 +12,8 @@ from lab_runs import a_picture
 
 from laptop.record.figures.document import MAX_PNG
 from laptop.record.report import run_files
-from laptop.record.report.findings import NOT_THERE, DamagedRun
-from laptop.record.report.run_files import (
-    decimal,
-    number,
-    read_columns,
-    read_object,
-    read_picture,
-)
+from laptop.record.report.run_files import read_bytes, read_columns, read_picture
+from laptop.record.run import DamagedRun
 from laptop.system.decoders import quiet_decoders
 
 
@@ -105,22 +99,13 @@ def test_a_jpeg_that_is_cut_off_is_damaged(tmp_path):
         read_picture(tmp_path / "picture.jpg")
 
 
-def test_a_file_that_is_too_large_or_none_is_not_read(tmp_path, monkeypatch):
-    monkeypatch.setattr(run_files, "MAX_OBJECT", 10)
-    (tmp_path / "summary.json").write_text('{"arm": "planar"}')
+def test_a_file_that_is_too_large_or_none_is_not_read(tmp_path):
+    (tmp_path / "a").write_text("eleven bytes")
     with pytest.raises(DamagedRun, match="is larger than"):
-        read_object(tmp_path / "summary.json")
+        read_bytes(tmp_path / "a", 10)
     (tmp_path / "folder").mkdir()
     with pytest.raises(DamagedRun, match="is not there, or no file"):
-        read_object(tmp_path / "folder")
-
-
-def test_a_number_that_is_none_is_not_there():
-    values = {"a": 1, "b": None, "c": math.nan, "d": math.inf}
-    assert [number(values, key) for key in "abcde"] == [1.0, None, None, None, None]
-    assert [decimal(value) for value in (1.0, None, math.nan, -0.5)] == [
-        *("1.00", NOT_THERE, NOT_THERE, "\u22120.50")
-    ]
+        read_bytes(tmp_path / "folder", 10)
 
 
 @pytest.mark.parametrize("cell", ["1e308", "-1e13", "inf", "-inf"])
@@ -130,12 +115,6 @@ def test_a_number_beyond_all_bounds_is_told_with_its_line(tmp_path, cell):
     with pytest.raises(DamagedRun, match=f"line 3 holds {cell}, which is beyond all"):
         run_files.read_columns(file)
     assert math.isnan(run_files.read_numbers(["nan"], "a")[0])
-
-
-@pytest.mark.parametrize("value", [10**400, -(10**400), 1e300, 1e13])
-def test_a_number_of_a_summary_has_bounds(value):
-    with pytest.raises(DamagedRun, match="'seconds' is beyond all that a run measures"):
-        run_files.number({"seconds": value}, "seconds")
 
 
 def test_neither_a_link_nor_a_pipe_is_read(tmp_path):

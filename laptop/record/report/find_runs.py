@@ -6,34 +6,18 @@ import os
 import re
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 from laptop.record.figures.private_paths import without_folders
-from laptop.record.report.drawing_runs import TRACE, read_drawing, read_simulated
-from laptop.record.report.findings import (
-    ACCURACY,
-    CALIBRATION,
-    SERVO,
-    DamagedRun,
-    LabRun,
-    LeftOut,
-    clean,
-)
-from laptop.record.report.measured_runs import read_measured
-from laptop.record.report.page_files import (
-    HISTORY,
-    REPORT,
-    is_track,
-    read_history,
-    read_page_report,
-    read_track,
-)
-from laptop.record.report.run_files import is_plain, items, read_object, word
-from laptop.record.report.servo_runs import is_log, read_demo, read_servo_log
+from laptop.record.names import RUN
+from laptop.record.report.lone_files import is_track, read_lone_log, read_track
+from laptop.record.report.report_run import LeftOut, ReportRun, clean, read_folder
+from laptop.record.report.run_files import is_plain
+from laptop.record.run import DamagedRun
+from laptop.record.servo.servo_log import is_log
 from shared.arm_description import ArmError
 from shared.message_fields import printable
 
-SUMMARY, DEMO = "summary.json", "demo.json"
 CONTENTS = "report-contents.csv"
 """A folder with this file holds the raw data of a report, and no run."""
 MAX_FOLDERS, MAX_DEPTH = 2000, 8
@@ -43,7 +27,7 @@ class NoRuns(ArmError, ValueError):
     """A folder without a run that a report could tell of."""
 
 
-def read_runs(folder: Path) -> tuple[list[LabRun], list[LeftOut]]:
+def read_runs(folder: Path) -> tuple[list[ReportRun], list[LeftOut]]:
     """Read all runs in a folder and below it, in the order of their folders.
 
     Raises:
@@ -119,14 +103,9 @@ class RunReader:
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
-        self._runs: list[tuple[Path, LabRun]] = []  # what each was read from
+        self.runs: list[ReportRun] = []
         self.left_out: list[LeftOut] = []
-        self._told: set[Path] = set()  # folders and files of which another run has told
-
-    @property
-    def runs(self) -> list[LabRun]:
-        """What was read, each run once."""
-        return [run for source, run in self._runs if source not in self._told]
+        self._told: set[Path] = set()  # folders and files of which a run above has told
 
     def leave_out(self, place: Path, why: str) -> None:
         """Note that a folder or file is not in the report, and why."""
@@ -134,88 +113,43 @@ class RunReader:
 
     def read_place(self, place: Path, files: Sequence[str]) -> None:
         """Read what is in one folder."""
-        if place in self._told:
+        if place in self._told or any(parent in self._told for parent in place.parents):
             return
-        claimed = {DEMO, SUMMARY}
-        if DEMO in files and self._read(place / DEMO, lambda name: read_demo(name, place)):
-            logs = [place / file for file in files if file.endswith(".jsonl")]
-            self._told |= {*logs, *(log.with_suffix("") for log in logs)}
-            claimed.add("track.csv")
-        if SUMMARY in files:
-            self._read(place / SUMMARY, lambda name: self._of_summary(name, place))
-        elif TRACE in files:
-            self.leave_out(place / TRACE, "there is no summary.json beside it")
+        if RUN in files:
+            run = self._read(place / RUN, lambda name: read_folder(name, place))
+            for name in (file.name for file in run.run.files) if run else ():
+                self._told.add(place / PurePosixPath(name).parts[0])
         for file in files:
-            if file not in claimed and (read := _reader_of(place / file)):
+            if place / file not in self._told and (read := _reader_of(place / file)):
                 self._read(place / file, read)
 
-    def _read(self, file: Path, read: Callable[[str], LabRun]) -> bool:
+    def _read(self, file: Path, read: Callable[[str], ReportRun]) -> ReportRun | None:
         """Read one run, or note why it cannot be."""
-        whole = file.parent if file.name in (DEMO, SUMMARY) else file
+        whole = file.parent if file.name == RUN else file
         try:
             run = read(_name(self._folder, whole))
-            run.clean()
-            self._runs.append((file, run))
         except DamagedRun as error:
             why = str(error).removeprefix(f"{file.name}: ")
             why = re.sub(rf"^{re.escape(file.name)} ", "it ", why)
             self.leave_out(file, why)
-            return False
+            return None
         except SURPRISES as error:
             # It is data, and may be anything: what no rule foresees costs this run, not the report.
             is_deep = isinstance(error, RecursionError)
             what = "nested too deeply" if is_deep else "not as it is written"
             self.leave_out(file, f"it is {what}; do this run again")
-            return False
-        return True
-
-    def _of_summary(self, name: str, place: Path) -> LabRun:
-        """Return the run of a summary, with the logs that belong to it.
-
-        Raises:
-            DamagedRun: the summary is not as it is written.
-        """
-        summary = read_object(place / SUMMARY)
-        kind = word(summary, "kind")
-        if kind in (ACCURACY, CALIBRATION):
-            return read_measured(name, place, summary, kind)
-        if "drawing" in summary:
-            return read_drawing(name, place, summary)
-        if "script" not in summary:
-            known = "simulate, draw --simulate, accuracy, calibrate"
-            raise DamagedRun(f"{SUMMARY} is of none of these: {known}")
-        run = read_simulated(name, place, summary)
-        told = [part.rpartition("=")[2] for part in items(summary, "args", str) if part]
-        named = [Path(part).name for part in told if part.endswith(".jsonl")]
-        beside = [place / log for log in named if (place / log).exists()]
-        above = [place.parent / log for log in named] if place != self._folder else []
-        for log in beside or above:
-            if is_plain(log) and is_log(log):
-                self._told.add(log)
-                try:
-                    read_servo_log(run, log)
-                except DamagedRun as error:
-                    run.gaps.append(f"left out: {error}")
+            return None
+        self.runs.append(run)
         return run
 
 
-def _reader_of(file: Path) -> Callable[[str], LabRun] | None:
+def _reader_of(file: Path) -> Callable[[str], ReportRun] | None:
     """Return what reads the run of which a file alone tells; None if it tells of none."""
-    if REPORT.fullmatch(file.name):
-        return partial(read_page_report, file=file)
-    if HISTORY.fullmatch(file.name):
-        return partial(read_history, file=file)
     if file.suffix == ".csv" and is_track(file):
         return partial(read_track, file=file)
     if file.suffix == ".jsonl" and is_log(file):
-        return partial(_of_log, file=file)
+        return partial(read_lone_log, file=file)
     return None
-
-
-def _of_log(name: str, file: Path) -> LabRun:
-    run = LabRun(name, SERVO, "")
-    read_servo_log(run, file)
-    return run
 
 
 def _name(folder: Path, place: Path) -> str:
@@ -231,6 +165,6 @@ def _none(folder: Path, left_out: list[LeftOut]) -> str:
         return f"no run in {folder} can be read: {first.name}: {first.why}{more}"
     empty = not any(folder.iterdir())
     return (
-        f"{folder} {'is empty' if empty else 'holds no run'}; give the folder that --out of "
-        "simulate, draw --simulate or demo named, or one above it"
+        f"{folder} {'is empty' if empty else 'holds no run'}; give the one with your runs, "
+        "runs if none was given as --out"
     )

@@ -4,21 +4,23 @@ import json
 import os
 
 import pytest
-from lab_runs import TRACE, drawn, simulated
+from lab_runs import drawn, left
 from servo_log import log_text
 
-from laptop.record.report.findings import CALIBRATION, DRAWING, SERVO, TRACKING
-from laptop.record.report.run_folders import CONTENTS, NoRuns, read_runs
+from laptop.record.names import RUN
+from laptop.record.report.find_runs import CONTENTS, NoRuns, read_runs
+from laptop.record.report.report_run import as_texts
+from laptop.record.run import DRAWING, SERVO, TRACKING, RunFile
 
 pytestmark = pytest.mark.usefixtures("no_servo_figures")
 
 
 def names(runs):
-    return [(run.label, run.name, run.kind) for run in runs]
+    return [(run.label, run.name, run.run.kind) for run in runs]
 
 
 def test_runs_are_found_however_deep_and_numbered_by_their_folders(tmp_path):
-    simulated(tmp_path / "b" / "deep" / "line")
+    left(tmp_path / "b" / "deep" / "line")
     drawn(tmp_path / "a")
     runs, left_out = read_runs(tmp_path)
     assert names(runs) == [("R1", "a", DRAWING), ("R2", "b/deep/line", DRAWING)]
@@ -26,26 +28,26 @@ def test_runs_are_found_however_deep_and_numbered_by_their_folders(tmp_path):
 
 
 def test_the_folder_itself_may_be_a_run(tmp_path):
-    simulated(tmp_path / "line-1")
+    left(tmp_path / "line-1")
     runs, _ = read_runs(tmp_path / "line-1")
     assert names(runs) == [("R1", "line-1", DRAWING)]
 
 
 def test_hidden_folders_and_the_data_of_a_report_are_no_runs(tmp_path):
-    simulated(tmp_path / "line")
-    simulated(tmp_path / ".part")
-    simulated(tmp_path / "lab-report-data")
+    left(tmp_path / "line")
+    left(tmp_path / ".part")
+    left(tmp_path / "lab-report-data")
     (tmp_path / "lab-report-data" / CONTENTS).write_text("file,from,holds\n")
     assert names(read_runs(tmp_path)[0]) == [("R1", "line", DRAWING)]
 
 
 def test_a_run_that_lies_too_deep_is_left_out_by_its_folder(tmp_path):
     deep = tmp_path / "1/2/3/4/5/6/7/8"
-    simulated(deep)
+    left(deep)
     assert read_runs(tmp_path)[1] == []
     (deep / ".hidden").mkdir()
     assert read_runs(tmp_path)[1] == []
-    simulated(deep / "9")
+    left(deep / "9")
     runs, left_out = read_runs(tmp_path)
     assert names(runs) == [("R1", "1/2/3/4/5/6/7/8", DRAWING)]
     assert left_out == [
@@ -57,8 +59,8 @@ def test_a_run_that_lies_too_deep_is_left_out_by_its_folder(tmp_path):
 
 
 def test_a_linked_folder_is_left_out_where_the_report_does_not_meet_it(tmp_path):
-    simulated(tmp_path / "elsewhere")
-    simulated(tmp_path / "runs" / "line")
+    left(tmp_path / "elsewhere")
+    left(tmp_path / "runs" / "line")
     (tmp_path / "runs" / "latest").symlink_to("line")
     (tmp_path / "runs" / "other").symlink_to(tmp_path / "elsewhere")
     (tmp_path / "runs" / ".hidden").symlink_to(tmp_path / "elsewhere")
@@ -71,8 +73,8 @@ def test_a_linked_folder_is_left_out_where_the_report_does_not_meet_it(tmp_path)
 
 @pytest.mark.parametrize("function", ["scandir", "stat"])
 def test_a_folder_that_may_not_be_read_is_left_out(tmp_path, monkeypatch, function):
-    simulated(tmp_path / "line")
-    simulated(tmp_path / "secret")
+    left(tmp_path / "line")
+    left(tmp_path / "secret")
     true = getattr(os, function)
 
     def refusing(path, **words):
@@ -88,83 +90,60 @@ def test_a_folder_that_may_not_be_read_is_left_out(tmp_path, monkeypatch, functi
 
 
 def test_an_empty_folder_and_one_without_runs_are_told_apart(tmp_path):
-    with pytest.raises(NoRuns, match=r"is empty; give the folder that --out of"):
+    with pytest.raises(NoRuns, match=r"is empty; give the one with your runs"):
         read_runs(tmp_path)
     (tmp_path / "notes.txt").write_text("hello")
     (tmp_path / "other.csv").write_text("a,b\n1,2\n")
-    with pytest.raises(NoRuns, match=r"holds no run; give the folder that --out of"):
+    with pytest.raises(NoRuns, match=r"holds no run; give the one with your runs"):
         read_runs(tmp_path)
 
 
-@pytest.mark.parametrize(
-    ("content", "why"),
-    [
-        ("{", "it is no JSON (line 1); do this run again"),
-        ("\xff\xfe", "it is no JSON; do this run again"),
-        ("[" * 100_000, "it is no JSON; do this run again"),
-        ("[1]", "it holds no JSON object; do this run again"),
-        ("{}", "it is of none of these: simulate, draw --simulate, accuracy, calibrate"),
-        ('{"script": 7}', "'script' is no text; do this run again"),
-        ('{"script": "a.py", "args": "x"}', "'args' is not as it is written; do this run again"),
-        ('{"script": "a.py", "paths": [1]}', "'paths' is not as it is written; do this run again"),
-        ('{"script": "a.py", "status": "0"}', "'status' is no number; do this run again"),
-        ('{"script": "a.py", "arm_numbers": 1}', "'arm_numbers' is not as it is written"),
-        ('{"drawing": "x", "greatest_mm": true}', "'greatest_mm' is no number; do this run again"),
-        ('{"kind": "accuracy"}', "it holds no figure; do this run again"),
-        (
-            '{"kind": "accuracy", "x": ' + 500 * "[" + 500 * "]" + "}",
-            "it is nested too deeply; do this run again",
-        ),
-    ],
-)
-def test_a_damaged_summary_is_left_out_with_its_reason_and_the_others_stand(tmp_path, content, why):
-    simulated(tmp_path / "good")
+def test_a_damaged_run_is_left_out_with_its_reason_and_the_others_stand(tmp_path):
+    left(tmp_path / "good")
     (tmp_path / "bad").mkdir()
-    (tmp_path / "bad" / "summary.json").write_bytes(content.encode("latin-1"))
+    (tmp_path / "bad" / RUN).write_text("{")
     runs, left_out = read_runs(tmp_path)
     assert names(runs) == [("R1", "good", DRAWING)]
-    assert left_out == [("bad/summary.json", why)]
+    assert left_out == [("bad/run.json", "it is no JSON; do this run again")]
 
 
 def test_if_none_can_be_read_the_first_reason_is_told(tmp_path):
     for name in "ab":
         (tmp_path / name).mkdir()
-        (tmp_path / name / "summary.json").write_text("{")
-    with pytest.raises(NoRuns, match=r"can be read: a/summary.json: it is no JSON .*\(and 1 more"):
+        (tmp_path / name / RUN).write_text("{")
+    with pytest.raises(NoRuns, match=r"can be read: a/run.json: it is no JSON.*\(and 1 more"):
         read_runs(tmp_path)
 
 
-def test_a_trace_alone_is_left_out(tmp_path):
-    simulated(tmp_path / "good")
-    (tmp_path / "bad").mkdir()
-    (tmp_path / "bad" / "trace.csv").write_text(TRACE)
-    assert read_runs(tmp_path)[1] == [("bad/trace.csv", "there is no summary.json beside it")]
+@pytest.mark.parametrize("name", ["servo.jsonl", "goal-1/servo.jsonl"])
+def test_a_log_that_a_run_names_is_none_of_its_own(tmp_path, name):
+    left(tmp_path / "out", files=[RunFile(name)])
+    (tmp_path / "out" / name).parent.mkdir(exist_ok=True)
+    (tmp_path / "out" / name).write_text(log_text())
+    assert names(read_runs(tmp_path)[0]) == [("R1", "out", DRAWING)]
 
 
-@pytest.mark.parametrize("beside", ["servo", "."])
-def test_a_log_belongs_to_the_run_that_wrote_it_beside_or_above_its_folder(tmp_path, beside):
-    words = ["--log", "/tmp/x/servo.jsonl"]
-    simulated(tmp_path / "servo", script="visual_servoing.py", args=words, paths=[])
-    (tmp_path / beside / "servo.jsonl").write_text(log_text())
+def test_a_run_in_a_folder_that_another_one_names_is_part_of_that(tmp_path):
+    left(tmp_path / "demo", files=[RunFile("drawing/trace.csv")])
+    left(tmp_path / "demo" / "drawing")
+    left(tmp_path / "demo" / "drawing" / "deeper")
+    left(tmp_path / "demo" / "mine")
     runs, _ = read_runs(tmp_path)
-    assert names(runs) == [("R1", "servo", SERVO)]
-    assert runs[0].outcome == "converged"
+    assert [run.name for run in runs] == ["demo", "demo/mine"]
 
 
 def test_a_log_of_an_earlier_run_in_the_folder_is_a_run_of_its_own(tmp_path):
-    simulated(tmp_path / "out")
+    left(tmp_path / "out")
     (tmp_path / "out" / "servo.jsonl").write_text(log_text())
     runs, _ = read_runs(tmp_path)
     assert names(runs) == [("R1", "out", DRAWING), ("R2", "out/servo.jsonl", SERVO)]
 
 
-def test_what_was_tracked_beside_a_calibration_is_a_run_of_its_own(tmp_path):
-    summary = {"kind": "calibration", "poses": 30, "files": ["summary.json", "rests.csv"]}
-    (tmp_path / "summary.json").write_text(json.dumps(summary))
-    (tmp_path / "rests.csv").write_text("pose,u_px\n1,2\n")
+def test_what_was_tracked_beside_a_run_is_a_run_of_its_own(tmp_path):
+    left(tmp_path)
     (tmp_path / "seen.csv").write_text("frame,t,marker,u,v,confidence\n0,0.0,A,3.0,4.0,1.0\n")
     runs, _ = read_runs(tmp_path)
-    assert [run.kind for run in runs] == [CALIBRATION, TRACKING]
+    assert [run.run.kind for run in runs] == [DRAWING, TRACKING]
 
 
 def test_a_log_alone_is_a_run_on_a_brick_and_one_cut_off_says_so(tmp_path):
@@ -178,19 +157,11 @@ def test_a_log_alone_is_a_run_on_a_brick_and_one_cut_off_says_so(tmp_path):
 
 
 def test_a_folder_of_very_many_folders_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr("laptop.record.report.run_folders.MAX_FOLDERS", 3)
+    monkeypatch.setattr("laptop.record.report.find_runs.MAX_FOLDERS", 3)
     for k in range(5):
-        simulated(tmp_path / str(k))
+        left(tmp_path / str(k))
     with pytest.raises(NoRuns, match="holds more than 3 folders; give the one with your runs"):
         read_runs(tmp_path)
-
-
-def test_a_damaged_demo_is_left_out_and_its_drawing_stands(tmp_path):
-    (tmp_path / "demo.json").write_text(json.dumps({"arm": "planar"}))
-    simulated(tmp_path / "drawing")
-    runs, left_out = read_runs(tmp_path)
-    assert names(runs) == [("R1", "drawing", DRAWING)]
-    assert left_out == [("demo.json", "it is not of a demo; run the demo again")]
 
 
 @pytest.mark.parametrize("error", [ValueError, OverflowError, KeyError, IndexError, AttributeError])
@@ -198,9 +169,9 @@ def test_what_no_rule_foresees_costs_that_run_alone(tmp_path, monkeypatch, error
     def fail(name, file):
         raise error("surprise")
 
-    simulated(tmp_path / "line")
+    left(tmp_path / "line")
     (tmp_path / "seen.csv").write_text("frame,t,marker,u,v,confidence\n1,0,effector,1,1,1\n")
-    monkeypatch.setattr("laptop.record.report.run_folders.read_track", fail)
+    monkeypatch.setattr("laptop.record.report.find_runs.read_track", fail)
     runs, left_out = read_runs(tmp_path)
     assert names(runs) == [("R1", "line", DRAWING)]
     assert left_out == [("seen.csv", "it is not as it is written; do this run again")]
@@ -208,11 +179,11 @@ def test_what_no_rule_foresees_costs_that_run_alone(tmp_path, monkeypatch, error
 
 def test_pipes_and_links_among_the_files_are_passed_over(tmp_path):
     """A pipe would be waited for, a link may lead to what is private."""
-    simulated(tmp_path / "line")
+    left(tmp_path / "line")
     (tmp_path / "secret.csv").write_text("frame,t,marker,u,v,confidence\n1,0,effector,1,1,1\n")
     place = tmp_path / "line" / "deeper"
     place.mkdir()
-    for name in ("x.jsonl", "x.csv", "demo.json", "summary.json", "trace.csv"):
+    for name in ("x.jsonl", "x.csv", "run.json", "trace.csv"):
         os.mkfifo(place / name)
     (place / "seen.csv").symlink_to(tmp_path / "secret.csv")
     (tmp_path / "secret.csv").rename(tmp_path / "secret.txt")
@@ -226,10 +197,10 @@ def test_columns_and_markers_have_bounds(tmp_path):
     (tmp_path / "many.csv").write_text(heading + many)
     (tmp_path / "long.csv").write_text(heading + f"1,0,{'m' * 100},1,1,1\n")
     wide = tmp_path / "wide"
-    simulated(wide)
+    left(wide, files=[RunFile("trace.csv", "the motion")])
     joints = ",".join(f"q{k}" for k in range(100))
     (wide / "trace.csv").write_text(f"t,x,y,pen,{joints}\n" + 2 * ("0," * 103 + "0\n"))
-    simulated(tmp_path / "line")
+    left(tmp_path / "line")
     runs, left_out = read_runs(tmp_path)
     told = {left.name: left.why for left in left_out}
     assert "names more than 64 markers" in told["many.csv"]
@@ -247,8 +218,9 @@ def test_no_text_of_a_log_brings_a_folder_of_its_computer_into_a_report(tmp_path
             told[key] = path
     (tmp_path / "servo.jsonl").write_text("".join(json.dumps(told) + "\n" for told in lines))
     (run,), left_out = read_runs(tmp_path)
-    texts = [run.what, run.outcome, run.arm, *run.gaps, str(run.set_up), str(run.results)]
-    texts += [str(run.tables), *(figure.caption for figure in run.figures)]
+    texts = [run.what, run.outcome, run.arm, *run.gaps, str(run.set_up), str(run.tables)]
+    texts += [str([as_texts(table) for table in run.compared])]
+    texts += [figure.caption for figure in run.figures]
     assert left_out == []
     assert "anna" not in " ".join(texts)
     assert "x.ini" in " ".join(texts)

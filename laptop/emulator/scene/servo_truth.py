@@ -1,0 +1,94 @@
+"""What truly became of a run of the servo, from the emulator's record."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+
+from laptop.emulator.scene.camera_rig import CameraRig, Vector, slope
+from laptop.record.servo.servo_log import Log
+from laptop.record.servo.servo_run import Space, Truth
+
+PATH_SPACING = 0.2
+"""Distance of the points kept of the true path, px."""
+STILL_ANGLE = 1e-4
+"""Motion of a joint below which it has not moved, rad."""
+LEAST_REST = 0.05
+"""Shortest rest of which the end is kept, s."""
+
+
+class TruePose(Protocol):
+    """A sample of a record: s, true joint angles (rad)."""
+
+    @property
+    def t(self) -> float:
+        """When, s."""
+
+    @property
+    def q(self) -> Vector:
+        """The true joint angles, rad."""
+
+
+def truth_of(
+    rig: CameraRig,
+    rows: Sequence[TruePose],
+    log: Log,
+    began: float,
+    goal: Sequence[float] | None = None,
+) -> Truth:
+    """Return what truly became of a run.
+
+    Args:
+        rig: the cameras.
+        rows: of the emulator's record, on its clock.
+        log: the servo's.
+        began: when its clock said 0, on the emulator's clock, s.
+        goal: where it truly is, u and v in each picture; None: as the servo last had it, which of
+            a marker is where the tracker saw it.
+    """
+    path = true_path(rig, rows)
+    wanted = tuple(goal) if goal is not None else _last_goal(rig, log)
+    place = rig.place_at(wanted, "effector")
+    return Truth(
+        wanted,
+        np.array([(t - began, *rig.truth(q)) for t, q in path]),
+        10 * math.dist(rig.centre("effector", rows[-1].q), place),
+        _space(rig, path, place) if len(rig) > 1 else None,
+    )
+
+
+def _last_goal(rig: CameraRig, log: Log) -> Vector:
+    steps = [step for step in log.steps if step.get("goal") is not None]
+    told = dict(zip(steps[-1]["rows"], steps[-1]["goal"], strict=True))
+    return tuple(float(told[f"{camera}.{axis}"]) for camera in rig for axis in "uv")
+
+
+def _space(rig: CameraRig, path: Sequence[tuple[float, Vector]], place: Vector) -> Space:
+    """Return the way in space.
+
+    A px is worth the greatest distance, mm, of places near the goal that are 1 px apart in the
+    pictures: that is in the direction in which the cameras together tell least.
+    """
+    singular = np.linalg.svd(slope(rig.project, place), compute_uv=False)
+    tips = np.array([rig.centre("effector", q) for _, q in path])
+    return Space(place, tips, 10 / float(singular[-1]))
+
+
+def true_path(rig: CameraRig, rows: Sequence[TruePose]) -> list[tuple[float, Vector]]:
+    """When (s) the joints truly were where (rad); in the pictures what lies between is straight."""
+    kept = rows[0]
+    place = rig.truth(kept.q)
+    path = [(kept.t, kept.q)]
+    for before, row in zip(rows, rows[1:], strict=False):
+        if row is not rows[-1] and max(map(abs, np.subtract(row.q, kept.q))) < STILL_ANGLE:
+            continue
+        here = rig.truth(row.q)
+        if row is rows[-1] or math.dist(here, place) > PATH_SPACING:
+            if before.t - kept.t > LEAST_REST:
+                path.append((before.t, kept.q))
+            path.append((row.t, row.q))
+            kept, place = row, here
+    return path

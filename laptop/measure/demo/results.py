@@ -1,0 +1,201 @@
+"""The results of a demo, judged by the truth: its table, its one sentence, its record."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from rich import box
+from rich.markup import escape as escape_markup
+from rich.table import Table
+
+from laptop.record.drawing_tables import PATHS
+from laptop.record.names import TRACE
+from laptop.record.run import SERVO, Cell, Ending, Run, RunFile, RunTable, settings
+from laptop.record.run_folder import FROM_THE_SIDE, PICTURE
+from laptop.record.servo.figures import Scenery
+from laptop.record.servo.servo_files import Files, add_servo
+from laptop.record.servo.servo_run import TRUE_SHARE, ServoRun
+
+DRAWING_HOME = "drawing"
+
+
+@dataclass(eq=False)
+class DemoResult:
+    """One demo.
+
+    Attributes:
+        runs: one for each goal, by the default method, with the truth.
+        baseline: the first goal by the lab report's method; None if it did not come to its end.
+        trouble: why there is none, or "".
+        lines: the table of the lines.
+        ink: what was drawn in space: points (n, 3 + 2 * cameras) of each line, cm and px.
+        cameras, size: their names, and the size of their pictures, px.
+        set_up: brick, camera and scene by their names.
+        timing: what it took, by name with its unit.
+    """
+
+    runs: list[ServoRun] = field(default_factory=list)
+    baseline: ServoRun | None = None
+    trouble: str = ""
+    lines: RunTable | None = None
+    ink: list[np.ndarray] = field(default_factory=list)
+    cameras: str = "A"
+    size: tuple[int, int] = (640, 480)
+    set_up: dict[str, Any] = field(default_factory=dict)
+    timing: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def paths(self) -> list[dict[str, Cell]]:
+        """The lines' figures, by heading; values of one that was not drawn are None."""
+        told = Run(kind=SERVO, what="", ending=Ending(0, ""), tables=[self.lines or _NO_LINES])
+        return told.rows(PATHS)
+
+    @property
+    def worked(self) -> bool:
+        """True if every line was drawn and every goal truly reached by the default method."""
+        return drawn(self.paths) and all(run.reached for run in self.runs)
+
+
+_NO_LINES = RunTable(PATHS, "", [], [])
+
+
+def drawn(lines: Sequence[Mapping[str, Cell]]) -> bool:
+    """Return True if every line was drawn and measured."""
+    return bool(lines) and all(line["greatest mm"] is not None for line in lines)
+
+
+def lines_text(lines: Sequence[Mapping[str, Cell]]) -> str:
+    """Sentence on the lines: their number and greatest deviation, mm."""
+    there = [float(off) for line in lines if (off := line["greatest mm"]) is not None]
+    if not there:
+        return "none of the lines was drawn"
+    count = f"{len(there)} lines" if len(there) == len(lines) else f"{len(there)} of {len(lines)}"
+    return f"{count} drawn, at most {max(there):.1f} mm off"
+
+
+def headline(demo: DemoResult) -> str:
+    """Outcome in one sentence."""
+    there = [run for run in demo.runs if run.reached]
+    lines = lines_text(demo.paths)
+    if demo.worked:
+        worst = f"{max(run.true_error or 0.0 for run in there):.1f} px"
+        if any(run.within_mm for run in there):
+            miss = max(run.truth.miss_mm or 0.0 for run in there if run.truth)
+            worst = f"{miss:.1f} mm in space ({worst} in the pictures)"
+        return (
+            f"{lines[0].upper()}{lines[1:]}; all {_number(len(there))} goals truly reached, "
+            f"to {worst} or better."
+        )
+    missed = [f"{run.name} was {run.outcome}" for run in demo.runs if not run.reached]
+    if not drawn(demo.paths):
+        missed.insert(0, lines)
+    return f"Not everything worked: {'; '.join(missed)}."
+
+
+def _number(count: int) -> str:
+    words = ("no", "one", "two", "three", "four", "five", "six")
+    return words[count] if count < len(words) else str(count)
+
+
+HEADINGS = (
+    "goal",
+    "method",
+    "brick says",
+    "claimed\npx",
+    "true\npx",
+    "true\nmm",
+    "moves",
+    "s",
+    "reached",
+)
+
+
+def table(demo: DemoResult) -> Table:
+    """The outcome, for a terminal."""
+    shown = Table(*HEADINGS, box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    for number, column in enumerate(shown.columns):
+        column.no_wrap = True
+        column.justify = "right" if 3 <= number < 8 else "left"
+    for run in [*demo.runs, *([demo.baseline] if demo.baseline else [])]:
+        if run is demo.baseline:
+            shown.add_section()
+        numbers = (run.error, run.true_error, run.truth and run.truth.miss_mm)
+        cells = [run.name, run.method, run.verdict]
+        cells += ["" if x is None else f"{x:.1f}" for x in numbers]
+        cells += [str(run.moves), f"{run.seconds or 0.0:.1f}"]
+        yes = "yes" if run.reached else "no"
+        shown.add_row(*map(escape_markup, cells), f"[{'green' if run.reached else 'red'}]{yes}[/]")
+    return shown
+
+
+def record_of(demo: DemoResult, folder: Path) -> tuple[Run, Files]:
+    """Return the record of a demo, and what writes its figures.
+
+    Args:
+        demo: it has come to its end.
+        folder: where the programs have left their files.
+    """
+    told = Run(
+        kind=SERVO,
+        what=f"demo: {'lines' if demo.lines else 'no line'}, then goals by sight",
+        ending=Ending(0 if demo.worked else 1, headline(demo), demo.timing.get("in all s")),
+        set_up=demo.set_up,
+        tables=[demo.lines] if demo.lines else [],
+        notes=[_note(demo)],
+    )
+    if demo.trouble:
+        told.notes.append(
+            f"for comparison there is no run of the lab report's method: {demo.trouble}"
+        )
+    images = {}
+    for name in demo.cameras:
+        file = folder / (f"camera-{name}.png" if len(demo.cameras) > 1 else "camera.png")
+        image = cv2.imread(str(file)) if file.is_file() else None
+        if image is not None:
+            images[name] = image
+    files = add_servo(told, demo.runs, Scenery(images, demo.size, demo.ink), demo.baseline)
+    told.tables = [*told.tables, settings(demo.timing)]
+    told.files = [RunFile(name, holds) for name, holds in _left(folder)]
+    return told, files
+
+
+def _left(folder: Path) -> list[tuple[str, str]]:
+    """Return the names of what the programs have left, and what each holds."""
+    lines = (
+        "The lines, drawn before anything was seen: ink and arm on the left, and on the right how "
+        "far the ink is off the wanted line, magnified."
+    )
+    words = {
+        f"{DRAWING_HOME}/{PICTURE}": lines,
+        f"{DRAWING_HOME}/{FROM_THE_SIDE}": "The same lines and the same arm from the side.",
+        "track.csv": "where the tracker saw the markers",
+    }
+    found = []
+    for file in sorted(folder.rglob("*")):
+        name = file.relative_to(folder).as_posix()
+        if file.is_file():
+            home = name.removesuffix(f"/{TRACE}")
+            holds = f"the true motion of the arm: {home}" if file.name == TRACE else ""
+            found.append((name, words.get(name, holds)))
+    return found
+
+
+def _note(demo: DemoResult) -> str:
+    tolerance = demo.runs[0].tolerance if demo.runs else 5.0
+    within = [run.within_mm for run in demo.runs if run.within_mm]
+    words = (
+        "What the brick claims decides nothing here: the emulator knows where the tip truly is, "
+        f"and a goal counts as reached where that is at most {TRUE_SHARE:g} times the tolerance of "
+        f"{tolerance:g} px away in the picture"
+    )
+    if within:
+        return words + (
+            f"s, or rather in space: that is at most {max(within):.0f} mm, in the direction in "
+            "which the cameras tell least. A distance in px is that of all cameras together"
+        )
+    return words + ". Millimetres are measured in the plane in which the marker on the tip moves"

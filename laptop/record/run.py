@@ -1,0 +1,231 @@
+"""One run: what every command that makes something leaves as run.json, and how that is read.
+
+A table carries its caption and units, a file what it holds, so that nobody who reads a run needs to
+know which command it is of.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path, PurePosixPath
+from typing import Any, TypeAlias
+
+import msgspec
+
+from laptop.record.names import RUN
+from shared.arm_description import ArmError
+from shared.small_files import SpoiltFile, read_text
+from shared.version import VERSION
+
+Cell: TypeAlias = bool | int | float | str | None
+
+DRAWING, SERVO, ACCURACY, CALIBRATION, SCRIPT, TRACKING = (
+    *("drawing", "servo", "accuracy", "calibration", "script", "tracking"),
+)
+"""Kinds of runs: by them a report has its sections, and tells aim and method."""
+
+UNITS = frozenset(("cm", "mm", "px", "s", "deg", "g", "%", "deg/s", "cm/s"))
+MAX_BYTES = 8_000_000
+"""A longer run.json is none."""
+GREATEST = 1e12
+"""No number that a run measures or counts is greater."""
+
+
+class DamagedRun(ArmError, ValueError):
+    """A run whose files cannot be understood; the text says which and why."""
+
+
+class Column(msgspec.Struct, frozen=True):
+    """A column of a table; `unit` is "" where there is none."""
+
+    name: str
+    unit: str = ""
+
+    @property
+    def heading(self) -> str:
+        """Both, for people."""
+        return f"{self.name} {self.unit}".strip()
+
+
+class RunTable(msgspec.Struct, frozen=True):
+    """What a run measured.
+
+    name      by which programs find it
+    caption   for people
+    columns   as many as each row has cells
+    rows      of cells; None where there is no value
+    compared  a report makes one table of it and of those of other runs
+    """
+
+    name: str
+    caption: str
+    columns: list[Column]
+    rows: list[list[Cell]]
+    compared: bool = False
+
+
+class RunFile(msgspec.Struct, frozen=True):
+    """A file of a run: its name from the run's folder on, and what it holds, for people.
+
+    A picture with words goes into a report as a figure, a CSV beside it as raw data; without words
+    neither does.
+    """
+
+    name: str
+    holds: str = ""
+
+
+class Ending(msgspec.Struct, frozen=True):
+    """How a run ended.
+
+    status   of the program, 0 if well
+    reason   in a few words
+    seconds  it took, on the brick's clock
+    more     that programs may want to know, by name
+    """
+
+    status: int
+    reason: str
+    seconds: float | None = None
+    more: dict[str, Any] = {}
+
+
+class Run(msgspec.Struct, kw_only=True):
+    """One run.
+
+    kind     DRAWING, SERVO, ...
+    what     it did, in a line
+    typed    the command's words
+    version  of BrickServo
+    ending   how it ended
+    arm      its numbers, see `laptop.record.figures.arm_numbers`; None: it had none
+    built    the same of the arm as it truly was, where that is another one
+    set_up   brick, camera, settings, by their names
+    seeds    of what was drawn at random, by what it is of
+    methods  of servoing, that it used
+    tables   what it measured
+    files    that it left
+    notes    what is missing of it, or to be known, a sentence each
+    """
+
+    kind: str
+    what: str
+    ending: Ending
+    typed: list[str] = []
+    version: str = VERSION
+    arm: dict[str, Any] | None = None
+    built: dict[str, Any] | None = None
+    set_up: dict[str, Cell | list[Cell]] = {}
+    seeds: dict[str, int] = {}
+    methods: list[str] = []
+    tables: list[RunTable] = []
+    files: list[RunFile] = []
+    notes: list[str] = []
+
+    def rows(self, table: str) -> list[dict[str, Cell]]:
+        """Return the rows of a table as values by their headings; [] if there is no such one.
+
+        Args:
+            table: its name.
+
+        Returns:
+            A dictionary for each row, such as {"path": 1, "greatest mm": 0.51}.
+        """
+        return [
+            dict(zip((column.heading for column in one.columns), row, strict=True))
+            for one in self.tables
+            if one.name == table
+            for row in one.rows
+        ]
+
+
+def table(
+    name: str,
+    caption: str,
+    headings: Sequence[str],
+    rows: Iterable[Sequence[Any]],
+    compared: bool = False,
+) -> RunTable:
+    """Return a table; what is no finite number in it is None.
+
+    Args:
+        name: by which programs find it.
+        caption: for people.
+        headings: of the columns; a unit of UNITS is their last word, as in "greatest mm".
+        rows: of cells.
+        compared: a report makes one table of it and of those of other runs.
+    """
+    columns = []
+    for heading in headings:
+        words, _, unit = heading.rpartition(" ")
+        columns.append(Column(words, unit) if words and unit in UNITS else Column(heading))
+    cells = [[_cell(value) for value in row] for row in rows]
+    return RunTable(name, caption, columns, cells, compared)
+
+
+def settings(values: Mapping[str, Any]) -> RunTable:
+    """Return single values by their names, with a unit as their last word, as a table."""
+    rows = [(name, value) for name, value in values.items()]
+    return table("values", "What it was done with, and what came of it", ("what", "value"), rows)
+
+
+def seeds_of(**texts: str | None) -> dict[str, int]:
+    """Return the seeds in texts such as "backlash=3,seed=4", by what they are of."""
+    found = {}
+    for name, text in texts.items():
+        for key, _, value in (part.partition("=") for part in (text or "").split(",")):
+            if key.rpartition(".")[2].strip() == "seed" and value.strip().isdecimal():
+                prefix = key.strip().removesuffix("seed").strip(".")
+                found[f"{name} {prefix}".strip()] = int(value)
+    return found
+
+
+def _cell(value: Any) -> Cell:
+    if value is None or isinstance(value, (bool, int, str)):
+        return value
+    return float(value) if math.isfinite(value) else None
+
+
+def as_json(run: Run) -> bytes:
+    """Return what run.json holds."""
+    return msgspec.json.format(msgspec.json.encode(run), indent=1) + b"\n"
+
+
+def read_run(folder: Path) -> Run:
+    """Read a run from its folder.
+
+    Raises:
+        DamagedRun: there is none, or it is not as it is written.
+    """
+    file = folder / RUN
+    try:
+        if file.is_symlink():
+            raise DamagedRun(f"{RUN} is a link")
+        content = read_text(str(file), MAX_BYTES)
+        run = msgspec.json.decode(content.encode(), type=Run)
+    except SpoiltFile as error:
+        raise DamagedRun(f"{RUN} {error}") from None
+    except OSError as error:
+        raise DamagedRun(f"{RUN} cannot be read: {error.strerror}") from None
+    except msgspec.ValidationError as error:
+        told = str(error).replace("`", "'")
+        raise DamagedRun(f"{RUN} is not as it is written ({told}); do this run again") from None
+    except (msgspec.DecodeError, UnicodeError, RecursionError):
+        raise DamagedRun(f"{RUN} is no JSON; do this run again") from None
+    _check(run)
+    return run
+
+
+def _check(run: Run) -> None:
+    """Raise DamagedRun if a run holds what none does."""
+    for one in run.tables:
+        if any(len(row) != len(one.columns) for row in one.rows):
+            raise DamagedRun(f"{RUN}: a row of the table '{one.name}' has too many or few values")
+        for value in (cell for row in one.rows for cell in row):
+            if isinstance(value, (int, float)) and abs(value) > GREATEST:
+                raise DamagedRun(f"{RUN}: the table '{one.name}' holds {value}, beyond any run's")
+    for name in (file.name for file in run.files):
+        place = PurePosixPath(name)
+        if place.is_absolute() or not place.parts or ".." in place.parts or "\\" in name:
+            raise DamagedRun(f"{RUN}: the file '{name}' is outside of the run's folder")

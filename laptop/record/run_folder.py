@@ -1,0 +1,218 @@
+"""The folder in which a command leaves what it made: its run.json and its files, each whole."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+
+from laptop.record.names import RUN, TRACE
+from laptop.record.run import DamagedRun, Run, RunFile, as_json, read_run
+from laptop.system import platforms
+from laptop.system.files import CannotWrite, check_kind, check_shown, written
+from shared.arm_description import ArmError
+
+RUNS = "runs"
+"""In it every run has a folder of its own, unless another one is asked for."""
+PICTURE, FROM_THE_SIDE = "picture.png", "picture-side.png"
+"""Names of the picture from above and, of an arm in space, from the side."""
+FIGURES = ("cameras.png", "space.png", "errors.png", "joints.png")
+"""Of runs of the servo."""
+
+ENDED_BY_OTHERS = 124
+"""From this exit status on a script was ended: its time was over, or by a signal."""
+_TRIES = 100
+
+
+class NoRunFolder(ArmError, OSError):
+    """A folder that cannot take a run."""
+
+
+class RunFolder:
+    """The folder of one run, which has it alone.
+
+    Args:
+        path: where it is.
+        names: of files that the run may write besides run.json.
+
+    Attributes:
+        path: where it is.
+    """
+
+    def __init__(self, path: Path, names: Sequence[str] = ()) -> None:
+        self.path = path
+        self._names = names
+
+    def write(
+        self, run: Run, files: Mapping[str, tuple[Callable[[str], None], str]] | None = None
+    ) -> str:
+        """Write a run and its files, each whole or not at all; an earlier run's files go.
+
+        The trace comes first, pictures come last: whoever waits for run.json has the figures.
+
+        Args:
+            run: it names the files that are there already; those written here are added.
+            files: by name, what writes one at the path that it is given, and what it then holds.
+
+        Returns:
+            In words for people what is there now.
+
+        Raises:
+            NoRunFolder, CannotWrite: it cannot be written.
+        """
+        making = dict(files or {})
+        before = self._earlier()
+        run.files = [*run.files, *(RunFile(name, holds) for name, (_, holds) in making.items())]
+        names = {file.name for file in run.files}
+        writers: dict[str, Callable[[str], None]] = {
+            name: writer for name, (writer, _) in making.items() if name == TRACE
+        }
+        writers[RUN] = lambda path: _write_bytes(path, as_json(run))
+        writers |= {name: writer for name, (writer, _) in making.items() if name != TRACE}
+        try:
+            for name in writers:
+                check_kind(self.path / name)
+            for name, writer in writers.items():
+                (self.path / name).parent.mkdir(exist_ok=True)
+                with written(self.path / name) as draft:
+                    writer(str(draft))
+            for name in before.intersection(self._names) - names:
+                (self.path / name).unlink(missing_ok=True)
+        except CannotWrite as error:
+            raise NoRunFolder(f"{error}, or another folder with --out") from None
+        except OSError as error:
+            raise _no_room(self.path, error) from None
+        shown = sorted(names, key=lambda name: not name.endswith(".png"))
+        return f"{_shown(self.path)}/{', '.join([*shown, RUN])}"
+
+    def keeps_earlier_run(self) -> bool:
+        """Return whether a run lies there in which a motor was asked to turn."""
+        with contextlib.suppress(DamagedRun):
+            return not read_run(self.path).ending.more.get("refused")
+        return False
+
+    def check_room(self) -> None:
+        """Refuse what cannot take the results, before anything runs.
+
+        Raises:
+            NoRunFolder: there is no room, or a file of that name is of no run.
+            CannotWrite: something else than a file has such a name.
+        """
+        out = self.path
+        for name in (RUN, *self._names):
+            check_kind(out / name)
+        foreign = [name for name in self._names if (out / name).exists()]
+        if (out / RUN).exists():
+            foreign = [] if _is_run(out / RUN) else [RUN]
+        if foreign:
+            beside = "" if foreign[0] == RUN else f", as there is no {RUN} beside it,"
+            raise NoRunFolder(
+                f"{out / foreign[0]} is of no run{beside} and would be lost; choose another folder "
+                "with --out"
+            )
+        try:
+            with tempfile.TemporaryFile(dir=out) as file:
+                file.write(bytes(1 << 20))
+                file.flush()
+        except OSError as error:
+            raise _no_room(out, error) from None
+
+    def _earlier(self) -> set[str]:
+        """Return the names of the files of the run that lies there."""
+        try:
+            return {file.name for file in read_run(self.path).files}
+        except DamagedRun:
+            return set()
+
+
+@contextlib.contextmanager
+def run_folder(command: str, out: Path | None, *names: str) -> Iterator[RunFolder]:
+    """Give a folder for a run, which has it alone; the system frees it when the process ends.
+
+    One that was made for it and is still empty at the end goes.
+
+    Args:
+        command: of which it is; it names the folder, with the time.
+        out: the folder; None: a new one in RUNS.
+        names: of files that the run may write besides run.json.
+
+    Raises:
+        NoRunFolder: it cannot be made or written, another run has it, or a file there is of no run.
+        CannotWrite: it, or a name in it, is nothing that can be shown or replaced.
+    """
+    path = new_folder(command) if out is None else out
+    check_shown(path, "choose another folder with --out")
+    try:
+        path.mkdir(mode=0o700, parents=True, exist_ok=True)
+    except (FileExistsError, NotADirectoryError):
+        raise NoRunFolder(
+            f"cannot write to {path}: it is no folder; choose another one with --out"
+        ) from None
+    except OSError as error:
+        raise _no_room(path, error) from None
+    descriptor = platforms.open_folder(os.path.realpath(path))
+    try:
+        folder = RunFolder(path, names)
+        folder.check_room()
+        if not platforms.lock(descriptor):
+            raise NoRunFolder(
+                f"another run is at work for {path}; "
+                "wait for its end, or choose another folder with --out"
+            )
+        yield folder
+    finally:
+        os.close(descriptor)
+        if out is None:
+            with contextlib.suppress(OSError):  # it holds something
+                path.rmdir()
+                path.parent.rmdir()
+
+
+def new_folder(command: str, within: Path = Path(RUNS)) -> Path:
+    """Make a folder with the time and the command as its name.
+
+    Raises:
+        NoRunFolder: it cannot be made.
+    """
+    name = f"{time.strftime('%Y-%m-%d-%H%M%S')}-{command}"
+    try:
+        for attempt in range(1, _TRIES):
+            folder = within / (name if attempt == 1 else f"{name}-{attempt}")
+            with contextlib.suppress(FileExistsError):
+                within.mkdir(parents=True, exist_ok=True)
+                folder.mkdir(mode=0o700)  # what a camera saw is its owner's alone
+                return folder
+    except OSError as error:
+        raise _no_room(within, error) from None
+    raise NoRunFolder(f"too many runs of this second in {within}; choose a folder with --out")
+
+
+def _shown(path: Path) -> str:
+    """Return a folder for people: from where one is on, if it lies below."""
+    with contextlib.suppress(ValueError):
+        return str(path.resolve().relative_to(Path.cwd()))
+    return str(path)
+
+
+def _is_run(file: Path) -> bool:
+    """Return whether a run.json is one, or was to become one before its run was cut off."""
+    try:
+        read_run(file.parent)
+    except DamagedRun:
+        return file.is_file() and not file.stat().st_size
+    return True
+
+
+def _write_bytes(path: str, content: bytes) -> None:
+    Path(path).write_bytes(content)
+
+
+def _no_room(out: Path, error: OSError) -> NoRunFolder:
+    advice = "make room or " if error.errno == errno.ENOSPC else ""
+    return NoRunFolder(
+        f"cannot write to {out}: {error.strerror}; {advice}choose another folder with --out"
+    )
