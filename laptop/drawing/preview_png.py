@@ -16,7 +16,7 @@ from matplotlib.ticker import FuncFormatter, MultipleLocator
 
 from laptop.drawing.durations import in_minutes
 from laptop.drawing.preview_scene import PreviewScene
-from laptop.record.figures.line_plot import ARM, ARM_EDGE, REACH, REACH_EDGE, new_figure, png_of
+from laptop.record.figures.sheet import ARM, ARM_EDGE, REACH, REACH_EDGE, new_figure, png_of
 
 HEIGHT = 1200
 """Of the picture, px."""

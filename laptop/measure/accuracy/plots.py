@@ -15,7 +15,7 @@ from laptop.measure.accuracy import criteria
 from laptop.measure.accuracy.measurement import AccuracyResult, Attained
 from laptop.measure.accuracy.plan import SHARES, AccuracyPlan
 from laptop.record.figures.charts import head
-from laptop.record.figures.line_plot import (
+from laptop.record.figures.sheet import (
     BAND,
     INK,
     JOINTS,

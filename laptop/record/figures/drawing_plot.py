@@ -23,7 +23,7 @@ from laptop.record.figures.line_accuracy import (
     place,
     refined,
 )
-from laptop.record.figures.line_plot import new_figure, png_of, write_title
+from laptop.record.figures.sheet import new_figure, png_of, write_title
 
 COARSE = 5
 """What was wished is looked at in steps so many times as long as the ink's."""

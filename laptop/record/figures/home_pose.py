@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.patches import Arc, Wedge
 
-from laptop.record.figures.line_plot import (
+from laptop.record.figures.sheet import (
     BASE,
     INK,
     PEAK,

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from laptop.record.figures.drawing_plot import compare
-from laptop.record.figures.line_plot import new_figure, png_of, write_title
+from laptop.record.figures.sheet import new_figure, png_of, write_title
 
 PANEL, GRAPH = (0.06, 0.09, 0.5, 0.76), (0.64, 0.09, 0.33, 0.76)
 """Where in the figure the drawing is, and how far it is off: left, bottom, width, height."""

@@ -10,7 +10,7 @@ from typing import Any
 
 from matplotlib.axes import Axes
 
-from laptop.record.figures.line_plot import (
+from laptop.record.figures.sheet import (
     COLUMN,
     HEIGHT,
     INK,

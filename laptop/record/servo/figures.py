@@ -1,4 +1,4 @@
-"""The figures of a demo's report, as PNG, in the style of `laptop.record.figures.line_plot`.
+"""The figures of a demo's report, as PNG, in the style of `laptop.record.figures.sheet`.
 
 The README's pictures are made of the newest run by
 
@@ -34,7 +34,7 @@ from laptop.record.figures.charts import (
     show_picture,
 )
 from laptop.record.figures.document import photograph
-from laptop.record.figures.line_plot import (
+from laptop.record.figures.sheet import (
     INK,
     QUIET,
     REACH,

@@ -9,7 +9,7 @@ from page_scene import PATH, PageScene, run
 
 from laptop.page import report, report_figures
 from laptop.page.run_traces import traces_of
-from laptop.record.figures.line_plot import DPI
+from laptop.record.figures.sheet import DPI
 from shared.messages import Start
 
 

@@ -12,7 +12,8 @@ from matplotlib.image import imread
 from matplotlib.text import Text
 
 from laptop.record.figures.line_accuracy import measure
-from laptop.record.figures.line_plot import (
+from laptop.record.figures.line_plot import write_line_plot
+from laptop.record.figures.sheet import (
     ARM,
     COLUMN,
     HEIGHT,
@@ -22,7 +23,6 @@ from laptop.record.figures.line_plot import (
     WIDTH,
     new_figure,
     png_of,
-    write_line_plot,
 )
 
 Row = namedtuple("Row", "t q x y pen z", defaults=[None])

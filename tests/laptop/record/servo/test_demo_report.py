@@ -12,8 +12,8 @@ import pytest
 from rich.console import Console
 from servo_log import GOAL, log_text
 
-from laptop.record.figures import charts, line_plot
-from laptop.record.figures.line_plot import DPI, png_of
+from laptop.record.figures import charts, sheet
+from laptop.record.figures.sheet import DPI, png_of
 from laptop.record.servo import demo_report as report
 from laptop.record.servo import figures, results
 from laptop.record.servo.results import BadRun
@@ -282,7 +282,7 @@ def test_each_camera_shows_the_way_that_it_saw(tmp_path, monkeypatch):
     ways = [lines_of(axes, charts.GOALS[0])[0].get_xdata() for axes in views]
     assert (ways[0][0], ways[0][-1]) == (GOAL[0] - 200, GOAL[0] - 1)
     assert set(ways[1]) == {GOAL[0]}  # from there it moved along the line of sight
-    inks = [lines_of(axes, line_plot.QUIET)[0].get_xydata().tolist() for axes in views]
+    inks = [lines_of(axes, sheet.QUIET)[0].get_xydata().tolist() for axes in views]
     assert inks == [[[14, 30], [26, 30]], [[40, 24], [40, 36]]]  # in the air
 
 
