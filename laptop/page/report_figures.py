@@ -28,7 +28,7 @@ from laptop.record.figures.charts import (
     name_curves,
     show_picture,
 )
-from laptop.record.figures.line_plot import (
+from laptop.record.figures.sheet import (
     BAND,
     JOINTS,
     QUIET,

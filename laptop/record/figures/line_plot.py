@@ -12,31 +12,27 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Annulus
 
 from laptop.record.figures.line_accuracy import Measure, Points, pen_down_runs, place
 from laptop.record.figures.sheet import (
-    ARM,
     BAND,
     BAND_TEXT,
     BASE,
     COLUMN,
-    DPI,
-    HEIGHT,
     INK,
+    INK_LINE,
     JOINTS,
     PEAK,
     QUIET,
-    REACH,
-    REACH_EDGE,
     SHEET,
     TICKS,
-    TRAVEL,
     WANTED,
-    WIDTH,
-    draw_arm,
+    WANTED_LINE,
+    Sheet,
+    dot,
     new_figure,
     png_of,
+    write_footnote,
     write_title,
 )
 
@@ -91,57 +87,32 @@ def _draw_sheet(
     wanted: Sequence[Points],
     skeleton: Points,
     reach: tuple[float, float],
-    names: str,
+    view: str,
 ) -> None:
-    view = ["xyz".index(name) for name in names]
+    sheet = Sheet(figure, SHEET, view)
+    axes = sheet.axes
+    inks = [[place(row) for row in run] for run in pen_down_runs(rows)]
+    tip = [] if inks else [place(row) for row in rows]
+    badges = _badge_places([sheet.seen(path) for path in wanted])
+    points = [sheet.seen(line) for line in (*wanted, *inks, skeleton, tip)]
+    points += [np.reshape(badges, (-1, 2)), np.array([(-BASE, -BASE), (BASE, BASE)])]
+    if len(np.concatenate(points)) == 2:  # nothing but the base
+        points.append(np.array([(-reach[1], -reach[1]), reach[1:] * 2]))
+    sheet.show(np.concatenate(points), ((1.0, 2.0), (1.0, 1.0)), 12.0)
 
-    def seen_from(points: Points) -> np.ndarray:
-        return np.array([[point[k] for k in view] for point in points], float).reshape(-1, 2)
-
-    runs = pen_down_runs(rows)
-    paths = [seen_from(path) for path in wanted]
-    inks = [seen_from([place(row) for row in run]) for run in runs]
-    tip = seen_from([place(row) for row in rows])
-    arm = seen_from(skeleton)
-    base = np.array([(-BASE, -BASE), (BASE, BASE)])
-    badges = _badge_places(paths)
-    seen = [*paths, *inks, arm, base, *np.reshape(badges, (-1, 1, 2))]
-    if not inks:
-        seen.append(tip)
-    seen = [line for line in seen if len(line)]
-    axes = figure.add_axes(SHEET)
-    cm = _frame(axes, np.concatenate(seen), reach)
-    axes.set_xlabel(f"{names[0]}  cm")
-    axes.set_ylabel(f"{names[1]}  cm")
-
-    hole, outer = reach
-    shoulder = (0.0, 0.0)
+    hole, shoulder = reach[0], (0.0, 0.0)
     if len(skeleton) and len(skeleton[0]) == 3:  # in space it stands on the base
-        shoulder = (0.0, skeleton[1][2]) if names[1] == "z" else shoulder
-        hole = hole if names[1] == "z" else 0.0
-    wide = max(outer - hole, 1e-6)
-    axes.add_patch(Annulus(shoulder, outer, wide, fc=REACH, ec=REACH_EDGE, lw=0.8, zorder=0))
-    draw_arm(axes, arm, cm, standing=names[1] == "z")
-    handles = []
-    if paths:
-        for path in paths:
-            (line,) = axes.plot(*path.T, color=WANTED, lw=1.1, zorder=6, marker=_dot(path))
-        handles.append((line, "wanted"))
-    if inks:
-        for ink in inks:
-            (line,) = axes.plot(
-                *ink.T, color=INK, lw=2.0, zorder=5, solid_capstyle="round", marker=_dot(ink)
-            )
-        handles.append((line, "ink"))
-    pen = np.array([bool(row.pen) for row in rows])
-    if not pen.all():
-        travel = np.where(pen[:, None], np.nan, tip)
-        (line,) = axes.plot(*travel.T, color=TRAVEL, lw=0.9, ls=(0, (1, 2)), zorder=4)
-        handles.append((line, "pen up"))
-    if len(arm):
-        (line,) = axes.plot([], [], color=ARM, lw=6, solid_capstyle="round")
-        handles.append((line, "arm at the end"))
-    handles.append((axes.plot([], [], color=REACH_EDGE, lw=6)[0], "reach of the links"))
+        shoulder = (0.0, skeleton[1][2]) if view[1] == "z" else shoulder
+        hole = hole if view[1] == "z" else 0.0
+    sheet.lines(wanted, "wanted", **WANTED_LINE)
+    sheet.lines(inks, "ink", **INK_LINE)
+    sheet.travel(rows)
+    sheet.arm(skeleton, "arm at the end")
+    turn = np.linspace(0, math.tau, 241)
+    circle = np.column_stack([np.cos(turn), np.sin(turn)])
+    sheet.reach(
+        [shoulder + reach[1] * circle, shoulder + hole * circle[::-1]], "reach of the links"
+    )
     for number, spot in enumerate(badges, 1):
         _badge(axes, spot, number, small=len(badges) > 9)
     _draw_scale(axes)
@@ -149,38 +120,8 @@ def _draw_sheet(
         words = "no ink: the pen never touched the paper" if len(tip) else "no record"
         x, y = axes.get_xlim()[0] + 0.5, axes.get_ylim()[0] + 0.6
         axes.text(x, y, words, size=9.5, color=INK, weight="bold", zorder=9)
-    left, bottom, width, _ = SHEET
-    figure.legend(
-        *zip(*handles, strict=True),
-        loc="center",
-        bbox_to_anchor=(left + width / 2, bottom - 0.083),
-        ncols=len(handles),
-        columnspacing=1.6,
-        handlelength=1.6,
-    )
-    figure.text(
-        left, 0.018, "Ink and arm: the TRUE tip and links of the emulated arm.", size=8, color=QUIET
-    )
-
-
-def _frame(axes: Axes, points: np.ndarray, reach: tuple[float, float]) -> float:
-    """Limits with equal scales that show all of `points`; the scale in points of type per cm."""
-    lower, upper = points.min(axis=0) - (1.0, 2.0), points.max(axis=0) + 1.0
-    if len(points) == 2:  # nothing but the base
-        lower, upper = np.full(2, -reach[1] - 0.5), np.full(2, reach[1] + 0.5)
-    box = np.array([SHEET[2] * WIDTH, SHEET[3] * HEIGHT])
-    span = max(12.0 / box.min(), *((upper - lower) / box)) * box
-    middle = (lower + upper) / 2
-    axes.set(
-        xlim=(middle[0] - span[0] / 2, middle[0] + span[0] / 2),
-        ylim=(middle[1] - span[1] / 2, middle[1] + span[1] / 2),
-    )
-    axes.xaxis.set_label_coords(0.5, -0.05)
-    axes.yaxis.set_label_coords(-0.06, 0.5)
-    axes.locator_params(nbins=9, steps=TICKS)
-    axes.spines[:].set_visible(True)
-    axes.spines[:].set_color(REACH_EDGE)
-    return float(box[0] / DPI * 72 / span[0])
+    sheet.legend()
+    write_footnote(figure, "Ink and arm: the TRUE tip and links of the emulated arm.")
 
 
 def _badge_places(paths: Sequence[np.ndarray]) -> list[np.ndarray]:
@@ -215,18 +156,13 @@ def _badge(axes: Axes, place: np.ndarray, number: int, small: bool) -> None:
 
 
 def _draw_scale(axes: Axes) -> None:
-    """A bar of 5 cm in the strip that `_frame` keeps free at the bottom."""
+    """A bar of 5 cm in the strip that is kept free at the bottom."""
     right, bottom = axes.get_xlim()[1], axes.get_ylim()[0]
     x, y = right - 5.6, bottom + 0.5
     axes.plot([x, x + 5], [y, y], color=INK, lw=2.2, solid_capstyle="butt", zorder=7)
     for end in (x, x + 5):
         axes.plot([end, end], [y - 0.16, y + 0.16], color=INK, lw=1.0, zorder=7)
     axes.text(x + 2.5, y + 0.15, "5 cm", ha="center", va="bottom", size=8.5, color=INK, zorder=7)
-
-
-def _dot(points: np.ndarray) -> str | None:
-    """The marker of a line that is only a point."""
-    return "." if np.ptp(points, axis=0).max() < 0.02 else None
 
 
 # The column, on the right
@@ -275,7 +211,7 @@ def _draw_deviations(
     across = [v for m in present for v in (m.floor_mm or 0.02, -(m.floor_mm or 0.02))]
     across += [ends[:, 1].min(), ends[:, 1].max()]
     alone = len(shown) == 1
-    boxes = _stack(2 if alone else len(shown), gap=0.13 if alone else 0.05)
+    boxes = stack(2 if alone else len(shown), gap=0.13 if alone else 0.05)
     _heading(figure, heading)
     axes = None
     for (k, m), box in zip(shown, boxes, strict=False):
@@ -292,7 +228,7 @@ def _draw_deviations(
     axes.set_xlabel(f"cm along the path{side}")
     if alone:
         _draw_angles(figure.add_axes(boxes[1]), rows)
-    figure.text(COLUMN[0] + COLUMN[2], 0.018, footnote, ha="right", size=8, color=QUIET)
+    write_footnote(figure, footnote, right=True)
 
 
 def _draw_deviation(axes: Axes, number: int, m: Measure | None) -> None:
@@ -303,7 +239,7 @@ def _draw_deviation(axes: Axes, number: int, m: Measure | None) -> None:
         along, deviation = m.lateral.T
         if m.floor_mm:
             axes.axhspan(-m.floor_mm, m.floor_mm, color=BAND, alpha=0.2, lw=0)
-        axes.plot(along, deviation, color=INK, lw=1.3, marker=_dot(m.lateral / 10))
+        axes.plot(along, deviation, color=INK, lw=1.3, marker=dot(m.lateral / 10))
         worst = int(np.argmax(np.abs(deviation)))
         axes.plot(along[worst], deviation[worst], "o", color=PEAK, ms=4, clip_on=False)
         words = f"greatest {_mm(m.greatest_mm)}   RMS {_mm(m.rms_mm)}   end {_mm(m.end_mm)}"
@@ -328,27 +264,30 @@ def _widened(values: Any, share: float) -> tuple[float, float]:
 def _draw_times(figure: Figure, rows: Sequence[Any], heading: str) -> None:
     _heading(figure, heading)
     panels: list[Callable[[Axes, Sequence[Any]], None]] = [_draw_tip, _draw_angles]
-    for draw, box in zip(panels, _stack(2, gap=0.11), strict=True):
+    for draw, box in zip(panels, stack(2, gap=0.11), strict=True):
         draw(figure.add_axes(box), rows)
+    figure.align_ylabels()
 
 
 def _draw_tip(axes: Axes, rows: Sequence[Any]) -> None:
     places = zip(*(place(row) for row in rows), strict=True)
     curves = [(name, list(values)) for name, values in zip("xyz", places, strict=False)]
-    _draw_in_time(axes, rows, "tip  cm", curves)
+    draw_in_time(axes, rows, "tip  cm", curves)
+    _shade_ink(axes, rows)
 
 
 def _draw_angles(axes: Axes, rows: Sequence[Any]) -> None:
     angles = zip(*(row.q for row in rows), strict=True)
     curves = [(f"q{k}", [math.degrees(a) for a in angle]) for k, angle in enumerate(angles, 1)]
-    _draw_in_time(axes, rows, "joint angles  deg", curves)
+    draw_in_time(axes, rows, "joint angles  deg", curves)
+    _shade_ink(axes, rows)
 
 
-def _draw_in_time(
+def draw_in_time(
     axes: Axes, rows: Sequence[Any], label: str, curves: Sequence[tuple[str, list[float]]]
 ) -> None:
+    """Draw curves in time, a name and values of each, one per row."""
     axes.set(xlabel="s", ylabel=label)
-    axes.yaxis.set_label_coords(-0.1, 0.5)
     if not rows:
         axes.set(xticks=[], yticks=[])
         axes.text(0.5, 0.5, "no record", transform=axes.transAxes, ha="center", color=QUIET)
@@ -356,11 +295,14 @@ def _draw_in_time(
     t = [row.t for row in rows]
     for k, (name, values) in enumerate(curves):
         axes.plot(t, values, color=JOINTS[k % len(JOINTS)], lw=1.4, label=name)
-    for run in pen_down_runs(rows):
-        axes.axvspan(run[0].t, run[-1].t, color=INK, alpha=0.07, lw=0)
     axes.margins(x=0.01, y=0.12)
     axes.locator_params(nbins=6, steps=TICKS)
     axes.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=len(curves), borderaxespad=0)
+
+
+def _shade_ink(axes: Axes, rows: Sequence[Any]) -> None:
+    for run in pen_down_runs(rows):
+        axes.axvspan(run[0].t, run[-1].t, color=INK, alpha=0.07, lw=0)
 
 
 def _heading(figure: Figure, text: str) -> None:
@@ -368,7 +310,7 @@ def _heading(figure: Figure, text: str) -> None:
     figure.text(left, bottom + height + 0.043, text, size=9.5, color=INK, weight="bold")
 
 
-def _stack(n: int, gap: float) -> list[tuple[float, float, float, float]]:
+def stack(n: int, gap: float) -> list[tuple[float, float, float, float]]:
     """Boxes of n axes one below the other, the first on top; `gap` is for the words above each."""
     left, bottom, width, height = COLUMN
     each = (height + gap) / n

@@ -1,7 +1,7 @@
-"""The style of all figures, and what several of them draw.
+"""The sheet: the table or a plane in space, in cm of equal scales, and what lies on it.
 
-Matplotlib's figures are used without pyplot and with the style below, whatever the user's
-matplotlibrc says; equal input gives equal bytes.
+Here are the style and the words of all figures, too.  Matplotlib's figures are used without pyplot
+and with the style below, whatever the user's matplotlibrc says; equal input gives equal bytes.
 """
 
 from __future__ import annotations
@@ -10,18 +10,24 @@ import io
 import math
 import textwrap
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
 import matplotlib
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection
+from matplotlib.colorbar import Colorbar
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
-from matplotlib.patches import Circle, FancyBboxPatch
+from matplotlib.patches import Circle, FancyBboxPatch, PathPatch
+from matplotlib.path import Path
 from matplotlib.text import Text
+from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
+
+from laptop.record.figures.line_accuracy import place
 
 WIDTH, HEIGHT, DPI = 1600, 1000, 150
 """px, px, px per inch."""
@@ -58,8 +64,22 @@ STYLE: dict[Any, Any] = {
 TICKS = (1, 2, 5, 10)
 
 # Where things are, as shares of the figure: left, bottom, width, height.
-SHEET = (0.062, 0.135, 0.52, 0.74)
-COLUMN = (0.648, 0.095, 0.332, 0.74)
+SHEET, COLUMN = (0.062, 0.135, 0.52, 0.74), (0.648, 0.095, 0.332, 0.74)
+"""A sheet, and beside it a column of graphs."""
+WIDE, SCALE, TALL = (0.062, 0.125, 0.77, 0.74), (0.86, 0.125, 0.018, 0.6), 1200
+"""A sheet in a figure so many px high, and beside it what its colours mean."""
+
+BEHIND = "-yx"
+"""A sheet as it is seen by who sits behind the arm."""
+LABELS = {"x": "x, cm (forward)", "y": "y, cm (to the left)", "z": "z, cm (up)"}
+TICK_ROOM = 65
+"""From one number along the axes to the next, px at the least."""
+
+INK_LINE: dict[str, Any] = {"color": INK, "lw": 2.0, "zorder": 5, "solid_capstyle": "round"}
+WANTED_LINE: dict[str, Any] = {"color": WANTED, "lw": 1.1, "zorder": 6}
+WISHED_BAND: dict[str, Any] = {"color": TRAVEL, "lw": 3.2, "alpha": 0.5, "zorder": 2}
+"""What was wished, under an ink whose colours tell something."""
+TRAVEL_LINE: dict[str, Any] = {"color": TRAVEL, "lw": 0.8, "ls": (0, (2, 2)), "zorder": 4}
 
 BEAM = 0.8
 """Width of a LEGO beam and distance of its holes, cm."""
@@ -89,53 +109,184 @@ def png_of(figure: Figure) -> bytes:
     return picture.getvalue()
 
 
-def draw_arm(axes: Axes, arm: np.ndarray, cm: float, standing: bool) -> None:
-    """Beams with their holes from joint to joint, over the base, which from the side is flat."""
-    axes.add_patch(
-        FancyBboxPatch(
-            (-BASE, -BASE / 2 if standing else -BASE),
-            2 * BASE,
-            BASE / 2 if standing else 2 * BASE,
-            f"round,pad=0,rounding_size={0.2 if standing else 0.5}",
-            fc="#DDE1E5",
-            ec=STEEL,
-            lw=0.8,
-            zorder=1,
-        )
-    )
-    for k, (a, b) in enumerate(zip(arm, arm[1:], strict=False)):
-        z = 2 + 0.1 * k
-        for colour, width in ((ARM_EDGE, BEAM * cm + 1.4), (ARM, BEAM * cm)):
-            axes.plot(*np.array([a, b]).T, color=colour, lw=width, solid_capstyle="round", zorder=z)
-        holes = max(1, round(math.dist(a, b) / BEAM))
-        for j in range(1, holes):
-            place = a + (b - a) * j / holes
-            axes.add_patch(Circle(place, 0.22, fc=HOLE, ec=ARM_EDGE, lw=0.5, zorder=z))
-    for k, place in enumerate(arm):
-        tip = k == len(arm) - 1
-        radius = 0.2 if tip else 0.36
-        axes.add_patch(
-            Circle(place, radius, fc=INK if tip else STEEL, ec="white", lw=0.9, zorder=3)
-        )
+class Sheet:
+    """Axes with equal scales in cm, and what is drawn there.
+
+    Points are those of the arm, (n, 2) or (n, 3), cm, unless something else is said.
+
+    Attributes:
+        axes: for what is drawn by one figure alone; they have the points that `seen` gives.
+        cm: points of type per cm, once `show` was called.
+    """
+
+    def __init__(
+        self, figure: Figure, box: tuple[float, float, float, float], view: str = "xy"
+    ) -> None:
+        """Lay a sheet into a box (shares of the figure: left, bottom, width, height).
+
+        Args:
+            view: what is to the right and what is up: "xy" from above, "xz" or "yz" from the side,
+                BEHIND.
+        """
+        mirrored, across, up = view.startswith("-"), view[-2], view[-1]
+        self._figure, self._stands = figure, up == "z"
+        self._columns, self._signs = ["xyz".index(across), "xyz".index(up)], (1 - 2 * mirrored, 1)
+        self.cm = 1.0
+        self.axes = figure.add_axes(box)
+        self.axes.set(xlabel=LABELS[across], ylabel=LABELS[up])
+        self.axes.spines[:].set(visible=True, color=REACH_EDGE)
+        self.axes.set_axisbelow(True)
+        self.axes.grid(color="black", alpha=0.06)
+        if mirrored:
+            self.axes.xaxis.set_major_formatter(
+                FuncFormatter(lambda value, _: f"{0 - value:g}".replace("-", "\N{MINUS SIGN}"))
+            )
+
+    def seen(self, points: Any) -> np.ndarray:
+        """Points as they lie on the sheet, (n, 2), cm to the right and up."""
+        points = np.asarray(points, float)
+        return points[:, self._columns] * self._signs if len(points) else np.zeros((0, 2))
+
+    def show(self, points: np.ndarray, room: Any = 1.0, least: float = 1.0) -> None:
+        """Set limits that show points, fill the box and make the scales equal.
+
+        Args:
+            points: of the sheet, (n, 2).
+            room: what else is shown around them, cm; or ((left, bottom), (right, top)).
+            least: the least length of a side, cm.
+        """
+        before, after = np.broadcast_to(room, (2, 2))
+        lower, upper = points.min(axis=0) - before, points.max(axis=0) + after
+        box = np.array(self.axes.bbox.size)
+        span = max(least / box.min(), *((upper - lower) / box)) * box
+        left, bottom = (lower + upper - span) / 2
+        self.axes.set(xlim=(left, left + span[0]), ylim=(bottom, bottom + span[1]))
+        numbers = MaxNLocator(max(3, int(box.max() / TICK_ROOM)), steps=TICKS)
+        step = np.diff(numbers.tick_values(0.0, span.max()))[0]
+        self.axes.xaxis.set_major_locator(MultipleLocator(step))
+        self.axes.yaxis.set_major_locator(MultipleLocator(step))
+        self.cm = float(box[0] / self._figure.dpi * 72 / span[0])
+
+    def lines(self, paths: Iterable[Any], label: str | None = None, **style: Any) -> None:
+        """Draw paths alike, and a dot where one is only a point; the legend has one of them."""
+        for path in paths:
+            points = self.seen(path)
+            self.axes.plot(*points.T, label=label, marker=dot(points), **style)
+            label = None
+
+    def colored(
+        self, paths: Iterable[Any], values: np.ndarray, most: float, **style: Any
+    ) -> LineCollection:
+        """Draw paths, each in the colour of its value between 0 and the most."""
+        lines = LineCollection([self.seen(path) for path in paths], array=values, **style)
+        lines.set_clim(0.0, most)
+        self.axes.add_collection(lines)
+        return lines
+
+    def travel(self, rows: Sequence[Any]) -> None:
+        """Draw the way of a record's tip with the pen up."""
+        pen = np.array([bool(row.pen) for row in rows])
+        if not pen.all():
+            way = np.where(pen[:, None], np.nan, [place(row) for row in rows])
+            self.lines([way], "pen up", **TRAVEL_LINE)
+
+    def reach(self, outlines: Sequence[np.ndarray], label: str) -> None:
+        """Shade what is within outlines of the sheet (n, 2); those of holes turn the other way."""
+        rings = [np.concatenate([outline, outline[:1]]) for outline in outlines]
+        path = Path.make_compound_path(*(Path(ring, closed=True) for ring in rings))
+        self.axes.add_patch(PathPatch(path, fc=REACH, ec=REACH_EDGE, label=label, zorder=0))
+        self.axes.add_patch(PathPatch(path, fill=False, ec=REACH_EDGE, zorder=1.5))  # over a paper
+
+    def arm(self, skeleton: Any, label: str | None = None, pale: float = 0.0) -> None:
+        """Draw beams with holes from joint to joint, over the base; limits must have been set.
+
+        Args:
+            skeleton: the base, every joint and the tip; may be empty, then there is the base alone.
+            pale: how much nearer to white all colours are, 0 to 1.
+        """
+
+        def of(*colours: str) -> list[Any]:
+            return [tuple(1 - (1 - np.array(to_rgb(one))) * (1 - pale)) for one in colours]
+
+        fill, edge, hole, steel, ink, base = of(ARM, ARM_EDGE, HOLE, STEEL, INK, "#DDE1E5")
+        height, round_by = (BASE / 2, 0.2) if self._stands else (2 * BASE, 0.5)
+        self.axes.add_patch(
+            FancyBboxPatch(
+                (-BASE, -BASE / 2 if self._stands else -BASE), 2 * BASE, height,
+                f"round,pad=0,rounding_size={round_by}", fc=base, ec=steel, lw=0.8, zorder=1.7,
+            )
+        )  # fmt: skip
+        joints = self.seen(skeleton)
+        for k, (a, b) in enumerate(zip(joints, joints[1:], strict=False)):
+            z = 2 + 0.1 * k
+            for colour, width in ((edge, BEAM * self.cm + 1.4), (fill, BEAM * self.cm)):
+                self.axes.plot(
+                    *np.array([a, b]).T, color=colour, lw=width, solid_capstyle="round", zorder=z
+                )
+            holes = max(1, round(math.dist(a, b) / BEAM))
+            for j in range(1, holes):
+                spot = a + (b - a) * j / holes
+                self.axes.add_patch(Circle(spot, 0.22, fc=hole, ec=edge, lw=0.5, zorder=z))
+        for k, joint in enumerate(joints):
+            radius, colour = (0.2, ink) if k == len(joints) - 1 else (0.36, steel)
+            self.axes.add_patch(Circle(joint, radius, fc=colour, ec="white", lw=0.9, zorder=3))
+        if label and len(joints):
+            self.axes.plot([], [], color=fill, lw=6, solid_capstyle="round", label=label)
+
+    def legend(self) -> None:
+        """Say in one line below the axes what all is that has a label."""
+        handles, labels = self.axes.get_legend_handles_labels()
+        left, bottom, right, _ = self.axes.get_position().extents
+        self._figure.legend(
+            handles, labels, loc="center", ncols=len(handles), columnspacing=1.6, handlelength=1.6,
+            bbox_to_anchor=((left + right) / 2, bottom - 83 / self._figure.bbox.height),
+        )  # fmt: skip
+
+    def color_scale(self, lines: LineCollection, label: str, **options: Any) -> Colorbar:
+        """Draw what the colours mean; the options are the colour bar's."""
+        bar = self._figure.colorbar(lines, cax=self._figure.add_axes(SCALE), **options)
+        bar.set_label(label)
+        return bar
+
+
+def dot(points: np.ndarray) -> str | None:
+    """The marker of a line that is only a point."""
+    return "." if np.ptp(points, axis=0).max() < 0.02 else None
 
 
 # Text that nobody knows beforehand
 
 
-def write_title(figure: Figure, title: str, notes: str) -> None:
-    """The title on one line, smaller on two where it must be; the notes on what that leaves."""
-    title, notes = _printable(title), _printable(notes)
-    artist = figure.text(SHEET[0], 0.975, "", va="top", size=13.5, color=INK, weight="bold")
+def write_title(figure: Figure, title: str, *notes: str) -> list[Text]:
+    """The title on one line, smaller on two where it must be; under it the notes, which it returns.
+
+    A note has two lines, or one where the title has two.
+    """
+    height = figure.bbox.height
+    artist = figure.text(SHEET[0], 1 - 25 / height, "", va="top", color=INK, weight="bold")
+    artist.set_fontsize(13.5)
     if not _fit(artist, title, lines=1):
         artist.set_fontsize(10)
         _fit(artist, title, lines=2)
     two = "\n" in artist.get_text()
-    artist = figure.text(SHEET[0], 0.918 if two else 0.935, "", va="top", size=8.5, color=QUIET)
-    _fit(artist, notes, lines=1 if two else 2)
+    down, artists = 82 if two else 65, []
+    for note in notes:
+        artist = figure.text(SHEET[0], 1 - down / height, "", va="top", size=8.5, color=QUIET)
+        _fit(artist, note, lines=1 if two else 2)
+        down += 21 * (1 + artist.get_text().count("\n"))
+        artists.append(artist)
+    return artists
+
+
+def write_footnote(figure: Figure, text: str, right: bool = False) -> None:
+    """Small print at the lower edge, on the left or on the right."""
+    x, align = (COLUMN[0] + COLUMN[2], "right") if right else (SHEET[0], "left")
+    figure.text(x, 18 / figure.bbox.height, text, ha=align, size=8, color=QUIET)
 
 
 def _fit(artist: Text, text: str, lines: int) -> bool:
     """Wrap `text` to the width of the picture; whether all of it found room."""
+    text = _printable(text)
     width = (COLUMN[0] + COLUMN[2] - SHEET[0]) * WIDTH
     for characters in range(200, 9, -2):
         artist.set_text(textwrap.fill(text, characters, max_lines=lines, placeholder=" …"))
