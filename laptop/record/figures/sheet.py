@@ -73,7 +73,7 @@ WIDE, SCALE, TALL = (0.062, 0.125, 0.77, 0.74), (0.86, 0.125, 0.018, 0.6), 1200
 BEHIND = "-yx"
 """A sheet as it is seen by who sits behind the arm."""
 LABELS = {"x": "x, cm (forward)", "y": "y, cm (to the left)", "z": "z, cm (up)"}
-TICK_ROOM = 65
+TICK_ROOM = 55
 """From one number along the axes to the next, px at the least."""
 
 INK_LINE: dict[str, Any] = {"color": INK, "lw": 2.0, "zorder": 5, "solid_capstyle": "round"}

@@ -29,6 +29,7 @@ from laptop.record.figures.charts import (
     frame_angles,
     frame_condition,
     frame_errors,
+    head,
     name_camera,
     name_curves,
     show_picture,
@@ -42,6 +43,7 @@ from laptop.record.figures.sheet import (
     STEEL,
     TICKS,
     WIDTH,
+    Sheet,
     new_figure,
     png_of,
 )
@@ -76,8 +78,8 @@ def draw_space(run: DemoResult) -> bytes | None:
         return None
     with new_figure(1000) as figure:
         _draw_space(figure.add_axes((-0.02, 0.05, 0.6, 0.95), **ASKEW), run)
-        for names, bottom in (("xy", 0.595), ("xz", 0.125)):
-            _draw_side(figure.add_axes((0.62, bottom, 0.365, 0.365)), run, names)
+        for names, bottom in (("xy", 0.59), ("xz", 0.125)):
+            _draw_side(Sheet(figure, (0.62, bottom, 0.365, 0.365), names), run, names)
         marks = {"goal": {"marker": "o", "ms": 11, "mfc": "white"}, "base": BASE}
         _draw_legend(figure, run, 0.035, marks)
         return png_of(figure)
@@ -235,32 +237,21 @@ def _draw_space(axes: Any, run: DemoResult) -> None:
         axes.text(*(end[0] + (0, 0, 0.075 * high[2])), str(number), **badge(colour))
 
 
-def _draw_side(axes: Axes, run: DemoResult, names: str) -> None:
+def _draw_side(sheet: Sheet, run: DemoResult, names: str) -> None:
     """The ways from one side, which shows two coordinates."""
-    view = ["xyz".index(name) for name in names]
-    low, high = (corner[view] for corner in _extent(run))
-    middle, sides = (low + high) / 2, axes.bbox.size
-    half = max((high - low) / sides) * sides / 2  # equal scales
-    axes.set(
-        xlim=(middle[0] - half[0], middle[0] + half[0]),
-        ylim=(middle[1] - half[1], middle[1] + half[1]),
-    )
+    axes = sheet.axes
+    sheet.show(sheet.seen(_extent(run)), room=0.0)
     axes.plot([0], [0], **BASE)
-    axes.grid(color=REACH_EDGE, lw=0.5)
-    axes.set_axisbelow(True)
-    title = "From above" if names == "xy" else "From the side"
-    axes.set_title(title, loc="left", size=9.5, color=INK, weight="bold", pad=6)
-    axes.set(xlabel=f"{names[0]}  cm", ylabel=f"{names[1]}  cm")
-    axes.locator_params(nbins=7, steps=TICKS)
+    head(axes, "From above" if names == "xy" else "From the side")
 
     def seen(goal_run: GoalRun) -> tuple[np.ndarray, np.ndarray]:
         way, looks = _in_cm(goal_run)
-        return way[:, view], looks[:, view]
+        return sheet.seen(way), sheet.seen(looks)
 
-    _draw_ways(axes, run, [ink[:, view] for ink in _inks(run)], seen)
+    _draw_ways(axes, run, [sheet.seen(ink) for ink in _inks(run)], seen)
     for number, (goal_run, colour) in enumerate(zip(run.goal_runs, GOALS, strict=False), 1):
         if goal_run.space and goal_run.within_mm:
-            x, y = np.array(goal_run.space.place)[view]
+            x, y = sheet.seen([goal_run.space.place])[0]
             for ink, wide in (("white", 3.6), (colour, 1.8)):
                 ring = Circle(
                     (x, y), goal_run.within_mm / 10, fill=False, ec=ink, lw=wide, zorder=7
