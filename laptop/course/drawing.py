@@ -16,6 +16,7 @@ from matplotlib.patches import Arc, Circle, Rectangle
 
 from laptop.course.lego import PITCH, gear_pairs, link_of
 from laptop.record.figures.formulas import data_url, svg
+from laptop.record.figures.sheet import INK, QUIET, draw_beam
 from robot.motion.kinematics import Unreachable, branches, forward, joint_positions, reach
 from shared.arm_description import Arm, Joint
 
@@ -23,8 +24,8 @@ WIDTH, HEIGHT = 180.0, 250.0
 """Room for a drawing on a page of A4 within its margins, mm."""
 SCALES = (1, 2, 2.5, 3, 4, 5, 7.5, 10, 15, 20, 30, 50, 100)
 """A drawing is so many times smaller than the arm."""
-INK, QUIET, BEAM, HOLE, STEEL, STOP, LIMIT, ROOM, TIP, GOAL = (
-    "#1a1a1a", "#555b61", "#e6c84b", "#ffffff", "#aab3bb", "#b3430a", "#1f5fae", "#e3eef9",
+BEAM, HOLE, STEEL, STOP, LIMIT, ROOM, TIP, GOAL = (
+    "#e6c84b", "#ffffff", "#aab3bb", "#b3430a", "#1f5fae", "#e3eef9",
     "#d01020", "#109040",
 )  # fmt: skip
 MARKER, RIM = 20.0, 34.0
@@ -117,14 +118,8 @@ class _Sheet:
 
     def beam(self, a: Sequence[float], b: Sequence[float], z: float = 2.0) -> None:
         """Draw a beam with its holes from axis to axis."""
-        start, end = np.array(a, float), np.array(b, float)
         points = 72 / 25.4 / self.scale
-        for colour, width in ((INK, 7.4), (BEAM, 7.4 - 0.35 * self.scale)):
-            self.line(start, end, color=colour, lw=width * points, solid_capstyle="round", zorder=z)
-        count = max(1, round(float(np.linalg.norm(end - start)) / PITCH))
-        for k in range(count + 1):
-            place = start + (end - start) * k / count
-            self.circle(place, 2.4, fc=HOLE, lw=0.3, zorder=z + 0.1)
+        draw_beam(self.axes, np.array(a), np.array(b), PITCH, points, (BEAM, INK, HOLE), z)
 
     def axis(self, place: Sequence[float], size: float = 6.0) -> None:
         """Mark an axis by a cross of thin lines."""

@@ -16,6 +16,7 @@ from typing import Any
 
 import matplotlib
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
 from matplotlib.colorbar import Colorbar
@@ -219,15 +220,7 @@ class Sheet:
         )  # fmt: skip
         joints = self.seen(skeleton)
         for k, (a, b) in enumerate(zip(joints, joints[1:], strict=False)):
-            z = 2 + 0.1 * k
-            for colour, width in ((edge, BEAM * self.cm + 1.4), (fill, BEAM * self.cm)):
-                self.axes.plot(
-                    *np.array([a, b]).T, color=colour, lw=width, solid_capstyle="round", zorder=z
-                )
-            holes = max(1, round(math.dist(a, b) / BEAM))
-            for j in range(1, holes):
-                spot = a + (b - a) * j / holes
-                self.axes.add_patch(Circle(spot, 0.22, fc=hole, ec=edge, lw=0.5, zorder=z))
+            draw_beam(self.axes, a, b, BEAM, self.cm, (fill, edge, hole), 2 + 0.1 * k)
         for k, joint in enumerate(joints):
             radius, colour = (0.2, ink) if k == len(joints) - 1 else (0.36, steel)
             self.axes.add_patch(Circle(joint, radius, fc=colour, ec="white", lw=0.9, zorder=3))
@@ -248,6 +241,35 @@ class Sheet:
         bar = self._figure.colorbar(lines, cax=self._figure.add_axes(SCALE), **options)
         bar.set_label(label)
         return bar
+
+
+def draw_beam(
+    axes: Axes,
+    start: np.ndarray,
+    end: np.ndarray,
+    pitch: float,
+    points: float,
+    colours: Sequence[Any],
+    zorder: float,
+) -> None:
+    """Draw a beam from axle to axle, over what lies there.
+
+    Args:
+        axes: of any unit of length, with equal scales.
+        start, end: the axles, (2,), in that unit.
+        pitch: from hole to hole, which is as wide as the beam, in that unit.
+        points: of type per unit.
+        colours: of the beam, its edge, its holes.
+        zorder: its height.
+    """
+    fill, edge, hole = colours
+    for colour, width in ((edge, pitch * points), (fill, pitch * points - 1.0)):
+        axes.plot(
+            *np.array([start, end]).T, color=colour, lw=width, solid_capstyle="round", zorder=zorder
+        )
+    holes = max(1, round(math.dist(start, end) / pitch))
+    for spot in np.linspace(start, end, holes + 1):
+        axes.add_patch(Circle(spot, 0.29 * pitch, fc=hole, ec=edge, lw=0.4, zorder=zorder))
 
 
 def dot(points: np.ndarray) -> str | None:
