@@ -21,8 +21,6 @@ from laptop.record.figures.sheet import (
     SHEET,
     WANTED,
     WIDTH,
-    new_figure,
-    png_of,
 )
 
 Row = namedtuple("Row", "t q x y pen z", defaults=[None])
@@ -175,18 +173,6 @@ def test_the_deviations_share_their_scales_and_the_floor_is_a_band(tmp_path, mon
     assert all(axes.get_ylim()[0] < -9 for axes in panels)
 
 
-@pytest.mark.long
-def test_a_centimetre_is_as_long_in_x_as_in_y_and_all_ink_is_in_sight(drawn):
-    figure, *_ = drawn("twenty lines")
-    sheet = figure.axes[0]
-    (a, b), (c, d) = sheet.transData.transform([(0, 0), (10, 10)])
-    assert c - a == pytest.approx(d - b)
-    for path in FAN:
-        for x, y in path:
-            assert sheet.get_xlim()[0] < x < sheet.get_xlim()[1]
-            assert sheet.get_ylim()[0] < y < sheet.get_ylim()[1]
-
-
 def test_without_ink_the_way_of_the_tip_is_in_sight(drawn):
     figure, *_ = drawn("no ink")
     assert figure.axes[0].get_xlim()[1] > 20.8
@@ -220,38 +206,9 @@ def test_the_same_run_gives_the_same_bytes_whatever_the_users_style(drawn, tmp_p
     assert b"matplotlib" not in first.read_bytes().lower()
 
 
-TITLES = {
-    "long": "a title of many words " * 12,
-    "one long word": "x" * 400,
-    "formula": r"$\frac{1}{2$ and no more",
-    "unknown signs": "robot \U0001f916 \u6f22\u5b57 \udc80",
-    "none": "",
-    "lines": "one\ntwo\nthree\nfour",
-}
-
-
-@pytest.mark.short("long")
-@pytest.mark.parametrize("title", TITLES.values(), ids=TITLES.keys())
-def test_any_title_and_notes_find_room(title, tmp_path, monkeypatch):
-    figure, _ = words_of(monkeypatch, tmp_path / "picture.png", [], [], title=title, notes=title)
-    boxes = [text.get_window_extent() for text in figure.texts if text.get_text()]
-    boxes.append(figure.axes[0].get_window_extent())
-    for k, box in enumerate(boxes):
-        assert box.x1 <= WIDTH
-        assert box.y1 <= HEIGHT
-        assert not any(box.overlaps(other) for other in boxes[k + 1 :])
-
-
 def test_as_many_measures_as_paths(tmp_path):
     with pytest.raises(ValueError, match="0 measures for 3 wanted paths"):
         write_line_plot(tmp_path / "picture.png", [], LINES, [], SKELETON, REACH, "", "")
-
-
-def test_letters_that_no_font_has_are_boxes_without_a_warning(recwarn):
-    with new_figure() as figure:
-        figure.text(0.5, 0.5, "\x1b \U0010ffff")
-        png_of(figure)
-    assert [str(warning.message) for warning in recwarn] == []
 
 
 def test_a_picture_that_cannot_be_written_is_an_os_error(tmp_path):

@@ -4,6 +4,7 @@ import math
 from types import SimpleNamespace
 
 import pytest
+from matplotlib.image import imread
 
 from laptop.record.figures.robot_plot import write_robot_plot
 
@@ -20,14 +21,11 @@ def rows():
     ]
 
 
-def test_a_way_is_a_picture_of_the_same_bytes_each_time(tmp_path, rows):
+def test_a_way_is_a_picture_of_its_own(tmp_path, rows):
     write_robot_plot(tmp_path / "a.png", rows, "my_robot.py")
-    write_robot_plot(tmp_path / "b.png", rows, "my_robot.py")
-    png = (tmp_path / "a.png").read_bytes()
-    assert png == (tmp_path / "b.png").read_bytes()
-    assert [int.from_bytes(png[k : k + 4], "big") for k in (16, 20)] == [1600, 1000]
-    write_robot_plot(tmp_path / "c.png", rows[:-3], "my_robot.py")
-    assert png != (tmp_path / "c.png").read_bytes()
+    write_robot_plot(tmp_path / "b.png", rows[:-3], "my_robot.py")
+    assert imread(tmp_path / "a.png").shape[:2] == (1000, 1600)
+    assert (tmp_path / "a.png").read_bytes() != (tmp_path / "b.png").read_bytes()
 
 
 def test_who_stays_where_he_is_is_shown_too(tmp_path, rows):
