@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -25,10 +24,8 @@ from laptop.record.figures.sheet import (
     TICKS,
     WANTED,
     Sheet,
-    new_figure,
-    png_of,
     write_footnote,
-    write_title,
+    written_figure,
 )
 
 HEIGHT = 1750
@@ -48,12 +45,9 @@ def write_accuracy_plot(
     Raises:
         OSError: as the system says it.
     """
-    with new_figure(HEIGHT) as figure:
-        write_title(figure, title, notes)
+    with written_figure(file, title, notes, height=HEIGHT) as figure:
         _draw_poses(figure, result)
         _draw_paths(figure, result)
-        png = png_of(figure)
-    Path(file).write_bytes(png)
 
 
 def _draw_poses(figure: Figure, result: AccuracyResult) -> None:

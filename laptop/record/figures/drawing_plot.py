@@ -9,7 +9,6 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -27,9 +26,7 @@ from laptop.record.figures.sheet import (
     WIDE,
     WISHED_BAND,
     Sheet,
-    new_figure,
-    png_of,
-    write_title,
+    written_figure,
 )
 
 COARSE = 5
@@ -170,8 +167,7 @@ def write_drawing_plot(
         OSError: as the system says it.
     """
     wished = [np.concatenate(chain) for chain in chains]
-    with new_figure(TALL) as figure:
-        write_title(figure, title, notes)
+    with written_figure(file, title, notes, height=TALL) as figure:
         sheet = Sheet(figure, WIDE, BEHIND)
         sheet.lines(wished, "wished", **WISHED_BAND)
         sheet.travel(rows)
@@ -186,5 +182,3 @@ def write_drawing_plot(
         sheet.legend()
         words = "distance of the true ink from what was wished, mm"
         sheet.color_scale(ink, words, extend="max")
-        png = png_of(figure)
-    Path(file).write_bytes(png)

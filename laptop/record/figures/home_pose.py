@@ -24,9 +24,7 @@ from laptop.record.figures.sheet import (
     REACH_EDGE,
     WANTED,
     Sheet,
-    new_figure,
-    png_of,
-    write_title,
+    written_figure,
 )
 from shared.arm_description import PULLED_DOWN, SEEK_BEYOND, Arm
 
@@ -48,8 +46,8 @@ def write_home_pose(file: Path, arm: Arm, skeleton: Sequence[Sequence[float]]) -
     standing = arm.chain in PULLED_DOWN
     joints = arm.joints[1:] if standing else arm.joints
     how = "from the side, its base turned straight ahead" if standing else "from above"
-    with new_figure(HEIGHT) as figure:
-        write_title(figure, f"Home pose of {arm.name}, seen {how}")
+    title = f"Home pose of {arm.name}, seen {how}"
+    with written_figure(file, title, height=HEIGHT) as figure:
         sheet = Sheet(figure, (0.062, 0.13, 0.898, 0.77), "xz" if standing else "xy")
         axes, places = sheet.axes, sheet.seen(skeleton)
         axles, tip = places[-1 - len(joints) : -1], places[-1]
@@ -78,5 +76,3 @@ def write_home_pose(file: Path, arm: Arm, skeleton: Sequence[Sequence[float]]) -
         axes.annotate(
             f"tip at {at} cm", tip, (10, 34), textcoords="offset points", color=INK, fontsize=12
         )
-        picture = png_of(figure)
-    file.write_bytes(picture)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,9 +14,7 @@ from laptop.record.figures.sheet import (
     COLUMN,
     SHEET,
     Sheet,
-    new_figure,
-    png_of,
-    write_title,
+    written_figure,
 )
 
 WISHED = "#20262c"
@@ -49,8 +46,7 @@ def write_learning_plot(
     every = [(name, compare(rows, chains)) for name, rows in drawings]
     notes = "off at most: " + ", ".join(f"{one.greatest_mm:.1f} mm {name}" for name, one in every)
     picks = np.linspace(0, len(COLOURS) - 1, len(every)).round().astype(int)
-    with new_figure() as figure:
-        write_title(figure, title, notes)
+    with written_figure(file, title, notes) as figure:
         sheet, graph = Sheet(figure, SHEET, BEHIND), figure.add_axes(COLUMN)
         for pick, (name, one) in zip(picks, every, strict=True):
             # Where the pen was up between two points there is no ink.
@@ -66,5 +62,3 @@ def write_learning_plot(
         graph.set_xlabel("length of the ink, cm")
         graph.set_ylabel("distance of the true ink from what was wished, mm")
         graph.set_ylim(bottom=0)
-        png = png_of(figure)
-    Path(file).write_bytes(png)

@@ -6,7 +6,6 @@ Nothing is computed here but where things go; numbers come from `line_accuracy`.
 import math
 import os
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -30,10 +29,8 @@ from laptop.record.figures.sheet import (
     WANTED_LINE,
     Sheet,
     dot,
-    new_figure,
-    png_of,
     write_footnote,
-    write_title,
+    written_figure,
 )
 
 MOST_PANELS = 6
@@ -70,12 +67,9 @@ def write_line_plot(
     """
     if len(wanted) != len(measures):
         raise ValueError(f"{len(measures)} measures for {len(wanted)} wanted paths")
-    with new_figure() as figure:
-        write_title(figure, title, notes)
+    with written_figure(file, title, notes) as figure:
         _draw_sheet(figure, rows, wanted, skeleton, reach, axes)
         _draw_column(figure, rows, wanted, measures)
-        picture = png_of(figure)
-    Path(file).write_bytes(picture)
 
 
 # The sheet, on the left

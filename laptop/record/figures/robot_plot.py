@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,10 +17,8 @@ from laptop.record.figures.sheet import (
     TRAVEL,
     WANTED,
     Sheet,
-    new_figure,
-    png_of,
     write_footnote,
-    write_title,
+    written_figure,
 )
 
 LEAST_SPAN, ROOM = 24.0, 0.1
@@ -46,8 +43,7 @@ def write_robot_plot(
     Raises:
         OSError: as the system says it; the file may then be there in part.
     """
-    with new_figure() as figure:
-        write_title(figure, title)
+    with written_figure(file, title) as figure:
         write_footnote(figure, "The TRUE way of the emulated robot: the middle between its wheels.")
         _draw_way(Sheet(figure, SHEET), rows, line)
         upper, lower = (figure.add_axes(box) for box in stack(2, gap=0.11))
@@ -58,8 +54,6 @@ def write_robot_plot(
         headings = [math.degrees(row.q[-1]) for row in rows]
         draw_in_time(lower, rows, "heading  deg", [("heading", headings)])
         figure.align_ylabels([upper, lower])
-        picture = png_of(figure)
-    Path(file).write_bytes(picture)
 
 
 def _draw_way(sheet: Sheet, rows: Sequence[Any], line: Sequence[Sequence[float]]) -> None:

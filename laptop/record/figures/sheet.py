@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import math
+import os
 import textwrap
 import warnings
 from collections.abc import Iterable, Iterator, Sequence
@@ -99,6 +100,23 @@ def new_figure(height: int = HEIGHT) -> Iterator[Figure]:
         figure = Figure(figsize=(WIDTH / DPI, height / DPI), dpi=DPI, facecolor="white")
         FigureCanvasAgg(figure)
         yield figure
+
+
+@contextmanager
+def written_figure(
+    file: str | os.PathLike[str], title: str, *notes: str, height: int = HEIGHT
+) -> Iterator[Figure]:
+    """A figure under its title and notes, to be drawn in the block; then it is written as PNG.
+
+    Raises:
+        OSError: as the system says it; the file may then be there in part.
+    """
+    with new_figure(height) as figure:
+        write_title(figure, title, *notes)
+        yield figure
+        png = png_of(figure)
+    with open(file, "wb") as out:
+        out.write(png)
 
 
 def png_of(figure: Figure) -> bytes:

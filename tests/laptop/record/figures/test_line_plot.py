@@ -87,20 +87,8 @@ def draw(file, rows, wanted, title="driver.py lines", notes="planar, 8.0 V", flo
     write_line_plot(file, rows, wanted, measures, SKELETON, REACH, title, notes)
 
 
-def words_of(monkeypatch, *args, painted=True, **kwargs):
-    """Draw; the figure that was saved, or would be if it is not to be painted, and its words."""
-    figures = []
-    save = Figure.savefig
-
-    def savefig(figure, *args, **kwargs):
-        figures.append(figure)
-        if painted:
-            save(figure, *args, **kwargs)
-
-    monkeypatch.setattr(Figure, "savefig", savefig)
-    draw(*args, **kwargs)
-    (figure,) = figures
-    return figure, [text.get_text() for text in figure.findobj(Text)]
+def words_of(figure):
+    return [text.get_text() for text in figure.findobj(Text)]
 
 
 def inked(pixels, box, colour):
@@ -121,7 +109,12 @@ def drawn(tmp_path_factory):
         if case not in known:
             file = tmp_path_factory.mktemp("drawn") / "picture.png"
             with pytest.MonkeyPatch.context() as monkeypatch:
-                known[case] = *words_of(monkeypatch, file, *CASES[case][:2]), file
+                figures, save = [], Figure.savefig
+                monkeypatch.setattr(
+                    Figure, "savefig", lambda f, *a, **k: (figures.append(f), save(f, *a, **k))
+                )
+                draw(file, *CASES[case][:2])
+            known[case] = figures[0], words_of(figures[0]), file
         return known[case]
 
     return look_up
@@ -153,23 +146,21 @@ def test_ink_and_wanted_path_are_there(drawn):
 
 
 @pytest.mark.long
-def test_the_worst_paths_are_shown_in_the_order_of_drawing(tmp_path, monkeypatch):
+def test_the_worst_paths_are_shown_in_the_order_of_drawing(tmp_path, saved):
     rows = record(FAN, aside=0.02)
-    figure, _ = words_of(monkeypatch, tmp_path / "picture.png", rows, FAN, painted=False)
+    draw(tmp_path / "picture.png", rows, FAN)
     measures = measure(rows, FAN)
     worst = sorted(range(20), key=lambda k: -measures[k].greatest_mm)[:6]
-    numbers = [axes.texts[0].get_text() for axes in figure.axes[1:]]
+    numbers = [axes.texts[0].get_text() for axes in saved[0].axes[1:]]
     assert numbers == [str(k + 1) for k in sorted(worst)]
 
 
-def test_the_deviations_share_their_scales_and_the_floor_is_a_band(tmp_path, monkeypatch):
+def test_the_deviations_share_their_scales_and_the_floor_is_a_band(tmp_path, saved):
     rows, wanted, *_ = CASES["three lines"]
-    figure, words = words_of(
-        monkeypatch, tmp_path / "picture.png", rows, wanted, floor=9, painted=False
-    )
-    panels = figure.axes[1:]
+    draw(tmp_path / "picture.png", rows, wanted, floor=9)
+    panels = saved[0].axes[1:]
     assert len({(axes.get_xlim(), axes.get_ylim()) for axes in panels}) == 1
-    assert words.count("floor 9.00") == 3
+    assert words_of(saved[0]).count("floor 9.00") == 3
     assert all(axes.get_ylim()[0] < -9 for axes in panels)
 
 
