@@ -78,11 +78,11 @@ def draw_preview(figure: Figure, plan: DrawingPlan, words: Sequence[str]) -> Non
     sheet.lines(_at_once(ways), "pen up", **TRAVEL_LINE)
     sheet.lines(_at_once(missed), "out of reach", color=MISSED, lw=1.8, zorder=6)
     if strokes:
-        drawn = sheet.colored(
+        drawn = sheet.coloured(
             *(strokes, np.array(plan.estimate.starts), plan.estimate.seconds),
             cmap=IN_TIME, lw=0.9, zorder=5,
         )  # fmt: skip
-        bar = sheet.color_scale(drawn, "when it is drawn", format=FuncFormatter(_in_minutes))
+        bar = sheet.colour_scale(drawn, "when it is drawn", format=FuncFormatter(_in_minutes))
         bar.set_ticks(np.linspace(0, plan.estimate.seconds, TICKS).tolist())
         start = sheet.seen(strokes[0][:1])
         sheet.axes.plot(

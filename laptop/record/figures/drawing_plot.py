@@ -174,11 +174,11 @@ def write_drawing_plot(
         segments = np.stack([accuracy.points[:-1], accuracy.points[1:]], axis=1)
         # One that is longer is the way from one ink to the next.
         near = np.linalg.norm(np.diff(accuracy.points, axis=0), axis=1) < 3 * INK_SPACING
-        ink = sheet.colored(
+        ink = sheet.coloured(
             segments[near], accuracy.off_mm[1:][near], GREAT_MM, cmap="turbo", lw=1.4, zorder=5
         )
         points = sheet.seen(np.concatenate(wished))
         sheet.show(points, ROOM * max(float(np.ptp(points, axis=0).max()), 1.0))
         sheet.legend()
         words = "distance of the true ink from what was wished, mm"
-        sheet.color_scale(ink, words, extend="max")
+        sheet.colour_scale(ink, words, extend="max")

@@ -194,7 +194,7 @@ class Sheet:
             self.axes.plot(*points.T, label=label, marker=dot(points), **style)
             label = None
 
-    def colored(
+    def coloured(
         self, paths: Iterable[Any], values: np.ndarray, most: float, **style: Any
     ) -> LineCollection:
         """Draw paths, each in the colour of its value between 0 and the most."""
@@ -254,7 +254,7 @@ class Sheet:
             bbox_to_anchor=((left + right) / 2, bottom - 83 / self._figure.bbox.height),
         )  # fmt: skip
 
-    def color_scale(self, lines: LineCollection, label: str, **options: Any) -> Colorbar:
+    def colour_scale(self, lines: LineCollection, label: str, **options: Any) -> Colorbar:
         """Draw what the colours mean; the options are the colour bar's."""
         bar = self._figure.colorbar(lines, cax=self._figure.add_axes(SCALE), **options)
         bar.set_label(label)
