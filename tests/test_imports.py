@@ -36,7 +36,7 @@ LIBRARIES = {
     "laptop.drawing.areas": {"numpy", "shapely"},
     "laptop.drawing.glyphs": {"HersheyFonts", "numpy"},
     "laptop.drawing.line_drawings": {*PICTURES, "skimage"},
-    "laptop.drawing.preview_png": {*PICTURES, "matplotlib"},
+    "laptop.drawing.preview_plot": {*PICTURES, "matplotlib"},
     "laptop.drawing.svg": {"numpy", "shapely"},
     "laptop.drawing.svg_clips": {"numpy", "shapely"},
     "laptop.drawing.svg_css": {"cssselect2", "tinycss2"},

@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
-from laptop.record.figures.line_plot import INK, QUIET
+from laptop.record.figures.sheet import INK, QUIET
 from robot.motion.inverse_iteration import Solution, broyden_inverse, newton_inverse
 from robot.motion.kinematics import TURN, Unreachable, branches
 from shared.arm_description import Arm

@@ -16,6 +16,7 @@ from matplotlib.patches import Arc, Circle, Rectangle
 
 from laptop.course.lego import PITCH, gear_pairs, link_of
 from laptop.record.figures.formulas import data_url, svg
+from laptop.record.figures.sheet import INK, QUIET, draw_beam
 from robot.motion.kinematics import Unreachable, branches, forward, joint_positions, reach
 from shared.arm_description import Arm, Joint
 
@@ -23,8 +24,8 @@ WIDTH, HEIGHT = 180.0, 250.0
 """Room for a drawing on a page of A4 within its margins, mm."""
 SCALES = (1, 2, 2.5, 3, 4, 5, 7.5, 10, 15, 20, 30, 50, 100)
 """A drawing is so many times smaller than the arm."""
-INK, QUIET, BEAM, HOLE, STEEL, STOP, LIMIT, ROOM, TIP, GOAL = (
-    "#1a1a1a", "#555b61", "#e6c84b", "#ffffff", "#aab3bb", "#b3430a", "#1f5fae", "#e3eef9",
+BEAM, HOLE, STEEL, STOP, LIMIT, ROOM, TIP, GOAL = (
+    "#e6c84b", "#ffffff", "#aab3bb", "#b3430a", "#1f5fae", "#e3eef9",
     "#d01020", "#109040",
 )  # fmt: skip
 MARKER, RIM = 20.0, 34.0
@@ -52,8 +53,8 @@ class Drawing:
         )
 
 
-class _Sheet:
-    """A drawing in the making; places are real mm.
+class _Draft:
+    """A drawing in the making, true to its scale; places are real mm.
 
     box    left, bottom, right, top of what is shown
     width  greatest width on paper, mm
@@ -117,14 +118,8 @@ class _Sheet:
 
     def beam(self, a: Sequence[float], b: Sequence[float], z: float = 2.0) -> None:
         """Draw a beam with its holes from axis to axis."""
-        start, end = np.array(a, float), np.array(b, float)
         points = 72 / 25.4 / self.scale
-        for colour, width in ((INK, 7.4), (BEAM, 7.4 - 0.35 * self.scale)):
-            self.line(start, end, color=colour, lw=width * points, solid_capstyle="round", zorder=z)
-        count = max(1, round(float(np.linalg.norm(end - start)) / PITCH))
-        for k in range(count + 1):
-            place = start + (end - start) * k / count
-            self.circle(place, 2.4, fc=HOLE, lw=0.3, zorder=z + 0.1)
+        draw_beam(self.axes, np.array(a), np.array(b), PITCH, points, (BEAM, INK, HOLE), z)
 
     def axis(self, place: Sequence[float], size: float = 6.0) -> None:
         """Mark an axis by a cross of thin lines."""
@@ -150,54 +145,54 @@ def draw_links(arm: Arm) -> Drawing:
     longest = max(max(10 * joint.link, link_of(joint.link).built) for joint in joints)
     pitch, left = 58.0, -34.0
     top, bottom = 34.0, -pitch * (len(joints) - 1) - 36
-    sheet = _Sheet((left, bottom, max(longest + 30, 126.0 + left + 20), top))
+    draft = _Draft((left, bottom, max(longest + 30, 126.0 + left + 20), top))
     for k, joint in enumerate(joints):
         y = -pitch * k
         link = link_of(joint.link)
         is_last = joint is joints[-1]
-        sheet.text(left + 1, y + 27, f"{joint.name}'s link", ha="left", size=9, weight="bold")
-        _draw_wheels(sheet, (0.0, y), joint)
-        sheet.beam((0, y), (link.built, y))
-        sheet.axis((0, y))
+        draft.text(left + 1, y + 27, f"{joint.name}'s link", ha="left", size=9, weight="bold")
+        _draw_wheels(draft, (0.0, y), joint)
+        draft.beam((0, y), (link.built, y))
+        draft.axis((0, y))
         end = (10 * joint.link, y)
-        sheet.axis(end)
-        sheet.dimension((0, y), end, 17, f"{10 * joint.link:g} mm in the arm's file", back=5)
-        sheet.dimension(
+        draft.axis(end)
+        draft.dimension((0, y), end, 17, f"{10 * joint.link:g} mm in the arm's file", back=5)
+        draft.dimension(
             (0, y), (link.built, y), -13,
             f"{link.holes} holes, {link.pitches} x 8 = {link.built:g} mm", back=5,
         )  # fmt: skip
-        sheet.text(0, y - 24, f"{joint.name}'s axis", size=6.5, color=QUIET)
+        draft.text(0, y - 24, f"{joint.name}'s axis", size=6.5, color=QUIET)
         if is_last:
-            sheet.circle(end, MARKER / 2, ec=TIP, lw=1.2, ls=(0, (3, 2)), zorder=8)
-            sheet.circle(end, RIM / 2, ec=QUIET, lw=0.4, ls=(0, (2, 2)), zorder=8)
+            draft.circle(end, MARKER / 2, ec=TIP, lw=1.2, ls=(0, (3, 2)), zorder=8)
+            draft.circle(end, RIM / 2, ec=QUIET, lw=0.4, ls=(0, (2, 2)), zorder=8)
             words = f"pen, and the red marker above it: {MARKER:g}, its rim {RIM:g}"
-            sheet.text(end[0], y - 24, words, size=6.5, color=TIP)
+            draft.text(end[0], y - 24, words, size=6.5, color=TIP)
         else:
-            sheet.text(end[0], y - 24, f"{joints[k + 1].name}'s axis", size=6.5, color=QUIET)
-    if sheet.scale == 1:
+            draft.text(end[0], y - 24, f"{joints[k + 1].name}'s axis", size=6.5, color=QUIET)
+    if draft.scale == 1:
         y = bottom + 5
-        sheet.line((left + 2, y), (left + 102, y), lw=1.2, solid_capstyle="butt")
+        draft.line((left + 2, y), (left + 102, y), lw=1.2, solid_capstyle="butt")
         for end_x in (left + 2, left + 102):
-            sheet.line((end_x, y - 1.5), (end_x, y + 1.5), lw=0.8)
-        sheet.text(left + 104, y, "check: 100 mm   (1 : 1)", ha="left", size=7)
+            draft.line((end_x, y - 1.5), (end_x, y + 1.5), lw=0.8)
+        draft.text(left + 104, y, "check: 100 mm   (1 : 1)", ha="left", size=7)
     else:
-        sheet.scale_bar(left + 2 * sheet.scale, bottom + 4 * sheet.scale, 100.0)
-    return sheet.drawing()
+        draft.scale_bar(left + 2 * draft.scale, bottom + 4 * draft.scale, 100.0)
+    return draft.drawing()
 
 
-def _draw_wheels(sheet: _Sheet, place: Sequence[float], joint: Joint) -> None:
+def _draw_wheels(draft: _Draft, place: Sequence[float], joint: Joint) -> None:
     """Draw the joint's wheel on its axis and the motor's beside it, or the motor's hub."""
     pairs = gear_pairs(joint.gear)
     if not pairs:
-        sheet.circle(place, 12, ec=STEEL, lw=0.9)  # the motor's hub, three holes across
+        draft.circle(place, 12, ec=STEEL, lw=0.9)  # the motor's hub, three holes across
         return
     pair = pairs[0]
-    sheet.circle(place, pair.wheel / 2, ec=STEEL, lw=0.9)
+    draft.circle(place, pair.wheel / 2, ec=STEEL, lw=0.9)
     beside = (place[0] - pair.distance, place[1])
-    sheet.circle(beside, pair.pinion / 2, ec=STEEL, lw=0.9)
-    sheet.axis(beside, 4)
-    sheet.text(beside[0], place[1] + pair.pinion / 2 + 4, f"{pair.pinion}", size=6.5, color=QUIET)
-    sheet.text(
+    draft.circle(beside, pair.pinion / 2, ec=STEEL, lw=0.9)
+    draft.axis(beside, 4)
+    draft.text(beside[0], place[1] + pair.pinion / 2 + 4, f"{pair.pinion}", size=6.5, color=QUIET)
+    draft.text(
         place[0] + 4, place[1] + pair.wheel / 2 + 2.5, f"{pair.wheel}", size=6.5, color=QUIET
     )
 
@@ -207,43 +202,43 @@ def draw_plan(arm: Arm) -> Drawing:
     far = 10 * reach(arm)[1]
     x0, y0, x1, y1 = workspace(arm)
     edge = 1.1 * far + 8
-    sheet = _Sheet((-edge, -1.14 * edge, edge, edge))
-    _shade_workspace(sheet, arm)
+    draft = _Draft((-edge, -1.14 * edge, edge, edge))
+    _shade_workspace(draft, arm)
     if arm.chain == "planar":
         place = brick_place(arm)
-        sheet.box(*place, *BRICK, "EV3 brick", fc="#d9dde1")
+        draft.box(*place, *BRICK, "EV3 brick", fc="#d9dde1")
     origin = (0.0, 0.0)
     turn = arm.joints[0]  # what turns about the upright axis
     if arm.chain == "planar":
-        _draw_pose(sheet, [(10 * x, 10 * y) for x, y in joint_positions(arm, _home(arm))], arm)
+        _draw_pose(draft, [(10 * x, 10 * y) for x, y in joint_positions(arm, _home(arm))], arm)
         q = [_between(turn, 0.66), _between(arm.joints[1], 0.64)]
         bent = [(10 * x, 10 * y) for x, y in joint_positions(arm, q)]
-        _draw_pose(sheet, bent, arm)
-        _draw_range(sheet, bent[1], 0.3 * far, arm.joints[1], math.degrees(q[0]))
-        _draw_range(sheet, origin, 0.62 * far, turn, 0.0)
+        _draw_pose(draft, bent, arm)
+        _draw_range(draft, bent[1], 0.3 * far, arm.joints[1], math.degrees(q[0]))
+        _draw_range(draft, origin, 0.62 * far, turn, 0.0)
         a, b, c = ((10 * x, 10 * y) for x, y in joint_positions(arm, _home(arm)))
-        sheet.dimension(a, b, -0.13 * far, f"{10 * turn.link:g}", back=6)
-        sheet.dimension(b, c, -0.13 * far, f"{10 * arm.joints[1].link:g}", back=6)
+        draft.dimension(a, b, -0.13 * far, f"{10 * turn.link:g}", back=6)
+        draft.dimension(b, c, -0.13 * far, f"{10 * arm.joints[1].link:g}", back=6)
     else:
         tip = forward(arm, _home(arm))
-        _draw_pose(sheet, [origin, (10 * tip[0], 10 * tip[1])], arm)
-        _draw_range(sheet, origin, 0.62 * far, turn, 0.0)
-    sheet.circle(origin, far, ec=QUIET, lw=0.4, ls=(0, (4, 3)))
-    sheet.text(0.0, -far - 3.5 * sheet.scale, f"reach {far:g} mm", size=7, color=QUIET)
-    sheet.axis(origin, 10)
+        _draw_pose(draft, [origin, (10 * tip[0], 10 * tip[1])], arm)
+        _draw_range(draft, origin, 0.62 * far, turn, 0.0)
+    draft.circle(origin, far, ec=QUIET, lw=0.4, ls=(0, (4, 3)))
+    draft.text(0.0, -far - 3.5 * draft.scale, f"reach {far:g} mm", size=7, color=QUIET)
+    draft.axis(origin, 10)
     middle = ((x0 + x1) / 2, (y0 + y1) / 2)
-    sheet.line((middle[0] - 8, middle[1]), (middle[0] + 8, middle[1]), color=GOAL, lw=0.9)
-    sheet.line((middle[0], middle[1] - 8), (middle[0], middle[1] + 8), color=GOAL, lw=0.9)
-    place = (middle[0] - 12, middle[1] - 5 * sheet.scale)
-    sheet.text(*place, "the camera looks here", size=7, color=GOAL, ha="right")
+    draft.line((middle[0] - 8, middle[1]), (middle[0] + 8, middle[1]), color=GOAL, lw=0.9)
+    draft.line((middle[0], middle[1] - 8), (middle[0], middle[1] + 8), color=GOAL, lw=0.9)
+    place = (middle[0] - 12, middle[1] - 5 * draft.scale)
+    draft.text(*place, "the camera looks here", size=7, color=GOAL, ha="right")
     for axis, words in (((0.28 * far, 0.0), "x"), ((0.0, 0.28 * far), "y")):
-        sheet.axes.annotate(
+        draft.axes.annotate(
             "", axis, origin, arrowprops={"arrowstyle": "-|>", "lw": 0.8, "color": STOP}, zorder=9
         )
-        sheet.text(axis[0] + 6, axis[1] + 6, words, size=8, color=STOP, zorder=9)
-    left, bottom = sheet.axes.get_xlim()[0], sheet.axes.get_ylim()[0]
-    sheet.scale_bar(left + 3 * sheet.scale, bottom + 4 * sheet.scale, 100.0)
-    return sheet.drawing()
+        draft.text(axis[0] + 6, axis[1] + 6, words, size=8, color=STOP, zorder=9)
+    left, bottom = draft.axes.get_xlim()[0], draft.axes.get_ylim()[0]
+    draft.scale_bar(left + 3 * draft.scale, bottom + 4 * draft.scale, 100.0)
+    return draft.drawing()
 
 
 def draw_side(arm: Arm) -> Drawing:
@@ -256,59 +251,59 @@ def _draw_planar_side(arm: Arm) -> Drawing:
     tip = first + second
     low, body = 40.0, 27.0  # of the upper arm's beams above the table; of a motor that lies
     fore = low + body + 14  # of the forearm's beams
-    sheet = _Sheet((-96, -24, tip + 48, fore + 90), height=140)
-    right = sheet.axes.get_xlim()[1]
-    sheet.box(-96, -4, right + 96, 4, fc="#d9d2c5", ec="none")
-    sheet.box(20, 0, right - 26, 0.9, fc="#ffffff", ec=STEEL, lw=0.5)
-    sheet.text(tip - 12, 5, "paper, flat on the table", size=7, color=QUIET, ha="right")
-    sheet.box(-84, 4, 98, body, "shoulder's motor, on its side in a\nframe, held down on a board")
-    sheet.box(-5, 4 + body, 10, low - 8 - body, fc=STEEL)
-    sheet.beam((0, low), (first, low))
-    sheet.box(first - 76, low + 4, 84, body, "elbow's motor,\nlying on the upper arm")
-    sheet.box(first - 5, low + 4 + body, 10, 6, fc=STEEL)
-    sheet.beam((first, fore), (tip, fore))
+    draft = _Draft((-96, -24, tip + 48, fore + 90), height=140)
+    right = draft.axes.get_xlim()[1]
+    draft.box(-96, -4, right + 96, 4, fc="#d9d2c5", ec="none")
+    draft.box(20, 0, right - 26, 0.9, fc="#ffffff", ec=STEEL, lw=0.5)
+    draft.text(tip - 12, 5, "paper, flat on the table", size=7, color=QUIET, ha="right")
+    draft.box(-84, 4, 98, body, "shoulder's motor, on its side in a\nframe, held down on a board")
+    draft.box(-5, 4 + body, 10, low - 8 - body, fc=STEEL)
+    draft.beam((0, low), (first, low))
+    draft.box(first - 76, low + 4, 84, body, "elbow's motor,\nlying on the upper arm")
+    draft.box(first - 5, low + 4 + body, 10, 6, fc=STEEL)
+    draft.beam((first, fore), (tip, fore))
     if arm.pen:
-        sheet.box(tip - 50, fore + 4, 34, 22, "pen's motor", zorder=3)
-        sheet.line((tip - 16, fore + 15), (tip - 4, fore + 15), lw=2.2, color=STEEL, zorder=4)
-        sheet.box(tip - 7, fore + 17, 14, 3, fc=STEEL, zorder=5)
-        sheet.text(tip + 10, fore + 18, "collar", size=6.5, color=QUIET, ha="left")
-    sheet.box(tip - 4, 1.5, 8, fore + 44, fc="#fdfdfd", ec=INK, zorder=4.5)
-    sheet.line((tip - 4, 1.5), (tip, 0.6), (tip + 4, 1.5), zorder=5)
+        draft.box(tip - 50, fore + 4, 34, 22, "pen's motor", zorder=3)
+        draft.line((tip - 16, fore + 15), (tip - 4, fore + 15), lw=2.2, color=STEEL, zorder=4)
+        draft.box(tip - 7, fore + 17, 14, 3, fc=STEEL, zorder=5)
+        draft.text(tip + 10, fore + 18, "collar", size=6.5, color=QUIET, ha="left")
+    draft.box(tip - 4, 1.5, 8, fore + 44, fc="#fdfdfd", ec=INK, zorder=4.5)
+    draft.line((tip - 4, 1.5), (tip, 0.6), (tip + 4, 1.5), zorder=5)
     top = MARKER_HEIGHT
-    sheet.line((tip - MARKER / 2, top), (tip + MARKER / 2, top), color=TIP, lw=3, zorder=6)
-    sheet.text(tip - 14, top, "red marker, flat", size=7, color=TIP, ha="right")
+    draft.line((tip - MARKER / 2, top), (tip + MARKER / 2, top), color=TIP, lw=3, zorder=6)
+    draft.text(tip - 14, top, "red marker, flat", size=7, color=TIP, ha="right")
     for at, words in ((0.0, "shoulder's axis"), (first, "elbow's axis"), (tip, "pen")):
-        sheet.line((at, -6), (at, fore + 55), lw=0.4, ls=(0, (6, 2, 1, 2)), color=STOP, zorder=7)
-        sheet.text(at, fore + 60, words, size=7, color=STOP)
-    sheet.dimension((0, -4), (first, -4), -9, f"{first:g}", back=1)
-    sheet.dimension((first, -4), (tip, -4), -9, f"{second:g}", back=1)
+        draft.line((at, -6), (at, fore + 55), lw=0.4, ls=(0, (6, 2, 1, 2)), color=STOP, zorder=7)
+        draft.text(at, fore + 60, words, size=7, color=STOP)
+    draft.dimension((0, -4), (first, -4), -9, f"{first:g}", back=1)
+    draft.dimension((first, -4), (tip, -4), -9, f"{second:g}", back=1)
     bow = fore + 26
-    sheet.line((-60, 4 + body), (-66, 60), (-46, bow), color=QUIET, lw=1.4)
-    sheet.line((first - 72, low + 26), (0.2 * first, fore), (-46, bow), color=QUIET, lw=1.4)
-    sheet.text(-62, bow + 12, "cables in a bow above\nthe shoulder's axis", size=7, color=QUIET)
-    sheet.scale_bar(-92, fore + 82, 50.0)
-    return sheet.drawing()
+    draft.line((-60, 4 + body), (-66, 60), (-46, bow), color=QUIET, lw=1.4)
+    draft.line((first - 72, low + 26), (0.2 * first, fore), (-46, bow), color=QUIET, lw=1.4)
+    draft.text(-62, bow + 12, "cables in a bow above\nthe shoulder's axis", size=7, color=QUIET)
+    draft.scale_bar(-92, fore + 82, 50.0)
+    return draft.drawing()
 
 
 def _draw_spatial_side(arm: Arm) -> Drawing:
     base, shoulder, elbow = arm.joints
     height, far = 10 * base.link, 10 * reach(arm)[1]
-    sheet = _Sheet((-0.75 * far, -0.12 * far, far + 30, height + far + 30), height=120)
-    left, right = sheet.axes.get_xlim()
-    sheet.box(left, -5, right - left, 5, fc="#d9d2c5", ec="none")
-    sheet.box(-36, 0, 72, 16, "turntable")
-    sheet.box(-26, 16, 52, height - 16, "shoulder's motor,\nupright")
+    draft = _Draft((-0.75 * far, -0.12 * far, far + 30, height + far + 30), height=120)
+    left, right = draft.axes.get_xlim()
+    draft.box(left, -5, right - left, 5, fc="#d9d2c5", ec="none")
+    draft.box(-36, 0, 72, 16, "turntable")
+    draft.box(-26, 16, 52, height - 16, "shoulder's motor,\nupright")
     q = [0.0, *_home(arm)[1:]]
     places = [(10 * x, 10 * z) for x, _, z in joint_positions(arm, q)[1:]]
-    _draw_pose(sheet, places, arm)
-    _draw_range(sheet, places[0], 0.55 * far, shoulder, 0.0)
-    _draw_range(sheet, places[1], 0.32 * far, elbow, math.degrees(q[1]))
-    sheet.dimension((0, 0), (0, height), 42, f"{height:g}", back=20)
-    sheet.dimension(places[0], places[1], 0.16 * far, f"{10 * shoulder.link:g}", back=6)
-    sheet.dimension(places[1], places[2], 0.16 * far, f"{10 * elbow.link:g}", back=6)
-    sheet.text(places[-1][0] + 14, places[-1][1], "red ball", color=TIP, ha="left", size=7)
-    sheet.scale_bar(left + 4 * sheet.scale, -0.12 * far + 3 * sheet.scale, 100.0)
-    return sheet.drawing()
+    _draw_pose(draft, places, arm)
+    _draw_range(draft, places[0], 0.55 * far, shoulder, 0.0)
+    _draw_range(draft, places[1], 0.32 * far, elbow, math.degrees(q[1]))
+    draft.dimension((0, 0), (0, height), 42, f"{height:g}", back=20)
+    draft.dimension(places[0], places[1], 0.16 * far, f"{10 * shoulder.link:g}", back=6)
+    draft.dimension(places[1], places[2], 0.16 * far, f"{10 * elbow.link:g}", back=6)
+    draft.text(places[-1][0] + 14, places[-1][1], "red ball", color=TIP, ha="left", size=7)
+    draft.scale_bar(left + 4 * draft.scale, -0.12 * far + 3 * draft.scale, 100.0)
+    return draft.drawing()
 
 
 def draw_camera(arm: Arm) -> Drawing:
@@ -317,27 +312,27 @@ def draw_camera(arm: Arm) -> Drawing:
     height, middle = camera_height(arm), (x0 + x1) / 2
     half, table = height * math.tan(VIEW_ANGLE / 2), -_marker_height(arm)
     box = (middle - 1.5 * half, table - 0.16 * height, middle + 1.5 * half, 1.2 * height)
-    sheet = _Sheet(box, height=120)
-    left, right = sheet.axes.get_xlim()
-    s = sheet.scale
-    sheet.box(left, table - 1.5 * s, right - left, 1.5 * s, fc="#d9d2c5", ec="none")
+    draft = _Draft(box, height=120)
+    left, right = draft.axes.get_xlim()
+    s = draft.scale
+    draft.box(left, table - 1.5 * s, right - left, 1.5 * s, fc="#d9d2c5", ec="none")
     for side in (-1, 1):
-        sheet.line((middle, height), (middle + side * half, 0), color=GOAL, lw=0.7)
-    sheet.box(middle - 3 * s, height, 6 * s, 3 * s)
-    sheet.text(middle, height + 5 * s, "camera", size=7)
+        draft.line((middle, height), (middle + side * half, 0), color=GOAL, lw=0.7)
+    draft.box(middle - 3 * s, height, 6 * s, 3 * s)
+    draft.text(middle, height + 5 * s, "camera", size=7)
     post = middle + 1.1 * half
-    sheet.line((middle + 3 * s, height + 1.5 * s), (post, height + 1.5 * s), lw=2, color=STEEL)
-    sheet.line((post, height + 1.5 * s), (post, table), lw=2, color=STEEL)
-    sheet.line((x0, 0.6 * s), (x1, 0.6 * s), color=LIMIT, lw=2)
+    draft.line((middle + 3 * s, height + 1.5 * s), (post, height + 1.5 * s), lw=2, color=STEEL)
+    draft.line((post, height + 1.5 * s), (post, table), lw=2, color=STEEL)
+    draft.line((x0, 0.6 * s), (x1, 0.6 * s), color=LIMIT, lw=2)
     under = -3 * s if table else 3 * s
-    sheet.text(middle, under, f"all that the marker gets to: {x1 - x0:.0f}", size=7, color=LIMIT)
+    draft.text(middle, under, f"all that the marker gets to: {x1 - x0:.0f}", size=7, color=LIMIT)
     ruler = middle - 1.15 * half
     for bottom, top, words in ((0.0, height, f"{height:.0f}"), (table, 0.0, f"{-table:.0f}")):
         if top > bottom:
-            sheet.dimension((ruler, bottom), (ruler, top), 0, "")
-            sheet.text(ruler + 2 * s, (bottom + top) / 2, words, size=8, ha="left")
-    sheet.scale_bar(left + 2 * s, table - 0.11 * height, 200.0)
-    return sheet.drawing()
+            draft.dimension((ruler, bottom), (ruler, top), 0, "")
+            draft.text(ruler + 2 * s, (bottom + top) / 2, words, size=8, ha="left")
+    draft.scale_bar(left + 2 * s, table - 0.11 * height, 200.0)
+    return draft.drawing()
 
 
 def _marker_height(arm: Arm) -> float:
@@ -367,10 +362,10 @@ def workspace(arm: Arm, count: int = 60) -> tuple[float, float, float, float]:
     return float(x0), float(y0), float(x1), float(y1)
 
 
-def _shade_workspace(sheet: _Sheet, arm: Arm) -> None:
+def _shade_workspace(draft: _Draft, arm: Arm) -> None:
     """Shade where the tip gets to; in space at the height of the shoulder."""
     for outline in _outlines(arm):
-        sheet.axes.fill(*outline.T, color=ROOM, lw=0, zorder=0)
+        draft.axes.fill(*outline.T, color=ROOM, lw=0, zorder=0)
 
 
 def _outlines(arm: Arm, count: int = 181) -> list[np.ndarray]:
@@ -446,31 +441,31 @@ def brick_place(arm: Arm) -> tuple[float, float]:
     return float(x), float(y)
 
 
-def _draw_pose(sheet: _Sheet, places: Sequence[Sequence[float]], arm: Arm) -> None:
+def _draw_pose(draft: _Draft, places: Sequence[Sequence[float]], arm: Arm) -> None:
     for k, (a, b) in enumerate(zip(places, places[1:], strict=False)):
-        sheet.beam(a, b, 2 + k)
-    sheet.circle(places[-1], MARKER / 2, ec=TIP, fc="#f3c3c7", lw=0.8, zorder=6)
+        draft.beam(a, b, 2 + k)
+    draft.circle(places[-1], MARKER / 2, ec=TIP, fc="#f3c3c7", lw=0.8, zorder=6)
 
 
 def _draw_range(
-    sheet: _Sheet, place: Sequence[float], radius: float, joint: Joint, zero: float
+    draft: _Draft, place: Sequence[float], radius: float, joint: Joint, zero: float
 ) -> None:
     """Draw a joint's limits as an arc, and its stops as rays; `zero` is where 0 is, deg."""
     lower, upper = (zero + math.degrees(angle) for angle in (joint.lower, joint.upper))
-    sheet.arc(place, radius, lower, upper)
+    draft.arc(place, radius, lower, upper)
     for angle, stop in ((joint.lower, joint.stop_lower), (joint.upper, joint.stop_upper)):
         end = _at(place, radius, zero + math.degrees(angle))
-        sheet.line(_at(place, 0.93 * radius, zero + math.degrees(angle)), end, color=LIMIT, lw=0.9)
+        draft.line(_at(place, 0.93 * radius, zero + math.degrees(angle)), end, color=LIMIT, lw=0.9)
         inner = _at(place, 0.82 * radius, zero + math.degrees(angle))
-        sheet.text(*inner, f"{math.degrees(angle):g}°", size=7, color=LIMIT, zorder=8)
+        draft.text(*inner, f"{math.degrees(angle):g}°", size=7, color=LIMIT, zorder=8)
         if stop is not None:
             direction = zero + math.degrees(stop)
-            sheet.line(
+            draft.line(
                 _at(place, 0.9 * radius, direction), _at(place, 1.12 * radius, direction),
                 color=STOP, lw=2.4, zorder=8,
             )  # fmt: skip
             words = _at(place, 1.3 * radius, direction)
-            sheet.text(*words, f"stop {math.degrees(stop):g}°", size=7, color=STOP, zorder=8)
+            draft.text(*words, f"stop {math.degrees(stop):g}°", size=7, color=STOP, zorder=8)
 
 
 def _at(place: Sequence[float], radius: float, angle: float) -> tuple[float, float]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -15,23 +14,23 @@ from laptop.measure.accuracy import criteria
 from laptop.measure.accuracy.measurement import AccuracyResult, Attained
 from laptop.measure.accuracy.plan import SHARES, AccuracyPlan
 from laptop.record.figures.charts import head
-from laptop.record.figures.line_plot import (
+from laptop.record.figures.sheet import (
     BAND,
+    BEHIND,
     INK,
     JOINTS,
     PEAK,
-    QUIET,
     REACH_EDGE,
     TICKS,
     WANTED,
-    new_figure,
-    png_of,
-    write_title,
+    Sheet,
+    write_footnote,
+    written_figure,
 )
 
 HEIGHT = 1750
 """Of the page, px."""
-LEFT, RIGHT, TOP = 0.062, 0.98, 0.895
+LEFT, RIGHT, TOP = 0.062, 0.98, 0.915
 ROOM = 1.15
 """Axes are so many times as wide as what they show."""
 LEAST_MM = 0.2
@@ -46,23 +45,20 @@ def write_accuracy_plot(
     Raises:
         OSError: as the system says it.
     """
-    with new_figure(HEIGHT) as figure:
-        write_title(figure, title, notes)
+    with written_figure(file, title, notes, height=HEIGHT) as figure:
         _draw_poses(figure, result)
         _draw_paths(figure, result)
-        png = png_of(figure)
-    Path(file).write_bytes(png)
 
 
 def _draw_poses(figure: Figure, result: AccuracyResult) -> None:
     plan = result.plan
-    wide, high, gap = (RIGHT - LEFT) / 3, 0.234, 0.062
+    wide, high, gap = (RIGHT - LEFT) / 3, 0.234, 0.074
     places = [
         (LEFT + column * wide, TOP - high - row * (high + gap), wide - 0.05, high)
         for row in (0, 1)
         for column in range(3)
     ]
-    _draw_map(figure.add_axes(places[0]), plan)
+    _draw_map(Sheet(figure, places[0], BEHIND), plan)
     shown = {number: _flat(plan, result.observed[f"P{number}"]) for number in range(1, 6)}
     from_sides = {
         number: [
@@ -127,27 +123,21 @@ def _draw_pose(axes: Axes, points: np.ndarray, from_sides: Sequence[np.ndarray],
     axes.plot(0, 0, "+", color=INK, ms=9, mew=1.4, zorder=6)
 
 
-def _draw_map(axes: Axes, plan: AccuracyPlan) -> None:
+def _draw_map(sheet: Sheet, plan: AccuracyPlan) -> None:
     """Draw the poses' plane with poses and paths."""
-    head(axes, f"The test {'square' if len(plan.centre) == 2 else 'plane'}")
+    axes, is_level = sheet.axes, len(plan.centre) == 2
+    head(axes, f"The test {'square' if is_level else 'plane'}")
     corners = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1)]) * plan.sides / 2
-    axes.plot(-corners[:, 1], corners[:, 0], color=REACH_EDGE, lw=1.2)
+    sheet.lines([corners], color=REACH_EDGE, lw=1.2)
     for path, colour in zip(plan.paths.values(), JOINTS, strict=False):
-        way = (path.points() - plan.centre) @ plan.axes.T
-        axes.plot(-way[:, 1], way[:, 0], color=colour, lw=1.5, zorder=2)
-    for number, pose in enumerate((plan.poses - plan.centre) @ plan.axes.T, 1):
-        axes.plot(-pose[1], pose[0], "o", color=INK, ms=4, zorder=3)
-        axes.annotate(
-            f"P{number}", (-pose[1], pose[0]), (5, 5), textcoords="offset points", color=INK
-        )
-    half = 0.56 * plan.sides.max()
-    axes.set(xlim=(-half, half), ylim=(-half, half), aspect="equal")
-    axes.xaxis.set_major_formatter(lambda x, _: f"{0.0 - x:g}")
-    axes.locator_params(nbins=5, steps=TICKS)
+        sheet.lines([(path.points() - plan.centre) @ plan.axes.T], color=colour, lw=1.5)
+    poses = sheet.seen((plan.poses - plan.centre) @ plan.axes.T)
+    for number, pose in enumerate(poses.tolist(), 1):
+        axes.plot(*pose, "o", color=INK, ms=4, zorder=3)
+        axes.annotate(f"P{number}", pose, (5, 5), textcoords="offset points", color=INK)
+    sheet.show(sheet.seen(corners), 0.06 * plan.sides.max())
     axes.set_xlabel("y from its middle, cm (to the left)")
-    axes.set_ylabel(
-        "x, cm (forward)" if len(plan.centre) == 2 else "forward and up, cm", labelpad=1
-    )
+    axes.set_ylabel("x, cm (forward)" if is_level else "forward and up, cm", labelpad=1)
 
 
 def _flat(plan: AccuracyPlan, attained: Attained) -> np.ndarray:
@@ -184,11 +174,10 @@ def _draw_paths(figure: Figure, result: AccuracyResult) -> None:
                 axes.set_ylabel("mm to the left" if kind == "line" else "mm outwards", labelpad=2)
             if row:
                 axes.set_xlabel("cm along the path")
-    figure.text(
-        *(LEFT, 0.012),
-        "of each path: each cycle (blue), their barycentre (red), and around it its repeatability",
-        va="bottom", size=8, color=QUIET,
-    )  # fmt: skip
+    words = (
+        "of each path: each cycle (blue), their barycentre (red), and around it its repeatability"
+    )
+    write_footnote(figure, words)
 
 
 def _tube(attained: Attained) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

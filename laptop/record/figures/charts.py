@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from laptop.record.figures.line_plot import BAND, BAND_TEXT, INK, JOINTS, REACH_EDGE, TICKS
+from laptop.record.figures.sheet import BAND, BAND_TEXT, INK, JOINTS, REACH_EDGE, TICKS
 
 GOALS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")
 """Colours of goals and of the ways to them."""

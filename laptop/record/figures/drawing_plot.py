@@ -9,12 +9,9 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
 
 from laptop.record.figures.line_accuracy import (
     INK_SPACING,
@@ -23,7 +20,14 @@ from laptop.record.figures.line_accuracy import (
     place,
     refined,
 )
-from laptop.record.figures.line_plot import new_figure, png_of, write_title
+from laptop.record.figures.sheet import (
+    BEHIND,
+    TALL,
+    WIDE,
+    WISHED_BAND,
+    Sheet,
+    written_figure,
+)
 
 COARSE = 5
 """What was wished is looked at in steps so many times as long as the ink's."""
@@ -34,10 +38,8 @@ STANDING_SPEED = 0.2
 GREAT_MM = 3.0
 """Deviations from here on have one colour, mm: more than half a LEGO stud."""
 
-PANEL, SCALE = (0.06, 0.09, 0.72, 0.76), (0.83, 0.16, 0.018, 0.6)
-"""Where in the figure the drawing is, and the scale of its colours: left, bottom, width, height."""
-
-WISHED, PEN_UP = "#9aa3ab", "#b9c0c6"
+ROOM = 0.06
+"""About a drawing, as a share of its size."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,48 +166,19 @@ def write_drawing_plot(
     Raises:
         OSError: as the system says it.
     """
-    with new_figure(1200) as figure:
-        write_title(figure, title, notes)
-        axes = figure.add_axes(PANEL)
-        for chain in chains:
-            wished = np.concatenate(chain)
-            axes.plot(-wished[:, 1], wished[:, 0], color=WISHED, lw=3.2, alpha=0.5, zorder=2)
-        _draw_ways(axes, rows)
-        colours = _draw_ink(axes, rows, accuracy)
-        low, high = _limits([np.concatenate(chain) for chain in chains])
-        axes.set(xlim=(-high[1], -low[1]), ylim=(low[0], high[0]), aspect="equal")
-        axes.xaxis.set_major_formatter(lambda x, _: f"{0.0 - x:g}")
-        axes.set_xlabel("y, cm (to the left)")
-        axes.set_ylabel("x, cm (forward)")
-        bar = figure.colorbar(colours, cax=figure.add_axes(SCALE), extend="max")
-        bar.set_label("distance of the true ink from what was wished (grey), mm")
-        png = png_of(figure)
-    Path(file).write_bytes(png)
-
-
-def _limits(wished: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """Return least and greatest x and y of what is shown, cm."""
-    points = np.concatenate(wished)[:, :2]
-    room = 0.06 * max(float(np.ptp(points, axis=0).max()), 1.0)
-    return points.min(axis=0) - room, points.max(axis=0) + room
-
-
-def _draw_ways(axes: Axes, rows: Sequence[Any]) -> None:
-    tip = np.array([place(row)[:2] for row in rows], float)
-    pen = np.array([bool(row.pen) for row in rows])
-    way = np.where(pen[:, None], np.nan, tip)
-    axes.plot(-way[:, 1], way[:, 0], color=PEN_UP, lw=0.7, ls=(0, (2, 2)), zorder=1)
-
-
-def _draw_ink(axes: Axes, rows: Sequence[Any], accuracy: DrawingAccuracy) -> LineCollection:
-    """Draw the ink in segments of about its spacing, each in the colour of its distance."""
-    points = np.column_stack([-accuracy.points[:, 1], accuracy.points[:, 0]])
-    segments = np.stack([points[:-1], points[1:]], axis=1)
-    length = np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1)
-    near = length < 3 * INK_SPACING  # else it is the way from one ink to the next
-    ink = LineCollection(
-        list(segments[near]), array=accuracy.off_mm[1:][near], cmap="turbo", lw=1.4, zorder=3
-    )
-    ink.set_clim(0.0, GREAT_MM)
-    axes.add_collection(ink)
-    return ink
+    wished = [np.concatenate(chain) for chain in chains]
+    with written_figure(file, title, notes, height=TALL) as figure:
+        sheet = Sheet(figure, WIDE, BEHIND)
+        sheet.lines(wished, "wished", **WISHED_BAND)
+        sheet.travel(rows)
+        segments = np.stack([accuracy.points[:-1], accuracy.points[1:]], axis=1)
+        # One that is longer is the way from one ink to the next.
+        near = np.linalg.norm(np.diff(accuracy.points, axis=0), axis=1) < 3 * INK_SPACING
+        ink = sheet.coloured(
+            segments[near], accuracy.off_mm[1:][near], GREAT_MM, cmap="turbo", lw=1.4, zorder=5
+        )
+        points = sheet.seen(np.concatenate(wished))
+        sheet.show(points, ROOM * max(float(np.ptp(points, axis=0).max()), 1.0))
+        sheet.legend()
+        words = "distance of the true ink from what was wished, mm"
+        sheet.colour_scale(ink, words, extend="max")

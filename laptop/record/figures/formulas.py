@@ -35,11 +35,12 @@ def matrix(a: str, b: str, c: str, d: str) -> str:
     return rf"\genfrac{{[}}{{]}}{{0}}{{0}}{{{a}\quad {b}}}{{{c}\quad {d}}}"
 
 
-def svg(figure: Figure, tight: bool = False) -> str:
+def svg(figure: Figure, tight: bool = False, transparent: bool = True) -> str:
     """Return a figure as the text of an SVG, the same text for the same figure.
 
     Args:
         tight: cut off what is empty around it.
+        transparent: let what is behind it be seen.
     """
     out = io.BytesIO()
     with rc_context({"svg.hashsalt": "brickservo"}):
@@ -49,7 +50,7 @@ def svg(figure: Figure, tight: bool = False) -> str:
             bbox_inches="tight" if tight else None,
             pad_inches=0.02,
             metadata={"Date": None, "Creator": None},
-            transparent=True,
+            transparent=transparent,
         )
     return out.getvalue().decode("utf-8")
 

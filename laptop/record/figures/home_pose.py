@@ -16,22 +16,20 @@ from pathlib import Path
 import numpy as np
 from matplotlib.patches import Arc, Wedge
 
-from laptop.record.figures.line_plot import (
+from laptop.record.figures.sheet import (
     BASE,
     INK,
     PEAK,
     QUIET,
     REACH_EDGE,
     WANTED,
-    WIDTH,
-    draw_arm,
-    new_figure,
-    png_of,
+    Sheet,
+    written_figure,
 )
 from shared.arm_description import PULLED_DOWN, SEEK_BEYOND, Arm
 
-HEIGHT, DPI = 800, 150
-"""px, px per inch."""
+HEIGHT = 800
+"""Of the picture, px."""
 
 
 def write_home_pose(file: Path, arm: Arm, skeleton: Sequence[Sequence[float]]) -> None:
@@ -46,20 +44,15 @@ def write_home_pose(file: Path, arm: Arm, skeleton: Sequence[Sequence[float]]) -
         OSError: as the system says it.
     """
     standing = arm.chain in PULLED_DOWN
-    places = np.array([[p[0], p[2] if standing else p[1]] for p in skeleton], float)
     joints = arm.joints[1:] if standing else arm.joints
-    axles, tip = places[-1 - len(joints) : -1], places[-1]
-    with new_figure(HEIGHT) as figure:
-        axes = figure.add_axes((0.06, 0.13, 0.9, 0.78))
+    how = "from the side, its base turned straight ahead" if standing else "from above"
+    title = f"Home pose of {arm.name}, seen {how}"
+    with written_figure(file, title, height=HEIGHT) as figure:
+        sheet = Sheet(figure, (0.062, 0.13, 0.898, 0.77), "xz" if standing else "xy")
+        axes, places = sheet.axes, sheet.seen(skeleton)
+        axles, tip = places[-1 - len(joints) : -1], places[-1]
         seen = np.concatenate([places, [(-BASE, -BASE), (BASE, BASE), (tip[0] + 6, 0)]])
-        lower, upper = seen.min(axis=0) - (3.0, 4.0), seen.max(axis=0) + (1.0, 4.0)
-        box = np.array([0.9 * WIDTH, 0.78 * HEIGHT])
-        cm = 1 / max((upper - lower) / box)
-        middle, half = (lower + upper) / 2, box / cm / 2
-        axes.set(
-            xlim=(middle[0] - half[0], middle[0] + half[0]),
-            ylim=(middle[1] - half[1], middle[1] + half[1]),
-        )
+        sheet.show(seen, ((3.0, 4.0), (1.0, 4.0)))
         axes.axhline(0, color=REACH_EDGE, lw=1, zorder=0)
         before = 0.0
         for joint, axle, end in zip(joints, axles, [*axles[1:], tip], strict=True):
@@ -78,16 +71,8 @@ def write_home_pose(file: Path, arm: Arm, skeleton: Sequence[Sequence[float]]) -
                 axle, (8, -44), textcoords="offset points", color=PEAK, fontsize=12,
             )  # fmt: skip
             before = along
-        draw_arm(axes, places, cm * 72 / DPI, standing)
+        sheet.arm(skeleton)
         at = ", ".join(f"{value + 0.0:.1f}" for value in skeleton[-1])
         axes.annotate(
             f"tip at {at} cm", tip, (10, 34), textcoords="offset points", color=INK, fontsize=12
         )
-        axes.set_xlabel("x  cm, straight ahead", fontsize=11)
-        axes.set_ylabel("z  cm, up" if standing else "y  cm, to the left", fontsize=11)
-        how = "from the side, its base turned straight ahead" if standing else "from above"
-        figure.text(
-            0.06, 0.945, f"Home pose of {arm.name}, seen {how}", fontsize=15, color=INK
-        )  # fmt: skip
-        picture = png_of(figure)
-    file.write_bytes(picture)

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from laptop.record.figures.drawing_plot import compare
-from laptop.record.figures.line_plot import new_figure, png_of, write_title
-
-PANEL, GRAPH = (0.06, 0.09, 0.5, 0.76), (0.64, 0.09, 0.33, 0.76)
-"""Where in the figure the drawing is, and how far it is off: left, bottom, width, height."""
+from laptop.record.figures.sheet import (
+    BEHIND,
+    COLUMN,
+    SHEET,
+    Sheet,
+    written_figure,
+)
 
 WISHED = "#20262c"
 
@@ -44,31 +46,19 @@ def write_learning_plot(
     every = [(name, compare(rows, chains)) for name, rows in drawings]
     notes = "off at most: " + ", ".join(f"{one.greatest_mm:.1f} mm {name}" for name, one in every)
     picks = np.linspace(0, len(COLOURS) - 1, len(every)).round().astype(int)
-    with new_figure(900) as figure:
-        write_title(figure, title, notes)
-        axes, graph = figure.add_axes(PANEL), figure.add_axes(GRAPH)
+    with written_figure(file, title, notes) as figure:
+        sheet, graph = Sheet(figure, SHEET, BEHIND), figure.add_axes(COLUMN)
         for pick, (name, one) in zip(picks, every, strict=True):
             # Where the pen was up between two points there is no ink.
             steps = np.linalg.norm(np.diff(one.points, axis=0), axis=1)
             points = np.insert(one.points, np.flatnonzero(steps > 0.3) + 1, np.nan, axis=0)
-            axes.plot(-points[:, 1], points[:, 0], color=COLOURS[pick], lw=1.4, label=name)
+            sheet.lines([points], name, color=COLOURS[pick], lw=1.4)
             way = np.concatenate([[0.0], np.cumsum(np.where(steps > 0.3, 0.0, steps))])
             graph.plot(way, one.off_mm, color=COLOURS[pick], lw=1.4)
-        for k, chain in enumerate(chains):
-            wished = np.concatenate(chain)
-            label = None if k else "wished"
-            axes.plot(-wished[:, 1], wished[:, 0], color=WISHED, lw=0.8, ls="--", label=label)
-        inks = np.concatenate([one.points for _, one in every])
-        low, high = inks.min(axis=0), inks.max(axis=0)
-        room = ROOM * max(float((high - low).max()), 1.0)
-        axes.set(xlim=(-high[1] - room, -low[1] + room), ylim=(low[0] - room, high[0] + room))
-        axes.set_aspect("equal")
-        axes.xaxis.set_major_formatter(lambda x, _: f"{0.0 - x:g}")
-        axes.set_xlabel("y, cm (to the left)")
-        axes.set_ylabel("x, cm (forward)")
-        axes.legend(loc="best", fontsize=8.5)
+        sheet.lines(map(np.concatenate, chains), "wished", color=WISHED, lw=0.8, ls="--")
+        inks = sheet.seen(np.concatenate([one.points for _, one in every]))
+        sheet.show(inks, ROOM * max(float(np.ptp(inks, axis=0).max()), 1.0))
+        sheet.legend()
         graph.set_xlabel("length of the ink, cm")
         graph.set_ylabel("distance of the true ink from what was wished, mm")
         graph.set_ylim(bottom=0)
-        png = png_of(figure)
-    Path(file).write_bytes(png)

@@ -1,77 +1,40 @@
 """The picture of a run: what was drawn, the arm, and the deviation magnified beside it.
 
-Nothing is computed here but where things go; numbers come from `line_accuracy`.  Matplotlib's
-figures are used without pyplot and with the style below, whatever the user's matplotlibrc says;
-equal input gives equal bytes.
+Nothing is computed here but where things go; numbers come from `line_accuracy`.
 """
 
-import io
 import math
 import os
-import textwrap
-import warnings
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
-from pathlib import Path
+from collections.abc import Callable, Sequence
 from typing import Any
 
-import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.font_manager import FontProperties, findfont, get_font
-from matplotlib.patches import Annulus, Circle, FancyBboxPatch
-from matplotlib.text import Text
 
 from laptop.record.figures.line_accuracy import Measure, Points, pen_down_runs, place
-
-WIDTH, HEIGHT, DPI = 1600, 1000, 150
-"""px, px, px per inch."""
+from laptop.record.figures.sheet import (
+    BAND,
+    BAND_TEXT,
+    BASE,
+    COLUMN,
+    INK,
+    INK_LINE,
+    JOINTS,
+    PEAK,
+    QUIET,
+    SHEET,
+    TICKS,
+    WANTED,
+    WANTED_LINE,
+    Sheet,
+    dot,
+    write_footnote,
+    written_figure,
+)
 
 MOST_PANELS = 6
 """More deviations than this side by side nobody reads."""
-
-# Okabe and Ito's colours, which colour-blind people tell apart, and greys.
-INK, WANTED, PEAK, BAND = "#1a1a1a", "#0072B2", "#D55E00", "#E69F00"
-BAND_TEXT = "#9A6A00"
-JOINTS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")
-ARM, ARM_EDGE, HOLE, STEEL = "#F5D76E", "#B8962E", "#FFF6D6", "#8a8f94"
-REACH, REACH_EDGE, TRAVEL, QUIET = "#F0F3F6", "#D3DAE1", "#9AA3AB", "#5b6167"
-
-STYLE: dict[Any, Any] = {
-    "agg.path.chunksize": 10000,
-    "axes.edgecolor": "#8a8f94",
-    "axes.labelcolor": QUIET,
-    "axes.labelsize": 8.5,
-    "axes.linewidth": 0.7,
-    "axes.spines.right": False,
-    "axes.spines.top": False,
-    "axes.unicode_minus": True,
-    "font.family": "DejaVu Sans",
-    "font.size": 8.5,
-    "legend.fontsize": 8.5,
-    "legend.frameon": False,
-    "text.parse_math": False,
-    "xtick.color": "#8a8f94",
-    "xtick.labelcolor": QUIET,
-    "xtick.labelsize": 8,
-    "ytick.color": "#8a8f94",
-    "ytick.labelcolor": QUIET,
-    "ytick.labelsize": 8,
-}
-
-TICKS = (1, 2, 5, 10)
-
-# Where things are, as shares of the figure: left, bottom, width, height.
-SHEET = (0.062, 0.135, 0.52, 0.74)
-COLUMN = (0.648, 0.095, 0.332, 0.74)
-
-BEAM = 0.8
-"""Width of a LEGO beam and distance of its holes, cm."""
-
-BASE = 1.6
-"""Half the side of what the arm stands on, cm."""
 
 
 def write_line_plot(
@@ -104,33 +67,9 @@ def write_line_plot(
     """
     if len(wanted) != len(measures):
         raise ValueError(f"{len(measures)} measures for {len(wanted)} wanted paths")
-    with new_figure() as figure:
-        write_title(figure, title, notes)
+    with written_figure(file, title, notes) as figure:
         _draw_sheet(figure, rows, wanted, skeleton, reach, axes)
         _draw_column(figure, rows, wanted, measures)
-        picture = png_of(figure)
-    Path(file).write_bytes(picture)
-
-
-@contextmanager
-def new_figure(height: int = HEIGHT) -> Iterator[Figure]:
-    """An empty figure, WIDTH x height px, in the style above; it has to be drawn in the block."""
-    with matplotlib.rc_context():
-        matplotlib.rcdefaults()
-        matplotlib.rcParams.update(STYLE)
-        figure = Figure(figsize=(WIDTH / DPI, height / DPI), dpi=DPI, facecolor="white")
-        FigureCanvasAgg(figure)
-        yield figure
-
-
-def png_of(figure: Figure) -> bytes:
-    """The figure as a PNG file; a letter that its font lacks is a box, without a word."""
-    picture = io.BytesIO()
-    with warnings.catch_warnings():
-        # Names come from runs and may hold anything; a reader can do nothing about a font.
-        warnings.filterwarnings("ignore", r"Glyph \d+")
-        figure.savefig(picture, format="png", dpi=DPI, metadata={"Software": None})
-    return picture.getvalue()
 
 
 # The sheet, on the left
@@ -142,57 +81,32 @@ def _draw_sheet(
     wanted: Sequence[Points],
     skeleton: Points,
     reach: tuple[float, float],
-    names: str,
+    view: str,
 ) -> None:
-    view = ["xyz".index(name) for name in names]
+    sheet = Sheet(figure, SHEET, view)
+    axes = sheet.axes
+    inks = [[place(row) for row in run] for run in pen_down_runs(rows)]
+    tip = [] if inks else [place(row) for row in rows]
+    badges = _badge_places([sheet.seen(path) for path in wanted])
+    points = [sheet.seen(line) for line in (*wanted, *inks, skeleton, tip)]
+    points += [np.reshape(badges, (-1, 2)), np.array([(-BASE, -BASE), (BASE, BASE)])]
+    if len(np.concatenate(points)) == 2:  # nothing but the base
+        points.append(np.array([(-reach[1], -reach[1]), reach[1:] * 2]))
+    sheet.show(np.concatenate(points), ((1.0, 2.0), (1.0, 1.0)), 12.0)
 
-    def seen_from(points: Points) -> np.ndarray:
-        return np.array([[point[k] for k in view] for point in points], float).reshape(-1, 2)
-
-    runs = pen_down_runs(rows)
-    paths = [seen_from(path) for path in wanted]
-    inks = [seen_from([place(row) for row in run]) for run in runs]
-    tip = seen_from([place(row) for row in rows])
-    arm = seen_from(skeleton)
-    base = np.array([(-BASE, -BASE), (BASE, BASE)])
-    badges = _badge_places(paths)
-    seen = [*paths, *inks, arm, base, *np.reshape(badges, (-1, 1, 2))]
-    if not inks:
-        seen.append(tip)
-    seen = [line for line in seen if len(line)]
-    axes = figure.add_axes(SHEET)
-    cm = _frame(axes, np.concatenate(seen), reach)
-    axes.set_xlabel(f"{names[0]}  cm")
-    axes.set_ylabel(f"{names[1]}  cm")
-
-    hole, outer = reach
-    shoulder = (0.0, 0.0)
+    hole, shoulder = reach[0], (0.0, 0.0)
     if len(skeleton) and len(skeleton[0]) == 3:  # in space it stands on the base
-        shoulder = (0.0, skeleton[1][2]) if names[1] == "z" else shoulder
-        hole = hole if names[1] == "z" else 0.0
-    wide = max(outer - hole, 1e-6)
-    axes.add_patch(Annulus(shoulder, outer, wide, fc=REACH, ec=REACH_EDGE, lw=0.8, zorder=0))
-    draw_arm(axes, arm, cm, standing=names[1] == "z")
-    handles = []
-    if paths:
-        for path in paths:
-            (line,) = axes.plot(*path.T, color=WANTED, lw=1.1, zorder=6, marker=_dot(path))
-        handles.append((line, "wanted"))
-    if inks:
-        for ink in inks:
-            (line,) = axes.plot(
-                *ink.T, color=INK, lw=2.0, zorder=5, solid_capstyle="round", marker=_dot(ink)
-            )
-        handles.append((line, "ink"))
-    pen = np.array([bool(row.pen) for row in rows])
-    if not pen.all():
-        travel = np.where(pen[:, None], np.nan, tip)
-        (line,) = axes.plot(*travel.T, color=TRAVEL, lw=0.9, ls=(0, (1, 2)), zorder=4)
-        handles.append((line, "pen up"))
-    if len(arm):
-        (line,) = axes.plot([], [], color=ARM, lw=6, solid_capstyle="round")
-        handles.append((line, "arm at the end"))
-    handles.append((axes.plot([], [], color=REACH_EDGE, lw=6)[0], "reach of the links"))
+        shoulder = (0.0, skeleton[1][2]) if view[1] == "z" else shoulder
+        hole = hole if view[1] == "z" else 0.0
+    sheet.lines(wanted, "wanted", **WANTED_LINE)
+    sheet.lines(inks, "ink", **INK_LINE)
+    sheet.travel(rows)
+    sheet.arm(skeleton, "arm at the end")
+    turn = np.linspace(0, math.tau, 241)
+    circle = np.column_stack([np.cos(turn), np.sin(turn)])
+    sheet.reach(
+        [shoulder + reach[1] * circle, shoulder + hole * circle[::-1]], "reach of the links"
+    )
     for number, spot in enumerate(badges, 1):
         _badge(axes, spot, number, small=len(badges) > 9)
     _draw_scale(axes)
@@ -200,68 +114,8 @@ def _draw_sheet(
         words = "no ink: the pen never touched the paper" if len(tip) else "no record"
         x, y = axes.get_xlim()[0] + 0.5, axes.get_ylim()[0] + 0.6
         axes.text(x, y, words, size=9.5, color=INK, weight="bold", zorder=9)
-    left, bottom, width, _ = SHEET
-    figure.legend(
-        *zip(*handles, strict=True),
-        loc="center",
-        bbox_to_anchor=(left + width / 2, bottom - 0.083),
-        ncols=len(handles),
-        columnspacing=1.6,
-        handlelength=1.6,
-    )
-    figure.text(
-        left, 0.018, "Ink and arm: the TRUE tip and links of the emulated arm.", size=8, color=QUIET
-    )
-
-
-def _frame(axes: Axes, points: np.ndarray, reach: tuple[float, float]) -> float:
-    """Limits with equal scales that show all of `points`; the scale in points of type per cm."""
-    lower, upper = points.min(axis=0) - (1.0, 2.0), points.max(axis=0) + 1.0
-    if len(points) == 2:  # nothing but the base
-        lower, upper = np.full(2, -reach[1] - 0.5), np.full(2, reach[1] + 0.5)
-    box = np.array([SHEET[2] * WIDTH, SHEET[3] * HEIGHT])
-    span = max(12.0 / box.min(), *((upper - lower) / box)) * box
-    middle = (lower + upper) / 2
-    axes.set(
-        xlim=(middle[0] - span[0] / 2, middle[0] + span[0] / 2),
-        ylim=(middle[1] - span[1] / 2, middle[1] + span[1] / 2),
-    )
-    axes.xaxis.set_label_coords(0.5, -0.05)
-    axes.yaxis.set_label_coords(-0.06, 0.5)
-    axes.locator_params(nbins=9, steps=TICKS)
-    axes.spines[:].set_visible(True)
-    axes.spines[:].set_color(REACH_EDGE)
-    return float(box[0] / DPI * 72 / span[0])
-
-
-def draw_arm(axes: Axes, arm: np.ndarray, cm: float, standing: bool) -> None:
-    """Beams with their holes from joint to joint, over the base, which from the side is flat."""
-    axes.add_patch(
-        FancyBboxPatch(
-            (-BASE, -BASE / 2 if standing else -BASE),
-            2 * BASE,
-            BASE / 2 if standing else 2 * BASE,
-            f"round,pad=0,rounding_size={0.2 if standing else 0.5}",
-            fc="#DDE1E5",
-            ec=STEEL,
-            lw=0.8,
-            zorder=1,
-        )
-    )
-    for k, (a, b) in enumerate(zip(arm, arm[1:], strict=False)):
-        z = 2 + 0.1 * k
-        for colour, width in ((ARM_EDGE, BEAM * cm + 1.4), (ARM, BEAM * cm)):
-            axes.plot(*np.array([a, b]).T, color=colour, lw=width, solid_capstyle="round", zorder=z)
-        holes = max(1, round(math.dist(a, b) / BEAM))
-        for j in range(1, holes):
-            place = a + (b - a) * j / holes
-            axes.add_patch(Circle(place, 0.22, fc=HOLE, ec=ARM_EDGE, lw=0.5, zorder=z))
-    for k, place in enumerate(arm):
-        tip = k == len(arm) - 1
-        radius = 0.2 if tip else 0.36
-        axes.add_patch(
-            Circle(place, radius, fc=INK if tip else STEEL, ec="white", lw=0.9, zorder=3)
-        )
+    sheet.legend()
+    write_footnote(figure, "Ink and arm: the TRUE tip and links of the emulated arm.")
 
 
 def _badge_places(paths: Sequence[np.ndarray]) -> list[np.ndarray]:
@@ -296,18 +150,13 @@ def _badge(axes: Axes, place: np.ndarray, number: int, small: bool) -> None:
 
 
 def _draw_scale(axes: Axes) -> None:
-    """A bar of 5 cm in the strip that `_frame` keeps free at the bottom."""
+    """A bar of 5 cm in the strip that is kept free at the bottom."""
     right, bottom = axes.get_xlim()[1], axes.get_ylim()[0]
     x, y = right - 5.6, bottom + 0.5
     axes.plot([x, x + 5], [y, y], color=INK, lw=2.2, solid_capstyle="butt", zorder=7)
     for end in (x, x + 5):
         axes.plot([end, end], [y - 0.16, y + 0.16], color=INK, lw=1.0, zorder=7)
     axes.text(x + 2.5, y + 0.15, "5 cm", ha="center", va="bottom", size=8.5, color=INK, zorder=7)
-
-
-def _dot(points: np.ndarray) -> str | None:
-    """The marker of a line that is only a point."""
-    return "." if np.ptp(points, axis=0).max() < 0.02 else None
 
 
 # The column, on the right
@@ -356,7 +205,7 @@ def _draw_deviations(
     across = [v for m in present for v in (m.floor_mm or 0.02, -(m.floor_mm or 0.02))]
     across += [ends[:, 1].min(), ends[:, 1].max()]
     alone = len(shown) == 1
-    boxes = _stack(2 if alone else len(shown), gap=0.13 if alone else 0.05)
+    boxes = stack(2 if alone else len(shown), gap=0.13 if alone else 0.05)
     _heading(figure, heading)
     axes = None
     for (k, m), box in zip(shown, boxes, strict=False):
@@ -373,7 +222,7 @@ def _draw_deviations(
     axes.set_xlabel(f"cm along the path{side}")
     if alone:
         _draw_angles(figure.add_axes(boxes[1]), rows)
-    figure.text(COLUMN[0] + COLUMN[2], 0.018, footnote, ha="right", size=8, color=QUIET)
+    write_footnote(figure, footnote, right=True)
 
 
 def _draw_deviation(axes: Axes, number: int, m: Measure | None) -> None:
@@ -384,7 +233,7 @@ def _draw_deviation(axes: Axes, number: int, m: Measure | None) -> None:
         along, deviation = m.lateral.T
         if m.floor_mm:
             axes.axhspan(-m.floor_mm, m.floor_mm, color=BAND, alpha=0.2, lw=0)
-        axes.plot(along, deviation, color=INK, lw=1.3, marker=_dot(m.lateral / 10))
+        axes.plot(along, deviation, color=INK, lw=1.3, marker=dot(m.lateral / 10))
         worst = int(np.argmax(np.abs(deviation)))
         axes.plot(along[worst], deviation[worst], "o", color=PEAK, ms=4, clip_on=False)
         words = f"greatest {_mm(m.greatest_mm)}   RMS {_mm(m.rms_mm)}   end {_mm(m.end_mm)}"
@@ -409,27 +258,30 @@ def _widened(values: Any, share: float) -> tuple[float, float]:
 def _draw_times(figure: Figure, rows: Sequence[Any], heading: str) -> None:
     _heading(figure, heading)
     panels: list[Callable[[Axes, Sequence[Any]], None]] = [_draw_tip, _draw_angles]
-    for draw, box in zip(panels, _stack(2, gap=0.11), strict=True):
+    for draw, box in zip(panels, stack(2, gap=0.11), strict=True):
         draw(figure.add_axes(box), rows)
+    figure.align_ylabels()
 
 
 def _draw_tip(axes: Axes, rows: Sequence[Any]) -> None:
     places = zip(*(place(row) for row in rows), strict=True)
     curves = [(name, list(values)) for name, values in zip("xyz", places, strict=False)]
-    _draw_in_time(axes, rows, "tip  cm", curves)
+    draw_in_time(axes, rows, "tip  cm", curves)
+    _shade_ink(axes, rows)
 
 
 def _draw_angles(axes: Axes, rows: Sequence[Any]) -> None:
     angles = zip(*(row.q for row in rows), strict=True)
     curves = [(f"q{k}", [math.degrees(a) for a in angle]) for k, angle in enumerate(angles, 1)]
-    _draw_in_time(axes, rows, "joint angles  deg", curves)
+    draw_in_time(axes, rows, "joint angles  deg", curves)
+    _shade_ink(axes, rows)
 
 
-def _draw_in_time(
+def draw_in_time(
     axes: Axes, rows: Sequence[Any], label: str, curves: Sequence[tuple[str, list[float]]]
 ) -> None:
+    """Draw curves in time, a name and values of each, one per row."""
     axes.set(xlabel="s", ylabel=label)
-    axes.yaxis.set_label_coords(-0.1, 0.5)
     if not rows:
         axes.set(xticks=[], yticks=[])
         axes.text(0.5, 0.5, "no record", transform=axes.transAxes, ha="center", color=QUIET)
@@ -437,11 +289,14 @@ def _draw_in_time(
     t = [row.t for row in rows]
     for k, (name, values) in enumerate(curves):
         axes.plot(t, values, color=JOINTS[k % len(JOINTS)], lw=1.4, label=name)
-    for run in pen_down_runs(rows):
-        axes.axvspan(run[0].t, run[-1].t, color=INK, alpha=0.07, lw=0)
     axes.margins(x=0.01, y=0.12)
     axes.locator_params(nbins=6, steps=TICKS)
     axes.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=len(curves), borderaxespad=0)
+
+
+def _shade_ink(axes: Axes, rows: Sequence[Any]) -> None:
+    for run in pen_down_runs(rows):
+        axes.axvspan(run[0].t, run[-1].t, color=INK, alpha=0.07, lw=0)
 
 
 def _heading(figure: Figure, text: str) -> None:
@@ -449,39 +304,8 @@ def _heading(figure: Figure, text: str) -> None:
     figure.text(left, bottom + height + 0.043, text, size=9.5, color=INK, weight="bold")
 
 
-def _stack(n: int, gap: float) -> list[tuple[float, float, float, float]]:
+def stack(n: int, gap: float) -> list[tuple[float, float, float, float]]:
     """Boxes of n axes one below the other, the first on top; `gap` is for the words above each."""
     left, bottom, width, height = COLUMN
     each = (height + gap) / n
     return [(left, bottom + (n - 1 - k) * each, width, each - gap) for k in range(n)]
-
-
-# Text that nobody knows beforehand
-
-
-def write_title(figure: Figure, title: str, notes: str) -> None:
-    """The title on one line, smaller on two where it must be; the notes on what that leaves."""
-    title, notes = _printable(title), _printable(notes)
-    artist = figure.text(SHEET[0], 0.975, "", va="top", size=13.5, color=INK, weight="bold")
-    if not _fit(artist, title, lines=1):
-        artist.set_fontsize(10)
-        _fit(artist, title, lines=2)
-    two = "\n" in artist.get_text()
-    artist = figure.text(SHEET[0], 0.918 if two else 0.935, "", va="top", size=8.5, color=QUIET)
-    _fit(artist, notes, lines=1 if two else 2)
-
-
-def _fit(artist: Text, text: str, lines: int) -> bool:
-    """Wrap `text` to the width of the picture; whether all of it found room."""
-    width = (COLUMN[0] + COLUMN[2] - SHEET[0]) * WIDTH
-    for characters in range(200, 9, -2):
-        artist.set_text(textwrap.fill(text, characters, max_lines=lines, placeholder=" …"))
-        if artist.get_window_extent().width <= width:
-            break
-    return "".join(artist.get_text().split()) == "".join(text.split())
-
-
-def _printable(text: str) -> str:
-    """The text with a question mark for what the typeface does not have."""
-    known = get_font(findfont(FontProperties(family=STYLE["font.family"]))).get_charmap()
-    return "".join(c if ord(c) in known or c.isspace() else "?" for c in text)

@@ -19,7 +19,7 @@ from laptop.record.figures.charts import (
     head,
     name_curves,
 )
-from laptop.record.figures.line_plot import INK, REACH_EDGE, TRAVEL, new_figure, png_of
+from laptop.record.figures.sheet import INK, REACH_EDGE, TRAVEL, new_figure, png_of
 
 LEFT, RIGHT = (0.065, 0.13, 0.42, 0.74), (0.56, 0.13, 0.42, 0.74)
 """Places of two panels, as shares of a figure."""

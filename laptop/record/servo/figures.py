@@ -21,11 +21,12 @@ from laptop.record.figures.charts import (
     frame_angles,
     frame_condition,
     frame_errors,
+    head,
     name_camera,
     name_curves,
     show_picture,
 )
-from laptop.record.figures.line_plot import (
+from laptop.record.figures.sheet import (
     BAND,
     INK,
     JOINTS,
@@ -35,6 +36,7 @@ from laptop.record.figures.line_plot import (
     STEEL,
     TICKS,
     WIDTH,
+    Sheet,
     new_figure,
     png_of,
 )
@@ -231,9 +233,9 @@ def draw_space(
     inks = [stroke[:, :3] for stroke in scenery.ink]
     with new_figure(1000) as figure:
         _draw_space(figure.add_axes((-0.02, 0.05, 0.6, 0.95), **ASKEW), runs, baseline, inks)
-        for names, bottom in (("xy", 0.595), ("xz", 0.125)):
-            axes = figure.add_axes((0.62, bottom, 0.365, 0.365))
-            _draw_side(axes, runs, baseline, inks, names)
+        for view, bottom, title in (("xy", 0.59, "From above"), ("xz", 0.125, "From the side")):
+            sheet = Sheet(figure, (0.62, bottom, 0.365, 0.365), view)
+            _draw_side(sheet, runs, baseline, inks, title)
         _draw_legend(figure, runs, baseline, scenery, 0.035, {"base": BASE})
         return png_of(figure)
 
@@ -289,37 +291,26 @@ def _draw_space(
 
 
 def _draw_side(
-    axes: Axes,
+    sheet: Sheet,
     runs: Sequence[ServoRun],
     baseline: ServoRun | None,
     inks: Sequence[np.ndarray],
-    names: str,
+    title: str,
 ) -> None:
     """The ways from one side, which shows two coordinates."""
-    view = ["xyz".index(name) for name in names]
-    low, high = (corner[view] for corner in _extent(runs, baseline, inks))
-    middle, sides = (low + high) / 2, axes.bbox.size
-    half = max((high - low) / sides) * sides / 2  # equal scales
-    axes.set(
-        xlim=(middle[0] - half[0], middle[0] + half[0]),
-        ylim=(middle[1] - half[1], middle[1] + half[1]),
-    )
+    axes = sheet.axes
+    sheet.show(sheet.seen(_extent(runs, baseline, inks)), room=0.0)
     axes.plot([0], [0], **BASE)
-    axes.grid(color=REACH_EDGE, lw=0.5)
-    axes.set_axisbelow(True)
-    title = "From above" if names == "xy" else "From the side"
-    axes.set_title(title, loc="left", size=9.5, color=INK, weight="bold", pad=6)
-    axes.set(xlabel=f"{names[0]}  cm", ylabel=f"{names[1]}  cm")
-    axes.locator_params(nbins=7, steps=TICKS)
+    head(axes, title)
 
     def seen(run: ServoRun) -> tuple[np.ndarray, np.ndarray]:
         way, looks = _in_cm(run)
-        return way[:, view], looks[:, view]
+        return sheet.seen(way), sheet.seen(looks)
 
-    _draw_ways(axes, runs, baseline, [ink[:, view] for ink in inks], seen)
+    _draw_ways(axes, runs, baseline, [sheet.seen(ink) for ink in inks], seen)
     for number, (run, colour) in enumerate(_coloured(runs), 1):
         if run.truth and run.truth.space and run.within_mm:
-            x, y = np.array(run.truth.space.place)[view]
+            x, y = sheet.seen([run.truth.space.place])[0]
             for ink, wide in (("white", 3.6), (colour, 1.8)):
                 axes.add_patch(
                     Circle((x, y), run.within_mm / 10, fill=False, ec=ink, lw=wide, zorder=7)

@@ -7,14 +7,14 @@ import cv2
 import numpy as np
 import pytest
 
-from laptop.drawing import preparing, preview
+from laptop.drawing import preparing, preview, preview_plot
 from laptop.drawing.artwork import Artwork
 from laptop.drawing.options import DrawingOptions
+from laptop.record.figures.sheet import TALL, new_figure
 from laptop.system.files import CannotWrite
 from shared.arm_description import find_arm, read_arm
 
 ARM = read_arm(find_arm("planar"))
-SVG = "{http://www.w3.org/2000/svg}"
 
 
 def plan(name="a <b> & c", **options):
@@ -27,44 +27,59 @@ def clipped():
     return plan(at=(12, -14), size=(9, None), clip=True, paper="a6")
 
 
-def test_the_svg_shows_strokes_ways_reach_and_what_is_missing(clipped, tmp_path):
+def sheet_of(drawing):
+    """Of a preview: its axes, and what lies there by its name in the legend."""
+    with new_figure(TALL) as figure:
+        preview_plot.draw_preview(figure, drawing, preview.lines_of(drawing))
+        axes = figure.axes[0]
+        return axes, dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
+
+
+def strokes_of(axes):
+    (strokes,) = axes.collections
+    return strokes.get_segments()
+
+
+def test_the_sheet_shows_strokes_ways_reach_and_what_is_missing(clipped):
+    axes, shown = sheet_of(clipped)
+    assert len(strokes_of(axes)) == len(clipped.strokes)
+    assert list(shown) == [
+        *("within reach", "paper", "the arm, at home", "pen up", "out of reach", "start")
+    ]
+    assert shown["out of reach"].get_color() == "#e00000"
+    gaps = {name: np.isnan(shown[name].get_xdata()).sum() for name in ("out of reach", "pen up")}
+    assert gaps == {"out of reach": len(clipped.missed), "pen up": len(clipped.strokes) - 1}
+    assert gaps["out of reach"] > 0
+
+
+def test_the_svg_is_one_with_words_in_it(clipped, tmp_path):
     preview.write_preview(clipped, tmp_path / "p.svg")
     root = ElementTree.parse(tmp_path / "p.svg").getroot()
-    (group,) = root.iter(SVG + "g")
-    assert len(list(group)) == len(clipped.strokes)
-    red = [path for path in root.iter(SVG + "path") if path.get("stroke") == "#e00000"]
-    assert red[0].get("d").count("M") == len(clipped.missed) > 0
-    dashed = [p for p in root.iter(SVG + "path") if p.get("stroke-dasharray")]
-    assert dashed[0].get("d").count("M") == len(clipped.strokes) - 1
-    reach = next(root.iter(SVG + "path")).get("d")
-    assert reach.count("M") == 2  # the rim, and the hole around the base
-    words = [text.text for text in root.iter(SVG + "text")]
-    assert "a <b> & c" in words
+    words = [text.text for text in root.iter("{http://www.w3.org/2000/svg}text")]
+    assert {"a <b> & c", "pen up"} <= {*words}
     assert any("cannot be reached" in word and "left out" in word for word in words)
-    assert any("pen up" in word for word in words)
 
 
 def test_the_picture_is_upright_for_who_sits_behind_the_arm():
-    straight = preview.scene(plan(at=(12, 0), size=(4, None)))
-    assert all(s[0, 1] == pytest.approx(s[-1, 1]) for s in straight.strokes)  # they lie level
-    assert straight.joints[0].tolist() == [0, 0]
-    assert all(s[:, 1].min() > 5 for s in straight.strokes)  # above the base
-    assert preview.seen_from_behind(np.array([[3.0, 2.0]])).tolist() == [[-2, 3]]
+    axes, _ = sheet_of(plan(at=(12, 2), size=(4, None)))
+    strokes = strokes_of(axes)
+    assert all(s[0, 1] == pytest.approx(s[-1, 1]) for s in strokes)  # they lie level
+    assert np.mean([s.mean(axis=0) for s in strokes], axis=0) == pytest.approx([-2, 12])
+    assert axes.xaxis.get_major_formatter()(-2, 0) == "2"  # its y is to the left
 
 
 def test_the_reach_shown_is_the_arms():
-    rim, hole = sorted(
-        preview.scene(plan()).reach, key=lambda outline: -np.abs(outline).max()
-    )  # fmt: skip
+    outlines = preview_plot.reach_outlines(plan())
+    rim, hole = sorted(outlines, key=lambda outline: -np.abs(outline).max())
     assert np.hypot(*rim.T).max() == pytest.approx(20.8, abs=0.15)
     assert np.hypot(*hole.T).max() == pytest.approx(5.7, abs=0.3)
 
 
 def test_colours_follow_time():
-    shown = preview.scene(plan())
-    assert len(set(shown.colours)) == len(shown.strokes)
-    assert preview.colours([0, 1, 0.5, 0])[0] == preview.colours([0])[0]
-    assert all(len(colour) == 7 and colour[0] == "#" for colour in shown.scale)
+    drawing = plan()
+    (strokes,) = sheet_of(drawing)[0].collections
+    assert strokes.get_array().tolist() == list(drawing.estimate.starts)
+    assert strokes.get_clim() == (0, drawing.estimate.seconds)
 
 
 def test_the_png_shows_ink_red_and_paper(clipped, tmp_path):

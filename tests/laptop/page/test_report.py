@@ -9,7 +9,7 @@ from page_scene import PATH, PageScene, run
 
 from laptop.page import report
 from laptop.page.run_traces import servo_runs
-from laptop.record.figures.line_plot import DPI
+from laptop.record.figures.sheet import DPI
 from laptop.record.run import read_run
 from laptop.record.servo import figures, servo_files
 from shared.messages import Start

@@ -2,11 +2,10 @@
 
 from types import SimpleNamespace
 
-import cv2
 import numpy as np
 import pytest
 
-from laptop.record.figures import learning_plot
+from laptop.record.figures.learning_plot import write_learning_plot
 
 
 def record(off):
@@ -24,23 +23,16 @@ def record(off):
 CHAINS = [[np.array([[5.0, y], [10.0, y]])] for y in (0.0, 4.0)]
 
 
-@pytest.fixture
-def shown(monkeypatch):
-    """Notes of the picture."""
-    notes = []
-    title = learning_plot.write_title
-    monkeypatch.setattr(
-        learning_plot, "write_title", lambda f, t, n: notes.append(n) or title(f, t, n)
-    )
-    return notes
-
-
-def test_the_drawings_lie_over_one_another_with_their_figures(tmp_path, shown):
-    file = tmp_path / "learning.png"
+def test_the_drawings_lie_over_one_another_with_their_figures(tmp_path, saved):
     drawings = [("at first", record(0.5)), ("after 1", record(0.2)), ("after 3", record(0.05))]
-    learning_plot.write_learning_plot(file, drawings, CHAINS, "two lines")
-    assert shown == ["off at most: 5.0 mm at first, 2.0 mm after 1, 0.5 mm after 3"]
-    picture = cv2.imread(str(file)).astype(int)
-    for colour in ("#c9463d", "#1f6f54"):
-        bgr = [int(colour[k : k + 2], 16) for k in (5, 3, 1)]
-        assert (np.abs(picture - bgr).max(axis=2) < 12).sum() > 500
+    write_learning_plot(tmp_path / "learning.png", drawings, CHAINS, "two lines")
+    (figure,) = saved
+    title, notes = (text.get_text() for text in figure.texts)
+    assert title == "two lines"
+    assert notes == "off at most: 5.0 mm at first, 2.0 mm after 1, 0.5 mm after 3"
+    sheet, graph = figure.axes
+    handles, labels = sheet.get_legend_handles_labels()
+    assert labels == ["at first", "after 1", "after 3", "wished"]
+    to_the_right = [np.nanmax(line.get_xdata()) for line in handles]
+    assert to_the_right == pytest.approx([-0.5, -0.2, -0.05, 0.0])
+    assert [max(line.get_ydata()) for line in graph.lines] == pytest.approx([5.0, 2.0, 0.5])

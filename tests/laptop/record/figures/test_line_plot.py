@@ -12,7 +12,8 @@ from matplotlib.image import imread
 from matplotlib.text import Text
 
 from laptop.record.figures.line_accuracy import measure
-from laptop.record.figures.line_plot import (
+from laptop.record.figures.line_plot import write_line_plot
+from laptop.record.figures.sheet import (
     ARM,
     COLUMN,
     HEIGHT,
@@ -20,9 +21,6 @@ from laptop.record.figures.line_plot import (
     SHEET,
     WANTED,
     WIDTH,
-    new_figure,
-    png_of,
-    write_line_plot,
 )
 
 Row = namedtuple("Row", "t q x y pen z", defaults=[None])
@@ -89,20 +87,8 @@ def draw(file, rows, wanted, title="driver.py lines", notes="planar, 8.0 V", flo
     write_line_plot(file, rows, wanted, measures, SKELETON, REACH, title, notes)
 
 
-def words_of(monkeypatch, *args, painted=True, **kwargs):
-    """Draw; the figure that was saved, or would be if it is not to be painted, and its words."""
-    figures = []
-    save = Figure.savefig
-
-    def savefig(figure, *args, **kwargs):
-        figures.append(figure)
-        if painted:
-            save(figure, *args, **kwargs)
-
-    monkeypatch.setattr(Figure, "savefig", savefig)
-    draw(*args, **kwargs)
-    (figure,) = figures
-    return figure, [text.get_text() for text in figure.findobj(Text)]
+def words_of(figure):
+    return [text.get_text() for text in figure.findobj(Text)]
 
 
 def inked(pixels, box, colour):
@@ -123,7 +109,12 @@ def drawn(tmp_path_factory):
         if case not in known:
             file = tmp_path_factory.mktemp("drawn") / "picture.png"
             with pytest.MonkeyPatch.context() as monkeypatch:
-                known[case] = *words_of(monkeypatch, file, *CASES[case][:2]), file
+                figures, save = [], Figure.savefig
+                monkeypatch.setattr(
+                    Figure, "savefig", lambda f, *a, **k: (figures.append(f), save(f, *a, **k))
+                )
+                draw(file, *CASES[case][:2])
+            known[case] = figures[0], words_of(figures[0]), file
         return known[case]
 
     return look_up
@@ -155,36 +146,22 @@ def test_ink_and_wanted_path_are_there(drawn):
 
 
 @pytest.mark.long
-def test_the_worst_paths_are_shown_in_the_order_of_drawing(tmp_path, monkeypatch):
+def test_the_worst_paths_are_shown_in_the_order_of_drawing(tmp_path, saved):
     rows = record(FAN, aside=0.02)
-    figure, _ = words_of(monkeypatch, tmp_path / "picture.png", rows, FAN, painted=False)
+    draw(tmp_path / "picture.png", rows, FAN)
     measures = measure(rows, FAN)
     worst = sorted(range(20), key=lambda k: -measures[k].greatest_mm)[:6]
-    numbers = [axes.texts[0].get_text() for axes in figure.axes[1:]]
+    numbers = [axes.texts[0].get_text() for axes in saved[0].axes[1:]]
     assert numbers == [str(k + 1) for k in sorted(worst)]
 
 
-def test_the_deviations_share_their_scales_and_the_floor_is_a_band(tmp_path, monkeypatch):
+def test_the_deviations_share_their_scales_and_the_floor_is_a_band(tmp_path, saved):
     rows, wanted, *_ = CASES["three lines"]
-    figure, words = words_of(
-        monkeypatch, tmp_path / "picture.png", rows, wanted, floor=9, painted=False
-    )
-    panels = figure.axes[1:]
+    draw(tmp_path / "picture.png", rows, wanted, floor=9)
+    panels = saved[0].axes[1:]
     assert len({(axes.get_xlim(), axes.get_ylim()) for axes in panels}) == 1
-    assert words.count("floor 9.00") == 3
+    assert words_of(saved[0]).count("floor 9.00") == 3
     assert all(axes.get_ylim()[0] < -9 for axes in panels)
-
-
-@pytest.mark.long
-def test_a_centimetre_is_as_long_in_x_as_in_y_and_all_ink_is_in_sight(drawn):
-    figure, *_ = drawn("twenty lines")
-    sheet = figure.axes[0]
-    (a, b), (c, d) = sheet.transData.transform([(0, 0), (10, 10)])
-    assert c - a == pytest.approx(d - b)
-    for path in FAN:
-        for x, y in path:
-            assert sheet.get_xlim()[0] < x < sheet.get_xlim()[1]
-            assert sheet.get_ylim()[0] < y < sheet.get_ylim()[1]
 
 
 def test_without_ink_the_way_of_the_tip_is_in_sight(drawn):
@@ -220,38 +197,9 @@ def test_the_same_run_gives_the_same_bytes_whatever_the_users_style(drawn, tmp_p
     assert b"matplotlib" not in first.read_bytes().lower()
 
 
-TITLES = {
-    "long": "a title of many words " * 12,
-    "one long word": "x" * 400,
-    "formula": r"$\frac{1}{2$ and no more",
-    "unknown signs": "robot \U0001f916 \u6f22\u5b57 \udc80",
-    "none": "",
-    "lines": "one\ntwo\nthree\nfour",
-}
-
-
-@pytest.mark.short("long")
-@pytest.mark.parametrize("title", TITLES.values(), ids=TITLES.keys())
-def test_any_title_and_notes_find_room(title, tmp_path, monkeypatch):
-    figure, _ = words_of(monkeypatch, tmp_path / "picture.png", [], [], title=title, notes=title)
-    boxes = [text.get_window_extent() for text in figure.texts if text.get_text()]
-    boxes.append(figure.axes[0].get_window_extent())
-    for k, box in enumerate(boxes):
-        assert box.x1 <= WIDTH
-        assert box.y1 <= HEIGHT
-        assert not any(box.overlaps(other) for other in boxes[k + 1 :])
-
-
 def test_as_many_measures_as_paths(tmp_path):
     with pytest.raises(ValueError, match="0 measures for 3 wanted paths"):
         write_line_plot(tmp_path / "picture.png", [], LINES, [], SKELETON, REACH, "", "")
-
-
-def test_letters_that_no_font_has_are_boxes_without_a_warning(recwarn):
-    with new_figure() as figure:
-        figure.text(0.5, 0.5, "\x1b \U0010ffff")
-        png_of(figure)
-    assert [str(warning.message) for warning in recwarn] == []
 
 
 def test_a_picture_that_cannot_be_written_is_an_os_error(tmp_path):

@@ -20,16 +20,21 @@ def rows():
     ]
 
 
-def test_a_way_is_a_picture_of_the_same_bytes_each_time(tmp_path, rows):
-    write_robot_plot(tmp_path / "a.png", rows, "my_robot.py")
-    write_robot_plot(tmp_path / "b.png", rows, "my_robot.py")
-    png = (tmp_path / "a.png").read_bytes()
-    assert png == (tmp_path / "b.png").read_bytes()
-    assert [int.from_bytes(png[k : k + 4], "big") for k in (16, 20)] == [1600, 1000]
-    write_robot_plot(tmp_path / "c.png", rows[:-3], "my_robot.py")
-    assert png != (tmp_path / "c.png").read_bytes()
+def test_the_way_is_shown_with_the_heading_at_its_end(tmp_path, rows, saved):
+    write_robot_plot(tmp_path / "a.png", rows, "my_robot.py", [(0, 0), (5, 60)])
+    sheet, places, headings = saved[0].axes
+    floor, way, start, _ = sheet.lines
+    assert floor.get_xydata().tolist() == [[0, 0], [5, 60]]
+    assert way.get_xydata().tolist() == [[row.x, row.y] for row in rows]
+    assert start.get_xydata().tolist() == [[30, 0]]
+    (arrow,) = sheet.texts
+    assert arrow.xyann == pytest.approx((0, 30))
+    assert arrow.xy == pytest.approx((-3.6, 30))  # to the left
+    assert sheet.viewLim.contains(5, 60)
+    assert [line.get_label() for line in places.lines] == ["x", "y"]
+    assert headings.lines[0].get_ydata()[-1] == pytest.approx(180)
 
 
-def test_who_stays_where_he_is_is_shown_too(tmp_path, rows):
+def test_who_stays_where_he_is_is_shown_too(tmp_path, rows, saved):
     write_robot_plot(tmp_path / "a.png", rows[:1], "still.py")
-    assert (tmp_path / "a.png").stat().st_size > 1000
+    assert saved[0].axes[0].viewLim.contains(30, 0)

@@ -10,7 +10,7 @@ import pytest
 @pytest.fixture(autouse=True)
 def small_figures(monkeypatch):
     """Drawn as ever, in a tenth of the pixels each way."""
-    from laptop.record.figures.line_plot import DPI
+    from laptop.record.figures.sheet import DPI
     from laptop.record.report import raw_figures
     from laptop.record.servo import figures
 

@@ -8,8 +8,8 @@ import pytest
 from servo_log import GOAL
 from servo_runs import PLACE, told, truth
 
-from laptop.record.figures import charts, line_plot
-from laptop.record.figures.line_plot import DPI
+from laptop.record.figures import charts, sheet
+from laptop.record.figures.sheet import DPI
 from laptop.record.run import Ending, Run
 from laptop.record.servo import figures
 from laptop.record.servo.figures import Scenery
@@ -60,7 +60,7 @@ def test_each_camera_shows_the_way_that_it_saw(tmp_path, monkeypatch):
     ways = [lines_of(axes, charts.GOALS[0])[0].get_xdata() for axes in views]
     assert (ways[0][0], ways[0][-1]) == (GOAL[0] - 200, GOAL[0] - 1)
     assert set(ways[1]) == {GOAL[0]}  # from there it moved along the line of sight
-    inks = [lines_of(axes, line_plot.QUIET)[0].get_xydata().tolist() for axes in views]
+    inks = [lines_of(axes, sheet.QUIET)[0].get_xydata().tolist() for axes in views]
     assert inks == [[[14, 30], [26, 30]], [[40, 24], [40, 36]]]  # in the air
 
 
@@ -93,7 +93,7 @@ def test_beside_the_errors_are_those_of_the_baseline_or_their_components(tmp_pat
     _, both = drawn_in(monkeypatch, figures.draw_errors, [run], slow)
     assert both.get_title("left") == "Goal 1, both methods"
     _, apart = drawn_in(monkeypatch, figures.draw_errors, [run])
-    curve = lines_of(apart, line_plot.JOINTS[0])[0]
+    curve = lines_of(apart, sheet.JOINTS[0])[0]
     assert curve.get_ydata().tolist() == run.components["A.u"][:, 1].tolist()
 
 

@@ -1,0 +1,116 @@
+"""A drawing seen before it is drawn: its picture, by matplotlib.  Pure."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import cv2
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.colors import ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.patches import Polygon
+from matplotlib.ticker import FuncFormatter
+
+from laptop.drawing import reach
+from laptop.drawing.durations import in_minutes
+from laptop.drawing.preparing import DrawingPlan
+from laptop.record.figures.formulas import svg
+from laptop.record.figures.sheet import (
+    BEHIND,
+    JOINTS,
+    TALL,
+    TRAVEL_LINE,
+    WIDE,
+    Sheet,
+    new_figure,
+    png_of,
+    write_title,
+)
+from robot.motion import kinematics
+
+MARGIN = 1.0
+"""Around all that is shown, cm."""
+
+MISSED = "#e00000"
+"""What cannot be reached, and the words that say so."""
+
+IN_TIME = ListedColormap(colormaps["plasma"](np.linspace(0, 0.78, 256)))
+"""Colours of the strokes from the first to the last: what comes after is too light."""
+
+TICKS = 6
+"""Of the time's scale."""
+
+OUTLINE_PRECISION, FINER = 0.02, 4
+"""Of the reach's outline, cm; and how much finer than the map it is drawn, so that it looks smooth.
+"""
+
+
+def preview_bytes(plan: DrawingPlan, words: Sequence[str], ending: str) -> bytes:
+    """The picture of a plan as a file, ".svg" or ".png", with lines of words over it."""
+    with new_figure(TALL) as figure:
+        draw_preview(figure, plan, words)
+        return png_of(figure) if ending == ".png" else svg(figure, transparent=False).encode()
+
+
+def draw_preview(figure: Figure, plan: DrawingPlan, words: Sequence[str]) -> None:
+    """Draw the picture of a plan into an empty figure TALL px high."""
+    for note in write_title(figure, plan.name, *words):
+        if "cannot be reached" in note.get_text():
+            note.set_color(MISSED)
+    sheet = Sheet(figure, WIDE, BEHIND)
+    strokes = [stroke.placed.points for stroke in plan.strokes]
+    missed = [miss.points for miss in plan.missed]
+    outlines = [sheet.seen(outline) for outline in reach_outlines(plan)]
+    home = kinematics.joint_positions(plan.arm, [joint.home for joint in plan.arm.joints])
+    paper = () if plan.placement.paper is None else plan.placement.paper
+    shown = [*outlines, *(sheet.seen(points) for points in (*strokes, *missed, home, paper))]
+    sheet.show(np.concatenate(shown), MARGIN)
+
+    sheet.reach(outlines, "within reach")
+    if len(paper):
+        sheet.axes.add_patch(
+            Polygon(sheet.seen(paper), fc="#fffefa", ec="#777777", label="paper", zorder=1)
+        )
+    sheet.arm(home, "the arm, at home", pale=0.6)
+    ways = [np.vstack([a[-1], b[0]]) for a, b in pairwise(strokes) if np.any(a[-1] != b[0])]
+    sheet.lines(_at_once(ways), "pen up", **TRAVEL_LINE)
+    sheet.lines(_at_once(missed), "out of reach", color=MISSED, lw=1.8, zorder=6)
+    if strokes:
+        drawn = sheet.coloured(
+            *(strokes, np.array(plan.estimate.starts), plan.estimate.seconds),
+            cmap=IN_TIME, lw=0.9, zorder=5,
+        )  # fmt: skip
+        bar = sheet.colour_scale(drawn, "when it is drawn", format=FuncFormatter(_in_minutes))
+        bar.set_ticks(np.linspace(0, plan.estimate.seconds, TICKS).tolist())
+        start = sheet.seen(strokes[0][:1])
+        sheet.axes.plot(
+            *start.T, "o", mfc="none", mec=JOINTS[2], mew=1.8, ms=9, label="start", zorder=7
+        )
+    sheet.legend()
+
+
+def _in_minutes(seconds: float, _: int | None) -> str:
+    return in_minutes(seconds)
+
+
+def _at_once(paths: Sequence[np.ndarray]) -> list[np.ndarray]:
+    """Paths (n, 2) as one with gaps, since thousands of lines are slow to draw; none if none."""
+    gap = np.full((1, 2), np.nan)
+    return [np.concatenate([part for path in paths for part in (path, gap)])] if paths else []
+
+
+def reach_outlines(plan: DrawingPlan) -> list[np.ndarray]:
+    """Outlines (n, 2), cm, of what the arm reaches in the postures it may take; holes turn back."""
+    table = reach.reach_map(plan.arm, plan.options.height, plan.options.postures(plan.arm))
+    soft = cv2.GaussianBlur((table.cells > 0).astype(np.float32), (0, 0), 1.5)
+    finer = np.arange(FINER * (len(soft) - 1) + 1, dtype=np.float32) / FINER
+    x, y = np.meshgrid(finer, finer)
+    inner = cv2.remap(soft, x.astype(np.float32), y.astype(np.float32), cv2.INTER_LINEAR)
+    found, _ = cv2.findContours(
+        (inner > 0.5).astype(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE
+    )
+    cell = reach.RASTER / FINER
+    smooth = (cv2.approxPolyDP(one, OUTLINE_PRECISION / cell, True)[:, 0] for one in found)
+    return [table.origin + outline * cell for outline in smooth if len(outline) > 2]
