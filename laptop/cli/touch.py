@@ -12,7 +12,18 @@ from typing import TYPE_CHECKING
 import click
 
 from laptop.cli.brick import THE_BRICK, talk
-from laptop.cli.options import FiniteRange, arm_option, bar_option, examples, importing, in_one_line
+from laptop.cli.options import (
+    FiniteRange,
+    arm_option,
+    bar_option,
+    examples,
+    importing,
+    in_one_line,
+    typed_words,
+)
+from laptop.record.figures.arm_numbers import numbers_of
+from laptop.record.run import CALIBRATION, Ending, Run, RunFile, seeds_of, table
+from laptop.record.run_folder import run_folder
 from laptop.system.files import CannotWrite, check_shown
 from shared import state
 from shared.arm_description import Arm, find_arm, read_arm
@@ -22,6 +33,7 @@ from shared.messages import EFFECTOR
 if TYPE_CHECKING:
     from laptop.see.markers.markers import Marker
     from laptop.see.table.cross_touching import CrossTouching
+    from laptop.see.table.marker_offset import MarkerFit
     from laptop.see.table.touch_looks import Looks
 
 MAX_LINE = 4096
@@ -103,7 +115,8 @@ class Crosses(click.ParamType):
     type=click.Path(file_okay=False, path_type=Path),
     metavar="DIR",
     help="Write arm file and fit there.  [default: the arm's own file, or a copy in "
-    "~/.brickservo/arms of one that comes along, and ~/.brickservo/touched; with --simulate, out]",
+    "~/.brickservo/arms of one that comes along, and ~/.brickservo/touched; with --simulate, "
+    "runs/TIME-touch]",
 )
 def touch(
     source: str | None,
@@ -137,7 +150,8 @@ def touch(
         check_bar(bar)
         arm = read_arm(find_arm(arm_file))
         check_led(arm)
-        places = _places(arm, out or (Path("out") if simulated else None))
+        folder = stack.enter_context(run_folder("touch", out)) if simulated else None
+        places = _places(arm, folder.path if folder else out)
         if len(crosses) < MIN_TOUCHES:
             raise BadTouches(f"{len(crosses)} crosses; {MIN_TOUCHES} are the least, 9 are better")
         if simulated:
@@ -162,7 +176,10 @@ def touch(
             _from_brick(touching, name, words)
         if again:
             touching.check_camera(looks.look())
-        _conclude(touching, arm, height, places)
+        fit = _conclude(touching, arm, height, places)
+        if folder:
+            told = _record(arm, fit, scene, plant, [file.name for file in places if file])
+            say(folder.write(told))
 
 
 def _check(
@@ -305,8 +322,8 @@ def _places(arm: Arm, out: Path | None) -> tuple[Path | None, Path]:
 
 def _conclude(
     touching: CrossTouching, arm: Arm, height: float | None, places: tuple[Path | None, Path]
-) -> None:
-    """Tell what was found, and write it."""
+) -> MarkerFit:
+    """Tell what was found, write it, and return it."""
     from laptop.see.table.arm_file import write_values
     from laptop.see.table.touch_file import TouchedArm, write_touched
 
@@ -322,3 +339,30 @@ def _conclude(
     )
     if own is None:
         click.echo(f"put it on the brick, too: {state.laptop_program()} brick arm {path}")
+    return fit
+
+
+def _record(arm: Arm, fit: MarkerFit, scene: str | None, plant: str, files: list[str]) -> Run:
+    """Return the record of an emulated hand's touching."""
+    aside, above = fit.offset_sigma, fit.height_sigma
+    rows = [
+        (what, round(10 * float(cm), 2), round(10 * float(sigma), 2))
+        for what, cm, sigma in (
+            ("the marker from the tip, forward", fit.offset[0], aside),
+            ("the marker from the tip, to the left", fit.offset[1], aside),
+            ("the marker over the paper", fit.height, above),
+        )
+    ]
+    headings = ["what", "it is mm", "standard uncertainty mm"]
+    caption = "Where the marker sits, by the crosses that were touched"
+    return Run(
+        kind=CALIBRATION,
+        what="the marker's place beside the pen",
+        typed=typed_words(),
+        ending=Ending(0, "found"),
+        arm=numbers_of(arm),
+        set_up={"brick": "emulated", "scene": scene, "plant": plant or None},
+        seeds=seeds_of(plant=plant, scene=scene),
+        tables=[table("marker", caption, headings, rows)],
+        files=[RunFile(name) for name in files],
+    )

@@ -129,9 +129,9 @@ def draw_cameras(
     with new_figure(tall) as figure:
         for k, name in enumerate(names):
             bare = name not in scenery.images  # its axes have numbers, which need room
-            left, foot, head = (0.05, 130, 20) if bare else (0, 90, 0)
-            box = ((k + left) / count, foot / tall, (1 - 1.4 * left) / count)
-            axes = figure.add_axes((*box, 1 - (foot + head) / tall))
+            left, foot, over = (0.055, 130, 20) if bare else (0, 90, 0)
+            box = (k / count + left, foot / tall, 1 / count - 1.2 * left)
+            axes = figure.add_axes((*box, 1 - (foot + over) / tall))
             _draw_camera(axes, name, runs, scenery, baseline, frames[name], count > 1)
         _draw_legend(figure, runs, baseline, scenery, 42 / tall)
         return png_of(figure)
@@ -236,7 +236,7 @@ def draw_space(
         for view, bottom, title in (("xy", 0.59, "From above"), ("xz", 0.125, "From the side")):
             sheet = Sheet(figure, (0.62, bottom, 0.365, 0.365), view)
             _draw_side(sheet, runs, baseline, inks, title)
-        _draw_legend(figure, runs, baseline, scenery, 0.035, {"base": BASE})
+        _draw_legend(figure, runs, baseline, scenery, 0.035, {GOAL_MARK: RING, "base": BASE})
         return png_of(figure)
 
 
@@ -248,6 +248,9 @@ ASKEW: dict[str, Any] = {
     "proj_type": "ortho",
 }
 """Axes in space, and from where they are seen."""
+GOAL_MARK = "goal, tolerance"
+RING: dict[str, Any] = {"marker": "o", "ms": 11, "mfc": "none", "mew": 2}
+"""Its mark where it is a ring in space."""
 BASE: dict[str, Any] = {
     "ls": "",
     "marker": "s",
@@ -361,7 +364,7 @@ def _draw_legend(
     marks: dict[str, dict[str, Any]] = {
         "start": {"marker": "o", "ms": 8, "mfc": "white", "mew": 2},
         "where it looked": {"marker": "o", "ms": 4.5},
-        "goal, tolerance": {"marker": "+", "ms": 11, "mew": 2},
+        GOAL_MARK: {"marker": "+", "ms": 11, "mew": 2},
         **(others or {}),
     }
     handles += [(axes.plot([], [], **{**grey, **style})[0], name) for name, style in marks.items()]

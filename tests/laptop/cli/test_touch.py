@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from run_json import run_in
 
 from laptop.cli.main import laptop
 from laptop.emulator.scene.board_items import board_place
@@ -44,7 +45,7 @@ def run(tmp_path, monkeypatch):
     ids=["six crosses", "nine crosses", "behind gears"],
 )
 def test_an_emulated_hand_finds_the_offset_to_half_a_millimetre(run, tmp_path, words):
-    result = run("--simulate", "--scene", TEXT, *words)
+    result = run("--simulate", "--out", "out", "--scene", TEXT, *words)
     assert result.exit_code == 0, result.output
     arm = "geared" if "geared" in words else "planar"
     assert "set the pen on cross 9 of 9, bottom right on the sheet, and press" in result.output
@@ -56,6 +57,9 @@ def test_an_emulated_hand_finds_the_offset_to_half_a_millimetre(run, tmp_path, w
     assert kept.fit.offset == pytest.approx(truth, abs=0.05)
     assert kept.fit.base == pytest.approx((-12, 0), abs=0.3)  # of 2 degrees of play
     assert kept.fit.height == pytest.approx(2.5, abs=0.1)
+    told = run_in(tmp_path / "out")
+    assert told["files"] == [f"{arm}.ini", f"{arm}.touched.json"]
+    assert told["marker"][2]["it is mm"] == pytest.approx(10 * kept.fit.height, abs=0.01)
     assert find_arm("planar") == ARM.file, "an emulated arm leaves the real one alone"
 
 
