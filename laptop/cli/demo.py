@@ -47,11 +47,11 @@ def demo(arm_file: str, **options: Any) -> None:
     with importing():  # OpenCV and matplotlib
         from rich.console import Console
 
-        from laptop.measure.demo import course, processes
+        from laptop.measure.demo import demo_run, processes
 
     try:
-        status, report = course.run(
-            course.DemoOptions(arm=arm_file, typed=tuple(typed_words()), **options), Console()
+        status, report = demo_run.run(
+            demo_run.DemoOptions(arm=arm_file, typed=tuple(typed_words()), **options), Console()
         )
     except processes.TooBusy as error:
         raise TryLater(str(error)) from None

@@ -32,8 +32,8 @@ from laptop.emulator.scene import camera_rig, servo_truth
 from laptop.emulator.scene.camera_rig import CameraRig, solve
 from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.scene_constants import read_scene
-from laptop.measure.demo import course, goals, processes, results, truth
-from laptop.measure.demo.course import DemoOptions
+from laptop.measure.demo import demo_run, goals, processes, results, truth
+from laptop.measure.demo.demo_run import DemoOptions
 from laptop.measure.demo.processes import DemoFailed
 from laptop.see.serve import process_signals
 from shared.arm_description import find_arm, read_arm
@@ -172,7 +172,7 @@ def scenes_painted_once():
 
 def set_in_all(monkeypatch, name, value):
     """Whichever modules of the demo have it."""
-    holders = [m for m in (course, goals, processes, truth, camera_rig) if hasattr(m, name)]
+    holders = [m for m in (demo_run, goals, processes, truth, camera_rig) if hasattr(m, name)]
     assert holders
     for module in holders:
         monkeypatch.setattr(module, name, value)
@@ -240,7 +240,7 @@ def play(tmp_path, monkeypatch):
         console = Console(file=(tmp_path / "out.txt").open("w"), width=100)
         with console.file:
             try:
-                status, page = course.run(DemoOptions(tmp_path / "runs", **orders), console)
+                status, page = demo_run.run(DemoOptions(tmp_path / "runs", **orders), console)
             finally:
                 run.said = (tmp_path / "out.txt").read_text()
         run.said = (tmp_path / "out.txt").read_text()
@@ -415,13 +415,13 @@ def test_a_computer_that_is_too_busy_has_a_sentence_and_a_status_of_its_own(play
     def fails(*orders):
         raise processes.TooBusy("this computer is too busy")
 
-    monkeypatch.setattr(course, "run", fails)
+    monkeypatch.setattr(demo_run, "run", fails)
     result = CliRunner().invoke(laptop, ["demo"])
     assert (result.exit_code, result.output) == (75, "Error: this computer is too busy\n")
 
 
 def test_that_it_goes_slower_is_told_and_stands_at_the_end(play, monkeypatch):
-    class Slow(course.PaceMeter):
+    class Slow(demo_run.PaceMeter):
         mean = 0.61
 
         def look(self):
