@@ -11,12 +11,10 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
-from laptop.bench import workers
 from laptop.bench.servo_setups import (
     ARMS,
     HEIGHT,
@@ -362,13 +360,3 @@ def cases(
         for label, scene in SCENARIOS[name]
         for seed in seeds
     ]
-
-
-def run(todo: Sequence[ServoCase], executor: Executor | None = None) -> Iterator[list[ServoResult]]:
-    """Yield the results of all set-ups in their order.
-
-    Args:
-        todo: the cases.
-        executor: does the work; None for all cores of this machine.
-    """
-    return workers.map_cases(run_case, todo, executor=executor)

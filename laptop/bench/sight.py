@@ -6,19 +6,16 @@ load.  A camera that knows the table sees its marker.  No file tells the arm wha
 
 from __future__ import annotations
 
-import contextlib
-import io
 import math
 import random
 import tempfile
-from collections.abc import Iterator, Sequence
-from concurrent.futures import Executor
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from laptop.bench import workers
+from laptop.bench.bench import BenchRecord, BenchTable, silenced
 from laptop.drawing.artwork import Artwork
 from laptop.drawing.lines import in_place, line_through
 from laptop.drawing.options import DrawingOptions
@@ -128,11 +125,6 @@ def cases(
     ]
 
 
-def run(todo: Sequence[SightCase], executor: Executor | None = None) -> Iterator[SightResult]:
-    """Yield the results of the cases, in their order."""
-    return workers.map_cases(run_case, todo, executor=executor)
-
-
 def artwork_of(path: str) -> Artwork:
     """Return a path of this bench, in the arm's frame."""
     if path in LINES:
@@ -240,7 +232,7 @@ def run_case(case: SightCase) -> SightResult:
             return run
 
     try:
-        with contextlib.redirect_stdout(io.StringIO()):
+        with silenced():
             learned = rehearse(plan, Watched(), rig.view, REHEARSALS)
             rig.rendered = False  # nobody learns any more
             twice = _drawn(plan, learned.numbers(), rig, 2)
@@ -313,3 +305,13 @@ def _row(key: tuple[str, bool, str], every: Sequence[SightResult]) -> list[str]:
         if means:
             row[-1] += f" ({len(means)} learned)"
     return row + [""] * (len(HEADINGS) - len(row))
+
+
+BENCH = BenchRecord(
+    "drawing",
+    lambda it: cases(it.seeds, cpu=it.cpu),
+    run_case,
+    lambda results, it: [
+        BenchTable("Drawn by sight: mm, after 0 to 3 rehearsals", HEADINGS, table(results), 3)
+    ],
+)
