@@ -14,8 +14,7 @@ from typing import Any
 import numpy as np
 
 from laptop.bench.bench import BenchRecord, BenchTable, flat
-from laptop.bench.camera import draw_lens
-from laptop.bench.camera_renders import Lens, Stand, photograph
+from laptop.bench.camera_renders import Lens, Stand, draw_lens, photograph
 from laptop.measure.accuracy import measurement
 from laptop.measure.accuracy.measurement import AccuracyResult
 from laptop.measure.accuracy.plan import AccuracyPlan, PlannedWay, plan_accuracy

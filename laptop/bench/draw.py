@@ -316,42 +316,6 @@ def failures(results: list[DrawResult]) -> dict[str, int]:
     return dict(Counter(reasons))
 
 
-LIMITS = (
-    ("as described", "backlash=2", 2.0),
-    ("6.5 V", "backlash=2,voltage=6.5", 2.0),
-    ("9 V", "backlash=2,voltage=9", 2.0),
-    ("motor friction twice as high", "backlash=2,rotor_friction=2", 2.0),
-    ("5 ms per sysfs access", "backlash=2,access=0.005", 2.0),
-    ("encoder edges 1/4 count off", "backlash=2,phase=0.5", 2.0),
-    ("the zero 1 degree off", "backlash=2,zero_error=1", 2.0),
-    ("no play, described as 2", "backlash=0", 2.0),
-    ("0.1 N of pen drag, not 0.04", "backlash=2,pen_drag=0.1", 2.0),
-    ("0.02 Nm of load on every joint", "backlash=2,load=0.02", 2.0),
-    ("0.05 Nm of load on every joint", "backlash=2,load=0.05", 2.0),
-)
-"""The difference, the true plant, the backlash (deg) described."""
-
-LIMIT_HEADINGS: Row = ("what is different", "line 1", "line 2", "line 3")
-
-
-def limit_cases() -> list[DrawCase]:
-    """The three lines under conditions that the law was not made for."""
-    return [
-        DrawCase("planar", "smooth", name, plant, play, line, f"line {n}")
-        for name, plant, play in LIMITS
-        for n, line in enumerate(LINES[2], 1)
-    ]
-
-
-def limit_table(results: list[DrawResult]) -> list[Row]:
-    """One row per condition: the greatest deviation in floors, or that the driver gave up."""
-    rows: dict[str, list[str]] = {}
-    for r in results:
-        shown = "gave up" if r.error else f"{r.greatest / r.floor:.1f}"
-        rows.setdefault(r.condition, [r.condition]).append(shown)
-    return [tuple(row) for row in rows.values()]
-
-
 SPACE_LINES = ("upright", "level", "slanting", "random")
 
 SPACE_HEADINGS: Row = (

@@ -57,12 +57,12 @@ class BenchCommand(NamedTuple):
     module: str | Callable[[Any], str]
     help: str
     options: tuple[Option, ...]
-    examples: tuple[str, ...]
+    examples: tuple[str, ...] = ()
 
 
-def seeds_option(seeds: str | None, text: str) -> Option:
-    """Return --seeds with its default and its help."""
-    return click.option("--seeds", type=Seeds(), default=seeds, show_default=True, help=text)
+def seeds_option(seeds: str | None, text: str, name: str = "--seeds") -> Option:
+    """Return --seeds, or what is of its kind, with its default and its help."""
+    return click.option(name, type=Seeds(), default=seeds, show_default=True, help=text)
 
 
 def choices(name: str, words: tuple[str, ...], text: str) -> Option:
@@ -72,7 +72,7 @@ def choices(name: str, words: tuple[str, ...], text: str) -> Option:
     return click.option(name, name[2:] + "s", multiple=True, type=kind, metavar=metavar, help=text)
 
 
-def command_of(record: BenchCommand, epilog: str) -> click.Command:
+def command_of(record: BenchCommand) -> click.Command:
     """Make a bench's command: cases with a bar, then tables or JSON."""
 
     def run(cluster: str | None, as_json: bool, **typed: Any) -> None:
@@ -94,6 +94,7 @@ def command_of(record: BenchCommand, epilog: str) -> click.Command:
             raise SystemExit(1)
 
     command = option_group(*record.options, CLUSTER_OPTION, JSON_OPTION)(run)
+    epilog = bench_examples(*record.examples) if record.examples else None
     return click.command(record.name, help=record.help, epilog=epilog)(command)
 
 
@@ -257,21 +258,4 @@ def bench(context: click.Context) -> None:
 
 
 for _record in BENCHES:
-    bench.add_command(command_of(_record, bench_examples(*_record.examples)))
-
-from laptop.cli import bench_claims  # noqa: E402
-from laptop.cli.bench_camera import bench_camera  # noqa: E402
-from laptop.cli.bench_interruptions import bench_interruptions  # noqa: E402
-from laptop.cli.bench_jobs import bench_jobs  # noqa: E402
-from laptop.cli.bench_page import bench_page, bench_stop  # noqa: E402
-
-for _command in (
-    bench_claims.bench_confidence,  # type: ignore[has-type]
-    bench_claims.bench_disturbances,  # type: ignore[has-type]
-    bench_claims.bench_faults,  # type: ignore[has-type]
-    bench_claims.bench_wrong_arms,  # type: ignore[has-type]
-    bench_claims.bench_limits,  # type: ignore[has-type]
-    bench_claims.bench_brick,  # type: ignore[has-type]
-    *(bench_camera, bench_interruptions, bench_jobs, bench_page, bench_stop),
-):
-    bench.add_command(_command)
+    bench.add_command(command_of(_record))
