@@ -71,7 +71,7 @@ BENCHES = {
     "bench-servo-space": "bench servo --arm spatial --method chain --seeds 1000:1001 --json",
     "bench-draw": "bench draw --seeds 1000:1001 --json",
     "bench-calibrate": "bench calibrate --seeds 0:1 --json",
-    "bench-sight": "bench sight --seeds 1:2 --json",
+    "bench-ilc": "bench ilc --seeds 1:2 --json",
     "claims-disturbances": "claims disturbances --seeds 1000:1001 --json",
     "claims-faults": "claims faults --seeds 1000:1001 --json",
     "claims-interruptions": "claims interruptions --seeds 1:2 --arm planar --json",
@@ -123,7 +123,7 @@ REFUSALS = [
     *("bench draw --arm nowhere", "bench servo --method best", "servo", "home", "plot house"),
 ]
 CASES = {**RUNS, **AT_ONCE, **OTHERS, **BENCHES}
-LONGEST = ["claims-faults", "claims-disturbances", "bench-calibrate", "bench-sight"]
+LONGEST = ["claims-faults", "claims-disturbances", "bench-calibrate", "bench-ilc"]
 
 
 def main() -> int:

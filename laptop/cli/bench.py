@@ -212,15 +212,15 @@ BENCHES = (
         ("calibrate --seeds 0:10",),
     ),
     BenchCommand(
-        "sight",
-        "laptop.bench.sight",
+        "ilc",
+        "laptop.bench.ilc",
         """Three lines and two curves by arms that are not as described, after 0 to 3 rehearsals.
 
         Each seed's arm draws them as it is built and once as it is described.  The first five as
         built are seen in rendered pictures by the real tracker.
         """,
         (seeds_option("1:5", "One arm each."), CPU_OPTION),
-        ("sight --seeds 1:5", "sight --json"),
+        ("ilc --seeds 1:5", "ilc --json"),
     ),
     BenchCommand(
         "accuracy",

@@ -62,7 +62,7 @@ Inks = list[np.ndarray]
 
 
 @dataclass(frozen=True)
-class SightCase:
+class IlcCase:
     """One arm that draws one path.
 
     seed, arm, path  which
@@ -80,7 +80,7 @@ class SightCase:
 
 
 @dataclass(frozen=True)
-class SightResult:
+class IlcResult:
     """What became of a case.
 
     greatest_mm  greatest distance of the true ink from its path, after 0, 1, ... rehearsals
@@ -94,7 +94,7 @@ class SightResult:
     why          why it ended before all were done; or what went wrong
     """
 
-    case: SightCase
+    case: IlcCase
     greatest_mm: tuple[float, ...] = ()
     end_mm: tuple[float, ...] = ()
     rms_mm: tuple[float, ...] = ()
@@ -108,7 +108,7 @@ class SightResult:
 
 def cases(
     seeds: range, arms: Sequence[str] = ARMS, rendered: int = 5, cpu: float = CPU
-) -> list[SightCase]:
+) -> list[IlcCase]:
     """Every path by every seed's arm as built, and by one that is as described.
 
     Args:
@@ -118,7 +118,7 @@ def cases(
         cpu: how slowly their bricks compute.
     """
     return [
-        SightCase(seed, arms[k % len(arms)], path, wrong, wrong and k < rendered, cpu)
+        IlcCase(seed, arms[k % len(arms)], path, wrong, wrong and k < rendered, cpu)
         for k, seed in enumerate(seeds)
         for wrong in (True, False)
         for path in (*LINES, *CURVES)
@@ -153,7 +153,7 @@ class AgeingRig:
 
     rig: EmulatedRig
 
-    def __init__(self, case: SightCase) -> None:
+    def __init__(self, case: IlcCase) -> None:
         self.arm: Arm = read_arm(find_arm(case.arm))
         draw = random.Random(f"{case.arm}/{case.seed}")
         self.plant = f"seed={case.seed},cpu={case.cpu:g}"
@@ -214,7 +214,7 @@ def _drawn(plan: DrawingPlan, offsets: list[list[Learned]], rig: AgeingRig, time
     return inks
 
 
-def run_case(case: SightCase) -> SightResult:
+def run_case(case: IlcCase) -> IlcResult:
     """Draw a path after none, one, ... rehearsals."""
     rig = AgeingRig(case)
     plan = plan_of(rig.arm, case.path)
@@ -245,14 +245,14 @@ def run_case(case: SightCase) -> SightResult:
                     for every in (without, learned_inks)
                 )
     except ArmError as error:
-        return SightResult(case, why=str(error), failed=True)
+        return IlcResult(case, why=str(error), failed=True)
     inks.append(twice[0])
     # Who has no more to learn goes on drawing what was learned.
     inks += [twice[1]] * (REHEARSALS + 1 - len(inks))
     off = [10 * distances(ink, wished) for ink in inks]
     ends = [10 * max(math.dist(ink[0], wished[0]), math.dist(ink[-1], wished[-1])) for ink in inks]
     greatest = max(piece.greatest for stroke in learned.offsets for piece in stroke)
-    return SightResult(
+    return IlcResult(
         case,
         tuple(float(one.max()) for one in off),
         tuple(ends),
@@ -271,9 +271,9 @@ HEADINGS = (
 )
 
 
-def table(results: Sequence[SightResult]) -> list[list[str]]:
+def table(results: Sequence[IlcResult]) -> list[list[str]]:
     """One row per arm, path and whether it was described rightly; after 0, 1, ... rehearsals."""
-    groups: dict[tuple[str, bool, str], list[SightResult]] = {}
+    groups: dict[tuple[str, bool, str], list[IlcResult]] = {}
     for one in results:
         case = one.case
         kind = "lines" if case.path in LINES else "curves"
@@ -285,7 +285,7 @@ def table(results: Sequence[SightResult]) -> list[list[str]]:
     return [_row(key, groups[key]) for key in reversed(keys)]
 
 
-def _row(key: tuple[str, bool, str], every: Sequence[SightResult]) -> list[str]:
+def _row(key: tuple[str, bool, str], every: Sequence[IlcResult]) -> list[str]:
     arm, wrong, path = key
     drawn = [one for one in every if not one.failed]
     row = [arm, path, "otherwise" if wrong else "as described", f"{len(drawn)} of {len(every)}"]

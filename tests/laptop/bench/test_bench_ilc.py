@@ -1,13 +1,13 @@
 """The bench of drawing by sight: which cases, and what its table says of results."""
 
-from laptop.bench.sight import HEADINGS, SightCase, SightResult, cases, table
+from laptop.bench.ilc import HEADINGS, IlcCase, IlcResult, cases, table
 
 
 def result(greatest, *, wrong=True, path="line 1", failed=False, means=(), rendered=False):
-    case = SightCase(1, "planar", path, wrong, rendered)
+    case = IlcCase(1, "planar", path, wrong, rendered)
     if failed:
-        return SightResult(case, why="it fell over", failed=True)
-    return SightResult(case, greatest, (2.0, 0.5), (1.0, 0.2), (1.0,), 3.0, 0.4, means)
+        return IlcResult(case, why="it fell over", failed=True)
+    return IlcResult(case, greatest, (2.0, 0.5), (1.0, 0.2), (1.0,), 3.0, 0.4, means)
 
 
 def test_every_seed_draws_every_path_as_built_and_as_described():
