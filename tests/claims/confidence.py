@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from laptop.bench.bench import BenchRecord, BenchTable, flat, seeds_of
+from laptop.bench.track_precision import wood
 from laptop.emulator.scene.optics import (
     LAMP,
     Box,
@@ -23,13 +24,10 @@ from laptop.emulator.scene.optics import (
     to_srgb,
 )
 from laptop.emulator.scene.sensor import blurred, through_jpeg
-from laptop.see.markers.learning import learn
-from laptop.see.markers.markers import BadMarker
-from laptop.see.markers.tracker import Tracker
 from tests.claims import confidence_table
-from tests.claims.covers import Circle, fingers, half_plane, leaves, streaks
+from tests.claims.covers import fingers, half_plane, leaves
 from tests.claims.films import FilmCase, film_cases
-from tests.claims.position_claims import Claim, claim
+from tests.claims.position_claims import Circle, Claim, Shot, claims_of
 from tests.claims.rays import RayCase, ray_cases
 
 SIZE = (400, 300)
@@ -84,20 +82,11 @@ class RenderCase:
 
     def run(self) -> list[Claim]:
         """What the tracker says of every frame but the first, in which the marker is learned."""
-        claims: list[Claim] = []
-        tracker: Tracker | None = None
-        for k, (image, circle, clear) in enumerate(self.pictures()):
-            if tracker is None:
-                assert circle is not None
-                where = round(circle[0]), round(circle[1])
-                try:
-                    tracker = Tracker([learn("marker", image, where, self.stress.kind)])
-                except BadMarker:  # as orange on orange wood
-                    return []
-                continue
-            found = tracker.find(image, k / FPS)["marker"]
-            claims.append(claim(found, circle, "renders", self.stress.name, clear))
-        return claims
+        clip = (
+            Shot(image, circle, k / FPS, self.stress.name, clear)
+            for k, (image, circle, clear) in enumerate(self.pictures())
+        )
+        return claims_of(clip, self.stress.kind, "renders")
 
     def pictures(self) -> Iterator[Picture]:
         """Yield the clip."""
@@ -141,7 +130,7 @@ class RenderCase:
 def _ground(luck: np.random.Generator) -> np.ndarray:
     word = str(luck.choice(GROUNDS))
     if word == "streaks":
-        return streaks(luck, SIZE)
+        return wood(luck, SIZE)
     if word == "leaves":  # of no marker's colour
         return leaves(luck, light_of("#8a8a80"), SIZE)
     return np.broadcast_to(light_of(word), (SIZE[1], SIZE[0], 3))

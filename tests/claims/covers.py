@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import math
 
-import cv2
 import numpy as np
 
 from laptop.emulator.scene.optics import Box, box_of, coverage, light_of
-
-Circle = tuple[float, float, float]
-"""Where a marker truly is: u, v, radius, px."""
+from tests.claims.position_claims import Circle
 
 
 def half_plane(share: float, circle: Circle, direction: float) -> np.ndarray:
@@ -34,13 +31,6 @@ def fingers(share: float, circle: Circle, direction: float) -> list[np.ndarray]:
 def _turned(points: np.ndarray, angle: float) -> np.ndarray:
     c, s = math.cos(angle), math.sin(angle)
     return points @ np.array([(c, s), (-s, c)])
-
-
-def streaks(luck: np.random.Generator, size: tuple[int, int]) -> np.ndarray:
-    """Light (height, width, 3) of grained wood."""
-    width, height = size
-    grain = cv2.GaussianBlur(luck.standard_normal((height, width)), (0, 0), 20, sigmaY=1.5)
-    return light_of("#c8823c") * np.exp(0.25 * grain / grain.std())[..., None]
 
 
 def leaves(luck: np.random.Generator, tone: np.ndarray, size: tuple[int, int]) -> np.ndarray:

@@ -17,11 +17,9 @@ import cv2
 import numpy as np
 
 from laptop.emulator.scene.optics import Box, coverage
-from laptop.see.markers.learning import learn
-from laptop.see.markers.tracker import Tracker
 from shared.arm_description import ArmError
-from tests.claims.covers import Circle, fingers, half_plane
-from tests.claims.position_claims import Claim, claim
+from tests.claims.covers import fingers, half_plane
+from tests.claims.position_claims import Circle, Claim, Shot, claims_of
 
 APPROACH = 4
 """Frames before one with truth through which the ball is followed as it is."""
@@ -100,14 +98,16 @@ class FilmCase:
 
     def run(self) -> list[Claim]:
         """What the tracker says of all frames with truth but the first, where it learns."""
+        return claims_of(self.clip(), "ball", "films")
+
+    def clip(self) -> Iterator[Shot]:
+        """Yield the frames with truth, and those through which it is followed."""
         circles, empty = truth_of(self.folder, self.film)
         scale, light = VIEWS[self.view]
         near = {k - d for k in circles for d in range(APPROACH + 1)}
         first = min(circles)
         luck = np.random.default_rng([self.seed, 12])
-        tracker: Tracker | None = None
         wanted = {k for k in near | empty if k > first}
-        claims = []
         name = " ".join(filter(None, (self.film.split("_")[0] + ":", self.view, self.harm)))
         for index, image in _frames(Path(self.folder, self.film), {first, *wanted}):
             image = cv2.LUT(image, _levels(light))
@@ -116,17 +116,10 @@ class FilmCase:
             if index in circles:  # pixel centres have integer coordinates
                 u, v, radius = circles[index]
                 circle = (u + 0.5) * scale - 0.5, (v + 0.5) * scale - 0.5, radius * scale
-            if tracker is None:
-                assert circle is not None
-                where = round(circle[0]), round(circle[1])
-                tracker = Tracker([learn("ball", image, where, "ball")])
-                continue
-            if circle and self.harm:
+            if circle and self.harm and index > first:
                 image = HARMS[self.harm](image, circle, luck)
-            found = tracker.find(image, index / FPS)["ball"]
-            if circle or index in empty:
-                claims.append(claim(found, circle, "films", name, self.harm is None))
-        return claims
+            counts = bool(circle) or index in empty
+            yield Shot(image, circle, index / FPS, name, self.harm is None, counts)
 
 
 def film_cases(folder: str, seeds: range) -> list[FilmCase]:

@@ -15,11 +15,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from laptop.see.markers.learning import learn
-from laptop.see.markers.markers import BadMarker
-from laptop.see.markers.tracker import Tracker
-from tests.claims.covers import Circle
-from tests.claims.position_claims import Claim, claim
+from tests.claims.position_claims import Circle, Claim, Shot, claims_of
 
 SIZE = (320, 240)
 FPS = 30.0
@@ -52,19 +48,11 @@ class RayCase:
 
     def run(self) -> list[Claim]:
         """What the tracker says of every frame but the first."""
-        claims: list[Claim] = []
-        tracker: Tracker | None = None
-        for k, (image, circle, way) in enumerate(self.pictures()):
-            if tracker is None:
-                where = round(circle[0]), round(circle[1])
-                try:
-                    tracker = Tracker([learn("ball", image, where, "ball")])
-                except BadMarker:
-                    return []
-                continue
-            found = tracker.find(image, k / FPS)["ball"]
-            claims.append(claim(found, circle, "rays", _condition(way), not way))
-        return claims
+        clip = (
+            Shot(image, circle, k / FPS, _condition(way), not way)
+            for k, (image, circle, way) in enumerate(self.pictures())
+        )
+        return claims_of(clip, "ball", "rays")
 
     def pictures(self) -> Iterator[tuple[np.ndarray, Circle, float]]:
         """Yield image (BGR, uint8), circle in the middle of the exposure, and its way, px."""
