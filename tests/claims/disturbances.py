@@ -306,7 +306,7 @@ def _run_on(
             word, reason, moves = verdict.word, verdict.reason, verdict.moves
             with suppress(program["shared.arm_description"].ArmError):  # the first trouble is told
                 arm.park()
-        except Exception as problem:  # a crash is a result here, and must not end the bench
+        except Exception as problem:  # a crash is a result here, and must not end the rest
             word, reason, moves = type(problem).__name__, str(problem), 0
         ended = world.t
     error = apart(cameras(brick.plant.q), stage.goals(world.t), servo.rows)

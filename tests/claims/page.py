@@ -40,7 +40,7 @@ from laptop.record.servo import results
 from laptop.system import platforms
 from robot.clock import Clock
 from robot.tracking_client import Memory, TrackingClient
-from shared.arm_description import ArmError, find_arm, read_arm
+from shared.arm_description import Arm, ArmError, find_arm, read_arm
 from shared.pairing import read_code
 from shared.state import ARM, STATE
 
@@ -143,6 +143,29 @@ def browser() -> Iterator[Any]:
         made.close()
 
 
+def start_tracker(
+    stack: ExitStack, arm: Arm, *words: str, cameras: int = 1
+) -> tuple[Path, ProcessGroup, ChildProcess]:
+    """Start a tracker with a page, on synthetic cameras, in a folder of its own.
+
+    Args:
+        stack: ends it.
+        arm: which is seen.
+        words: more of what is typed for it; {folder} is the folder.
+        cameras: number of them.
+
+    Returns:
+        The folder, what starts more processes there, and the tracker.
+    """
+    folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="brickservo-claims-"))
+    crew = ProcessGroup(Path(folder), {STATE: folder, ARM: arm.file})
+    stack.callback(crew.close)
+    line = ["track", "--announce", *["--camera", "synthetic"] * cameras, "--host", "127.0.0.1"]
+    line += ["--port", "0", "--page", "--page-port", "0"]
+    line += [word.format(folder=folder) for word in words]
+    return Path(folder), crew, crew.start("tracker", line)
+
+
 def run(cases: Sequence[tuple[int, Viewers]]) -> Iterator[PageResult]:
     """Measure, case by case.
 
@@ -160,15 +183,8 @@ def _measure(made: Any, seed: int, looking: Viewers) -> PageResult:
     scene, goals = choose_goals(arm, seed)
     rig = CameraRig(arm, scene)
     with ExitStack() as stack:
-        folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="brickservo-bench-")))
-        crew = ProcessGroup(folder, {STATE: str(folder), ARM: arm.file})
-        stack.callback(crew.close)
-        tracker = crew.start(
-            "tracker",
-            ["track", "--announce", "--camera", "synthetic", "--scene", f"{scene},fps={FPS:g}"]
-            + ["--host", "127.0.0.1", "--port", "0", "--csv", str(folder / "track.csv")]
-            + ["--page", "--page-port", "0", "--no-brick"],
-        )
+        words = ["--scene", f"{scene},fps={FPS:g}", "--csv", "{folder}/track.csv", "--no-brick"]
+        folder, crew, tracker = start_tracker(stack, arm, *words)
         place, code = wait_for_link(tracker)
         clock = PacedClock(str(folder))
         stack.callback(clock.close)

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import re
 import sys
-import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -15,10 +14,9 @@ from typing import Any
 
 from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.scene_constants import read_scene
-from laptop.measure.demo.processes import ProcessGroup, wait_for_page
+from laptop.measure.demo.processes import wait_for_page
 from shared.arm_description import Arm, ArmError, find_arm, read_arm
-from shared.state import ARM, STATE
-from tests.claims.page import browser
+from tests.claims.page import browser, start_tracker
 from tests.claims.page_rig import on_page, start_button
 
 WINDOW = {"width": 1440, "height": 940}
@@ -120,14 +118,7 @@ def _page(
 ) -> Iterator[Any]:
     """The page of a tracker on so many synthetic cameras, once it shows a marker and a brick."""
     with ExitStack() as stack:
-        state = stack.enter_context(tempfile.TemporaryDirectory(prefix="brickservo-bench-"))
-        crew = ProcessGroup(Path(state), {STATE: state, ARM: arm.file})
-        stack.callback(crew.close)
-        tracker = crew.start(
-            "tracker",
-            ["track", "--announce", *["--camera", "synthetic"] * cameras, *words]
-            + ["--host", "127.0.0.1", "--port", "0", "--page-port", "0"],
-        )
+        _, _, tracker = start_tracker(stack, arm, *words, cameras=cameras)
         context = made.new_context(viewport=WINDOW)
         stack.callback(context.close)
         page = context.new_page()

@@ -7,12 +7,10 @@ from __future__ import annotations
 
 import math
 import subprocess
-import tempfile
 import threading
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,10 +20,9 @@ from laptop.emulator.own_programs import SERVO
 from laptop.emulator.pace import PacedClock
 from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.scene_constants import read_scene
-from laptop.measure.demo.processes import ProcessGroup, wait_for_link, wait_for_page
+from laptop.measure.demo.processes import wait_for_link, wait_for_page
 from shared.arm_description import find_arm, read_arm
-from shared.state import ARM, STATE
-from tests.claims.page import FPS, SIZE
+from tests.claims.page import FPS, SIZE, start_tracker
 
 SAMPLE_PERIOD = 0.004
 """Between two looks at the true pose, s."""
@@ -123,20 +120,14 @@ class PageRig:
         arm = read_arm(find_arm("planar"))
         scene = Scene(arm, read_scene(""))
         self.goals = [scene.truth(posture)["effector"] for posture in POSTURES]
-        folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="brickservo-bench-"))
-        crew = ProcessGroup(Path(folder), {STATE: folder, ARM: arm.file})
-        stack.callback(crew.close)
-        self.tracker = crew.start(
-            "tracker",
-            ["track", "--announce", "--camera", "synthetic", "--scene", f"fps={FPS:g}"]
-            + ["--host", "127.0.0.1", "--port", "0", "--page", "--page-port", "0", "--no-brick"],
-        )
+        words = ["--scene", f"fps={FPS:g}", "--no-brick"]
+        folder, crew, self.tracker = start_tracker(stack, arm, *words)
         place, _ = wait_for_link(self.tracker)
         words = ["simulate", "--realtime", "--timeout", "1e6", "--arm", arm.file]
-        words += ["--out", str(Path(folder) / "brick")]
+        words += ["--out", str(folder / "brick")]
         self.brick = crew.start("brick", [*words, SERVO, place, "--wait"])
         self._addresses = self._new_addresses()
-        self.watch = ArmWatch(folder)
+        self.watch = ArmWatch(str(folder))
         stack.callback(self.watch.close)
 
     def open(self, made: Any, script: str = "", **options: Any) -> Any:

@@ -1,4 +1,4 @@
-"""The bench of disturbances: what it does to a run, and what it counts."""
+"""The claim of disturbances: what it does to a run, and what it counts."""
 
 from dataclasses import replace
 
@@ -47,7 +47,7 @@ def test_nothing_is_claimed_that_is_not_so_and_nothing_moves_blindly(name, mode)
 
 
 def test_one_that_claims_what_is_not_so_is_told_from_one_that_does_not(monkeypatch):
-    """A servo that believes anything: the bench must see through it."""
+    """A servo that believes anything: the claim must see through it."""
     monkeypatch.setattr("robot.servoing.doubts.Doubts.arise", lambda *told: False)
     name = "a thing at the goal taken for the tip"
     result = run_case(DisturbedCase(name, "look", "planar", 1001, 0.0))

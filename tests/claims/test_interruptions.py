@@ -1,4 +1,4 @@
-"""`bench interruptions`: what counts as a gap and as left out; one drawing for real."""
+"""The claim of interruptions: what counts as a gap and as left out; one drawing for real."""
 
 from types import SimpleNamespace
 

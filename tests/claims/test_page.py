@@ -1,4 +1,4 @@
-"""The bench of the page: how pictures find their frames, what the table says, and no browser."""
+"""The claim of the page: how pictures find their frames, what the table says, and no browser."""
 
 import sys
 

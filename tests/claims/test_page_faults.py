@@ -1,4 +1,4 @@
-"""The bench of the page's faults: what is made of notes and poses, the table, and one for real."""
+"""The claim of the page's faults: what is made of notes and poses, the table, and one for real."""
 
 import pytest
 from page_tracker import a_browser

@@ -1,4 +1,4 @@
-"""The bench of STOP: when an arm stood, what the table says, and no browser."""
+"""The claim of STOP: when an arm stood, what the table says, and no browser."""
 
 import pytest
 
