@@ -170,7 +170,7 @@ def points(
     return see
 
 
-def run_one(case: ServoCase, method: str, log: Any = None, say: Any = None) -> ServoResult:
+def run_one(case: ServoCase, method: str) -> ServoResult:
     """Run one method on one set-up."""
     scene = case.scene
     shown: dict[str, pictured.Scene] = {}
@@ -180,7 +180,7 @@ def run_one(case: ServoCase, method: str, log: Any = None, say: Any = None) -> S
         setting, cameras = set_up(case.arm, case.seed, scene)
     plant = f"{setting.plant},cpu={case.cpu}"
     with Rig(setting.configured, setting.arm, plant, start=setting.start) as rig:
-        return _run_on(rig, case, method, setting, cameras, shown, log, say)
+        return _run_on(rig, case, method, setting, cameras, shown)
 
 
 def _run_on(
@@ -190,8 +190,6 @@ def _run_on(
     setting: SetUp,
     cameras: PinholeCameras,
     shown: dict[str, pictured.Scene],
-    log: Any,
-    say: Any,
 ) -> ServoResult:
     scene, world, brick = case.scene, rig.world, rig.brick
     if scene.speed:
@@ -219,8 +217,6 @@ def _run_on(
             budget=FOLLOW_WINDOW[1] if scene.speed else TIME_BUDGET,
             most_moves=None if scene.speed else MAX_MOVES,
             follow=scene.tolerance if scene.speed else None,
-            log=log,
-            say=say or (lambda line: None),
         ) as (loop, servo, arm, _),
     ):
         began = world.now()
@@ -229,8 +225,6 @@ def _run_on(
             arm.park()
             word = verdict.word
         except Exception as problem:  # a crash is a result here, and must not end the bench
-            if log:
-                raise
             word = f"{type(problem).__name__}: {problem}"
         if scene.speed:
             # Whoever gave up early stands while the goal goes on.
@@ -285,7 +279,7 @@ def servo_loop(
         servo, stream = _servo(program, method, setting, cameras, rig.brick, case)
         client = tracker.client(program.clock, make=program["robot.tracking_client"].TrackingClient)
         loop = program["robot.servoing.loop"].VisualServoing(
-            arm, client, program.clock, servo, stream=stream, **options
+            arm, client, program.clock, servo, stream=stream, say=lambda line: None, **options
         )
         yield loop, servo, arm, program
 

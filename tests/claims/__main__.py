@@ -48,15 +48,12 @@ CLAIMS = (
             click.option(
                 "--films", metavar="FOLDER", help="Films, and truth.json with circles in them."
             ),
-            click.option(
-                "--plot", metavar="FILE.png", help="Draw error against confidence, all positions."
-            ),
         ),
     ),
     BenchCommand(
         "camera",
         HERE + "camera_table",
-        "Millimetres from the picture: board, codes, the pen by its marker.",
+        "Millimetres from the picture: of the board, of the pen by its marker.",
         (seeds_option("5000:5005", "Lenses, places of the camera and noise."),),
     ),
     BenchCommand(

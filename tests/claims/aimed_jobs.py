@@ -20,6 +20,7 @@ from robot.jobs.checking import check_strokes
 from robot.motion import paths, trajectory
 from shared.arm_description import Arm, find_arm, read_arm
 from shared.job import BadJob, Job, Stroke, header_of, write_job
+from tests.claims.limits_passed import beyond_limits
 
 SECONDS = 60.0
 """What each job says that it takes."""
@@ -79,17 +80,11 @@ def draw_it(case: AimedJob) -> AimedResult:
             return AimedResult(case.seed, case.arm, kind, refused=str(why).partition(": ")[2])
         with silenced(), Rig(arm, state_folder=home) as rig:
             done = rig.job(file, timeout=TIMEOUT)
-    record = done.record
-    beyond = max(
-        max(q - joint.upper, joint.lower - q)
-        for row in record
-        for q, joint in zip(row.q, arm.joints, strict=True)
-    )
     return AimedResult(
         case.seed, case.arm, kind,
         ended="" if done.outcome.status == 0 else str(done.outcome.reason),
-        beyond_deg=math.degrees(beyond),
-        speed=_speed(record, arm),
+        beyond_deg=beyond_limits(arm, (row.q for row in done.record)),
+        speed=_speed(done.record, arm),
     )  # fmt: skip
 
 

@@ -8,9 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from laptop.bench import show
 from laptop.bench.bench import BenchRecord, BenchTable, as_dicts, seeds_of
-from tests.claims import camera, camera_codes, camera_touch
+from tests.claims import camera, camera_touch
 from tests.claims.camera import CONDITIONS, HEIGHTS, CameraResult
 
 HEADINGS = (
@@ -94,7 +93,6 @@ class Seen(NamedTuple):
     """All that is measured of a camera."""
 
     board: list[CameraResult]
-    aruco: list[camera_codes.CodeResult]
     touches: list[camera_touch.TouchResult]
     moved: list[tuple[str, bool, str]]
 
@@ -104,16 +102,12 @@ def _run(case: camera.CameraCase) -> CameraResult:
 
 
 def _gather(results: list[CameraResult], it: Any) -> Seen:
-    sides = show.progress(camera_codes.SIDES, len(camera_codes.SIDES), "ArUco markers")
-    codes = [camera_codes.measure(side, it.seeds) for side in sides]
-    return Seen(results, codes, camera_touch.measure(it.seeds), camera.moves(it.seeds.start))
+    return Seen(results, camera_touch.measure(it.seeds), camera.moves(it.seeds.start))
 
 
 def _shown(seen: Seen, it: Any) -> Iterator[BenchTable | str]:
     title = f"{seeds_of(it)}, {len(it.seeds)} lenses, rendered"
     yield BenchTable(f"The board; {title}; {LEGEND}", HEADINGS, table(seen.board))
-    codes = camera_codes.table(seen.aruco)
-    yield BenchTable(f"ArUco's middle, px RMS per axis; {title}", camera_codes.HEADINGS, codes)
     touches = camera_touch.table(seen.touches)
     title = f"The pen's place by its marker, mm; {title}"
     yield BenchTable(title, camera_touch.HEADINGS, touches)
@@ -123,7 +117,7 @@ def _shown(seen: Seen, it: Any) -> Iterator[BenchTable | str]:
 
 
 def _figures(seen: Seen) -> Any:
-    told = {name: as_dicts(getattr(seen, name)) for name in ("board", "aruco", "touches")}
+    told = {name: as_dicts(getattr(seen, name)) for name in ("board", "touches")}
     moved = [{"by": by, "noticed": noticed, "said": words} for by, noticed, words in seen.moved]
     return _without_nan({**told, "moved": moved})
 

@@ -153,13 +153,6 @@ def _run(case: Case) -> list[Claim]:
     return case.run()
 
 
-def _gather(parts: list[list[Claim]], it: Any) -> list[Claim]:
-    claims = flat(parts)
-    if it.plot:
-        confidence_table.plot(claims, it.plot)
-    return claims
-
-
 def _shown(claims: list[Claim], it: Any) -> Iterator[BenchTable]:
     title = f"Confidence against error; {seeds_of(it)}; {confidence_table.LEGEND}"
     rows, lies = confidence_table.table(claims), confidence_table.lies(claims)
@@ -167,6 +160,4 @@ def _shown(claims: list[Claim], it: Any) -> Iterator[BenchTable]:
     yield BenchTable("Lies by confidence", confidence_table.LIES_HEADINGS, lies, 1)
 
 
-BENCH = BenchRecord(
-    "tracking", _cases, _run, _shown, figures=confidence_table.figures, gather=_gather
-)
+BENCH = BenchRecord("tracking", _cases, _run, _shown, figures=confidence_table.figures, gather=flat)

@@ -1,18 +1,14 @@
-"""Figures of confidence against error: a table, a plot and JSON."""
+"""Figures of confidence against error: tables and JSON."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
-
-from matplotlib.figure import Figure
 
 from laptop.bench.bench import grouped
 from laptop.bench.track_score import CLAIM_CONFIDENCE, SURE_CONFIDENCE
-from shared.arm_description import ArmError
 from tests.claims.position_claims import Claim
 
 Row = tuple[str, ...]
@@ -24,10 +20,6 @@ LEGEND = "too far off: by more than r/10 + 1 px; wrong: by more than r/2, or not
 ALL = "all"
 SHARES = ((0.0, 0.2), (0.2, 0.5), (0.5, 0.7), (0.7, 0.9), (0.9, 1.01))
 """Confidences, from and to below, by which lies are counted."""
-
-
-class BadPlot(ArmError):
-    """A plot that cannot be written."""
 
 
 def table(claims: Sequence[Claim]) -> list[Row]:
@@ -89,48 +81,3 @@ def figures(claims: Iterable[Claim]) -> list[dict[str, Any]]:
     return [
         {**asdict(one), "error": one.error if math.isfinite(one.error) else None} for one in claims
     ]
-
-
-def plot(claims: Iterable[Claim], file: str | Path) -> None:
-    """Draw error against confidence, a dot per position, renders and films apart.
-
-    Raises:
-        BadPlot: the file cannot be written.
-    """
-    claims = [one for one in claims if one.confidence > 0]
-    parts = list(dict.fromkeys(one.part for one in claims))
-    figure = Figure(figsize=(1 + 5 * max(1, len(parts)), 4.2), layout="constrained")
-    grid = figure.subplots(1, max(1, len(parts)), squeeze=False)[0]
-    for axes, part in zip(grid, parts, strict=False):
-        some = [one for one in claims if one.part == part]
-        groups = (
-            ("ball or disc, sharp and whole", "#0072B2", [c for c in some if c.clear]),
-            (
-                "hidden in part, blurred, cut",
-                "#E69F00",
-                [c for c in some if not c.clear and math.isfinite(c.error)],
-            ),
-            ("nothing there", "#D55E00", [c for c in some if math.isinf(c.error)]),
-        )
-        for name, color, group in groups:
-            shares = [min(_share(one), 40) for one in group]
-            axes.plot(
-                [one.confidence for one in group], shares, ".", ms=4, alpha=0.5, color=color,
-                label=f"{name} ({len(group)})",
-            )  # fmt: skip
-        axes.axhline(1, color="black", lw=0.8)
-        axes.axvline(SURE_CONFIDENCE, color="grey", lw=0.8, ls="--")
-        axes.axvline(CLAIM_CONFIDENCE, color="grey", lw=0.8, ls=":")
-        axes.set(
-            yscale="log", ylim=(0.003, 50), xlim=(0.15, 1.02), title=part,
-            xlabel="confidence", ylabel="error / (a tenth of the radius and 1 px)",
-        )  # fmt: skip
-        axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.15), ncols=3, fontsize=7)
-    try:
-        figure.savefig(file, dpi=130)
-    except (OSError, ValueError) as error:
-        raise BadPlot(f"cannot write {file}: {error}; choose another PNG file") from None
-
-
-def _share(one: Claim) -> float:
-    return max(0.003, one.error / (0.1 * one.radius + 1)) if math.isfinite(one.error) else math.inf

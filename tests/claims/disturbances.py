@@ -41,6 +41,7 @@ from laptop.emulator.host.world import World
 from laptop.emulator.rig import Rig
 from laptop.emulator.virtual_tracker import Markers, See, VirtualTracker
 from shared.messages import Stop
+from tests.claims.limits_passed import beyond_limits
 
 MODES = ("look", "stream")
 
@@ -259,13 +260,13 @@ def cases(seeds: range, arms: Sequence[str] = ("planar",), cpu: float = CPU) -> 
     ]
 
 
-def run_case(case: DisturbedCase, log: Any = None) -> DisturbedResult:
+def run_case(case: DisturbedCase) -> DisturbedResult:
     """Do one run, and disturb it."""
     scene = ServoScenario(mode=case.mode)
     setting, cameras = set_up(case.arm, case.seed, scene)
     plant = f"{setting.plant},cpu={case.cpu}"
     with Rig(setting.configured, setting.arm, plant, start=setting.start) as rig:
-        return _run_on(rig, case, scene, setting, cameras, log)
+        return _run_on(rig, case, scene, setting, cameras)
 
 
 def _run_on(
@@ -274,7 +275,6 @@ def _run_on(
     scene: ServoScenario,
     setting: SetUp,
     cameras: PinholeCameras,
-    log: Any,
 ) -> DisturbedResult:
     world, brick = rig.world, rig.brick
     stage = DisturbedRun(world, brick, cameras)
@@ -295,8 +295,6 @@ def _run_on(
             rig,
             budget=BUDGET,
             most_moves=MAX_MOVES,
-            log=log,
-            say=lambda line: None,
         ) as (loop, servo, arm, program),
     ):
         began = world.t
@@ -325,7 +323,7 @@ def _run_on(
         stage.struck and stage.struck - began,
         blind_s,
         blind_deg,
-        truth.beyond(setting.arm),
+        beyond_limits(setting.arm, (q for _, _, q in truth.moments)),
     )
 
 
@@ -369,15 +367,6 @@ class _Truth:
         late = [q for t, _, q in during if t > begin + NOTICED + self._stage.round]
         turned = max([_turned(q, late[0]) for q in late], default=0.0)
         return driven, math.degrees(turned)
-
-    def beyond(self, arm: Any) -> float:
-        """By how much a joint was beyond its limit at most, deg; negative: how far from it."""
-        return max(
-            math.degrees(max(joint.lower - min(angles), max(angles) - joint.upper))
-            for joint, angles in zip(
-                arm.joints, zip(*(q for _, _, q in self.moments), strict=True), strict=True
-            )
-        )
 
 
 def _turned(one: Sequence[float], other: Sequence[float]) -> float:

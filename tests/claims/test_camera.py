@@ -5,7 +5,7 @@ import pytest
 from laptop.bench import camera_renders
 from laptop.see.markers.board import BOARDS, MARKER
 from laptop.see.markers.finders.board import find_board
-from tests.claims import camera, camera_codes, camera_table, camera_touch
+from tests.claims import camera, camera_table, camera_touch
 from tests.claims.camera import CONDITIONS, CameraCase, CameraResult, Condition
 
 
@@ -102,17 +102,10 @@ def test_what_is_said_is_told_where_something_is_wrong_and_what_is_not_known_is_
     said = camera_table.said(results)
     assert said[-1] == f"{CONDITIONS[-1].name}: looks too flatly"
     assert sum("scale: as printed." in line for line in said) == 2  # where the print is wrong
-    seen = camera_table.Seen(results, [], [], [("nothing", False, "as it was")])
+    seen = camera_table.Seen(results, [], [("nothing", False, "as it was")])
     told = camera_table.BENCH.figures(seen)
     assert told["board"][-1]["rms"] is None
     assert told["moved"] == [{"by": "nothing", "noticed": False, "said": "as it was"}]
-
-
-def test_all_cells_of_a_code_place_it_closer_than_its_corners(monkeypatch):
-    monkeypatch.setattr(camera_codes, "FRAMES", 2)
-    found = camera_codes.measure(40, range(1, 2))
-    assert (found.lost, found.missed) == (0, 0)
-    assert found.limit < found.cells < 0.05
 
 
 @pytest.mark.claims

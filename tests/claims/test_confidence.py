@@ -161,12 +161,3 @@ def test_films_without_truth_are_refused(tmp_path, text, complaint):
     assert result.exit_code == 1
     assert complaint in result.output
     assert len(result.output.splitlines()) == 1
-
-
-@pytest.mark.claims
-def test_a_plot_is_written_where_it_can_be(film):
-    claims = FilmCase(str(film), "a_film.avi", "as it is", None, 0).run()
-    confidence_table.plot(claims, film / "plot.png")
-    assert min(cv2.imread(str(film / "plot.png")).shape[:2]) > 300
-    with pytest.raises(confidence_table.BadPlot, match="choose another"):
-        confidence_table.plot(claims, film / "none" / "plot.png")

@@ -27,6 +27,7 @@ from laptop.emulator.device.plant_constants import CPU
 from laptop.emulator.onlooker import Onlooker
 from laptop.emulator.rig import Rig, SimulationResult
 from shared.arm_description import SEEK_BEYOND, Arm, find_arm, read_arm
+from tests.claims.limits_passed import beyond_limits
 
 WRONG, RIGHT = ("reversed", "swapped", "no stops", "touch"), "right"
 """Kinds of arms; the seeds take the wrong ones in turn."""
@@ -237,12 +238,8 @@ def _beyond(arm: Arm, run: SimulationResult, counted: bool) -> float:
     """How far beyond its limits a joint was, deg; counted from where it was put as home, or not."""
     first = run.record[0].q
     moved = [joint.home - q if counted else 0.0 for joint, q in zip(arm.joints, first, strict=True)]
-    return math.degrees(
-        max(
-            max(joint.lower - q - by, q + by - joint.upper)
-            for sample in run.record
-            for joint, q, by in zip(arm.joints, sample.q, moved, strict=True)
-        )
+    return beyond_limits(
+        arm, ([q + by for q, by in zip(sample.q, moved, strict=True)] for sample in run.record)
     )
 
 
