@@ -30,7 +30,6 @@ from laptop.bench.servo_setups import (
     Pixel,
     Pixels,
     ServoScenario,
-    SetUp,
     apart,
     is_in_image,
     set_up,
@@ -265,50 +264,31 @@ def run_case(case: DisturbedCase) -> DisturbedResult:
     scene = ServoScenario(mode=case.mode)
     setting, cameras = set_up(case.arm, case.seed, scene)
     plant = f"{setting.plant},cpu={case.cpu}"
-    with Rig(setting.configured, setting.arm, plant, start=setting.start) as rig:
-        return _run_on(rig, case, scene, setting, cameras)
-
-
-def _run_on(
-    rig: Rig,
-    case: DisturbedCase,
-    scene: ServoScenario,
-    setting: SetUp,
-    cameras: PinholeCameras,
-) -> DisturbedResult:
-    world, brick = rig.world, rig.brick
-    stage = DisturbedRun(world, brick, cameras)
-    stage.goal = cameras(setting.goal)
-    stage.luck = random.Random(f"{case.seed}/{case.name}")
-    truth = _Truth(stage)
-    world.bodies.append(truth.note)
-    see = stage.see(points(cameras, brick, stage.goals, scene, case.seed))
     servo_case = ServoCase(case.name, scene, case.arm, case.seed, (DEFAULT,), cpu=case.cpu)
-    with (
-        VirtualTracker(world, see, cameras=tuple(cameras), seed=case.seed) as stage.tracker,
-        servo_loop(
-            servo_case,
-            DEFAULT,
-            setting,
-            cameras,
-            stage.tracker,
-            rig,
-            budget=BUDGET,
-            most_moves=MAX_MOVES,
-        ) as (loop, servo, arm, program),
-    ):
-        began = world.t
-        _strike_in_motion(stage, truth, began, DISTURBANCES[case.name])
-        try:
-            verdict = loop.run()
-            word, reason, moves = verdict.word, verdict.reason, verdict.moves
-            with suppress(program["shared.arm_description"].ArmError):  # the first trouble is told
-                arm.park()
-        except Exception as problem:  # a crash is a result here, and must not end the rest
-            word, reason, moves = type(problem).__name__, str(problem), 0
-        ended = world.t
-    error = apart(cameras(brick.plant.q), stage.goals(world.t), servo.rows)
-    blind_s, blind_deg = truth.blindly(ended)
+    bounds = {"budget": BUDGET, "most_moves": MAX_MOVES}
+    with Rig(setting.configured, setting.arm, plant, start=setting.start) as rig:
+        world, brick = rig.world, rig.brick
+        stage = DisturbedRun(world, brick, cameras)
+        stage.goal = cameras(setting.goal)
+        stage.luck = random.Random(f"{case.seed}/{case.name}")
+        truth = _Truth(stage)
+        world.bodies.append(truth.note)
+        see = stage.see(points(cameras, brick, stage.goals, scene, case.seed))
+        with (
+            VirtualTracker(world, see, cameras=tuple(cameras), seed=case.seed) as stage.tracker,
+            servo_loop(servo_case, DEFAULT, setting, cameras, stage.tracker, rig, **bounds) as loop,
+        ):
+            began = world.t
+            _strike_in_motion(stage, truth, began, DISTURBANCES[case.name])
+            try:
+                verdict = loop.servoing.run()
+                word, reason, moves = verdict.word, verdict.reason, verdict.moves
+                with suppress(loop.program["shared.arm_description"].ArmError):  # one is told
+                    loop.arm.park()
+            except Exception as problem:  # a crash is a result here, and must not end the rest
+                word, reason, moves = type(problem).__name__, str(problem), 0
+            ended = world.t
+    error = apart(cameras(brick.plant.q), stage.goals(world.t), loop.servo.rows)
     return DisturbedResult(
         case.name,
         case.mode,
@@ -321,8 +301,7 @@ def _run_on(
         error,
         word == "converged" and error > SUCCESS_TOLERANCES * scene.tolerance,
         stage.struck and stage.struck - began,
-        blind_s,
-        blind_deg,
+        *truth.blindly(ended),
         beyond_limits(setting.arm, (q for _, _, q in truth.moments)),
     )
 
