@@ -8,6 +8,7 @@ marker's radius instead.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from operator import methodcaller
 from typing import Any, NamedTuple
 
 from laptop.bench import show, track_cost, track_table
@@ -29,10 +30,6 @@ def cases(seeds: range) -> list[Case]:
     filmed = [LightCase(text, lights, seed) for text, lights in clips for seed in seeds]
     printed = [RimCase(radius, rim, seed) for radius in RADII for rim in RIMS for seed in seeds]
     return [*filmed, *(PrecisionCase(look, seed) for look in LOOKS for seed in seeds), *printed]
-
-
-def _run(case: Case) -> list[TrackResult]:
-    return case.run()
 
 
 class Tracked(NamedTuple):
@@ -66,7 +63,7 @@ def _shown(found: Tracked, it: Any) -> Iterator[BenchTable | str]:
 BENCH = BenchRecord(
     "tracking",
     lambda it: cases(it.seeds),
-    _run,
+    methodcaller("run"),
     _shown,
     figures=lambda found: {
         **track_table.figures(found.results, found.timed),

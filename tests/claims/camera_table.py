@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from operator import methodcaller
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -97,10 +98,6 @@ class Seen(NamedTuple):
     moved: list[tuple[str, bool, str]]
 
 
-def _run(case: camera.CameraCase) -> CameraResult:
-    return case.run()
-
-
 def _gather(results: list[CameraResult], it: Any) -> Seen:
     return Seen(results, camera_touch.measure(it.seeds), camera.moves(it.seeds.start))
 
@@ -132,5 +129,10 @@ def _without_nan(told: Any) -> Any:
 
 
 BENCH = BenchRecord(
-    "photographing", lambda it: camera.cases(it.seeds), _run, _shown, _figures, _gather
+    "photographing",
+    lambda it: camera.cases(it.seeds),
+    methodcaller("run"),
+    _shown,
+    _figures,
+    _gather,
 )

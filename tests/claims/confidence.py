@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from operator import methodcaller
 from typing import Any
 
 import numpy as np
@@ -149,10 +150,6 @@ def _cases(it: Any) -> list[Case]:
     return [*render_cases(it.seeds), *ray_cases(it.seeds), *films]
 
 
-def _run(case: Case) -> list[Claim]:
-    return case.run()
-
-
 def _shown(claims: list[Claim], it: Any) -> Iterator[BenchTable]:
     title = f"Confidence against error; {seeds_of(it)}; {confidence_table.LEGEND}"
     rows, lies = confidence_table.table(claims), confidence_table.lies(claims)
@@ -160,4 +157,11 @@ def _shown(claims: list[Claim], it: Any) -> Iterator[BenchTable]:
     yield BenchTable("Lies by confidence", confidence_table.LIES_HEADINGS, lies, 1)
 
 
-BENCH = BenchRecord("tracking", _cases, _run, _shown, figures=confidence_table.figures, gather=flat)
+BENCH = BenchRecord(
+    "tracking",
+    _cases,
+    methodcaller("run"),
+    _shown,
+    figures=confidence_table.figures,
+    gather=flat,
+)

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from types import SimpleNamespace
 from typing import Any
 
@@ -314,12 +315,13 @@ def reason(text: str) -> str:
 
 
 def _cases(it: Any) -> list[Any]:
-    random = [(seed, it.cpu, False) for seed in it.seeds or ()]
-    return [*named_cases(it.cpu), *random, *((seed, it.cpu, True) for seed in it.pairs or ())]
+    named = [partial(run_named, case) for case in named_cases(it.cpu)]
+    random = [partial(run_case, (seed, it.cpu, False)) for seed in it.seeds or ()]
+    return [*named, *random, *(partial(run_case, (seed, it.cpu, True)) for seed in it.pairs or ())]
 
 
-def _run(case: Any) -> Any:
-    return run_named(case) if len(case) == 4 else run_case(case)
+def _run(case: Callable[[], Any]) -> Any:
+    return case()
 
 
 def _gather(results: list[Any], it: Any) -> dict[str, Any]:
