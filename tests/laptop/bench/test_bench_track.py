@@ -403,22 +403,6 @@ def few(monkeypatch):
 
 
 @pytest.mark.claims
-def test_bench_track(few):
-    result = CliRunner().invoke(laptop, ["bench", "track", "--seeds", "77:78"])
-    assert result.exit_code == 0, result.output
-    rows = {cells[1].strip(): cells for cells in map(_cells, result.output.splitlines()) if cells}
-    assert 0 < float(rows["disc r 12, JPEG 90"][3]) < 0.1
-    assert rows["ArUco, side 48"][-2].strip() == "-"
-    assert float(rows["none"][3]) == 0
-    assert float(rows["ours, one disc"][2]) > 0
-    assert "serving the brick 60 times a second: 1.2 % of a core" in result.output
-
-
-def _cells(line):
-    return line.split("\u2502") if line.count("\u2502") > 3 else None
-
-
-@pytest.mark.claims
 def test_bench_track_as_json(few):
     result = CliRunner().invoke(laptop, ["bench", "track", "--seeds", "77:78", "--json"])
     assert result.exit_code == 0, result.output
