@@ -43,12 +43,7 @@ CLAIMS = (
         "confidence",
         HERE + "confidence",
         "What confidence says of the error of a marker hidden or blurred.",
-        (
-            seeds_option("7000:7004", "Markers, grounds, lamps and what hides them."),
-            click.option(
-                "--films", metavar="FOLDER", help="Films, and truth.json with circles in them."
-            ),
-        ),
+        (seeds_option("7000:7004", "Markers, grounds, lamps and what hides them."),),
     ),
     BenchCommand(
         "camera",

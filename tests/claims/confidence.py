@@ -27,9 +27,8 @@ from laptop.emulator.scene.optics import (
 from laptop.emulator.scene.sensor import blurred, through_jpeg
 from tests.claims import confidence_table
 from tests.claims.covers import fingers, half_plane, leaves
-from tests.claims.films import FilmCase, film_cases
 from tests.claims.position_claims import Circle, Claim, Shot, claims_of
-from tests.claims.rays import RayCase, ray_cases
+from tests.claims.rays import ray_cases
 
 SIZE = (400, 300)
 FPS = 30.0
@@ -142,14 +141,6 @@ def render_cases(seeds: range) -> list[RenderCase]:
     return [RenderCase(stress, seed) for stress in STRESSES for seed in seeds]
 
 
-Case = RenderCase | RayCase | FilmCase
-
-
-def _cases(it: Any) -> list[Case]:
-    films = film_cases(it.films, it.seeds) if it.films else []
-    return [*render_cases(it.seeds), *ray_cases(it.seeds), *films]
-
-
 def _shown(claims: list[Claim], it: Any) -> Iterator[BenchTable]:
     title = f"Confidence against error; {seeds_of(it)}; {confidence_table.LEGEND}"
     rows, lies = confidence_table.table(claims), confidence_table.lies(claims)
@@ -159,7 +150,7 @@ def _shown(claims: list[Claim], it: Any) -> Iterator[BenchTable]:
 
 BENCH = BenchRecord(
     "tracking",
-    _cases,
+    lambda it: [*render_cases(it.seeds), *ray_cases(it.seeds)],
     methodcaller("run"),
     _shown,
     figures=confidence_table.figures,

@@ -21,7 +21,7 @@ Circle = tuple[float, float, float]
 class Claim:
     """A position with its confidence, beside the truth.
 
-    part        "renders" or "films"
+    part        "renders" or "rays"
     condition   what was done to the marker
     confidence  0: nothing was found
     error       px; infinite if there was no marker at all
@@ -68,7 +68,6 @@ class Shot(NamedTuple):
     t          s
     condition  what was done to the marker
     clear      it is sharp and in full view
-    counts     its truth is known; else the marker is only followed through it
     """
 
     image: np.ndarray
@@ -76,7 +75,6 @@ class Shot(NamedTuple):
     t: float
     condition: str
     clear: bool
-    counts: bool = True
 
 
 def claims_of(clip: Iterable[Shot], kind: str, part: str) -> list[Claim]:
@@ -96,6 +94,5 @@ def claims_of(clip: Iterable[Shot], kind: str, part: str) -> list[Claim]:
                 return []
             continue
         found = tracker.find(shot.image, shot.t)["marker"]
-        if shot.counts:
-            claims.append(claim(found, shot.circle, part, shot.condition, shot.clear))
+        claims.append(claim(found, shot.circle, part, shot.condition, shot.clear))
     return claims

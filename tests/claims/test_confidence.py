@@ -1,4 +1,4 @@
-"""The claim of confidence: what is counted as a lie, what hides a marker, films and rays."""
+"""The claim of confidence: what is counted as a lie, what hides a marker, and rays."""
 
 import json
 import math
@@ -6,16 +6,12 @@ import math
 import cv2
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 from laptop.emulator.scene.optics import Box, coverage
-from laptop.emulator.scene.sensor import marker_frame
 from laptop.see.markers.tracker import Sighting
-from tests.claims import confidence_table, films
-from tests.claims.__main__ import claims
+from tests.claims import confidence_table
 from tests.claims.confidence import EDGE, GONE, MOTION, STRESSES, RenderCase, Stress
 from tests.claims.covers import fingers, half_plane
-from tests.claims.films import FilmCase
 from tests.claims.position_claims import Claim, claim
 from tests.claims.rays import RayCase
 
@@ -48,13 +44,13 @@ def test_lies_are_counted_by_hand():
         said(0.6, 11),
         said(0.3, math.inf),
         said(0.0, 0.0, clear=True),
-        said(0.92, 1, part="films"),
+        said(0.92, 1, part="rays"),
     ]
     rows = {row[:2]: row[2:] for row in confidence_table.table(claims)}
     assert rows["renders", "all"] == (
         "6", "4", "3", "33.3 % (1)", "25.0 % (1)", "75.0 % (3)", "1.00", "1.00",
     )  # fmt: skip
-    assert rows["films", "all"][:4] == ("1", "1", "1", "0.0 % (0)")
+    assert rows["rays", "all"][:4] == ("1", "1", "1", "0.0 % (0)")
     lies = {row[:2]: row[2:] for row in confidence_table.lies(claims)}
     assert lies["renders", "0.9 to 1.0"] == ("3", "33.3 % (1)", "0.0 % (0)")
     assert lies["renders", "0.5 to 0.7"] == ("1", "100.0 % (1)", "100.0 % (1)")
@@ -78,42 +74,6 @@ def test_every_harm_begins_with_a_whole_marker_and_hides_it_more_and_more(kind):
         assert [clear for _, _, clear in pictures][:4] == [True] * 4
         assert not any(clear for _, _, clear in pictures[4:])
         assert all(circle is None for _, circle, _ in pictures[4:]) == (stress.harm == GONE)
-
-
-@pytest.fixture
-def film(tmp_path):
-    """A ball that goes to the right, and is gone at the end; in truth.json, what is true."""
-    size = (320, 240)
-    out = cv2.VideoWriter(str(tmp_path / "a_film.avi"), cv2.VideoWriter_fourcc(*"MJPG"), 25, size)
-    truth = []
-    for k in range(16):
-        u = 90.0 + 5 * k if k < 12 else -500
-        out.write(marker_frame("ball", u, 120, 24, "green", size=size, seed=k))
-        truth += [{"frame": k, "x": u, "y": 120.0, "r": 24.0}] if k < 12 else []
-    out.release()
-    text = json.dumps({"annotations": {"a_film.avi": truth}, "empty": {"a_film.avi": [[13, 15]]}})
-    (tmp_path / "truth.json").write_text(text)
-    return tmp_path
-
-
-@pytest.mark.parametrize(("view", "scale"), [("as it is", 1), ("twice as large", 2)])
-def test_a_film_is_judged_by_its_truth(film, view, scale):
-    claims = FilmCase(str(film), "a_film.avi", view, None, 0).run()
-    there, gone = claims[:11], claims[11:]
-    assert [c.radius for c in there] == [24 * scale] * 11
-    assert max(c.error for c in there) < 0.6 * scale
-    assert min(c.confidence for c in there) >= 0.9
-    assert len(gone) == 3
-    assert {c.confidence for c in gone} == {0}
-
-
-@pytest.mark.claims
-def test_a_film_made_harder_to_see_is_less_sure(film):
-    plain = FilmCase(str(film), "a_film.avi", "as it is", None, 0).run()
-    for harm in films.HARMS:
-        harder = FilmCase(str(film), "a_film.avi", "as it is", harm, 0).run()
-        assert sum(c.confidence for c in harder) < sum(c.confidence for c in plain)
-        assert not any(c.clear for c in harder)
 
 
 @pytest.mark.short(every=3)
@@ -145,19 +105,3 @@ def test_smears_of_another_renderer_are_placed_or_doubted():
     still = [one for one in claims if one.clear]
     assert min(one.confidence for one in still) >= 0.9
     assert max(one.error / one.radius for one in still) < 0.03
-
-
-@pytest.mark.parametrize(
-    ("text", "complaint"),
-    [
-        ("{", "no truth is there"),
-        ("[]", "no truth is there"),
-        ('{"annotations": {"none.mp4": []}}', "none.mp4 is missing"),
-    ],
-)
-def test_films_without_truth_are_refused(tmp_path, text, complaint):
-    (tmp_path / "truth.json").write_text(text)
-    result = CliRunner().invoke(claims, ["confidence", "--films", str(tmp_path)])
-    assert result.exit_code == 1
-    assert complaint in result.output
-    assert len(result.output.splitlines()) == 1
