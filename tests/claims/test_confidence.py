@@ -10,8 +10,16 @@ import pytest
 from laptop.emulator.scene.optics import Box, coverage
 from laptop.see.markers.tracker import Sighting
 from tests.claims import confidence_table
-from tests.claims.confidence import EDGE, GONE, MOTION, STRESSES, RenderCase, Stress
-from tests.claims.covers import fingers, half_plane
+from tests.claims.confidence import (
+    EDGE,
+    GONE,
+    MOTION,
+    STRESSES,
+    RenderCase,
+    Stress,
+    fingers,
+    half_plane,
+)
 from tests.claims.position_claims import Claim, claim
 from tests.claims.rays import RayCase
 
