@@ -25,7 +25,7 @@ def run() -> None:
     """Run the command that was typed, and end this process with its status."""
     # While importing there is nothing to end in order.
     _signal.signal(_signal.SIGINT, _signal.SIG_DFL)
-    _order_sets()
+    order_sets()
     _open_streams()
     module = os.path.basename(sys.argv[0]) == os.path.basename(__file__)
     os.environ.setdefault(PROGRAM, "python -m laptop" if module else "brickservo")
@@ -42,7 +42,7 @@ def run() -> None:
         raise
 
 
-def _order_sets() -> None:
+def order_sets() -> None:
     """Begin anew where sets would be walked in another order in each process.
 
     A program on the emulated brick, and what is drawn here, hangs on that order; see the

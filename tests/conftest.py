@@ -26,6 +26,7 @@ LAPTOP_ONLY = (
     "laptop.emulator.watching",
     "servo_rig",
     "page_scene",
+    "tests.claims",
 )
 LAPTOP_ONLY_FIXTURE = re.compile(r"^def test_\w+\([^)]*\bwatched\b", re.MULTILINE)
 LAPTOP_SIDE = (

@@ -75,17 +75,17 @@ BENCHES = {
     "bench-servo-space": "bench servo --arm spatial --method chain --seeds 1000:1001 --json",
     "bench-draw": "bench draw --seeds 1000:1001 --json",
     "bench-calibrate": "bench calibrate --seeds 0:1 --json",
-    "bench-sight": "bench sight --seeds 1:2 --json",
-    "bench-disturbances": "bench disturbances --seeds 1000:1001 --json",
-    "bench-faults": "bench faults --no-page --seeds 1000:1001 --pairs 0:0 --json",
-    "bench-interruptions": "bench interruptions --seeds 1:2 --arm planar --json",
-    "bench-jobs": "bench jobs --seeds 40000:40005 --json",
-    "bench-limits": "bench limits",
-    "bench-wrong-arms": "bench wrong-arms --seeds 1000:1001 --json",
-    "bench-brick": "bench brick",
-    "bench-camera": "bench camera --seeds 5000:5001 --json",
+    "bench-ilc": "bench ilc --seeds 1:2 --json",
+    "claims-disturbances": "claims disturbances --seeds 1000:1001 --json",
+    "claims-faults": "claims faults --seeds 1000:1001 --json",
+    "claims-interruptions": "claims interruptions --seeds 1:2 --arm planar --json",
+    "claims-jobs": "claims jobs --seeds 40000:40005 --json",
+    "claims-limits": "claims limits",
+    "claims-wrong-arms": "claims wrong-arms --seeds 1000:1001 --json",
+    "claims-brick": "claims brick",
+    "claims-camera": "claims camera --seeds 5000:5001 --json",
     "bench-accuracy": "bench accuracy --arm planar --cycles 3 --json",
-    "bench-confidence": "bench confidence --seeds 7000:7001 --json",
+    "claims-confidence": "claims confidence --seeds 7000:7001 --json",
 }
 REFUSALS = [
     *("simulate drivr.py", f"simulate {SERVO} --goal 400,200", "simulate", "simulat x.py"),
@@ -127,7 +127,7 @@ REFUSALS = [
     *("bench draw --arm nowhere", "bench servo --method best", "servo", "home", "plot house"),
 ]
 CASES = {**RUNS, **AT_ONCE, **OTHERS, **BENCHES}
-LONGEST = ["bench-faults", "bench-disturbances", "bench-calibrate", "bench-sight", "bench-limits"]
+LONGEST = ["claims-faults", "claims-disturbances", "bench-calibrate", "bench-ilc"]
 
 
 def main() -> int:
@@ -241,9 +241,13 @@ def run(words: list[str], data: Path) -> int:
 
     Figure.savefig = savefig  # type: ignore[method-assign, assignment]
     from laptop.cli.main import main as laptop
+    from tests.claims.__main__ import PROGRAM, claims
 
     os.environ["BRICKSERVO_PROGRAM"] = "python -m laptop"
     sys.argv = [str(ROOT / "laptop" / "__main__.py"), *words]
+    if words[0] == "claims":
+        del sys.argv[1]
+        return laptop(claims, PROGRAM)
     return laptop()
 
 

@@ -63,7 +63,6 @@ LIBRARIES = {
     "laptop.course.solutions": {"ev3dev2"},
     "laptop.course.tasks": {"ev3dev2"},
     "laptop.bench": {*PICTURES, "matplotlib", "rich"},
-    "laptop.bench.page": {*PICTURES, "playwright"},
     "laptop.bench.workers": {"cv2", "distributed"},
     "laptop.cli": {"click", "rich"},
 }

@@ -30,6 +30,7 @@ from laptop.page import run_states
 from laptop.see.serve import announcements
 from robot import api
 from shared import state
+from tests.claims.__main__ import claims
 
 MAIN = ROOT / "README.md"
 READMES = [
@@ -47,8 +48,6 @@ SKIPPED = {
     r"\.uv/bin/uv (tool|cache)": "it installs into the home, or cleans there; .ci/run installs",
     "scp": "it needs a brick",
     r"\.ci/": "it runs all tests, on several Pythons; constrain.py loads from the network",
-    "bench page": "it needs a browser and minutes; tests/laptop/bench/test_bench_page.py has it",
-    "bench stop": "the same; tests/laptop/bench/test_bench_page_stop.py has it",
     "--group cluster": "it needs a cluster; tests/laptop/bench/test_workers.py has one",
 }
 """What is not run, by a pattern for how it begins, and why."""
@@ -78,7 +77,7 @@ UNTIL = {
 STATUS = {"--fault unplug": 1, "--wait": 130, "guide check": 1}
 """Exit statuses other than 0, by what stands in the command."""
 
-EXAMPLE = re.compile(r"demo$|bench (draw|limits|track)$|bench servo --seeds")
+EXAMPLE = re.compile(r"demo$|bench (draw|track)$|bench servo --seeds")
 """Of `demo` and `bench` these are begun; of the others the options are parsed, no more."""
 
 SHORTHAND = ("demo", "track", "simulate", "markers", "camera", "brick", "draw", "guide")
@@ -219,9 +218,11 @@ class Shell:
             subprocess.run(words, check=True)
             return
         assert words[1] == "-m", part
-        if words[2] != "laptop":
+        if words[2] == "tests.claims":  # they take minutes; tests/claims has their parts
+            parse(words[3:], claims)
+        elif words[2] != "laptop":
             self._process(words[1:], 0, cwd=ROOT)
-        elif words[3] in ("demo", "bench") and words[4:] != ["brick"]:
+        elif words[3] in ("demo", "bench"):
             if EXAMPLE.match(part.partition(" laptop ")[2]):
                 self._until(words[3:], UNTIL[words[3]])
             else:
@@ -470,6 +471,7 @@ def test_every_picture_is_shown():
 SOURCES = [
     *(ROOT / "laptop" / "cli").glob("*.py"),
     *(ROOT / "robot").glob("*.py"),
+    ROOT / "tests" / "claims" / "__main__.py",
 ]
 OPTION = re.compile(r"(?<![\w-])--[a-z][a-z-]*(?!\w)")
 

@@ -8,14 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 
-from laptop.bench import workers
-from laptop.bench.camera import draw_lens
-from laptop.bench.camera_renders import Lens, Stand, photograph
+from laptop.bench.bench import BenchRecord, BenchTable, flat
+from laptop.bench.camera_renders import Lens, Stand, draw_lens, photograph
 from laptop.measure.accuracy import measurement
 from laptop.measure.accuracy.measurement import AccuracyResult
 from laptop.measure.accuracy.plan import AccuracyPlan, PlannedWay, plan_accuracy
@@ -202,13 +201,6 @@ def run_case(case: AccuracyCase) -> list[AccuracyFigure]:
     ]
 
 
-def run(
-    todo: Sequence[AccuracyCase], executor: Executor | None = None
-) -> Iterator[list[AccuracyFigure]]:
-    """Yield the results of the cases, in their order."""
-    return workers.map_cases(run_case, todo, executor=executor)
-
-
 HEADINGS = ("arm", "seed", "criterion", "camera mm", "U mm", "truth mm", "off by", "within U")
 LEGEND = "by camera beside the truth; U: expanded uncertainty by the camera (k = 2), as it tells"
 
@@ -239,3 +231,26 @@ def verdict(figures: Sequence[AccuracyFigure]) -> str:
         f"{near} of {len(figures)} within {100 * SHARE:.0f} % of the truth; "
         f"of {within} the truth lies within U, of {either} one of both"
     )
+
+
+def _cases(it: Any) -> list[AccuracyCase]:
+    for arm in it.arms:
+        read_arm(find_arm(arm))
+    return [
+        AccuracyCase(arm, it.cycles, it.noise, seed) for arm in it.arms or ARMS for seed in it.seeds
+    ]
+
+
+def _shown(results: list[list[AccuracyFigure]], it: Any) -> Iterator[BenchTable | str]:
+    title = f"Accuracy and repeatability; {LEGEND}"
+    yield BenchTable(title, HEADINGS, table(flat(results)), 2)
+    yield from (f"{one[0].arm}, seed {one[0].seed}: {verdict(one)}" for one in results)
+
+
+BENCH = BenchRecord(
+    "measuring",
+    _cases,
+    run_case,
+    _shown,
+    figures=lambda results: [{**asdict(one), "off": one.off} for one in flat(results)],
+)

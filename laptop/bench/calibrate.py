@@ -9,12 +9,9 @@ with its seed, and the brick computes as slowly as it does.
 
 from __future__ import annotations
 
-import contextlib
-import io
 import math
 import tempfile
 from collections.abc import Iterator, Sequence
-from concurrent.futures import Executor
 from dataclasses import dataclass, field
 from datetime import date
 from pathlib import Path
@@ -22,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from laptop.bench import workers
+from laptop.bench.bench import BenchRecord, BenchTable, silenced
 from laptop.emulator.device.plant_constants import at_port, read_plant
 from laptop.emulator.rig import Rig
 from laptop.measure.arm.arm_model import ArmModel, CameraPrior, MeasuredByHand
@@ -131,16 +128,6 @@ def draw_arm(case: CalibrateCase) -> DrawnArm:
     return DrawnArm(described, built, tuple(zeros), table, said)
 
 
-def cases(seeds: Sequence[int]) -> list[CalibrateCase]:
-    """One arm a seed."""
-    return [CalibrateCase(seed) for seed in seeds]
-
-
-def run(todo: Sequence[CalibrateCase], executor: Executor | None = None) -> Iterator[Any]:
-    """Yield the CalibrateResults of the cases, in their order."""
-    return workers.map_cases(calibrated, todo, executor=executor)
-
-
 def calibrated(case: CalibrateCase) -> CalibrateResult:
     """Calibrate one arm, and draw lines before and after."""
     drawn = draw_arm(case)
@@ -226,11 +213,7 @@ def _lines(arm: Arm, drawn: DrawnArm, seed: int, zeros: Sequence[float]) -> tupl
     Seen from the shoulder: how the whole arm stands on the table is no part of it.
     """
     plant = drawn.plant(seed, [0.0, *zeros[1:]])
-    with (
-        contextlib.redirect_stdout(io.StringIO()),
-        contextlib.redirect_stderr(io.StringIO()),
-        Rig(arm, drawn.built, plant) as rig,
-    ):
+    with silenced(), Rig(arm, drawn.built, plant) as rig:
         done = rig.run("driver.py", "lines")
     found = line_accuracy.measure(done.record, LINES[2])
     return tuple(math.nan if one is None else one.greatest_mm for one in found)
@@ -296,3 +279,14 @@ def summary(results: Sequence[CalibrateResult]) -> list[str]:
             f"{before:.2f} before, {after:.2f} after"
         )
     return lines
+
+
+def _shown(results: list[CalibrateResult], it: Any) -> Iterator[BenchTable | str]:
+    title = f"Arms of the seeds {it.seeds.start} to {it.seeds.stop - 1}; {LEGEND}"
+    yield BenchTable(title, HEADINGS, table(results))
+    yield from summary(results)
+
+
+BENCH = BenchRecord(
+    "calibrating", lambda it: list(map(CalibrateCase, it.seeds)), calibrated, _shown
+)

@@ -1,4 +1,4 @@
-"""Photographs of the printed board through lenses that bend it: for `bench camera`.
+"""Photographs of the printed board through lenses that bend it.
 
 The page that is printed is the texture; every pixel is many rays, each undone by OpenCV's own
 undistortion and met with the plane.  None of it goes through the calibration's code.
@@ -96,6 +96,22 @@ class Stand:
         u = a * radial + 2 * p1 * a * b + p2 * (r2 + 2 * a * a)
         v = b * radial + p1 * (r2 + 2 * b * b) + 2 * p2 * a * b
         return lens.focal * np.column_stack([u, v]) + lens.centre
+
+
+def draw_lens(seed: int) -> Lens:
+    """Draw a webcam's lens: 43 to 78 degrees wide, off its middle, bent in all of OpenCV's ways."""
+    luck = np.random.default_rng([seed, 21])
+    width, height = 640, 480
+    focal = width / 2 / math.tan(math.radians(luck.uniform(43, 78)) / 2)
+    centre = (width - 1) / 2 + luck.uniform(-16, 16), (height - 1) / 2 + luck.uniform(-16, 16)
+    k1 = luck.uniform(-0.35, 0.12)
+    distortion = (
+        k1,
+        luck.uniform(0.0, 0.12) - 0.3 * min(k1, 0.0),
+        *luck.uniform(-0.0015, 0.0015, 2),
+        luck.uniform(-0.03, 0.03),
+    )
+    return Lens(focal, centre, distortion)
 
 
 @lru_cache(maxsize=2)

@@ -16,13 +16,13 @@ import random
 import re
 from collections import Counter
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from laptop.bench import timed_steps, workers
+from laptop.bench import timed_steps
+from laptop.bench.bench import BenchRecord, BenchTable, grouped, percentile, seeds_of
 from laptop.emulator.device.brick import EmulatedBrick
 from laptop.emulator.device.masses import weighed
 from laptop.emulator.device.plant_constants import CPU, read_plant
@@ -34,6 +34,7 @@ from shared.arm_description import Arm, find_arm, read_arm
 
 Point = tuple[float, float]
 Line = tuple[tuple[float, ...], tuple[float, ...]]
+Row = tuple[str, ...]
 
 METHODS = {"planar": ("smooth", "steps", *timed_steps.LAWS), "geared": ("smooth", "steps")}
 """Methods for each arm in the plane; timed steps are for direct drive, as in their program."""
@@ -136,14 +137,21 @@ def described(name: str, backlash: float, at: str = EVERYWHERE) -> Arm:
 def floor(arm: Arm, line: Line) -> float:
     """The line's floor, mm (see the module's docstring)."""
     way = np.subtract(*line) / math.dist(*line)
-    across = np.eye(len(way)) - np.outer(way, way)
-    halves = [math.radians(0.5) / joint.gear for joint in arm.joints]
-    errors = np.array(list(itertools.product(*((-half, half) for half in halves)))).T
+    errors = half_counts(arm)
     joints = trajectory.joint_path(arm, paths.spread(line), arm.elbow)
-    return 10 * max(
-        float(np.linalg.norm(across @ np.array(kinematics.jacobian(arm, q)) @ errors, axis=0).max())
-        for q in joints
-    )
+    return 10 * max(off_across(way, np.array(kinematics.jacobian(arm, q)), errors) for q in joints)
+
+
+def half_counts(arm: Arm) -> np.ndarray:
+    """Half a count at every joint with all signs, one a column, rad."""
+    halves = [math.radians(0.5) / joint.gear for joint in arm.joints]
+    return np.array(list(itertools.product(*((-half, half) for half in halves)))).T
+
+
+def off_across(way: np.ndarray, jacobian: np.ndarray, errors: np.ndarray) -> float:
+    """How far errors of the joints, one a column, put the tip off its way (length 1), cm."""
+    across = np.eye(len(way)) - np.outer(way, way)
+    return float(np.linalg.norm(across @ jacobian @ errors, axis=0).max())
 
 
 def random_line(arm: Arm, seed: int) -> Line:
@@ -264,22 +272,6 @@ def draw(case: DrawCase) -> DrawResult:
     )
 
 
-def run(
-    drawings: list[DrawCase], cpu: float = CPU, executor: Executor | None = None
-) -> Iterator[DrawResult]:
-    """Yield the results of all cases in their order.
-
-    Args:
-        drawings: the cases.
-        cpu: as read_plant has it.
-        executor: does the work; None for all cores of this machine.
-    """
-    todo = [replace(case, cpu=cpu) for case in drawings]
-    return workers.map_cases(draw, todo, chunk=4, executor=executor)
-
-
-Row = tuple[str, ...]
-
 HEADINGS: Row = (
     "arm", "method", "plant", "line", "floor mm", "greatest mm", "x floor", "rms mm", "x floor",
     "end mm", "x floor", "short mm", "time s", "accesses/tick", "failed",
@@ -288,10 +280,8 @@ HEADINGS: Row = (
 
 def table(results: list[DrawResult]) -> list[Row]:
     """One row per arm, method, plant and line; many lines as their median and their p95."""
-    groups: dict[tuple[str, ...], list[DrawResult]] = {}
-    for r in results:
-        groups.setdefault((r.arm, r.method, r.condition, r.line), []).append(r)
     rows = []
+    groups = grouped(results, lambda r: (r.arm, r.method, r.condition, r.line))
     for key, group in groups.items():
         quantiles = [("", 50)] if len(group) == 1 else [(" p50", 50), (" p95", 95)]
         for suffix, q in quantiles:
@@ -303,18 +293,17 @@ def table(results: list[DrawResult]) -> list[Row]:
 
 def _figures(group: list[DrawResult], q: int) -> Row:
     """The group's percentiles; what was not drawn is infinitely far off."""
-
-    def at(values: list[float]) -> float:
-        return float(np.percentile(values, q, method="higher"))
-
-    out = [f"{at([r.floor for r in group]):.2f}"]
+    out = [f"{percentile([r.floor for r in group], q):.2f}"]
     for field in ("greatest", "rms", "end"):
         values = [math.inf if r.error else getattr(r, field) for r in group]
         ratios = [value / r.floor for value, r in zip(values, group, strict=True)]
-        out += [f"{at(values):.2f}", f"{at(ratios):.2f}"]
+        out += [f"{percentile(values, q):.2f}", f"{percentile(ratios, q):.2f}"]
     out = ["failed" if figure == "inf" else figure for figure in out]
-    short, seconds = (f"{at([getattr(r, n) for r in group]):.1f}" for n in ("short", "seconds"))
-    return (*out, short, seconds, f"{at([r.accesses for r in group]):.0f}")
+    short, seconds, accesses = (
+        f"{percentile([getattr(r, field) for r in group], q):.{digits}f}"
+        for field, digits in (("short", 1), ("seconds", 1), ("accesses", 0))
+    )
+    return (*out, short, seconds, accesses)
 
 
 def failures(results: list[DrawResult]) -> dict[str, int]:
@@ -325,42 +314,6 @@ def failures(results: list[DrawResult]) -> dict[str, int]:
         if r.error
     )
     return dict(Counter(reasons))
-
-
-LIMITS = (
-    ("as described", "backlash=2", 2.0),
-    ("6.5 V", "backlash=2,voltage=6.5", 2.0),
-    ("9 V", "backlash=2,voltage=9", 2.0),
-    ("motor friction twice as high", "backlash=2,rotor_friction=2", 2.0),
-    ("5 ms per sysfs access", "backlash=2,access=0.005", 2.0),
-    ("encoder edges 1/4 count off", "backlash=2,phase=0.5", 2.0),
-    ("the zero 1 degree off", "backlash=2,zero_error=1", 2.0),
-    ("no play, described as 2", "backlash=0", 2.0),
-    ("0.1 N of pen drag, not 0.04", "backlash=2,pen_drag=0.1", 2.0),
-    ("0.02 Nm of load on every joint", "backlash=2,load=0.02", 2.0),
-    ("0.05 Nm of load on every joint", "backlash=2,load=0.05", 2.0),
-)
-"""The difference, the true plant, the backlash (deg) described."""
-
-LIMIT_HEADINGS: Row = ("what is different", "line 1", "line 2", "line 3")
-
-
-def limit_cases() -> list[DrawCase]:
-    """The three lines under conditions that the law was not made for."""
-    return [
-        DrawCase("planar", "smooth", name, plant, play, line, f"line {n}")
-        for name, plant, play in LIMITS
-        for n, line in enumerate(LINES[2], 1)
-    ]
-
-
-def limit_table(results: list[DrawResult]) -> list[Row]:
-    """One row per condition: the greatest deviation in floors, or that the driver gave up."""
-    rows: dict[str, list[str]] = {}
-    for r in results:
-        shown = "gave up" if r.error else f"{r.greatest / r.floor:.1f}"
-        rows.setdefault(r.condition, [r.condition]).append(shown)
-    return [tuple(row) for row in rows.values()]
 
 
 SPACE_LINES = ("upright", "level", "slanting", "random")
@@ -406,13 +359,11 @@ def space_cases(seeds: range) -> list[DrawCase]:
 
 def space_table(results: list[DrawResult]) -> list[Row]:
     """One row per condition, the greatest deviation of each line; many as their median and p95."""
-    groups: dict[str, dict[str, list[DrawResult]]] = {}
-    for r in results:
-        groups.setdefault(r.condition, {}).setdefault(r.line, []).append(r)
     rows = []
-    for condition, lines in groups.items():
+    for condition, group in grouped(results, lambda r: r.condition).items():
+        lines = grouped(group, lambda r: r.line)
         many = max(map(len, lines.values())) > 1
-        failed = sum(1 for group in lines.values() for r in group if r.error)
+        failed = sum(1 for r in group if r.error)
         words = condition.split("; ")
         for suffix, q in [(", p50", 50), (", p95", 95)] if many else [("", 50)]:
             figures = [
@@ -429,3 +380,26 @@ def sag(weight: str, cpu: float = CPU) -> float:
     case = DrawCase("spatial", "smooth", "", "", 0.0, line, "level", weight=weight, cpu=cpu)
     rig, _, _ = _drawn(case)
     return 10 * max(line[0][2] - sample.z for sample in rig.record if sample.pen)
+
+
+def _shown(results: list[DrawResult], it: Any) -> Iterator[BenchTable | str]:
+    title = f"{seeds_of(it)}, cpu={it.cpu:g}, figures from the emulator, mm"
+    if it.arm == "spatial":
+        title += "; greatest deviations"
+        yield BenchTable(title, SPACE_HEADINGS, space_table(results), 1)
+        sags = [f"{sag(weight, it.cpu):.2f} mm" for weight in ("not fed forward", "felt", "off")]
+        yield (
+            "the level line hangs through by {}; with the weight fed forward {}; without "
+            "gravity {}".format(*sags)
+        )
+    else:
+        yield BenchTable(title, HEADINGS, table(results), 3)
+    yield from (f"{count} x {reason}" for reason, count in failures(results).items())
+
+
+def _cases(it: Any) -> list[DrawCase]:
+    drawings = space_cases if it.arm == "spatial" else cases
+    return [replace(case, cpu=it.cpu) for case in drawings(it.seeds)]
+
+
+BENCH = BenchRecord("drawing", _cases, draw, _shown, chunk=4)

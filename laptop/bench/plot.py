@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-import contextlib
-import io
 import math
 import shutil
 import subprocess
 import tempfile
 import time
 from collections.abc import Iterator, Sequence
-from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from itertools import pairwise, product
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from laptop.bench import plot_drawings, workers
+from laptop.bench import draw as lines
+from laptop.bench import plot_drawings
+from laptop.bench.bench import BenchRecord, BenchTable, silenced
 from laptop.drawing import planning, preparing, sources, strokes
 from laptop.drawing.artwork import Artwork
 from laptop.drawing.options import DrawingOptions
@@ -98,11 +98,6 @@ def cases(files: Sequence[str], arms: Sequence[str], pictures: str | None) -> li
     return [PlotCase(drawing, arm, pictures) for drawing, arm in product(drawings, arms)]
 
 
-def run(todo: Sequence[PlotCase], executor: Executor | None = None) -> Iterator[PlotResult]:
-    """Yield the results of the cases, in their order."""
-    return workers.map_cases(draw, todo, executor=executor)
-
-
 def artwork_of(drawing: str) -> Artwork:
     """Return a drawing of the bench, of the gallery or of a file."""
     if drawing in plot_drawings.NAMES:
@@ -125,7 +120,7 @@ def draw(case: PlotCase) -> PlotResult:
     with tempfile.TemporaryDirectory() as folder:
         file = str(Path(folder) / "drawing.job")
         plan.write_job(file)
-        with contextlib.redirect_stdout(io.StringIO()), Rig(arm) as rig:
+        with silenced(), Rig(arm) as rig:
             done = rig.job(file, timeout=TIMEOUT)
     chains = planning.chains(plan.strokes, arm, plan.options.height)
     accuracy = drawing_plot.compare(done.record, chains)
@@ -170,8 +165,7 @@ def floor(plan: preparing.DrawingPlan) -> float:
     Half a count at every joint in the worst signs, mapped through the Jacobian onto the normal of
     the way, at its largest along the drawing.
     """
-    halves = [math.radians(0.5) / joint.gear for joint in plan.arm.joints]
-    errors = np.array(list(product(*((-half, half) for half in halves)))).T
+    errors = lines.half_counts(plan.arm)
     greatest = 0.0
     for stroke in plan.strokes:
         for motion in stroke.motions:
@@ -179,9 +173,7 @@ def floor(plan: preparing.DrawingPlan) -> float:
                 jacobian = np.array(kinematics.jacobian(plan.arm, motion.at(t)[0]))
                 way = jacobian @ motion.speeds(t)
                 way /= np.linalg.norm(way)
-                across = np.eye(len(way)) - np.outer(way, way)
-                off = np.linalg.norm(across @ jacobian @ errors, axis=0).max()
-                greatest = max(greatest, float(off))
+                greatest = max(greatest, lines.off_across(way, jacobian, errors))
     return 10 * greatest
 
 
@@ -252,3 +244,32 @@ def table(results: Sequence[PlotResult]) -> list[list[str]]:
         ]
         for r in results
     ]
+
+
+def _cases(it: Any) -> list[PlotCase]:
+    for arm in it.arms:
+        read_arm(find_arm(arm))
+    for file in it.files:
+        artwork_of(file)  # before minutes are spent
+    return cases(it.files, it.arms or ARMS, it.pictures and str(Path(it.pictures).resolve()))
+
+
+def _shown(results: list[PlotResult], it: Any) -> Iterator[BenchTable | str]:
+    yield BenchTable(f"Drawings; {LEGEND}", HEADINGS, table(results), int(len(it.arms) != 1))
+    off = [abs(one.estimated_s / one.drawn_s - 1) for one in results]
+    yield (
+        f"estimates are off by {100 * max(off):.1f} % at most and by "
+        f"{100 * math.fsum(off) / len(off):.1f} % in the mean"
+    )
+
+
+BENCH = BenchRecord(
+    "drawing",
+    _cases,
+    draw,
+    _shown,
+    figures=lambda results: [
+        {key: None if value != value else value for key, value in asdict(one).items()}
+        for one in results
+    ],
+)

@@ -13,12 +13,14 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from laptop.bench.bench import BadBench, BenchRecord, BenchTable
 from laptop.drawing import merging, ordering, sources
 from laptop.drawing.strokes import PlacedStroke
 
@@ -88,12 +90,6 @@ def _timed(words: Sequence[str]) -> tuple[float, str]:
     return took + after.children_system - before.children_system, done.stdout
 
 
-def run(drawings: Sequence[str]) -> Iterator[Speed]:
-    """Measure them, one after the other: nothing else is to use the caches."""
-    for drawing in drawings:
-        yield measure(drawing)
-
-
 HEADINGS = "drawing", "ours s", "vpype s", "times", "ours cm (strokes)", "vpype cm (strokes)"
 
 
@@ -110,6 +106,21 @@ def table(results: Sequence[Speed]) -> list[list[str]]:
         ]
         for one in results
     ]
+
+
+def _cases(it: Any) -> list[str]:
+    if it.arms or it.pictures or it.files:
+        raise BadBench("--speed is of its own drawings: leave all but --json out.")
+    return list(SIZES)
+
+
+BENCH = BenchRecord(
+    "ordering",
+    _cases,
+    None,
+    lambda results, it: [BenchTable("CPU seconds to read and order", HEADINGS, table(results))],
+    in_turn=lambda cases: map(measure, cases),  # nothing else is to use the caches
+)
 
 
 def main() -> None:

@@ -11,12 +11,10 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
-from laptop.bench import workers
 from laptop.bench.servo_setups import (
     ARMS,
     HEIGHT,
@@ -172,31 +170,15 @@ def points(
     return see
 
 
-def run_one(case: ServoCase, method: str, log: Any = None, say: Any = None) -> ServoResult:
+def run_one(case: ServoCase, method: str) -> ServoResult:
     """Run one method on one set-up."""
-    scene = case.scene
+    scene, moves = case.scene, bool(case.scene.speed)
     shown: dict[str, pictured.Scene] = {}
     if case.rendered:
         setting, cameras, shown = rendered_set_up(case.arm, case.seed, scene)
     else:
         setting, cameras = set_up(case.arm, case.seed, scene)
-    plant = f"{setting.plant},cpu={case.cpu}"
-    with Rig(setting.configured, setting.arm, plant, start=setting.start) as rig:
-        return _run_on(rig, case, method, setting, cameras, shown, log, say)
-
-
-def _run_on(
-    rig: Rig,
-    case: ServoCase,
-    method: str,
-    setting: SetUp,
-    cameras: PinholeCameras,
-    shown: dict[str, pictured.Scene],
-    log: Any,
-    say: Any,
-) -> ServoResult:
-    scene, world, brick = case.scene, rig.world, rig.brick
-    if scene.speed:
+    if moves:
         goal = moving_goal(cameras, setting, scene.speed)
     else:
         fixed = {name: pictured.truth(setting.goal)["goal"] for name, pictured in shown.items()}
@@ -205,45 +187,38 @@ def _run_on(
         def goal(t: float) -> Pixels:
             return fixed
 
-    see = rendered(shown, brick) if shown else points(cameras, brick, goal, scene, case.seed)
+    camera = 30.0, scene.latency, scene.jitter, scene.drops, tuple(cameras), case.seed
+    bounds = {
+        "budget": FOLLOW_WINDOW[1] if moves else TIME_BUDGET,
+        "most_moves": None if moves else MAX_MOVES,
+        "follow": scene.tolerance if moves else None,
+    }
+    plant = f"{setting.plant},cpu={case.cpu}"
     verdict, rms = None, None
-    with (
-        VirtualTracker(
-            world, see, 30.0, scene.latency, scene.jitter, scene.drops, tuple(cameras), case.seed
-        ) as tracker,
-        servo_loop(
-            case,
-            method,
-            setting,
-            cameras,
-            tracker,
-            rig,
-            budget=FOLLOW_WINDOW[1] if scene.speed else TIME_BUDGET,
-            most_moves=None if scene.speed else MAX_MOVES,
-            follow=scene.tolerance if scene.speed else None,
-            log=log,
-            say=say or (lambda line: None),
-        ) as (loop, servo, arm, _),
-    ):
-        began = world.now()
-        try:
-            verdict = loop.run()
-            arm.park()
-            word = verdict.word
-        except Exception as problem:  # a crash is a result here, and must not end the bench
-            if log:
-                raise
-            word = f"{type(problem).__name__}: {problem}"
-        if scene.speed:
-            # Whoever gave up early stands while the goal goes on.
-            world.sleep(max(0.0, began + FOLLOW_WINDOW[1] - world.now()))
-            rms = _rms(brick, cameras, goal, began)
+    with Rig(setting.configured, setting.arm, plant, start=setting.start) as rig:
+        world, brick = rig.world, rig.brick
+        see = rendered(shown, brick) if shown else points(cameras, brick, goal, scene, case.seed)
+        with (
+            VirtualTracker(world, see, *camera) as tracker,
+            servo_loop(case, method, setting, cameras, tracker, rig, **bounds) as loop,
+        ):
+            began = world.now()
+            try:
+                verdict = loop.servoing.run()
+                loop.arm.park()
+                word = verdict.word
+            except Exception as problem:  # a crash is a result here, and must not end the bench
+                word = f"{type(problem).__name__}: {problem}"
+            if moves:
+                # Whoever gave up early stands while the goal goes on.
+                world.sleep(max(0.0, began + FOLLOW_WINDOW[1] - world.now()))
+                rms = _rms(brick, cameras, goal, began)
     q = brick.plant.q
-    error = apart(cameras(q), goal(world.now()), servo.rows)
+    error = apart(cameras(q), goal(world.now()), loop.servo.rows)
     miss = 10 * math.dist(*(kinematics.forward(setting.arm, pose) for pose in (q, setting.goal)))
     claimed = word == "converged"
     success = claimed and error <= SUCCESS_TOLERANCES * scene.tolerance
-    if scene.speed:
+    if moves:
         success, claimed = word in ("converged", "budget spent"), False
     return ServoResult(
         case.name,
@@ -258,9 +233,18 @@ def _run_on(
         verdict.frames if verdict else 0,
         verdict.seconds if verdict and success else TIME_BUDGET,
         error,
-        None if scene.speed else miss,
+        None if moves else miss,
         rms,
     )
+
+
+class ServoLoop(NamedTuple):
+    """A program's VisualServoing, its servo and its arm, and the program."""
+
+    servoing: Any
+    servo: Any
+    arm: Any
+    program: Program
 
 
 @contextmanager
@@ -272,8 +256,8 @@ def servo_loop(
     tracker: VirtualTracker,
     rig: Rig,
     **options: Any,
-) -> Iterator[tuple[Any, Any, Any, Program]]:
-    """Provide (VisualServoing, its servo, its arm, their Program) on a rig before a tracker.
+) -> Iterator[ServoLoop]:
+    """Provide what servoes on a rig, before a tracker.
 
     Args:
         options: of VisualServoing.
@@ -287,9 +271,9 @@ def servo_loop(
         servo, stream = _servo(program, method, setting, cameras, rig.brick, case)
         client = tracker.client(program.clock, make=program["robot.tracking_client"].TrackingClient)
         loop = program["robot.servoing.loop"].VisualServoing(
-            arm, client, program.clock, servo, stream=stream, **options
+            arm, client, program.clock, servo, stream=stream, say=lambda line: None, **options
         )
-        yield loop, servo, arm, program
+        yield ServoLoop(loop, servo, arm, program)
 
 
 def _servo(
@@ -362,13 +346,3 @@ def cases(
         for label, scene in SCENARIOS[name]
         for seed in seeds
     ]
-
-
-def run(todo: Sequence[ServoCase], executor: Executor | None = None) -> Iterator[list[ServoResult]]:
-    """Yield the results of all set-ups in their order.
-
-    Args:
-        todo: the cases.
-        executor: does the work; None for all cores of this machine.
-    """
-    return workers.map_cases(run_case, todo, executor=executor)

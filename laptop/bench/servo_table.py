@@ -5,11 +5,22 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from typing import Any
 
-import numpy as np
-
-from laptop.bench.servo import ServoResult
+from laptop.bench import servo, servo_setups
+from laptop.bench.bench import (
+    BadBench,
+    BenchRecord,
+    BenchTable,
+    flat,
+    grouped,
+    percentile,
+    seeds_of,
+    spread,
+)
+from laptop.bench.servo import ServoCase, ServoResult
+from laptop.bench.servo_cost import step_cost
 
 
 def wilson(successes: int, n: int) -> tuple[float, float]:
@@ -36,17 +47,10 @@ LEGEND = (
 
 
 def _grouped(results: Sequence[ServoResult]) -> dict[tuple[str, str, str], list[ServoResult]]:
-    groups: dict[tuple[str, str, str], list[ServoResult]] = {}
-    for r in results:
-        groups.setdefault((r.arm, r.scene, r.method), []).append(r)
+    groups = grouped(results, lambda r: (r.arm, r.scene, r.method))
     # A condition's methods stand together.
     seen = {key[:2]: k for k, key in enumerate(groups)}
     return dict(sorted(groups.items(), key=lambda item: seen[item[0][:2]]))
-
-
-def _at(values: Sequence[float | None], q: int) -> float:
-    """Percentile, of those that happened."""
-    return float(np.percentile([x for x in values if x is not None], q, method="higher"))
 
 
 def table(results: Sequence[ServoResult]) -> list[Row]:
@@ -61,8 +65,8 @@ def table(results: Sequence[ServoResult]) -> list[Row]:
         share = f"{100 * good / len(group):.1f}", f"{100 * low:.1f}..{100 * high:.1f}"
 
         def both(field: str, digits: int, group: list[ServoResult] = group) -> str:
-            values = [getattr(r, field) for r in group]
-            return "/".join(f"{_at(values, q):.{digits}f}" for q in (50, 95))
+            values = (getattr(r, field) for r in group)
+            return spread([x for x in values if x is not None], digits)
 
         def ratio(
             field: str,
@@ -73,14 +77,16 @@ def table(results: Sequence[ServoResult]) -> list[Row]:
             if not bound:
                 return "-"
             ours, best = ([getattr(r, field) for r in some] for some in (group, bound))
-            pairs = ((_at(ours, q), _at(best, q)) for q in quantiles)
+            pairs = ((percentile(ours, q), percentile(best, q)) for q in quantiles)
             return "/".join(f"{a / b:.2f}" if b else "-" for a, b in pairs)
 
-        frames_used = f"{_at([r.frames for r in group], 50):.0f}"
+        frames_used, looks = (
+            spread([getattr(r, field) for r in group], 0, 50)
+            for field in ("frames", "measurements")
+        )
         if moving:
             rows.append((*key, *share, both("rms", 1), frames_used, ratio("rms", 50, 95)))
             continue
-        looks = f"{_at([r.measurements for r in group], 50):.0f}"
         claimed = [r for r in group if r.claimed]
         missed = [r for r in claimed if r.miss is not None]
         miss = both("miss", 1, missed) if missed else "-"
@@ -108,3 +114,28 @@ def failures(results: Sequence[ServoResult]) -> list[str]:
             reasons = ", ".join(f"{n} x {word}" for word, n in words.most_common())
             lines.append(f"{'; '.join(key)}: {reasons}")
     return lines
+
+
+def _cases(it: Any) -> list[ServoCase]:
+    if it.scene == "moving" and "spatial" in it.arms:
+        raise BadBench(
+            "--scene moving: its goals run round in the plane; take another with --arm spatial"
+        )
+    if it.rendered and it.scene not in servo_setups.RENDERED:
+        raise BadBench(
+            f"--scene {it.scene} is made of points with noise; with --rendered take one of "
+            f"{', '.join(servo_setups.RENDERED)}"
+        )
+    arms = it.arms or servo_setups.ARMS
+    return servo.cases(it.seeds, it.scene, arms, it.methods, it.rendered, it.rows, it.cpu)
+
+
+def _shown(results: list[ServoResult], it: Any) -> Iterator[BenchTable | str]:
+    headings = MOVING_HEADINGS if it.scene == "moving" else HEADINGS
+    title = f"{seeds_of(it)}, cpu={it.cpu:g}, figures from the emulator; {LEGEND}"
+    yield BenchTable(title, headings, table(results), 2)
+    yield from failures(results)
+    yield step_cost((it.arms or servo_setups.ARMS)[0])
+
+
+BENCH = BenchRecord("servoing", _cases, servo.run_case, _shown, gather=flat)

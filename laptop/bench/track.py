@@ -7,10 +7,13 @@ marker's radius instead.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from concurrent.futures import Executor
+from collections.abc import Iterator
+from operator import methodcaller
+from typing import Any, NamedTuple
 
-from laptop.bench import workers
+from laptop.bench import show, track_cost, track_table
+from laptop.bench.bench import BenchRecord, BenchTable, flat, seeds_of
+from laptop.bench.track_cost import Cost
 from laptop.bench.track_light import LIGHTS, SCENES, LightCase
 from laptop.bench.track_precision import LOOKS, PrecisionCase
 from laptop.bench.track_rims import RADII, RIMS, RimCase
@@ -29,15 +32,42 @@ def cases(seeds: range) -> list[Case]:
     return [*filmed, *(PrecisionCase(look, seed) for look in LOOKS for seed in seeds), *printed]
 
 
-def _run(case: Case) -> list[TrackResult]:
-    return case.run()
+class Tracked(NamedTuple):
+    """What was scored, what costs how much, and the part of a core that serving takes."""
+
+    results: list[TrackResult]
+    timed: list[Cost]
+    serving: float
 
 
-def run(todo: Sequence[Case], executor: Executor | None = None) -> Iterator[list[TrackResult]]:
-    """Yield the results of all cases in their order.
+def _gather(parts: list[list[TrackResult]], it: Any) -> Tracked:
+    turns = show.progress(range(track_cost.TURNS), track_cost.TURNS, "timing")
+    return Tracked(track_table.gathered(flat(parts)), track_cost.costs(turns), track_cost.serving())
 
-    Args:
-        todo: the cases.
-        executor: does the work; None for all cores of this machine.
-    """
-    return workers.map_cases(_run, todo, executor=executor)
+
+def _shown(found: Tracked, it: Any) -> Iterator[BenchTable | str]:
+    results, timed, serving = found
+    title = f"{seeds_of(it)}, figures from the emulator"
+    precision, light = track_table.precision_table(results), track_table.light_table(results)
+    headings = track_table.precision_headings(results)
+    rims = track_table.rim_table(results)
+    yield BenchTable(f"Precision, px rms per axis; {title}", headings, precision)
+    yield BenchTable(f"Printed discs, px; {title}", track_table.RIM_HEADINGS, rims)
+    yield BenchTable(f"Light and scene, px; {title}", track_table.LIGHT_HEADINGS, light)
+    costs = track_table.cost_table(timed)
+    yield BenchTable("Cost, measured on this machine", track_table.COST_HEADINGS, costs)
+    yield f"serving the brick 60 times a second: {100 * serving:.1f} % of a core"
+    yield from track_table.errors(results)
+
+
+BENCH = BenchRecord(
+    "tracking",
+    lambda it: cases(it.seeds),
+    methodcaller("run"),
+    _shown,
+    figures=lambda found: {
+        **track_table.figures(found.results, found.timed),
+        "serving": found.serving,
+    },
+    gather=_gather,
+)

@@ -87,11 +87,15 @@ def ground(look: Look, seed: int) -> str | np.ndarray:
         image[:, : width // 2] = 0x30
         return image
     if look.background == "wood":
-        grain = np.random.default_rng([seed, 8]).standard_normal((height, width))
-        streaks = cv2.GaussianBlur(grain, (0, 0), 20, sigmaY=1.5)
-        light = light_of("#c8823c") * np.exp(0.25 * streaks / streaks.std())[..., None]
+        light = wood(np.random.default_rng([seed, 8]), SIZE)
         return np.round(to_srgb(light)).astype(np.uint8)
     return look.background
+
+
+def wood(luck: np.random.Generator, size: tuple[int, int]) -> np.ndarray:
+    """Light (height, width, 3) of grained wood."""
+    grain = cv2.GaussianBlur(luck.standard_normal(size[::-1]), (0, 0), 20, sigmaY=1.5)
+    return light_of("#c8823c") * np.exp(0.25 * grain / grain.std())[..., None]
 
 
 def values(look: Look, u: float, v: float, background: str | np.ndarray) -> np.ndarray:

@@ -51,17 +51,25 @@ for command in COMMANDS:
     laptop.add_command(command)
 
 
-def main() -> int:
-    """Run a command; every failure is one line on stderr and a status of its own."""
+def main(command: click.Command | None = None, program: str = "") -> int:
+    """Run a command, `laptop` if none is given; return the status.
+
+    Every failure is one line on stderr and a status of its own.
+
+    Args:
+        command: what is run.
+        program: how that is typed.
+    """
     platforms.let_ctrl_c_interrupt()
     platforms.let_others_end_in_order()
     try:
-        laptop(prog_name=state.laptop_program(), standalone_mode=False)
+        program = program or state.laptop_program()
+        (command or laptop)(prog_name=program, standalone_mode=False)
     except click.exceptions.NoArgsIsHelpError as error:
         click.echo(error.format_message(), err=True)
         return error.exit_code
     except click.UsageError as error:
-        where = error.ctx.command_path if error.ctx else state.laptop_program()
+        where = error.ctx.command_path if error.ctx else program
         problem = error.format_message()
         _tell(f"{problem}{'' if problem.endswith(('.', '?')) else '.'} See {where} --help.")
         return error.exit_code

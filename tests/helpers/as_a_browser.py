@@ -96,7 +96,7 @@ def main():
     from rich.progress import track
     from rich.table import Table
 
-    from laptop.bench.page import browser
+    from tests.claims.page import browser
 
     first, last = map(int, sys.argv[1].split(":"))
     out = Path(sys.argv[2]) if len(sys.argv) > 2 else None

@@ -17,9 +17,9 @@ OTHERS = {"touch": "touch_command"}
 """Commands of `driver.py` that a module of their own reads."""
 
 
-def parse(words):
-    """Parse a command of the laptop's; fails unless it would be taken."""
-    command, name, words = laptop, "laptop", list(words)
+def parse(words, command=laptop):
+    """Parse what is typed for a command, the laptop's; fails unless it would be taken."""
+    name, words = command.name, list(words)
     context = click.Context(command)
     while isinstance(command, click.Group) and not (command.invoke_without_command and not words):
         if words[0].startswith("-"):

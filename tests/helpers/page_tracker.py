@@ -19,13 +19,13 @@ from announced import wait_for_event
 from places import ROOT
 from waiting import PATIENCE, until
 
-from laptop.bench import page as bench
-from laptop.bench.page_rig import on_page, page_processes, start_button
 from laptop.emulator.live import PoseReader
 from laptop.emulator.pace import PacedClock
 from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.scene_constants import read_scene
 from shared.arm_description import find_arm, read_arm
+from tests.claims import page as bench
+from tests.claims.page_rig import on_page, page_processes, start_button
 
 LATE = "look, then do it again"
 """What the page says of an order that it refuses because it came late."""

@@ -1,7 +1,7 @@
 """Prices of the brick's Python, in thousands of instructions or single ones, counted on it.
 
 Counted on CPython 3.5.3, built soft-float for an ARM926, in an emulated processor that counts; each
-by itself, many times over.  `python -m laptop bench brick` holds what comes out of them against
+by itself, many times over.  `python -m tests.claims brick` holds what comes out of them against
 counts of whole ticks, decisions and starts.
 """
 

@@ -156,21 +156,24 @@ def test_a_row_tells_how_far_short_a_line_stops():
     assert timed == pytest.approx(results[1].end, abs=1), "it is nearly on the line"
 
 
-@pytest.mark.parametrize(("words", "cpu"), [((), 1.0), (("--cpu", "2"), 2.0)])
-def test_the_bench_of_limits_computes_as_slowly_as_asked_and_says_so(monkeypatch, words, cpu):
+@pytest.mark.parametrize("words", [(), ("--cpu", "2"), ("--arm", "spatial", "--cpu", "2")])
+def test_the_bench_computes_as_slowly_as_asked_and_says_so(monkeypatch, words):
     asked = []
 
-    def drawn(one):
-        asked.append(one.cpu)
-        return draw.DrawResult(
-            one.arm, one.method, one.condition, one.name, 1.0, 0.9, 0.5, 0.5, 0.1, 2.0, 6, ""
-        )
+    def drawn(cases):
+        for one in cases:
+            asked.append(one.cpu)
+            yield draw.DrawResult(
+                one.arm, one.method, one.condition, one.name, 1.0, 0.9, 0.5, 0.5, 0.1, 2.0, 6, ""
+            )
 
-    monkeypatch.setattr(draw.workers, "map_cases", lambda do, cases, **_: map(drawn, cases))
-    shown = CliRunner().invoke(laptop, ["bench", "limits", *words])
+    monkeypatch.setattr(draw, "BENCH", replace(draw.BENCH, in_turn=drawn))
+    monkeypatch.setattr(draw, "sag", lambda weight, cpu: 0.5)
+    shown = CliRunner().invoke(laptop, ["bench", "draw", "--seeds", "5:6", *words])
     assert shown.exit_code == 0, shown.output
-    assert asked == [cpu] * len(draw.limit_cases())
-    assert f"cpu={cpu:g};" in shown.stdout
+    cpu = 2.0 if words else 1.0
+    assert set(asked) == {cpu}
+    assert f"cpu={cpu:g}," in shown.stdout
 
 
 def test_a_line_is_drawn_alike_whatever_this_process_has_drawn_before():

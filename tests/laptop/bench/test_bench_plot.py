@@ -3,6 +3,7 @@
 import json
 import math
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -94,7 +95,12 @@ def test_the_arms_measured_are_those_that_come_along(tmp_path, monkeypatch):
     (tmp_path / "arms" / "planar.ini").write_text(Path(find_arm("planar")).read_text())
     monkeypatch.setenv(STATE, str(tmp_path))
     taken = []
-    monkeypatch.setattr(plot, "run", lambda todo: taken.append(read_arm(find_arm("planar"))) or ())
+
+    def drawn(cases):
+        taken.append(read_arm(find_arm("planar")))
+        return iter(())
+
+    monkeypatch.setattr(plot, "BENCH", replace(plot.BENCH, in_turn=drawn))
     done = CliRunner().invoke(laptop, ["bench", "plot", "--arm", "planar", "--json", "rose"])
     assert done.exit_code == 0, done.output
     assert comes_along(taken[0])
@@ -128,5 +134,5 @@ def test_vpype_reads_the_same_drawing_beside(tmp_path, monkeypatch):
 
 def test_speed_is_of_its_own_drawings():
     done = CliRunner().invoke(laptop, ["bench", "plot", "--speed", "rose"])
-    assert done.exit_code == 2
+    assert done.exit_code == 1
     assert "--speed is of its own drawings" in done.output

@@ -14,7 +14,7 @@ from laptop.bench.servo_setups import SCENARIOS, ServoScenario
 from laptop.bench.servo_table import wilson
 from laptop.cli.main import laptop
 from laptop.emulator.device.brick import EmulatedBrick
-from laptop.emulator.device.plant_constants import CPU, read_plant
+from laptop.emulator.device.plant_constants import read_plant
 from laptop.emulator.host.world import World
 from robot.motion import kinematics
 from robot.servoing import loop
@@ -348,25 +348,14 @@ def bench(monkeypatch):
         return [None, None]
 
     monkeypatch.setattr(servo, "cases", cases)
-    monkeypatch.setattr(servo, "run", lambda todo, executor: iter([[RUN], [FAILED]]))
+    done = replace(servo_table.BENCH, in_turn=lambda todo: iter([[RUN], [FAILED]]))
+    monkeypatch.setattr(servo_table, "BENCH", done)
 
     def command(*args):
         return CliRunner().invoke(laptop, ["bench", "servo", *args])
 
     command.orders = orders
     return command
-
-
-@pytest.mark.claims
-def test_bench_servo(bench):
-    shown = bench()
-    assert shown.exit_code == 0, shown.output
-    assert bench.orders == [
-        (range(1000, 1050), "nominal", servo_setups.ARMS, (), False, "stereo", CPU)
-    ]
-    assert "50.0" in shown.stdout
-    assert "planar; nominal; chain: 1 x budget spent" in shown.stdout
-    assert max(len(line) for line in shown.stdout.splitlines()) <= 170
 
 
 def test_bench_servo_takes_what_is_asked(bench):

@@ -9,29 +9,13 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from laptop.bench import (
-    track,
-    track_confidence,
-    track_confidence_table,
-    track_cost,
-    track_films,
-    track_light,
-    track_methods,
-    track_precision,
-    track_rays,
-    track_table,
-)
-from laptop.bench.track_confidence import EDGE, GONE, MOTION, STRESSES, RenderCase, Stress
+from laptop.bench import track, track_cost, track_light, track_methods, track_precision, track_table
 from laptop.bench.track_cost import Cost
-from laptop.bench.track_covers import fingers, half_plane
-from laptop.bench.track_films import FilmCase
 from laptop.bench.track_light import LightCase
 from laptop.bench.track_precision import LOOKS, PrecisionCase
-from laptop.bench.track_rays import RayCase
 from laptop.bench.track_rims import RimCase
-from laptop.bench.track_score import Claim, Score, TrackResult, claim, judge
+from laptop.bench.track_score import Score, TrackResult, judge
 from laptop.cli.main import laptop
-from laptop.emulator.scene.optics import Box, coverage
 from laptop.emulator.scene.sensor import marker_frame
 from laptop.see.markers.markers import BadMarker, Color, Marker
 from laptop.see.markers.tracker import Sighting
@@ -412,25 +396,10 @@ def few(monkeypatch):
             RimCase(8, 1.7, seeds.start),
         ],
     )
-    monkeypatch.setattr(track, "run", lambda todo, executor: (case.run() for case in todo))
+    here = replace(track.BENCH, in_turn=lambda todo: (case.run() for case in todo))
+    monkeypatch.setattr(track, "BENCH", here)
     monkeypatch.setattr(track_cost, "TURNS", 1)
     monkeypatch.setattr(track_cost, "serving", lambda: 0.0123)
-
-
-@pytest.mark.claims
-def test_bench_track(few):
-    result = CliRunner().invoke(laptop, ["bench", "track", "--seeds", "77:78"])
-    assert result.exit_code == 0, result.output
-    rows = {cells[1].strip(): cells for cells in map(_cells, result.output.splitlines()) if cells}
-    assert 0 < float(rows["disc r 12, JPEG 90"][3]) < 0.1
-    assert rows["ArUco, side 48"][-2].strip() == "-"
-    assert float(rows["none"][3]) == 0
-    assert float(rows["ours, one disc"][2]) > 0
-    assert "serving the brick 60 times a second: 1.2 % of a core" in result.output
-
-
-def _cells(line):
-    return line.split("\u2502") if line.count("\u2502") > 3 else None
 
 
 @pytest.mark.claims
@@ -450,165 +419,3 @@ def test_bench_track_as_json(few):
 def test_serving_costs_something_and_ends_its_client():
     # (How much is the machine's affair.)
     assert -0.05 < track_cost.serving(fps=60, seconds=0.2) < 1
-
-
-# ---- confidence against error
-
-
-def said(confidence, error, radius=20.0, part="renders", clear=False):
-    return Claim(part, "hidden", confidence, error, radius, clear)
-
-
-def test_a_claim_is_judged_by_the_marker_s_size():
-    """A tenth of 20 px and 1 px are 3, half of it 10."""
-    judged = [(c.is_off, c.is_wrong) for c in (said(1, 2.9), said(1, 3.1), said(1, 10.1))]
-    assert judged == [(False, False), (True, False), (True, True)]
-    ghost = claim(at(5, 5, 0.6), None, "renders", "gone", False)
-    assert (ghost.is_off, ghost.is_wrong, ghost.confidence) == (True, True, 0.6)
-    nothing = claim(None, None, "renders", "gone", False)
-    assert (nothing.is_off, nothing.is_wrong, nothing.confidence) == (False, False, 0)
-    found = claim(at(103, 96, 0.7), (100, 100, 20), "renders", "hidden", True)
-    assert (found.error, found.radius, found.clear) == (5, 20, True)
-
-
-def test_lies_are_counted_by_hand():
-    claims = [
-        *(said(0.95, error, clear=True) for error in (0.5, 1.0, 3.5)),
-        said(0.6, 11),
-        said(0.3, math.inf),
-        said(0.0, 0.0, clear=True),
-        said(0.92, 1, part="films"),
-    ]
-    rows = {row[:2]: row[2:] for row in track_confidence_table.table(claims)}
-    assert rows["renders", "all"] == (
-        "6", "4", "3", "33.3 % (1)", "25.0 % (1)", "75.0 % (3)", "1.00", "1.00",
-    )  # fmt: skip
-    assert rows["films", "all"][:4] == ("1", "1", "1", "0.0 % (0)")
-    lies = {row[:2]: row[2:] for row in track_confidence_table.lies(claims)}
-    assert lies["renders", "0.9 to 1.0"] == ("3", "33.3 % (1)", "0.0 % (0)")
-    assert lies["renders", "0.5 to 0.7"] == ("1", "100.0 % (1)", "100.0 % (1)")
-    assert lies["renders", "0.2 to 0.5"] == ("1", "100.0 % (1)", "100.0 % (1)")
-    assert json.loads(json.dumps(track_confidence_table.figures(claims)))[4]["error"] is None
-
-
-def test_what_comes_from_a_side_hides_its_share():
-    share = coverage([half_plane(0.3, (50.0, 40.0, 20.0), 0.0)], Box(0, 0, 100, 80))
-    assert share[40, 57] == pytest.approx(0, abs=1e-6)
-    assert share[40, 59] == pytest.approx(1, abs=1e-6)
-    tips = fingers(0.5, (50.0, 40.0, 20.0), 0.0)
-    assert tips[0][:, 0].min() == pytest.approx(60, abs=0.1)
-
-
-@pytest.mark.claims
-@pytest.mark.parametrize("kind", ["disc", "ball"])
-def test_every_harm_begins_with_a_whole_marker_and_hides_it_more_and_more(kind):
-    for stress in (s for s in STRESSES if s.kind == kind and s.harm in (EDGE, GONE)):
-        pictures = list(RenderCase(stress, SEED).pictures())
-        assert [clear for _, _, clear in pictures][:4] == [True] * 4
-        assert not any(clear for _, _, clear in pictures[4:])
-        assert all(circle is None for _, circle, _ in pictures[4:]) == (stress.harm == GONE)
-
-
-@pytest.fixture
-def film(tmp_path):
-    """A ball that goes to the right, and is gone at the end; in truth.json, what is true."""
-    size = (320, 240)
-    out = cv2.VideoWriter(str(tmp_path / "a_film.avi"), cv2.VideoWriter_fourcc(*"MJPG"), 25, size)
-    truth = []
-    for k in range(16):
-        u = 90.0 + 5 * k if k < 12 else -500
-        out.write(marker_frame("ball", u, 120, 24, "green", size=size, seed=k))
-        truth += [{"frame": k, "x": u, "y": 120.0, "r": 24.0}] if k < 12 else []
-    out.release()
-    text = json.dumps({"annotations": {"a_film.avi": truth}, "empty": {"a_film.avi": [[13, 15]]}})
-    (tmp_path / "truth.json").write_text(text)
-    return tmp_path
-
-
-@pytest.mark.parametrize(("view", "scale"), [("as it is", 1), ("twice as large", 2)])
-def test_a_film_is_judged_by_its_truth(film, view, scale):
-    claims = FilmCase(str(film), "a_film.avi", view, None, 0).run()
-    there, gone = claims[:11], claims[11:]
-    assert [c.radius for c in there] == [24 * scale] * 11
-    assert max(c.error for c in there) < 0.6 * scale
-    assert min(c.confidence for c in there) >= 0.9
-    assert len(gone) == 3
-    assert {c.confidence for c in gone} == {0}
-
-
-@pytest.mark.claims
-def test_a_film_made_harder_to_see_is_less_sure(film):
-    plain = FilmCase(str(film), "a_film.avi", "as it is", None, 0).run()
-    for harm in track_films.HARMS:
-        harder = FilmCase(str(film), "a_film.avi", "as it is", harm, 0).run()
-        assert sum(c.confidence for c in harder) < sum(c.confidence for c in plain)
-        assert not any(c.clear for c in harder)
-
-
-@pytest.mark.short(every=3)
-@pytest.mark.parametrize(
-    ("kind", "harm", "seed"), [("ball", MOTION, 103), ("ball", MOTION, 107), ("disc", GONE, 100)]
-)
-def test_what_mask_and_limb_or_size_disagree_on_is_doubted(kind, harm, seed):
-    claims = RenderCase(Stress(kind, harm), seed).run()
-    assert not [c for c in claims if c.is_off and c.confidence >= 0.9]
-    assert not [c for c in claims if c.is_wrong and c.confidence >= 0.5]
-
-
-def test_another_renderer_s_ball_is_where_it_says():
-    """Its colour, told by a threshold, is about a full circle around its centre."""
-    (image, (u, v, radius), way), *_ = RayCase(1).pictures()
-    assert (image.shape, image.dtype, way) == ((240, 320, 3), np.uint8, 0)
-    vivid = cv2.inRange(cv2.cvtColor(image, cv2.COLOR_BGR2HSV)[..., 1], 100, 255)
-    m = cv2.moments(vivid, binaryImage=True)
-    assert m["m00"] == pytest.approx(math.pi * radius**2, rel=0.1)
-    assert (m["m10"] / m["m00"], m["m01"] / m["m00"]) == pytest.approx((u, v), abs=0.02 * radius)
-
-
-@pytest.mark.long
-def test_smears_of_another_renderer_are_placed_or_doubted():
-    claims = [one for seed in range(5000, 5020) for one in RayCase(seed).run()]
-    sure = [one for one in claims if one.confidence >= 0.9 and not one.clear]
-    assert len(sure) > 40
-    assert sum(one.is_off for one in sure) <= 0.02 * len(sure)
-    still = [one for one in claims if one.clear]
-    assert min(one.confidence for one in still) >= 0.9
-    assert max(one.error / one.radius for one in still) < 0.03
-
-
-@pytest.mark.parametrize(
-    ("text", "complaint"),
-    [
-        ("{", "no truth is there"),
-        ("[]", "no truth is there"),
-        ('{"annotations": {"none.mp4": []}}', "none.mp4 is missing"),
-    ],
-)
-def test_films_without_truth_are_refused(tmp_path, text, complaint):
-    (tmp_path / "truth.json").write_text(text)
-    options = ["bench", "confidence", "--films", str(tmp_path)]
-    result = CliRunner().invoke(laptop, options)
-    assert result.exit_code == 1
-    assert complaint in result.output
-    assert len(result.output.splitlines()) == 1
-
-
-@pytest.mark.claims
-def test_bench_confidence(film, monkeypatch):
-    monkeypatch.setattr(track_confidence, "STRESSES", STRESSES[:1])
-    monkeypatch.setattr(track_rays, "ray_cases", lambda _: [RayCase(3)])
-    monkeypatch.setattr(
-        track_films,
-        "film_cases",
-        lambda *_: [FilmCase(str(film), "a_film.avi", "as it is", None, 0)],
-    )
-    monkeypatch.setattr(track_confidence, "run", lambda todo, _: (case.run() for case in todo))
-    plot = film / "plot.png"
-    options = ["bench", "confidence", "--seeds", "77:78", "--films", str(film), "--plot", str(plot)]
-    result = CliRunner().invoke(laptop, options)
-    assert result.exit_code == 0, result.output
-    assert "Lies by confidence" in result.output
-    assert min(cv2.imread(str(plot)).shape[:2]) > 300
-    result = CliRunner().invoke(laptop, [*options[:-1], str(film / "none" / "plot.png"), "--json"])
-    assert result.exit_code == 1
-    assert "choose another" in result.output

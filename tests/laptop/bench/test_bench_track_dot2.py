@@ -105,7 +105,8 @@ def test_the_bench_goes_on_without_it_and_says_so_once(name, value, why, monkeyp
     monkeypatch.setattr(track_dot2, name, value)
     cases = [PrecisionCase(look, SEED, 1) for look in LOOKS[:2]]
     monkeypatch.setattr(track, "cases", lambda seeds: cases)
-    monkeypatch.setattr(track, "run", lambda todo, executor: (case.run() for case in todo))
+    here = replace(track.BENCH, in_turn=lambda todo: (case.run() for case in todo))
+    monkeypatch.setattr(track, "BENCH", here)
     monkeypatch.setattr(track_cost, "costs", lambda turns: [])
     monkeypatch.setattr(track_cost, "serving", lambda: 0.01)
     monkeypatch.setattr(track_table, "cost_table", lambda timed: [])

@@ -8,6 +8,7 @@ import sys
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -64,7 +65,8 @@ SERVO = ("bench", "servo", "--seeds", "1000:1001", "--arm", "planar", "--method"
 
 def test_a_worker_that_is_killed_is_told_in_a_line(monkeypatch, capsys):
     lost = "a process of this bench was ended from outside, perhaps for want of memory; free some"
-    monkeypatch.setattr(draw, "run", lambda *_: workers.map_cases(os._exit, [9]))
+    killed = replace(draw.BENCH, in_turn=lambda todo: workers.map_cases(os._exit, [9]))
+    monkeypatch.setattr(draw, "BENCH", killed)
     monkeypatch.setattr(sys, "argv", ["laptop", "bench", "draw", "--seeds", "1000:1001"])
     assert main.main() == 1
     assert capsys.readouterr().err.strip().startswith("laptop: " + lost)

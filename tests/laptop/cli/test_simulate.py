@@ -21,7 +21,6 @@ from places import ROOT
 from refusals import in_one_line
 from run_json import run_in
 
-from laptop.bench import draw
 from laptop.cli.main import laptop
 from laptop.emulator import brick_home
 from laptop.emulator.faults import InvalidSimulationOption
@@ -852,16 +851,6 @@ def test_an_arm_without_a_pen_motor_is_not_measured(simulate, tmp_path):
     assert result.exit_code == 0
     assert "not measured" in result.output
     assert run_in(result.out)["paths"] == []
-
-
-@pytest.mark.long
-def test_bench_limits(monkeypatch):
-    monkeypatch.setattr(draw, "LIMITS", draw.LIMITS[:1])
-    result = CliRunner().invoke(laptop, ["bench", "limits"])
-    assert result.exit_code == 0, result.output
-    (row,) = [line for line in result.output.splitlines() if "as described" in line]
-    # Each is one luck of many; tests/robot/test_driver.py has what holds for all.
-    assert all(0.1 < float(cell) < 2.0 for cell in row.split("\u2502")[2:5])
 
 
 # Where another run ended

@@ -12,8 +12,8 @@ import pytest
 from page_tracker import SYNTHETIC, Surfer, Tracker, a_browser
 from waiting import PATIENCE, until
 
-from laptop.bench.page_rig import start_button
-from laptop.bench.silent_network import silent_network
+from tests.claims.page_rig import start_button
+from tests.claims.silent_network import silent_network
 
 FAR = (0.9, 0.5), (-0.7, -0.6)
 """Postures that are far from each other, rad."""

@@ -41,7 +41,7 @@ def run(system, folder, *words):
 
 
 @SYSTEMS
-@pytest.mark.parametrize("command", [*COMMANDS, "bench faults"])
+@pytest.mark.parametrize("command", [*COMMANDS, "bench draw"])
 @pytest.mark.short("simulate-windows", "simulate-macos")
 def test_every_command_says_what_it_does(system, command, tmp_path):
     status, out, errors = run(system, tmp_path, *command.split(), "--help")

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from laptop.bench.sight import AgeingRig, SightCase, plan_of, run_case
+from laptop.bench.ilc import AgeingRig, IlcCase, plan_of, run_case
 from laptop.drawing.artwork import Artwork
 from laptop.drawing.lines import in_place, line_through
 from laptop.drawing.options import DrawingOptions
@@ -128,7 +128,7 @@ def test_of_strokes_that_are_joined_as_much_is_learned_of_each():
 @pytest.mark.claims
 @pytest.mark.parametrize(("arm", "most"), [("planar", 2.6), ("geared", 1.2)])
 def test_three_rehearsals_of_an_unknown_arm(arm, most):
-    done = run_case(SightCase(8002, arm, "line 2"))
+    done = run_case(IlcCase(8002, arm, "line 2"))
     assert not done.failed, done.why
     assert done.greatest_mm[0] > 2 * most
     assert done.greatest_mm[-1] < most
@@ -136,7 +136,7 @@ def test_three_rehearsals_of_an_unknown_arm(arm, most):
 
 @pytest.mark.claims
 def test_with_slow_ticks_it_does_not_diverge():
-    done = run_case(SightCase(8002, "planar", "line 1", cpu=2.2))
+    done = run_case(IlcCase(8002, "planar", "line 1", cpu=2.2))
     assert not done.failed, done.why
     assert done.greatest_mm[-1] < 0.6 * done.greatest_mm[0]
 
@@ -144,18 +144,18 @@ def test_with_slow_ticks_it_does_not_diverge():
 @pytest.mark.long
 def test_an_elbow_that_turns_round_against_an_unknown_load_is_not_called_blocked():
     for path in ("line 1", "line 2"):
-        done = run_case(SightCase(8001, "planar", path))
+        done = run_case(IlcCase(8001, "planar", path))
         assert not done.failed, done.why
 
 
 @pytest.mark.claims
 def test_the_real_tracker_teaches_as_well():
-    done = run_case(SightCase(8000, "planar", "line 1", rendered=True))
+    done = run_case(IlcCase(8000, "planar", "line 1", rendered=True))
     assert not done.failed, done.why
     assert done.greatest_mm[-1] < 3 < done.greatest_mm[0]
 
 
 def test_the_bench_plans_its_paths_where_they_are():
-    rig = AgeingRig(SightCase(1, "planar", "circle"))
+    rig = AgeingRig(IlcCase(1, "planar", "circle"))
     ((way, *_), *_) = Lessons(plan_of(rig.arm, "circle")).ways
     assert np.linalg.norm(way.p - [11, 4], axis=1) == pytest.approx(np.full(len(way.p), 3), abs=0.1)

@@ -10,7 +10,6 @@ import cv2
 import numpy as np
 import pytest
 
-from laptop.bench.track_rays import RayCase
 from laptop.emulator.scene.optics import COLOURS, light_of, to_srgb
 from laptop.emulator.scene.sensor import marker_frame, through_jpeg
 from laptop.see.markers.learning import learn
@@ -27,6 +26,7 @@ from laptop.see.markers.markers import (
 )
 from laptop.see.markers.tracker import Tracker
 from shared.messages import LEAST_CONFIDENCE
+from tests.claims.rays import RayCase
 
 VIVID = [word for word in COLOURS if word not in ("white", "grey", "black")]
 U, V = 64.3, 60.2

@@ -1,0 +1,113 @@
+"""What a bench is, and what all of them need to run cases and to tell of the results."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
+from concurrent.futures import Executor
+from dataclasses import asdict, dataclass
+from typing import Any, Generic, NamedTuple, TypeVar
+
+import numpy as np
+
+from laptop.bench import workers
+from shared.arm_description import ArmError
+
+C = TypeVar("C")
+R = TypeVar("R")
+K = TypeVar("K", bound=Hashable)
+
+Row = Sequence[str]
+
+
+class BadBench(ArmError):
+    """What was asked of a bench does not go together."""
+
+
+class BenchTable(NamedTuple):
+    """A table to be shown, a rule wherever one of the first `sections` columns changes."""
+
+    title: str
+    headings: Row
+    rows: Sequence[Row]
+    sections: int = 0
+
+
+def as_dicts(results: Iterable[Any]) -> Any:
+    """The results for JSON, field by field."""
+    return [asdict(one) for one in results]
+
+
+@dataclass(frozen=True)
+class BenchRecord(Generic[C, R]):
+    """One bench.  `it` is what was typed, by the names of the command's options.
+
+    Attributes:
+        doing: what is done to a case, beside the bar.
+        cases: of `it`.
+        work: does one case, in another process: a function of a module.
+        shown: of what was gathered and `it` the tables, and lines below them.
+        figures: of what was gathered that which --json prints.
+        gather: of the cases' results and `it` what is told; may measure more, on this machine.
+        in_turn: does all cases in this process, in the place of `work`.
+        chunk: number of cases that go to a process at a time.
+        holds: of what was gathered whether all is as it should be; else the status is 1.
+    """
+
+    doing: str
+    cases: Callable[[Any], Sequence[C]]
+    work: Callable[[C], R] | None
+    shown: Callable[[Any, Any], Iterable[BenchTable | str]]
+    figures: Callable[[Any], Any] = as_dicts
+    gather: Callable[[list[R], Any], Any] = lambda results, it: results
+    in_turn: Callable[[Sequence[C]], Iterator[R]] | None = None
+    chunk: int = 1
+    holds: Callable[[Any], bool] = lambda results: True
+
+    def run(self, cases: Sequence[C], executor: Executor | None = None) -> Iterator[R]:
+        """Yield the results of the cases in their order.
+
+        Args:
+            cases: of this bench.
+            executor: does the work; None for all cores of this machine.
+        """
+        if self.in_turn:
+            return self.in_turn(cases)
+        assert self.work
+        return workers.map_cases(self.work, cases, self.chunk, executor)
+
+
+def flat(parts: Iterable[Iterable[R]], it: Any = None) -> list[R]:
+    """Gather results that come several a case."""
+    return [result for part in parts for result in part]
+
+
+def grouped(results: Iterable[R], key: Callable[[R], K]) -> dict[K, list[R]]:
+    """The results by some key, in the order in which the keys come."""
+    groups: dict[K, list[R]] = {}
+    for result in results:
+        groups.setdefault(key(result), []).append(result)
+    return groups
+
+
+def seeds_of(it: Any) -> str:
+    """The seeds as they were typed."""
+    return f"seeds {it.seeds.start}:{it.seeds.stop}"
+
+
+def percentile(values: Sequence[float], q: int) -> float:
+    """A percentile that is one of the values."""
+    return float(np.percentile(values, q, method="higher"))
+
+
+def spread(values: Sequence[float], digits: int, *quantiles: int) -> str:
+    """Percentiles, with a stroke between them: the median and the 95th if none is said."""
+    return "/".join(f"{percentile(values, q):.{digits}f}" for q in quantiles or (50, 95))
+
+
+@contextlib.contextmanager
+def silenced() -> Iterator[None]:
+    """Nobody wants to read what a script says."""
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+        yield

@@ -1,0 +1,317 @@
+"""Lines and curves drawn by sight by arms that are not as described: what rehearsals bring.
+
+Each seed draws an arm, planar or geared in turn, and what is wrong with it: links, zero, backlash,
+load.  A camera that knows the table sees its marker.  No file tells the arm what is wrong.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from laptop.bench.bench import BenchRecord, BenchTable, silenced
+from laptop.drawing.artwork import Artwork
+from laptop.drawing.lines import in_place, line_through
+from laptop.drawing.options import DrawingOptions
+from laptop.drawing.planning import Learned
+from laptop.drawing.preparing import DrawingPlan, prepare
+from laptop.emulator.device.plant_constants import CPU
+from laptop.emulator.scene.scene import Scene
+from laptop.emulator.scene.scene_constants import read_scene
+from laptop.measure.emulated_rig import EmulatedRig, RenderedRig
+from laptop.measure.ilc.emulated_view import view_of
+from laptop.measure.ilc.rehearsal import Lessons, rehearse
+from laptop.measure.ilc.view import TipView
+from laptop.measure.measured_run import MeasuredRun
+from laptop.record.figures.line_accuracy import distances, pen_down_runs, place, refined
+from shared.arm_description import Arm, ArmError, find_arm, read_arm
+
+ARMS = ("planar", "geared")
+
+REHEARSALS = 3
+
+DRAWINGS = 5
+"""An arm that is as described draws so many times without and with what was learned."""
+
+LINES = {
+    "line 1": ((10, 0), (5, 10)),
+    "line 2": ((15, 0), (0, 15)),
+    "line 3": ((12, 15), (0, 15)),
+}
+"""A usual lab report's; the last comes near to full reach, cm."""
+
+CURVES = ("circle", "wave")
+
+LINK_ERROR, ZERO_ERROR, BACKLASH, LOAD = 0.05, 1.5, 3.0, 0.015
+"""What is wrong, at the most: share of a link, degrees, degrees, and Nm at every joint."""
+
+BATTERY = 7.85, 7.95
+"""Voltage of the motors, drawn anew for each drawing: so no two are the same, V."""
+
+NOISE_PX, FPS = 0.5, 20.0
+"""Of the camera that sees by its formula."""
+
+Inks = list[np.ndarray]
+"""Of some drawings, (n, 2) each, cm."""
+
+
+@dataclass(frozen=True)
+class IlcCase:
+    """One arm that draws one path.
+
+    seed, arm, path  which
+    wrong            whether it is built otherwise than described
+    rendered         whether the real tracker looks at rendered pictures
+    cpu              how slowly its brick computes
+    """
+
+    seed: int
+    arm: str
+    path: str
+    wrong: bool = True
+    rendered: bool = False
+    cpu: float = CPU
+
+
+@dataclass(frozen=True)
+class IlcResult:
+    """What became of a case.
+
+    greatest_mm  greatest distance of the true ink from its path, after 0, 1, ... rehearsals
+    end_mm       greater distance of the ink's two ends from the path's
+    rms_mm       of the ink from its path
+    seen_mm      rms of what the camera saw missed, in each rehearsal
+    learned_deg  greatest offset of a joint in the end
+    repeats_mm   greatest distance between two drawings of what was learned in the end
+    means_mm     of an arm as described: mean greatest distance of some drawings without what was
+                 learned, and with it; () where nothing was learned, so that nothing differs
+    why          why it ended before all were done; or what went wrong
+    """
+
+    case: IlcCase
+    greatest_mm: tuple[float, ...] = ()
+    end_mm: tuple[float, ...] = ()
+    rms_mm: tuple[float, ...] = ()
+    seen_mm: tuple[float, ...] = ()
+    learned_deg: float = math.nan
+    repeats_mm: float = math.nan
+    means_mm: tuple[float, ...] = ()
+    why: str = ""
+    failed: bool = False
+
+
+def cases(
+    seeds: range, arms: Sequence[str] = ARMS, rendered: int = 5, cpu: float = CPU
+) -> list[IlcCase]:
+    """Every path by every seed's arm as built, and by one that is as described.
+
+    Args:
+        seeds: of the arms.
+        arms: their descriptions, in turn.
+        rendered: so many seeds' arms as built are seen in rendered pictures.
+        cpu: how slowly their bricks compute.
+    """
+    return [
+        IlcCase(seed, arms[k % len(arms)], path, wrong, wrong and k < rendered, cpu)
+        for k, seed in enumerate(seeds)
+        for wrong in (True, False)
+        for path in (*LINES, *CURVES)
+    ]
+
+
+def artwork_of(path: str) -> Artwork:
+    """Return a path of this bench, in the arm's frame."""
+    if path in LINES:
+        return line_through(LINES[path])
+    angle = np.linspace(0, 2 * np.pi, 121)
+    if path == "circle":
+        points = np.stack([11 + 3 * np.cos(angle), 4 + 3 * np.sin(angle)], axis=1)
+    else:
+        points = np.stack([6 + 8 * angle / angle[-1], 4 + 2 * np.sin(angle)], axis=1)
+    return Artwork(path, (points,), ("",))
+
+
+class AgeingRig:
+    """An emulated arm whose battery is another one each time: no two drawings are the same.
+
+    Args:
+        case: which arm.
+
+    Attributes:
+        arm: as it is described.
+        view: of its camera.
+        rig: EmulatedRig of the last drawing.
+        rendered: whether pictures are rendered for the real tracker.
+        plant: text of what is wrong with its motors.
+    """
+
+    rig: EmulatedRig
+
+    def __init__(self, case: IlcCase) -> None:
+        self.arm: Arm = read_arm(find_arm(case.arm))
+        draw = random.Random(f"{case.arm}/{case.seed}")
+        self.plant = f"seed={case.seed},cpu={case.cpu:g}"
+        self._built = self.arm
+        if case.wrong:
+            links = [
+                joint.link * (1 + draw.uniform(-1, 1) * LINK_ERROR) for joint in self.arm.joints
+            ]
+            joints = zip(self.arm.joints, links, strict=True)
+            self._built = self.arm._replace(
+                joints=tuple(joint._replace(link=link) for joint, link in joints)
+            )
+            self.plant += (
+                f",backlash={draw.uniform(0, BACKLASH):.3f}"
+                f",zero_error={draw.uniform(-1, 1) * ZERO_ERROR:.3f}"
+                f",load={draw.uniform(-1, 1) * LOAD:.4f}"
+            )
+        self._battery = random.Random(f"battery/{case.arm}/{case.seed}/{case.path}")
+        self.rendered = case.rendered
+        self._scene = Scene(self._built, read_scene(f"fps={FPS:g},seed={case.seed}"))
+        self.view: TipView = view_of(self._scene, self.arm)
+
+    def measure(self, job: Path, dry: bool = True) -> MeasuredRun:
+        """As MeasuringRig.measure."""
+        plant = f"{self.plant},voltage={self._battery.uniform(*BATTERY):.3f}"
+        seed = self._battery.randrange(2**31)
+        if self.rendered:
+            self.rig = RenderedRig(self.arm, {"A": self._scene}, self._built, plant, seed)
+        else:
+            height = self._scene.constants["marker_height"]
+            camera = {"A": self._scene}
+            self.rig = EmulatedRig(
+                self.arm, self._built, plant, camera, height, NOISE_PX, FPS, seed
+            )
+        return self.rig.measure(job, dry)
+
+    def ink(self) -> np.ndarray:
+        """The true ink of the last drawing, (n, 2), cm."""
+        (strokes,) = pen_down_runs(self.rig.last.record)
+        return np.asarray(refined(np.array([place(row) for row in strokes], float))[:, :2])
+
+
+def plan_of(arm: Arm, path: str) -> DrawingPlan:
+    """Plan a path where it is."""
+    artwork = artwork_of(path)
+    return prepare(artwork, arm, in_place(artwork, DrawingOptions()))
+
+
+def _drawn(plan: DrawingPlan, offsets: list[list[Learned]], rig: AgeingRig, times: int) -> Inks:
+    """Draw it so many times with these offsets."""
+    inks = []
+    with tempfile.TemporaryDirectory() as folder:
+        job = Path(folder) / "drawing.job"
+        plan.write_job(job, offsets)
+        for _ in range(times):
+            rig.measure(job, dry=False)
+            inks.append(rig.ink())
+    return inks
+
+
+def run_case(case: IlcCase) -> IlcResult:
+    """Draw a path after none, one, ... rehearsals."""
+    rig = AgeingRig(case)
+    plan = plan_of(rig.arm, case.path)
+    wished = np.concatenate([piece.p for stroke in Lessons(plan).ways for piece in stroke])
+    inks: list[np.ndarray] = []
+
+    class Watched:
+        """Keeps the ink of every rehearsal."""
+
+        arm = rig.arm
+
+        def measure(self, job: Path, dry: bool = True) -> MeasuredRun:
+            run = rig.measure(job, dry)
+            inks.append(rig.ink())
+            return run
+
+    try:
+        with silenced():
+            learned = rehearse(plan, Watched(), rig.view, REHEARSALS)
+            rig.rendered = False  # nobody learns any more
+            twice = _drawn(plan, learned.numbers(), rig, 2)
+            means: tuple[float, ...] = ()
+            if not case.wrong and any(piece.greatest for own in learned.offsets for piece in own):
+                without = _drawn(plan, [], rig, DRAWINGS)
+                learned_inks = twice + _drawn(plan, learned.numbers(), rig, DRAWINGS - 2)
+                means = tuple(
+                    float(np.mean([10 * distances(ink, wished).max() for ink in every]))
+                    for every in (without, learned_inks)
+                )
+    except ArmError as error:
+        return IlcResult(case, why=str(error), failed=True)
+    inks.append(twice[0])
+    # Who has no more to learn goes on drawing what was learned.
+    inks += [twice[1]] * (REHEARSALS + 1 - len(inks))
+    off = [10 * distances(ink, wished) for ink in inks]
+    ends = [10 * max(math.dist(ink[0], wished[0]), math.dist(ink[-1], wished[-1])) for ink in inks]
+    greatest = max(piece.greatest for stroke in learned.offsets for piece in stroke)
+    return IlcResult(
+        case,
+        tuple(float(one.max()) for one in off),
+        tuple(ends),
+        tuple(float(np.sqrt((one**2).mean())) for one in off),
+        tuple(step.rms_mm for step in learned.steps),
+        math.degrees(greatest),
+        float(10 * distances(twice[0], twice[1]).max()),
+        means,
+        learned.why,
+    )
+
+
+HEADINGS = (
+    *("arm", "path", "built", "drawn", "greatest, median", "p95", "end, median", "repeats"),
+    "mean of 5: without, learned",
+)
+
+
+def table(results: Sequence[IlcResult]) -> list[list[str]]:
+    """One row per arm, path and whether it was described rightly; after 0, 1, ... rehearsals."""
+    groups: dict[tuple[str, bool, str], list[IlcResult]] = {}
+    for one in results:
+        case = one.case
+        kind = "lines" if case.path in LINES else "curves"
+        rows = [case.path, f"all {kind}"] + [f"{kind}, rendered"] * case.rendered
+        for path in rows:
+            groups.setdefault((case.arm, case.wrong, path), []).append(one)
+    order = [*LINES, *CURVES, "all lines", "all curves", "lines, rendered", "curves, rendered"]
+    keys = sorted(groups, key=lambda key: (-ARMS.index(key[0]), key[1], -order.index(key[2])))
+    return [_row(key, groups[key]) for key in reversed(keys)]
+
+
+def _row(key: tuple[str, bool, str], every: Sequence[IlcResult]) -> list[str]:
+    arm, wrong, path = key
+    drawn = [one for one in every if not one.failed]
+    row = [arm, path, "otherwise" if wrong else "as described", f"{len(drawn)} of {len(every)}"]
+    if drawn:
+        greatest = np.array([one.greatest_mm for one in drawn])
+        ends = np.array([one.end_mm for one in drawn])
+        columns = [
+            np.median(greatest, axis=0),
+            np.percentile(greatest, 95, axis=0),
+            np.median(ends, axis=0),
+            np.array([np.median([one.repeats_mm for one in drawn])]),
+        ]
+        means = [one.means_mm for one in drawn if one.means_mm]
+        if means:
+            columns.append(np.mean(means, axis=0))
+        row += [" ".join(f"{value:.2f}" for value in column) for column in columns]
+        if means:
+            row[-1] += f" ({len(means)} learned)"
+    return row + [""] * (len(HEADINGS) - len(row))
+
+
+BENCH = BenchRecord(
+    "drawing",
+    lambda it: cases(it.seeds, cpu=it.cpu),
+    run_case,
+    lambda results, it: [
+        BenchTable("Drawn by sight: mm, after 0 to 3 rehearsals", HEADINGS, table(results), 3)
+    ],
+)

@@ -1,0 +1,1 @@
+"""Tests, and what else is measured of the whole: see tests/claims."""

@@ -1,0 +1,1 @@
+"""What this project says of itself, measured like a bench: `python -m tests.claims NAME`."""

@@ -1,0 +1,38 @@
+"""Jobs that aim at what an arm may not do: what is refused, and what the true joints did."""
+
+import json
+from types import SimpleNamespace
+
+import pytest
+from click.testing import CliRunner
+
+from tests.claims import aimed_jobs
+from tests.claims.__main__ import claims
+
+
+@pytest.fixture(scope="module")
+def results():
+    it = SimpleNamespace(seeds=range(40000, 40036), arms=("planar", "spatial"))
+    return list(map(aimed_jobs.draw_it, aimed_jobs.BENCH.cases(it)))
+
+
+def test_of_jobs_that_aim_at_the_bounds_none_leads_beyond_them(results):
+    refused = [one for one in results if one.refused]
+    drawn = [one for one in results if not one.refused]
+    assert len(refused) > len(drawn) > 3
+    assert all("; " in one.refused for one in refused), "each with the next step"
+    assert [one.ended for one in drawn] == [""] * len(drawn)
+    assert -30 < max(one.beyond_deg for one in drawn) < 3
+    assert 0.1 < max(one.speed for one in drawn) < 1.1
+
+
+def test_the_table_has_a_row_for_what_was_aimed_at(results):
+    rows = aimed_jobs.table(results)
+    assert sum(int(row[2]) for row in rows) == len(results)
+    assert sum(int(row[3]) for row in rows) == sum(bool(one.refused) for one in results)
+    assert all(len(row) == len(aimed_jobs.HEADINGS) for row in rows)
+
+
+def test_the_command_tells_all_figures():
+    shown = CliRunner().invoke(claims, ["jobs", "--seeds", "40000:40002", "--json"])
+    assert [one["seed"] for one in json.loads(shown.stdout)] == [40000, 40001]

@@ -1,0 +1,51 @@
+"""The bench of drawing by sight: which cases, and what its table says of results."""
+
+from laptop.bench.ilc import HEADINGS, IlcCase, IlcResult, cases, table
+
+
+def result(greatest, *, wrong=True, path="line 1", failed=False, means=(), rendered=False):
+    case = IlcCase(1, "planar", path, wrong, rendered)
+    if failed:
+        return IlcResult(case, why="it fell over", failed=True)
+    return IlcResult(case, greatest, (2.0, 0.5), (1.0, 0.2), (1.0,), 3.0, 0.4, means)
+
+
+def test_every_seed_draws_every_path_as_built_and_as_described():
+    todo = cases(range(3), rendered=1, cpu=2.0)
+    assert len(todo) == len(set(todo)) == 3 * 2 * 5
+    assert {case.arm for case in todo if case.seed == 1} == {"geared"}
+    assert {(case.seed, case.wrong) for case in todo if case.rendered} == {(0, True)}
+    assert {case.cpu for case in todo} == {2.0}
+
+
+def test_the_table_has_a_row_for_each_path_and_for_all_of_a_kind():
+    rows = table(
+        [
+            result((4.0, 1.0), rendered=True),
+            result((8.0, 2.0), path="line 2"),
+            result((), path="line 2", failed=True),
+            result((1.0, 0.5), wrong=False, means=(1.25, 1.0)),
+            result((3.0, 0.5), path="wave"),
+        ]
+    )
+    assert [row[1:3] for row in rows] == [
+        ["line 1", "otherwise"],
+        ["line 2", "otherwise"],
+        ["wave", "otherwise"],
+        ["all lines", "otherwise"],
+        ["all curves", "otherwise"],
+        ["lines, rendered", "otherwise"],
+        ["line 1", "as described"],
+        ["all lines", "as described"],
+    ]
+    assert {len(row) for row in rows} == {len(HEADINGS)}
+    lines = dict(zip(HEADINGS, rows[3], strict=True))
+    assert lines["drawn"] == "2 of 3"
+    assert lines["greatest, median"] == "6.00 1.50"
+    assert lines["p95"] == "7.80 1.95"
+    assert rows[-1][-1] == "1.25 1.00 (1 learned)"
+
+
+def test_a_group_of_which_nothing_was_drawn_has_no_figures():
+    (row, _) = table([result((), failed=True)])
+    assert row[3:] == ["0 of 1"] + [""] * (len(HEADINGS) - 4)
