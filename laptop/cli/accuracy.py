@@ -234,8 +234,8 @@ def _tell(part: str, number: int, count: int) -> None:
 def _simulated(
     plan: AccuracyPlan, built: Arm | None, plant: str, noise: float, seed: int
 ) -> tuple[AccuracyResult, dict[str, float]]:
-    from laptop.bench.accuracy import measure_emulated
     from laptop.emulator.device.plant_constants import read_plant
+    from laptop.measure.accuracy.emulated import measure_emulated
 
     read_plant(plant)  # before minutes are spent
     return measure_emulated(plan, built, plant, noise, seed, False, _tell)

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from laptop.bench.camera_renders import Lens, Stand, draw_lens, photograph
+from laptop.emulator.scene.board_photographs import Lens, Stand, draw_lens, photograph
 from laptop.see.markers.board import BOARDS
 from laptop.see.markers.finders.board import BoardView, find_board
 from laptop.see.table.camera_fit import BadCalibration, Calibration, calibrate

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from laptop.bench.camera_renders import Lens, Stand, draw_lens, photograph
+from laptop.emulator.scene.board_photographs import Lens, Stand, draw_lens, photograph
 from laptop.see.markers.board import CROSSES
 from laptop.see.markers.finders.board import find_board
 from laptop.see.table.camera_fit import calibrate

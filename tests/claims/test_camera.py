@@ -2,7 +2,7 @@ import cv2
 import numpy as np
 import pytest
 
-from laptop.bench import camera_renders
+from laptop.emulator.scene import board_photographs as camera_renders
 from laptop.see.markers.board import BOARDS, MARKER
 from laptop.see.markers.finders.board import find_board
 from tests.claims import camera, camera_table, camera_touch

@@ -7,9 +7,10 @@ import pytest
 from click.testing import CliRunner
 
 from laptop.bench import accuracy
-from laptop.bench.accuracy import AccuracyFigure, LensCamera
-from laptop.bench.camera_renders import Lens, Stand
+from laptop.bench.accuracy import AccuracyFigure
 from laptop.cli.main import laptop
+from laptop.emulator.scene.board_photographs import Lens, Stand
+from laptop.measure.accuracy.emulated import LensCamera
 from laptop.measure.accuracy.sighting import ArmOnBoard
 
 FIGURES = [
