@@ -12,8 +12,6 @@ if sys.argv[0] == __file__ and sys.path[0] not in ("", _HOUSE):
     # `-m` lets modules of the folder that one is in come first, such as a robot.py of one's own.
     del sys.path[0]
 
-from shared.state import PROGRAM  # noqa: E402
-
 SEED, FIXED, RANDOM = "PYTHONHASHSEED", "0", "random"
 """The variable by which Python orders its sets, as long as the process; and what it may be."""
 
@@ -28,11 +26,10 @@ def run() -> None:
     order_sets()
     _open_streams()
     module = os.path.basename(sys.argv[0]) == os.path.basename(__file__)
-    os.environ.setdefault(PROGRAM, "python -m laptop" if module else "brickservo")
     try:
         from laptop.cli.main import main
 
-        sys.exit(main())
+        sys.exit(main(program="python -m laptop" if module else "brickservo"))
     except ModuleNotFoundError as missing:
         sys.exit(
             f"laptop: {missing.name} is not installed here; run .uv/bin/uv run python -m laptop"

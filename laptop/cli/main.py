@@ -58,8 +58,11 @@ def main(command: click.Command | None = None, program: str = "") -> int:
 
     Args:
         command: what is run.
-        program: how that is typed.
+        program: how that is typed; programs that it starts have it from here, unless somebody
+            typed something else for this one.
     """
+    if program and command is None:
+        program = os.environ.setdefault(state.PROGRAM, program)
     platforms.let_ctrl_c_interrupt()
     platforms.let_others_end_in_order()
     try:

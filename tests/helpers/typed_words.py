@@ -14,7 +14,7 @@ import sys
 import time
 from pathlib import Path
 
-from laptop.__main__ import _order_sets
+from laptop.__main__ import order_sets
 
 
 def change(changes):
@@ -76,7 +76,7 @@ def run(words, folder):
 
 def main():
     """The command line."""
-    _order_sets()  # as `python -m laptop` begins
+    order_sets()  # as `python -m laptop` begins
     changes, commands = map(json.loads, sys.argv[1:])
     change(changes)
     for k, words in enumerate(changes.get("before", [])):

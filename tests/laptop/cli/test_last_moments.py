@@ -15,7 +15,7 @@ import atexit, sys, threading
 import laptop.cli.main as commands
 from laptop.__main__ import run
 
-def main():
+def main(program):
     {work}
     print("done")
     {end}
