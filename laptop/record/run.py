@@ -28,6 +28,8 @@ DRAWING, SERVO, ACCURACY, CALIBRATION, SCRIPT, TRACKING = (
 UNITS = frozenset(("cm", "mm", "px", "s", "deg", "g", "%", "deg/s", "cm/s"))
 MAX_BYTES = 8_000_000
 """A longer run.json is none."""
+MAX_COLUMNS, MAX_TABLES, MAX_FILES = 64, 200, 2000
+"""A run has no more: columns of a table, tables, files."""
 GREATEST = 1e12
 """No number that a run measures or counts is greater."""
 
@@ -219,7 +221,11 @@ def read_run(folder: Path) -> Run:
 
 def _check(run: Run) -> None:
     """Raise DamagedRun if a run holds what none does."""
+    if len(run.tables) > MAX_TABLES or len(run.files) > MAX_FILES:
+        raise DamagedRun(f"{RUN} holds more than {MAX_TABLES} tables or {MAX_FILES} files")
     for one in run.tables:
+        if len(one.columns) > MAX_COLUMNS:
+            raise DamagedRun(f"{RUN}: the table '{one.name}' has more than {MAX_COLUMNS} columns")
         if any(len(row) != len(one.columns) for row in one.rows):
             raise DamagedRun(f"{RUN}: a row of the table '{one.name}' has too many or few values")
         for value in (cell for row in one.rows for cell in row):

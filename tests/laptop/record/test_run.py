@@ -98,6 +98,20 @@ def test_a_number_beyond_all_that_a_run_measures_is_damage(tmp_path, value):
         read_run(tmp_path)
 
 
+@pytest.mark.parametrize(
+    ("many", "why"),
+    [
+        ({"tables": [table("m", "", [], [])] * 201}, "more than 200 tables"),
+        ({"files": [RunFile("x")] * 2001}, "or 2000 files"),
+        ({"tables": [table("m", "", ["x"] * 65, [])]}, "'m' has more than 64 columns"),
+    ],
+)
+def test_more_than_any_run_has_is_damage(tmp_path, many, why):
+    left(tmp_path, **many)
+    with pytest.raises(DamagedRun, match=why):
+        read_run(tmp_path)
+
+
 def test_a_row_has_a_cell_for_each_column(tmp_path):
     left(tmp_path, tables=[table("m", "", ["x", "y"], [[1]])])
     with pytest.raises(DamagedRun, match="a row of the table 'm' has too many or few values"):
