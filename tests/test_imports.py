@@ -59,7 +59,7 @@ LIBRARIES = {
     "laptop.page.stop_gate": {"uvicorn"},
     "laptop.measure": {*PICTURES, "matplotlib", "rich", "scipy"},
     "laptop.course": {"numpy", "matplotlib", "markupsafe"},
-    "laptop.course.examiner": set(),
+    "laptop.course.call_functions": set(),
     "laptop.course.solutions": {"ev3dev2"},
     "laptop.course.tasks": {"ev3dev2"},
     "laptop.bench": {*PICTURES, "matplotlib", "rich"},

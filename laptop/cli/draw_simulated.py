@@ -15,8 +15,8 @@ import click
 
 from laptop.cli.hearing import Hearing
 from laptop.cli.options import typed_words
-from laptop.drawing.durations import in_minutes
 from laptop.drawing.planning import chains
+from laptop.drawing.timing import in_minutes
 from laptop.emulator.device.buttons import Press
 from laptop.emulator.device.plant_constants import read_plant
 from laptop.emulator.rig import Rig

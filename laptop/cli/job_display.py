@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
 
 from laptop.brick.jobs import BrickJobStatus, JobKeys
-from laptop.drawing.durations import in_minutes
+from laptop.drawing.timing import in_minutes
 
 LINE_PERIOD = 10.0
 """Between two lines where there is no terminal, s."""

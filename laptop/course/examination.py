@@ -22,7 +22,7 @@ from laptop.emulator.host.runner import Outcome, in_words
 from laptop.emulator.rig import Rig
 from shared.arm_description import Arm, ArmError, find_arm, read_arm
 
-EXAMINER = Path(__file__).with_name("examiner.py")
+EXAMINER = Path(__file__).with_name("call_functions.py")
 NAME = "handout"
 """Name of the copy of a script whose functions are called."""
 

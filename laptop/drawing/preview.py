@@ -6,8 +6,8 @@ import os
 from pathlib import Path
 
 from laptop.drawing.artwork import BadArtwork, stroke_length
-from laptop.drawing.durations import in_minutes
 from laptop.drawing.preparing import DrawingPlan
+from laptop.drawing.timing import in_minutes
 from laptop.system.files import check_kind, write_whole
 
 FORMATS = (".svg", ".png")

@@ -14,8 +14,8 @@ from matplotlib.patches import Polygon
 from matplotlib.ticker import FuncFormatter
 
 from laptop.drawing import reach
-from laptop.drawing.durations import in_minutes
 from laptop.drawing.preparing import DrawingPlan
+from laptop.drawing.timing import in_minutes
 from laptop.record.figures.formulas import svg
 from laptop.record.figures.sheet import (
     BEHIND,

@@ -6,8 +6,8 @@ one in the plane.  Units are SI: rad, s, Nm, kg m2, V, N.
 
 import math
 
-from laptop.emulator.device.drive import Drive, DrivenLink, between
 from laptop.emulator.device.masses import inertias, weighed
+from laptop.emulator.device.motor_and_link import Drive, DrivenLink, between
 from laptop.emulator.device.plant_constants import at_port, motor_constants
 from robot.motion import kinematics
 from robot.motion.gravity import Gravity

@@ -3,7 +3,7 @@
 import math
 
 from laptop.emulator.constants import Constant, ConstantTable
-from laptop.emulator.device.drive import Drive, between
+from laptop.emulator.device.motor_and_link import Drive, between
 from laptop.emulator.device.plant_constants import at_port, motor_constants
 from shared.arm_description import ArmError
 

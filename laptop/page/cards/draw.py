@@ -9,8 +9,8 @@ from pathlib import Path
 
 from nicegui import events, ui
 
-from laptop.drawing.durations import in_minutes
 from laptop.drawing.pictures import DETAILS, SHADES, SMOOTHINGS, Tracing
+from laptop.drawing.timing import in_minutes
 from laptop.page.cards.camera_view import CameraView
 from laptop.page.cards.card import card, heading
 from laptop.page.cards.session import DRAW, BrowserSession

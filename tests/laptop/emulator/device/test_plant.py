@@ -6,8 +6,8 @@ import random
 import pytest
 
 from laptop.emulator.device.brick import EmulatedBrick
-from laptop.emulator.device.drive import Drive, DrivenLink
 from laptop.emulator.device.masses import weighed
+from laptop.emulator.device.motor_and_link import Drive, DrivenLink
 from laptop.emulator.device.plant import ArmPlant
 from laptop.emulator.device.plant_constants import (
     CONSTANTS,

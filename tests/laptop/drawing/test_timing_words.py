@@ -2,7 +2,7 @@
 
 import pytest
 
-from laptop.drawing.durations import in_minutes
+from laptop.drawing.timing import in_minutes
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,6 @@
 """Calls functions of a student's script on the emulated brick, and writes what they return.
 
-    examiner.py MODULE QUESTIONS ANSWERS
+    call_functions.py MODULE QUESTIONS ANSWERS
 
 The one is a list of [name of a function, its arguments] as JSON. The other gets a line once the
 module is imported, then one for each answer: {"value": ...} or {"error": words}.  It runs as a
