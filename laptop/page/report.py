@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import tempfile
 import time
 from collections.abc import Sequence
@@ -46,16 +45,14 @@ def render(group: RunGroup, runs: Path | None = None, why_not_kept: str = "") ->
     """
     told, files = record_of(group)
     told.notes += [why_not_kept] * bool(why_not_kept)
-    with contextlib.ExitStack() as stack:
-        if runs is None or group.runs[-1].ended is None:
-            folder = Path(stack.enter_context(tempfile.TemporaryDirectory())) / COMMAND
-            folder.mkdir()
-        else:
-            folder = new_folder(COMMAND, runs)
-        RunFolder(folder).write(told, files)
-        if runs is not None:
-            write_report(folder)
-        return html_of(folder, file_name(group))
+    if runs is None or group.runs[-1].ended is None:
+        with tempfile.TemporaryDirectory() as folder:
+            RunFolder(Path(folder)).write(told, files)
+            return html_of(Path(folder), file_name(group))
+    kept = new_folder(COMMAND, runs)
+    RunFolder(kept).write(told, files)
+    write_report(kept)
+    return html_of(kept, file_name(group), f"{runs.name}/{kept.name}")
 
 
 def record_of(group: RunGroup) -> tuple[Run, Files]:

@@ -59,7 +59,7 @@ class Tracker:
         self.process = subprocess.Popen(
             [sys.executable, "-m", "laptop", "track", *words, "--host", "127.0.0.1", "--port", "0"]
             + ["--page-port", "0", "--announce"],
-            cwd=ROOT,
+            cwd=folder,  # where it keeps the runs of which a report is opened
             env=environment,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,

@@ -216,6 +216,7 @@ def compose(
         "good": not first.run.ending.status,
         "verdict": first.outcome,
         "save_as": "",
+        "kept": "",
         "typed": " ".join(["brickservo", *map(clean, first.run.typed)]) if first.run.typed else "",
         "aim": aim(kinds),
         **parts,

@@ -11,19 +11,20 @@ from laptop.system.files import written
 REPORT = "report.html"
 
 
-def html_of(folder: Path, save_as: str = "") -> str:
+def html_of(folder: Path, save_as: str = "", kept: str = "") -> str:
     """Return the report of the run in a folder, as the text of an HTML file.
 
     Args:
         folder: of the run.
         save_as: the name under which the page offers to save it, or "".
+        kept: in which folder it is kept, for people, or "".
 
     Raises:
         DamagedRun: there is none, or it is not as it is written.
     """
     run = read_folder(folder.name, folder)
     report = compose([run], [], f"BrickServo: {run.what}", None)
-    report.values["save_as"] = save_as
+    report.values |= {"save_as": save_as, "kept": kept}
     return report.html()
 
 

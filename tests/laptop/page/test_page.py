@@ -35,6 +35,7 @@ from laptop.cli.track import start_brick as own_brick
 from laptop.page import process as page_process
 from laptop.page.cards.camera_view import IMAGE_TIMEOUT
 from laptop.page.server import MAX_UPLOADS
+from laptop.record.run import read_run
 from laptop.see.markers.markers import read_markers
 
 
@@ -308,8 +309,10 @@ def test_two_clicks_bring_the_true_tip_to_the_goal(surfer):
     surfer.reads("8.0 V")
     with surfer.context.expect_page() as tab:
         surfer.page.get_by_role("link", name="Report").click()
-    tab.value.get_by_role("heading", name="Arrived: the tip is at the goal").wait_for()
-    assert "To " in tab.value.locator("summary").inner_text()
+    tab.value.get_by_text("Arrived: the tip is at the goal").wait_for()
+    assert tab.value.get_by_text("What the servo measured and did, step by step").count() == 1
+    (kept,) = (surfer.tracker.state.parent / "runs").iterdir()
+    assert read_run(kept).rows("goals")[0]["ended"] == "converged"
     drawn = "() => [...document.images].filter(image => image.naturalWidth).length"
     assert tab.value.evaluate(drawn) == 3
     with tab.value.expect_download() as saved:

@@ -134,7 +134,9 @@ def test_a_run_that_has_ended_is_kept_and_one_that_goes_on_is_not(scene, tmp_pat
     scene.controller.runs.start("broyden")
     scene.server.tell("", 1, e={"A.u": 1.0, "A.v": 0.0})
     scene.show()
-    assert "Save this" in report.render(scene.controller.record(), tmp_path / "runs")
+    text = report.render(scene.controller.record(), tmp_path / "runs")
+    assert "Save this" in text
+    assert "It is kept" not in text
     assert not (tmp_path / "runs").exists()
     run(scene, 1)
     text = report.render(scene.controller.record(), tmp_path / "runs")
@@ -145,6 +147,7 @@ def test_a_run_that_has_ended_is_kept_and_one_that_goes_on_is_not(scene, tmp_pat
     assert told.rows("goals")[0]["ended"] == "converged"
     assert {"errors.png", "report.html", "run.json"} <= {file.name for file in folder.iterdir()}
     assert text.count("<img") == (folder / "report.html").read_text().count("<img")
+    assert f"It is kept for a lab report, too: runs/{folder.name}" in text
 
 
 def test_why_a_run_could_not_be_kept_stands_in_its_report(scene, no_pictures):
