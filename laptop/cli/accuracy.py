@@ -22,6 +22,7 @@ from laptop.cli.options import (
     typed_words,
 )
 from laptop.record.figures.arm_numbers import numbers_of
+from laptop.record.run import seeds_of
 from laptop.record.run_folder import run_folder
 from shared.arm_description import find_arm, read_arm
 
@@ -191,7 +192,7 @@ def accuracy(
             told = report.accuracy_run(result, truth)
             told.typed, told.arm, told.set_up = typed_words(), numbers_of(arm), set_up
             told.built = built_arm and numbers_of(built_arm)
-            told.seeds = {"cameras": seed} if simulate else {}
+            told.seeds = seeds_of(plant=plant) | {"cameras": seed} if simulate else {}
             _leave(folder, result, told, truth)
 
 

@@ -79,7 +79,7 @@ LOOK_S = 1.0
 @click.option("--seconds", type=FiniteRange(60, 900), default=180, show_default=True, metavar="S",
               help="The arm moves for so long at the most.")  # fmt: skip
 @out_option
-@click.option("--dry-run", is_flag=True, help="Measure and tell, write nothing.")
+@click.option("--dry-run", is_flag=True, help="Measure, and leave the arm's file as it is.")
 @click.option("--call", is_flag=True, help="Start the brick's program over ssh.")
 @click.option(
     "--port",

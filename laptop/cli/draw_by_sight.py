@@ -60,7 +60,9 @@ def simulate_by_sight(
     with contextlib.redirect_stdout(io.StringIO()):
         learned = _rehearsed(plan, asked, watched, view_of(scene, plan.arm), before)
     offsets, records = learned.numbers(), watched.records
-    return draw_simulated(plan, folder, plant, words, repeat, share, offsets, built, records)
+    return draw_simulated(
+        plan, folder, plant, words, repeat, share, offsets, built, records, asked.scene
+    )
 
 
 class _Watched:

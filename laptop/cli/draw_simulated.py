@@ -65,6 +65,7 @@ def draw_simulated(
     offsets: Sequence[Any] = (),
     built: Arm | None = None,
     rehearsals: Sequence[Sequence[Any]] = (),
+    scene: str | None = None,
 ) -> int:
     """Draw a plan on the emulated brick and leave its files; return the exit status.
 
@@ -78,6 +79,7 @@ def draw_simulated(
         offsets: what was learned of it, as DrawingPlan.write_job takes it.
         built: the arm as it is; None: as described.
         rehearsals: records of this drawing's, to be shown beside.
+        scene: before which it was rehearsed, or None.
     """
     plant = read_plant(plant_text)
     with tempfile.TemporaryDirectory() as temporary:
@@ -95,6 +97,9 @@ def draw_simulated(
     estimated = repeat * header.seconds - _left_out(plan, share)
     took = {"time s": run.outcome.t, "estimated s": estimated}
     set_up: dict[str, Any] = {"brick": "emulated", "cpu": plant["cpu"]}
+    if scene is not None:
+        set_up["camera"] = f"synthetic, {f'scene {scene}' if scene else 'the usual scene'}"
+        set_up["rehearsals"] = len(rehearsals)
     told = Run(
         kind=DRAWING,
         what=f"drawing {without_folders(plan.name) or 'something'}",
@@ -111,7 +116,7 @@ def draw_simulated(
         arm=numbers_of(plan.arm),
         built=numbers_of(built) if built else None,
         set_up=set_up | ({"plant": plant_text} if plant_text else {}),
-        seeds=seeds_of(plant=plant_text),
+        seeds=seeds_of(plant=plant_text, scene=scene),
         tables=[drawing_table(plan.arm.name, without_folders(plan.name), accuracy, took)],
     )
     notes = _in_words(estimated, run.outcome.t, accuracy)

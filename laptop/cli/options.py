@@ -90,15 +90,20 @@ out_option = click.option(
 """The option for the folder of what a command makes."""
 
 
-def typed_words() -> list[str]:
-    """Return what was typed, but for where it is left: that is where it lies."""
-    words = list(click.get_current_context().meta.get(TYPED, []))
+def typed_words(own: int = 0) -> list[str]:
+    """Return what was typed, but for where it is left: that is where it lies.
+
+    Args:
+        own: so many words at the end are a script's own.
+    """
+    typed = list(click.get_current_context().meta.get(TYPED, []))
+    words, rest = typed[: len(typed) - own], typed[len(typed) - own :]
     for k in range(len(words) - 1, -1, -1):
         if words[k] == "--out":
             del words[k : k + 2]
         elif words[k].startswith("--out="):
             del words[k]
-    return [without_folders(word) for word in words]
+    return [without_folders(word) for word in words + rest]
 
 
 TYPED = "laptop.typed"

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 from click.core import ParameterSource
@@ -45,13 +45,11 @@ from laptop.record.run_folder import (
     FIGURES,
     FROM_THE_SIDE,
     PICTURE,
+    TRUE_PATH,
     run_folder,
 )
 from shared.arm_description import Arm, ArmError, find_arm, read_arm
 from shared.state import CODE
-
-if TYPE_CHECKING:
-    pass
 
 NEVER_CAME = 3
 """Exit status of a run that succeeds before all that was ordered has come."""
@@ -234,7 +232,9 @@ def simulate(
             ),
         ]
         _check_in_time(ordered, timeout)
-        names = (TRACE, PICTURE, FROM_THE_SIDE, *FIGURES)
+        names = [TRACE, PICTURE, FROM_THE_SIDE]
+        if log := log_of(args):
+            names += [*FIGURES, f"{log.stem}.jsonl", TRUE_PATH]
         folder = stack.enter_context(run_folder("simulate", out, *names))
         with (
             guarded(Path(script).name),
@@ -267,7 +267,7 @@ def simulate(
         told = Run(
             kind=DRAWING if wanted else SCRIPT,
             what=" ".join([Path(script).name, *map(without_folders, args)]),
-            typed=typed_words(),
+            typed=typed_words(own=len(args) + 1),
             ending=ending_of(run, refused, late),
             arm=arm and numbers_of(arm),
             built=numbers_of(built) if built and built is not arm else None,
@@ -280,11 +280,10 @@ def simulate(
             click.echo(f"no motor was asked to turn: {out} keeps the files of the run before")
         else:
             files = files_of(told.what, arm, run, wanted, measures, sensors, drawn)
-            logged = None if refused else log_of(args)
-            if logged:
+            if log and log.is_file() and not refused:
                 from laptop.cli.simulate_servo import servo_files
 
-                files |= servo_files(told, logged, run, built, scene, drawn)
+                files |= servo_files(told, log, run, built, scene, drawn)
             mover = "arm" if arm else "robot"
             why = "" if to_see else f"; the {mover} has not moved, so there is no picture"
             why = why if seen else "; without an arm and --wheels there is no picture"

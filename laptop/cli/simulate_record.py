@@ -24,12 +24,11 @@ if TYPE_CHECKING:
 
 
 def log_of(args: tuple[str, ...]) -> Path | None:
-    """Return the servo's log that a script was told to write, if it is there."""
+    """Return where a script was told to write the servo's log; None: it was not."""
     words = [(word, following) for word, following in pairwise((*args, ""))]
     named = [following for word, following in words if word == "--log"]
     named += [word.removeprefix("--log=") for word in args if word.startswith("--log=")]
-    file = Path(named[-1]) if named else None
-    return file if file and file.is_file() else None
+    return Path(named[-1]) if named else None
 
 
 def files_of(

@@ -14,7 +14,7 @@ from laptop.record.run import SERVO, DamagedRun, Run
 from laptop.record.servo.figures import Scenery
 from laptop.record.servo.servo_files import Files, add_servo
 from laptop.record.servo.servo_log import Log, is_log, read_log
-from laptop.record.servo.servo_run import Truth, run_of_log
+from laptop.record.servo.servo_run import MALFORMED, NO_LOG, Truth, run_of_log
 from shared.arm_description import Arm
 
 LOG_WORDS = "what the servo saw, decided and did"
@@ -46,8 +46,9 @@ def servo_files(
         rig = CameraRig(built, scene) if built and scene is not None else None
         truth = _truth(rig, log, run) if rig and log.verdict and log.steps else None
         servo = run_of_log("goal", log, truth)
-    except DamagedRun as error:
-        told.notes = [*told.notes, str(error)]
+    except (DamagedRun, *MALFORMED) as error:
+        why = str(error) if isinstance(error, DamagedRun) else NO_LOG
+        told.notes = [*told.notes, f"{file.name}: {why}"]
         return files
     told.kind = SERVO
     if log.verdict is None:

@@ -25,7 +25,7 @@ AFTER = "after:"
 UNCHECKED = "unchecked"
 """The start of an arm, at home, of which nobody has looked yet which motor is where."""
 
-SUMMARY_POLL_PERIOD = 0.02
+RECORD_POLL_PERIOD = 0.02
 """Period at which one looks whether that run is over, s."""
 
 LAPTOP = "127.0.0.1"
@@ -80,9 +80,9 @@ def read_start(text, arm):
 
 
 def _end_of(folder, arm):
-    """The joint angles where a run ended, rad, within the limits; waits for its summary."""
+    """The joint angles where a run ended, rad, within the limits; waits for its record."""
     while not os.path.exists(os.path.join(folder, RUN)):
-        time.sleep(SUMMARY_POLL_PERIOD)
+        time.sleep(RECORD_POLL_PERIOD)
     try:
         with open(os.path.join(folder, TRACE), newline="") as file:
             *_, last = csv.DictReader(file)

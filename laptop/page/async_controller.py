@@ -27,7 +27,8 @@ from laptop.page.snapshots import (
     PageState,
     PlotSample,
 )
-from laptop.record.run_folder import RUNS, NoRunFolder
+from laptop.record.run_folder import RUNS, new_folder
+from shared.arm_description import ArmError
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -153,6 +154,7 @@ class AsyncController:
         runs: Path = Path(RUNS),
     ) -> None:
         self._runs = runs
+        self._kept: dict[int, Path] = {}  # by a group's number
         self.call = AsyncChannel(pipe).call
         self.call_slowly = AsyncChannel(slow).call
         self.feeds = {name: Feed(AsyncChannel(pipe), name) for name, pipe in cameras.items()}
@@ -234,10 +236,14 @@ class AsyncController:
         key = group.number, len(group.runs)
         if key in self._reports:
             return self._reports[key]
+        name, has_ended = report.file_name(group), group.runs[-1].ended is not None
         try:
-            text = report.file_name(group), report.render(group, self._runs)
-        except NoRunFolder as error:
-            text = report.file_name(group), report.render(group, why_not_kept=str(error))
+            if has_ended and group.number not in self._kept:
+                self._kept[group.number] = new_folder(report.COMMAND, self._runs)
+            text = name, report.render(group, self._kept[group.number] if has_ended else None)
+        except ArmError as error:
+            why = str(error).partition(";")[0]  # the way out is another command's
+            text = name, report.render(group, why_not_kept=f"it is not kept: {why}")
         if group.runs[-1].ended is not None:
             self._reports[key] = text
             while len(self._reports) > MAX_GROUPS:

@@ -14,9 +14,9 @@ import numpy as np
 from laptop.page.run_records import RunGroup, RunRecord
 from laptop.page.run_traces import servo_runs
 from laptop.page.snapshots import points
-from laptop.record.report.run_report import html_of, write_report
-from laptop.record.run import SERVO, Ending, Run
-from laptop.record.run_folder import RunFolder, new_folder
+from laptop.record.report.run_report import REPORT, html_of, write_report
+from laptop.record.run import SERVO, Ending, Run, RunFile
+from laptop.record.run_folder import RunFolder
 from laptop.record.servo.figures import Scenery
 from laptop.record.servo.servo_files import Files, add_servo
 from laptop.record.servo.servo_run import ServoRun
@@ -30,29 +30,28 @@ NOTE = (
 )
 
 
-def render(group: RunGroup, runs: Path | None = None, why_not_kept: str = "") -> str:
+def render(group: RunGroup, kept: Path | None = None, why_not_kept: str = "") -> str:
     """Return the report as the text of an HTML file.
 
     Slow, and to be called by one thread at a time: matplotlib's style is everybody's.
 
     Args:
-        runs: the folder in which a run that has ended is kept, in a folder of its own; None: it is
-            not kept.
+        kept: the folder in which it is kept; None: it is not.
         why_not_kept: it could not be, a sentence for the report.
 
     Raises:
-        NoRunFolder: it cannot be kept.
+        ArmError: it cannot be kept.
     """
     told, files = record_of(group)
     told.notes += [why_not_kept] * bool(why_not_kept)
-    if runs is None or group.runs[-1].ended is None:
+    if kept is None:
         with tempfile.TemporaryDirectory() as folder:
             RunFolder(Path(folder)).write(told, files)
             return html_of(Path(folder), file_name(group))
-    kept = new_folder(COMMAND, runs)
+    told.files.append(RunFile(REPORT))
     RunFolder(kept).write(told, files)
     write_report(kept)
-    return html_of(kept, file_name(group), f"{runs.name}/{kept.name}")
+    return html_of(kept, file_name(group), f"{kept.parent.name}/{kept.name}")
 
 
 def record_of(group: RunGroup) -> tuple[Run, Files]:
@@ -63,7 +62,7 @@ def record_of(group: RunGroup) -> tuple[Run, Files]:
     told = Run(
         kind=SERVO,
         what=f"run {group.number} on the page",
-        ending=Ending(0 if good else 1, f"{verdict_text(last)} {headline(group, runs)}"),
+        ending=Ending(None, f"{verdict_text(last)} {headline(group, runs)}", well=good),
         set_up=_set_up(group),
         notes=[NOTE, *(f"{t:.1f} s: {text}" for run in runs for t, text in run.remarks)],
     )

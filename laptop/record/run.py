@@ -6,7 +6,7 @@ know which command it is of.
 
 from __future__ import annotations
 
-import math
+import json
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path, PurePosixPath
 from typing import Any, TypeAlias
@@ -26,10 +26,12 @@ DRAWING, SERVO, ACCURACY, CALIBRATION, SCRIPT, TRACKING = (
 """Kinds of runs: by them a report has its sections, and tells aim and method."""
 
 UNITS = frozenset(("cm", "mm", "px", "s", "deg", "g", "%", "deg/s", "cm/s"))
-MAX_BYTES = 8_000_000
+MAX_BYTES = 40_000_000
 """A longer run.json is none."""
-MAX_COLUMNS, MAX_TABLES, MAX_FILES = 64, 200, 2000
-"""A run has no more: columns of a table, tables, files."""
+MAX_COLUMNS, MAX_TABLES, MAX_CELLS, MAX_FILES = 64, 200, 300_000, 500
+"""A run has no more: columns of a table, tables, their cells, files."""
+SHOWN = 80
+"""So many letters of a name stand in a message."""
 GREATEST = 1e12
 """No number that a run measures or counts is greater."""
 
@@ -81,16 +83,23 @@ class RunFile(msgspec.Struct, frozen=True):
 class Ending(msgspec.Struct, frozen=True):
     """How a run ended.
 
-    status   of the program, 0 if well
+    status   of the program, 0 if well; None: it is of no one program
     reason   in a few words
-    seconds  it took, on the brick's clock
+    seconds  it took; on the brick's clock, where one program ran there
     more     that programs may want to know, by name
+    well     whether it is what was wanted; by default, if the status is 0
     """
 
-    status: int
+    status: int | None
     reason: str
     seconds: float | None = None
     more: dict[str, Any] = {}
+    well: bool | None = None
+
+    @property
+    def is_well(self) -> bool:
+        """Whether it is what was wanted."""
+        return not self.status if self.well is None else self.well
 
 
 class Run(msgspec.Struct, kw_only=True):
@@ -149,7 +158,7 @@ def table(
     rows: Iterable[Sequence[Any]],
     compared: bool = False,
 ) -> RunTable:
-    """Return a table; what is no finite number in it is None.
+    """Return a table; what is no number in it that a run measures is None.
 
     Args:
         name: by which programs find it.
@@ -162,7 +171,7 @@ def table(
     for heading in headings:
         words, _, unit = heading.rpartition(" ")
         columns.append(Column(words, unit) if words and unit in UNITS else Column(heading))
-    cells = [[_cell(value) for value in row] for row in rows]
+    cells = [[_cell(v) for _, v in zip(columns, row, strict=True)] for row in rows]
     return RunTable(name, caption, columns, cells, compared)
 
 
@@ -184,14 +193,25 @@ def seeds_of(**texts: str | None) -> dict[str, int]:
 
 
 def _cell(value: Any) -> Cell:
-    if value is None or isinstance(value, (bool, int, str)):
+    if value is None or isinstance(value, (bool, str)):
         return value
-    return float(value) if math.isfinite(value) else None
+    if not abs(value) <= GREATEST:
+        return None
+    return value if isinstance(value, int) else float(value)
 
 
 def as_json(run: Run) -> bytes:
-    """Return what run.json holds."""
-    return msgspec.json.format(msgspec.json.encode(run), indent=1) + b"\n"
+    """Return what run.json holds; a row of a table is a line, what is no text a question mark."""
+    told = msgspec.to_builtins(run)
+    rows = []
+    for k, one in enumerate(told["tables"]):
+        lines = [json.dumps(row, ensure_ascii=False) for row in one["rows"]]
+        rows.append("[\n    " + ",\n    ".join(lines) + "\n   ]" if lines else "[]")
+        one["rows"] = f"\0{k}"
+    text = json.dumps(told, indent=1, ensure_ascii=False)
+    for k, lines_of in enumerate(rows):
+        text = text.replace(f'"rows": "\\u0000{k}"', f'"rows": {lines_of}')
+    return text.encode("utf-8", "replace") + b"\n"
 
 
 def read_run(folder: Path) -> Run:
@@ -211,7 +231,7 @@ def read_run(folder: Path) -> Run:
     except OSError as error:
         raise DamagedRun(f"{RUN} cannot be read: {error.strerror}") from None
     except msgspec.ValidationError as error:
-        told = str(error).replace("`", "'")
+        told = str(error).replace("`", "'")[: 2 * SHOWN]
         raise DamagedRun(f"{RUN} is not as it is written ({told}); do this run again") from None
     except (msgspec.DecodeError, UnicodeError, RecursionError):
         raise DamagedRun(f"{RUN} is no JSON; do this run again") from None
@@ -223,15 +243,23 @@ def _check(run: Run) -> None:
     """Raise DamagedRun if a run holds what none does."""
     if len(run.tables) > MAX_TABLES or len(run.files) > MAX_FILES:
         raise DamagedRun(f"{RUN} holds more than {MAX_TABLES} tables or {MAX_FILES} files")
+    if sum(len(row) for one in run.tables for row in one.rows) > MAX_CELLS:
+        raise DamagedRun(f"{RUN} holds tables of more than {MAX_CELLS} values")
+    if abs(run.ending.seconds or 0.0) > GREATEST:
+        raise DamagedRun(f"{RUN}: it took {run.ending.seconds} s, beyond any run's")
     for one in run.tables:
+        name = one.name[:SHOWN]
         if len(one.columns) > MAX_COLUMNS:
-            raise DamagedRun(f"{RUN}: the table '{one.name}' has more than {MAX_COLUMNS} columns")
+            raise DamagedRun(f"{RUN}: the table '{name}' has more than {MAX_COLUMNS} columns")
         if any(len(row) != len(one.columns) for row in one.rows):
-            raise DamagedRun(f"{RUN}: a row of the table '{one.name}' has too many or few values")
+            raise DamagedRun(f"{RUN}: a row of the table '{name}' has too many or few values")
         for value in (cell for row in one.rows for cell in row):
             if isinstance(value, (int, float)) and abs(value) > GREATEST:
-                raise DamagedRun(f"{RUN}: the table '{one.name}' holds {value}, beyond any run's")
-    for name in (file.name for file in run.files):
+                raise DamagedRun(f"{RUN}: the table '{name}' holds {value}, beyond any run's")
+    names = [file.name for file in run.files]
+    if len(names) > len({*names}):
+        raise DamagedRun(f"{RUN} names a file twice")
+    for name in names:
         place = PurePosixPath(name)
         if place.is_absolute() or not place.parts or ".." in place.parts or "\\" in name:
-            raise DamagedRun(f"{RUN}: the file '{name}' is outside of the run's folder")
+            raise DamagedRun(f"{RUN}: the file '{name[:SHOWN]}' is outside of the run's folder")

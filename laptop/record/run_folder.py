@@ -8,7 +8,7 @@ import os
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from pathlib import Path
+from pathlib import Path, PurePath
 
 from laptop.record.names import RUN, TRACE
 from laptop.record.run import DamagedRun, Run, RunFile, as_json, read_run
@@ -22,6 +22,8 @@ PICTURE, FROM_THE_SIDE = "picture.png", "picture-side.png"
 """Names of the picture from above and, of an arm in space, from the side."""
 FIGURES = ("cameras.png", "space.png", "errors.png", "joints.png")
 """Of runs of the servo."""
+TRUE_PATH = "goal-true-path.csv"
+"""Of one run of it, where the emulator knows that."""
 
 ENDED_BY_OTHERS = 124
 """From this exit status on a script was ended: its time was over, or by a signal."""
@@ -67,7 +69,7 @@ class RunFolder:
         making = dict(files or {})
         before = self._earlier()
         run.files = [*run.files, *(RunFile(name, holds) for name, (_, holds) in making.items())]
-        names = {file.name for file in run.files}
+        names = dict.fromkeys(file.name for file in run.files)
         writers: dict[str, Callable[[str], None]] = {
             name: writer for name, (writer, _) in making.items() if name == TRACE
         }
@@ -80,14 +82,26 @@ class RunFolder:
                 (self.path / name).parent.mkdir(exist_ok=True)
                 with written(self.path / name) as draft:
                     writer(str(draft))
-            for name in before.intersection(self._names) - names:
-                (self.path / name).unlink(missing_ok=True)
+            for name in before - names.keys():
+                self._remove(name)
         except CannotWrite as error:
             raise NoRunFolder(f"{error}, or another folder with --out") from None
         except OSError as error:
             raise _no_room(self.path, error) from None
         shown = sorted(names, key=lambda name: not name.endswith(".png"))
         return f"{_shown(self.path)}/{', '.join([*shown, RUN])}"
+
+    def clear(self) -> None:
+        """Let the earlier run go, with all files that it names."""
+        for name in self._earlier():
+            self._remove(name)
+        self._remove(RUN)
+
+    def _remove(self, name: str) -> None:
+        """Remove a file of an earlier run; what is behind a link is none of its own."""
+        if not any((self.path / part).is_symlink() for part in PurePath(name).parents):
+            with contextlib.suppress(IsADirectoryError, NotADirectoryError):
+                (self.path / name).unlink(missing_ok=True)
 
     def keeps_earlier_run(self) -> bool:
         """Return whether a run lies there in which a motor was asked to turn."""
@@ -105,11 +119,16 @@ class RunFolder:
         out = self.path
         for name in (RUN, *self._names):
             check_kind(out / name)
-        foreign = [name for name in self._names if (out / name).exists()]
-        if (out / RUN).exists():
-            foreign = [] if _is_run(out / RUN) else [RUN]
+        own = self._earlier()
+        foreign = [name for name in self._names if name not in own and (out / name).exists()]
+        if (out / RUN).exists() and not _is_run(out / RUN):
+            foreign = [RUN]
         if foreign:
-            beside = "" if foreign[0] == RUN else f", as there is no {RUN} beside it,"
+            beside = f", as there is no {RUN} beside it,"
+            if foreign[0] == RUN:
+                beside = ""
+            elif (out / RUN).exists():
+                beside = f", as the {RUN} beside it does not name it,"
             raise NoRunFolder(
                 f"{out / foreign[0]} is of no run{beside} and would be lost; choose another folder "
                 "with --out"
@@ -133,7 +152,7 @@ class RunFolder:
 def run_folder(command: str, out: Path | None, *names: str) -> Iterator[RunFolder]:
     """Give a folder for a run, which has it alone; the system frees it when the process ends.
 
-    One that was made for it and is still empty at the end goes.
+    A new one in RUNS that is still empty at the end goes.
 
     Args:
         command: of which it is; it names the folder, with the time.
@@ -144,6 +163,7 @@ def run_folder(command: str, out: Path | None, *names: str) -> Iterator[RunFolde
         NoRunFolder: it cannot be made or written, another run has it, or a file there is of no run.
         CannotWrite: it, or a name in it, is nothing that can be shown or replaced.
     """
+    is_first = not Path(RUNS).exists()
     path = new_folder(command) if out is None else out
     check_shown(path, "choose another folder with --out")
     try:
@@ -156,20 +176,21 @@ def run_folder(command: str, out: Path | None, *names: str) -> Iterator[RunFolde
         raise _no_room(path, error) from None
     descriptor = platforms.open_folder(os.path.realpath(path))
     try:
-        folder = RunFolder(path, names)
-        folder.check_room()
         if not platforms.lock(descriptor):
             raise NoRunFolder(
                 f"another run is at work for {path}; "
                 "wait for its end, or choose another folder with --out"
             )
+        folder = RunFolder(path, names)
+        folder.check_room()
         yield folder
     finally:
         os.close(descriptor)
         if out is None:
             with contextlib.suppress(OSError):  # it holds something
                 path.rmdir()
-                path.parent.rmdir()
+                if is_first:
+                    path.parent.rmdir()
 
 
 def new_folder(command: str, within: Path = Path(RUNS)) -> Path:
@@ -182,8 +203,9 @@ def new_folder(command: str, within: Path = Path(RUNS)) -> Path:
     try:
         for attempt in range(1, _TRIES):
             folder = within / (name if attempt == 1 else f"{name}-{attempt}")
-            with contextlib.suppress(FileExistsError):
-                within.mkdir(parents=True, exist_ok=True)
+            within.mkdir(parents=True, exist_ok=True)
+            # Another run of this second may have it, or have just let go of the empty one above.
+            with contextlib.suppress(FileExistsError, FileNotFoundError):
                 folder.mkdir(mode=0o700)  # what a camera saw is its owner's alone
                 return folder
     except OSError as error:
@@ -199,11 +221,10 @@ def _shown(path: Path) -> str:
 
 
 def _is_run(file: Path) -> bool:
-    """Return whether a run.json is one, or was to become one before its run was cut off."""
     try:
         read_run(file.parent)
     except DamagedRun:
-        return file.is_file() and not file.stat().st_size
+        return False
     return True
 
 

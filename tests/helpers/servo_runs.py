@@ -17,7 +17,7 @@ def truth(off, cameras="A"):
     space = None
     if cameras != "A":
         space = Space(PLACE, np.array([[PLACE[0] - 0.09 * w, *PLACE[1:]] for _, w in ways]), 1.1)
-    return Truth(goal, path, 0.9 * off, space)
+    return Truth(tuple(cameras), goal, path, 0.9 * off, space)
 
 
 def told(tmp_path, off=2.0, text=None, true=None, cameras="A", **words):

@@ -50,12 +50,15 @@ def truth_of(
             a marker is where the tracker saw it.
     """
     path = true_path(rig, rows)
+    ended = began + (log.verdict or {}).get("t", math.inf)
+    last = next((row for row in reversed(rows) if row.t <= ended), rows[0])
     wanted = tuple(goal) if goal is not None else _last_goal(rig, log)
     place = rig.place_at(wanted, "effector")
     return Truth(
+        tuple(rig),
         wanted,
         np.array([(t - began, *rig.truth(q)) for t, q in path]),
-        10 * math.dist(rig.centre("effector", rows[-1].q), place),
+        10 * math.dist(rig.centre("effector", last.q), place),
         _space(rig, path, place) if len(rig) > 1 else None,
     )
 

@@ -46,18 +46,21 @@ from laptop.measure.demo.processes import (
     wait_for_page,
 )
 from laptop.measure.demo.progress import ProgressDisplay
-from laptop.measure.demo.results import DemoResult
+from laptop.measure.demo.results import BASELINE, BASELINE_HOME, DRAWING, TRACKER, DemoResult
 from laptop.measure.demo.truth import ink_in_space, read_trace, run_of_goal
 from laptop.record.drawing_tables import PATHS
 from laptop.record.figures.arm_numbers import numbers_of
 from laptop.record.names import RUN, TRACE
+from laptop.record.report.run_report import REPORT as PAGE
 from laptop.record.report.run_report import write_report
-from laptop.record.run import DamagedRun, read_run
-from laptop.record.run_folder import RunFolder, run_folder
+from laptop.record.run import DamagedRun, RunFile, read_run
+from laptop.record.run_folder import run_folder
 from laptop.system import platforms
 from shared.arm_description import Arm, find_arm, read_arm
 from shared.state import ARM, STATE
 
+REPORT = "report"
+"""The last stage."""
 TOLERANCE = 5.0
 """Tolerance of the servo if none is said, px."""
 REPORT_BUDGET = 180.0
@@ -88,9 +91,6 @@ class DemoOptions:
     open: bool = False
 
 
-TRACKER, DRAWING, BASELINE, REPORT = "tracker", "three lines", "report's method", "report"
-
-
 def run(options: DemoOptions, console: Console) -> tuple[int, Path]:
     """Show everything; the exit status, 0 if it truly worked, and the report.
 
@@ -103,8 +103,8 @@ def run(options: DemoOptions, console: Console) -> tuple[int, Path]:
         console, [TRACKER, DRAWING, *(f"goal {k + 1}" for k in range(GOALS)), BASELINE, REPORT]
     )
     with ExitStack() as stack:
-        folder = stack.enter_context(run_folder("demo", options.out))
-        _clear(folder)
+        folder = stack.enter_context(run_folder("demo", options.out, *results.NAMES, PAGE))
+        folder.clear()  # or an earlier demo's programs would seem to have ended
         stack.callback(temporary_folders.sweep)  # of programs that it had to kill
         temporary_folders.sweep()  # of an earlier demo that was killed
         state = stack.enter_context(temporary_folders.made("demo", tempfile.gettempdir()))
@@ -126,6 +126,7 @@ def run(options: DemoOptions, console: Console) -> tuple[int, Path]:
         told, files = results.record_of(found, home)
         told.typed, told.arm = list(options.typed), numbers_of(arm)
         told.seeds = {"demo": options.seed}
+        told.files.append(RunFile(PAGE))
         folder.write(told, files)
         page = write_report(home)
         shown = os.path.relpath(page)
@@ -141,12 +142,6 @@ def run(options: DemoOptions, console: Console) -> tuple[int, Path]:
     ink = "" if first is None else f", first ink after {first:.1f} s"
     console.print(f"{took}{ink}; {shown}", soft_wrap=True, highlight=False, markup=False)
     return (0 if found.worked else 1), page
-
-
-def _clear(folder: RunFolder) -> None:
-    """Take away what tells that an earlier demo's programs in this folder have ended."""
-    for file in folder.path.glob(f"*/{RUN}"):
-        file.unlink()
 
 
 @dataclass
@@ -430,6 +425,5 @@ def _start(home: Path) -> str:
     return f"--start={AFTER}{home}"
 
 
-BASELINE_HOME = "report-method"
 BASELINE_SCENE, BASELINE_NICENESS = ",fps=10", 10
 """The report takes 20 pictures in 2 s: no more would be looked at."""

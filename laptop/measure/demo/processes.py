@@ -204,6 +204,11 @@ class ChildProcess:
         self._on_line(line)
 
 
+def log_name(name: str) -> str:
+    """Return the file of what a program prints, by the program's name for people."""
+    return f"{re.sub('[^a-z0-9]+', '-', name)}.txt"
+
+
 class ProcessGroup:
     """Child processes that end together; none outlives the group.
 
@@ -225,7 +230,7 @@ class ProcessGroup:
         self, name: str, words: Sequence[str], on_line: Callable[[str], None] = lambda line: None
     ) -> ChildProcess:
         """Start a process, see ChildProcess; its log bears its name."""
-        log = self._folder / f"{re.sub('[^a-z0-9]+', '-', name)}.txt"
+        log = self._folder / log_name(name)
 
         def make() -> ChildProcess:
             self._processes.append(ChildProcess(name, words, log, self._environment, on_line))

@@ -13,15 +13,21 @@ from rich import box
 from rich.markup import escape as escape_markup
 from rich.table import Table
 
+from laptop.measure.demo.goals import GOALS
+from laptop.measure.demo.processes import log_name
 from laptop.record.drawing_tables import PATHS
-from laptop.record.names import TRACE
+from laptop.record.names import RUN, TRACE
 from laptop.record.run import SERVO, Cell, Ending, Run, RunFile, RunTable, settings
-from laptop.record.run_folder import FROM_THE_SIDE, PICTURE
+from laptop.record.run_folder import FIGURES, FROM_THE_SIDE, PICTURE
 from laptop.record.servo.figures import Scenery
 from laptop.record.servo.servo_files import Files, add_servo
 from laptop.record.servo.servo_run import TRUE_SHARE, ServoRun
 
-DRAWING_HOME = "drawing"
+TRACKER, DRAWING, BASELINE = "tracker", "three lines", "report's method"
+"""Stages, beside the goals'."""
+GOAL_NAMES = tuple(f"goal {number}" for number in range(1, GOALS + 1))
+DRAWING_HOME, BASELINE_HOME = "drawing", "report-method"
+"""Folders of these, in the demo's; a goal's is named after it."""
 
 
 @dataclass(eq=False)
@@ -143,7 +149,7 @@ def record_of(demo: DemoResult, folder: Path) -> tuple[Run, Files]:
     told = Run(
         kind=SERVO,
         what=f"demo: {'lines' if demo.lines else 'no line'}, then goals by sight",
-        ending=Ending(0 if demo.worked else 1, headline(demo), demo.timing.get("in all s")),
+        ending=Ending(None, headline(demo), demo.timing.get("in all s"), well=demo.worked),
         set_up=demo.set_up,
         tables=[demo.lines] if demo.lines else [],
         notes=[_note(demo)],
@@ -166,23 +172,28 @@ def record_of(demo: DemoResult, folder: Path) -> tuple[Run, Files]:
 
 def _left(folder: Path) -> list[tuple[str, str]]:
     """Return the names of what the programs have left, and what each holds."""
-    lines = (
-        "The lines, drawn before anything was seen: ink and arm on the left, and on the right how "
-        "far the ink is off the wanted line, magnified."
-    )
-    words = {
-        f"{DRAWING_HOME}/{PICTURE}": lines,
-        f"{DRAWING_HOME}/{FROM_THE_SIDE}": "The same lines and the same arm from the side.",
+    return [(name, holds) for name, holds in _LEFT.items() if (folder / name).is_file()]
+
+
+def _names() -> dict[str, str]:
+    """Return all files that programs of a demo may leave, and what each holds."""
+    found = {
         "track.csv": "where the tracker saw the markers",
+        **{f"camera{name}.png": "" for name in ("", "-A", "-B")},
+        **{log_name(stage): "" for stage in (TRACKER, DRAWING, BASELINE, *GOAL_NAMES)},
     }
-    found = []
-    for file in sorted(folder.rglob("*")):
-        name = file.relative_to(folder).as_posix()
-        if file.is_file():
-            home = name.removesuffix(f"/{TRACE}")
-            holds = f"the true motion of the arm: {home}" if file.name == TRACE else ""
-            found.append((name, words.get(name, holds)))
-    return found
+    homes = [DRAWING_HOME, *(name.replace(" ", "-") for name in GOAL_NAMES), BASELINE_HOME]
+    for home in homes:
+        trace = f"the true motion of the arm: {home}"
+        found |= {f"{home}.jsonl": "", f"{home}/{TRACE}": trace, f"{home}/{RUN}": ""}
+        found |= {f"{home}/{name}": "" for name in (PICTURE, FROM_THE_SIDE)}
+    return found | {
+        f"{DRAWING_HOME}/{PICTURE}": (
+            "The lines, drawn before anything was seen: ink and arm on the left, and on the right "
+            "how far the ink is off the wanted line, magnified."
+        ),
+        f"{DRAWING_HOME}/{FROM_THE_SIDE}": "The same lines and the same arm from the side.",
+    }
 
 
 def _note(demo: DemoResult) -> str:
@@ -199,3 +210,9 @@ def _note(demo: DemoResult) -> str:
             "which the cameras tell least. A distance in px is that of all cameras together"
         )
     return words + ". Millimetres are measured in the plane in which the marker on the tip moves"
+
+
+_LEFT = _names()
+NAMES = (*_LEFT, *FIGURES, *(f"{name.replace(' ', '-')}-true-path.csv" for name in GOAL_NAMES))
+NAMES += ("compared-true-path.csv",)
+"""All files that a demo may leave besides run.json."""

@@ -1,4 +1,4 @@
-"""An arm's numbers as a run's summary keeps them, so that a report can tell of them later."""
+"""An arm's numbers as a run keeps them, so that a report can tell of them later."""
 
 from __future__ import annotations
 

@@ -7,6 +7,7 @@ import io
 import itertools
 import os
 import re
+import shlex
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -31,6 +32,7 @@ from laptop.record.run import (
     ACCURACY,
     CALIBRATION,
     DRAWING,
+    MAX_COLUMNS,
     SCRIPT,
     SERVO,
     TRACKING,
@@ -160,7 +162,8 @@ class Numbering:
             ", ".join(filter(None, (_source(runs), source))),
             table.headings,
             table.rows,
-            [all(_NUMERIC.fullmatch(cell) for cell in column) for column in columns],
+            [all(_NUMERIC.fullmatch(cell) for cell in column) for column in columns]
+            or [False] * len(table.headings),
             len(table.rows) > most,
         )
         self.tables.append(printed)
@@ -213,11 +216,13 @@ def compose(
     values = {
         "title": printable(title),
         "lab": lab,
-        "good": not first.run.ending.status,
+        "good": first.run.ending.is_well,
         "verdict": first.outcome,
         "save_as": "",
         "kept": "",
-        "typed": " ".join(["brickservo", *map(clean, first.run.typed)]) if first.run.typed else "",
+        "typed": shlex.join(["brickservo", *map(clean, first.run.typed)])
+        if first.run.typed
+        else "",
         "aim": aim(kinds),
         **parts,
         "steps": list(method({arm.chain for arm in arms}, kinds, methods)) if lab else [],
@@ -273,6 +278,7 @@ def _compared(runs: Sequence[ReportRun], numbering: Numbering) -> list[PrintedTa
     printed = []
     for name, parts in found.items():
         columns = list(dict.fromkeys(column for _, table in parts for column in table.columns))
+        del columns[MAX_COLUMNS:]
         rows: list[list[Cell]] = []
         for run, table in parts:
             for row in table.rows:

@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -23,8 +22,6 @@ from laptop.record.figures.sheet import INK, REACH_EDGE, TRAVEL, new_figure, png
 
 LEFT, RIGHT = (0.065, 0.13, 0.42, 0.74), (0.56, 0.13, 0.42, 0.74)
 """Places of two panels, as shares of a figure."""
-DOTS: dict[str, Any] = {"ls": "", "marker": "o", "ms": 5, "mfc": INK, "mec": "white", "mew": 0.9}
-"""Style of where a servo stopped to look."""
 MAX_POINTS = 4000
 """A curve is thinned to about so many points."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -18,6 +18,8 @@ NOT_THERE = "\u2013"
 """In a cell for which the files hold no value."""
 MOST_DIGITS = 4
 """Of a number in a table."""
+MAX_FIGURES, MAX_LETTERS = 50, 1000
+"""Of a run; and of a word of its set-up."""
 PICTURES = (".png", ".jpg", ".jpeg")
 TRACE_CAPTION = "Way of the tip, with the pen down in black, and the joint angles in time."
 
@@ -166,7 +168,7 @@ class ReportRun:
 def _value(value: Any) -> str:
     if isinstance(value, list):
         return ", ".join(map(_value, value))
-    return f"{value:g}" if isinstance(value, float) else str(value)
+    return f"{value:g}" if isinstance(value, float) else str(value)[:MAX_LETTERS]
 
 
 def read_folder(name: str, folder: Path) -> ReportRun:
@@ -190,6 +192,10 @@ def read_folder(name: str, folder: Path) -> ReportRun:
             ):
                 raise DamagedRun(f"{file.name} is behind a link")
             if file.holds and place.suffix.lower() in PICTURES:
+                if len(found.figures) == MAX_FIGURES:
+                    raise DamagedRun(
+                        f"{file.name[:80]}: a run has no more than {MAX_FIGURES} figures"
+                    )
                 caption = f"{words.rstrip()} ({file.name})"
                 found.figures.append(ReportFigure(clean(caption), read_picture(place)))
             elif file.holds and place.suffix == ".csv":
@@ -198,6 +204,8 @@ def read_folder(name: str, folder: Path) -> ReportRun:
                 found.data.append(RawData(file.name.replace("/", "-"), place, words))
         except DamagedRun as error:
             found.leave_out(error)
+        except OSError as error:
+            found.leave_out(DamagedRun(f"{file.name[:80]} cannot be read: {error.strerror}"))
     if not found.figures and any(file.name == TRACE for file in found.run.files):
         _draw_trace(found, folder / TRACE)
     return found
@@ -219,7 +227,3 @@ class LeftOut(NamedTuple):
 
     name: str
     why: str
-
-
-ReadRun = Callable[[str], ReportRun]
-"""Reads a run by the name that it has for people."""

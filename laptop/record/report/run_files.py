@@ -146,15 +146,7 @@ def read_picture(file: Path) -> bytes:
     Raises:
         DamagedRun: it is none.
     """
-    return checked_picture(read_bytes(file, MAX_PICTURE), file.name)
-
-
-def checked_picture(content: bytes, name: str) -> bytes:
-    """Return a PNG or JPEG that really is one.
-
-    Raises:
-        DamagedRun: it is none.
-    """
+    content, name = read_bytes(file, MAX_PICTURE), file.name
     kinds = [kind for head, kind in HEADS.items() if content.startswith(head)]
     if not kinds:
         raise DamagedRun(f"{name} is neither PNG nor JPEG")

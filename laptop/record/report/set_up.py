@@ -1,4 +1,4 @@
-"""The set-up of a report: the arms, as the runs' summaries or the arm files have them."""
+"""The set-up of a report: the arms, as the runs or the arm files have them."""
 
 from __future__ import annotations
 
@@ -30,19 +30,32 @@ class DescribedArm:
     Attributes:
         table: its joints, a row each.
         chain: of its joints, as the arm's file names it.
-        source: where its numbers are from, in words.
-        runs: whose arm it is.
+        told_by: by where its numbers are from, in words, the runs that have them from there.
     """
 
     table: TextTable
     chain: str
-    source: str
-    runs: list[ReportRun] = field(default_factory=list)
+    told_by: dict[str, list[ReportRun]] = field(default_factory=dict)
+
+    @property
+    def runs(self) -> list[ReportRun]:
+        """Whose arm it is."""
+        return list(dict.fromkeys(run for runs in self.told_by.values() for run in runs))
+
+    @property
+    def source(self) -> str:
+        """Where its numbers are from; of which run, where they are from several places."""
+        if len(self.told_by) == 1:
+            return next(iter(self.told_by))
+        labels = {
+            words: ", ".join(run.label for run in runs) for words, runs in self.told_by.items()
+        }
+        return "; ".join(f"{runs}: {words}" for words, runs in labels.items())
 
 
 def describe_arms(runs: Sequence[ReportRun]) -> list[DescribedArm]:
     """Return the arms of runs, each once; where one cannot be told, that is a gap of its run."""
-    found: list[tuple[str, DescribedArm]] = []
+    found: dict[str, DescribedArm] = {}
     for run in runs:
         told = [(run.run.arm, RECORD), (run.run.built, BUILT)]
         if run.run.arm is not None and "joints" not in run.run.arm:
@@ -53,17 +66,14 @@ def describe_arms(runs: Sequence[ReportRun]) -> list[DescribedArm]:
             if numbers is None:
                 continue
             key = json.dumps(numbers, sort_keys=True)
-            same = next((arm for known, arm in found if known == key), None)
-            if same is None:
-                try:
-                    same = describe(numbers, source)
-                except DamagedRun as error:
-                    run.leave_out(error)
-                    continue
-                found.append((key, same))
-            if run not in same.runs:
-                same.runs.append(run)
-    return [arm for _, arm in found]
+            try:
+                arm = found.get(key) or describe(numbers)
+            except DamagedRun as error:
+                run.leave_out(error)
+                continue
+            found[key] = arm
+            arm.told_by.setdefault(source, []).append(run)
+    return [*found.values()]
 
 
 RECORD = f"the runs' {RUN}"
@@ -71,7 +81,7 @@ COMES_ALONG = "the arm file of that name that comes with BrickServo"
 BUILT = f"{RECORD}: the arm as the emulator had it built, unlike what the program knew"
 
 
-def describe(numbers: dict[str, Any], source: str) -> DescribedArm:
+def describe(numbers: dict[str, Any]) -> DescribedArm:
     """Return an arm's numbers as a table.
 
     Raises:
@@ -99,7 +109,7 @@ def describe(numbers: dict[str, Any], source: str) -> DescribedArm:
     chain = _word(numbers, "chain")
     if not rows:
         raise DamagedRun(f"run.json holds no joint of the arm {name}")
-    return DescribedArm(TextTable("arm", caption, HEADINGS, rows), chain, source)
+    return DescribedArm(TextTable("arm", caption, HEADINGS, rows), chain)
 
 
 def _coming_along(name: str) -> dict[str, Any] | None:

@@ -1,4 +1,4 @@
-"""What runs of the servo add to the record of a run: tables, figures, every step as CSV."""
+"""What runs of the servo add to the record of a run: tables, figures, the true path."""
 
 from __future__ import annotations
 
@@ -62,8 +62,7 @@ def _write(path: str, content: bytes) -> None:
 
 def _write_path(path: str, run: ServoRun) -> None:
     assert run.truth is not None
-    cameras = sorted(run.ways) or ["A"]
-    heading = ["t_s", *(f"{camera}.{axis}_px" for camera in cameras for axis in "uv")]
+    heading = ["t_s", *(f"{camera}.{axis}_px" for camera in run.truth.cameras for axis in "uv")]
     rows = np.round(run.truth.path, 3).tolist()
     with open(path, "w", encoding="utf-8", newline="") as file:
         csv.writer(file).writerows([heading, *rows])

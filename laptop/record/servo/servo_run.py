@@ -21,6 +21,7 @@ GOALS, STEPS = "goals", "steps"
 """Names of the tables."""
 MALFORMED = (LookupError, TypeError, ValueError, AttributeError, ArithmeticError)
 """What reading values that are not as they are written ends in."""
+NO_LOG = "the log is not as visual_servoing.py writes it"
 NO_ROWS = np.zeros((0, 2))
 
 
@@ -40,13 +41,15 @@ class Space(NamedTuple):
 class Truth(NamedTuple):
     """What an emulator knows of a run.
 
+    cameras  their names
     goal     where it truly is in the pictures, u and v in each, px
     path     rows (s since the servo began, u, v in each picture) of the true tip, px
-    miss_mm  at the end, from the true tip to the place that shows at the goal; in the plane at the
-             tip's height; None where nobody can tell that place
+    miss_mm  when the servo ended, from the true tip to the place that shows at the goal; in the
+             plane at the tip's height; None where nobody can tell that place
     space    where that was in space; None in the plane
     """
 
+    cameras: tuple[str, ...]
     goal: tuple[float, ...]
     path: np.ndarray
     miss_mm: float | None
@@ -170,7 +173,7 @@ def run_of_log(name: str, log: Log, truth: Truth | None = None) -> ServoRun:
     try:
         return _run_of_log(name, log, truth)
     except MALFORMED:
-        raise DamagedRun("the log is not as visual_servoing.py writes it") from None
+        raise DamagedRun(NO_LOG) from None
 
 
 def _run_of_log(name: str, log: Log, truth: Truth | None) -> ServoRun:
@@ -248,8 +251,7 @@ def _add_truth(run: ServoRun, truth: Truth) -> None:
     if seconds is not None and len(t):  # what follows is the arm's rest, and no part of the run
         end = np.interp(seconds, t, off)
         run.errors = np.vstack([run.errors[t < seconds], [seconds, end]])
-    cameras = sorted(run.ways) or ["A"]
-    for k, camera in enumerate(cameras[: len(truth.goal) // 2]):
+    for k, camera in enumerate(truth.cameras):
         columns = [0, 1 + 2 * k, 2 + 2 * k]
         run.ways[camera] = truth.path[:, columns]
         run.goals[camera] = (truth.goal[2 * k], truth.goal[2 * k + 1])

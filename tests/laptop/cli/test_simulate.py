@@ -252,7 +252,6 @@ def test_where_no_other_run_is_kept_the_files_tell_of_the_refused_one(simulate):
 )
 def test_what_was_not_refused_has_its_files(simulate, words):
     out = simulate(DRIVER, "where").out
-    (out / "run.json").write_text("")
     result = simulate(*words)
     assert run_in(out)["status"] == result.exit_code
     assert "keeps" not in result.output
@@ -1085,3 +1084,54 @@ def test_a_gripper_homes_against_its_stop(simulate, script, arm, kind):
     if arm:
         angles = [math.degrees(float(row["D"])) for row in rows(result.out)]
         assert (min(angles), max(angles)) == (pytest.approx(-90), pytest.approx(40))
+
+
+# What a servo's log adds
+
+
+SERVO_WORDS = ("--scene", "tilt=20", "--plant", "cpu=0", "visual_servoing.py", "--goal", "400,200")
+
+
+@pytest.mark.long
+def test_a_servos_log_becomes_its_goal_its_figures_and_the_true_error(simulate, tmp_path):
+    result = simulate(*SERVO_WORDS, "--log", tmp_path / "x.jsonl", with_picture=True)
+    told = run_in(result.out)
+    (goal,) = told["goals"]
+    assert (told["kind"], goal["goal"], goal["ended"]) == ("servo", "400, 200", "converged")
+    assert goal["truly off px"] == pytest.approx(goal["off, the servo says px"], abs=1.5)
+    assert goal["truly off px"] < 8
+    assert goal["truly reached"] is True
+    names = {"x.jsonl", "cameras.png", "errors.png", "joints.png", "goal-true-path.csv"}
+    assert names < set(told["files"]) <= set(os.listdir(result.out))
+    simulate(DRIVER, "where")
+    assert not names & set(os.listdir(result.out)), "the earlier run goes with all its files"
+
+
+@pytest.mark.parametrize(
+    "words",
+    ['{"kind":"run"}', '{"kind":"run","method":"chain","tolerance":5,"goal":{"A":"x"}}', "hello"],
+)
+def test_what_is_no_log_costs_the_figures_and_not_the_run(simulate, script, tmp_path, words):
+    source = f"import sys\nopen(sys.argv[2], 'w').write({words!r} + '\\n')\n"
+    result = simulate("--scene", "", script(source), "--log", tmp_path / "x.jsonl")
+    assert result.exit_code == 0, result.output
+    told = run_in(result.out)
+    assert told["kind"] == "script"
+    assert ("x.jsonl: " in " ".join(told["notes"])) is (words != "hello")
+
+
+@pytest.mark.parametrize("name", ["x.jsonl", "goal-true-path.csv"])
+def test_where_the_log_would_take_somebodys_file_nothing_runs(simulate, tmp_path, name):
+    out = tmp_path / "mine"
+    out.mkdir()
+    (out / name).write_text("precious")
+    result = simulate(*SERVO_WORDS, "--log", tmp_path / "x.jsonl", out=out)
+    assert result.exit_code == 1
+    assert f"{name} is of no run" in result.output
+    assert (out / name).read_text() == "precious"
+
+
+def test_the_words_of_a_script_are_kept_as_they_were_typed(simulate, script):
+    words = ("--out", "foo", "--out=bar", "two words")
+    told = run_in(simulate("--timeout", "3", script("print(1)"), *words).out)
+    assert told["typed"] == ["simulate", "--timeout", "3", "mine.py", *words]

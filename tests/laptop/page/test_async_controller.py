@@ -29,7 +29,7 @@ def test_a_report_is_drawn_once_and_beside_the_loop_that_serves_pages(
     drawn = []
 
     def render(group, runs):
-        assert runs == tmp_path
+        assert runs.parent == tmp_path
         drawn.append(threading.current_thread().name)
         return "a report"
 
@@ -43,3 +43,6 @@ def test_a_report_is_drawn_once_and_beside_the_loop_that_serves_pages(
     assert {text for _, text in found} == {"a report"}
     assert missing is None
     assert drawn == ["drawer_0"]
+    far._reports.clear()  # as more runs would do
+    asyncio.run(far.report(1))
+    assert len([*tmp_path.glob("*-track")]) == 1, "one folder for one run"

@@ -8,10 +8,12 @@ from lab_runs import left
 from laptop.record.names import RUN
 from laptop.record.run import (
     GREATEST,
+    Column,
     DamagedRun,
     Ending,
     Run,
     RunFile,
+    RunTable,
     as_json,
     read_run,
     seeds_of,
@@ -93,16 +95,35 @@ def test_a_file_of_a_run_lies_in_its_folder(tmp_path, name):
 
 @pytest.mark.parametrize("value", [2 * GREATEST, -2 * GREATEST, 10**15])
 def test_a_number_beyond_all_that_a_run_measures_is_damage(tmp_path, value):
-    left(tmp_path, tables=[table("m", "", ["x"], [[value]])])
+    with_rows = RunTable("m", "", [Column("x")], [[value]])
+    left(tmp_path, tables=[with_rows])
     with pytest.raises(DamagedRun, match="the table 'm' holds .* beyond any run's"):
         read_run(tmp_path)
+    assert table("m", "", ["x"], [[value]]).rows == [[None]]  # and a command writes none
+    left(tmp_path, ending=Ending(0, "", value))
+    with pytest.raises(DamagedRun, match="it took .* beyond any run's"):
+        read_run(tmp_path)
+
+
+def test_words_that_are_no_text_are_written_all_the_same(tmp_path):
+    left(tmp_path, what="caf\udce9.py", typed=["simulate", "caf\udce9.py"])
+    assert read_run(tmp_path).typed == ["simulate", "caf?.py"]
+
+
+def test_a_row_is_a_line_of_the_file_and_no_text_takes_its_place(tmp_path):
+    told = table("m", "", ["x", "y"], [[1, "a"], [2.5, None]])
+    run = left(tmp_path, tables=[told, table("n", "", ["x"], [])], notes=["\x000", "\x001"])
+    assert '    [1, "a"],\n    [2.5, null]\n' in (tmp_path / RUN).read_text()
+    assert read_run(tmp_path) == run
 
 
 @pytest.mark.parametrize(
     ("many", "why"),
     [
         ({"tables": [table("m", "", [], [])] * 201}, "more than 200 tables"),
-        ({"files": [RunFile("x")] * 2001}, "or 2000 files"),
+        ({"files": [RunFile(f"{k}") for k in range(501)]}, "or 500 files"),
+        ({"files": [RunFile("x")] * 2}, "names a file twice"),
+        ({"tables": [table("m", "", ["x"], [[1]] * 300_001)]}, "more than 300000 values"),
         ({"tables": [table("m", "", ["x"] * 65, [])]}, "'m' has more than 64 columns"),
     ],
 )
@@ -113,6 +134,6 @@ def test_more_than_any_run_has_is_damage(tmp_path, many, why):
 
 
 def test_a_row_has_a_cell_for_each_column(tmp_path):
-    left(tmp_path, tables=[table("m", "", ["x", "y"], [[1]])])
+    left(tmp_path, tables=[RunTable("m", "", [Column("x"), Column("y")], [[1]])])
     with pytest.raises(DamagedRun, match="a row of the table 'm' has too many or few values"):
         read_run(tmp_path)

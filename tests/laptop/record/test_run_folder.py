@@ -10,7 +10,7 @@ import pytest
 from lab_runs import left
 
 from laptop.record.names import RUN
-from laptop.record.run import Ending, Run, read_run
+from laptop.record.run import Ending, Run, RunFile, read_run
 from laptop.record.run_folder import NoRunFolder, run_folder
 from laptop.system.files import CannotWrite
 
@@ -61,12 +61,31 @@ def test_the_earlier_run_goes_from_a_folder_that_was_asked_for_and_nothing_else(
     assert (tmp_path / "a.csv").read_text() == "new"
 
 
-def test_what_an_earlier_run_only_names_stays(tmp_path):
-    """Its record may be anybody's."""
-    (tmp_path / "thesis.csv").write_text("mine")
-    write(tmp_path, {"thesis.csv": text("mine")})
-    write(tmp_path, {"a.csv": text("new")}, "a.csv")
-    assert (tmp_path / "thesis.csv").read_text() == "mine"
+def test_all_that_an_earlier_run_names_goes_but_for_what_is_behind_a_link(tmp_path):
+    out, private = tmp_path / "out", tmp_path / "private"
+    private.mkdir()
+    (private / "a.csv").write_text("mine")
+    left(out, files=[RunFile("x.jsonl"), RunFile("sub/a.csv"), RunFile("folder")])
+    (out / "x.jsonl").write_text("a log")
+    (out / "sub").symlink_to(private)
+    (out / "folder").mkdir()
+    write(out, {"a.csv": text("new")}, "a.csv")
+    assert not (out / "x.jsonl").exists()
+    assert (private / "a.csv").read_text() == "mine"
+
+
+def test_a_file_that_the_earlier_run_does_not_name_is_not_lost(tmp_path):
+    write(tmp_path, {})
+    (tmp_path / "picture.png").write_text("mine")
+    with pytest.raises(NoRunFolder, match="of no run, as the run.json beside it does not name it"):
+        write(tmp_path, {"picture.png": text("new")}, "picture.png")
+    assert (tmp_path / "picture.png").read_text() == "mine"
+
+
+def test_where_runs_is_no_folder_it_is_told(here):
+    (here / "runs").write_text("mine")
+    with pytest.raises(NoRunFolder, match="^cannot write to runs: "):
+        write(None, {})
 
 
 def test_a_file_that_cannot_be_written_leaves_the_old_one_whole(tmp_path):
@@ -87,8 +106,6 @@ def test_what_is_no_run_stays(tmp_path, told):
     with pytest.raises(NoRunFolder, match=r"run.json is of no run and would be lost"):
         write(tmp_path, {})
     assert (tmp_path / RUN).read_text() == told
-    (tmp_path / RUN).write_text("")  # of a run that was cut off
-    write(tmp_path, {})
 
 
 def test_a_file_of_no_run_is_not_lost(tmp_path):
@@ -110,9 +127,12 @@ def test_a_folder_that_is_none_is_told(tmp_path):
 
 
 def test_one_run_has_it_alone(tmp_path):
-    with run_folder("test", tmp_path), pytest.raises(NoRunFolder, match="another run is at work"):
-        write(tmp_path, {})
-    write(tmp_path, {})
+    with run_folder("test", tmp_path):
+        (tmp_path / "a.csv").write_text("of the run that is at work")
+        with pytest.raises(NoRunFolder, match="another run is at work"):
+            write(tmp_path, {}, "a.csv")
+    (tmp_path / "a.csv").unlink()
+    write(tmp_path, {}, "a.csv")
 
 
 def test_whether_an_earlier_run_moved_anything_is_known(tmp_path):

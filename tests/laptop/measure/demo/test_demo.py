@@ -21,6 +21,7 @@ import cv2
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from lab_runs import left
 from rich.console import Console
 from run_json import run_in
 from servo_log import log_text
@@ -35,6 +36,8 @@ from laptop.emulator.scene.scene_constants import read_scene
 from laptop.measure.demo import demo_run, goals, processes, results, truth
 from laptop.measure.demo.demo_run import DemoOptions
 from laptop.measure.demo.processes import DemoFailed
+from laptop.record.run_folder import NoRunFolder
+from laptop.record.servo.servo_log import Log
 from laptop.see.serve import process_signals
 from shared.arm_description import find_arm, read_arm
 
@@ -80,7 +83,7 @@ def first(what):
 
 def leave(folder, end, paths=(), status=0):
     """The arm goes to the joint angles `end`, rad."""
-    os.makedirs(folder)
+    os.makedirs(folder, exist_ok=True)
     with open(folder + "/trace.csv", "w") as file:
         file.write("t,%s,pen\\n" % ",".join("q%d" % k for k in range(1, len(end) + 1)))
         for k in range(41):
@@ -291,7 +294,7 @@ def test_a_demo_that_works_leaves_its_report_and_no_process(play):
     ):
         assert (folder / name).exists(), name
     told = run_in(folder)
-    assert (told["status"], told["seeds"], told["cpu"]) == (0, {"demo": 0}, 1.0)
+    assert (told["well"], told["seeds"], told["cpu"]) == (True, {"demo": 0}, 1.0)
     goals = told["goals"]
     assert [row["goal"] for row in goals[:3]] == ["goal 1", "goal 2", "goal 3"]
     assert [row["method"] for row in goals] == ["chain"] * 3 + ["report"]
@@ -299,6 +302,30 @@ def test_a_demo_that_works_leaves_its_report_and_no_process(play):
     for number in (1, 2, 3):
         lines = (folder / f"goal-{number}-true-path.csv").read_text().splitlines()
         assert lines[1].startswith("0.0,"), "on the log's clock"
+
+
+def test_a_second_one_in_the_same_folder_works_and_other_runs_there_stay(play):
+    _, folder = play()
+    left(folder / "mine")
+    (folder / "mine" / "goal-1.jsonl").write_text("mine")
+    before = {path: path.read_bytes() for path in (folder / "mine").iterdir()}
+    for name in os.listdir(play.pids):
+        (play.pids / name).unlink()
+    status, again = play()
+    assert (status, again) == (0, folder), play.said
+    assert {path: path.read_bytes() for path in (folder / "mine").iterdir()} == before
+    files = run_in(folder)["files"]
+    assert len(files) == len({*files})
+    assert not [name for name in files if "mine" in name]
+
+
+def test_a_file_that_is_no_demos_is_not_lost(play):
+    folder = play.pids.parent / "runs"
+    folder.mkdir()
+    (folder / "report.html").write_text("mine")
+    with pytest.raises(NoRunFolder, match=r"report.html is of no run, as there is no run.json"):
+        play()
+    assert [path.name for path in folder.iterdir()] == ["report.html"]
 
 
 def words_of(play, command):
@@ -641,6 +668,18 @@ def test_a_trace_that_cannot_be_read_is_told_in_one_line(tmp_path, text):
         (tmp_path / "trace.csv").write_text(text)
     with pytest.raises(DemoFailed, match=r"trace\.csv cannot be read"):
         truth.read_trace(tmp_path / "trace.csv")
+
+
+def test_where_the_tip_was_at_the_verdict_counts_and_not_where_it_is_parked():
+    views = CameraRig(ARM, "seed=0")
+    reached, parked = (0.3, 0.4), (0.0, 0.0)
+    rows = [truth.TracePoint(0.1 * k, reached if k < 20 else parked, False) for k in range(40)]
+    log = Log({}, [], [], [], {"t": 1.0})
+    found = servo_truth.truth_of(views, rows, log, 0.5, views.truth(reached))
+    assert found.miss_mm == pytest.approx(0, abs=1e-3)
+    assert found.cameras == ("A",)
+    late = servo_truth.truth_of(views, rows, Log({}, [], [], [], {"t": 3.0}), 0.5, found.goal)
+    assert late.miss_mm > 50
 
 
 @pytest.mark.short("planar")

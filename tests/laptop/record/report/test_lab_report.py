@@ -327,6 +327,19 @@ def test_a_column_of_numbers_stands_to_the_right():
     assert Numbering().table(shown, [a_run()]).numeric == [False, True, True]
 
 
+def test_an_empty_table_is_one(tmp_path):
+    left(tmp_path / "a", tables=[table("m", "Nothing at all", ["x", "y mm"], [])])
+    assert "Nothing at all" in made(tmp_path).html()
+
+
+def test_tables_that_are_compared_have_no_end_of_columns(tmp_path):
+    for k in range(3):
+        told = table("m", "M", [f"c{k}.{j}" for j in range(60)], [[1] * 60], True)
+        left(tmp_path / f"{k}", tables=[told])
+    (shown,) = made(tmp_path).values["compared"]
+    assert len(shown.headings) == 1 + 64
+
+
 def test_tables_of_several_runs_are_one_with_all_their_columns(tmp_path):
     left(tmp_path / "a", tables=[table("m", "M", ["x mm", "y"], [[1.5, 2]], True)])
     left(tmp_path / "b", tables=[table("m", "M", ["x mm", "z"], [[0.25, "w"]], True)])

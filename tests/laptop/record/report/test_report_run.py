@@ -71,6 +71,23 @@ def test_what_is_damaged_or_gone_is_left_out_and_the_run_stands(tmp_path):
     ]
 
 
+def test_a_name_that_no_file_can_have_costs_that_file_alone(tmp_path):
+    run = read(tmp_path, files=[RunFile("a" * 300 + "/b/x.png", "x"), RunFile("picture.png", "y")])
+    assert len(run.figures) == 1
+    assert "cannot be read: File name too long" in run.gaps[0]
+
+
+def test_very_many_figures_are_not_all_shown(tmp_path):
+    names = [f"{k}.png" for k in range(52)]
+    for name in names:
+        (tmp_path / name).write_bytes(a_picture())
+    run = read(tmp_path, files=[RunFile(name, "x") for name in names])
+    assert len(run.figures) == 50
+    assert run.gaps == [
+        f"left out: {name}: a run has no more than 50 figures" for name in names[50:]
+    ]
+
+
 @pytest.mark.parametrize("behind", ["folder", "file"])
 def test_what_is_behind_a_link_is_not_shown(tmp_path, behind):
     """It may be private."""

@@ -2,7 +2,7 @@
 
 from laptop.record.figures.arm_numbers import numbers_of
 from laptop.record.report.report_run import ReportRun
-from laptop.record.report.set_up import COMES_ALONG, RECORD, describe_arms
+from laptop.record.report.set_up import BUILT, COMES_ALONG, RECORD, describe_arms
 from laptop.record.run import Ending, Run
 from shared.arm_description import find_arm, read_arm
 
@@ -20,9 +20,12 @@ def test_an_arm_of_several_runs_stands_once_with_the_numbers_that_they_kept():
         a_run("b", PLANAR),
         a_run("c", changed, PLANAR),
     ]
+    for number, run in enumerate(runs, 1):
+        run.number = number
     arms = describe_arms(runs)
     assert [[run.name for run in arm.runs] for arm in arms] == [["a", "b", "c"], ["c"]]
-    assert [arm.source for arm in arms] == [RECORD, RECORD]
+    assert arms[0].source == f"R1, R2: {RECORD}; R3: {BUILT}"
+    assert arms[1].source == RECORD
     assert arms[0].table.caption.startswith("The arm planar: draws at 12 cm/s")
     assert arms[1].table.caption.startswith("The arm planar: draws at 5 cm/s")
     shoulder = ["shoulder", "11.3", "large", "A", "1", "\u221290", "170", "2", "180", "\u2013"]

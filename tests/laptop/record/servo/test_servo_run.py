@@ -116,6 +116,21 @@ def test_the_true_error_ends_with_the_run_and_not_with_the_rest_after_it(tmp_pat
     assert run.ways["A"].shape[1] == 3
 
 
+def test_a_camera_that_saw_nothing_has_its_own_true_way_all_the_same(tmp_path):
+    lines = [json.loads(text) for text in log_text(cameras="AB").splitlines()]
+    for line in lines:
+        if line["kind"] == "seen":
+            line["camera"] = "B"
+    run = told(
+        tmp_path,
+        text="".join(json.dumps(line) + "\n" for line in lines),
+        true=truth(2.0, "AB"),
+        cameras="AB",
+    )
+    assert run.ways["A"][0, 1] == GOAL[0] - 200  # which B's line of sight is
+    assert set(run.ways["B"][:, 1]) == {GOAL[0]}
+
+
 def test_without_the_truth_nobody_knows_whether_it_is_there(tmp_path):
     run = told(tmp_path)
     assert (run.true_error, run.reached) == (None, False)
