@@ -102,7 +102,9 @@ def test_a_class_runs_its_own_script_and_ours_in_its_own_folder(brickservo):
     ):
         done = brickservo("simulate", *words)
         assert (done.returncode, done.stderr) == (0, ""), words
-    assert (brickservo.folder / "out" / "picture.png").is_file()
+    runs = brickservo.folder / "runs"
+    assert len([*runs.glob("*-simulate*")]) == 3
+    assert [*runs.glob("*/picture.png")]
     own = brickservo.folder / "driver.py"
     own.write_text("print('my own driver')\n")
     assert brickservo("simulate", "driver.py").stdout.startswith("my own driver\n")
