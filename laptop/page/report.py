@@ -14,7 +14,7 @@ import numpy as np
 from laptop.page.run_records import RunGroup, RunRecord
 from laptop.page.run_traces import servo_runs
 from laptop.page.snapshots import points
-from laptop.record.report.run_report import REPORT, html_of, write_report
+from laptop.record.report.run_report import REPORT, report_of, write_report
 from laptop.record.run import SERVO, Ending, Run, RunFile
 from laptop.record.run_folder import RunFolder
 from laptop.record.servo.figures import Scenery
@@ -47,11 +47,15 @@ def render(group: RunGroup, kept: Path | None = None, why_not_kept: str = "") ->
     if kept is None:
         with tempfile.TemporaryDirectory() as folder:
             RunFolder(Path(folder)).write(told, files)
-            return html_of(Path(folder), file_name(group))
-    told.files.append(RunFile(REPORT))
-    RunFolder(kept).write(told, files)
-    write_report(kept)
-    return html_of(kept, file_name(group), f"{kept.parent.name}/{kept.name}")
+            report = report_of(Path(folder))
+    else:
+        told.files.append(RunFile(REPORT))
+        RunFolder(kept).write(told, files)
+        report = report_of(kept)
+        write_report(kept, report)
+        report.values["kept"] = f"{kept.parent.name}/{kept.name}"
+    report.values["save_as"] = file_name(group)
+    return report.html()
 
 
 def record_of(group: RunGroup) -> tuple[Run, Files]:

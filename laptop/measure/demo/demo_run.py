@@ -52,7 +52,7 @@ from laptop.record.drawing_tables import PATHS
 from laptop.record.figures.arm_numbers import numbers_of
 from laptop.record.names import RUN, TRACE
 from laptop.record.report.run_report import REPORT as PAGE
-from laptop.record.report.run_report import write_report
+from laptop.record.report.run_report import report_of, write_report
 from laptop.record.run import DamagedRun, RunFile, read_run
 from laptop.record.run_folder import run_folder
 from laptop.system import platforms
@@ -128,7 +128,7 @@ def run(options: DemoOptions, console: Console) -> tuple[int, Path]:
         told.seeds = {"demo": options.seed}
         told.files.append(RunFile(PAGE))
         folder.write(told, files)
-        page = write_report(home)
+        page = write_report(home, report_of(home))
         shown = os.path.relpath(page)
         shown = str(page) if shown.startswith("..") else shown
         progress.finish(REPORT, True, shown)

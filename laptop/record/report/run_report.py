@@ -4,38 +4,30 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from laptop.record.report.compose import compose
+from laptop.record.report.compose import Report, compose
 from laptop.record.report.report_run import read_folder
 from laptop.system.files import written
 
 REPORT = "report.html"
 
 
-def html_of(folder: Path, save_as: str = "", kept: str = "") -> str:
-    """Return the report of the run in a folder, as the text of an HTML file.
-
-    Args:
-        folder: of the run.
-        save_as: the name under which the page offers to save it, or "".
-        kept: in which folder it is kept, for people, or "".
+def report_of(folder: Path) -> Report:
+    """Return the report of the run in a folder.
 
     Raises:
         DamagedRun: there is none, or it is not as it is written.
     """
     run = read_folder(folder.name, folder)
-    report = compose([run], [], f"BrickServo: {run.what}", None)
-    report.values |= {"save_as": save_as, "kept": kept}
-    return report.html()
+    return compose([run], [], f"BrickServo: {run.what}", None)
 
 
-def write_report(folder: Path) -> Path:
-    """Write REPORT into the folder of a run; where it is.
+def write_report(folder: Path, report: Report) -> Path:
+    """Write a report as REPORT into a folder; where it is.
 
     Raises:
-        DamagedRun: there is no run.
         CannotWrite: there is no room.
     """
     file = folder / REPORT
     with written(file) as draft:
-        draft.write_text(html_of(folder), encoding="utf-8")
+        draft.write_text(report.html(), encoding="utf-8")
     return file

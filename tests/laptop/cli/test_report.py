@@ -12,7 +12,7 @@ from laptop.cli.main import laptop
 from laptop.record.report import lab_report, print_pdf
 from laptop.record.report.compose import Numbering
 from laptop.record.report.report_run import TextTable
-from laptop.record.report.run_report import html_of
+from laptop.record.report.run_report import report_of
 from laptop.record.run import Ending, table
 
 PAPERS = {"A4": (794, 1123), "letter": (816, 1056)}
@@ -143,7 +143,7 @@ def test_nothing_of_a_report_is_cut_off_in_print(tmp_path, monkeypatch, paper):
 def test_nothing_of_a_single_runs_report_is_cut_off_in_print(tmp_path, paper):
     headings, rows = wide_table(12)
     left(tmp_path, tables=[table("wide", "Wide", headings, rows, True)])
-    _check_width(html_of(tmp_path), paper, rows=60)
+    _check_width(report_of(tmp_path).html(), paper, rows=60)
 
 
 def _check_width(text, paper, rows):
