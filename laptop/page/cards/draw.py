@@ -453,4 +453,4 @@ def job_text(job: JobState) -> str:
         word = "Paused, pen up" if job.state == PAUSED else "Drawing"
         text = f"{word}: {share}, stroke {job.stroke} of {job.strokes}"
         return text + (f", {in_minutes(job.seconds)} left" if job.seconds is not None else "")
-    return f"{job.name}: aborted at {share}"
+    return f"{job.name}: {job.state} at {share}"
