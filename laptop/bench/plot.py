@@ -20,6 +20,7 @@ from laptop.bench import plot_drawings
 from laptop.bench.bench import BenchRecord, BenchTable, silenced
 from laptop.drawing import planning, preparing, sources, strokes
 from laptop.drawing.artwork import Artwork
+from laptop.drawing.gallery_files import gallery
 from laptop.drawing.options import DrawingOptions
 from laptop.emulator.rig import Rig
 from laptop.record.figures import drawing_plot
@@ -94,7 +95,7 @@ class PlotResult:
 
 def cases(files: Sequence[str], arms: Sequence[str], pictures: str | None) -> list[PlotCase]:
     """Every drawing by every arm; ten of them if no file is given."""
-    drawings = files or (*sources.gallery(), *plot_drawings.NAMES)
+    drawings = files or (*gallery(), *plot_drawings.NAMES)
     return [PlotCase(drawing, arm, pictures) for drawing, arm in product(drawings, arms)]
 
 

@@ -15,16 +15,14 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+from laptop.bench.servo_scenarios import ARMS, SCENARIOS, ServoScenario, methods_of
 from laptop.bench.servo_setups import (
-    ARMS,
     HEIGHT,
-    SCENARIOS,
     WIDTH,
     PinholeCamera,
     PinholeCameras,
     Pixel,
     Pixels,
-    ServoScenario,
     SetUp,
     apart,
     is_in_image,
@@ -42,9 +40,6 @@ from laptop.emulator.virtual_tracker import Markers, See, VirtualTracker
 from robot.motion import kinematics
 from robot.servoing.image_model import LinearImageModel, straight
 
-METHODS = ("report", "report, median", "broyden", "kalman", "chain", "oracle")
-DEFAULT = "chain"
-
 MAX_MOVES, TIME_BUDGET = 60, 180.0
 """Limits of every run; a failure counts as so many moves and seconds."""
 
@@ -53,15 +48,6 @@ SUCCESS_TOLERANCES = 1.6
 
 FOLLOW_WINDOW = (6.0, 20.0)
 """Between these times the distance from a moving goal counts, s."""
-
-
-def methods_of(name: str, rendered: bool = False) -> tuple[str, ...]:
-    """Return the default methods of a scenario."""
-    if rendered:
-        return (DEFAULT,)
-    if name == "latency":
-        return DEFAULT, "oracle"
-    return ("report", DEFAULT, "oracle") if name == "moving" else METHODS
 
 
 class TrueJacobian:

@@ -9,7 +9,7 @@ import time
 import timeit
 from collections.abc import Sequence
 
-from laptop.bench.servo import DEFAULT
+from laptop.bench.servo_scenarios import DEFAULT
 from laptop.bench.servo_setups import Pixel
 from robot.motion import kinematics
 from robot.servoing.chain_model import REWEIGH_PERIOD

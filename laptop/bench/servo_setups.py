@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from laptop.bench.servo_scenarios import ServoScenario
 from laptop.emulator.rendered_tracker import rendered
 from laptop.emulator.rig import Rig
 from laptop.emulator.scene import scene as pictured
@@ -33,58 +34,11 @@ Pixel = tuple[float, float]
 Pixels = dict[str, Pixel]
 """By camera."""
 
-ARMS = ("planar", "geared")
-"""Those of the plane, of which the scenes' figures are told; an arm in space is asked for."""
-
 MAX_DRAWN_POSES = 1000
 """Poses; where no two of so many are far enough apart in the image, another camera is drawn."""
 
 WIDTH, HEIGHT = 640, 480
 """Size of every picture, px."""
-
-
-@dataclass(frozen=True)
-class ServoScenario:
-    """Ranges from which a set-up is drawn, and the task."""
-
-    tolerance: float = 5.0
-    sigma: float = 1.0
-    outliers: float = 0.0
-    latency: float = 0.06
-    jitter: float = 0.0
-    drops: float = 0.0
-    tilt: float = 55.0
-    bend: tuple[float, float] = (20.0, 125.0)
-    turn: float = 85.0
-    speed: float = 0.0
-    mode: str = "look"
-
-
-SCENARIOS = {
-    "nominal": [("", ServoScenario())],
-    "outliers": [("10 % outliers", ServoScenario(outliers=0.1))],
-    "lego": [
-        (
-            "LEGO stress",
-            ServoScenario(
-                tolerance=8.0, sigma=2.0, outliers=0.05, tilt=70.0, bend=(5.0, 138.0), turn=92.0
-            ),
-        )
-    ],
-    "precise": [("2 px", ServoScenario(tolerance=2.0))],
-    "latency": [
-        (
-            f"stream, {1000 * t:.0f} ms",
-            ServoScenario(latency=t, jitter=0.02, drops=0.05, mode="stream"),
-        )
-        for t in (0.03, 0.12, 0.25, 0.4)
-    ],
-    "moving": [
-        (f"goal at {v:.0f} px/s", ServoScenario(latency=0.12, speed=v, mode="stream"))
-        for v in (10.0, 25.0, 50.0)
-    ],
-}
-"""By name: what is asked, and of which scene."""
 
 LINK_LENGTHS = {
     "planar": ((10, 16), (8, 14)),
@@ -104,9 +58,6 @@ TILT_FROM_ABOVE, TILT_FROM_ASIDE = (0.0, 20.0), (75.0, 90.0)
 
 CAMERA_DISTANCE, FOCAL_LENGTH = (55.0, 65.0), (420.0, 520.0)
 """Their distances from the middle of the arm's workspace, cm, and their focal lengths, px."""
-
-RENDERED = ("nominal", "precise", "latency")
-"""Those that differ by more than the noise of points."""
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from laptop.bench import servo, servo_setups
+from laptop.bench import servo, servo_scenarios
 from laptop.bench.bench import (
     BadBench,
     BenchRecord,
@@ -121,12 +121,12 @@ def _cases(it: Any) -> list[ServoCase]:
         raise BadBench(
             "--scene moving: its goals run round in the plane; take another with --arm spatial"
         )
-    if it.rendered and it.scene not in servo_setups.RENDERED:
+    if it.rendered and it.scene not in servo_scenarios.RENDERED:
         raise BadBench(
             f"--scene {it.scene} is made of points with noise; with --rendered take one of "
-            f"{', '.join(servo_setups.RENDERED)}"
+            f"{', '.join(servo_scenarios.RENDERED)}"
         )
-    arms = it.arms or servo_setups.ARMS
+    arms = it.arms or servo_scenarios.ARMS
     return servo.cases(it.seeds, it.scene, arms, it.methods, it.rendered, it.rows, it.cpu)
 
 
@@ -135,7 +135,7 @@ def _shown(results: list[ServoResult], it: Any) -> Iterator[BenchTable | str]:
     title = f"{seeds_of(it)}, cpu={it.cpu:g}, figures from the emulator; {LEGEND}"
     yield BenchTable(title, headings, table(results), 2)
     yield from failures(results)
-    yield step_cost((it.arms or servo_setups.ARMS)[0])
+    yield step_cost((it.arms or servo_scenarios.ARMS)[0])
 
 
 BENCH = BenchRecord("servoing", _cases, servo.run_case, _shown, gather=flat)

@@ -25,6 +25,7 @@ from laptop.brick.program_files import HOLD
 from laptop.brick.remote_files import put
 from laptop.brick.terminal import CTRL_C, END_OF_INPUT, on_signal, reading
 from laptop.system import platforms
+from shared import job_messages
 from shared.message_fields import printable
 from shared.small_files import SpoiltFile, parse_json
 
@@ -76,9 +77,8 @@ MOST, MOST_SAID = 1e6, 4000
 COUNTS, SIGNED = ("stroke", "strokes", "repeat", "repeats"), ("pen",)
 """Numbers of a status that are whole, and that may be negative."""
 
-ENDED_WELL = "done"
-ENDS = (ENDED_WELL, "aborted", "stopped", "failed")
-"""States in which a job is over."""
+ENDS = (*job_messages.ENDS, "stopped")
+"""States in which a job is over: those that are told over a link, and by a signal."""
 
 SPEED_STEP, PEN_STEP = 10, 2.0
 """What a key changes: per cent of the planned speed, degrees of the pen's motor."""
@@ -388,7 +388,7 @@ async def _watch(
     if reader.said is None:
         raise BrickProblem(f"{address} ended the watching; draw --watch shows the job again")
     if last is not None and last.state in ENDS:
-        if last.state == ENDED_WELL:
+        if last.state == job_messages.DONE:
             return 0
         raise BrickProblem(f"{last.job}: {last.state}{': ' if last.reason else ''}{last.reason}")
     problems = [line for line in reader.said.splitlines() if line.startswith(PROBLEM)]

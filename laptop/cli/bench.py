@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import click
 
+from laptop.bench import servo_scenarios
 from laptop.cli.options import (
     FiniteRange,
     Seeds,
@@ -23,6 +24,7 @@ from laptop.cli.options import (
     without_own_arms,
 )
 from laptop.emulator.device.plant_constants import CPU
+from shared.run_options import ROWS
 
 Option = Callable[[Any], Any]
 
@@ -165,26 +167,26 @@ BENCHES = (
             ),
             click.option(
                 "--scene",
-                type=click.Choice(("nominal", "outliers", "lego", "precise", "latency", "moving")),
+                type=click.Choice(tuple(servo_scenarios.SCENARIOS)),
                 default="nominal",
                 show_default=True,
                 help="Or 10 % outliers, the LEGO stress, 2 px, late pictures, a goal that moves.",
             ),
             choices(
                 "--arm",
-                ("planar", "geared", "spatial"),
+                (*servo_scenarios.ARMS, "spatial"),
                 "Several times for several.  [default: planar, geared]",
             ),
             click.option(
                 "--rows",
-                type=click.Choice(("stereo", "xyz")),
+                type=click.Choice(ROWS),
                 default="stereo",
                 show_default=True,
                 help="Of two cameras: u and v of both, or of the second one row.",
             ),
             choices(
                 "--method",
-                ("report", "report, median", "broyden", "kalman", "chain", "oracle"),
+                servo_scenarios.METHODS,
                 "Several times for several.  [default: those that the scene is about]",
             ),
             click.option(

@@ -16,6 +16,7 @@ from laptop.cli.draw_files import check_files, check_heard, check_together, styl
 from laptop.cli.draw_options import PLACE, SOURCE, WHERE_TO
 from laptop.cli.options import arm_option, examples, importing, in_one_line
 from laptop.cli.sight_options import BY_SIGHT, read_sight_options
+from laptop.drawing.gallery_files import gallery
 from laptop.system.files import written
 from shared.arm_description import Arm, find_arm, read_arm
 
@@ -31,6 +32,13 @@ MAX_INPUT = 20_000_000
 IN_PLACE = "reach"
 """The card that is not placed: it shows where the arm's reach ends."""
 
+HELP = f"""\
+Draw WHAT: an SVG, PNG, JPEG or text file, - for standard input, or a drawing by its name.
+
+Drawings that come along: {", ".join(gallery())}.  Without --preview, --job or --simulate the brick
+draws it: Ctrl-C pauses, a second one aborts, and when this computer is closed the brick goes on.
+"""
+
 EXAMPLES = examples(
     "draw rose --preview rose.png",
     "draw house.svg --size 9 --simulate",
@@ -41,7 +49,7 @@ EXAMPLES = examples(
 )
 
 
-@click.command(epilog=EXAMPLES)
+@click.command(help=HELP, epilog=EXAMPLES)
 @SOURCE
 @PLACE
 @BY_SIGHT
@@ -66,12 +74,7 @@ def draw(
     name: str | None,
     **options: Any,
 ) -> None:
-    """Draw WHAT: an SVG, PNG, JPEG or text file, - for standard input, or a drawing by its name.
-
-    Drawings that come along: house, knot, owl, rose, spirograph.  Without --preview, --job or
-    --simulate the brick draws it: Ctrl-C pauses, a second one aborts, and when this computer is
-    closed the brick goes on.
-    """
+    """Draw what is asked for, see HELP."""
     to_brick = watch or jobs or cancel is not None
     check_together(to_brick, simulate, simulate or not (previews or job_file))
     if to_brick:

@@ -23,6 +23,7 @@ from laptop.cli.options import (
     replace_option,
 )
 from laptop.emulator.own_programs import HOUSE, SERVO
+from laptop.see.markers.kinds import COLOR_KINDS
 from laptop.system import platforms
 from laptop.system.files import check_new
 from shared import state
@@ -69,7 +70,7 @@ run()
 @click.option(
     "--effector",
     metavar="SPEC",
-    help="The arm's marker: [disc:|ball:]COLOUR, aruco:ID, or a markers file.",
+    help=f"The arm's marker: [{':|'.join(COLOR_KINDS)}:]COLOUR, aruco:ID, or a markers file.",
 )
 @click.option(
     "--goal",

@@ -10,14 +10,13 @@ import unicodedata
 from pathlib import Path
 
 from laptop.drawing.artwork import Artwork, BadArtwork
+from laptop.drawing.gallery_files import GALLERY, gallery
 from laptop.drawing.lettering import Lettering, write_text
 from laptop.drawing.pictures import Tracing, read_picture
 from laptop.drawing.svg import read_svg
 from laptop.drawing.xml_guard import is_svg
 from laptop.system.picture_heads import MAX_PICTURE_BYTES, is_picture
 from shared.small_files import SpoiltFile, open_file
-
-GALLERY = Path(__file__).parent / "gallery"
 
 OTHERS = (
     (b"%PDF", "a PDF", "save it as SVG, for instance with Inkscape"),
@@ -56,11 +55,6 @@ HEAD = 5000
 
 DRAWING_ENDINGS = (".svg", ".svgz", ".png", ".jpg", ".jpeg")
 """What is named so, and holds a text, is no text to write."""
-
-
-def gallery() -> tuple[str, ...]:
-    """Names of the drawings that come along."""
-    return tuple(sorted(path.stem for path in GALLERY.glob("*.svg")))
 
 
 def read_source(

@@ -14,12 +14,13 @@ import numpy as np
 
 from laptop.drawing import lettering, strokes
 from laptop.drawing.artwork import Artwork, stroke_length
+from laptop.drawing.gallery_files import gallery
 from laptop.drawing.lettering import Lettering
 from laptop.drawing.options import DrawingOptions
 from laptop.drawing.pictures import ShowsNothing
 from laptop.drawing.placing import LEAST_SIZE, place
 from laptop.drawing.preparing import prepare, several
-from laptop.drawing.sources import gallery, read_source
+from laptop.drawing.sources import read_source
 from laptop.page.drawing_snapshots import (
     Answer,
     Deviation,

@@ -24,7 +24,6 @@ from shared.job_messages import (
     DRAWING,
     FAILED,
     FETCHING,
-    PAUSED,
     ROWS,
     Draw,
     InvalidOrder,
@@ -52,10 +51,8 @@ LINK_TIMEOUT = 300.0
 FETCH_POLL = 0.02
 """How long parts are waited for at once, s."""
 
-STATES = {
-    "drawing": DRAWING, "paused": PAUSED, "done": DONE, "aborted": ABORTED, "stopped": ABORTED
-}  # fmt: skip
-"""The runner's words in the link's."""
+STOPPED = "stopped"
+"""The runner's word for aborted by a signal; all its others are the link's, too."""
 
 
 class LinkedJob(object):
@@ -230,7 +227,7 @@ class LinkedJob(object):
     def tell(self, state, place, reason=""):
         """Take in how it goes: a word of the runner's, and a Place or None; told when it is due."""
         now = self._clock.now()
-        state = STATES.get(state, FAILED)
+        state = ABORTED if state == STOPPED else state
         changed = state != self.progress.state or self.down != self.progress.down
         header = self._header
         self.progress = JobStatus(

@@ -16,20 +16,19 @@ from typing import Any
 
 from laptop.bench.bench import BenchRecord, BenchTable, grouped, seeds_of
 from laptop.bench.servo import (
-    DEFAULT,
     MAX_MOVES,
     SUCCESS_TOLERANCES,
     ServoCase,
     points,
     servo_loop,
 )
+from laptop.bench.servo_scenarios import DEFAULT, ServoScenario
 from laptop.bench.servo_setups import (
     HEIGHT,
     WIDTH,
     PinholeCameras,
     Pixel,
     Pixels,
-    ServoScenario,
     apart,
     is_in_image,
     set_up,

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from nicegui import events, ui
 
+from laptop.drawing.gallery_files import gallery
 from laptop.drawing.pictures import DETAILS, SHADES, SMOOTHINGS, Tracing
 from laptop.drawing.timing import in_minutes
 from laptop.page.cards.camera_view import CameraView
@@ -40,8 +41,8 @@ from shared.job_messages import (
 SCRIPT = Path(__file__).with_name("drop.js")
 MAX_FILE = 8_000_000
 """Bytes of a file, at the most."""
-GALLERY = "rose", "spirograph", "knot", "owl", "house"
-"""Drawings that come along."""
+SHOWN_FIRST = "rose", "spirograph", "knot", "owl", "house"
+"""Of the drawings that come along; the others follow."""
 ANSWER_TIMEOUT = 3.0
 """So long is an answer waited for to what was typed, s."""
 TRACING_SLIDERS = (
@@ -98,7 +99,7 @@ class DrawCard:
             ui.button("Open a file", icon="upload_file").props("flat dense no-caps").on(
                 "click", js_handler=f"() => chooseDrawing({MAX_FILE})"
             )
-            for name in GALLERY:
+            for name in dict.fromkeys((*SHOWN_FIRST, *gallery())):
                 ui.button(name, on_click=partial(self._session.draw, DrawCalls.choose, name)).props(
                     "outline dense no-caps"
                 )
@@ -453,4 +454,4 @@ def job_text(job: JobState) -> str:
         word = "Paused, pen up" if job.state == PAUSED else "Drawing"
         text = f"{word}: {share}, stroke {job.stroke} of {job.strokes}"
         return text + (f", {in_minutes(job.seconds)} left" if job.seconds is not None else "")
-    return f"{job.name}: aborted at {share}"
+    return f"{job.name}: {job.state} at {share}"

@@ -9,6 +9,7 @@ from markupsafe import Markup
 
 from laptop.record.figures.formulas import formula, matrix
 from laptop.record.run import ACCURACY, CALIBRATION, DRAWING, SERVO, TRACKING
+from shared.run_options import METHODS
 
 AIMS = {
     DRAWING: "to let the arm draw what is given, and to measure how far the ink is from it",
@@ -233,10 +234,10 @@ def _servoing(methods: Collection[str]) -> Iterator[MethodStep]:
             "the goal is. J is corrected by Broyden's update.",
             (_set(r"J\, \Delta q = -e"),),
         )
-    if {"chain", "kalman", "broyden"} & set(methods):
-        used = " and ".join(m for m in ("chain", "kalman", "broyden") if m in methods)
+    estimating = [m for m in reversed(METHODS) if m != "report" and m in methods]
+    if estimating:
         yield MethodStep(
-            f"Step (method {used})",
+            f"Step (method {' and '.join(estimating)})",
             "Each step is a least-squares solution inside a region in which the prediction is "
             "trusted, and inside the joints' limits.",
             (_set(r"\min_{\Delta q} \ \|e + J\, \Delta q\|^2"),),

@@ -18,12 +18,12 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from laptop.see.markers.kinds import COLOR_KINDS, KINDS
 from laptop.system.files import write_whole
 from shared.arm_description import ArmError
 from shared.message_fields import one_line, printable
 from shared.small_files import SpoiltFile, read_text
 
-KINDS = ("disc", "ball", "aruco")
 ARUCO_IDS = 50
 """Number of markers in DICT_4X4_50."""
 
@@ -77,8 +77,8 @@ class Marker:
     """One marker to look for.
 
     name   what observations call it, e.g. "effector"
-    kind   "disc" (flat and matte), "ball" (shaded), "aruco" (DICT_4X4_50)
-    color  of a disc or ball
+    kind   one of KINDS; a disc is flat and matte, a ball is shaded, aruco is of DICT_4X4_50
+    color  of one of COLOR_KINDS
     id     of an aruco marker
     radius as it was picked, px; at first the tracker allows a third to three times as much, and
            then of what it last saw
@@ -171,7 +171,7 @@ def read_spec(name: str, text: str) -> Marker:
             f"{name} '{one_line(text)}': there is no file {printable(what)}; make it with --pick"
         )
     raise BadMarker(
-        f"{name} '{one_line(text)}': write disc:COLOUR or ball:COLOUR with one of "
+        f"{name} '{one_line(text)}': write {':COLOUR or '.join(COLOR_KINDS)}:COLOUR with one of "
         f"{', '.join(NAMED_COLORS)}, "
         f"aruco:ID, or a markers file{', or a point U,V such as 400,200' * (name == 'goal')}"
     )

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from laptop.see.markers.kinds import COLOR_KINDS
 from laptop.see.markers.markers import Marker, read_spec
 from laptop.see.serve.options import CAMERA_NAMES, InvalidTrackOption, Pick
 from shared import messages
@@ -13,9 +14,6 @@ from shared.messages import EFFECTOR, GOAL
 
 DEFAULT_SPECS = {EFFECTOR: "disc:red", GOAL: "disc:green"}
 """Markers that are looked for if nothing is said: SPEC by name."""
-
-LEARNABLE_KINDS = ("disc", "ball")
-"""Kinds of marker whose colour can be picked."""
 
 
 @dataclass(frozen=True)
@@ -51,9 +49,10 @@ class MarkerSelection:
             if names.count(pick.name) > 1:
                 raise InvalidTrackOption(f"pick '{pick.name}' is given twice; give it once")
             spec = self.specs.get(pick.name)
-            if spec and spec not in LEARNABLE_KINDS:
+            if spec and spec not in COLOR_KINDS:
                 raise InvalidTrackOption(
-                    f"{pick.name} '{spec}': its colour is picked; say only disc or ball, or nothing"
+                    f"{pick.name} '{spec}': its colour is picked; say only "
+                    f"{' or '.join(COLOR_KINDS)}, or nothing"
                 )
         self.markers(lambda pick: None)
 
@@ -68,7 +67,7 @@ class MarkerSelection:
         for name in dict.fromkeys([*self.specs, *(self.known if self.all else ()), *picks]):
             if name in picks:
                 marker = learned(picks[name])
-            elif (spec := self.specs.get(name)) in LEARNABLE_KINDS:
+            elif (spec := self.specs.get(name)) in COLOR_KINDS:
                 marker = self.known.get(name)
                 if marker is None or marker.color is None:
                     raise InvalidTrackOption(

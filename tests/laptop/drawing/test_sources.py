@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from laptop.drawing.artwork import CORNER_TURN, SMOOTH_TURN, BadArtwork, turns
+from laptop.drawing.gallery_files import GALLERY, gallery
 from laptop.drawing.lettering import Lettering
 from laptop.drawing.pictures import Tracing
-from laptop.drawing.sources import GALLERY, gallery, read_source
+from laptop.drawing.sources import read_source
 from laptop.drawing.svg import read_svg
 
 SVG = b'<svg xmlns="http://www.w3.org/2000/svg"><path stroke="red" d="M0 0h96"/></svg>'

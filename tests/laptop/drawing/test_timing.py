@@ -9,6 +9,7 @@ from run_json import run_in
 from laptop.cli.main import laptop
 from laptop.drawing import preparing, sources
 from laptop.drawing.artwork import Artwork
+from laptop.drawing.gallery_files import gallery
 from laptop.drawing.options import DrawingOptions
 from shared.arm_description import find_arm, read_arm
 
@@ -43,7 +44,7 @@ def test_the_estimate_is_within_5_percent_of_a_run(tmp_path):
 
 @pytest.mark.claims
 @pytest.mark.parametrize("arm", ["planar", "geared", "spatial"])
-@pytest.mark.parametrize("name", sources.gallery())
+@pytest.mark.parametrize("name", gallery())
 def test_the_estimate_is_within_5_percent_for_the_gallery(name, arm, tmp_path):
     estimated, taken = run(sources.read_source(name), arm, tmp_path)
     assert estimated == pytest.approx(taken, rel=0.05)

@@ -7,6 +7,7 @@ from robot.servoing.image_models import ImageModels, models_of
 from robot.servoing.measurement import Measurement
 from robot.servoing.rows import Rows
 from shared.arm_description import find_arm, read_arm
+from shared.run_options import METHODS
 
 ARM = read_arm(find_arm("planar"))
 POSES = [(0.0, 0.5), (0.2, 0.5), (0.2, 0.8), (0.3, 0.9)]
@@ -24,6 +25,12 @@ def models():
     for q in POSES[:3]:
         found.update(q, [Measurement("A", seen(q), (0.0, 0.0), 0.25, 6)])
     return found
+
+
+def test_every_method_that_learns_has_the_model_of_its_name():
+    for method in METHODS[1:]:
+        assert method in models_of(method, ARM)
+    assert METHODS[0] == "report"  # which has none
 
 
 def test_one_step_predicted_rightly_does_not_make_up_for_a_wrong_one(models):

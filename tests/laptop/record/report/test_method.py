@@ -8,6 +8,7 @@ from laptop.record.report import method
 from laptop.record.run import ACCURACY, CALIBRATION, DRAWING, SERVO
 from robot.motion.kinematics import forward, jacobian
 from shared.arm_description import find_arm, read_arm
+from shared.run_options import METHODS
 
 
 @pytest.fixture
@@ -41,6 +42,11 @@ def test_formulas_are_those_of_the_arms_and_of_what_was_done(plain):
         *("Accuracy and repeatability", "Calibration")
     ]
     assert titles([], [], []) == []
+
+
+def test_every_method_of_servoing_has_its_step(plain):
+    for name in METHODS:
+        assert any(f"method {name})" in title for title in titles([], [SERVO], [name]))
 
 
 def test_a_formula_is_a_picture_that_holds_itself():

@@ -14,8 +14,9 @@ from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.scene_constants import read_scene
 from laptop.emulator.scene.sensor import marker_frame, through_jpeg
 from laptop.emulator.scene.synthetic_camera import SyntheticCamera
+from laptop.see.markers.kinds import KINDS
 from laptop.see.markers.learning import learn
-from laptop.see.markers.markers import KINDS, Marker, read_spec
+from laptop.see.markers.markers import Marker, read_spec
 from laptop.see.markers.tracker import FINDERS, Tracker
 from shared.arm_description import find_arm, read_arm
 from shared.messages import LEAST_CONFIDENCE
