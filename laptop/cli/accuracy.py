@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 from click.core import ParameterSource
@@ -22,7 +22,6 @@ from laptop.cli.options import (
     typed_words,
 )
 from laptop.record.figures.arm_numbers import numbers_of
-from laptop.record.run import seeds_of
 from laptop.record.run_folder import run_folder
 from shared.arm_description import find_arm, read_arm
 
@@ -177,22 +176,22 @@ def accuracy(
             click.echo(report.describe_plan(plan))
             click.echo(f"that takes the brick some {plan.seconds() / 60:.0f} min")
             truth, built_arm = None, None
-            set_up: dict[str, Any] = {}
             if simulate:
                 built_arm = read_arm(find_arm(built)) if built else None
                 result, truth = _simulated(plan, built_arm, plant, noise, seed)
-                set_up = {"brick": "emulated", "noise px": noise}
-                set_up |= {"plant": plant} if plant else {}
             else:
                 result = _live(
                     *(plan, sources, arm_file, scene, effector, size, call),
                     *(calibrated, bar, (height or 0.0) / 10, stand or None),
                 )
-                set_up = {"brick": "emulated"} if SYNTHETIC in sources else {}
             told = report.accuracy_run(result, truth)
-            told.typed, told.arm, told.set_up = typed_words(), numbers_of(arm), set_up
+            told.typed, told.arm = typed_words(), numbers_of(arm)
             told.built = built_arm and numbers_of(built_arm)
-            told.seeds = seeds_of(plant=plant) | {"cameras": seed} if simulate else {}
+            if simulate:
+                told.on_emulated_brick(plant, **{"noise px": noise})
+                told.seeds["cameras"] = seed
+            elif SYNTHETIC in sources:
+                told.on_emulated_brick()
             _leave(folder, result, told, truth)
 
 

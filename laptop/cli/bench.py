@@ -249,7 +249,10 @@ BENCHES = (
 )
 
 
-@click.group(epilog=bench_examples("draw --seeds 1000:1002", "servo --method chain --json"))
+@click.group(
+    commands=list(map(command_of, BENCHES)),
+    epilog=bench_examples("draw --seeds 1000:1002", "servo --method chain --json"),
+)
 @click.pass_context
 def bench(context: click.Context) -> None:
     """Measure against the reference method and the physical limit, on the emulated brick.
@@ -257,7 +260,3 @@ def bench(context: click.Context) -> None:
     By its name an arm is the one that comes along; give the file of one of your own.
     """
     context.with_resource(without_own_arms())
-
-
-for _record in BENCHES:
-    bench.add_command(command_of(_record))

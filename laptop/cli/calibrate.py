@@ -23,7 +23,7 @@ from laptop.cli.options import (
 )
 from laptop.cli.rigs import live_rig
 from laptop.record.figures.arm_numbers import numbers_of
-from laptop.record.run import RunFile, seeds_of
+from laptop.record.run import RunFile
 from laptop.record.run_folder import run_folder
 from shared.arm_description import Arm, find_arm, read_arm
 
@@ -173,10 +173,10 @@ def calibrate(
             new = None if dry_run else numbers.write_measured(result.fit, rows, date.today(), own)
             told, files = calibration_run(result, rows, setup.camera)
             told.typed, told.arm = typed_words(), numbers_of(arm)
-            told.set_up |= {"brick": "emulated"} if unreal else {}
+            if unreal:
+                told.on_emulated_brick(text if simulate else "")
             if simulate:
-                told.set_up["plant"] = text
-                told.seeds = seeds_of(plant=text) | {"camera": seed or 0}
+                told.seeds["camera"] = seed or 0
                 told.built = numbers_of(truth) if built else None
             if own and new:
                 told.files = [RunFile(own.name)]

@@ -15,6 +15,7 @@ import click
 
 from laptop.cli.hearing import Hearing
 from laptop.cli.options import typed_words
+from laptop.cli.simulate_record import camera_of
 from laptop.drawing.planning import chains
 from laptop.drawing.timing import in_minutes
 from laptop.emulator.device.buttons import Press
@@ -26,7 +27,7 @@ from laptop.record.figures.arm_numbers import numbers_of
 from laptop.record.figures.learning_plot import write_learning_plot
 from laptop.record.figures.private_paths import without_folders
 from laptop.record.names import TRACE
-from laptop.record.run import DRAWING, Ending, Run, seeds_of
+from laptop.record.run import DRAWING, Ending, Run
 from laptop.record.run_folder import PICTURE, RunFolder
 
 if TYPE_CHECKING:
@@ -96,10 +97,6 @@ def draw_simulated(
     accuracy = drawing_plot.compare(run.record, wished)
     estimated = repeat * header.seconds - _left_out(plan, share)
     took = {"time s": run.outcome.t, "estimated s": estimated}
-    set_up: dict[str, Any] = {"brick": "emulated", "cpu": plant["cpu"]}
-    if scene is not None:
-        set_up["camera"] = f"synthetic, {f'scene {scene}' if scene else 'the usual scene'}"
-        set_up["rehearsals"] = len(rehearsals)
     told = Run(
         kind=DRAWING,
         what=f"drawing {without_folders(plan.name) or 'something'}",
@@ -115,10 +112,10 @@ def draw_simulated(
         ),
         arm=numbers_of(plan.arm),
         built=numbers_of(built) if built else None,
-        set_up=set_up | ({"plant": plant_text} if plant_text else {}),
-        seeds=seeds_of(plant=plant_text, scene=scene),
         tables=[drawing_table(plan.arm.name, without_folders(plan.name), accuracy, took)],
     )
+    rehearsed = {} if scene is None else {"rehearsals": len(rehearsals)}
+    told.on_emulated_brick(plant_text, scene, cpu=plant["cpu"], **camera_of(scene), **rehearsed)
     notes = _in_words(estimated, run.outcome.t, accuracy)
     click.echo(notes)
     files: dict[str, tuple[Callable[[str], None], str]] = {

@@ -39,7 +39,7 @@ from laptop.emulator.rig import Rig
 from laptop.record.figures.arm_numbers import numbers_of
 from laptop.record.figures.private_paths import without_folders
 from laptop.record.names import TRACE
-from laptop.record.run import DRAWING, SCRIPT, Run, seeds_of
+from laptop.record.run import DRAWING, SCRIPT, Run
 from laptop.record.run_folder import (
     ENDED_BY_OTHERS,
     FIGURES,
@@ -271,10 +271,10 @@ def simulate(
             ending=ending_of(run, refused, late),
             arm=arm and numbers_of(arm),
             built=numbers_of(built) if built and built is not arm else None,
-            set_up=set_up_of(plant, plant_text, constants_file, measured, sensors, scene),
-            seeds=seeds_of(plant=plant_text, scene=scene),
             tables=[paths_table(arm.name, measures)] if arm and wanted else [],
         )
+        told.on_emulated_brick(plant_text, scene, cpu=plant["cpu"])
+        told.set_up |= set_up_of(constants_file, measured, sensors, scene)
         click.echo(in_words(told, run, arm))
         if refused and folder.keeps_earlier_run():
             click.echo(f"no motor was asked to turn: {out} keeps the files of the run before")

@@ -105,23 +105,22 @@ def ending_of(run: SimulationResult, refused: bool, late: list[str]) -> Ending:
     )
 
 
+def camera_of(scene: str | None) -> dict[str, str]:
+    """Return the camera by the name that a report has for it; {} if there was none."""
+    if scene is None:
+        return {}
+    return {"camera": f"synthetic, {f'scene {scene}' if scene else 'the usual scene'}"}
+
+
 def set_up_of(
-    plant: Any,
-    plant_text: str,
-    constants_file: str | None,
-    measured: Any,
-    sensors: tuple[str, ...],
-    scene: str | None,
+    constants_file: str | None, measured: Any, sensors: tuple[str, ...], scene: str | None
 ) -> dict[str, Any]:
-    """Return brick and camera by the names that a report has for them."""
-    found: dict[str, Any] = {"brick": "emulated", "cpu": plant["cpu"]}
-    if plant_text:
-        found["plant"] = plant_text
+    """Return what there was besides the plant by the names that a report has for it."""
+    found: dict[str, Any] = {}
     if constants_file:
         found["constants"] = without_folders(constants_file)
         found["measured"] = measured_brick.in_words(measured)
-    if scene is not None:
-        found["camera"] = f"synthetic, {f'scene {scene}' if scene else 'the usual scene'}"
+    found |= camera_of(scene)
     if sensors:
         found["sensors"] = list(map(without_folders, sensors))
     return found

@@ -22,7 +22,7 @@ from laptop.cli.options import (
     typed_words,
 )
 from laptop.record.figures.arm_numbers import numbers_of
-from laptop.record.run import CALIBRATION, Ending, Run, RunFile, seeds_of, table
+from laptop.record.run import CALIBRATION, Ending, Run, RunFile, table
 from laptop.record.run_folder import run_folder
 from laptop.system.files import CannotWrite, check_shown
 from shared import state
@@ -355,14 +355,14 @@ def _record(arm: Arm, fit: MarkerFit, scene: str | None, plant: str, files: list
     ]
     headings = ["what", "it is mm", "standard uncertainty mm"]
     caption = "Where the marker sits, by the crosses that were touched"
-    return Run(
+    told = Run(
         kind=CALIBRATION,
         what="the marker's place beside the pen",
         typed=typed_words(),
         ending=Ending(0, "found"),
         arm=numbers_of(arm),
-        set_up={"brick": "emulated", "scene": scene, "plant": plant or None},
-        seeds=seeds_of(plant=plant, scene=scene),
         tables=[table("marker", caption, headings, rows)],
         files=[RunFile(name) for name in files],
     )
+    told.on_emulated_brick(plant, scene, scene=scene, plant=plant or None)
+    return told

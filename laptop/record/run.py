@@ -134,6 +134,19 @@ class Run(msgspec.Struct, kw_only=True):
     files: list[RunFile] = []
     notes: list[str] = []
 
+    def on_emulated_brick(self, plant: str = "", scene: str | None = None, /, **said: Any) -> None:
+        """Say that the brick was emulated, and what was drawn at random.
+
+        Args:
+            plant: changes of its constants, as text.
+            scene: before its cameras, as text; None: none, or nothing in it is random.
+            said: of its set-up besides, by their names.
+        """
+        self.set_up = {**self.set_up, "brick": "emulated", **said}
+        if plant:
+            self.set_up["plant"] = plant
+        self.seeds = self.seeds | seeds_of(plant=plant, scene=scene)
+
     def rows(self, table: str) -> list[dict[str, Cell]]:
         """Return the rows of a table as values by their headings; [] if there is no such one.
 

@@ -73,7 +73,7 @@ class RunFolder:
         writers: dict[str, Callable[[str], None]] = {
             name: writer for name, (writer, _) in making.items() if name == TRACE
         }
-        writers[RUN] = lambda path: _write_bytes(path, as_json(run))
+        writers[RUN] = writer_of(as_json(run))
         writers |= {name: writer for name, (writer, _) in making.items() if name != TRACE}
         try:
             for name in writers:
@@ -146,6 +146,15 @@ class RunFolder:
             return {file.name for file in read_run(self.path).files}
         except DamagedRun:
             return set()
+
+
+def writer_of(content: bytes) -> Callable[[str], None]:
+    """Return what writes a file with this content at the path that it is given."""
+
+    def write(path: str) -> None:
+        Path(path).write_bytes(content)
+
+    return write
 
 
 @contextlib.contextmanager
@@ -226,10 +235,6 @@ def _is_run(file: Path) -> bool:
     except DamagedRun:
         return False
     return True
-
-
-def _write_bytes(path: str, content: bytes) -> None:
-    Path(path).write_bytes(content)
 
 
 def _no_room(out: Path, error: OSError) -> NoRunFolder:

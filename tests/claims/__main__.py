@@ -120,6 +120,7 @@ CLAIMS = (
 
 
 @click.group(
+    commands=list(map(command_of, CLAIMS)),
     invoke_without_command=True,
     context_settings={"help_option_names": ["-h", "--help"], "terminal_width": 100},
 )
@@ -129,10 +130,6 @@ def claims(context: click.Context) -> None:
     context.with_resource(without_own_arms())
     if context.invoked_subcommand is None:
         click.echo(context.get_help())
-
-
-for _record in CLAIMS:
-    claims.add_command(command_of(_record))
 
 
 if __name__ == "__main__":

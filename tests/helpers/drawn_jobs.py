@@ -28,10 +28,10 @@ class Drawn:
         self.job = rig.its(Job)(path, rig.arm)
         self.orders = rig.its(JobOrders)(share)
         self.report = rig.its(JobReport)(
-            self.job.header, self.job.crc, rig.program.clock, repeats, self.said.append, status
+            self.job.header, self.job.crc, rig.clock, repeats, self.said.append, status
         )
         self.runner = rig.its(JobRunner)(
-            self.robot, rig.program.clock, self.job, self.orders, self.report, log, dry
+            self.robot, rig.clock, self.job, self.orders, self.report, log, dry
         )
         self.begin = rig.world.now()
         for t, order in orders:

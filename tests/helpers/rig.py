@@ -5,18 +5,17 @@ believes.
 """
 
 import contextlib
+import itertools
 import json
 import math
+import os
 from collections import namedtuple
 
 from places import ROBOT
 
-from laptop.emulator.device.brick import EmulatedBrick
+from laptop.emulator import rig as emulated
 from laptop.emulator.device.peripherals import Peripherals
-from laptop.emulator.device.plant_constants import read_plant
-from laptop.emulator.host import program
 from laptop.emulator.host.runner import run_script
-from laptop.emulator.host.world import World
 from robot.driver import Driver
 from robot.motion.arm import RobotArm
 from robot.motion.checked import Checked
@@ -62,41 +61,46 @@ def from_line(p, line):
     return abs((p[0] - ax) * (by - ay) - (p[1] - ay) * (bx - ax)) / math.hypot(bx - ax, by - ay)
 
 
-class Rig:
+class Rig(emulated.Rig):
     """A brick that wakes up parked, and a Driver on it.
+
+    It is open from the start.  In virtual time, and with its state in a test's folder, it holds
+    nothing that one would have to close.
 
     Programs compute as slowly as on the brick: scripts under run_script, and what is `running` in
     this process.  Only what a test does on the bare sysfs, to one motor, say, takes no time.
 
     Args:
-        folder: of the state file.
-        arm: a name or an Arm.
-        plant: text for `read_plant`.
-        start: joint angles, rad; home if None.
+        folder: of the brick's state.
+        arm, plant, start: as for laptop.emulator.rig.Rig.
         homed: whether the zero is on file.
         checked: whether it is on file that somebody has looked which motor is where.
+        others: as for laptop.emulator.rig.Rig.
 
     Attributes:
-        program: laptop.emulator.host.program.Program, while one is `running`.
+        state: the Zero on file.
         writes: every write to a motor, as (t, port, attribute, text).
     """
 
-    def __init__(self, folder, arm="planar", plant="", start=None, homed=True, checked=True):
-        self.arm = read_arm(find_arm(arm)) if isinstance(arm, str) else arm
-        start = tuple(joint.home for joint in self.arm.joints) if start is None else start
-        self.world = World()
-        self.brick = EmulatedBrick(self.world, self.arm, read_plant(plant), start)
-        self.folder = str(folder)
-        self.state = Zero(self.arm, self.folder)
-        self.program = None
+    def __init__(
+        self, folder, arm="planar", plant="", start="home", homed=True, checked=True, **others
+    ):  # fmt: skip
+        super().__init__(arm, plant=plant, start=start, state_folder=str(folder), **others)
+        self.__enter__()
+        # What is `running` in this process finds no battery, and takes no time to look at one.
+        self.brick.sysfs.remove("power_supply", "lego-ev3-battery")
+        self.state = Zero(self.arm, self.state_folder)
         self.writes = []
         for motor in self.brick.motors.values():
             self._listen(motor)
-        if checked:
-            Checked(self.arm, self.folder).save({})
         if homed:
-            zero = zero_of(self.arm, start)
+            # A last bit other than the emulator's own, on which luck of an arm in space hangs.
+            zero = zero_of(self.arm, self.q)
             self.state.save(zero, dict.fromkeys(zero, 0))
+        else:
+            os.remove(self.state.file)
+        if not checked:
+            os.remove(Checked(self.arm, self.state_folder).file)
 
     def _listen(self, motor):
         write = motor.write
@@ -113,17 +117,22 @@ class Rig:
 
         What it computes takes as long as it takes there, what the test computes no time.
         """
-        with program.on(self.brick) as self.program:
+        with self.program() as self._program:
             yield
+
+    @property
+    def clock(self):
+        """Of the program that is running."""
+        return self._program.clock
 
     def its(self, kind):
         """The program's own of what is imported here: a class or a function of the brick's side."""
-        return getattr(self.program[kind.__module__], kind.__name__)
+        return getattr(self._program[kind.__module__], kind.__name__)
 
     def robot(self, awake=True, arm=None, clock=None, **options):
         """A RobotArm of a program that starts now."""
-        state = self.its(Zero)(self.arm, self.folder)
-        robot = self.its(RobotArm)(arm or self.arm, clock or self.program.clock, state, **options)
+        state = self.its(Zero)(self.arm, self.state_folder)
+        robot = self.its(RobotArm)(arm or self.arm, clock or self.clock, state, **options)
         if awake:
             robot.load_zero()
         return robot
@@ -132,30 +141,10 @@ class Rig:
         """A Driver of a program that starts now."""
         return self.its(Driver)(self.robot(awake), **{"say": lambda line: None, **options})
 
-    @property
-    def q(self):
-        """The TRUE joint angles, rad."""
-        return self.brick.plant.q
-
-    @property
-    def tip(self):
-        """The TRUE tip, cm."""
-        (a, b), (first, second) = self.q, (joint.link for joint in self.arm.joints)
-        return (
-            first * math.cos(a) + second * math.cos(a + b),
-            first * math.sin(a) + second * math.sin(a + b),
-        )
-
     def ink(self):
         """The TRUE strokes: lists of Samples with the pen down."""
-        strokes, before = [], 0
-        for sample in self.brick.record:
-            if sample.pen and not before:
-                strokes.append([])
-            if sample.pen:
-                strokes[-1].append(sample)
-            before = sample.pen
-        return strokes
+        runs = itertools.groupby(self.record, lambda sample: sample.pen)
+        return [list(samples) for pen, samples in runs if pen]
 
     def on_file(self):
         """What the state file holds."""
@@ -171,28 +160,54 @@ def switched_on(folder, *args, **options):
         yield rig
 
 
+class Terminal(Rig):
+    """A Rig at which one types what is to run, and reads what it says.
+
+    Args:
+        folder: of the brick's state.
+        monkeypatch, capsys: pytest's.
+        others: as Rig.
+    """
+
+    def __init__(self, folder, monkeypatch, capsys, **others):
+        super().__init__(folder, **others)
+        self._capsys = capsys
+        monkeypatch.setenv("BRICKSERVO_STATE", self.state_folder)
+        monkeypatch.setenv("BRICKSERVO_ARM", self.arm.file)
+
+    def type(self, script, *words, **options):
+        """Run `SCRIPT WORDS`; its Outcome, what it wrote to stdout, and to stderr.
+
+        Nobody asks it for the paths that it wants, as Rig.run does: to say so takes its time.
+
+        Args:
+            script: its path.
+            words: for it.
+            options: as for run_script.
+        """
+        self._capsys.readouterr()
+        outcome = run_script(self.brick, script, words, **options)
+        out, err = self._capsys.readouterr()
+        return outcome, out, err
+
+
 Shown = namedtuple("Shown", "status reason t accesses out err")
 """What a shell would see of a run, and when it ended (s)."""
 
 
-class Shell(Rig):
+class Shell(Terminal):
     """A Rig on which driver.py runs as a program of its own.
 
     Args:
-        folder: of the state file.
-        monkeypatch, capsys: pytest's.
-        others: as Rig.
+        words: as Terminal.
+        options: as Terminal.
 
     Attributes:
         busy: per port, the last time (s) at which the motor was driven.
     """
 
-    def __init__(self, folder, monkeypatch, capsys, **others):
-        Rig.__init__(self, folder, **others)
-        self._capsys = capsys
-        monkeypatch.setenv("BRICKSERVO_STATE", str(folder))
-        monkeypatch.setenv("BRICKSERVO_ARM", self.arm.file)
-        monkeypatch.delenv("BRICKSERVO_PLAN", raising=False)
+    def __init__(self, *words, **options):
+        super().__init__(*words, **options)
         self.busy = {}
         self.world.bodies.append(self._note_driven)
 
@@ -202,14 +217,10 @@ class Shell(Rig):
 
     def run(self, *words, **options):
         """Run `driver.py WORDS`, then 2 s more of the world; Shown."""
-        self._capsys.readouterr()
-        options.setdefault("aftermath", 2.0)
         volts = self.brick.plant.plant["voltage"]
-        options.setdefault(
-            "peripherals", Peripherals(self.world, self.brick.sysfs, voltage=lambda: volts)
-        )
-        outcome = run_script(self.brick, DRIVER, words, **options)
-        out, err = self._capsys.readouterr()
+        devices = Peripherals(self.world, self.brick.sysfs, voltage=lambda: volts)
+        options = {"aftermath": 2.0, "peripherals": devices, **options}
+        outcome, out, err = self.type(DRIVER, *words, **options)
         return Shown(outcome.status, outcome.reason, outcome.t, outcome.accesses, out, err)
 
     def when(self, part, share):

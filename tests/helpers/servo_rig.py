@@ -11,12 +11,10 @@ from collections import namedtuple
 from pathlib import Path
 
 from places import ROBOT
-from rig import Rig
+from rig import Terminal
 
 from laptop.emulator.host.clocks import UPTIME
-from laptop.emulator.host.runner import run_script
 from laptop.emulator.virtual_tracker import HOST, VirtualTracker
-from robot.motion import kinematics
 from robot.tracking_client import Memory, ServerAddress
 
 PROGRAM = str(ROBOT / "visual_servoing.py")
@@ -88,17 +86,15 @@ class SpaceCamera:
         return self.CENTRE[0] + zoom * right, self.CENTRE[1] - zoom * up
 
 
-class Watched(Rig):
-    """A Rig under a camera, with a tracker that visual_servoing.py finds as remembered.
+class Watched(Terminal):
+    """An arm under a camera, with a tracker that visual_servoing.py finds as remembered.
 
     Args:
-        folder: of the state.
-        monkeypatch, capsys: pytest's.
+        folder, monkeypatch, capsys, others: as Terminal.
         goal: where the goal marker lies, cm; None for no marker.
         cameras: by name; one that looks down on the plane if None.
         noise: standard deviation, px; seed: of its luck.
         tracker: options of VirtualTracker.
-        others: as Rig.
 
     Attributes:
         cameras, goal: may be changed while it runs.
@@ -112,8 +108,7 @@ class Watched(Rig):
         self, folder, monkeypatch, capsys, goal=(-6.0, 10.0), noise=0.5, tracker=None,
         cameras=None, seed=1, **others
     ):  # fmt: skip
-        super().__init__(folder, **others)
-        self._capsys = capsys
+        super().__init__(folder, monkeypatch, capsys, **others)
         self.cameras = {"A": Camera()} if cameras is None else cameras
         self.goal, self.noise, self.hidden = goal, noise, set()
         self.moments, self.statuses, self.struck = [], [], None
@@ -123,15 +118,8 @@ class Watched(Rig):
             self.world, self._see, cameras=tuple(self.cameras), **(tracker or {})
         )
         address = ServerAddress(HOST, self.tracker.port, self.tracker.code)
-        Memory(str(folder)).save(address, self.tracker.key)
-        monkeypatch.setenv("BRICKSERVO_STATE", str(folder))
-        monkeypatch.setenv("BRICKSERVO_ARM", self.arm.file)
+        Memory(self.state_folder).save(address, self.tracker.key)
         monkeypatch.setenv("SSH_CLIENT", f"{HOST} 0 22")
-
-    @property
-    def tip(self):
-        """The TRUE tip, cm."""
-        return kinematics.forward(self.arm, self.q)
 
     def _see(self, camera, index, t):
         def marker(name, p):
@@ -188,12 +176,10 @@ class Watched(Rig):
 
     def run(self, *words, **options):
         """Run `visual_servoing.py WORDS` with a log, and the world for 1 s more; Shown."""
-        self._capsys.readouterr()
-        log = Path(self.folder) / "log.jsonl"
+        log = Path(self.state_folder) / "log.jsonl"
         if "--log" not in words:
             words = (*words, "--log", str(log))
-        outcome = run_script(self.brick, PROGRAM, words, **options)
-        out, err = self._capsys.readouterr()
+        outcome, out, err = self.type(PROGRAM, *words, **options)
         lines = log.read_text().splitlines() if log.exists() else []
         log = [json.loads(line, parse_constant=_no) for line in lines]
         began = log[0]["clock"] - UPTIME - (outcome.start or 0.0) if log else None

@@ -15,7 +15,6 @@ from refusals import in_one_line
 from rig import Shell, degrees
 
 from laptop.emulator.device.buttons import read_press
-from laptop.emulator.host.runner import run_script
 from laptop.emulator.onlooker import Onlooker
 from robot.motion.checked import Checked
 from shared.arm_description import find_arm, read_arm
@@ -28,12 +27,9 @@ def shell(tmp_path, monkeypatch, capsys):
     """Build a Shell whose arm is `built` otherwise than the file that its programs read."""
 
     def build(arm="planar", built=None, **options):
-        told = read_arm(find_arm(arm))
-        options.setdefault("checked", False)
-        options.setdefault("homed", False)
-        sh = Shell(tmp_path / "state", monkeypatch, capsys, arm=built or told, **options)
+        options = {"checked": False, "homed": False, **options}
+        sh = Shell(tmp_path / "state", monkeypatch, capsys, arm=arm, built=built, **options)
         monkeypatch.setenv("BRICKSERVO_ARM", arm)
-        sh.told = told
         monkeypatch.setattr("sys.stdin", Onlooker(sh.brick))
         return sh
 
@@ -89,7 +85,7 @@ def test_what_is_mounted_otherwise_is_named_and_corrected(shell, name, ports, re
     assert all(words in shown.out for words in says), shown.out
     assert turned(sh) < MOST
     found = read_arm(find_arm(name))
-    assert found.file == os.path.join(sh.folder, "arms", name + ".ini")
+    assert found.file == os.path.join(sh.state_folder, "arms", name + ".ini")
     assert [(j.port, j.direction) for j in found.joints] == [
         (j.port, j.direction) for j in built.joints
     ]
@@ -106,7 +102,7 @@ def test_an_arm_that_is_as_described_passes_and_no_file_is_written(shell, name):
     assert "checked: " in shown.out
     assert "written" not in shown.out
     assert 3 < turned(sh) < MOST
-    assert find_arm(name) == sh.told.file
+    assert find_arm(name) == sh.arm.file
     assert sh.run("home", "--here").status == 0
     assert not sh.brick.driven()
 
@@ -138,7 +134,7 @@ def test_where_the_arm_is_may_be_asked(shell):
         "arm.move_pen(0.5)",
     ],
 )
-def test_a_program_of_ones_own_is_refused_likewise(shell, tmp_path, capsys, moves):
+def test_a_program_of_ones_own_is_refused_likewise(shell, tmp_path, moves):
     sh = shell(homed=True)
     script = tmp_path / "own.py"
     script.write_text(
@@ -147,8 +143,9 @@ def test_a_program_of_ones_own_is_refused_likewise(shell, tmp_path, capsys, move
         "arm.load_zero()\n"
         "try:\n    " + moves + "\nexcept NotChecked as error:\n    print(error)\n"
     )
-    assert run_script(sh.brick, str(script)).status == 0
-    assert in_one_line(capsys.readouterr().out, "was never checked", "driver.py check")
+    outcome, out, _ = sh.type(str(script))
+    assert outcome.status == 0
+    assert in_one_line(out, "was never checked", "driver.py check")
     assert sh.writes == []
 
 
@@ -187,9 +184,8 @@ def test_a_file_that_cannot_be_written_is_told_with_what_to_write(shell, tmp_pat
 
 def test_the_users_own_arm_of_that_name_is_not_overwritten(shell, monkeypatch):
     sh = shell(built=otherwise(read_arm(find_arm("planar")), reverse=(1,)))
-    monkeypatch.setenv("BRICKSERVO_ARM", sh.told.file)
-    os.mkdir(os.path.join(sh.folder, "arms"))
-    own = os.path.join(sh.folder, "arms", "planar.ini")
+    monkeypatch.setenv("BRICKSERVO_ARM", sh.arm.file)
+    own = os.path.join(sh.state_folder, "arms", "planar.ini")
     with open(own, "w") as file:
         file.write("mine")
     shown = sh.run("check")

@@ -20,7 +20,6 @@ from refusals import in_one_line
 from rig import DRIVER, degrees
 from servo_rig import Camera, SpaceCamera, Watched
 
-from laptop.emulator.host.runner import run_script
 from laptop.emulator.onlooker import Onlooker
 from laptop.emulator.virtual_tracker import HOST
 from shared.arm_description import find_arm, read_arm
@@ -47,9 +46,7 @@ class Looked(Watched):
 
     def check(self, *words, **options):
         """Run `driver.py check --camera WORDS`; (status, what it wrote to stdout, to stderr)."""
-        self._capsys.readouterr()
-        outcome = run_script(self.brick, DRIVER, ("check", "--camera", *words), **options)
-        out, err = self._capsys.readouterr()
+        outcome, out, err = self.type(DRIVER, "check", "--camera", *words, **options)
         return outcome.status, out, err
 
     def at_a_jog(self, act):
@@ -89,8 +86,8 @@ def looked(tmp_path, monkeypatch, capsys):
         options.setdefault("goal", LEFT_OF_AXLE)
         options.setdefault("homed", False)
         w = Looked(
-            tmp_path / "state", monkeypatch, capsys, arm=told._replace(joints=tuple(joints)),
-            checked=False, **options,
+            tmp_path / "state", monkeypatch, capsys, arm=told,
+            built=told._replace(joints=tuple(joints)), checked=False, **options,
         )  # fmt: skip
         monkeypatch.setenv("BRICKSERVO_ARM", told.file if os.path.sep in arm else arm)
         monkeypatch.setattr("sys.stdin", io.StringIO())
@@ -124,7 +121,7 @@ def test_the_camera_alone_finds_what_is_mounted_otherwise(looked, name, ports, r
     assert 3 < w.turned() < MOST
     found = read_arm(find_arm(name))
     assert [(j.port, j.direction) for j in found.joints] == [
-        (j.port, j.direction) for j in w.arm.joints
+        (j.port, j.direction) for j in w.built.joints
     ]
     assert not w.brick.driven()
 
@@ -167,7 +164,7 @@ def test_whatever_the_camera_and_the_play_nothing_wrong_is_written(looked, seed)
     else:
         found = read_arm(find_arm(os.path.basename(w.arm.file)))
         assert [(j.port, j.direction) for j in found.joints] == [
-            (j.port, j.direction) for j in w.arm.joints
+            (j.port, j.direction) for j in w.built.joints
         ]
     assert w.turned() < MOST
 
@@ -359,7 +356,7 @@ def test_of_an_arm_in_space_the_base_is_seen_and_the_rest_is_asked(
     assert "shoulder and elbow move the tip in one upright plane" in out
     found = read_arm(find_arm("spatial"))
     assert [(j.port, j.direction) for j in found.joints] == [
-        (j.port, j.direction) for j in w.arm.joints
+        (j.port, j.direction) for j in w.built.joints
     ]
 
 
@@ -387,10 +384,9 @@ def test_who_is_asked_does_not_wait_for_the_link_to_be_loaded():
 @pytest.mark.parametrize("words", [("--code", "ABCD-EFGH-JKMN"), ("192.168.0.5",)])
 def test_a_tracker_without_a_camera_is_refused(looked, words):
     w = looked()
-    w._capsys.readouterr()
-    outcome = run_script(w.brick, DRIVER, ("check", *words))
+    outcome, _, err = w.type(DRIVER, "check", *words)
     assert outcome.status == 2
-    assert "add --camera" in w._capsys.readouterr().err
+    assert "add --camera" in err
     assert w.writes == []
 
 

@@ -562,7 +562,7 @@ def test_home_by_command(tmp_path, monkeypatch, capsys):
 @pytest.mark.parametrize("homed", [True, False], ids=["homed", "lost"])
 def test_without_arguments_the_three_lines_of_the_report(tmp_path, monkeypatch, capsys, homed):
     """Someone starts it from the brick's menu."""
-    start = None if homed else degrees(0.5, -0.5)  # as exactly as it was put at home
+    start = "home" if homed else degrees(0.5, -0.5)  # as exactly as it was put at home
     sh = Shell(tmp_path, monkeypatch, capsys, start=start, homed=homed)
     shown = sh.run(presses=[] if homed else [read_press("enter@2")])
     assert (shown.status, shown.err) == (0, "")

@@ -14,7 +14,6 @@ from laptop.emulator.brick_home import read_start
 from laptop.emulator.device.buttons import read_press
 from laptop.emulator.device.sensor_orders import read_sensors
 from laptop.emulator.faults import read_fault
-from robot.motion.checked import Checked
 from shared.arm_description import SEEK_BEYOND, find_arm, read_arm
 
 DRIVER = str(ROBOT / "driver.py")
@@ -50,11 +49,9 @@ def homed(tmp_path, monkeypatch, capsys):
     def go(told, built=None, put=None, words=("home",), plant="", typed="\n\n"):
         put = put or [math.degrees(joint.home) for joint in told.joints]
         sh = Shell(
-            tmp_path, monkeypatch, capsys, arm=built or told, start=degrees(*put), homed=False,
+            tmp_path, monkeypatch, capsys, arm=told, built=built, start=degrees(*put), homed=False,
             plant=plant,
         )  # fmt: skip
-        monkeypatch.setenv("BRICKSERVO_ARM", told.file)
-        Checked(told, sh.folder).save({})
         monkeypatch.setattr("sys.stdin", io.StringIO(typed))
         return sh, sh.run(*words)
 
@@ -76,8 +73,8 @@ def beyond(arm, record, truly=False):
 
 def off(sh, put):
     """How far the zeros on file are from the true ones, deg at the joint."""
-    true, found = zero_of(sh.arm, degrees(*put)), sh.on_file()["zero"]
-    return max(abs(found[j.port] - true[j.port]) / j.gear for j in sh.arm.joints)
+    true, found = zero_of(sh.built, degrees(*put)), sh.on_file()["zero"]
+    return max(abs(found[j.port] - true[j.port]) / j.gear for j in sh.built.joints)
 
 
 @pytest.mark.short("planar-both-put1", "planar-lower-put4", "spatial-seek-put6")

@@ -6,9 +6,8 @@ import random
 import sys
 
 import pytest
-from rig import described, switched_on
+from rig import Terminal, described, switched_on
 
-from laptop.emulator.host.runner import run_script
 from robot import turtle_graphics
 from robot.motion import kinematics
 from robot.turtle_graphics import BadTurtle, NoTurtleCommand, Turtle
@@ -256,15 +255,9 @@ turtle = Turtle()
     ],
 )
 def test_a_program_ends_well(tmp_path, monkeypatch, capsys, body, status, strokes, told):
-    from rig import Rig
-
-    monkeypatch.setenv("BRICKSERVO_STATE", str(tmp_path))
-    monkeypatch.delenv("BRICKSERVO_PLAN", raising=False)
-    monkeypatch.delenv("BRICKSERVO_ARM", raising=False)
-    rig = Rig(tmp_path)
+    rig = Terminal(tmp_path, monkeypatch, capsys)
     (tmp_path / "script.py").write_text(SCRIPT.format(body))
-    outcome = run_script(rig.brick, str(tmp_path / "script.py"))
-    _, err = capsys.readouterr()
+    outcome, _, err = rig.type(str(tmp_path / "script.py"))
     assert (outcome.status, outcome.reason) == (status, "ended")
     assert told in err
     assert len(err.splitlines()) <= 1 or "Traceback" in err
@@ -274,18 +267,13 @@ def test_a_program_ends_well(tmp_path, monkeypatch, capsys, body, status, stroke
 
 
 def test_a_signal_stops_it_and_parks(tmp_path, monkeypatch, capsys):
-    from rig import Rig
-
-    monkeypatch.setenv("BRICKSERVO_STATE", str(tmp_path))
-    monkeypatch.delenv("BRICKSERVO_ARM", raising=False)
     for k, t in enumerate((2.0, 5.0)):
-        rig = Rig(tmp_path / str(k))
-        monkeypatch.setenv("BRICKSERVO_STATE", str(tmp_path / str(k)))
+        rig = Terminal(tmp_path / str(k), monkeypatch, capsys)
         (tmp_path / "script.py").write_text(SCRIPT.format("turtle.forward(100)"))
-        outcome = run_script(rig.brick, str(tmp_path / "script.py"), signals=[(t, 15)])
+        outcome, _, err = rig.type(str(tmp_path / "script.py"), signals=[(t, 15)])
         assert outcome.status != 0
         assert outcome.t < t + 0.6
-        assert "stopped by SIGTERM" in capsys.readouterr().err
+        assert "stopped by SIGTERM" in err
         assert rig.on_file()["parked"]
 
 

@@ -10,8 +10,6 @@ from refusals import in_one_line
 from rig import Shell
 from waiting import PATIENCE
 
-from laptop.emulator.host.runner import run_script
-
 MOVING = [
     ("line", "10,0", "5,10"),
     ("move", "12,6"),
@@ -108,28 +106,28 @@ finally:
         "arm.move_pen(0.5)",
     ],
 )
-def test_a_script_of_ones_own_need_not_know(shell, other, tmp_path, capsys, moves):
+def test_a_script_of_ones_own_need_not_know(shell, other, tmp_path, moves):
     before = shell.on_file()
     script = tmp_path / "own.py"
     script.write_text(OWN.format(root=str(ROOT), moves=moves))
-    assert run_script(shell.brick, str(script)).status == 1
-    out, err = capsys.readouterr()
+    outcome, out, err = shell.type(str(script))
+    assert outcome.status == 1
     assert out == "the end\n"
     assert err.splitlines()[-1].startswith("robot.ev3.brick_lock.BrickInUse: " + NAME)
     assert stood(shell, before)
     other.kill()
     other.wait(PATIENCE)
-    assert run_script(shell.brick, str(script)).status == 0
+    assert shell.type(str(script))[0].status == 0
 
 
-def test_bench_and_servo_are_refused_likewise(shell, other, tmp_path, capsys):
+def test_bench_and_servo_are_refused_likewise(shell, other, tmp_path):
     before = shell.on_file()
     for script, words in (
         ("bench_brick.py", ["planar", "--move", "--json", str(tmp_path / "brick.json")]),
         ("visual_servoing.py", ["127.0.0.1:9", "--code", "ABCDEFGHJKMN"]),
         ("visual_servoing.py", ["127.0.0.1:9", "--code", "ABCDEFGHJKMN", "--wait"]),
     ):
-        assert run_script(shell.brick, str(ROBOT / script), words).status == 1
-        err = capsys.readouterr().err
+        outcome, _, err = shell.type(str(ROBOT / script), *words)
+        assert outcome.status == 1
         assert in_one_line(err, script + ": " + NAME, str(other.pid), "--take")
     assert stood(shell, before)

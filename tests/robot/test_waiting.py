@@ -56,7 +56,7 @@ class Orders:
             "of the program": tops.count("robot") + tops.count("shared"),
             "descriptors": len(os.listdir("/dev/fd")),
             "threads": threading.active_count(),
-            "files": len(os.listdir(w.folder)),
+            "files": len(os.listdir(w.state_folder)),
         }
 
 

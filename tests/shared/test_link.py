@@ -11,15 +11,12 @@ import time
 
 import pytest
 from clocks import FakeClock
+from one_run import one_run
 from signed import KEYS, SignedSocket
 from waiting import PATIENCE, until
 
-from laptop.emulator.device.brick import EmulatedBrick
-from laptop.emulator.host.runner import run_script
-from laptop.emulator.host.world import World
 from shared import link as link_module
 from shared import messages, pairing
-from shared.arm_description import find_arm, read_arm
 from shared.framing import TAG_LENGTH
 from shared.link import (
     FORGED,
@@ -1050,7 +1047,7 @@ laptop.close()
 def test_on_the_emulated_brick_it_waits_in_the_bricks_time(tmp_path, capsys):
     script = tmp_path / "script.py"
     script.write_text(SCRIPT)
-    outcome = run_script(EmulatedBrick(World(), read_arm(find_arm("planar"))), str(script))
+    outcome = one_run("planar", script).outcome
     assert (outcome.status, outcome.reason) == (0, "ended")
     out, err = capsys.readouterr()
     assert err == ""

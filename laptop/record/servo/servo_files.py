@@ -5,11 +5,11 @@ from __future__ import annotations
 import csv
 from collections.abc import Callable, Sequence
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 
 from laptop.record.run import Run
+from laptop.record.run_folder import writer_of
 from laptop.record.servo.figures import Scenery, draw
 from laptop.record.servo.servo_run import ServoRun, goals_table
 
@@ -41,7 +41,7 @@ def add_servo(
     files: Files = {}
     if drawn:
         for stem, caption, picture in draw(runs, scenery, baseline):
-            files[f"{stem}.png"] = (partial(_write, content=picture), caption)
+            files[f"{stem}.png"] = (writer_of(picture), caption)
     for _, run in every:
         stem = _stem(run, baseline)
         if run.steps:
@@ -54,10 +54,6 @@ def add_servo(
 
 def _stem(run: ServoRun, baseline: ServoRun | None) -> str:
     return ("compared" if run is baseline else run.name).replace(" ", "-")
-
-
-def _write(path: str, content: bytes) -> None:
-    Path(path).write_bytes(content)
 
 
 def _write_path(path: str, run: ServoRun) -> None:

@@ -13,9 +13,8 @@ from laptop.bench.servo import ServoCase, ServoResult
 from laptop.bench.servo_scenarios import ARMS, SCENARIOS, ServoScenario
 from laptop.bench.servo_table import wilson
 from laptop.cli.main import laptop
-from laptop.emulator.device.brick import EmulatedBrick
 from laptop.emulator.device.plant_constants import read_plant
-from laptop.emulator.host.world import World
+from laptop.emulator.rig import Rig
 from robot.motion import kinematics
 from robot.servoing import loop
 from robot.servoing.rows import Rows
@@ -94,9 +93,15 @@ def test_set_ups_in_space_keep_within_their_bounds():
         assert servo_setups.apart(cameras(setting.start), cameras(setting.goal)) >= 80
 
 
+def brick_of(setting):
+    """The brick of a set-up, its arm as it stands at the start."""
+    with Rig(setting.configured, setting.arm, setting.plant, start=setting.start) as rig:
+        return rig.brick
+
+
 def test_what_is_beyond_the_edge_is_not_seen():
     setting, cameras = servo_setups.set_up("spatial", SEED, NOMINAL)
-    brick = EmulatedBrick(World(), setting.arm, read_plant(setting.plant), setting.start)
+    brick = brick_of(setting)
     goal = {"A": (-1.0, 100.0), "B": (639.0, 479.0)}
     see = servo.points(cameras, brick, lambda t: goal, NOMINAL, SEED)
     assert see("A", 0, 0.0)["goal"] is None
@@ -130,7 +135,7 @@ def test_the_cameras_jacobian_is_the_chain_rule():
 def test_the_oracle_knows_the_jacobian_of_the_true_pose():
     """Also where the encoders say something else."""
     setting, cameras = servo_setups.set_up("planar", SEED, NOMINAL)
-    brick = EmulatedBrick(World(), setting.arm, read_plant(setting.plant), setting.start)
+    brick = brick_of(setting)
     told, s, camera = [a + 0.02 for a in setting.start], (300.0, 200.0), cameras["A"]
     picture = servo.TrueJacobian(camera, brick).seen_from(told, s)
     truth = np.array(camera.jacobian(brick.plant.q))
@@ -155,7 +160,7 @@ def test_a_moving_goal_runs_at_its_speed_where_the_tip_can_be(speed):
 
 def seen_frames(scene, count=2000):
     setting, cameras = servo_setups.set_up("planar", SEED, scene)
-    brick = EmulatedBrick(World(), setting.arm, read_plant(setting.plant), setting.start)
+    brick = brick_of(setting)
     see = servo.points(cameras, brick, lambda t: {"A": (200.0, 100.0)}, scene, SEED)
     off = {"effector": cameras["A"](brick.plant.q), "goal": (200.0, 100.0)}
     frames = [see("A", k, k / 30) for k in range(count)]
@@ -259,7 +264,7 @@ def test_the_goal_on_the_paper_is_covered_by_the_tip_at_the_goal():
     assert truth["effector"] == pytest.approx(cameras["A"](setting.goal), abs=1e-6)
     assert min(shown.visible(setting.start).values()) > 0.95
     assert shown.visible(setting.goal)["goal"] < 0.1
-    brick = EmulatedBrick(World(), setting.arm, read_plant(setting.plant), setting.start)
+    brick = brick_of(setting)
     found = servo.rendered({"A": shown}, brick)("A", 4, 0.2)
     for name, place in shown.truth(brick.plant.q).items():
         assert found[name][:2] == pytest.approx(place, abs=0.5)

@@ -9,15 +9,11 @@ import math
 import pytest
 from places import SCRIPTS
 
-from laptop.emulator.device.brick import EmulatedBrick
 from laptop.emulator.device.buttons import read_press
-from laptop.emulator.device.peripherals import Peripherals
-from laptop.emulator.device.plant_constants import read_plant
 from laptop.emulator.device.sensor_orders import read_sensors
-from laptop.emulator.device.sensor_scene import line_distance, scene_of
+from laptop.emulator.device.sensor_scene import line_distance
 from laptop.emulator.device.wheels import read_wheels
-from laptop.emulator.host.runner import run_script
-from laptop.emulator.host.world import World
+from laptop.emulator.rig import Rig
 
 WHEELS = "left=B,right=C"
 TANK = {"B": "large", "C": "large"}
@@ -103,17 +99,13 @@ def run(capsys):
             options = dict(options, **changed)
             wheels = read_wheels(options["wheels"]) if "wheels" in options else None
             extra = dict(TANK if wheels else {}, **options.get("extra", {}))
-            brick = EmulatedBrick(World(), None, read_plant(), None, extra, wheels)
             orders = read_sensors(options.get("sensors", ()))
-            devices = Peripherals(brick.world, brick.sysfs, sensors=orders, scene=scene_of(brick))
-            outcome = run_script(
-                brick,
-                str(SCRIPTS / name),
-                options.get("args", ()),
-                peripherals=devices,
-                presses=[read_press(press) for press in options.get("presses", ())],
-                timeout=100,
-            )
+            presses = [read_press(press) for press in options.get("presses", ())]
+            with Rig(None, extra=extra, sensors=orders, wheels=wheels) as rig:
+                run = rig.run(
+                    SCRIPTS / name, *options.get("args", ()), presses=presses, timeout=100
+                )
+            outcome, brick = run.outcome, rig.brick
             out, err = capsys.readouterr()
             assert (outcome.status, outcome.reason, err) == (0, "ended", "")
             assert brick.driven() == []

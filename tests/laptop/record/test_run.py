@@ -56,6 +56,21 @@ def test_seeds_are_told_by_what_they_are_of():
     assert found == {"plant": 4, "scene A": 7, "scene B": 8}
 
 
+def test_of_an_emulated_brick_plant_and_seeds_are_told():
+    told = Run(kind="script", what="a run", ending=Ending(0, "ended"), set_up={"mode": "look"})
+    told.on_emulated_brick("backlash=3,seed=4", "seed=5", cpu=2)
+    assert list(told.set_up.items()) == [
+        ("mode", "look"),
+        ("brick", "emulated"),
+        ("cpu", 2),
+        ("plant", "backlash=3,seed=4"),
+    ]
+    assert told.seeds == {"plant": 4, "scene": 5}
+    plain = Run(kind="script", what="a run", ending=Ending(0, "ended"))
+    plain.on_emulated_brick()
+    assert (plain.set_up, plain.seeds) == ({"brick": "emulated"}, {})
+
+
 @pytest.mark.parametrize(
     ("content", "why"),
     [

@@ -35,7 +35,7 @@ def duck(rig, description, clock):
 def test_an_arm_of_another_kind_of_motors_goes_where_it_is_told(tmp_path):
     rig = Rig(tmp_path)
     with rig.running():
-        motors = duck(rig, rig.arm, rig.program.clock)
+        motors = duck(rig, rig.arm, rig.clock)
         rig.robot(motors=motors).go_to(degrees(30, 40))
     assert rig.q == pytest.approx(degrees(30, 40), abs=0.02)
 
@@ -43,7 +43,7 @@ def test_an_arm_of_another_kind_of_motors_goes_where_it_is_told(tmp_path):
 def test_halt_stops_motors_of_another_kind(tmp_path):
     rig = Rig(tmp_path)
     with rig.running():
-        motors = duck(rig, rig.arm, rig.program.clock)
+        motors = duck(rig, rig.arm, rig.clock)
         robot = rig.robot(motors=motors)
         rig.brick.jam("B")
         with pytest.raises(rig.its(Stalled)):

@@ -21,7 +21,7 @@ class CountingClock:
 
     def __init__(self, rig):
         self._rig = rig
-        self.now = rig.program.clock.now
+        self.now = rig.clock.now
         self.start()
 
     def start(self):
@@ -32,7 +32,7 @@ class CountingClock:
         accesses = self._rig.brick.sysfs.accesses
         self.ticks.append((self.now(), accesses - self._last))
         self._last = accesses
-        self._rig.program.clock.sleep(seconds)
+        self._rig.clock.sleep(seconds)
 
 
 @pytest.mark.short("line0-planar", "line1-geared")

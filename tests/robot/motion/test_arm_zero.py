@@ -132,5 +132,5 @@ def test_an_arm_whose_file_was_edited_since_is_told_so_before_it_moves(rig, move
     shoulder, elbow = rig.arm.joints
     edited = rig.arm._replace(joints=(shoulder._replace(home=0.2), elbow))
     robot = rig.robot(awake=False)
-    robot.zero = type(robot.zero)(edited, rig.folder)
+    robot.zero = type(robot.zero)(edited, rig.state_folder)
     assert refuses(rig, NotHomed, lambda: move(robot), "its shoulder.home was", "home it first")

@@ -4,13 +4,8 @@ import math
 
 import pytest
 
-from laptop.emulator.device.brick import EmulatedBrick
-from laptop.emulator.device.peripherals import Peripherals
-from laptop.emulator.device.plant_constants import read_plant
 from laptop.emulator.device.sensor_orders import BadSensor, read_sensors
-from laptop.emulator.device.sensor_scene import scene_of
-from laptop.emulator.host.runner import run_script
-from laptop.emulator.host.world import World
+from laptop.emulator.rig import Rig
 from shared.arm_description import find_arm, read_arm
 
 HEAD = "from ev3dev2.motor import *\nfrom ev3dev2.sensor.lego import *\nimport time\n"
@@ -22,17 +17,14 @@ def run(tmp_path, capsys):
 
     def run(arm, angles, orders, source):
         start = [math.radians(angle) for angle in angles]
-        arm = read_arm(find_arm(arm))
-        brick = EmulatedBrick(World(), arm, read_plant("cpu=0"), start)
-        devices = Peripherals(
-            brick.world, brick.sysfs, sensors=read_sensors(orders.split()), scene=scene_of(brick)
-        )
+        sensors = read_sensors(orders.split())
         script = tmp_path / "script.py"
         script.write_text(HEAD + source)
-        outcome = run_script(brick, str(script), peripherals=devices, aftermath=0)
+        with Rig(arm, plant="cpu=0", start=start, sensors=sensors) as rig:
+            outcome = rig.run(script).outcome
         out, err = capsys.readouterr()
         assert (outcome.status, err) == (0, "")
-        return [float(word) for word in out.split()], brick
+        return [float(word) for word in out.split()], rig.brick
 
     return run
 

@@ -4,14 +4,11 @@ import math
 
 import pytest
 
-from laptop.emulator.device.brick import EmulatedBrick
-from laptop.emulator.device.peripherals import Peripherals
 from laptop.emulator.device.plant_constants import read_plant
 from laptop.emulator.device.sensor_orders import read_sensors
-from laptop.emulator.device.sensor_scene import line_distance, line_points, scene_of
+from laptop.emulator.device.sensor_scene import line_distance, line_points
 from laptop.emulator.device.wheels import BadWheels, BarePlant, read_wheels
-from laptop.emulator.host.runner import run_script
-from laptop.emulator.host.world import World
+from laptop.emulator.rig import Rig
 
 HEAD = "from ev3dev2.motor import *\nfrom ev3dev2.sensor.lego import *\nimport time\n"
 
@@ -23,16 +20,14 @@ def run(tmp_path, capsys):
     def run(source, motors="B=large C=large", wheels="left=B,right=C", sensors="", **options):
         extra = dict(motor.split("=") for motor in motors.split())
         pair = read_wheels(wheels) if wheels else None
-        brick = EmulatedBrick(World(), None, read_plant("cpu=0"), None, extra, pair)
-        devices = Peripherals(
-            brick.world, brick.sysfs, sensors=read_sensors(sensors.split()), scene=scene_of(brick)
-        )
+        orders = read_sensors(sensors.split())
         script = tmp_path / "script.py"
         script.write_text(HEAD + source)
-        outcome = run_script(brick, str(script), peripherals=devices, aftermath=1, **options)
+        with Rig(None, plant="cpu=0", extra=extra, sensors=orders, wheels=pair) as rig:
+            outcome = rig.run(script, **options).outcome
         out, err = capsys.readouterr()
         assert (outcome.status, err) == (0, "")
-        return out.splitlines(), brick
+        return out.splitlines(), rig.brick
 
     return run
 
