@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pytest
 from numbered_frames import lengthen
-from page_scene import BLUE, HEIGHT, WIDTH, PageScene, mark
+from page_scene import BLUE, HEIGHT, WIDTH, mark
 from waiting import PATIENCE
 
 from laptop.page import camera_feed
@@ -21,11 +21,6 @@ from laptop.see.markers.tracker import Tracker
 from laptop.see.markers.view import BoardPlace
 from laptop.see.serve.pipeline import CameraPipeline
 from shared.messages import EFFECTOR
-
-
-@pytest.fixture
-def scene(tmp_path):
-    return PageScene(tmp_path)
 
 
 def test_a_view_is_a_picture_with_what_was_found_in_this_very_picture(scene):

@@ -24,7 +24,6 @@ from page_tracker import (
     Hand,
     Surfer,
     Tracker,
-    a_browser,
     press_tool,
     tool_button,
 )
@@ -268,12 +267,6 @@ def test_a_port_that_is_taken_is_refused_if_it_was_asked_for():
 
 
 # The browser
-
-
-@pytest.fixture(scope="module")
-def browser():
-    with a_browser() as browser:
-        yield browser
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ from functools import partial
 import cv2
 import numpy as np
 import pytest
-from page_tracker import SYNTHETIC, Surfer, Tracker, a_browser
+from page_tracker import SYNTHETIC, Surfer, Tracker
 from waiting import PATIENCE, until
 
 from robot.motion import kinematics
@@ -155,12 +155,6 @@ def off(points, lines):
             share = np.clip((points - start) @ way / max(way @ way, 1e-12), 0, 1)
             best = np.minimum(best, np.hypot(*(points - start - share[:, None] * way).T))
     return best
-
-
-@pytest.fixture(scope="module")
-def browser():
-    with a_browser() as browser:
-        yield browser
 
 
 @pytest.fixture(scope="module")

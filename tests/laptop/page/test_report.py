@@ -15,11 +15,6 @@ from laptop.record.servo import figures, servo_files
 from shared.messages import Start
 
 
-@pytest.fixture
-def scene(tmp_path):
-    return PageScene(tmp_path)
-
-
 @pytest.fixture(scope="module", autouse=True)
 def small_pictures():
     """Drawn as ever, in a tenth of the pixels each way."""

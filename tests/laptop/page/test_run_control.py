@@ -7,11 +7,6 @@ from laptop.page import run_control
 from shared.messages import GOAL, Start, Status, Stop
 
 
-@pytest.fixture
-def scene(tmp_path):
-    return PageScene(tmp_path)
-
-
 def test_a_start_goes_to_the_point_that_was_clicked(scene):
     scene.show()
     assert scene.controller.runs.aim("A", 40.0, 50.0) == ""
