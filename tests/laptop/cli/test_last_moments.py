@@ -7,6 +7,7 @@ import sys
 import cv2
 import numpy as np
 import pytest
+from own_python import python
 from places import ROOT
 from run_json import run_in
 
@@ -39,8 +40,7 @@ BUSY = "threading.Timer(0.2, print, ['later']).start()"
     ids=["alone", "busy", "hung"],
 )
 def test_the_interpreter_does_not_end_under_a_thread_that_goes_on(work, printed, end):
-    words = [sys.executable, "-c", PROGRAM.format(work=work, end=end)]
-    done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True)
+    done = python("-c", PROGRAM.format(work=work, end=end))
     assert (done.returncode, done.stderr) == (3, "")
     assert done.stdout == printed
 
@@ -84,13 +84,7 @@ def test_a_tracker_ends_its_threads(tmp_path, page):
     out.write(np.full((120, 160, 3), 130, np.uint8))
     out.release()
     words = ["track", "--camera", str(film), "--host", "127.0.0.1", "--port", "0", page]
-    done = subprocess.run(
-        [sys.executable, "-c", TELLING, *words],
-        cwd=ROOT,
-        env={**os.environ, "BRICKSERVO_STATE": str(tmp_path)},
-        capture_output=True,
-        text=True,
-    )
+    done = python("-c", TELLING, *words, env={**os.environ, "BRICKSERVO_STATE": str(tmp_path)})
     first, *others = done.stderr.splitlines()
     assert (done.returncode, first) == (0, "MainThread")
     if "page watcher" in others:

@@ -1,5 +1,6 @@
 """`python -m laptop track`: from the camera to the CSV, the link, the status and the last line."""
 
+import contextlib
 import csv
 import functools
 import io
@@ -18,6 +19,7 @@ import pytest
 from announced import wait_for_event
 from click.testing import CliRunner
 from fake_cameras import FakeCamera, frame
+from own_python import python
 from places import FOOTAGE, ROOT
 from refusals import in_one_line
 from waiting import PATIENCE
@@ -563,38 +565,34 @@ def test_programs_are_told_why_it_does_not_begin(run, video):
     assert in_one_line(shown.stderr, end["reason"])
 
 
-def test_programs_are_told_of_a_signal_that_ends_it(tmp_path):
-    words = ["--camera", "synthetic", "--scene", "width=320,height=240,clutter=0", "--port", "0"]
+@contextlib.contextmanager
+def a_tracker(*words):
+    """A process that tracks what a synthetic camera sees."""
+    words = "--camera", "synthetic", "--scene", "width=320,height=240,clutter=0", *words
     tracker = subprocess.Popen(
-        [sys.executable, "-m", "laptop", "track", *words, "--no-page", "--announce"],
+        [sys.executable, "-m", "laptop", "track", *words, "--port", "0"],
         cwd=ROOT,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
     )
     try:
+        yield tracker
+    finally:
+        tracker.kill()
+
+
+def test_programs_are_told_of_a_signal_that_ends_it():
+    with a_tracker("--no-page", "--announce") as tracker:
         wait_for_event(tracker.stdout, "ready")
         tracker.send_signal(signal.SIGTERM)
         rest, error = tracker.communicate(timeout=PATIENCE)
-    finally:
-        tracker.kill()
     assert tracker.returncode == 143
     assert json.loads(rest) == {"event": "end", "status": 143, "reason": "stopped by SIGTERM"}
     assert error.endswith("laptop: stopped by SIGTERM\n")
 
 
 # Real processes
-
-
-def process(*words, **options):
-    return subprocess.run(
-        [sys.executable, "-m", "laptop", "track", *map(str, words)],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE,
-        **options,
-    )
 
 
 def test_the_ports_number_in_the_help_is_the_servers():
@@ -604,8 +602,8 @@ def test_the_ports_number_in_the_help_is_the_servers():
 
 @pytest.mark.long
 def test_serving_plays_the_video_in_its_own_time_and_tells_the_brick_what_to_type(video, tmp_path):
-    done = process("--camera", video(), "--host", "127.0.0.1", "--port", "0", "--csv",
-                   tmp_path / "out.csv")  # fmt: skip
+    words = "--camera", video(), "--host", "127.0.0.1", "--port", "0", "--csv", tmp_path / "out.csv"
+    done = python("-m", "laptop", "track", *words, timeout=PATIENCE)
     assert (done.returncode, done.stderr) == (0, "")
     assert "robot/visual_servoing.py" in done.stdout
     assert "pairing code, once: " in done.stdout
@@ -620,23 +618,13 @@ def test_serving_plays_the_video_in_its_own_time_and_tells_the_brick_what_to_typ
 
 def test_ctrl_c_ends_a_process_with_130_and_one_line(tmp_path):
     out = tmp_path / "out.csv"
-    words = ["--camera", "synthetic", "--scene", "width=320,height=240,clutter=0", "--port", "0"]
-    tracker = subprocess.Popen(
-        [sys.executable, "-m", "laptop", "track", *words, "--csv", str(out)],
-        cwd=ROOT,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    try:
+    with a_tracker("--csv", str(out)) as tracker:
         for line in tracker.stdout:  # until it says that it tracks
             if "effector" in line and "age" in line:
                 break
         for _ in range(100):  # whoever is impatient
             tracker.send_signal(signal.SIGINT)
         rest, error = tracker.communicate(timeout=PATIENCE)
-    finally:
-        tracker.kill()
     assert tracker.returncode == 130
     assert error == "laptop: stopped by Ctrl-C\n"
     assert "confidence" in rest
