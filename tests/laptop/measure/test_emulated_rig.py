@@ -1,5 +1,6 @@
 """An emulated rig: what it tells is what its arm truly did."""
 
+import cmath
 import math
 import signal
 from pathlib import Path
@@ -64,19 +65,9 @@ def test_the_camera_sees_the_marker_of_the_arm_as_it_was_built(job):
     stood = [row.t for row in run.rows if row.rest]
     for t, pixel in zip(stood, rests.pixel, strict=True):
         a, b = true_angles(rig, t - 0.2)
-        x = (
-            11.8 * math.cos(a)
-            + 9.5 * math.cos(a + b)
-            + 0.6 * math.cos(a + b)
-            + 0.4 * math.sin(a + b)
-        )
-        y = (
-            11.8 * math.sin(a)
-            + 9.5 * math.sin(a + b)
-            + 0.6 * math.sin(a + b)
-            - 0.4 * math.cos(a + b)
-        )
-        assert pixel == pytest.approx((320 - 20.8 * y, 400 - 20.8 * x), abs=0.3)
+        marker = cmath.rect(11.8, a) + (9.5 + 0.6 - 0.4j) * cmath.rect(1, a + b)
+        seen = 320 - 20.8 * marker.imag, 400 - 20.8 * marker.real
+        assert pixel == pytest.approx(seen, abs=0.3)
     plan, t, q = run.motors()
     assert len(plan) > 30
     assert (np.diff(t) > 0).all()

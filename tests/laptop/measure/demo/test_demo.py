@@ -285,13 +285,7 @@ def test_a_demo_that_works_leaves_its_report_and_no_process(play):
     assert status == 0, play.said
     assert "all three goals truly reached" in play.said
     assert len(os.listdir(play.pids)) == 6
-    for name in (
-        "report.html",
-        "run.json",
-        "goal-1.jsonl",
-        "goal-3/trace.csv",
-        "three-lines.txt",
-    ):
+    for name in ("report.html", "run.json", "goal-1.jsonl", "goal-3/trace.csv", "three-lines.txt"):
         assert (folder / name).exists(), name
     told = run_in(folder)
     assert (told["well"], told["seeds"], told["cpu"]) == (True, {"demo": 0}, 1.0)
@@ -405,12 +399,17 @@ def test_the_comparison_is_not_waited_for_for_ever(play, monkeypatch):
     assert "report's method hangs" in play.said
 
 
-def test_a_program_that_fails_ends_the_demo_with_what_it_said(play):
-    assert complains(play, "servo fails", "goal 2 failed: servo.py: the motor at port A is not")
-
-
-def test_a_driver_that_fails_ends_the_demo(play):
-    assert complains(play, "driver fails", "three lines failed: driver.py: joint shoulder is")
+@pytest.mark.parametrize(
+    ("fault", "told"),
+    [
+        ("servo fails", "goal 2 failed: servo.py: the motor at port A is not"),
+        ("driver fails", "three lines failed: driver.py: joint shoulder is"),
+        ("no tracker", "tracker failed: cannot listen; choose another port"),
+        ("tracker dies", "tracker failed: the camera is gone"),
+    ],
+)
+def test_a_program_that_fails_ends_the_demo_with_what_it_said(play, fault, told):
+    assert complains(play, fault, told)
 
 
 def test_a_program_that_hangs_ends_the_demo(play, monkeypatch):
@@ -471,14 +470,6 @@ def test_a_page_is_told_when_it_answers():
         assert processes.answers(address)
         answering.join()
     assert not processes.answers(address)
-
-
-def test_without_a_tracker_there_is_no_demo(play):
-    assert complains(play, "no tracker", "tracker failed: cannot listen; choose another port")
-
-
-def test_a_tracker_that_ends_in_between_ends_the_demo(play):
-    assert complains(play, "tracker dies", "tracker failed: the camera is gone")
 
 
 def test_a_tracker_that_is_killed_is_called_killed(play):
