@@ -1,7 +1,6 @@
 """Videos and pictures as cameras: in order, at any pace, and with what cannot be read."""
 
 import os
-from functools import partial
 
 import cv2
 import numpy as np
@@ -9,7 +8,7 @@ import pytest
 from captures import EndlessCapture
 from clocks import FakeClock
 from hostile_files import jpeg_of, png_of
-from numbered_frames import FPS, everything, number_of, picture, write_video
+from numbered_frames import FPS, everything, number_of, picture
 from waiting import PATIENCE
 
 from laptop.emulator.scene.sensor import marker_frame
@@ -19,12 +18,6 @@ from laptop.see.camera.frames import NoCamera
 from laptop.see.markers.markers import read_spec
 from laptop.see.markers.tracker import Tracker
 from laptop.system.decoders import quiet_decoders
-
-
-@pytest.fixture
-def video(tmp_path):
-    """Writes a video of numbered frames."""
-    return partial(write_video, tmp_path)
 
 
 def chunks(data):

@@ -4,7 +4,7 @@ import os
 
 import cv2
 import pytest
-from captures import FakeCapture, fake_webcam
+from captures import FakeCapture
 from numbered_frames import number_of, picture
 from own_python import python
 from waiting import PATIENCE
@@ -13,14 +13,6 @@ from laptop.see.camera import webcams as webcam_module
 from laptop.see.camera.cameras import open_camera
 from laptop.see.camera.frames import NoCamera
 from laptop.see.camera.webcams import webcams
-
-
-@pytest.fixture
-def webcam(monkeypatch):
-    """Opens a webcam on FakeCaptures; ends them all."""
-    with fake_webcam(monkeypatch) as plug:
-        yield plug
-
 
 # Which there are
 
