@@ -153,8 +153,7 @@ def test_the_board_is_written_for_the_paper(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("options", [[], ["--board"]])
 @pytest.mark.parametrize(
-    ("name", "begin"),
-    [("page.PNG", b"\x89PNG"), ("page.Pdf", b"%PDF-"), ("page.SVG", b"<?xml")],
+    ("name", "begin"), [("page.PNG", b"\x89PNG"), ("page.Pdf", b"%PDF-"), ("page.SVG", b"<?xml")]
 )
 def test_a_pages_name_may_end_in_capitals(options, name, begin, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

@@ -215,10 +215,7 @@ def test_what_is_drawn_is_never_written_over(draw, tmp_path, option):
         ),
         (("--card", "house"), "there is no such test card"),
         (("",), "no file is named; give one, or a drawing: house"),
-        (
-            ("rose", "--preview", "a.svg", "--job", "./a.svg"),
-            "a.svg is a file that is written",
-        ),
+        (("rose", "--preview", "a.svg", "--job", "./a.svg"), "a.svg is a file that is written"),
         (("--text", "a", "--letters", "0"), "letters = 0 cm: it must be from 0.1"),
         (("rose", "--arm", "nobody"), "nobody"),
         (("--jobs", "--repeat", "3"), "stand alone"),

@@ -154,8 +154,7 @@ def test_a_straight_line_can_be_placed_by_its_other_side():
 
 
 @pytest.mark.parametrize(
-    ("text", "size"),
-    [("a5", (14.8, 21)), ("A5-landscape", (21, 14.8)), ("10x12.5", (10, 12.5))],
+    ("text", "size"), [("a5", (14.8, 21)), ("A5-landscape", (21, 14.8)), ("10x12.5", (10, 12.5))]
 )
 def test_sheets_are_known_by_name_or_size(text, size):
     assert placing.paper_size(text) == size

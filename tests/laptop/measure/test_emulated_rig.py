@@ -53,8 +53,7 @@ def test_the_log_of_a_slow_brick_is_told_by_the_clock_of_the_truth(job):
 
 def test_the_camera_sees_the_marker_of_the_arm_as_it_was_built(job):
     built = ARM._replace(
-        marker_offset=(0.6, -0.4),
-        joints=(ARM.joints[0]._replace(link=11.8), ARM.joints[1]),
+        marker_offset=(0.6, -0.4), joints=(ARM.joints[0]._replace(link=11.8), ARM.joints[1])
     )
     rig = EmulatedRig(ARM, built, "cpu=0", {"A": FromAbove()}, height=2.0, noise_px=0.0)
     run = rig.measure(job)

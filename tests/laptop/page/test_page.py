@@ -18,15 +18,7 @@ import numpy as np
 import pytest
 from announced import wait_for_event
 from numbered_frames import lengthen
-from page_tracker import (
-    SYNTHETIC,
-    WINDOW,
-    Hand,
-    Surfer,
-    Tracker,
-    press_tool,
-    tool_button,
-)
+from page_tracker import SYNTHETIC, WINDOW, Hand, Surfer, Tracker, press_tool, tool_button
 from places import ROOT
 from waiting import PATIENCE, until
 

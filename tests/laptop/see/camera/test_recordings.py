@@ -159,14 +159,8 @@ class Undecodable:
 @pytest.mark.parametrize(
     ("codec", "why"),
     [
-        (
-            "AV01",
-            "is a film in AV1, which this OpenCV cannot decode; convert it, for example: ffm",
-        ),
-        (
-            "hev1",
-            "is a film of the codec hev1 of which no frame can be decoded: it is damaged, or",
-        ),
+        ("AV01", "is a film in AV1, which this OpenCV cannot decode; convert it, for example: ffm"),
+        ("hev1", "is a film of the codec hev1 of which no frame can be decoded: it is damaged, or"),
     ],
 )
 def test_a_film_that_cannot_be_decoded_is_refused_with_what_to_do(tmp_path, codec, why):

@@ -287,9 +287,7 @@ def test_a_marker_out_of_focus_is_refused_with_what_to_do(kind, radius, colour):
 @pytest.mark.parametrize("colour", ["red", "green", "orange"])
 @pytest.mark.parametrize("kind", ["disc", "ball"])
 @pytest.mark.parametrize(
-    ("radius", "blurred"),
-    [(8, {"blur": 4}), (14, {"blur": 4.7}), (24, {"blur": 8})],
-    ids=str,
+    ("radius", "blurred"), [(8, {"blur": 4}), (14, {"blur": 4.7}), (24, {"blur": 8})], ids=str
 )
 def test_what_was_learned_of_a_blurred_marker_finds_it_sharp(kind, colour, radius, blurred):
     """From its core, for it is pale at its rim: else a ball was lost in all frames after it."""

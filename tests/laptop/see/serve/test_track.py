@@ -210,13 +210,7 @@ def test_every_camera_is_opened_under_its_letter_and_asked_what_it_can_do(monkey
         assert context.params.pop("brick")
         for handed_in in ("page", "page_host", "page_port", "page_hold", "announce", "replace"):
             del context.params[handed_in]
-        assert (
-            tracking.track(
-                TrackOptions(**context.params),
-                synthetic,
-            )
-            == 0
-        )
+        assert tracking.track(TrackOptions(**context.params), synthetic) == 0
     assert opened == [
         ("film.avi", True, 20.0, None),
         ("B", "B.tilt=60", 20.0),

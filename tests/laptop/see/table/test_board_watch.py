@@ -8,13 +8,7 @@ from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.scene_constants import read_scene
 from laptop.emulator.scene.synthetic_camera import SyntheticCamera
 from laptop.see.table import board_watch
-from laptop.see.table.board_watch import (
-    CHECK_PERIOD,
-    LOOK_PERIOD,
-    MAX_PAUSE,
-    PATIENCE,
-    BoardWatch,
-)
+from laptop.see.table.board_watch import CHECK_PERIOD, LOOK_PERIOD, MAX_PAUSE, PATIENCE, BoardWatch
 from shared.arm_description import find_arm, read_arm
 
 WHERE = stand(52, 25, 200, 3)
