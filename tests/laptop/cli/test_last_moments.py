@@ -4,9 +4,9 @@ import os
 import subprocess
 import sys
 
-import cv2
 import numpy as np
 import pytest
+from numbered_frames import write_film
 from own_python import python
 from places import ROOT
 from run_json import run_in
@@ -79,10 +79,7 @@ program.run()
 @pytest.mark.parametrize("page", ["--page-port=0", "--no-page"])
 def test_a_tracker_ends_its_threads(tmp_path, page):
     """But for who starts the page's process: that may take longer than it is waited for."""
-    film = tmp_path / "film.avi"
-    out = cv2.VideoWriter(str(film), cv2.VideoWriter.fourcc(*"MJPG"), 20.0, (160, 120))
-    out.write(np.full((120, 160, 3), 130, np.uint8))
-    out.release()
+    film = write_film(tmp_path / "film.avi", [np.full((120, 160, 3), 130, np.uint8)])
     words = ["track", "--camera", str(film), "--host", "127.0.0.1", "--port", "0", page]
     done = python("-c", TELLING, *words, env={**os.environ, "BRICKSERVO_STATE": str(tmp_path)})
     first, *others = done.stderr.splitlines()

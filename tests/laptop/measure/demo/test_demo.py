@@ -17,11 +17,11 @@ import threading
 import time
 from http.server import BaseHTTPRequestHandler, HTTPServer
 
-import cv2
 import numpy as np
 import pytest
 from click.testing import CliRunner
 from lab_runs import left
+from numbered_frames import write_film
 from rich.console import Console
 from run_json import run_in
 from servo_log import log_text
@@ -633,10 +633,7 @@ def test_a_pixel_is_worth_most_where_the_cameras_tell_least():
 
 
 def test_what_the_tracker_announces_is_understood(tmp_path):
-    film = tmp_path / "film.avi"
-    out = cv2.VideoWriter(str(film), cv2.VideoWriter.fourcc(*"MJPG"), 20.0, (160, 120))
-    out.write(np.full((120, 160, 3), 130, np.uint8))
-    out.release()
+    film = write_film(tmp_path / "film.avi", [np.full((120, 160, 3), 130, np.uint8)])
     group = processes.ProcessGroup(tmp_path, {"BRICKSERVO_STATE": str(tmp_path)})
     words = ["track", "--camera", str(film), "--announce", "--host", "127.0.0.1"]
     tracker = group.start("tracker", [*words, "--port", "0", "--page-port", "0"])

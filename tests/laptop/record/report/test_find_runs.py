@@ -1,11 +1,10 @@
 """Which runs are found in a folder, and what is said of those that cannot be read."""
 
-import json
 import os
 
 import pytest
 from lab_runs import drawn, left
-from servo_log import log_text
+from servo_log import lines_of, log_text, text_of
 
 from laptop.record.names import RUN
 from laptop.record.report.find_runs import CONTENTS, NoRuns, read_runs
@@ -211,12 +210,12 @@ def test_columns_and_markers_have_bounds(tmp_path):
 
 @pytest.mark.parametrize("key", ["arm", "mode", "method", "goal", "camera"])
 def test_no_text_of_a_log_brings_a_folder_of_its_computer_into_a_report(tmp_path, key):
-    lines = [json.loads(line) for line in log_text().splitlines()]
+    lines = lines_of(log_text())
     path = "/home/anna/at work/x.ini"
     for told in lines:
         if key in told and isinstance(told[key], str):
             told[key] = path
-    (tmp_path / "servo.jsonl").write_text("".join(json.dumps(told) + "\n" for told in lines))
+    (tmp_path / "servo.jsonl").write_text(text_of(lines))
     (run,), left_out = read_runs(tmp_path)
     texts = [run.what, run.outcome, run.arm, *run.gaps, str(run.set_up), str(run.tables)]
     texts += [str([as_texts(table) for table in run.compared])]

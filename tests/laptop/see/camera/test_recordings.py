@@ -8,7 +8,7 @@ import pytest
 from captures import EndlessCapture
 from clocks import FakeClock
 from hostile_files import jpeg_of, png_of
-from numbered_frames import FPS, everything, number_of, picture
+from numbered_frames import FPS, everything, number_of, picture, write_film
 from waiting import PATIENCE
 
 from laptop.emulator.scene.sensor import marker_frame
@@ -114,11 +114,7 @@ def test_an_index_that_is_wrong_itself_is_not_gone_by(video):
 
 
 def test_half_an_mp4_is_called_cut_off(tmp_path):
-    path = tmp_path / "film.mp4"
-    out = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"mp4v"), FPS, (64, 48))
-    for number in range(10):
-        out.write(picture(number))
-    out.release()
+    path = write_film(tmp_path / "film.mp4", map(picture, range(10)), "mp4v")
     whole = path.read_bytes()
     with open_camera(str(path)) as source:
         assert len(everything(source)) == 10

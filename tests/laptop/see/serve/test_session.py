@@ -339,7 +339,7 @@ class FakePlacer:
         self.looks += 1
 
     def place(self, marker, pixel):
-        return (pixel[0] / 10, pixel[1] / 10) if self.looks > 1 and marker != "away" else None
+        return (pixel[0] / 10, pixel[1] / 10) if self.looks > 1 else None
 
     def tell(self, marker, pixel):
         at = self.place(marker, pixel)

@@ -19,6 +19,7 @@ import pytest
 from announced import wait_for_event
 from click.testing import CliRunner
 from fake_cameras import FakeCamera, frame
+from numbered_frames import write_film
 from own_python import python
 from places import FOOTAGE, ROOT
 from refusals import in_one_line
@@ -74,12 +75,7 @@ def state(tmp_path, monkeypatch):
 @pytest.fixture
 def video(tmp_path):
     def write(frames=12, name="film.avi", **looks):
-        path = tmp_path / name
-        out = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"MJPG"), 20.0, (WIDTH, HEIGHT))
-        for number in range(frames):
-            out.write(picture(number, **looks))
-        out.release()
-        return path
+        return write_film(tmp_path / name, (picture(number, **looks) for number in range(frames)))
 
     return write
 
@@ -253,12 +249,9 @@ def test_a_picked_colour_is_learned_used_and_kept(run, video, tmp_path, state):
 
 def test_what_is_gone_in_the_frames_after_a_pick_is_refused(run, video, tmp_path, state):
     """It may be a passing thing, or found in that one frame by luck."""
-    film = tmp_path / "film.avi"
-    out = cv2.VideoWriter(str(film), cv2.VideoWriter.fourcc(*"MJPG"), 20.0, (WIDTH, HEIGHT))
     plain = np.full((HEIGHT, WIDTH, 3), 128, np.uint8)
-    for image in [plain, picture(0, effector=GREEN), *[plain] * 7, picture(9, effector=GREEN)]:
-        out.write(image)
-    out.release()
+    once, late = (picture(number, effector=GREEN) for number in (0, 9))
+    film = write_film(tmp_path / "film.avi", [plain, once, *[plain] * 7, late])
     (u, v), (last_u, last_v) = place(0), place(9)
     words = ["--camera", film, "--no-serve", "--effector", "disc", "--pick"]
     shown = run(*words, f"effector={u},{v}@1", status=1)
