@@ -1,6 +1,5 @@
 """`calibrate`, end to end: what it finds, what it says where something is wrong, what it writes."""
 
-import csv
 import math
 import re
 import shutil
@@ -11,6 +10,7 @@ import pytest
 import spoilt_rigs
 from click import ClickException, UsageError
 from click.testing import CliRunner
+from csv_rows import rows_in
 from run_json import run_in
 
 from laptop.cli import calibrate
@@ -133,8 +133,7 @@ def test_an_emulated_arm_is_measured_and_drawn_with_and_reported(run, tmp_path):
     assert told["files"] == ["planar.ini", "rests.csv"]
     assert ("shoulder: link", "cm") in [(row["number"], row["unit"]) for row in told["numbers"]]
     poses = next(row["value"] for row in told["values"] if row["what"] == "poses")
-    with open(tmp_path / "out" / "rests.csv") as file:
-        rests = list(csv.DictReader(file))
+    rests = rows_in(tmp_path / "out" / "rests.csv")
     assert len(rests) == poses
     off = [float(row["off_u_px"]) for row in rests if row["off_u_px"]]
     assert math.sqrt(sum(x * x for x in off) / len(off)) < 1.0

@@ -1,7 +1,6 @@
 """`python -m laptop simulate`: what it leaves, what it passes on, and what it refuses."""
 
 import contextlib
-import csv
 import fcntl
 import math
 import os
@@ -17,6 +16,7 @@ from types import SimpleNamespace
 
 import pytest
 from click.testing import CliRunner
+from csv_rows import rows_in
 from own_python import python
 from places import ROOT
 from refusals import in_one_line
@@ -77,8 +77,7 @@ def script(tmp_path):
 
 
 def rows(out):
-    with open(out / "trace.csv", newline="") as file:
-        return list(csv.DictReader(file))
+    return rows_in(out / "trace.csv")
 
 
 def process(*words, **options):

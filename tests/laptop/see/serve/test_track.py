@@ -1,7 +1,6 @@
 """`python -m laptop track`: from the camera to the CSV, the link, the status and the last line."""
 
 import contextlib
-import csv
 import functools
 import io
 import json
@@ -18,6 +17,7 @@ import numpy as np
 import pytest
 from announced import wait_for_event
 from click.testing import CliRunner
+from csv_rows import rows_in
 from fake_cameras import FakeCamera, frame
 from numbered_frames import write_film
 from own_python import python
@@ -94,11 +94,6 @@ def run(tmp_path):
     return invoke
 
 
-def rows(path):
-    with open(path, newline="") as file:
-        return list(csv.DictReader(file))
-
-
 # A file, as fast as it goes
 
 
@@ -106,7 +101,7 @@ def test_a_video_becomes_a_row_per_frame_and_marker(run, video, tmp_path):
     shown = run("--camera", video(), "--no-serve", "--csv", tmp_path / "out.csv")
     data = (tmp_path / "out.csv").read_bytes()
     assert data.startswith(b"frame,t,marker,u,v,confidence\n0,0.000000,effector,")
-    table = rows(tmp_path / "out.csv")
+    table = rows_in(tmp_path / "out.csv")
     assert [row["frame"] for row in table] == [str(k // 2) for k in range(24)]
     assert [row["marker"] for row in table] == ["effector", "goal"] * 12
     for row in table:
@@ -125,7 +120,7 @@ def test_a_video_becomes_a_row_per_frame_and_marker(run, video, tmp_path):
 def test_a_lost_marker_has_no_place_and_no_confidence(run, video, tmp_path):
     film = video(goal=None)
     shown = run("--camera", film, "--no-serve", "--csv", tmp_path / "out.csv").stdout
-    table = [row for row in rows(tmp_path / "out.csv") if row["marker"] == "goal"]
+    table = [row for row in rows_in(tmp_path / "out.csv") if row["marker"] == "goal"]
     assert len(table) == 12
     assert {(row["u"], row["v"], row["confidence"]) for row in table} == {("", "", "0.000")}
     assert "nothing of this colour" in shown
@@ -134,7 +129,7 @@ def test_a_lost_marker_has_no_place_and_no_confidence(run, video, tmp_path):
 
 def test_a_fixed_goal_is_in_every_row(run, video, tmp_path):
     run("--camera", video(), "--no-serve", "--goal", "12.5,30", "--csv", tmp_path / "out.csv")
-    table = [row for row in rows(tmp_path / "out.csv") if row["marker"] == "goal"]
+    table = [row for row in rows_in(tmp_path / "out.csv") if row["marker"] == "goal"]
     assert len(table) == 12
     assert {(row["u"], row["v"], row["confidence"]) for row in table} == {
         ("12.500", "30.000", "1.000")
@@ -146,7 +141,7 @@ def test_two_cameras_are_told_apart(run, video, tmp_path):
     out = tmp_path / "out.csv"
     words = ["--camera", one, "--camera", two, "--goal", "1,2", "--goal", "3,4", "--csv", out]
     run(*words, "--no-serve", "--picture", tmp_path / "view.png")
-    table = rows(out)
+    table = rows_in(out)
     assert list(table[0])[-1] == "camera"
     in_turn = [(row["camera"], row["frame"]) for row in table if row["marker"] == "effector"]
     assert in_turn[:4] == [("A", "0"), ("B", "0"), ("A", "1"), ("B", "1")]
@@ -164,7 +159,7 @@ def test_a_colour_learned_at_the_first_camera_is_looked_for_at_all(run, video, t
     green, red = video(3, "green.avi", effector=GREEN, goal=None), video(3, "red.avi", goal=GREEN)
     words = ["--camera", green, "--camera", red, "--pick", "effector=30,60", "--effector", "disc"]
     run(*words, "--no-serve", "--csv", tmp_path / "out.csv")
-    table = {(row["camera"], row["frame"]): row for row in rows(tmp_path / "out.csv")}
+    table = {(row["camera"], row["frame"]): row for row in rows_in(tmp_path / "out.csv")}
     for number in range(3):
         for camera, wanted in (("A", place(number)), ("B", (120, 25))):
             row = table[camera, str(number)]
@@ -223,7 +218,7 @@ def test_frames_that_cannot_be_read_are_told(run, video, tmp_path):
     film.write_bytes(data)
     shown = run("--camera", film, "--no-serve", "--csv", tmp_path / "out.csv")
     assert "11 frames, 1 of 12 frames could not be read" in shown.stdout
-    assert "1" not in {row["frame"] for row in rows(tmp_path / "out.csv")}
+    assert "1" not in {row["frame"] for row in rows_in(tmp_path / "out.csv")}
 
 
 # Which markers
@@ -234,7 +229,7 @@ def test_a_picked_colour_is_learned_used_and_kept(run, video, tmp_path, state):
     u, v = place(6)
     words = ["--camera", film, "--no-serve", "--csv", tmp_path / "out.csv"]
     run(*words, "--pick", f"effector={u},{v}@6", "--effector", "disc")
-    table = rows(tmp_path / "out.csv")
+    table = rows_in(tmp_path / "out.csv")
     assert {row["marker"] for row in table} == {"effector"}, "nobody showed a goal"
     assert [row["frame"] for row in table] == [str(k) for k in range(12)], "from the start"
     assert math.dist((float(table[0]["u"]), float(table[0]["v"])), place(0)) < 0.3
@@ -243,7 +238,7 @@ def test_a_picked_colour_is_learned_used_and_kept(run, video, tmp_path, state):
     assert kept.color.hue == pytest.approx(135, abs=4)
 
     run(*words)  # what was learned is known the next time
-    again = [row for row in rows(tmp_path / "out.csv") if row["marker"] == "effector"]
+    again = [row for row in rows_in(tmp_path / "out.csv") if row["marker"] == "effector"]
     assert [row["u"] for row in again] == [row["u"] for row in table]
 
 
@@ -264,7 +259,7 @@ def test_what_is_gone_in_the_frames_after_a_pick_is_refused(run, video, tmp_path
 def test_a_goal_that_was_asked_for_is_tracked_beside_a_picked_effector(run, video, tmp_path):
     words = ["--camera", video(effector=GREEN), "--no-serve", "--csv", tmp_path / "out.csv"]
     run(*words, "--pick", "effector=30,60", "--goal", "blue")
-    assert {row["marker"] for row in rows(tmp_path / "out.csv")} == {"effector", "goal"}
+    assert {row["marker"] for row in rows_in(tmp_path / "out.csv")} == {"effector", "goal"}
 
 
 def test_a_rectangle_may_be_picked_and_the_kind_said(run, video, state):
@@ -285,7 +280,7 @@ def test_every_marker_of_a_file_that_is_named_is_tracked(run, video, tmp_path):
     names = {"effector": "red", "goal": "blue", "third": "disc:yellow"}
     write_markers(file, {name: read_spec(name, spec) for name, spec in names.items()})
     run("--camera", video(), "--no-serve", "--markers", file, "--csv", tmp_path / "out.csv")
-    assert {row["marker"] for row in rows(tmp_path / "out.csv")} == set(names)
+    assert {row["marker"] for row in rows_in(tmp_path / "out.csv")} == set(names)
 
 
 def test_a_kind_alone_changes_the_kind_of_a_known_marker(video, run, state):
@@ -594,7 +589,7 @@ def test_serving_plays_the_video_in_its_own_time_and_tells_the_brick_what_to_typ
     assert (done.returncode, done.stderr) == (0, "")
     assert "robot/visual_servoing.py" in done.stdout
     assert "pairing code, once: " in done.stdout
-    table = [row for row in rows(tmp_path / "out.csv") if row["marker"] == "effector"]
+    table = [row for row in rows_in(tmp_path / "out.csv") if row["marker"] == "effector"]
     steps = [
         (float(b["t"]) - float(a["t"])) / (int(b["frame"]) - int(a["frame"]))
         for a, b in zip(table, table[1:], strict=False)
@@ -615,7 +610,7 @@ def test_ctrl_c_ends_a_process_with_130_and_one_line(tmp_path):
     assert tracker.returncode == 130
     assert error == "laptop: stopped by Ctrl-C\n"
     assert "confidence" in rest
-    table = rows(out)
+    table = rows_in(out)
     assert {row["marker"] for row in table} == {"effector", "goal"}
     assert {row["confidence"] for row in table} != {"0.000"}
 
@@ -631,7 +626,7 @@ def test_on_real_footage_as_in_the_readme(run, tmp_path):
     pick = f"effector={first['x']},{first['y']}@{first['frame']}"
     film = FOOTAGE / "trflorian_ball2.mp4"
     run("--camera", film, "--pick", pick, "--no-serve", "--csv", tmp_path / "out.csv")
-    table = {int(row["frame"]): row for row in rows(tmp_path / "out.csv")}
+    table = {int(row["frame"]): row for row in rows_in(tmp_path / "out.csv")}
     assert sorted(table) == list(range(1004))
     off = [
         math.dist((float(table[k["frame"]]["u"]), float(table[k["frame"]]["v"])), (k["x"], k["y"]))
@@ -659,7 +654,7 @@ def test_with_a_board_markers_are_told_in_cm_on_it(run, tmp_path):
     assert "camera A: board a4: " in shown.output
     assert "scale: the bar is 100 mm long, as measured" in shown.output
     tip = kinematics.forward(arm, q)
-    table = rows(tmp_path / "out.csv")
+    table = rows_in(tmp_path / "out.csv")
     assert len(table) == 4
     for row in table:
         wanted = tip if row["marker"] == "effector" else (12, -9)
@@ -667,7 +662,7 @@ def test_with_a_board_markers_are_told_in_cm_on_it(run, tmp_path):
         assert place == pytest.approx(wanted, abs=0.06), row
     bare = run(*words)
     assert "markers in 1 view" not in bare.output
-    assert "x" not in rows(tmp_path / "out.csv")[0]
+    assert "x" not in rows_in(tmp_path / "out.csv")[0]
 
 
 def test_after_touching_crosses_the_pens_place_is_told_on_the_board_and_by_the_arm(run, tmp_path):
@@ -685,7 +680,7 @@ def test_after_touching_crosses_the_pens_place_is_told_on_the_board_and_by_the_a
     write_touched(tmp_path / "t.json", TouchedArm("planar", "a4", None, fit))
     words = ["--camera", tmp_path, "--no-serve", "--board", "--csv", tmp_path / "out.csv"]
     run(*words, "--touched", tmp_path / "t.json")
-    for row in rows(tmp_path / "out.csv"):
+    for row in rows_in(tmp_path / "out.csv"):
         pen = kinematics.forward(arm, q) if row["marker"] == "effector" else (12, -9)
         assert (float(row["arm_x"]), float(row["arm_y"])) == pytest.approx(pen, abs=0.06), row
         on_board = to_board @ pen + base
@@ -695,7 +690,7 @@ def test_after_touching_crosses_the_pens_place_is_told_on_the_board_and_by_the_a
 def test_a_camera_that_sees_no_board_tells_pixels_and_no_cm(run, video, tmp_path):
     shown = run("--camera", video(), "--no-serve", "--board", "--csv", tmp_path / "out.csv")
     assert "cm" not in shown.output
-    assert {(row["x"], row["y"]) for row in rows(tmp_path / "out.csv")} == {("", "")}
+    assert {(row["x"], row["y"]) for row in rows_in(tmp_path / "out.csv")} == {("", "")}
 
 
 @pytest.mark.parametrize(
