@@ -71,6 +71,13 @@ def around(count, reach=24):
     ]
 
 
+def followed(marker, count=16, reach=24, **looks):
+    """What `follow` tells of a marker in places around the middle, and the places."""
+    places = around(count, reach)
+    pictures = [picture(u=u, v=v, seed=k, **looks) for k, (u, v) in enumerate(places)]
+    return (*follow(marker, pictures), places)
+
+
 def test_there_is_a_finder_for_every_kind():
     assert set(FINDERS) == set(KINDS)
 
@@ -96,12 +103,8 @@ def test_there_is_a_finder_for_every_kind():
     ids=str,
 )
 def test_a_flat_disc_is_placed_to_a_few_hundredths_of_a_pixel(radius, options, limit):
-    marker = learned(radius=radius, **options)
-    places = around(16)
-    pictures = [
-        picture(u=u, v=v, radius=radius, seed=k, **options) for k, (u, v) in enumerate(places)
-    ]
-    seen, why = follow(marker, pictures)
+    looks = {"radius": radius, **options}
+    seen, why, places = followed(learned(**looks), **looks)
     assert set(why) == {""}
     assert rms(seen, places) <= limit
     assert min(s.confidence for s in seen) >= 0.9
@@ -109,9 +112,7 @@ def test_a_flat_disc_is_placed_to_a_few_hundredths_of_a_pixel(radius, options, l
 
 
 def test_a_word_is_as_precise_as_a_pick():
-    places = around(16)
-    pictures = [picture(u=u, v=v, seed=k) for k, (u, v) in enumerate(places)]
-    seen, _ = follow(read_spec(NAME, "red"), pictures)
+    seen, _, places = followed(read_spec(NAME, "red"))
     assert rms(seen, places) <= 0.03
     assert len(claims(seen)) == 16
 
@@ -120,10 +121,8 @@ def test_a_word_is_as_precise_as_a_pick():
 def test_an_edge_in_the_background_pulls_by_less_than_a_pixel(kind):
     ground = np.full((HEIGHT, WIDTH, 3), 230, np.uint8)
     ground[:, WIDTH // 2 :] = 40
-    marker = learned(kind, background=ground)
-    places = around(16)
-    pictures = [picture(kind, u, v, background=ground, seed=k) for k, (u, v) in enumerate(places)]
-    seen, _ = follow(marker, pictures)
+    looks = {"kind": kind, "background": ground}
+    seen, _, places = followed(learned(**looks), **looks)
     assert rms(seen, places) <= 0.5
     assert len(claims(seen)) == 16
 
@@ -131,22 +130,16 @@ def test_an_edge_in_the_background_pulls_by_less_than_a_pixel(kind):
 @pytest.mark.parametrize("radius", [12, 20])
 @pytest.mark.parametrize("colour", ["red", "green"])
 def test_a_shaded_ball_with_a_highlight_is_placed_to_half_a_pixel(radius, colour):
-    marker = learned("ball", radius, colour)
-    places = around(16)
-    pictures = [picture("ball", u, v, radius, colour, seed=k) for k, (u, v) in enumerate(places)]
-    seen, why = follow(marker, pictures)
+    looks = {"kind": "ball", "radius": radius, "colour": colour}
+    seen, why, places = followed(learned(**looks), **looks)
     assert set(why) == {""}
     assert rms(seen, places) <= 0.4
     assert len(claims(seen)) == 16
 
 
 def test_an_aruco_marker_is_placed_to_a_tenth_of_a_pixel():
-    places = around(12)
-    pictures = [
-        picture("aruco", u, v, 20, number=7, background="white", seed=k)
-        for k, (u, v) in enumerate(places)
-    ]
-    seen, why = follow(read_spec(NAME, "aruco:7"), pictures)
+    looks = {"kind": "aruco", "radius": 20, "number": 7, "background": "white"}
+    seen, why, places = followed(read_spec(NAME, "aruco:7"), 12, **looks)
     assert set(why) == {""}
     assert rms(seen, places) <= 0.12
     assert len(claims(seen)) == 12
@@ -291,9 +284,7 @@ def test_what_is_beside_a_disc_does_not_pull():
     ground[v - 5 : v + 10, : u - 15] = 0, 190, 230
     ground[v + 15 :, u - 3 : u + 4] = 60, 55, 50
     ground[v + 15 : v + 19, u + 5 : u + 8] = 30, 20, 200
-    places = around(24, reach=1)
-    pictures = [picture(u=u, v=v, background=ground, seed=k) for k, (u, v) in enumerate(places)]
-    seen, why = follow(read_spec(NAME, "red"), pictures)
+    seen, why, places = followed(read_spec(NAME, "red"), 24, reach=1, background=ground)
     assert set(why) == {""}
     assert rms(seen, places) <= 0.06
     assert len(claims(seen)) == 24
