@@ -50,6 +50,9 @@ def test_the_grammar_of_paths(data, points):
     ("data", "points"),
     [
         ("L1 1", []),  # it begins with a move
+        ("3 3 M1 1L2 2", []),
+        ("H5", []),
+        ("nan", []),
         ("M0 0L1 0L2", [[(0, 0), (1, 0)]]),
         ("M0 0L1 0 2 0 3", [[(0, 0), (1, 0), (2, 0)]]),
         ("M0 0L1 0X9 9", [[(0, 0), (1, 0)]]),
