@@ -4,13 +4,12 @@ import re
 
 import numpy as np
 import pytest
+from arms import PLANAR
 
 from laptop.drawing import strokes
 from laptop.drawing.artwork import stroke_length
 from robot.motion import kinematics, trajectory
-from shared.arm_description import find_arm, read_arm
 
-PLANAR = read_arm(find_arm("planar"))
 BOTH = ("up", "down")
 ANGLES = np.linspace(np.radians(-120), np.radians(200), 300)
 ARC = np.column_stack([14 * np.cos(ANGLES), 14 * np.sin(ANGLES)])

@@ -9,6 +9,8 @@ from types import SimpleNamespace
 import jobs
 import numpy as np
 import pytest
+from arms import PLANAR as ARM
+from arms import SPATIAL
 
 from laptop.emulator.rig import Rig
 from laptop.emulator.scene.scene import Scene
@@ -16,10 +18,7 @@ from laptop.emulator.scene.scene_constants import read_scene
 from laptop.measure.emulated_rig import EmulatedRig, RenderedRig, marker_point
 from laptop.measure.measured_run import BadMeasurement
 from robot.motion import kinematics
-from shared.arm_description import find_arm, read_arm
 
-ARM = read_arm(find_arm("planar"))
-SPATIAL = read_arm(find_arm("spatial"))
 WAYS = [[(9.0, 2.0), (12.0, 4.0)], [(12.0, 4.0), (14.0, -2.0)]]
 
 

@@ -4,15 +4,14 @@ import math
 
 import numpy as np
 import pytest
+from arms import PLANAR as ARM
 from csv_rows import rows_in
 
 from laptop.measure.accuracy import report
 from laptop.measure.accuracy.measurement import AccuracyResult, Attained, Criterion
 from laptop.measure.accuracy.plan import AccuracyPlan
 from laptop.measure.accuracy.sighting import ArmOnBoard
-from shared.arm_description import find_arm, read_arm
 
-ARM = read_arm(find_arm("planar"))
 PLAN = AccuracyPlan(ARM, ARM.elbow, 8.0, np.array([14.0, 0.0]), 3)
 OBSERVED = {
     "P1": Attained(

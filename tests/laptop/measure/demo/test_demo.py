@@ -19,6 +19,7 @@ from http.server import BaseHTTPRequestHandler, HTTPServer
 
 import numpy as np
 import pytest
+from arms import ARMS
 from click.testing import CliRunner
 from lab_runs import left
 from numbered_frames import write_film
@@ -39,9 +40,7 @@ from laptop.measure.demo.processes import DemoFailed
 from laptop.record.run_folder import NoRunFolder
 from laptop.record.servo.servo_log import Log
 from laptop.see.serve import process_signals
-from shared.arm_description import find_arm, read_arm
 
-ARMS = {name: read_arm(find_arm(name)) for name in ("planar", "geared", "spatial")}
 ARM = ARMS["planar"]
 TILTED = "tilt=30,azimuth=30,roll=5"
 

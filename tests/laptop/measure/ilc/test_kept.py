@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from arms import PLANAR as ARM
 
 from laptop.drawing.lines import in_place, line_through
 from laptop.drawing.options import DrawingOptions
@@ -12,9 +13,6 @@ from laptop.drawing.preparing import prepare
 from laptop.measure.ilc import kept
 from laptop.measure.ilc.learning import Offsets, none
 from laptop.measure.ilc.rehearsal import Learned, Lessons, Step
-from shared.arm_description import find_arm, read_arm
-
-ARM = read_arm(find_arm("planar"))
 
 
 def plan_of(points, arm=ARM):

@@ -7,6 +7,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
+from arms import PLANAR as ARM
 
 from laptop.emulator.scene.optics import Box, coverage, light_of, to_srgb
 from laptop.emulator.scene.poses import ScriptedPoses
@@ -17,10 +18,8 @@ from laptop.emulator.scene.synthetic_camera import SyntheticCamera
 from laptop.see.markers.learning import learn
 from laptop.see.markers.markers import KINDS, Marker, read_spec
 from laptop.see.markers.tracker import FINDERS, Tracker
-from shared.arm_description import find_arm, read_arm
 from shared.messages import LEAST_CONFIDENCE
 
-ARM = read_arm(find_arm("planar"))
 WIDTH, HEIGHT = 144, 108
 U, V = 70.3, 54.6
 NAME = "effector"
