@@ -25,6 +25,12 @@ def stand(distance, tilt, azimuth=0.0, roll=0.0, at=(0.0, 0.0)):
     return turned, -turned @ (np.array([*at, 0]) + distance * axis)
 
 
+def turned(angle, vector):
+    """A vector, turned in the plane."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([c * vector[0] - s * vector[1], s * vector[0] + c * vector[1]])
+
+
 def pixels(where, points, lens=LENS):
     """Pixels of points (n, 3), cm: Brown's formula, written out."""
     turned, shift = where

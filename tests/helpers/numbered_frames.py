@@ -19,13 +19,18 @@ def number_of(image):
     return round((float(image.mean()) - 10) / STEP)
 
 
-def write_video(folder, frames=10, fps=FPS, name="film.avi"):
-    path = folder / name
-    out = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"MJPG"), fps, (64, 48))
-    for number in range(frames):
-        out.write(picture(number))
+def write_film(path, pictures, codec="MJPG", fps=FPS):
+    """A film of any pictures; its path."""
+    first, *others = pictures
+    out = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*codec), fps, first.shape[1::-1])
+    for image in (first, *others):
+        out.write(image)
     out.release()
     return path
+
+
+def write_video(folder, frames=10, fps=FPS, name="film.avi"):
+    return write_film(folder / name, map(picture, range(frames)), fps=fps)
 
 
 def everything(source):

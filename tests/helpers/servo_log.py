@@ -10,6 +10,16 @@ def line(kind, t=0.0, **values):
     return json.dumps({"kind": kind, "t": t, **values}) + "\n"
 
 
+def lines_of(text):
+    """The lines of a log, to be changed."""
+    return [json.loads(told) for told in text.splitlines()]
+
+
+def text_of(lines):
+    """A log of these lines."""
+    return "".join(json.dumps(told) + "\n" for told in lines)
+
+
 def log_text(off=2.0, verdict="converged", method="chain", cameras="A", **words):
     """What the servo writes of a run from 200 px away to `off` px, all along the first row."""
     joints = ("base", "shoulder", "elbow")[1 - len(cameras) :]

@@ -1,13 +1,11 @@
 """All commands alike: help that is there at once, and one line where a library is missing."""
 
 import os
-import subprocess
-import sys
 from pathlib import Path
 
 import click
 import pytest
-from places import ROOT
+from own_python import python
 
 from laptop.cli import main
 
@@ -30,7 +28,7 @@ def show(command, *words):
 
 show(laptop)
 """
-    done = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True)
+    done = python("-c", program)
     assert done.stderr == ""
     told = done.stdout.splitlines()
     assert {" is quick", "simulate is quick", "bench draw is quick"} < set(told)
@@ -78,13 +76,7 @@ def test_what_is_told_of_a_wrong_word_is_a_sentence_and_so_is_the_next_step(
 def test_a_library_that_is_not_there_is_named_in_one_line(tmp_path, there, words, missing):
     if there:
         (tmp_path / "click").symlink_to(Path(click.__file__).parent)
-    done = subprocess.run(
-        [sys.executable, "-S", "-m", "laptop", *words],
-        cwd=ROOT,
-        env={**os.environ, "PYTHONPATH": str(tmp_path)},
-        capture_output=True,
-        text=True,
-    )
+    done = python("-S", "-m", "laptop", *words, env={**os.environ, "PYTHONPATH": str(tmp_path)})
     assert done.returncode == 1
     assert done.stderr == (
         f"laptop: {missing} is not installed here; run .uv/bin/uv run python -m laptop\n"

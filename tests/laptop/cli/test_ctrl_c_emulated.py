@@ -1,11 +1,9 @@
 """Ctrl-C while the emulated brick works: a command says that it was stopped, and writes nothing."""
 
 import os
-import subprocess
-import sys
 
 import pytest
-from places import ROOT
+from own_python import python
 
 PROGRAM = """
 import os, signal
@@ -36,14 +34,9 @@ IMPORTING, AT_WORK = 0.3, 6.0
 @pytest.mark.parametrize("at", [IMPORTING, AT_WORK], ids=["importing", "at work"])
 @pytest.mark.parametrize("words", [CALIBRATE, DRAW, TOUCH, ACCURACY], ids=lambda words: words[0])
 def test_ctrl_c_on_an_emulated_brick_is_told_in_one_line(tmp_path, words, at):
-    done = subprocess.run(
-        [sys.executable, "-c", PROGRAM, *words, "--out", str(tmp_path / "out")],
-        cwd=ROOT,
-        env={**os.environ, "BRICKSERVO_STATE": str(tmp_path / "state"), "AT": str(at)},
-        start_new_session=True,
-        capture_output=True,
-        text=True,
-    )
+    env = {**os.environ, "BRICKSERVO_STATE": str(tmp_path / "state"), "AT": str(at)}
+    words = *words, "--out", tmp_path / "out"
+    done = python("-c", PROGRAM, *words, env=env, start_new_session=True)
     assert done.stderr.strip() == "laptop: stopped"
     assert done.returncode == 130
     files = [file for file in tmp_path.rglob("*") if file.is_file()]

@@ -4,9 +4,10 @@ import os
 import subprocess
 import sys
 
-import cv2
 import numpy as np
 import pytest
+from numbered_frames import write_film
+from own_python import python
 from places import ROOT
 from run_json import run_in
 
@@ -39,8 +40,7 @@ BUSY = "threading.Timer(0.2, print, ['later']).start()"
     ids=["alone", "busy", "hung"],
 )
 def test_the_interpreter_does_not_end_under_a_thread_that_goes_on(work, printed, end):
-    words = [sys.executable, "-c", PROGRAM.format(work=work, end=end)]
-    done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True)
+    done = python("-c", PROGRAM.format(work=work, end=end))
     assert (done.returncode, done.stderr) == (3, "")
     assert done.stdout == printed
 
@@ -79,18 +79,9 @@ program.run()
 @pytest.mark.parametrize("page", ["--page-port=0", "--no-page"])
 def test_a_tracker_ends_its_threads(tmp_path, page):
     """But for who starts the page's process: that may take longer than it is waited for."""
-    film = tmp_path / "film.avi"
-    out = cv2.VideoWriter(str(film), cv2.VideoWriter.fourcc(*"MJPG"), 20.0, (160, 120))
-    out.write(np.full((120, 160, 3), 130, np.uint8))
-    out.release()
+    film = write_film(tmp_path / "film.avi", [np.full((120, 160, 3), 130, np.uint8)])
     words = ["track", "--camera", str(film), "--host", "127.0.0.1", "--port", "0", page]
-    done = subprocess.run(
-        [sys.executable, "-c", TELLING, *words],
-        cwd=ROOT,
-        env={**os.environ, "BRICKSERVO_STATE": str(tmp_path)},
-        capture_output=True,
-        text=True,
-    )
+    done = python("-c", TELLING, *words, env={**os.environ, "BRICKSERVO_STATE": str(tmp_path)})
     first, *others = done.stderr.splitlines()
     assert (done.returncode, first) == (0, "MainThread")
     if "page watcher" in others:

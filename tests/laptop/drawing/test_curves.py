@@ -31,10 +31,6 @@ def test_a_circle_has_its_length_and_stays_within_tolerance(radius):
     assert sagitta.max() <= TOLERANCE * 1.05
     assert np.degrees(turns(points)).max() <= SMOOTH_TURN + SLACK
     assert stroke_length(points) == pytest.approx(2 * math.pi * radius, rel=2e-3)
-
-
-def test_a_whole_ellipse_ends_where_it_begins():
-    points = curve_points(circle(5.0), TOLERANCE)
     assert points[0].tolist() == points[-1].tolist()
 
 
@@ -102,14 +98,6 @@ def test_a_curve_that_is_none_is_a_line_or_a_point(control):
     assert len(points) <= 2
     assert points[0] == pytest.approx(control[0])
     assert points[-1] == pytest.approx(control[-1])
-
-
-def test_pieces_that_follow_each_other_share_their_points():
-    pieces = [
-        Straight(np.array([[0.0, 0], [1, 0]])),
-        Straight(np.array([[1.0, 0], [1, 0], [1, 1]])),
-    ]
-    assert flatten(pieces, TOLERANCE).tolist() == [[0, 0], [1, 0], [1, 1]]
 
 
 def test_a_sparse_circle_is_rounded_to_a_circle():

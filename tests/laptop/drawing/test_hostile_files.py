@@ -6,11 +6,11 @@ All are read by one process of its own, which may not grow, and tells what it op
 import json
 import os
 import re
-import subprocess
 import sys
 
 import pytest
 from hostile_files import DRAWN, FILES, SPECIAL, make_all
+from own_python import python
 from places import ROOT
 
 MEMORY = 800_000_000
@@ -65,14 +65,8 @@ def reading(tmp_path_factory):
         pytest.skip("pipes, devices and a bound on memory, as Linux has them")
     folder = tmp_path_factory.mktemp("hostile")
     paths = {name: str(path) for name, path in make_all(folder).items()}
-    done = subprocess.run(
-        [sys.executable, "-c", READER, str(MEMORY)],
-        input=json.dumps(paths),
-        capture_output=True,
-        text=True,
-        cwd=ROOT,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), str(ROOT / "tests/helpers")])},
-    )
+    env = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), str(ROOT / "tests/helpers")])}
+    done = python("-c", READER, MEMORY, input=json.dumps(paths), env=env)
     assert done.returncode == 0, done.stderr[-3000:]
     return folder, json.loads(done.stdout)
 

@@ -142,14 +142,6 @@ def test_the_nearest_is_found_as_by_looking_everywhere():
         here = heads[k] if turned else tails[k]
 
 
-def test_joining_loses_nothing():
-    lines = [stroke((x, y), (x + 1, y)) for x in range(6) for y in range(6)]
-    lines += [stroke((x, y), (x, y + 1)) for x in range(6) for y in range(6)]
-    found = merging.merged(lines)
-    assert segments(found) == segments(lines)
-    assert len(found) < 24
-
-
 def test_the_order_loses_nothing():
     lines = scattered(60)
     assert segments(ordering.ordered(lines, HERE)) == segments(lines)

@@ -86,13 +86,6 @@ def test_each_slider_does_what_it_says():
     assert count(detail=0, shades=4) > count(detail=0, shades=1)
 
 
-def test_paper_shows_through_what_is_transparent():
-    image = np.zeros((100, 100, 4), np.uint8)  # all black, and clear
-    cv2.circle(image, (50, 50), 25, (0, 0, 0, 255), -1)
-    grey = read_grey(packed(image), "a")
-    assert (grey[0, 0], grey[50, 50]) == (255, 0)
-
-
 @pytest.mark.parametrize(
     "image",
     [

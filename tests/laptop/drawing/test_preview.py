@@ -6,15 +6,13 @@ import xml.etree.ElementTree as ElementTree
 import cv2
 import numpy as np
 import pytest
+from arms import PLANAR as ARM
 
 from laptop.drawing import preparing, preview, preview_plot
 from laptop.drawing.artwork import Artwork
 from laptop.drawing.options import DrawingOptions
 from laptop.record.figures.sheet import TALL, new_figure
 from laptop.system.files import CannotWrite
-from shared.arm_description import find_arm, read_arm
-
-ARM = read_arm(find_arm("planar"))
 
 
 def plan(name="a <b> & c", **options):

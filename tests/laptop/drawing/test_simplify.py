@@ -5,16 +5,15 @@ import math
 
 import numpy as np
 import pytest
+from arms import PLANAR
 
 from laptop.drawing import simplify
 from laptop.drawing.artwork import turns
 from laptop.record.figures.line_accuracy import distances
 from robot.motion import kinematics, trajectory
 from robot.motion.paths import CORNER
-from shared.arm_description import find_arm, read_arm
 
 TOLERANCE = 0.01
-PLANAR = read_arm(find_arm("planar"))
 
 
 def circle(radius, n, centre=(13.0, 0.0)):

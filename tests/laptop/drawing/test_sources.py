@@ -12,7 +12,6 @@ from laptop.drawing.gallery_files import GALLERY, gallery
 from laptop.drawing.lettering import Lettering
 from laptop.drawing.pictures import Tracing
 from laptop.drawing.sources import read_source
-from laptop.drawing.svg import read_svg
 
 SVG = b'<svg xmlns="http://www.w3.org/2000/svg"><path stroke="red" d="M0 0h96"/></svg>'
 
@@ -143,11 +142,6 @@ def test_a_path_that_leads_to_no_drawing_is_refused(path, told):
 def test_other_files_that_people_try_are_named_with_what_to_do(data):
     with pytest.raises(BadArtwork, match="^drawing: is (a |Post).*, which is not read; save"):
         read_source(data)
-
-
-def test_bytes_are_read_as_a_file_of_them_is():
-    assert read_source(SVG).strokes[0].tolist() == read_svg(SVG).strokes[0].tolist()
-    assert read_source(SVG, "-").name == "-"
 
 
 @pytest.mark.parametrize(

@@ -4,14 +4,15 @@ import re
 
 import numpy as np
 import pytest
+from arms import PLANAR
 
 from laptop.drawing import strokes
 from laptop.drawing.artwork import stroke_length
 from robot.motion import kinematics, trajectory
-from shared.arm_description import find_arm, read_arm
 
-PLANAR = read_arm(find_arm("planar"))
 BOTH = ("up", "down")
+ANGLES = np.linspace(np.radians(-120), np.radians(200), 300)
+ARC = np.column_stack([14 * np.cos(ANGLES), 14 * np.sin(ANGLES)])
 
 
 def cut(*lines, postures=BOTH):
@@ -56,22 +57,18 @@ def test_each_part_can_be_followed_in_each_posture_that_it_names():
 
 def test_a_stroke_that_needs_both_postures_is_drawn_in_parts_that_meet():
     """Of a circle around the base each posture has most, and both together all."""
-    angles = np.linspace(np.radians(-120), np.radians(200), 300)
-    arc = np.column_stack([14 * np.cos(angles), 14 * np.sin(angles)])
-    found = cut(arc)
+    found = cut(ARC)
     assert found.missed == ()
     assert found.in_parts == (1,)
     assert {s.postures for s in found.strokes} == {("up",), ("down",)}
     for a, b in zip(found.strokes, found.strokes[1:], strict=False):
         assert a.points[-1] == pytest.approx(b.points[0], abs=0.02)
     drawn = sum(stroke_length(s.points) for s in found.strokes)
-    assert drawn == pytest.approx(stroke_length(arc), abs=0.02)
+    assert drawn == pytest.approx(stroke_length(ARC), abs=0.02)
 
 
 def test_one_posture_alone_misses_what_the_other_has():
-    angles = np.linspace(np.radians(-120), np.radians(200), 300)
-    arc = np.column_stack([14 * np.cos(angles), 14 * np.sin(angles)])
-    assert cut(arc, postures=("up",)).missed
+    assert cut(ARC, postures=("up",)).missed
 
 
 def test_the_refusal_says_which_how_much_and_where():

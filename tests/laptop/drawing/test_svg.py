@@ -46,14 +46,9 @@ def only(body):
         ('<line x1="1" y1="2" x2="3" y2="4"/>', [(1, 2), (3, 4)]),
         ('<polyline points="1,2 3,4,5-6"/>', [(1, 2), (3, 4), (5, -6)]),
         ('<polygon points="1 2 3 4 5 0"/>', [(1, 2), (3, 4), (5, 0), (1, 2)]),
-        (
-            '<rect x="1" y="2" width="3" height="4"/>',
-            [(1, 2), (4, 2), (4, 6), (1, 6), (1, 2)],
-        ),
-        ('<path d="M1 2L3 4H9V7"/>', [(1, 2), (3, 4), (9, 4), (9, 7)]),
+        ('<rect x="1" y="2" width="3" height="4"/>', [(1, 2), (4, 2), (4, 6), (1, 6), (1, 2)]),
         ('<path d="m1 2l3 4h9v7 1"/>', [(1, 2), (4, 6), (13, 6), (13, 13), (13, 14)]),
         ('<path d="M1 2 3 4 5 5z"/>', [(1, 2), (3, 4), (5, 5), (1, 2)]),
-        ('<path d="M1e1.5L-.5.25"/>', [(10, 0.5), (-0.5, 0.25)]),
         ('<line x1="10%" y1="50%" x2="1cm" y2="1in"/>', [(10, 40), (96 / 2.54, 96)]),
     ],
 )
@@ -292,6 +287,7 @@ def test_layers_are_named_and_hidden_ones_left_out():
         ('<path d="M1 1h1" marker-end="url(#a)"/>',
          "An arrow head or other marker on a line is not drawn."),
         ('<use href="#nowhere"/>', 'A reference leads nowhere ("#nowhere").'),
+        ('<path d="L1 1"/>', 'A path is broken, and drawn up to there ("L1 1").'),
         ('<rect width="9" height="?"/>', 'A value that cannot be read is passed over ("?").'),
         ("<style>g >> path {stroke: red}</style>",
          'A style rule is not understood, and not followed ("g >> path").'),
@@ -331,27 +327,15 @@ def test_what_shows_nothing_by_itself_is_not_drawn(body):
     ("rules", "attributes", "is_drawn"),
     [
         (".a{display:none}", 'class="b a"', False),
-        (".a{display:none}", 'class="ab"', True),
-        ("#x{display:none}", 'id="x"', False),
-        ("path{display:none}", "", False),
-        ("path.a{display:none}", 'class="a"', False),
-        ("rect.a{display:none}", 'class="a"', True),
-        (".a{display:none}path{display:inline}", 'class="a"', False),  # the class weighs more
-        ("path{display:none}path{display:inline}", "", True),  # the later one
         ("path{display:none}", 'style="display:inline"', True),
         ("path{display:inline}", 'display="none"', True),  # a rule over an attribute
-        ("/* path{display:none} */", "", True),
         ("@media print{path{display:none}}", "", True),
         ("@media screen{path{display:none}}", "", False),
-        ("@media (prefers-color-scheme:dark){path{display:none}}", "", True),
-        (".a{display:none !important}", 'class="a" style="display:inline"', False),
-        ("g > .a{display:none}", 'class="a"', False),
-        (".a.b{display:none}", 'class="a"', True),
         ("path{stroke:bogus}", 'stroke="none"', False),
         ("*{stroke:none}", "", False),
     ],
 )
-def test_styles_hide_by_their_weight(rules, attributes, is_drawn):
+def test_style_sheets_hide_and_colour_what_is_drawn(rules, attributes, is_drawn):
     artwork = read(f'<style>{rules}</style><path {attributes} d="M1 1h1"/><path style="stroke:red;'
                    'display:inline" d="M5 5h1"/>')  # fmt: skip
     assert len(artwork.strokes) == 1 + is_drawn
@@ -361,16 +345,11 @@ def test_styles_hide_by_their_weight(rules, attributes, is_drawn):
     "fault", ["l 3 nan 9 9", "H", "H nan", "l3", "h", "C1 1 2 2", "X 3 4", "a1 1 0 0 1 5", "t nan"]
 )
 def test_a_broken_path_is_drawn_up_to_its_fault(fault):
-    artwork = read(f'<path d="M1 1h5v5 {fault}"/>')
-    assert artwork.strokes[0] == pytest.approx(mm([(1, 1), (6, 1), (6, 6)]))
-    assert artwork.left_out == (f'A path is broken, and drawn up to there ("M1 1h5v5 {fault}").',)
-
-
-@pytest.mark.parametrize("data", ["L3 3", "3 3 M1 1L2 2", "H5", "nan"])
-def test_a_path_must_begin_with_a_move(data):
-    artwork = read(f'<path d="M0 0h1"/><path d="{data}"/>')
-    assert len(artwork.strokes) == 1
-    assert artwork.left_out == (f'A path is broken, and drawn up to there ("{data}").',)
+    artwork = read(f'<path d="M1 1h5v5 {fault}"/><path d="{fault}"/>')
+    (stroke,) = artwork.strokes  # of a path that does not begin with a move there is none
+    assert stroke == pytest.approx(mm([(1, 1), (6, 1), (6, 6)]))
+    told = "2 paths are broken, and drawn up to there"
+    assert artwork.left_out == (f'{told} ("M1 1h5v5 {fault}", "{fault}").',)
 
 
 @pytest.mark.parametrize(

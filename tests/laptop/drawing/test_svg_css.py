@@ -40,6 +40,9 @@ def styles(body, css=""):
         (".a{fill:blue}path{fill:red}", 'class="a"', "blue"),  # a class before an element
         ("#i{fill:blue}.a.b{fill:red}", 'id="i" class="a b"', "blue"),
         (".a.b{fill:blue}.a{fill:red}", 'class="b a"', "blue"),
+        (".a.b{fill:blue}", 'class="a"', "black"),
+        (".a{fill:blue}", 'class="ab"', "black"),
+        ("rect.a{fill:blue}", 'class="a"', "black"),
         ("path.a{fill:blue !important}#i{fill:red}", 'id="i" class="a"', "blue"),
         ("g path{fill:blue}", "", "blue"),
         ("g>path{fill:blue}", "", "blue"),

@@ -1,5 +1,6 @@
 """An emulated rig: what it tells is what its arm truly did."""
 
+import cmath
 import math
 import signal
 from pathlib import Path
@@ -8,6 +9,8 @@ from types import SimpleNamespace
 import jobs
 import numpy as np
 import pytest
+from arms import PLANAR as ARM
+from arms import SPATIAL
 
 from laptop.emulator.rig import Rig
 from laptop.emulator.scene.scene import Scene
@@ -15,10 +18,7 @@ from laptop.emulator.scene.scene_constants import read_scene
 from laptop.measure.emulated_rig import EmulatedRig, RenderedRig, marker_point
 from laptop.measure.measured_run import BadMeasurement
 from robot.motion import kinematics
-from shared.arm_description import find_arm, read_arm
 
-ARM = read_arm(find_arm("planar"))
-SPATIAL = read_arm(find_arm("spatial"))
 WAYS = [[(9.0, 2.0), (12.0, 4.0)], [(12.0, 4.0), (14.0, -2.0)]]
 
 
@@ -52,8 +52,7 @@ def test_the_log_of_a_slow_brick_is_told_by_the_clock_of_the_truth(job):
 
 def test_the_camera_sees_the_marker_of_the_arm_as_it_was_built(job):
     built = ARM._replace(
-        marker_offset=(0.6, -0.4),
-        joints=(ARM.joints[0]._replace(link=11.8), ARM.joints[1]),
+        marker_offset=(0.6, -0.4), joints=(ARM.joints[0]._replace(link=11.8), ARM.joints[1])
     )
     rig = EmulatedRig(ARM, built, "cpu=0", {"A": FromAbove()}, height=2.0, noise_px=0.0)
     run = rig.measure(job)
@@ -64,19 +63,9 @@ def test_the_camera_sees_the_marker_of_the_arm_as_it_was_built(job):
     stood = [row.t for row in run.rows if row.rest]
     for t, pixel in zip(stood, rests.pixel, strict=True):
         a, b = true_angles(rig, t - 0.2)
-        x = (
-            11.8 * math.cos(a)
-            + 9.5 * math.cos(a + b)
-            + 0.6 * math.cos(a + b)
-            + 0.4 * math.sin(a + b)
-        )
-        y = (
-            11.8 * math.sin(a)
-            + 9.5 * math.sin(a + b)
-            + 0.6 * math.sin(a + b)
-            - 0.4 * math.cos(a + b)
-        )
-        assert pixel == pytest.approx((320 - 20.8 * y, 400 - 20.8 * x), abs=0.3)
+        marker = cmath.rect(11.8, a) + (9.5 + 0.6 - 0.4j) * cmath.rect(1, a + b)
+        seen = 320 - 20.8 * marker.imag, 400 - 20.8 * marker.real
+        assert pixel == pytest.approx(seen, abs=0.3)
     plan, t, q = run.motors()
     assert len(plan) > 30
     assert (np.diff(t) > 0).all()

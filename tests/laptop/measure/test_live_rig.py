@@ -5,18 +5,17 @@ from types import SimpleNamespace
 
 import jobs
 import pytest
+from arms import PLANAR as ARM
 from waiting import PATIENCE
 
 from laptop.cli.rigs import live_rig
 from laptop.measure import live_rig as live
 from laptop.measure.measured_run import BadMeasurement
 from robot.motion import kinematics
-from shared.arm_description import find_arm, read_arm
 from shared.job_log import LogRow
 from shared.job_messages import DONE, DRAWING, JobStatus
 from shared.messages import EFFECTOR, Observation
 
-ARM = read_arm(find_arm("planar"))
 WAYS = [[(9.0, 2.0), (12.0, 4.0)], [(12.0, 4.0), (14.0, -2.0)]]
 SCENE = "fps=10,jpeg=0,exposure=0.004"
 

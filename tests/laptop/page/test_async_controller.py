@@ -3,21 +3,9 @@
 import asyncio
 import threading
 
-import pytest
-from page_scene import PageScene, connected, run
+from page_scene import run
 
 from laptop.page import async_controller, report
-
-
-@pytest.fixture
-def scene(tmp_path):
-    return PageScene(tmp_path)
-
-
-@pytest.fixture
-def client(scene):
-    with connected(scene.controller) as client:
-        yield client
 
 
 def test_a_report_is_drawn_once_and_beside_the_loop_that_serves_pages(

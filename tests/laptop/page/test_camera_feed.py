@@ -3,15 +3,10 @@
 import cv2
 import numpy as np
 import pytest
-from page_scene import BLUE, PageScene, mark
+from page_scene import BLUE, mark
 
 from laptop.page import camera_feed
 from shared.messages import EFFECTOR
-
-
-@pytest.fixture
-def scene(tmp_path):
-    return PageScene(tmp_path)
 
 
 def test_where_the_marker_is_expected_is_looked_first(scene):

@@ -3,7 +3,7 @@
 import cv2
 import numpy as np
 import pytest
-from page_scene import BLUE, HEIGHT, RED, WIDTH, PageScene, mark
+from page_scene import BLUE, HEIGHT, RED, WIDTH, mark
 
 from laptop.page import camera_feed
 from laptop.see.markers.learning import learn
@@ -11,11 +11,6 @@ from laptop.see.markers.markers import BadMarker, hsv_mask, read_markers, read_s
 from laptop.see.markers.picked_colors import exclude, include
 from laptop.see.markers.tracker import Tracker
 from shared.messages import EFFECTOR, GOAL
-
-
-@pytest.fixture
-def scene(tmp_path):
-    return PageScene(tmp_path)
 
 
 def test_a_colour_is_picked_in_the_picture_that_was_shown(scene):

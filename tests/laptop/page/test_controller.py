@@ -9,11 +9,6 @@ from laptop.page.steering import UNHEARD_TIMEOUT
 from shared.messages import EFFECTOR, GOAL, Stop
 
 
-@pytest.fixture
-def scene(tmp_path):
-    return PageScene(tmp_path)
-
-
 def test_somebody_looks_who_has_asked_lately(scene):
     assert not scene.controller.has_viewers
     scene.controller.state()

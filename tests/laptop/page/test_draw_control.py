@@ -11,6 +11,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from arms import PLANAR as ARM
 from page_scene import PageScene
 from waiting import until
 
@@ -21,12 +22,10 @@ from laptop.page.drawing_worker import DrawingWorker
 from laptop.page.table_mapping import TableView
 from laptop.see.markers.tracker import Sighting
 from robot.motion import kinematics
-from shared.arm_description import find_arm, read_arm
 from shared.job import BadJob, Job
 from shared.job_messages import Draw, JobStatus, Order, Want, bytes_of
 from shared.messages import EFFECTOR, Status, Stop
 
-ARM = read_arm(find_arm("planar"))
 SQUARE = b"""<svg xmlns="http://www.w3.org/2000/svg" width="4cm" height="4cm" viewBox="0 0 4 4">
 <rect x="0.5" y="0.5" width="3" height="3" fill="none" stroke="black"/></svg>"""
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from numbered_frames import lengthen
-from page_scene import BLUE, HEIGHT, WIDTH, PageScene, mark
+from numbered_frames import lengthen, write_film
+from page_scene import BLUE, HEIGHT, WIDTH, mark
 from waiting import PATIENCE
 
 from laptop.page import camera_feed
@@ -21,11 +21,6 @@ from laptop.see.markers.tracker import Tracker
 from laptop.see.markers.view import BoardPlace
 from laptop.see.serve.pipeline import CameraPipeline
 from shared.messages import EFFECTOR
-
-
-@pytest.fixture
-def scene(tmp_path):
-    return PageScene(tmp_path)
 
 
 def test_a_view_is_a_picture_with_what_was_found_in_this_very_picture(scene):
@@ -74,18 +69,16 @@ def test_its_age_is_told_when_it_is_handed_over(scene):
     assert scene.controller.frames.view("A").age == pytest.approx(0.52)
 
 
-FRAMES, PACE = 40, 20.0
+FRAMES = 40
 
 
 @pytest.fixture
 def film(tmp_path):
     """A blue disc that goes on by 5 px from frame to frame; the tracker has seen 7 of them."""
-    path = str(tmp_path / "film.mp4")
-    out = cv2.VideoWriter(path, cv2.VideoWriter.fourcc(*"mp4v"), PACE, (WIDTH, HEIGHT))
-    for index in range(FRAMES):
-        image = np.full((HEIGHT, WIDTH, 3), 130, np.uint8)
-        out.write(cv2.circle(image, (40 + 5 * index, 120), 14, BLUE, -1, cv2.LINE_AA))
-    out.release()
+    grey = np.full((HEIGHT, WIDTH, 3), 130, np.uint8)
+    places = ((40 + 5 * index, 120) for index in range(FRAMES))
+    pictures = (cv2.circle(grey.copy(), place, 14, BLUE, -1, cv2.LINE_AA) for place in places)
+    path = str(write_film(tmp_path / "film.mp4", pictures, "mp4v"))
     tracker = Tracker([read_spec(EFFECTOR, "disc:red")])
     with open_camera(path) as camera:
         watcher = CameraPipeline("A", camera, tracker, live=False)
@@ -95,12 +88,8 @@ def film(tmp_path):
 
 
 def test_how_many_frames_there_are_is_right_at_the_end_at_the_latest(tmp_path):
-    path = str(tmp_path / "film.mkv")
-    out = cv2.VideoWriter(path, cv2.VideoWriter.fourcc(*"MJPG"), PACE, (WIDTH, HEIGHT))
-    for _ in range(9):
-        out.write(np.full((HEIGHT, WIDTH, 3), 130, np.uint8))
-    out.release()
-    lengthen(Path(path), 2)
+    grey = np.full((HEIGHT, WIDTH, 3), 130, np.uint8)
+    path = str(lengthen(write_film(tmp_path / "film.mkv", [grey] * 9), 2))
     tracker = Tracker([])
     with open_camera(path) as camera:
         watcher = CameraPipeline("A", camera, tracker, live=False)

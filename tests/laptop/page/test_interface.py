@@ -1,10 +1,7 @@
 """What mypy says of calls from the page to the tracker."""
 
-import subprocess
-import sys
-
 import pytest
-from places import ROOT
+from own_python import python
 
 CALLS = """
 from laptop.page.async_controller import AsyncController
@@ -38,12 +35,7 @@ def test_mypy_finds_calls_that_are_misspelt_or_wrongly_typed(tmp_path):
     pytest.importorskip("mypy")
     file = tmp_path / "calls.py"
     file.write_text(CALLS)
-    found = subprocess.run(
-        [sys.executable, "-m", "mypy", "--no-incremental", "--no-error-summary", str(file)],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-    )
+    found = python("-m", "mypy", "--no-incremental", "--no-error-summary", file)
     wrong = {
         int(line.split(":")[1])
         for line in found.stdout.splitlines()

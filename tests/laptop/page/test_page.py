@@ -17,17 +17,8 @@ import cv2
 import numpy as np
 import pytest
 from announced import wait_for_event
-from numbered_frames import lengthen
-from page_tracker import (
-    SYNTHETIC,
-    WINDOW,
-    Hand,
-    Surfer,
-    Tracker,
-    a_browser,
-    press_tool,
-    tool_button,
-)
+from numbered_frames import lengthen, write_film
+from page_tracker import SYNTHETIC, WINDOW, Hand, Surfer, Tracker, press_tool, tool_button
 from places import ROOT
 from waiting import PATIENCE, until
 
@@ -268,12 +259,6 @@ def test_a_port_that_is_taken_is_refused_if_it_was_asked_for():
 
 
 # The browser
-
-
-@pytest.fixture(scope="module")
-def browser():
-    with a_browser() as browser:
-        yield browser
 
 
 @pytest.fixture(scope="module")
@@ -581,13 +566,10 @@ def test_the_overlay_waits_for_its_picture(surfer):
 @pytest.fixture
 def film(tmp_path):
     """A blue disc goes to the right, 4 px a frame."""
-    film = str(tmp_path / "film.mp4")
-    out = cv2.VideoWriter(film, cv2.VideoWriter.fourcc(*"mp4v"), 60.0, (640, 480))
-    for index in range(120):
-        image = np.full((480, 640, 3), 130, np.uint8)
-        out.write(cv2.circle(image, (80 + 4 * index, 240), 24, (190, 70, 20), -1, cv2.LINE_AA))
-    out.release()
-    return film
+    grey, blue = np.full((480, 640, 3), 130, np.uint8), (190, 70, 20)
+    places = ((80 + 4 * index, 240) for index in range(120))
+    pictures = (cv2.circle(grey.copy(), place, 24, blue, -1, cv2.LINE_AA) for place in places)
+    return str(write_film(tmp_path / "film.mp4", pictures, "mp4v", 60.0))
 
 
 def test_what_is_asked_of_a_still_comes_though_it_was_asked_early_or_refused(
@@ -656,12 +638,8 @@ def test_a_name_that_is_typed_at_once_is_taken(browser, film, tmp_path):
 
 
 def test_a_recording_that_is_shorter_than_it_seems_is_scrubbed_to_its_end(browser, tmp_path):
-    film = tmp_path / "film.mkv"
-    out = cv2.VideoWriter(str(film), cv2.VideoWriter.fourcc(*"MJPG"), 20.0, (640, 480))
-    for _ in range(200):
-        out.write(np.full((480, 640, 3), 130, np.uint8))
-    out.release()
-    lengthen(film, 3)
+    grey = np.full((480, 640, 3), 130, np.uint8)
+    film = lengthen(write_film(tmp_path / "film.mkv", [grey] * 200), 3)
     with Tracker(tmp_path, "--camera", str(film), "--open") as tracker:
         page = browser.new_page()
         page.goto(tracker.new_address())

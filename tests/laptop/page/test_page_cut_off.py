@@ -9,7 +9,7 @@ import signal
 import threading
 
 import pytest
-from page_tracker import SYNTHETIC, Surfer, Tracker, a_browser
+from page_tracker import SYNTHETIC, Surfer, Tracker
 from waiting import PATIENCE, until
 
 from tests.claims.page_rig import start_button
@@ -22,12 +22,6 @@ NOTE_CUT_OFF = """() => new MutationObserver(() => {
   if (document.body.classList.contains("cut-off")) sessionStorage.wasCutOff = "yes";
 }).observe(document.body, { attributes: true })"""
 """Notes that the page was cut off, for the page that is loaded anew."""
-
-
-@pytest.fixture(scope="module")
-def browser():
-    with a_browser() as browser:
-        yield browser
 
 
 @pytest.fixture(scope="module")

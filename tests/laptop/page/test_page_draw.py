@@ -12,15 +12,14 @@ from functools import partial
 import cv2
 import numpy as np
 import pytest
-from page_tracker import SYNTHETIC, Surfer, Tracker, a_browser
+from arms import PLANAR as ARM
+from page_tracker import SYNTHETIC, Surfer, Tracker
 from waiting import PATIENCE, until
 
 from robot.motion import kinematics
-from shared.arm_description import find_arm, read_arm
 
 pytestmark = pytest.mark.long
 
-ARM = read_arm(find_arm("planar"))
 WINDOW = {"width": 1440, "height": 940}
 STAR = """<svg xmlns="http://www.w3.org/2000/svg" width="60mm" height="60mm"
 viewBox="-10 -10 20 20"><path fill="none" stroke="black" d="M0,-9 L5.29,7.28 L-8.56,-2.78 H8.56
@@ -155,12 +154,6 @@ def off(points, lines):
             share = np.clip((points - start) @ way / max(way @ way, 1e-12), 0, 1)
             best = np.minimum(best, np.hypot(*(points - start - share[:, None] * way).T))
     return best
-
-
-@pytest.fixture(scope="module")
-def browser():
-    with a_browser() as browser:
-        yield browser
 
 
 @pytest.fixture(scope="module")

@@ -1,34 +1,21 @@
 """Reports of runs."""
 
-import io
 import re
 
 import numpy as np
 import pytest
 from page_scene import PATH, PageScene, run
+from small_figures import png_of
 
 from laptop.page import report
 from laptop.page.run_traces import servo_runs
-from laptop.record.figures.sheet import DPI
 from laptop.record.run import read_run
 from laptop.record.servo import figures, servo_files
 from shared.messages import Start
 
 
-@pytest.fixture
-def scene(tmp_path):
-    return PageScene(tmp_path)
-
-
 @pytest.fixture(scope="module", autouse=True)
 def small_pictures():
-    """Drawn as ever, in a tenth of the pixels each way."""
-
-    def png_of(figure):
-        file = io.BytesIO()
-        figure.savefig(file, format="png", dpi=DPI / 10)
-        return file.getvalue()
-
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(figures, "png_of", png_of)
         yield

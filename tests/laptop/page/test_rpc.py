@@ -3,7 +3,6 @@
 import time
 
 import pytest
-from page_scene import PageScene, connected
 
 from laptop.page.interface import (
     EXPOSED_METHODS,
@@ -16,17 +15,6 @@ from laptop.page.interface import (
 )
 from laptop.page.rpc import RpcError
 from shared.messages import Stop
-
-
-@pytest.fixture
-def scene(tmp_path):
-    return PageScene(tmp_path)
-
-
-@pytest.fixture
-def client(scene):
-    with connected(scene.controller) as client:
-        yield client
 
 
 def test_a_remote_call_returns_what_the_controller_says(scene, client):

@@ -3,13 +3,7 @@
 import pytest
 from page_scene import PATH, PageScene
 
-from laptop.page import run_control
 from shared.messages import GOAL, Start, Status, Stop
-
-
-@pytest.fixture
-def scene(tmp_path):
-    return PageScene(tmp_path)
 
 
 def test_a_start_goes_to_the_point_that_was_clicked(scene):
@@ -127,15 +121,6 @@ def test_a_start_while_a_run_is_on_is_refused(scene, verdict):
     assert scene.controller.state().running
 
 
-def test_a_brick_that_does_not_begin_is_told_of_and_may_be_asked_again(scene):
-    scene.show()
-    scene.controller.runs.start()
-    scene.t += run_control.START_TIMEOUT
-    scene.show()
-    assert "--wait" in scene.controller.state().note
-    assert scene.controller.runs.start() == ""
-
-
 @pytest.mark.parametrize(
     ("orders", "why"),
     [
@@ -161,14 +146,6 @@ def test_without_a_brick_nothing_starts_and_the_command_is_told(scene):
     assert "no brick is connected" in scene.controller.runs.stop()
     assert not scene.controller.state().running
     assert scene.controller.state().commands == tuple(scene.server.commands())
-
-
-@pytest.mark.parametrize("order", ["hold", "stop"])
-def test_hold_and_stop_end_the_run_at_once(scene, order):
-    scene.show()
-    scene.controller.runs.start()
-    assert getattr(scene.controller.runs, order)() == ""
-    assert isinstance(scene.server.sent[-1], Stop)
 
 
 def test_a_path_is_followed_point_after_point(scene):
@@ -226,60 +203,10 @@ def test_a_stop_is_said_until_the_brick_has_heard_it(scene, order):
     assert len(scene.server.sent) == 2
 
 
-def test_a_new_start_takes_a_stop_back(scene):
-    scene.show()
-    scene.controller.runs.aim("A", 100, 100)
-    scene.controller.runs.stop()
-    assert scene.controller.runs.start() == ""
-    scene.server.tell("", run=1)
-    scene.controller.heartbeat()
-    assert [type(said) for said in scene.server.sent] == [Stop, Start]
-
-
-def test_what_was_said_of_a_path_goes_with_a_new_goal(scene):
-    scene.show()
-    scene.controller.runs.follow("A", PATH)
-    scene.controller.runs.start()
-    scene.server.tell("unreachable", run=1)
-    scene.controller.heartbeat()
-    assert "4 points before its end" in scene.controller.state().note
-    scene.controller.runs.aim("A", 100, 100)
-    assert scene.controller.state().note == ""
-
-
 def test_a_fixed_goal_is_known(tmp_path):
     scene = PageScene(tmp_path, goal=(50, 60))
     scene.show()
     assert scene.controller.state().fixed
-    assert scene.controller.runs.start() == ""
-
-
-def test_between_the_points_of_a_path_it_is_still_on_its_way(scene):
-    scene.show()
-    scene.controller.runs.follow("A", PATH)
-    scene.controller.runs.start()
-    scene.server.tell("converged", run=1)
-    assert scene.controller.state().running
-    assert "a run is on" in scene.controller.runs.start()
-    scene.controller.heartbeat()
-    for run in range(2, 10):
-        scene.server.tell("converged", run=run)
-        scene.controller.heartbeat()
-    assert not scene.controller.state().running
-
-
-def test_a_path_waits_where_the_link_is_lost(scene):
-    scene.show()
-    scene.controller.runs.follow("A", PATH)
-    scene.controller.runs.start()
-    scene.server.there = False
-    scene.controller.heartbeat()
-    scene.server.there = True
-    scene.server.tell("ready", run=0)  # another brick
-    state = scene.controller.state()
-    assert not state.running
-    assert "the path ends here" in state.note
-    assert state.left == 4
     assert scene.controller.runs.start() == ""
 
 

@@ -3,16 +3,11 @@
 import cv2
 import numpy as np
 import pytest
-from page_scene import BLUE, PageScene, run
+from page_scene import BLUE, run
 
 from laptop.page import controller as controllers
 from laptop.page import run_records
 from laptop.page.run_traces import servo_runs
-
-
-@pytest.fixture
-def scene(tmp_path):
-    return PageScene(tmp_path)
 
 
 def test_a_run_is_recorded_from_start_to_verdict(scene):

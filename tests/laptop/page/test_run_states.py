@@ -3,7 +3,7 @@
 import itertools
 
 import pytest
-from page_scene import PATH, PageScene
+from page_scene import PATH
 
 from laptop.page.run_control import START_TIMEOUT
 from laptop.page.run_states import (
@@ -83,8 +83,7 @@ AFTER = {
 
 
 @pytest.mark.parametrize(("state", "event"), TRANSITIONS, ids=lambda member: member.name)
-def test_a_row_of_the_table(tmp_path, state, event):
-    scene = PageScene(tmp_path)
+def test_a_row_of_the_table(scene, state, event):
     reach(scene, state)
     make(scene, event)
     runs = scene.controller.runs
@@ -106,8 +105,7 @@ OTHERS = [
 
 
 @pytest.mark.parametrize(("state", "event"), OTHERS, ids=lambda member: member.name)
-def test_what_is_not_in_the_table_changes_nothing(tmp_path, state, event):
-    scene = PageScene(tmp_path)
+def test_what_is_not_in_the_table_changes_nothing(scene, state, event):
     reach(scene, state)
     runs = scene.controller.runs
     if event in (RunEvent.AIM, RunEvent.START):
@@ -121,14 +119,12 @@ def test_what_is_not_in_the_table_changes_nothing(tmp_path, state, event):
 @pytest.mark.parametrize(
     "state", [s for s in RunState if s is not RunState.WAYPOINT], ids=lambda s: s.name
 )
-def test_people_are_told_that_a_run_is_on(tmp_path, state):
-    scene = PageScene(tmp_path)
+def test_people_are_told_that_a_run_is_on(scene, state):
     reach(scene, state)
     assert scene.controller.state().running == (state in RUN_IS_ON)
 
 
-def test_where_the_next_start_cannot_be_sent_the_path_waits(tmp_path):
-    scene = PageScene(tmp_path)
+def test_where_the_next_start_cannot_be_sent_the_path_waits(scene):
     reach(scene, RunState.RUNNING)
     scene.server.tell("converged", 1)
     scene.server.send = lambda message: False

@@ -2,13 +2,11 @@
 
 import numpy as np
 import pytest
+from arms import ARMS
 
 from laptop.measure.accuracy.plan import BadAccuracyPlan, plan_accuracy
 from robot.motion import kinematics
-from shared.arm_description import find_arm, read_arm
 from shared.job import Job
-
-ARMS = {name: read_arm(find_arm(name)) for name in ("planar", "geared", "spatial")}
 
 CENTRES = {"planar": (14.0, 0.0), "geared": (14.0, 0.0), "spatial": (14.0, 0.0, 11.0)}
 """Where they have room."""

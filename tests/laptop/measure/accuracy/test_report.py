@@ -1,18 +1,17 @@
 """What is told of a test: the table, what goes with it, the CSV, the run."""
 
-import csv
 import math
 
 import numpy as np
 import pytest
+from arms import PLANAR as ARM
+from csv_rows import rows_in
 
 from laptop.measure.accuracy import report
 from laptop.measure.accuracy.measurement import AccuracyResult, Attained, Criterion
 from laptop.measure.accuracy.plan import AccuracyPlan
 from laptop.measure.accuracy.sighting import ArmOnBoard
-from shared.arm_description import find_arm, read_arm
 
-ARM = read_arm(find_arm("planar"))
 PLAN = AccuracyPlan(ARM, ARM.elbow, 8.0, np.array([14.0, 0.0]), 3)
 OBSERVED = {
     "P1": Attained(
@@ -72,8 +71,7 @@ def test_notes_say_what_a_fitted_stand_hides_and_what_the_camera_cannot_tell():
 
 def test_the_csv_has_every_cycle_in_mm_with_its_noise(tmp_path):
     report.write_csv(tmp_path / "a.csv", result())
-    with open(tmp_path / "a.csv", newline="") as file:
-        rows = list(csv.DictReader(file))
+    rows = rows_in(tmp_path / "a.csv")
     assert len(rows) == 3 + 2 * 2
     assert (rows[1]["of"], rows[1]["cycle"], rows[1]["first_mm"]) == ("P1", "2", "140.2000")
     assert float(rows[1]["sigma_mm"]) == pytest.approx(10 * math.sqrt(2.5e-6), abs=1e-4)

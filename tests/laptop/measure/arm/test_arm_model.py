@@ -6,13 +6,7 @@ import numpy as np
 import pytest
 import seen_arms
 
-from laptop.measure.arm.arm_model import (
-    ArmModel,
-    CameraPrior,
-    MeasuredByHand,
-    Standing,
-    running_on,
-)
+from laptop.measure.arm.arm_model import ArmModel, CameraPrior, MeasuredByHand, Standing, running_on
 from laptop.measure.arm.emulated_table import camera_over
 from laptop.measure.emulated_rig import marker_point
 

@@ -17,11 +17,12 @@ import threading
 import time
 from http.server import BaseHTTPRequestHandler, HTTPServer
 
-import cv2
 import numpy as np
 import pytest
+from arms import ARMS
 from click.testing import CliRunner
 from lab_runs import left
+from numbered_frames import write_film
 from rich.console import Console
 from run_json import run_in
 from servo_log import log_text
@@ -39,9 +40,7 @@ from laptop.measure.demo.processes import DemoFailed
 from laptop.record.run_folder import NoRunFolder
 from laptop.record.servo.servo_log import Log
 from laptop.see.serve import process_signals
-from shared.arm_description import find_arm, read_arm
 
-ARMS = {name: read_arm(find_arm(name)) for name in ("planar", "geared", "spatial")}
 ARM = ARMS["planar"]
 TILTED = "tilt=30,azimuth=30,roll=5"
 
@@ -285,13 +284,7 @@ def test_a_demo_that_works_leaves_its_report_and_no_process(play):
     assert status == 0, play.said
     assert "all three goals truly reached" in play.said
     assert len(os.listdir(play.pids)) == 6
-    for name in (
-        "report.html",
-        "run.json",
-        "goal-1.jsonl",
-        "goal-3/trace.csv",
-        "three-lines.txt",
-    ):
+    for name in ("report.html", "run.json", "goal-1.jsonl", "goal-3/trace.csv", "three-lines.txt"):
         assert (folder / name).exists(), name
     told = run_in(folder)
     assert (told["well"], told["seeds"], told["cpu"]) == (True, {"demo": 0}, 1.0)
@@ -405,12 +398,17 @@ def test_the_comparison_is_not_waited_for_for_ever(play, monkeypatch):
     assert "report's method hangs" in play.said
 
 
-def test_a_program_that_fails_ends_the_demo_with_what_it_said(play):
-    assert complains(play, "servo fails", "goal 2 failed: servo.py: the motor at port A is not")
-
-
-def test_a_driver_that_fails_ends_the_demo(play):
-    assert complains(play, "driver fails", "three lines failed: driver.py: joint shoulder is")
+@pytest.mark.parametrize(
+    ("fault", "told"),
+    [
+        ("servo fails", "goal 2 failed: servo.py: the motor at port A is not"),
+        ("driver fails", "three lines failed: driver.py: joint shoulder is"),
+        ("no tracker", "tracker failed: cannot listen; choose another port"),
+        ("tracker dies", "tracker failed: the camera is gone"),
+    ],
+)
+def test_a_program_that_fails_ends_the_demo_with_what_it_said(play, fault, told):
+    assert complains(play, fault, told)
 
 
 def test_a_program_that_hangs_ends_the_demo(play, monkeypatch):
@@ -471,14 +469,6 @@ def test_a_page_is_told_when_it_answers():
         assert processes.answers(address)
         answering.join()
     assert not processes.answers(address)
-
-
-def test_without_a_tracker_there_is_no_demo(play):
-    assert complains(play, "no tracker", "tracker failed: cannot listen; choose another port")
-
-
-def test_a_tracker_that_ends_in_between_ends_the_demo(play):
-    assert complains(play, "tracker dies", "tracker failed: the camera is gone")
 
 
 def test_a_tracker_that_is_killed_is_called_killed(play):
@@ -642,10 +632,7 @@ def test_a_pixel_is_worth_most_where_the_cameras_tell_least():
 
 
 def test_what_the_tracker_announces_is_understood(tmp_path):
-    film = tmp_path / "film.avi"
-    out = cv2.VideoWriter(str(film), cv2.VideoWriter.fourcc(*"MJPG"), 20.0, (160, 120))
-    out.write(np.full((120, 160, 3), 130, np.uint8))
-    out.release()
+    film = write_film(tmp_path / "film.avi", [np.full((120, 160, 3), 130, np.uint8)])
     group = processes.ProcessGroup(tmp_path, {"BRICKSERVO_STATE": str(tmp_path)})
     words = ["track", "--camera", str(film), "--announce", "--host", "127.0.0.1"]
     tracker = group.start("tracker", [*words, "--port", "0", "--page-port", "0"])

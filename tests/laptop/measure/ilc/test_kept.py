@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from arms import PLANAR as ARM
 
 from laptop.drawing.lines import in_place, line_through
 from laptop.drawing.options import DrawingOptions
@@ -12,9 +13,6 @@ from laptop.drawing.preparing import prepare
 from laptop.measure.ilc import kept
 from laptop.measure.ilc.learning import Offsets, none
 from laptop.measure.ilc.rehearsal import Learned, Lessons, Step
-from shared.arm_description import find_arm, read_arm
-
-ARM = read_arm(find_arm("planar"))
 
 
 def plan_of(points, arm=ARM):
@@ -83,23 +81,21 @@ def test_a_spoilt_file_is_told_and_is_no_error(plan, learned, spoil):
     assert "is spoilt" in notes[0]
 
 
-def test_numbers_that_are_none_are_spoilt(plan, learned):
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda told: told["offsets"][0][0][1][0].__setitem__(3, float("nan")),
+        lambda told: told.update(offsets=[[[[], [[], []]]]]),
+        lambda told: told.update(rehearsals=float("inf")),
+    ],
+    ids=["no number", "no places", "endless rehearsals"],
+)
+def test_numbers_that_cannot_be_are_spoilt(plan, learned, change):
     file = kept.keep(plan, learned)
     told = json.loads(file.read_text())
-    told["offsets"][0][0][1][0][3] = float("nan")
+    change(told)
     file.write_text(json.dumps(told))
     notes = []
     assert kept.find(plan, notes=notes) is None
-    assert len(notes) == 1
-
-
-@pytest.mark.parametrize(
-    ("key", "value"),
-    [("offsets", [[[[], [[], []]]]]), ("rehearsals", float("inf"))],
-)
-def test_a_file_without_places_or_with_endless_rehearsals_is_spoilt(plan, learned, key, value):
-    file = kept.keep(plan, learned)
-    file.write_text(json.dumps(dict(json.loads(file.read_text()), **{key: value})))
-    notes = []
-    assert kept.find(plan, notes=notes) is None
-    assert "is spoilt" in notes[0]
+    (note,) = notes
+    assert "is spoilt" in note

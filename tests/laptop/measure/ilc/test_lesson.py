@@ -2,15 +2,14 @@
 
 import numpy as np
 import pytest
+from arms import PLANAR as ARM
 
 from laptop.measure.ilc import learning
 from laptop.measure.ilc.lesson import Lesson, floor
 from laptop.measure.ilc.tracks import PieceTrack
 from laptop.measure.ilc.way import ways_of
 from robot.motion import kinematics, paths, trajectory
-from shared.arm_description import find_arm, read_arm
 
-ARM = read_arm(find_arm("planar"))
 BUILT = ARM._replace(joints=(ARM.joints[0]._replace(link=11.7), ARM.joints[1]._replace(link=9.2)))
 
 

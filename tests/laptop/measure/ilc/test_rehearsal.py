@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from arms import PLANAR as ARM
 
 from laptop.bench.ilc import AgeingRig, IlcCase, plan_of, run_case
 from laptop.drawing.artwork import Artwork
@@ -17,10 +18,8 @@ from laptop.measure.ilc.emulated_view import view_of
 from laptop.measure.ilc.learning import Offsets
 from laptop.measure.ilc.rehearsal import Lessons, rehearse
 from laptop.measure.measured_run import BadMeasurement
-from shared.arm_description import find_arm, read_arm
 from shared.job import Job
 
-ARM = read_arm(find_arm("planar"))
 BUILT = ARM._replace(joints=(ARM.joints[0]._replace(link=11.6), ARM.joints[1]))
 
 

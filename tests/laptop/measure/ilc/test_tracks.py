@@ -2,16 +2,15 @@
 
 import numpy as np
 import pytest
+from arms import PLANAR as ARM
 
 from laptop.measure.ilc.tracks import laid, tracks
 from laptop.measure.ilc.view import TipView
 from laptop.measure.ilc.way import ways_of
 from laptop.measure.measured_run import BadMeasurement, MeasuredRun, Sights
 from robot.motion import paths, trajectory
-from shared.arm_description import find_arm, read_arm
 from shared.job_log import LogRow
 
-ARM = read_arm(find_arm("planar"))
 START = 3.0  # of the stroke in its job, s
 LATE = 100.0  # the clock of the log, s
 

@@ -1,12 +1,6 @@
 """The card of figures."""
 
 import pytest
-from page_scene import PageScene
-
-
-@pytest.fixture
-def scene(tmp_path):
-    return PageScene(tmp_path)
 
 
 @pytest.mark.parametrize(

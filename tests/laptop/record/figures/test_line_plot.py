@@ -13,15 +13,7 @@ from matplotlib.text import Text
 
 from laptop.record.figures.line_accuracy import measure
 from laptop.record.figures.line_plot import write_line_plot
-from laptop.record.figures.sheet import (
-    ARM,
-    COLUMN,
-    HEIGHT,
-    INK,
-    SHEET,
-    WANTED,
-    WIDTH,
-)
+from laptop.record.figures.sheet import ARM, COLUMN, HEIGHT, INK, SHEET, WANTED, WIDTH
 
 Row = namedtuple("Row", "t q x y pen z", defaults=[None])
 

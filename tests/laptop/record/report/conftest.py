@@ -1,7 +1,5 @@
 """Figures in a tenth of the pixels, and few formulas: both are slow to draw."""
 
-import io
-
 import pytest
 
 # (What is drawn with is imported late: an old Python, which leaves these tests out, reads this.)
@@ -9,15 +7,10 @@ import pytest
 
 @pytest.fixture(autouse=True)
 def small_figures(monkeypatch):
-    """Drawn as ever, in a tenth of the pixels each way."""
-    from laptop.record.figures.sheet import DPI
+    from small_figures import png_of
+
     from laptop.record.report import raw_figures
     from laptop.record.servo import figures
-
-    def png_of(figure):
-        file = io.BytesIO()
-        figure.savefig(file, format="png", dpi=DPI / 10)
-        return file.getvalue()
 
     for module in (raw_figures, figures):
         monkeypatch.setattr(module, "png_of", png_of)

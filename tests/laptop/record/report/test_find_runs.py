@@ -1,11 +1,10 @@
 """Which runs are found in a folder, and what is said of those that cannot be read."""
 
-import json
 import os
 
 import pytest
 from lab_runs import drawn, left
-from servo_log import log_text
+from servo_log import lines_of, log_text, text_of
 
 from laptop.record.names import RUN
 from laptop.record.report.find_runs import CONTENTS, NoRuns, read_runs
@@ -15,22 +14,21 @@ from laptop.record.run import DRAWING, SERVO, TRACKING, RunFile
 pytestmark = pytest.mark.usefixtures("no_servo_figures")
 
 
-def names(runs):
-    return [(run.label, run.name, run.run.kind) for run in runs]
+def found(folder):
+    """Number, name and kind of each run, and what is left out."""
+    runs, left_out = read_runs(folder)
+    return [(run.label, run.name, run.run.kind) for run in runs], left_out
 
 
 def test_runs_are_found_however_deep_and_numbered_by_their_folders(tmp_path):
     left(tmp_path / "b" / "deep" / "line")
     drawn(tmp_path / "a")
-    runs, left_out = read_runs(tmp_path)
-    assert names(runs) == [("R1", "a", DRAWING), ("R2", "b/deep/line", DRAWING)]
-    assert left_out == []
+    assert found(tmp_path) == ([("R1", "a", DRAWING), ("R2", "b/deep/line", DRAWING)], [])
 
 
 def test_the_folder_itself_may_be_a_run(tmp_path):
     left(tmp_path / "line-1")
-    runs, _ = read_runs(tmp_path / "line-1")
-    assert names(runs) == [("R1", "line-1", DRAWING)]
+    assert found(tmp_path / "line-1") == ([("R1", "line-1", DRAWING)], [])
 
 
 def test_hidden_folders_and_the_data_of_a_report_are_no_runs(tmp_path):
@@ -38,7 +36,7 @@ def test_hidden_folders_and_the_data_of_a_report_are_no_runs(tmp_path):
     left(tmp_path / ".part")
     left(tmp_path / "lab-report-data")
     (tmp_path / "lab-report-data" / CONTENTS).write_text("file,from,holds\n")
-    assert names(read_runs(tmp_path)[0]) == [("R1", "line", DRAWING)]
+    assert found(tmp_path) == ([("R1", "line", DRAWING)], [])
 
 
 def test_a_run_that_lies_too_deep_is_left_out_by_its_folder(tmp_path):
@@ -48,14 +46,9 @@ def test_a_run_that_lies_too_deep_is_left_out_by_its_folder(tmp_path):
     (deep / ".hidden").mkdir()
     assert read_runs(tmp_path)[1] == []
     left(deep / "9")
-    runs, left_out = read_runs(tmp_path)
-    assert names(runs) == [("R1", "1/2/3/4/5/6/7/8", DRAWING)]
-    assert left_out == [
-        (
-            "1/2/3/4/5/6/7/8",
-            "the folders in it are more than 8 deep, and are not looked into; give this folder",
-        )
-    ]
+    why = "the folders in it are more than 8 deep, and are not looked into; give this folder"
+    place = "1/2/3/4/5/6/7/8"
+    assert found(tmp_path) == ([("R1", place, DRAWING)], [(place, why)])
 
 
 def test_a_linked_folder_is_left_out_where_the_report_does_not_meet_it(tmp_path):
@@ -64,11 +57,8 @@ def test_a_linked_folder_is_left_out_where_the_report_does_not_meet_it(tmp_path)
     (tmp_path / "runs" / "latest").symlink_to("line")
     (tmp_path / "runs" / "other").symlink_to(tmp_path / "elsewhere")
     (tmp_path / "runs" / ".hidden").symlink_to(tmp_path / "elsewhere")
-    runs, left_out = read_runs(tmp_path / "runs")
-    assert names(runs) == [("R1", "line", DRAWING)]
-    assert left_out == [
-        ("other", "it is a link, which is not followed; give the folder that it leads to")
-    ]
+    why = "it is a link, which is not followed; give the folder that it leads to"
+    assert found(tmp_path / "runs") == ([("R1", "line", DRAWING)], [("other", why)])
 
 
 @pytest.mark.parametrize("function", ["scandir", "stat"])
@@ -84,9 +74,8 @@ def test_a_folder_that_may_not_be_read_is_left_out(tmp_path, monkeypatch, functi
         return true(path, **words)
 
     monkeypatch.setattr(os, function, refusing)
-    runs, left_out = read_runs(tmp_path)
-    assert names(runs) == [("R1", "line", DRAWING)]
-    assert left_out == [("secret", "it cannot be read: Permission denied")]
+    why = "it cannot be read: Permission denied"
+    assert found(tmp_path) == ([("R1", "line", DRAWING)], [("secret", why)])
 
 
 def test_an_empty_folder_and_one_without_runs_are_told_apart(tmp_path):
@@ -102,9 +91,8 @@ def test_a_damaged_run_is_left_out_with_its_reason_and_the_others_stand(tmp_path
     left(tmp_path / "good")
     (tmp_path / "bad").mkdir()
     (tmp_path / "bad" / RUN).write_text("{")
-    runs, left_out = read_runs(tmp_path)
-    assert names(runs) == [("R1", "good", DRAWING)]
-    assert left_out == [("bad/run.json", "it is no JSON; do this run again")]
+    why = "it is no JSON; do this run again"
+    assert found(tmp_path) == ([("R1", "good", DRAWING)], [("bad/run.json", why)])
 
 
 def test_if_none_can_be_read_the_first_reason_is_told(tmp_path):
@@ -120,7 +108,7 @@ def test_a_log_that_a_run_names_is_none_of_its_own(tmp_path, name):
     left(tmp_path / "out", files=[RunFile(name)])
     (tmp_path / "out" / name).parent.mkdir(exist_ok=True)
     (tmp_path / "out" / name).write_text(log_text())
-    assert names(read_runs(tmp_path)[0]) == [("R1", "out", DRAWING)]
+    assert found(tmp_path) == ([("R1", "out", DRAWING)], [])
 
 
 def test_a_run_in_a_folder_that_another_one_names_is_part_of_that(tmp_path):
@@ -135,8 +123,8 @@ def test_a_run_in_a_folder_that_another_one_names_is_part_of_that(tmp_path):
 def test_a_log_of_an_earlier_run_in_the_folder_is_a_run_of_its_own(tmp_path):
     left(tmp_path / "out")
     (tmp_path / "out" / "servo.jsonl").write_text(log_text())
-    runs, _ = read_runs(tmp_path)
-    assert names(runs) == [("R1", "out", DRAWING), ("R2", "out/servo.jsonl", SERVO)]
+    runs = [("R1", "out", DRAWING), ("R2", "out/servo.jsonl", SERVO)]
+    assert found(tmp_path) == (runs, [])
 
 
 def test_what_was_tracked_beside_a_run_is_a_run_of_its_own(tmp_path):
@@ -172,9 +160,8 @@ def test_what_no_rule_foresees_costs_that_run_alone(tmp_path, monkeypatch, error
     left(tmp_path / "line")
     (tmp_path / "seen.csv").write_text("frame,t,marker,u,v,confidence\n1,0,effector,1,1,1\n")
     monkeypatch.setattr("laptop.record.report.find_runs.read_track", fail)
-    runs, left_out = read_runs(tmp_path)
-    assert names(runs) == [("R1", "line", DRAWING)]
-    assert left_out == [("seen.csv", "it is not as it is written; do this run again")]
+    why = "it is not as it is written; do this run again"
+    assert found(tmp_path) == ([("R1", "line", DRAWING)], [("seen.csv", why)])
 
 
 def test_pipes_and_links_among_the_files_are_passed_over(tmp_path):
@@ -187,8 +174,7 @@ def test_pipes_and_links_among_the_files_are_passed_over(tmp_path):
         os.mkfifo(place / name)
     (place / "seen.csv").symlink_to(tmp_path / "secret.csv")
     (tmp_path / "secret.csv").rename(tmp_path / "secret.txt")
-    runs, left_out = read_runs(tmp_path)
-    assert (names(runs), left_out) == ([("R1", "line", DRAWING)], [])
+    assert found(tmp_path) == ([("R1", "line", DRAWING)], [])
 
 
 def test_columns_and_markers_have_bounds(tmp_path):
@@ -211,12 +197,12 @@ def test_columns_and_markers_have_bounds(tmp_path):
 
 @pytest.mark.parametrize("key", ["arm", "mode", "method", "goal", "camera"])
 def test_no_text_of_a_log_brings_a_folder_of_its_computer_into_a_report(tmp_path, key):
-    lines = [json.loads(line) for line in log_text().splitlines()]
+    lines = lines_of(log_text())
     path = "/home/anna/at work/x.ini"
     for told in lines:
         if key in told and isinstance(told[key], str):
             told[key] = path
-    (tmp_path / "servo.jsonl").write_text("".join(json.dumps(told) + "\n" for told in lines))
+    (tmp_path / "servo.jsonl").write_text(text_of(lines))
     (run,), left_out = read_runs(tmp_path)
     texts = [run.what, run.outcome, run.arm, *run.gaps, str(run.set_up), str(run.tables)]
     texts += [str([as_texts(table) for table in run.compared])]

@@ -1,11 +1,11 @@
 """The report as a document: order, numbers, sources, raw data, and nothing of this computer."""
 
-import csv
 import os
 import re
 from html.parser import HTMLParser
 
 import pytest
+from csv_rows import rows_in
 from lab_runs import PATH, TRACE, drawn, left, paths
 from servo_log import log_text
 
@@ -128,14 +128,11 @@ def test_the_raw_data_lie_beside_it_and_each_table_is_a_csv(tmp_path):
     write(made(tmp_path), out)
     folder = data_folder_of(out)
     assert (folder / "R1-trace.csv").read_text() == TRACE
-    with (folder / CONTENTS).open(newline="") as file:
-        told = {row["file"]: row for row in csv.DictReader(file)}
+    told = {row["file"]: row for row in rows_in(folder / CONTENTS)}
     assert told.keys() == {path.name for path in folder.iterdir()} - {CONTENTS}
     assert told["R1-trace.csv"]["from"] == "run R1, line"
     (drawn_paths,) = [name for name, row in told.items() if row["holds"].startswith("Drawn paths")]
-    with (folder / drawn_paths).open(newline="") as file:
-        rows = list(csv.DictReader(file))
-    assert [row["end off mm"] for row in rows] == ["0.75", ""]
+    assert [row["end off mm"] for row in rows_in(folder / drawn_paths)] == ["0.75", ""]
     assert 'href="lab-data/R1-trace.csv"' in out.read_text()
 
 

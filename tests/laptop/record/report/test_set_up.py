@@ -15,11 +15,7 @@ def a_run(name, arm, built=None):
 
 def test_an_arm_of_several_runs_stands_once_with_the_numbers_that_they_kept():
     changed = {**PLANAR, "speed_cm_s": 5.0}
-    runs = [
-        a_run("a", PLANAR),
-        a_run("b", PLANAR),
-        a_run("c", changed, PLANAR),
-    ]
+    runs = [a_run("a", PLANAR), a_run("b", PLANAR), a_run("c", changed, PLANAR)]
     for number, run in enumerate(runs, 1):
         run.number = number
     arms = describe_arms(runs)

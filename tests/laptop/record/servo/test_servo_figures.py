@@ -1,15 +1,14 @@
 """The figures of servo runs: one set, whoever tells of a run."""
 
-import io
 from pathlib import Path
 
 import numpy as np
 import pytest
 from servo_log import GOAL
 from servo_runs import PLACE, told, truth
+from small_figures import png_of
 
 from laptop.record.figures import charts, sheet
-from laptop.record.figures.sheet import DPI
 from laptop.record.run import Ending, Run
 from laptop.record.servo import figures
 from laptop.record.servo.figures import Scenery
@@ -19,13 +18,6 @@ from laptop.record.servo.servo_run import ServoRun
 
 @pytest.fixture(autouse=True)
 def small_pictures(monkeypatch):
-    """Drawn as ever, in a fifth of the pixels each way."""
-
-    def png_of(figure):
-        file = io.BytesIO()
-        figure.savefig(file, format="png", dpi=DPI / 5)
-        return file.getvalue()
-
     monkeypatch.setattr(figures, "png_of", png_of)
 
 

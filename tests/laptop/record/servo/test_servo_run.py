@@ -1,9 +1,7 @@
 """One run of the servo: by its log, and by the truth, which decides."""
 
-import json
-
 import pytest
-from servo_log import GOAL, log_text
+from servo_log import GOAL, lines_of, log_text, text_of
 from servo_runs import told, truth
 
 from laptop.record.run import DamagedRun
@@ -33,11 +31,11 @@ def test_a_log_tells_way_errors_joints_and_steps(tmp_path):
 
 
 def test_where_a_camera_was_blind_it_saw_nothing(tmp_path):
-    lines = [json.loads(text) for text in log_text(cameras="AB").splitlines()]
+    lines = lines_of(log_text(cameras="AB"))
     blind = next(entry for entry in lines if entry["kind"] == "step")
     blind.update(rows=["B.u", "B.v"], s=[1.0, 2.0], goal=[3.0, 4.0])
     seen = dict(next(entry for entry in lines if entry["kind"] == "seen"), camera="B")
-    run = told(tmp_path, text="".join(json.dumps(entry) + "\n" for entry in [*lines, seen]))
+    run = told(tmp_path, text=text_of([*lines, seen]))
     assert len(run.looks["A"]) == 4
     assert run.looks["B"][0].tolist() == [1.0, 2.0]
 
@@ -117,16 +115,11 @@ def test_the_true_error_ends_with_the_run_and_not_with_the_rest_after_it(tmp_pat
 
 
 def test_a_camera_that_saw_nothing_has_its_own_true_way_all_the_same(tmp_path):
-    lines = [json.loads(text) for text in log_text(cameras="AB").splitlines()]
+    lines = lines_of(log_text(cameras="AB"))
     for line in lines:
         if line["kind"] == "seen":
             line["camera"] = "B"
-    run = told(
-        tmp_path,
-        text="".join(json.dumps(line) + "\n" for line in lines),
-        true=truth(2.0, "AB"),
-        cameras="AB",
-    )
+    run = told(tmp_path, text=text_of(lines), true=truth(2.0, "AB"), cameras="AB")
     assert run.ways["A"][0, 1] == GOAL[0] - 200  # which B's line of sight is
     assert set(run.ways["B"][:, 1]) == {GOAL[0]}
 

@@ -1,22 +1,13 @@
 """Any camera by what people call it, and what is said when there is nothing to see."""
 
-from functools import partial
-
 import cv2
 import numpy as np
 import pytest
 from captures import EndlessCapture
-from numbered_frames import write_video
 
 from laptop.see.camera.cameras import is_live, open_camera
 from laptop.see.camera.frames import NoCamera
 from laptop.see.camera.recordings import Recording
-
-
-@pytest.fixture
-def video(tmp_path):
-    """Writes a video of numbered frames."""
-    return partial(write_video, tmp_path)
 
 
 @pytest.mark.parametrize(

@@ -1,13 +1,13 @@
 """Cameras that go on whether or not anybody looks: the newest frame, and coming back."""
 
 import base64
+import contextlib
 import http.server
 import itertools
 import threading
 
 import cv2
 import pytest
-from captures import fake_webcam
 from numbered_frames import number_of, picture
 from waiting import PATIENCE
 
@@ -16,14 +16,6 @@ from laptop.see.camera.cameras import open_camera
 from laptop.see.camera.frames import NoCamera
 from laptop.see.camera.live_cameras import LiveCamera
 from laptop.see.camera.stream_faults import why_no_stream
-
-
-@pytest.fixture
-def webcam(monkeypatch):
-    """Opens a webcam on FakeCaptures; ends them all."""
-    with fake_webcam(monkeypatch) as plug:
-        yield plug
-
 
 # A webcam
 
@@ -140,28 +132,13 @@ def test_closing_does_not_wait_for_a_driver_that_hangs(webcam, monkeypatch):
 # A network stream
 
 
-@pytest.fixture
-def stream():
-    """Serves MJPEG; every connection gets as many frames as `lengths` says, the last for ever."""
-    lengths = []
-    going = threading.Event()
-    going.set()
+@contextlib.contextmanager
+def serving(answer):
+    """The port of a server that answers whoever asks by `answer`, which takes the handler."""
 
     class Handler(http.server.BaseHTTPRequestHandler):
         def do_GET(self):  # noqa: N802
-            length = lengths.pop(0) if lengths else 0
-            self.send_response(200)
-            self.send_header("Content-Type", "multipart/x-mixed-replace; boundary=frame")
-            self.end_headers()
-            try:
-                for number in range(length):
-                    jpeg = cv2.imencode(".jpg", picture(number))[1].tobytes()
-                    self.wfile.write(
-                        b"--frame\r\nContent-Type: image/jpeg\r\nContent-Length: %d\r\n\r\n%s\r\n"
-                        % (len(jpeg), jpeg)
-                    )
-            except OSError:
-                return  # nobody looks any more
+            answer(self)
 
         def log_message(self, *words):
             pass
@@ -169,10 +146,32 @@ def stream():
     server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
     thread = threading.Thread(target=server.serve_forever, args=(0.01,))
     thread.start()
-    yield f"http://127.0.0.1:{server.server_port}/video", lengths
+    yield server.server_port
     server.shutdown()
     thread.join()
     server.server_close()
+
+
+@pytest.fixture
+def stream():
+    """Serves MJPEG; every connection gets as many frames as `lengths` says, and then none."""
+    lengths = []
+
+    def answer(handler):
+        length = lengths.pop(0) if lengths else 0
+        handler.send_response(200)
+        handler.send_header("Content-Type", "multipart/x-mixed-replace; boundary=frame")
+        handler.end_headers()
+        with contextlib.suppress(OSError):  # nobody looks any more
+            for number in range(length):
+                jpeg = cv2.imencode(".jpg", picture(number))[1].tobytes()
+                handler.wfile.write(
+                    b"--frame\r\nContent-Type: image/jpeg\r\nContent-Length: %d\r\n\r\n%s\r\n"
+                    % (len(jpeg), jpeg)
+                )
+
+    with serving(answer) as port:
+        yield f"http://127.0.0.1:{port}/video", lengths
 
 
 def test_a_stream_is_live_and_opened_again_when_it_ends(stream, monkeypatch, capfd):
@@ -199,29 +198,20 @@ def answering():
     """Answers as it is told to: status and type; or hangs up."""
     answers, asked = [], []
 
-    class Handler(http.server.BaseHTTPRequestHandler):
-        def do_GET(self):  # noqa: N802
-            asked.append(self.headers.get("Authorization"))
-            status, kind = answers[0]
-            if status is None:
-                return
-            self.send_response(status)
-            if status == 401:
-                self.send_header("WWW-Authenticate", 'Basic realm="camera"')
-            self.send_header("Content-Type", kind)
-            self.end_headers()
-            self.wfile.write(b"<html><title>A camera</title></html>")
+    def answer(handler):
+        asked.append(handler.headers.get("Authorization"))
+        status, kind = answers[0]
+        if status is None:
+            return
+        handler.send_response(status)
+        if status == 401:
+            handler.send_header("WWW-Authenticate", 'Basic realm="camera"')
+        handler.send_header("Content-Type", kind)
+        handler.end_headers()
+        handler.wfile.write(b"<html><title>A camera</title></html>")
 
-        def log_message(self, *words):
-            pass
-
-    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
-    thread = threading.Thread(target=server.serve_forever, args=(0.01,))
-    thread.start()
-    yield server.server_port, answers, asked
-    server.shutdown()
-    thread.join()
-    server.server_close()
+    with serving(answer) as port:
+        yield port, answers, asked
 
 
 @pytest.mark.parametrize(

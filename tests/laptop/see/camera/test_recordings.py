@@ -1,7 +1,6 @@
 """Videos and pictures as cameras: in order, at any pace, and with what cannot be read."""
 
 import os
-from functools import partial
 
 import cv2
 import numpy as np
@@ -9,7 +8,7 @@ import pytest
 from captures import EndlessCapture
 from clocks import FakeClock
 from hostile_files import jpeg_of, png_of
-from numbered_frames import FPS, everything, number_of, picture, write_video
+from numbered_frames import FPS, everything, number_of, picture, write_film
 from waiting import PATIENCE
 
 from laptop.emulator.scene.sensor import marker_frame
@@ -19,12 +18,6 @@ from laptop.see.camera.frames import NoCamera
 from laptop.see.markers.markers import read_spec
 from laptop.see.markers.tracker import Tracker
 from laptop.system.decoders import quiet_decoders
-
-
-@pytest.fixture
-def video(tmp_path):
-    """Writes a video of numbered frames."""
-    return partial(write_video, tmp_path)
 
 
 def chunks(data):
@@ -121,11 +114,7 @@ def test_an_index_that_is_wrong_itself_is_not_gone_by(video):
 
 
 def test_half_an_mp4_is_called_cut_off(tmp_path):
-    path = tmp_path / "film.mp4"
-    out = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"mp4v"), FPS, (64, 48))
-    for number in range(10):
-        out.write(picture(number))
-    out.release()
+    path = write_film(tmp_path / "film.mp4", map(picture, range(10)), "mp4v")
     whole = path.read_bytes()
     with open_camera(str(path)) as source:
         assert len(everything(source)) == 10
@@ -166,14 +155,8 @@ class Undecodable:
 @pytest.mark.parametrize(
     ("codec", "why"),
     [
-        (
-            "AV01",
-            "is a film in AV1, which this OpenCV cannot decode; convert it, for example: ffm",
-        ),
-        (
-            "hev1",
-            "is a film of the codec hev1 of which no frame can be decoded: it is damaged, or",
-        ),
+        ("AV01", "is a film in AV1, which this OpenCV cannot decode; convert it, for example: ffm"),
+        ("hev1", "is a film of the codec hev1 of which no frame can be decoded: it is damaged, or"),
     ],
 )
 def test_a_film_that_cannot_be_decoded_is_refused_with_what_to_do(tmp_path, codec, why):

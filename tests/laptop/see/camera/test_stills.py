@@ -6,7 +6,7 @@ import struct
 import cv2
 import numpy as np
 import pytest
-from numbered_frames import FPS, everything, picture
+from numbered_frames import everything, picture, write_film
 
 from laptop.see.camera.cameras import open_camera
 from laptop.see.camera.frames import NoCamera
@@ -17,12 +17,9 @@ LONG = 150
 
 def film(path):
     """A video that is no row of whole pictures; each has its number in bars, black or white."""
-    out = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"mp4v"), FPS, (64, 48))
-    for number in range(LONG):
-        bars = [255 * (number >> bit & 1) for bit in range(8)]
-        out.write(np.repeat(np.uint8(bars), 8)[None, :, None].repeat(48, 0).repeat(3, 2))
-    out.release()
-    return path
+    bars = [[255 * (number >> bit & 1) for bit in range(8)] for number in range(LONG)]
+    rows = (np.repeat(np.uint8(bar), 8)[None, :, None] for bar in bars)
+    return write_film(path, (row.repeat(48, 0).repeat(3, 2) for row in rows), "mp4v")
 
 
 def bars_of(image):

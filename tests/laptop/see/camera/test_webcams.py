@@ -1,28 +1,18 @@
 """Webcams: which there are, and how one is set up and locked."""
 
 import os
-import subprocess
-import sys
 
 import cv2
 import pytest
-from captures import FakeCapture, fake_webcam
+from captures import FakeCapture
 from numbered_frames import number_of, picture
-from places import ROOT
+from own_python import python
 from waiting import PATIENCE
 
 from laptop.see.camera import webcams as webcam_module
 from laptop.see.camera.cameras import open_camera
 from laptop.see.camera.frames import NoCamera
 from laptop.see.camera.webcams import webcams
-
-
-@pytest.fixture
-def webcam(monkeypatch):
-    """Opens a webcam on FakeCaptures; ends them all."""
-    with fake_webcam(monkeypatch) as plug:
-        yield plug
-
 
 # Which there are
 
@@ -167,7 +157,5 @@ def test_on_windows_a_webcam_is_opened_without_trying_hardware_for_long(system, 
     environment = {key: value for key, value in os.environ.items() if "OPENCV" not in key}
     if own is not None:
         environment[name] = own
-    done = subprocess.run(
-        [sys.executable, "-c", code], env=environment, cwd=ROOT, capture_output=True, text=True
-    )
+    done = python("-c", code, env=environment)
     assert done.stdout.split() == [str(there), "SILENT", "False"], done.stderr

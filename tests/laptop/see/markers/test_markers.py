@@ -217,6 +217,7 @@ NUMBERS = {
     "radius": ("1 to 2000", ["0", "2001", "-30"]),
 }
 NEVER = ["", "nan", "inf", "-inf", "red", "0,5", "1 2", "50 %", "0.5 ; half", "0x1"]
+KINDS = ["", "cube", "Disc", "disc ball", "aruco:3"]
 SCENES = ["", "1", "1,2", "1,2,3,4", "1,2,red", "1,2,256", "-1,2,3", "nan,1,1", "inf,1,1", "1;2;3"]
 
 
@@ -226,14 +227,23 @@ def with_value(key, value):
     return "[goal]\n" + COLOR + "[effector]\n" + "".join(f"{k} = {v}\n" for k, v in lines.items())
 
 
-@pytest.mark.parametrize(
-    ("key", "value"),
-    [(key, value) for key, (_, wrong) in NUMBERS.items() for value in [*wrong, *NEVER]],
-)
-def test_a_wrong_number_is_named_with_its_file_section_key_and_limits(file, key, value):
+WRONG = [
+    *(
+        (key, value, f"a number from {limits}")
+        for key, (limits, wrong) in NUMBERS.items()
+        for value in [*wrong, *NEVER]
+    ),
+    *(("scene", value, "three numbers from 0 to 255: red, green, blue") for value in SCENES),
+    *(("kind", value, "one of disc, ball, aruco") for value in KINDS),
+]
+
+
+@pytest.mark.parametrize(("key", "value", "wanted"), WRONG)
+def test_a_wrong_value_is_named_with_its_file_section_key_and_what_it_may_be(
+    file, key, value, wanted
+):
     path = file(with_value(key, value))
-    text = refusal(read_markers, path)
-    assert text == f"{path}: [effector] {key}: '{value}' is not a number from {NUMBERS[key][0]}"
+    assert refusal(read_markers, path) == f"{path}: [effector] {key}: '{value}' is not {wanted}"
 
 
 @pytest.mark.parametrize("key", ["hue", "tolerance", "saturation", "value", "radius"])
@@ -250,22 +260,6 @@ def test_a_missing_number_is_named(file, key):
     path = file("[effector]\n" + kept)
     assert refusal(read_markers, path) == (
         f"{path}: [effector] {key}: missing; a number from {NUMBERS[key][0]}"
-    )
-
-
-@pytest.mark.parametrize("value", SCENES)
-def test_a_wrong_scene_is_named(file, value):
-    path = file(with_value("scene", value))
-    assert refusal(read_markers, path) == (
-        f"{path}: [effector] scene: '{value}' is not three numbers from 0 to 255: red, green, blue"
-    )
-
-
-@pytest.mark.parametrize("value", ["", "cube", "Disc", "disc ball", "aruco:3"])
-def test_a_wrong_kind_is_named(file, value):
-    path = file(with_value("kind", value))
-    assert refusal(read_markers, path) == (
-        f"{path}: [effector] kind: '{value}' is not one of disc, ball, aruco"
     )
 
 

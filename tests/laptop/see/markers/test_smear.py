@@ -71,10 +71,7 @@ def errors(seen, truth, way):
     """Distances of a sighting from the truth along the way and across it, px."""
     du, dv = seen.u - truth[0], seen.v - truth[1]
     length = math.hypot(*way)
-    return (
-        abs(du * way[0] + dv * way[1]) / length,
-        abs(dv * way[0] - du * way[1]) / length,
-    )
+    return (abs(du * way[0] + dv * way[1]) / length, abs(dv * way[0] - du * way[1]) / length)
 
 
 # The model

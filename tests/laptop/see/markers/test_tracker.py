@@ -7,6 +7,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
+from arms import PLANAR as ARM
 
 from laptop.emulator.scene.optics import Box, coverage, light_of, to_srgb
 from laptop.emulator.scene.poses import ScriptedPoses
@@ -18,10 +19,8 @@ from laptop.see.markers.kinds import KINDS
 from laptop.see.markers.learning import learn
 from laptop.see.markers.markers import Marker, read_spec
 from laptop.see.markers.tracker import FINDERS, Tracker
-from shared.arm_description import find_arm, read_arm
 from shared.messages import LEAST_CONFIDENCE
 
-ARM = read_arm(find_arm("planar"))
 WIDTH, HEIGHT = 144, 108
 U, V = 70.3, 54.6
 NAME = "effector"
@@ -72,6 +71,13 @@ def around(count, reach=24):
     ]
 
 
+def followed(marker, count=16, reach=24, **looks):
+    """What `follow` tells of a marker in places around the middle, and the places."""
+    places = around(count, reach)
+    pictures = [picture(u=u, v=v, seed=k, **looks) for k, (u, v) in enumerate(places)]
+    return (*follow(marker, pictures), places)
+
+
 def test_there_is_a_finder_for_every_kind():
     assert set(FINDERS) == set(KINDS)
 
@@ -97,12 +103,8 @@ def test_there_is_a_finder_for_every_kind():
     ids=str,
 )
 def test_a_flat_disc_is_placed_to_a_few_hundredths_of_a_pixel(radius, options, limit):
-    marker = learned(radius=radius, **options)
-    places = around(16)
-    pictures = [
-        picture(u=u, v=v, radius=radius, seed=k, **options) for k, (u, v) in enumerate(places)
-    ]
-    seen, why = follow(marker, pictures)
+    looks = {"radius": radius, **options}
+    seen, why, places = followed(learned(**looks), **looks)
     assert set(why) == {""}
     assert rms(seen, places) <= limit
     assert min(s.confidence for s in seen) >= 0.9
@@ -110,9 +112,7 @@ def test_a_flat_disc_is_placed_to_a_few_hundredths_of_a_pixel(radius, options, l
 
 
 def test_a_word_is_as_precise_as_a_pick():
-    places = around(16)
-    pictures = [picture(u=u, v=v, seed=k) for k, (u, v) in enumerate(places)]
-    seen, _ = follow(read_spec(NAME, "red"), pictures)
+    seen, _, places = followed(read_spec(NAME, "red"))
     assert rms(seen, places) <= 0.03
     assert len(claims(seen)) == 16
 
@@ -121,10 +121,8 @@ def test_a_word_is_as_precise_as_a_pick():
 def test_an_edge_in_the_background_pulls_by_less_than_a_pixel(kind):
     ground = np.full((HEIGHT, WIDTH, 3), 230, np.uint8)
     ground[:, WIDTH // 2 :] = 40
-    marker = learned(kind, background=ground)
-    places = around(16)
-    pictures = [picture(kind, u, v, background=ground, seed=k) for k, (u, v) in enumerate(places)]
-    seen, _ = follow(marker, pictures)
+    looks = {"kind": kind, "background": ground}
+    seen, _, places = followed(learned(**looks), **looks)
     assert rms(seen, places) <= 0.5
     assert len(claims(seen)) == 16
 
@@ -132,22 +130,16 @@ def test_an_edge_in_the_background_pulls_by_less_than_a_pixel(kind):
 @pytest.mark.parametrize("radius", [12, 20])
 @pytest.mark.parametrize("colour", ["red", "green"])
 def test_a_shaded_ball_with_a_highlight_is_placed_to_half_a_pixel(radius, colour):
-    marker = learned("ball", radius, colour)
-    places = around(16)
-    pictures = [picture("ball", u, v, radius, colour, seed=k) for k, (u, v) in enumerate(places)]
-    seen, why = follow(marker, pictures)
+    looks = {"kind": "ball", "radius": radius, "colour": colour}
+    seen, why, places = followed(learned(**looks), **looks)
     assert set(why) == {""}
     assert rms(seen, places) <= 0.4
     assert len(claims(seen)) == 16
 
 
 def test_an_aruco_marker_is_placed_to_a_tenth_of_a_pixel():
-    places = around(12)
-    pictures = [
-        picture("aruco", u, v, 20, number=7, background="white", seed=k)
-        for k, (u, v) in enumerate(places)
-    ]
-    seen, why = follow(read_spec(NAME, "aruco:7"), pictures)
+    looks = {"kind": "aruco", "radius": 20, "number": 7, "background": "white"}
+    seen, why, places = followed(read_spec(NAME, "aruco:7"), 12, **looks)
     assert set(why) == {""}
     assert rms(seen, places) <= 0.12
     assert len(claims(seen)) == 12
@@ -292,9 +284,7 @@ def test_what_is_beside_a_disc_does_not_pull():
     ground[v - 5 : v + 10, : u - 15] = 0, 190, 230
     ground[v + 15 :, u - 3 : u + 4] = 60, 55, 50
     ground[v + 15 : v + 19, u + 5 : u + 8] = 30, 20, 200
-    places = around(24, reach=1)
-    pictures = [picture(u=u, v=v, background=ground, seed=k) for k, (u, v) in enumerate(places)]
-    seen, why = follow(read_spec(NAME, "red"), pictures)
+    seen, why, places = followed(read_spec(NAME, "red"), 24, reach=1, background=ground)
     assert set(why) == {""}
     assert rms(seen, places) <= 0.06
     assert len(claims(seen)) == 24

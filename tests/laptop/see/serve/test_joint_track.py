@@ -4,14 +4,13 @@ import math
 
 import numpy as np
 import pytest
+from arms import PLANAR, SPATIAL
 
 from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.scene_constants import read_scene
 from laptop.see.serve.joint_track import DURATION, JointTrack, marker_place, marker_shift
 from robot.motion import kinematics
-from shared.arm_description import find_arm, read_arm
 
-PLANAR, SPATIAL = (read_arm(find_arm(name)) for name in ("planar", "spatial"))
 OFFSET = 0.6, -0.4
 
 

@@ -1,6 +1,5 @@
 """Pipelines of cameras that are made up: what is published, what is shown, and how it ends."""
 
-import csv
 import io
 import os
 import signal
@@ -9,6 +8,7 @@ import threading
 import time
 
 import pytest
+from csv_rows import rows_in
 from fake_cameras import FakeCamera, FakeServer, FakeTracker, frame
 from rich.console import Console
 from waiting import PATIENCE
@@ -23,11 +23,6 @@ from laptop.see.serve.session import TrackingSession
 from laptop.see.serve.status_display import StatusDisplay
 from laptop.see.serve.status_text import pipeline_status
 from shared.messages import Status
-
-
-def rows(path):
-    with open(path, newline="") as file:
-        return list(csv.DictReader(file))
 
 
 def test_every_frame_is_published_with_its_own_time_and_number():
@@ -84,11 +79,17 @@ def test_a_camera_that_is_given_up_ends_it_in_one_line(tmp_path):
     with pytest.raises(TrackingInterrupted, match="did not come back"):
         run.run()
     out.close()
-    assert len(rows(tmp_path / "out.csv")) == 1
+    assert len(rows_in(tmp_path / "out.csv")) == 1
 
 
 def silent():
     return Console(file=io.StringIO())
+
+
+def pipelines_of(*cameras, **options):
+    """Pipelines of cameras A, B, ..."""
+    named = zip("AB", cameras, strict=True)
+    return [CameraPipeline(name, camera, FakeTracker(), **options) for name, camera in named]
 
 
 def test_live_cameras_do_not_wait_for_each_other():
@@ -99,9 +100,7 @@ def test_live_cameras_do_not_wait_for_each_other():
         camera_a.after = camera_b.after = None
 
     camera_a, camera_b = FakeCamera(after=meet), FakeCamera(after=meet)
-    pipelines = [
-        CameraPipeline(name, c, FakeTracker()) for name, c in (("A", camera_a), ("B", camera_b))
-    ]
+    pipelines = pipelines_of(camera_a, camera_b)
     assert TrackingSession(pipelines, None, None, silent()).run() == 0
 
 
@@ -121,10 +120,7 @@ def test_a_camera_that_hangs_keeps_no_frame_of_another_back():
     server = FakeServer()
     camera_a = FakeCamera(after=hang)
     camera_b = FakeCamera(*(frame(k, 5 + k / 30, 9) for k in range(20)), after=end)
-    pipelines = [
-        CameraPipeline(name, camera, FakeTracker(), server=server, now=lambda: 6.0)
-        for name, camera in (("A", camera_a), ("B", camera_b))
-    ]
+    pipelines = pipelines_of(camera_a, camera_b, server=server, now=lambda: 6.0)
     assert TrackingSession(pipelines, None, None, silent()).run() == 0
     assert hung == [True]
     assert [(seen.camera, seen.t) for seen in server.sent] == [("B", 5 + k / 30) for k in range(20)]
@@ -142,9 +138,7 @@ def test_when_a_camera_is_given_up_the_other_goes_on_and_the_end_is_a_failure(mo
 
     camera_a, camera_b = FakeCamera(frame(0, 0.0, 9)), FakeCamera(after=until_told)
     camera_a.why = "camera 0 did not come back"
-    pipelines = [
-        CameraPipeline(name, c, FakeTracker()) for name, c in (("A", camera_a), ("B", camera_b))
-    ]
+    pipelines = pipelines_of(camera_a, camera_b)
     run = TrackingSession(pipelines, None, None, Console(file=out))
     with pytest.raises(TrackingInterrupted, match="^camera 0 did not come back$"):
         run.run()
@@ -224,7 +218,7 @@ def test_a_signal_ends_it_with_everything_on_the_disk(tmp_path, number, status):
     assert run.ended_by == ("Ctrl-C" if number == signal.SIGINT else signal.Signals(number).name)
     assert signal.getsignal(number) == before
     out.close()
-    assert [row["u"] for row in rows(tmp_path / "out.csv")] == ["9.000", ""]
+    assert [row["u"] for row in rows_in(tmp_path / "out.csv")] == ["9.000", ""]
 
 
 def test_what_was_tracked_is_on_the_disk_meanwhile(tmp_path, monkeypatch):
@@ -235,7 +229,7 @@ def test_what_was_tracked_is_on_the_disk_meanwhile(tmp_path, monkeypatch):
     deadline = time.monotonic() + PATIENCE
 
     def look(timeout):
-        if rows(tmp_path / "out.csv"):
+        if rows_in(tmp_path / "out.csv"):
             read.set()
         if read.is_set() or time.monotonic() > deadline:
             camera.after = None
@@ -269,10 +263,7 @@ def test_on_a_pipe_every_camera_has_a_line_of_its_own(monkeypatch):
     monkeypatch.setattr(status_display, "PIPE_STATUS_PERIOD", 0.0)
     out = io.StringIO()
     cameras = FakeCamera(frame(0, 0.0, 90)), FakeCamera(frame(0, 0.0, 0))
-    pipelines = [
-        CameraPipeline(name, camera, FakeTracker(), now=lambda: 0.0)
-        for name, camera in zip("AB", cameras, strict=True)
-    ]
+    pipelines = pipelines_of(*cameras, now=lambda: 0.0)
     for pipeline in pipelines:
         pipeline.step(0)
     display = StatusDisplay(pipelines, lambda: "no brick connected", Console(file=out))
@@ -339,7 +330,7 @@ class FakePlacer:
         self.looks += 1
 
     def place(self, marker, pixel):
-        return (pixel[0] / 10, pixel[1] / 10) if self.looks > 1 and marker != "away" else None
+        return (pixel[0] / 10, pixel[1] / 10) if self.looks > 1 else None
 
     def tell(self, marker, pixel):
         at = self.place(marker, pixel)

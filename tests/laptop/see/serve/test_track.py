@@ -1,6 +1,6 @@
 """`python -m laptop track`: from the camera to the CSV, the link, the status and the last line."""
 
-import csv
+import contextlib
 import functools
 import io
 import json
@@ -17,7 +17,10 @@ import numpy as np
 import pytest
 from announced import wait_for_event
 from click.testing import CliRunner
+from csv_rows import rows_in
 from fake_cameras import FakeCamera, frame
+from numbered_frames import write_film
+from own_python import python
 from places import FOOTAGE, ROOT
 from refusals import in_one_line
 from waiting import PATIENCE
@@ -72,12 +75,7 @@ def state(tmp_path, monkeypatch):
 @pytest.fixture
 def video(tmp_path):
     def write(frames=12, name="film.avi", **looks):
-        path = tmp_path / name
-        out = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"MJPG"), 20.0, (WIDTH, HEIGHT))
-        for number in range(frames):
-            out.write(picture(number, **looks))
-        out.release()
-        return path
+        return write_film(tmp_path / name, (picture(number, **looks) for number in range(frames)))
 
     return write
 
@@ -96,11 +94,6 @@ def run(tmp_path):
     return invoke
 
 
-def rows(path):
-    with open(path, newline="") as file:
-        return list(csv.DictReader(file))
-
-
 # A file, as fast as it goes
 
 
@@ -108,7 +101,7 @@ def test_a_video_becomes_a_row_per_frame_and_marker(run, video, tmp_path):
     shown = run("--camera", video(), "--no-serve", "--csv", tmp_path / "out.csv")
     data = (tmp_path / "out.csv").read_bytes()
     assert data.startswith(b"frame,t,marker,u,v,confidence\n0,0.000000,effector,")
-    table = rows(tmp_path / "out.csv")
+    table = rows_in(tmp_path / "out.csv")
     assert [row["frame"] for row in table] == [str(k // 2) for k in range(24)]
     assert [row["marker"] for row in table] == ["effector", "goal"] * 12
     for row in table:
@@ -127,20 +120,11 @@ def test_a_video_becomes_a_row_per_frame_and_marker(run, video, tmp_path):
 def test_a_lost_marker_has_no_place_and_no_confidence(run, video, tmp_path):
     film = video(goal=None)
     shown = run("--camera", film, "--no-serve", "--csv", tmp_path / "out.csv").stdout
-    table = [row for row in rows(tmp_path / "out.csv") if row["marker"] == "goal"]
+    table = [row for row in rows_in(tmp_path / "out.csv") if row["marker"] == "goal"]
     assert len(table) == 12
     assert {(row["u"], row["v"], row["confidence"]) for row in table} == {("", "", "0.000")}
     assert "nothing of this colour" in shown
     assert "0 of 12" in shown
-
-
-def test_a_fixed_goal_is_in_every_row(run, video, tmp_path):
-    run("--camera", video(), "--no-serve", "--goal", "12.5,30", "--csv", tmp_path / "out.csv")
-    table = [row for row in rows(tmp_path / "out.csv") if row["marker"] == "goal"]
-    assert len(table) == 12
-    assert {(row["u"], row["v"], row["confidence"]) for row in table} == {
-        ("12.500", "30.000", "1.000")
-    }
 
 
 def test_two_cameras_are_told_apart(run, video, tmp_path):
@@ -148,13 +132,15 @@ def test_two_cameras_are_told_apart(run, video, tmp_path):
     out = tmp_path / "out.csv"
     words = ["--camera", one, "--camera", two, "--goal", "1,2", "--goal", "3,4", "--csv", out]
     run(*words, "--no-serve", "--picture", tmp_path / "view.png")
-    table = rows(out)
+    table = rows_in(out)
     assert list(table[0])[-1] == "camera"
     in_turn = [(row["camera"], row["frame"]) for row in table if row["marker"] == "effector"]
     assert in_turn[:4] == [("A", "0"), ("B", "0"), ("A", "1"), ("B", "1")]
     assert [camera for camera, _ in in_turn].count("B") == 5
-    goals = {(row["camera"], row["u"], row["v"]) for row in table if row["marker"] == "goal"}
-    assert goals == {("A", "1.000", "2.000"), ("B", "3.000", "4.000")}
+    goals = [[*row.values()] for row in table if row["marker"] == "goal"]
+    told = {camera: [row[3:] for row in goals if row[-1] == camera] for camera in "AB"}
+    assert told["A"] == [["1.000", "2.000", "1.000", "A"]] * 3
+    assert told["B"] == [["3.000", "4.000", "1.000", "B"]] * 5
     assert (tmp_path / "view-A.png").exists()
     assert (tmp_path / "view-B.png").exists()
     first = out.read_bytes()
@@ -166,7 +152,7 @@ def test_a_colour_learned_at_the_first_camera_is_looked_for_at_all(run, video, t
     green, red = video(3, "green.avi", effector=GREEN, goal=None), video(3, "red.avi", goal=GREEN)
     words = ["--camera", green, "--camera", red, "--pick", "effector=30,60", "--effector", "disc"]
     run(*words, "--no-serve", "--csv", tmp_path / "out.csv")
-    table = {(row["camera"], row["frame"]): row for row in rows(tmp_path / "out.csv")}
+    table = {(row["camera"], row["frame"]): row for row in rows_in(tmp_path / "out.csv")}
     for number in range(3):
         for camera, wanted in (("A", place(number)), ("B", (120, 25))):
             row = table[camera, str(number)]
@@ -208,13 +194,7 @@ def test_every_camera_is_opened_under_its_letter_and_asked_what_it_can_do(monkey
         assert context.params.pop("brick")
         for handed_in in ("page", "page_host", "page_port", "page_hold", "announce", "replace"):
             del context.params[handed_in]
-        assert (
-            tracking.track(
-                TrackOptions(**context.params),
-                synthetic,
-            )
-            == 0
-        )
+        assert tracking.track(TrackOptions(**context.params), synthetic) == 0
     assert opened == [
         ("film.avi", True, 20.0, None),
         ("B", "B.tilt=60", 20.0),
@@ -231,7 +211,7 @@ def test_frames_that_cannot_be_read_are_told(run, video, tmp_path):
     film.write_bytes(data)
     shown = run("--camera", film, "--no-serve", "--csv", tmp_path / "out.csv")
     assert "11 frames, 1 of 12 frames could not be read" in shown.stdout
-    assert "1" not in {row["frame"] for row in rows(tmp_path / "out.csv")}
+    assert "1" not in {row["frame"] for row in rows_in(tmp_path / "out.csv")}
 
 
 # Which markers
@@ -242,7 +222,7 @@ def test_a_picked_colour_is_learned_used_and_kept(run, video, tmp_path, state):
     u, v = place(6)
     words = ["--camera", film, "--no-serve", "--csv", tmp_path / "out.csv"]
     run(*words, "--pick", f"effector={u},{v}@6", "--effector", "disc")
-    table = rows(tmp_path / "out.csv")
+    table = rows_in(tmp_path / "out.csv")
     assert {row["marker"] for row in table} == {"effector"}, "nobody showed a goal"
     assert [row["frame"] for row in table] == [str(k) for k in range(12)], "from the start"
     assert math.dist((float(table[0]["u"]), float(table[0]["v"])), place(0)) < 0.3
@@ -251,18 +231,15 @@ def test_a_picked_colour_is_learned_used_and_kept(run, video, tmp_path, state):
     assert kept.color.hue == pytest.approx(135, abs=4)
 
     run(*words)  # what was learned is known the next time
-    again = [row for row in rows(tmp_path / "out.csv") if row["marker"] == "effector"]
+    again = [row for row in rows_in(tmp_path / "out.csv") if row["marker"] == "effector"]
     assert [row["u"] for row in again] == [row["u"] for row in table]
 
 
 def test_what_is_gone_in_the_frames_after_a_pick_is_refused(run, video, tmp_path, state):
     """It may be a passing thing, or found in that one frame by luck."""
-    film = tmp_path / "film.avi"
-    out = cv2.VideoWriter(str(film), cv2.VideoWriter.fourcc(*"MJPG"), 20.0, (WIDTH, HEIGHT))
     plain = np.full((HEIGHT, WIDTH, 3), 128, np.uint8)
-    for image in [plain, picture(0, effector=GREEN), *[plain] * 7, picture(9, effector=GREEN)]:
-        out.write(image)
-    out.release()
+    once, late = (picture(number, effector=GREEN) for number in (0, 9))
+    film = write_film(tmp_path / "film.avi", [plain, once, *[plain] * 7, late])
     (u, v), (last_u, last_v) = place(0), place(9)
     words = ["--camera", film, "--no-serve", "--effector", "disc", "--pick"]
     shown = run(*words, f"effector={u},{v}@1", status=1)
@@ -275,7 +252,7 @@ def test_what_is_gone_in_the_frames_after_a_pick_is_refused(run, video, tmp_path
 def test_a_goal_that_was_asked_for_is_tracked_beside_a_picked_effector(run, video, tmp_path):
     words = ["--camera", video(effector=GREEN), "--no-serve", "--csv", tmp_path / "out.csv"]
     run(*words, "--pick", "effector=30,60", "--goal", "blue")
-    assert {row["marker"] for row in rows(tmp_path / "out.csv")} == {"effector", "goal"}
+    assert {row["marker"] for row in rows_in(tmp_path / "out.csv")} == {"effector", "goal"}
 
 
 def test_a_rectangle_may_be_picked_and_the_kind_said(run, video, state):
@@ -296,7 +273,7 @@ def test_every_marker_of_a_file_that_is_named_is_tracked(run, video, tmp_path):
     names = {"effector": "red", "goal": "blue", "third": "disc:yellow"}
     write_markers(file, {name: read_spec(name, spec) for name, spec in names.items()})
     run("--camera", video(), "--no-serve", "--markers", file, "--csv", tmp_path / "out.csv")
-    assert {row["marker"] for row in rows(tmp_path / "out.csv")} == set(names)
+    assert {row["marker"] for row in rows_in(tmp_path / "out.csv")} == set(names)
 
 
 def test_a_kind_alone_changes_the_kind_of_a_known_marker(video, run, state):
@@ -405,16 +382,6 @@ def test_a_name_that_does_not_fit_a_message(run, video, tmp_path):
     write_markers(file, {"my marker": Marker("my marker", "aruco", id=1)})
     shown = run("--camera", video(), "--no-serve", "--markers", file, status=1)
     assert in_one_line(shown.stderr, "my marker", "A-Z")
-
-
-def test_a_port_in_use(run, video, tmp_path):
-    (tmp_path / "out.csv").write_text("old")
-    with socket.create_server(("127.0.0.1", 0)) as taken:
-        port = str(taken.getsockname()[1])
-        words = ["--camera", video(), "--host", "127.0.0.1", "--csv", tmp_path / "out.csv"]
-        shown = run(*words, "--port", port, status=1)
-    assert in_one_line(shown.stderr, f"port {port} is in use", "--port")
-    assert (tmp_path / "out.csv").read_text() == "old"
 
 
 def test_where_markers_cannot_be_kept_the_old_sheet_stays(run, video, tmp_path):
@@ -552,49 +519,47 @@ def test_an_ipv6_host_is_told_without_brackets(run, video):
     assert serving["addresses"] == [f"[::1]:{serving['port']}"]
 
 
-def test_programs_are_told_why_it_does_not_begin(run, video):
+def test_programs_are_told_why_it_does_not_begin(run, video, tmp_path):
+    (tmp_path / "out.csv").write_text("old")
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         words = ["--camera", video(2), "--host", "127.0.0.1", "--port", port, "--announce"]
-        shown = run(*words, status=1)
+        shown = run(*words, "--csv", tmp_path / "out.csv", status=1)
     (end,) = [json.loads(line) for line in shown.stdout.splitlines()]
     assert (end["event"], end["status"]) == ("end", 1)
     assert f"port {port} is in use" in end["reason"]
-    assert in_one_line(shown.stderr, end["reason"])
+    assert in_one_line(shown.stderr, end["reason"], "--port")
+    assert (tmp_path / "out.csv").read_text() == "old"
 
 
-def test_programs_are_told_of_a_signal_that_ends_it(tmp_path):
-    words = ["--camera", "synthetic", "--scene", "width=320,height=240,clutter=0", "--port", "0"]
+@contextlib.contextmanager
+def a_tracker(*words):
+    """A process that tracks what a synthetic camera sees."""
+    words = "--camera", "synthetic", "--scene", "width=320,height=240,clutter=0", *words
     tracker = subprocess.Popen(
-        [sys.executable, "-m", "laptop", "track", *words, "--no-page", "--announce"],
+        [sys.executable, "-m", "laptop", "track", *words, "--port", "0"],
         cwd=ROOT,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
     )
     try:
+        yield tracker
+    finally:
+        tracker.kill()
+
+
+def test_programs_are_told_of_a_signal_that_ends_it():
+    with a_tracker("--no-page", "--announce") as tracker:
         wait_for_event(tracker.stdout, "ready")
         tracker.send_signal(signal.SIGTERM)
         rest, error = tracker.communicate(timeout=PATIENCE)
-    finally:
-        tracker.kill()
     assert tracker.returncode == 143
     assert json.loads(rest) == {"event": "end", "status": 143, "reason": "stopped by SIGTERM"}
     assert error.endswith("laptop: stopped by SIGTERM\n")
 
 
 # Real processes
-
-
-def process(*words, **options):
-    return subprocess.run(
-        [sys.executable, "-m", "laptop", "track", *map(str, words)],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE,
-        **options,
-    )
 
 
 def test_the_ports_number_in_the_help_is_the_servers():
@@ -604,12 +569,12 @@ def test_the_ports_number_in_the_help_is_the_servers():
 
 @pytest.mark.long
 def test_serving_plays_the_video_in_its_own_time_and_tells_the_brick_what_to_type(video, tmp_path):
-    done = process("--camera", video(), "--host", "127.0.0.1", "--port", "0", "--csv",
-                   tmp_path / "out.csv")  # fmt: skip
+    words = "--camera", video(), "--host", "127.0.0.1", "--port", "0", "--csv", tmp_path / "out.csv"
+    done = python("-m", "laptop", "track", *words, timeout=PATIENCE)
     assert (done.returncode, done.stderr) == (0, "")
     assert "robot/visual_servoing.py" in done.stdout
     assert "pairing code, once: " in done.stdout
-    table = [row for row in rows(tmp_path / "out.csv") if row["marker"] == "effector"]
+    table = [row for row in rows_in(tmp_path / "out.csv") if row["marker"] == "effector"]
     steps = [
         (float(b["t"]) - float(a["t"])) / (int(b["frame"]) - int(a["frame"]))
         for a, b in zip(table, table[1:], strict=False)
@@ -620,27 +585,17 @@ def test_serving_plays_the_video_in_its_own_time_and_tells_the_brick_what_to_typ
 
 def test_ctrl_c_ends_a_process_with_130_and_one_line(tmp_path):
     out = tmp_path / "out.csv"
-    words = ["--camera", "synthetic", "--scene", "width=320,height=240,clutter=0", "--port", "0"]
-    tracker = subprocess.Popen(
-        [sys.executable, "-m", "laptop", "track", *words, "--csv", str(out)],
-        cwd=ROOT,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    try:
+    with a_tracker("--csv", str(out)) as tracker:
         for line in tracker.stdout:  # until it says that it tracks
             if "effector" in line and "age" in line:
                 break
         for _ in range(100):  # whoever is impatient
             tracker.send_signal(signal.SIGINT)
         rest, error = tracker.communicate(timeout=PATIENCE)
-    finally:
-        tracker.kill()
     assert tracker.returncode == 130
     assert error == "laptop: stopped by Ctrl-C\n"
     assert "confidence" in rest
-    table = rows(out)
+    table = rows_in(out)
     assert {row["marker"] for row in table} == {"effector", "goal"}
     assert {row["confidence"] for row in table} != {"0.000"}
 
@@ -656,7 +611,7 @@ def test_on_real_footage_as_in_the_readme(run, tmp_path):
     pick = f"effector={first['x']},{first['y']}@{first['frame']}"
     film = FOOTAGE / "trflorian_ball2.mp4"
     run("--camera", film, "--pick", pick, "--no-serve", "--csv", tmp_path / "out.csv")
-    table = {int(row["frame"]): row for row in rows(tmp_path / "out.csv")}
+    table = {int(row["frame"]): row for row in rows_in(tmp_path / "out.csv")}
     assert sorted(table) == list(range(1004))
     off = [
         math.dist((float(table[k["frame"]]["u"]), float(table[k["frame"]]["v"])), (k["x"], k["y"]))
@@ -684,7 +639,7 @@ def test_with_a_board_markers_are_told_in_cm_on_it(run, tmp_path):
     assert "camera A: board a4: " in shown.output
     assert "scale: the bar is 100 mm long, as measured" in shown.output
     tip = kinematics.forward(arm, q)
-    table = rows(tmp_path / "out.csv")
+    table = rows_in(tmp_path / "out.csv")
     assert len(table) == 4
     for row in table:
         wanted = tip if row["marker"] == "effector" else (12, -9)
@@ -692,7 +647,7 @@ def test_with_a_board_markers_are_told_in_cm_on_it(run, tmp_path):
         assert place == pytest.approx(wanted, abs=0.06), row
     bare = run(*words)
     assert "markers in 1 view" not in bare.output
-    assert "x" not in rows(tmp_path / "out.csv")[0]
+    assert "x" not in rows_in(tmp_path / "out.csv")[0]
 
 
 def test_after_touching_crosses_the_pens_place_is_told_on_the_board_and_by_the_arm(run, tmp_path):
@@ -710,7 +665,7 @@ def test_after_touching_crosses_the_pens_place_is_told_on_the_board_and_by_the_a
     write_touched(tmp_path / "t.json", TouchedArm("planar", "a4", None, fit))
     words = ["--camera", tmp_path, "--no-serve", "--board", "--csv", tmp_path / "out.csv"]
     run(*words, "--touched", tmp_path / "t.json")
-    for row in rows(tmp_path / "out.csv"):
+    for row in rows_in(tmp_path / "out.csv"):
         pen = kinematics.forward(arm, q) if row["marker"] == "effector" else (12, -9)
         assert (float(row["arm_x"]), float(row["arm_y"])) == pytest.approx(pen, abs=0.06), row
         on_board = to_board @ pen + base
@@ -720,7 +675,7 @@ def test_after_touching_crosses_the_pens_place_is_told_on_the_board_and_by_the_a
 def test_a_camera_that_sees_no_board_tells_pixels_and_no_cm(run, video, tmp_path):
     shown = run("--camera", video(), "--no-serve", "--board", "--csv", tmp_path / "out.csv")
     assert "cm" not in shown.output
-    assert {(row["x"], row["y"]) for row in rows(tmp_path / "out.csv")} == {("", "")}
+    assert {(row["x"], row["y"]) for row in rows_in(tmp_path / "out.csv")} == {("", "")}
 
 
 @pytest.mark.parametrize(

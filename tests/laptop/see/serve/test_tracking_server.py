@@ -704,14 +704,7 @@ def test_a_code_of_an_earlier_version_is_replaced_and_it_is_said(tmp_path):
 
 @pytest.mark.parametrize(
     "text",
-    [
-        "",
-        "ABCD",
-        "\u00c4BCD-EFGH-JKMN",
-        "\x00" * 9,
-        "ABCD-EFGH-JKMN\n",
-        "ABCD-EFGH-JKMN\nsalt\n",
-    ],
+    ["", "ABCD", "\u00c4BCD-EFGH-JKMN", "\x00" * 9, "ABCD-EFGH-JKMN\n", "ABCD-EFGH-JKMN\nsalt\n"],
 )
 def test_a_file_that_holds_no_code_is_named(tmp_path, text):
     (tmp_path / "pairing").write_text(text, encoding="latin-1")

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from board_views import turned
 
 from laptop.see.table.arm_stand import ArmStand
 from laptop.see.table.marker_offset import BadTouches, MarkerFit
@@ -13,11 +14,6 @@ from shared.arm_description import find_arm, read_arm
 ARM = read_arm(find_arm("planar"))
 OFFSET, TURN, BASE, SCALE = np.array([0.6, -0.4]), 0.35, np.array([-12.3, 0.8]), 1.02
 FIT = MarkerFit(OFFSET, 2.2, TURN, BASE, SCALE, np.eye(7), 0.2)
-
-
-def turned(angle, vector):
-    c, s = math.cos(angle), math.sin(angle)
-    return np.array([c * vector[0] - s * vector[1], s * vector[0] + c * vector[1]])
 
 
 def places(q):

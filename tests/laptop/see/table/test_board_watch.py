@@ -1,6 +1,7 @@
 import cv2
 import numpy as np
 import pytest
+from arms import PLANAR as ARM
 from board_views import pixels, stand, view
 
 from laptop.emulator.scene.poses import ScriptedPoses
@@ -8,14 +9,7 @@ from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.scene_constants import read_scene
 from laptop.emulator.scene.synthetic_camera import SyntheticCamera
 from laptop.see.table import board_watch
-from laptop.see.table.board_watch import (
-    CHECK_PERIOD,
-    LOOK_PERIOD,
-    MAX_PAUSE,
-    PATIENCE,
-    BoardWatch,
-)
-from shared.arm_description import find_arm, read_arm
+from laptop.see.table.board_watch import CHECK_PERIOD, LOOK_PERIOD, MAX_PAUSE, PATIENCE, BoardWatch
 
 WHERE = stand(52, 25, 200, 3)
 IMAGE = np.zeros((480, 640, 3), np.uint8)
@@ -98,8 +92,6 @@ def test_what_cannot_be_calibrated_is_said_once_and_tried_again(shown):
 
 
 # Whether it stays where it is: on pictures of the synthetic camera.
-
-ARM = read_arm(find_arm("planar"))
 
 
 def photo(scene="", q=(0.3, 0.8)):

@@ -5,7 +5,8 @@ import math
 
 import numpy as np
 import pytest
-from board_views import pixels, stand, view
+from arms import PLANAR, SPATIAL
+from board_views import pixels, stand, turned, view
 
 from laptop.see.markers.board import CROSSES
 from laptop.see.table.camera_fit import BadCalibration, calibrate
@@ -13,17 +14,10 @@ from laptop.see.table.cross_touching import BrickPoint, CrossTouching, read_poin
 from laptop.see.table.marker_offset import BadTouches
 from laptop.see.table.touch_looks import CrossLook
 from robot.motion import kinematics
-from shared.arm_description import find_arm, read_arm
 
-PLANAR, SPATIAL = (read_arm(find_arm(name)) for name in ("planar", "spatial"))
 CAMERA = stand(58, 25, 200, 3)
 OFFSET, HEIGHT, TURN, BASE = np.array([0.45, -0.3]), 2.2, 0.1, np.array([-12.3, 0.8])
 VIEW = view(CAMERA, np.random.default_rng(1), 0.02)
-
-
-def turned(angle, vector):
-    c, s = math.cos(angle), math.sin(angle)
-    return np.array([c * vector[0] - s * vector[1], s * vector[0] + c * vector[1]])
 
 
 class Scene:

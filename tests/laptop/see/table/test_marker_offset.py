@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from board_views import pixels, stand, view
+from board_views import pixels, stand, turned, view
 
 from laptop.see.markers.board import CROSSES
 from laptop.see.table.camera_fit import calibrate
@@ -19,19 +19,14 @@ def camera():
     return calibrate([view(CAMERA, np.random.default_rng(0), 0.02)]).camera
 
 
-def turn(angle, vector):
-    c, s = math.cos(angle), math.sin(angle)
-    return np.array([c * vector[0] - s * vector[1], s * vector[0] + c * vector[1]])
-
-
 def posed(pen):
     """Tip and heading of a two-link arm with the pen there, and the marker's pixel: cosine rule."""
-    x, y = turn(-TURN, pen - BASE)
+    x, y = turned(-TURN, pen - BASE)
     a, b = LINKS
     elbow = math.acos((x * x + y * y - a * a - b * b) / (2 * a * b))
     shoulder = math.atan2(y, x) - math.atan2(b * math.sin(elbow), a + b * math.cos(elbow))
     heading = shoulder + elbow
-    marker = pen + turn(TURN + heading, OFFSET)
+    marker = pen + turned(TURN + heading, OFFSET)
     return (x, y), heading, pixels(CAMERA, [[*marker, HEIGHT]])[0]
 
 
@@ -133,7 +128,7 @@ def test_touches_that_fit_nothing_are_refused_without_a_culprit(camera):
 def test_a_link_that_always_points_the_same_way_makes_it_unsure(camera):
     same = [touch._replace(heading=0.3) for touch in touched(range(9))]
     for k, touch in enumerate(same):
-        marker = np.array(touch.cross) + turn(TURN + 0.3, OFFSET)
+        marker = np.array(touch.cross) + turned(TURN + 0.3, OFFSET)
         same[k] = touch._replace(pixel=tuple(pixels(CAMERA, [[*marker, HEIGHT]])[0]))
     spread = fit_marker(camera, touched(range(9)))
     fit = fit_marker(camera, same)

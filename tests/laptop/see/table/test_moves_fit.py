@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from arms import SPATIAL as ARM
 from board_views import pixels, stand, view
 
 from laptop.emulator.scene.poses import ScriptedPoses
@@ -17,9 +18,7 @@ from laptop.see.serve.joint_track import marker_place
 from laptop.see.table.camera_fit import calibrate
 from laptop.see.table.camera_model import triangulate
 from laptop.see.table.moves_fit import BadMoves, fit_moves, fit_stand
-from shared.arm_description import find_arm, read_arm
 
-ARM = read_arm(find_arm("spatial"))
 SIZE = (640, 480)
 
 

@@ -4,15 +4,14 @@ import math
 
 import numpy as np
 import pytest
+from arms import PLANAR, SPATIAL
 from board_views import pixels, stand, view
 
 from laptop.see.camera.frames import Frame
 from laptop.see.serve.joint_track import marker_place
 from laptop.see.table.camera_fit import calibrate
 from laptop.see.table.two_cameras import MOVED_PLACES, TwoCameras
-from shared.arm_description import find_arm, read_arm
 
-SPATIAL, PLANAR = (read_arm(find_arm(name)) for name in ("spatial", "planar"))
 ABOVE, ASKEW, BESIDE = stand(62, 15, 200, 3), stand(58, 45, 80), stand(60, 80, 60)
 IMAGE = np.zeros((480, 640, 3), np.uint8)
 BASE = np.array([-9.0, 1.0, 0.0])
