@@ -7,7 +7,6 @@ import re
 import statistics
 import time
 from collections.abc import AsyncIterator, Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import asyncssh
@@ -17,6 +16,7 @@ from laptop.brick.answers import SILENCE, ask, lines, within
 from laptop.brick.connection import BrickAddress, Dialogue
 from laptop.brick.install import ASK, parse_installed
 from laptop.brick.program_files import program_files, version_of
+from laptop.system.findings import Finding
 from shared.arm_description import Arm
 from shared.message_fields import printable
 from shared.small_files import SpoiltFile, parse_json
@@ -41,24 +41,6 @@ MOST_TEXT, MOST_ITEMS = 200, 64
 """Letters of a text that a brick tells, and motors or programs."""
 BY_HAND_TIMEOUT = 60.0
 """In which motors have been turned by hand, s: doctor.py watches them for half of it."""
-
-
-@dataclass(frozen=True)
-class Finding:
-    """One line.
-
-    Args:
-        what: has been looked at.
-        value: what was found.
-        advice: what to do; "" if it is fine.
-    """
-
-    what: str
-    value: str
-    advice: str = ""
-
-    def __str__(self) -> str:
-        return printable(f"{self.what:9} {self.value}: {self.advice or 'fine'}")
 
 
 async def doctor(

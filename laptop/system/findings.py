@@ -1,0 +1,25 @@
+"""What is found where something is looked at part by part: each is fine, or says what to do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from shared.message_fields import printable
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One line.
+
+    Args:
+        what: has been looked at.
+        value: what was found.
+        advice: what to do; "" if it is fine.
+    """
+
+    what: str
+    value: str
+    advice: str = ""
+
+    def __str__(self) -> str:
+        return printable(f"{self.what:9} {self.value}: {self.advice or 'fine'}")
