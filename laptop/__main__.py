@@ -8,7 +8,9 @@ import os
 import sys
 
 _HOUSE = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
-if sys.argv[0] == __file__ and sys.path[0] not in ("", _HOUSE):
+if not __package__:  # `python .../laptop`, as programs here start others
+    sys.path[0] = _HOUSE
+elif sys.argv[0] == __file__ and sys.path[0] not in ("", _HOUSE):
     # `-m` lets modules of the folder that one is in come first, such as a robot.py of one's own.
     del sys.path[0]
 
@@ -25,18 +27,33 @@ def run() -> None:
     _signal.signal(_signal.SIGINT, _signal.SIG_DFL)
     order_sets()
     _open_streams()
-    module = os.path.basename(sys.argv[0]) == os.path.basename(__file__)
     try:
+        from shared import state
+
+        os.environ.setdefault(state.PROGRAM, _typed())  # the commands' examples say it, too
         from laptop.cli.main import main
 
-        sys.exit(main(program="python -m laptop" if module else "brickservo"))
+        sys.exit(main())
     except ModuleNotFoundError as missing:
-        sys.exit(
-            f"laptop: {missing.name} is not installed here; run .uv/bin/uv run python -m laptop"
-        )
+        sys.exit(f"laptop: {missing.name} is not installed here; run .uv/bin/uv run brickservo")
     except SystemExit as end:
         _leave_threads(end.code)
         raise
+
+
+def _typed() -> str:
+    """Return what was typed before the command, as whoever reads messages can type it again."""
+    if os.path.basename(sys.argv[0]) != "__main__.py":
+        program = "brickservo"
+    elif sys.argv[0] == __file__:
+        program = "python -m laptop"
+    else:
+        program = "python -m brickservo"
+    uv = os.environ.get("UV", "") if "UV_RUN_RECURSION_DEPTH" in os.environ else ""
+    if not uv:
+        return program
+    own = os.path.join(os.getcwd(), "")
+    return f"{uv.removeprefix(own) if uv.startswith(own) else 'uv'} run {program}"
 
 
 def order_sets() -> None:

@@ -81,12 +81,12 @@ EXAMPLE = re.compile(r"demo$|bench (draw|track)$|bench servo --seeds")
 """Of `demo` and `bench` these are begun; of the others the options are parsed, no more."""
 
 SHORTHAND = ("demo", "track", "simulate", "markers", "camera", "brick", "draw", "guide")
-SHORTHAND += ("report", "bench", "calibrate", "accuracy")
-"""In a table, what begins so has `.uv/bin/uv run python -m laptop` in front."""
+SHORTHAND += ("report", "bench", "calibrate", "accuracy", "doctor", "bundle")
+"""In a table, what begins so has `.uv/bin/uv run brickservo` in front."""
 
 BRICK = re.compile(r"(?:robot/)?(\w+\.py)\b")
-INLINE = re.compile(r"\.uv/bin/uv run (?!python -m laptop$)|python3 -m |robot/\w+\.py -")
-PREPARES = re.compile(r"cp |.*\blaptop track ")
+INLINE = re.compile(r"\.uv/bin/uv run (?!brickservo$)|python3 -m |robot/\w+\.py -")
+PREPARES = re.compile(r"cp |.*\bbrickservo track ")
 """With such a command a block is one story; else each line stands for itself."""
 
 
@@ -132,10 +132,10 @@ def stories(text):
 def plain(command):
     """A command as one types it, however short it was shown."""
     command = re.sub(r"^ssh -t robot@ev3dev\.local ", "", command)  # the brick is emulated
-    command = re.sub(r"^brickservo ", ".uv/bin/uv run python -m laptop ", command)
-    command = re.sub(r"^\.uv/bin/uv run python -m laptop simulate (robot/\w+\.py)", r"\1", command)
+    command = re.sub(r"^brickservo ", ".uv/bin/uv run brickservo ", command)
+    command = re.sub(r"^\.uv/bin/uv run brickservo simulate (robot/\w+\.py)", r"\1", command)
     if command.split()[0] in SHORTHAND:
-        return ".uv/bin/uv run python -m laptop " + command
+        return ".uv/bin/uv run brickservo " + command
     return re.sub(r"^(\w+\.py)", r"robot/\1", command)
 
 
@@ -209,6 +209,8 @@ class Shell:
             words = words[2:]
             while words[0] == "--group":
                 words = words[2:]
+        if words[0] == "brickservo":
+            words[:1] = ["python", "-m", "laptop"]
         if BRICK.match(words[0]):
             words = ["python", "-m", "laptop", "simulate", *_for_the_brick(words), *words]
         words = [str(ROOT / w) if w.startswith(("robot/", "shared/")) else w for w in words]
@@ -223,12 +225,12 @@ class Shell:
         elif words[2] != "laptop":
             self._process(words[1:], 0, cwd=ROOT)
         elif words[3] in ("demo", "bench"):
-            if EXAMPLE.match(part.partition(" laptop ")[2]):
+            if EXAMPLE.match(part.partition(" brickservo ")[2]):
                 self._until(words[3:], UNTIL[words[3]])
             else:
                 parse(words[3:])
-        # These need a brick to reach by ssh, or a camera, too; their own tests have them.
-        elif words[3] == "brick" or (
+        # These need a brick, a camera, or a network; their own tests have them.
+        elif words[3] in ("brick", "doctor", "bundle") or (
             words[3] in ("touch", "calibrate") and "--simulate" not in words
         ):
             parse(words[3:])

@@ -10,9 +10,11 @@ import click
 from laptop.cli.accuracy import accuracy
 from laptop.cli.bench import bench
 from laptop.cli.brick import brick
+from laptop.cli.bundle import bundle
 from laptop.cli.calibrate import calibrate
 from laptop.cli.camera import camera
 from laptop.cli.demo import demo
+from laptop.cli.doctor import doctor
 from laptop.cli.draw import draw
 from laptop.cli.guide import guide
 from laptop.cli.markers import markers
@@ -45,7 +47,7 @@ def laptop() -> None:
 
 COMMANDS = (
     *(simulate, draw, demo, track, markers, camera, touch, calibrate),
-    *(accuracy, brick, guide, report, bench),
+    *(accuracy, brick, doctor, bundle, guide, report, bench),
 )
 for command in COMMANDS:
     laptop.add_command(command)

@@ -84,10 +84,12 @@ class SshBrick:
 
     Args:
         folder: an empty one.
+        program: words by which a Python runs the laptop's commands.
     """
 
-    def __init__(self, folder):
+    def __init__(self, folder, program=("-m", "laptop")):
         needs_sshd()
+        self._program = program
         self.folder, self.home = folder, folder / "home"
         self.laptop = folder / "laptop"
         for one in (self.home, self.laptop / ".ssh", folder / "bin"):
@@ -186,7 +188,7 @@ class SshBrick:
         place = options.pop("place", self.place)
         where = ["--brick", place] if place else []
         return subprocess.Popen(
-            [sys.executable, "-m", "laptop", "brick", name, *where, *rest],
+            [sys.executable, *self._program, "brick", name, *where, *rest],
             cwd=options.pop("cwd", ROOT),
             env={**self.environment, **options.pop("env", {})},
             stdin=options.pop("stdin", subprocess.DEVNULL),

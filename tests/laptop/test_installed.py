@@ -17,7 +17,7 @@ from shared.version import VERSION
 BRICKSERVO = """
 import sys
 sys.argv[0] = "brickservo"
-from laptop.__main__ import run
+from brickservo.__main__ import run
 run()
 """
 """What the command `brickservo` does that is made of the wheel."""
@@ -29,11 +29,32 @@ pytestmark = pytest.mark.long
 def wheel(tmp_path_factory):
     if not os.environ.get("CI"):
         pytest.importorskip("hatchling", reason="hatchling, which makes wheels, is in group dev")
-    folder = tmp_path_factory.mktemp("wheel")
-    words = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(folder)]
-    subprocess.run(words, cwd=ROOT, check=True, capture_output=True)
+    return build("wheel", tmp_path_factory.mktemp("wheel"))
+
+
+def build(target, folder, checkout=ROOT):
+    """Make a wheel or an sdist there; its file."""
+    words = [sys.executable, "-m", "hatchling", "build", "-t", target, "-d", str(folder)]
+    subprocess.run(words, cwd=checkout, check=True, capture_output=True)
     (made,) = folder.iterdir()
     return made
+
+
+def contents(wheel):
+    """The files of a wheel, by name."""
+    archive = zipfile.ZipFile(wheel)
+    return {name: archive.read(name) for name in archive.namelist()}
+
+
+def python(code, environment, cwd):
+    """Run code in a Python of its own."""
+    return subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=cwd,
+        env={**os.environ, **environment},
+        capture_output=True,
+        text=True,
+    )
 
 
 @pytest.fixture(scope="module")
@@ -76,11 +97,66 @@ def test_a_wheel_holds_all_that_its_folders_hold_but_pictures(wheel):
         for path in (ROOT / room).rglob("*"):
             name = path.relative_to(ROOT).as_posix()
             if path.is_file() and "__pycache__" not in name:
-                assert (name in names) == (not name.startswith("laptop/pictures/")), name
-    assert not {name.partition("/")[0] for name in names} - {
-        *("laptop", "robot", "shared"),
+                left_out = name.startswith(("laptop/pictures/", "laptop/package/"))
+                assert (f"brickservo/_house/{name}" in names) != left_out, name
+    assert {"brickservo/__init__.py", "brickservo/__main__.py", "brickservo/py.typed"} <= names
+
+
+def test_it_takes_one_name_among_the_packages_of_a_python(wheel):
+    names = zipfile.ZipFile(wheel).namelist()
+    assert {name.partition("/")[0] for name in names} == {
+        "brickservo",
         f"brickservo-{VERSION}.dist-info",
     }
+
+
+def test_what_is_made_of_the_source_archive_is_the_same(wheel, tmp_path):
+    source = build("sdist", tmp_path / "source")
+    shutil.unpack_archive(source, tmp_path, filter="data")
+    (checkout,) = tmp_path.glob("brickservo-*")
+    again = build("wheel", tmp_path / "again", checkout)
+    assert contents(again) == contents(wheel)
+
+
+def test_the_robot_and_the_shared_of_others_stay_theirs(site, tmp_path):
+    """Such as Robot Framework."""
+    for name in ("robot", "shared"):
+        (tmp_path / "others" / name).mkdir(parents=True)
+        (tmp_path / "others" / name / "__init__.py").write_text("WHOSE = 'others'\n")
+    code = "import robot, shared, brickservo; print(robot.WHOSE, shared.WHOSE)"
+    others = {"PYTHONPATH": os.pathsep.join([str(tmp_path / "others"), str(site)])}
+    done = python(code, others, tmp_path)
+    assert (done.returncode, done.stdout) == (0, "others others\n")
+    done = python(code + "; brickservo.Rig", others, tmp_path)
+    assert done.stderr.splitlines()[-1] == (
+        f"ImportError: this process uses another package called robot, "
+        f"{tmp_path / 'others' / 'robot'}: run BrickServo in a process of its own"
+    )
+    done = python("import brickservo; brickservo.Rig; import robot.driver", others, tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_what_lies_beside_a_class_s_script_is_the_script_s(brickservo):
+    code = "import robot, shared, test\nprint(robot.WHOSE, shared.WHOSE, test.WHOSE)\n"
+    for name in ("robot", "shared", "test"):
+        (brickservo.folder / f"{name}.py").write_text("WHOSE = 'mine'\n")
+    (brickservo.folder / "lab.py").write_text(code)
+    done = brickservo("simulate", "--arm", "none", "lab.py")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith("mine mine mine\n")
+    done = brickservo("simulate", "driver.py", "where")
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_another_python_program_has_a_rig(site, tmp_path):
+    code = (
+        "import brickservo\n"
+        "with brickservo.Rig('planar', plant='cpu=0') as rig:\n"
+        "    rig.run('driver.py', 'line', '10,0', '5,10')\n"
+        "    print(*(round(a) for a in rig.tip), brickservo.__version__)\n"
+    )
+    done = python(code, {"PYTHONPATH": str(site)}, tmp_path)
+    assert done.stdout.splitlines()[-1] == f"5 10 {VERSION}"
 
 
 def test_it_knows_its_name_and_its_version(brickservo):
@@ -111,6 +187,21 @@ def test_a_class_runs_its_own_script_and_ours_in_its_own_folder(brickservo):
     done = brickservo("simulate", "robot/nothing.py")
     assert done.returncode == 2
     assert "'robot/nothing.py' does not exist. See brickservo simulate --help.\n" in done.stderr
+
+
+def test_a_brick_gets_the_same_program_from_it(site, tmp_path):
+    from ssh_brick import SshBrick  # not above: it wants an sshd
+
+    made = SshBrick(tmp_path, ("-c", BRICKSERVO))
+    try:
+        for words in (["install"], ["run", "driver.py", "inverse", "10,5"]):
+            status, out, errors = made.run(*words, cwd=tmp_path, env={"PYTHONPATH": str(site)})
+            assert status == 0, out + errors
+        assert out.startswith("analytic ")
+    finally:
+        made.close()
+    there = made.home / ".brickservo" / "program" / "robot" / "driver.py"
+    assert there.read_bytes() == (ROOT / "robot" / "driver.py").read_bytes()
 
 
 def test_a_video_is_tracked_there(brickservo):

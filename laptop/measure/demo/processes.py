@@ -27,7 +27,7 @@ from laptop.see.serve.process_signals import killed_by, signals_ignored
 from laptop.system import platforms
 from shared.arm_description import ArmError
 
-LAPTOP = (sys.executable, "-m", "laptop")
+LAPTOP = (sys.executable, os.path.join(HOUSE, "laptop"))
 READY, DRAWN, SERVOED, COMPARED, ENDED = 300.0, 600.0, 600.0, 600.0, 60.0
 """Deadlines that only a hang reaches, s: for the tracker and its page; on the emulated clock, for
 the lines and for one goal; for the comparison, and for what is told to end."""

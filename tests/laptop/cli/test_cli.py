@@ -79,5 +79,5 @@ def test_a_library_that_is_not_there_is_named_in_one_line(tmp_path, there, words
     done = python("-S", "-m", "laptop", *words, env={**os.environ, "PYTHONPATH": str(tmp_path)})
     assert done.returncode == 1
     assert done.stderr == (
-        f"laptop: {missing} is not installed here; run .uv/bin/uv run python -m laptop\n"
+        f"laptop: {missing} is not installed here; run .uv/bin/uv run brickservo\n"
     )

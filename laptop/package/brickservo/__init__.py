@@ -1,0 +1,55 @@
+"""BrickServo: a LEGO EV3 arm that draws and sees.
+
+    import brickservo
+
+    with brickservo.Rig("planar") as rig:
+        rig.run("driver.py", "line", "10,0", "5,10")
+        print(rig.tip)
+
+`brickservo` is the only name that this package takes among others.  What it is made of stands in a
+folder of its own, as packages called `robot`, `laptop` and `shared`, as on the brick.  Others have
+packages of these names, too (Robot Framework is called `robot`), so that folder is on the path only
+of a process that runs BrickServo's commands, or asks here for what is in them.
+"""
+
+import importlib.metadata
+import os
+import sys
+from typing import Any
+
+__all__ = ["Rig", "__version__", "open_house"]
+
+_HERE = os.path.dirname(os.path.abspath(__file__))
+_INSTALLED, _CHECKOUT = os.path.join(_HERE, "_house"), os.path.join(_HERE, "..", "..", "..")
+HOUSE = os.path.realpath(_INSTALLED if os.path.isdir(_INSTALLED) else _CHECKOUT)
+"""The folder of the packages."""
+
+PACKAGES = ("robot", "laptop", "shared")
+
+
+def open_house() -> None:
+    """Let this process import the packages `robot`, `laptop` and `shared` of BrickServo.
+
+    Raises:
+        ImportError: this process has imported others of these names.
+    """
+    for name in PACKAGES:
+        other = getattr(sys.modules.get(name), "__path__", None) or [HOUSE + os.sep]
+        if not os.path.realpath(next(iter(other))).startswith(HOUSE):
+            raise ImportError(
+                f"this process uses another package called {name}, {next(iter(other))}: "
+                "run BrickServo in a process of its own"
+            )
+    if HOUSE not in sys.path[:1]:
+        sys.path.insert(0, HOUSE)
+
+
+def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        return importlib.metadata.version("brickservo")
+    if name == "Rig":
+        open_house()
+        from laptop.emulator.rig import Rig
+
+        return Rig
+    raise AttributeError(f"module 'brickservo' has no attribute {name!r}")

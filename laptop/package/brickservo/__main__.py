@@ -1,0 +1,19 @@
+"""The commands: `brickservo demo`, or `python -m brickservo demo`."""
+
+import sys
+
+from . import open_house
+
+
+def run() -> None:
+    """Run the command that was typed, and end this process with its status."""
+    if sys.argv[0] == __file__:  # `-m`: a random.py of the folder that one is in is none of ours
+        del sys.path[0]
+    open_house()
+    from laptop.__main__ import run
+
+    run()
+
+
+if __name__ == "__main__":
+    run()
