@@ -3,7 +3,6 @@
 In a checkout they are `python -m laptop demo`, ...
 """
 
-import _signal  # type: ignore[import-not-found]  # `signal` takes a while to import
 import os
 import sys
 
@@ -14,97 +13,7 @@ elif sys.argv[0] == __file__ and sys.path[0] not in ("", _HOUSE):
     # `-m` lets modules of the folder that one is in come first, such as a robot.py of one's own.
     del sys.path[0]
 
-SEED, FIXED, RANDOM = "PYTHONHASHSEED", "0", "random"
-"""The variable by which Python orders its sets, as long as the process; and what it may be."""
-
-SERVER = "track"
-"""The command that serves others for long, who must not know how its dictionaries are filled."""
-
-
-def run() -> None:
-    """Run the command that was typed, and end this process with its status."""
-    # While importing there is nothing to end in order.
-    _signal.signal(_signal.SIGINT, _signal.SIG_DFL)
-    order_sets()
-    _open_streams()
-    try:
-        from shared import state
-
-        os.environ.setdefault(state.PROGRAM, _typed())  # the commands' examples say it, too
-        from laptop.cli.main import main
-
-        sys.exit(main())
-    except ModuleNotFoundError as missing:
-        sys.exit(f"laptop: {missing.name} is not installed here; run .uv/bin/uv run brickservo")
-    except SystemExit as end:
-        _leave_threads(end.code)
-        raise
-
-
-def _typed() -> str:
-    """Return what was typed before the command, as whoever reads messages can type it again."""
-    if os.path.basename(sys.argv[0]) != "__main__.py":
-        program = "brickservo"
-    elif sys.argv[0] == __file__:
-        program = "python -m laptop"
-    else:
-        program = "python -m brickservo"
-    uv = os.environ.get("UV", "") if "UV_RUN_RECURSION_DEPTH" in os.environ else ""
-    if not uv:
-        return program
-    own = os.path.join(os.getcwd(), "")
-    return f"{uv.removeprefix(own) if uv.startswith(own) else 'uv'} run {program}"
-
-
-def order_sets() -> None:
-    """Begin anew where sets would be walked in another order in each process.
-
-    A program on the emulated brick, and what is drawn here, hangs on that order; see the
-    emulator's README.  Commands that this one starts have it from here, in the environment.
-    """
-    wanted = RANDOM if sys.argv[1:2] == [SERVER] else FIXED
-    if os.environ.get(SEED, RANDOM) == wanted or not sys.executable:
-        return
-    words = [sys.executable, *sys.orig_argv[1:]]
-    if os.name != "nt":
-        os.execve(sys.executable, words, {**os.environ, SEED: wanted})
-    if wanted == RANDOM:
-        return  # a demo's own: who ends it must not end one that only waits for it
-    # Windows would not let whoever waits for this process wait for that one.
-    import subprocess
-
-    os.environ[SEED] = wanted
-    _signal.signal(_signal.SIGINT, _signal.SIG_IGN)  # Ctrl-C is for that one, which gets it, too
-    sys.exit(subprocess.call(words))
-
-
-def _open_streams() -> None:
-    """Let a standard stream that was closed be one that holds and keeps nothing.
-
-    Else a file that is opened later would get its number, and what children write.
-    """
-    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
-        if getattr(sys, name) is None:
-            setattr(sys, name, open(os.devnull, mode))  # noqa: SIM115 (as long as the process)
-
-
-def _leave_threads(status: object) -> None:
-    """End this process at once if daemon threads go on, such as one that a camera's driver holds.
-
-    The interpreter would take all away from under them, C code included, and may crash by that.
-    """
-    import threading
-
-    left = any(thread.daemon for thread in threading.enumerate())
-    if not isinstance(status, int) or not left:
-        return
-    try:
-        sys.stdout.flush()
-        sys.stderr.flush()
-    except OSError:  # the interpreter's to tell
-        return
-    os._exit(status)
-
+from laptop.cli.start import run  # noqa: E402
 
 if __name__ == "__main__":
     run()

@@ -46,7 +46,7 @@ def end_with_input():
         continue
     platforms.end_in_order()
 threading.Thread(target=end_with_input, daemon=True).start()
-from laptop.__main__ import run
+from laptop.cli.start import run
 run()
 """
 """Program that runs a command of ours, and ends with the process that holds its input open."""

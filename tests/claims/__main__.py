@@ -6,10 +6,10 @@ import sys
 
 import click
 
-from laptop.__main__ import order_sets
 from laptop.cli.bench import CPU_OPTION, BenchCommand, choices, command_of, seeds_option
 from laptop.cli.main import main
 from laptop.cli.options import without_own_arms
+from laptop.cli.start import order_sets
 
 PROGRAM = "python -m tests.claims"
 HERE = "tests.claims."

@@ -14,7 +14,7 @@ import sys
 import time
 from pathlib import Path
 
-from laptop.__main__ import order_sets
+from laptop.cli.start import order_sets
 
 
 def change(changes):

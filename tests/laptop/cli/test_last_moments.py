@@ -14,9 +14,9 @@ from run_json import run_in
 PROGRAM = """
 import atexit, sys, threading
 import laptop.cli.main as commands
-from laptop.__main__ import run
+from laptop.cli.start import run
 
-def main(program):
+def main():
     {work}
     print("done")
     {end}
@@ -65,7 +65,7 @@ def test_a_closed_stream_neither_ends_a_command_nor_becomes_one_of_its_files(clo
 
 TELLING = """
 import sys, threading
-from laptop import __main__ as program
+from laptop.cli import start as program
 
 def tell(status):
     print(*(thread.name for thread in threading.enumerate()), file=sys.stderr, sep="\\n")

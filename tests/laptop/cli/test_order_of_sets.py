@@ -10,7 +10,7 @@ from places import ROOT
 BEGINS = """
 import os, sys
 sys.argv = ["laptop", *sys.argv[1:]]
-from laptop.__main__ import order_sets
+from laptop.cli.start import order_sets
 order_sets()
 print(os.getpid(), sys.flags.hash_randomization, hash("brick"), sys.argv[1:], sys.flags.isolated)
 sys.exit(7)

@@ -12,6 +12,7 @@ packages of these names, too (Robot Framework is called `robot`), so that folder
 of a process that runs BrickServo's commands, or asks here for what is in them.
 """
 
+import importlib
 import importlib.metadata
 import os
 import sys
@@ -20,7 +21,7 @@ from typing import Any
 __all__ = ["Rig", "__version__", "open_house"]
 
 _HERE = os.path.dirname(os.path.abspath(__file__))
-_INSTALLED, _CHECKOUT = os.path.join(_HERE, "_house"), os.path.join(_HERE, "..", "..", "..")
+_INSTALLED, _CHECKOUT = os.path.join(_HERE, "_house"), os.path.join(_HERE, *4 * [".."])
 HOUSE = os.path.realpath(_INSTALLED if os.path.isdir(_INSTALLED) else _CHECKOUT)
 """The folder of the packages."""
 
@@ -49,7 +50,5 @@ def __getattr__(name: str) -> Any:
         return importlib.metadata.version("brickservo")
     if name == "Rig":
         open_house()
-        from laptop.emulator.rig import Rig
-
-        return Rig
+        return importlib.import_module("laptop.emulator.rig").Rig
     raise AttributeError(f"module 'brickservo' has no attribute {name!r}")

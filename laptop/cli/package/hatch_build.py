@@ -13,4 +13,4 @@ class HouseHook(BuildHookInterface):
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         """Take part in the making of a wheel: a "standard" or an "editable" one."""
         if version == "standard":
-            build_data["force_include"][f"{self.root}/laptop/package/brickservo"] = "brickservo"
+            build_data["force_include"][f"{self.root}/laptop/cli/package/brickservo"] = "brickservo"

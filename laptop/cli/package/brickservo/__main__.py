@@ -1,5 +1,6 @@
 """The commands: `brickservo demo`, or `python -m brickservo demo`."""
 
+import importlib
 import sys
 
 from . import open_house
@@ -10,9 +11,7 @@ def run() -> None:
     if sys.argv[0] == __file__:  # `-m`: a random.py of the folder that one is in is none of ours
         del sys.path[0]
     open_house()
-    from laptop.__main__ import run
-
-    run()
+    importlib.import_module("laptop.cli.start").run()
 
 
 if __name__ == "__main__":
