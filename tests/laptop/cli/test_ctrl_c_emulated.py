@@ -7,7 +7,7 @@ from own_python import python
 
 PROGRAM = """
 import os, signal
-from laptop import __main__ as program
+from laptop.cli import start as program
 from laptop.emulator.rig import Rig
 
 signal.signal(signal.SIGINT, signal.SIG_DFL)  # (a shell's background would have it ignored)

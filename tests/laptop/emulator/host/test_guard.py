@@ -20,7 +20,7 @@ import builtins, functools, os, signal, sys
 from laptop.emulator.host import guard
 from laptop.emulator.host.watchdog import Watchdog
 from laptop.emulator.rig import Rig
-from laptop import __main__ as program
+from laptop.cli import start as program
 
 patience, hearing = map(float, sys.argv[1:3])
 guard.PATIENCE, guard.HEARING, Watchdog.HEARING_TIMEOUT = 2 * patience, hearing, hearing
