@@ -207,7 +207,7 @@ def pytest_terminal_summary(terminalreporter, config):
 def nothing_of_the_user(tmp_path_factory):
     """No test looks at, or writes, what whoever runs it keeps in a home."""
     os.environ["BRICKSERVO_STATE"] = str(tmp_path_factory.mktemp("state"))
-    for name in ("BRICKSERVO_ARM", "BRICKSERVO_PLAN"):
+    for name in ("BRICKSERVO_ARM", "BRICKSERVO_PLAN", "UV_RUN_RECURSION_DEPTH"):
         os.environ.pop(name, None)
 
 

@@ -74,14 +74,13 @@ UNTIL = {
 }
 """Commands of minutes are ended by Ctrl-C once they have said this."""
 
-STATUS = {"--fault unplug": 1, "--wait": 130, "guide check": 1}
+STATUS = {"--fault unplug": 1, "--wait": 130, "class check": 1}
 """Exit statuses other than 0, by what stands in the command."""
 
 EXAMPLE = re.compile(r"demo$|bench (draw|track)$|bench servo --seeds")
 """Of `demo` and `bench` these are begun; of the others the options are parsed, no more."""
 
-SHORTHAND = ("demo", "track", "simulate", "markers", "camera", "brick", "draw", "guide")
-SHORTHAND += ("report", "bench", "calibrate", "accuracy", "doctor", "bundle")
+SHORTHAND = tuple(laptop.commands)
 """In a table, what begins so has `.uv/bin/uv run brickservo` in front."""
 
 BRICK = re.compile(r"(?:robot/)?(\w+\.py)\b")
@@ -230,13 +229,13 @@ class Shell:
             else:
                 parse(words[3:])
         # These need a brick, a camera, or a network; their own tests have them.
-        elif words[3] in ("brick", "doctor", "bundle") or (
-            words[3] in ("touch", "calibrate") and "--simulate" not in words
+        elif words[3] in ("brick", "doctor", "bundle", "page") or (
+            words[3:5] in (["measure", "pen"], ["measure", "arm"]) and "--simulate" not in words
         ):
             parse(words[3:])
         elif words[3] == "draw" and not {"--preview", "--job"} & set(words):
             parse(words[3:])  # the same; tests/laptop/cli/test_draw.py has --simulate
-        elif words[3] == "accuracy":  # it takes minutes; tests/laptop/cli/test_accuracy.py has it
+        elif words[3:5] == ["measure", "accuracy"]:  # minutes; tests/laptop/cli/test_accuracy.py
             parse(words[3:])
         elif words[3] == "track":
             self.close()

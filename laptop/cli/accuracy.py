@@ -1,4 +1,4 @@
-"""`accuracy`: how accurately the arm goes where it is sent, after ISO 9283, by camera."""
+"""`measure accuracy`: how accurately the arm goes where it is sent, after ISO 9283, by camera."""
 
 from __future__ import annotations
 
@@ -62,11 +62,12 @@ class Numbers(click.ParamType):
 
 
 @click.command(
+    short_help="How accurately the arm goes where it is sent, after ISO 9283.",
     epilog=examples(
-        "accuracy --simulate --cycles 5",
-        "accuracy 0 --bar 99.5 --height 25 --arm mine.ini",
-        "accuracy 0 2 --arm spatial --calibrated a.json --calibrated b.json --bar 100",
-    )
+        "measure accuracy --simulate --cycles 5",
+        "measure accuracy 0 --bar 99.5 --height 25 --arm mine.ini",
+        "measure accuracy 0 2 --arm spatial --calibrated a.json --calibrated b.json --bar 100",
+    ),
 )
 @click.argument("sources", metavar="[SOURCE]...", nargs=-1)
 @arm_option("The arm")
@@ -109,7 +110,8 @@ class Numbers(click.ParamType):
     multiple=True,
     type=click.Path(dir_okay=False, path_type=Path),
     metavar="FILE.json",
-    help="A camera from `camera --out`, one for each SOURCE.  [default: what the board tells now]",
+    help="A camera from `measure camera --out`, one for each SOURCE.  [default: what the board "
+    "tells now]",
 )
 @click.option("--scene", default="", metavar="KEY=VALUE,...", help="Of synthetic cameras.")
 @click.option("--effector", metavar="SPEC", help="The arm's marker, as for `track`.")

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import click
 
 from laptop.bench import servo_scenarios
+from laptop.cli.commands import WholeLines
 from laptop.cli.options import (
     FiniteRange,
     Seeds,
@@ -250,6 +251,8 @@ BENCHES = (
 
 
 @click.group(
+    cls=WholeLines,
+    short_help="Measure beside the reference method and the physical limit.",
     commands=list(map(command_of, BENCHES)),
     epilog=bench_examples("draw --seeds 1000:1002", "servo --method chain --json"),
 )

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from laptop.cli.commands import WholeLines
 from laptop.cli.options import arm_option, importing, in_one_line, replace_option
 from laptop.see.serve.pairing_file import known_code
 from laptop.system.files import check_new
@@ -29,7 +30,7 @@ THE_BRICK = click.option(
 )
 
 
-@click.group()
+@click.group(cls=WholeLines, short_help="Reach the real brick, over ssh.")
 def brick() -> None:
     """Reach the real brick by one command each, over ssh."""
 

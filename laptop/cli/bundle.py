@@ -50,7 +50,10 @@ class CannotBundle(ArmError):
     """What is to be in the folder is not to be had."""
 
 
-@click.command(epilog=examples("bundle class", "bundle class windows-3.12 windows-3.13 linux-3.11"))
+@click.command(
+    short_help="Put all that is installed into a folder, for want of a network.",
+    epilog=examples("bundle class", "bundle class windows-3.12 windows-3.13 linux-3.11"),
+)
 @click.argument("folder", type=click.Path(file_okay=False, path_type=Path))
 @click.argument("systems", metavar="[SYSTEM-PYTHON]...", nargs=-1)
 def bundle(folder: Path, systems: tuple[str, ...]) -> None:

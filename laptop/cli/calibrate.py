@@ -1,4 +1,4 @@
-"""`calibrate`: an arm measures itself by a camera, and its file says what it found."""
+"""`measure arm`: an arm measures itself by a camera, and its file says what it found."""
 
 from __future__ import annotations
 
@@ -38,9 +38,11 @@ LOOK_S = 1.0
 
 
 @click.command(
+    short_help="An arm's own numbers: links, zeros, backlash.",
     epilog=examples(
-        "calibrate 0 --bar 97 --height 25 --touch 1,3,4,6,7,9", "calibrate --simulate --seed 3"
-    )
+        "measure arm 0 --bar 97 --height 25 --touch 1,3,4,6,7,9",
+        "measure arm --simulate --seed 3",
+    ),
 )
 @click.argument("sources", metavar="[SOURCE]...", nargs=-1)
 @arm_option("Calibrate this arm")
@@ -55,7 +57,7 @@ LOOK_S = 1.0
     "camera_file",
     type=click.Path(dir_okay=False, path_type=Path),
     metavar="FILE.json",
-    help="The camera as the command camera has it, of several views; it has not moved since.",
+    help="The camera as measure camera has it, of several views; it has not moved since.",
 )
 @click.option(
     "--height",

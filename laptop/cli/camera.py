@@ -1,4 +1,4 @@
-"""`camera`: what a picture of the printed board tells of the camera."""
+"""`measure camera`: what a picture of the printed board tells of the camera."""
 
 from __future__ import annotations
 
@@ -26,7 +26,10 @@ LIVE_PICTURE = 10
 
 
 @click.command(
-    epilog=examples("camera 0 --bar 97 --out camera.json", "camera tilted.jpg lying.jpg")
+    short_help="A camera's lens and place, by the printed board.",
+    epilog=examples(
+        "measure camera 0 --bar 97 --out camera.json", "measure camera tilted.jpg lying.jpg"
+    ),
 )
 @click.argument("sources", metavar="SOURCE...", nargs=-1, required=True)
 @bar_option

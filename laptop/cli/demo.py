@@ -19,7 +19,10 @@ class TryLater(click.ClickException):
     exit_code = BUSY
 
 
-@click.command(epilog=examples("demo", "demo --arm spatial --seed 7"))
+@click.command(
+    short_help="Show everything, without a brick or a camera.",
+    epilog=examples("demo", "demo --arm spatial --seed 7"),
+)
 @arm_option("Arm on the emulated brick")
 @click.option(
     "--seed",

@@ -34,7 +34,9 @@ WINDOWS_FIREWALL = (
 MACOS_FIREWALL = "/usr/libexec/ApplicationFirewall/socketfilterfw"
 
 
-@click.command(epilog=examples("doctor"))
+@click.command(
+    short_help="Tell whether this computer has what is needed.", epilog=examples("doctor")
+)
 def doctor() -> None:
     """Tell how this computer is: each line is fine, or says what to do; the status is 1 then.
 

@@ -49,7 +49,9 @@ EXAMPLES = examples(
 )
 
 
-@click.command(help=HELP, epilog=EXAMPLES)
+@click.command(
+    short_help="Draw an SVG, a text, a picture or a test card.", help=HELP, epilog=EXAMPLES
+)
 @SOURCE
 @PLACE
 @BY_SIGHT

@@ -7,21 +7,20 @@ import sys
 
 import click
 
-from laptop.cli.accuracy import accuracy
 from laptop.cli.bench import bench
 from laptop.cli.brick import brick
 from laptop.cli.bundle import bundle
-from laptop.cli.calibrate import calibrate
-from laptop.cli.camera import camera
+from laptop.cli.classes import classes
+from laptop.cli.commands import CommandSections
 from laptop.cli.demo import demo
 from laptop.cli.doctor import doctor
 from laptop.cli.draw import draw
 from laptop.cli.guide import guide
 from laptop.cli.markers import markers
-from laptop.cli.options import TYPED
+from laptop.cli.measure import measure
+from laptop.cli.page import page
 from laptop.cli.report import report
 from laptop.cli.simulate import simulate
-from laptop.cli.touch import touch
 from laptop.cli.track import track
 from laptop.system import platforms
 from shared import state
@@ -30,26 +29,16 @@ from shared.message_fields import printable
 from shared.version import VERSION
 
 
-class TypedGroup(click.Group):
-    """The commands, which may keep with what they make how they were called."""
-
-    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Keep the words, and take the group's own."""
-        ctx.meta[TYPED] = list(args)
-        return super().parse_args(ctx, args)
-
-
-@click.group(cls=TypedGroup, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(cls=CommandSections, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(VERSION, prog_name="brickservo", message="%(prog)s %(version)s")
 def laptop() -> None:
     """Everything that runs beside the brick."""
 
 
-COMMANDS = (
-    *(simulate, draw, demo, track, markers, camera, touch, calibrate),
-    *(accuracy, brick, doctor, bundle, guide, report, bench),
-)
-for command in COMMANDS:
+for command in (
+    *(demo, page, doctor, draw, simulate, track, markers),
+    *(measure, brick, guide, classes, report, bundle, bench),
+):
     laptop.add_command(command)
 
 

@@ -13,7 +13,7 @@ ENDINGS = (".pdf", ".svg", ".png")
 """Of a page to print."""
 
 
-@click.command()
+@click.command(short_help="Make a page of markers, or the board, to print.")
 @click.option("--size", default=20.0, metavar="MM", show_default=True, help="Of a disc, mm.")
 @click.option("--board", is_flag=True, help="The board that tells a camera where it stands.")
 @click.option(

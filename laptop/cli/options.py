@@ -14,6 +14,7 @@ from typing import Any
 
 import click
 
+from laptop.cli.commands import TYPED
 from laptop.record.figures.private_paths import without_folders
 from shared import state
 from shared.arm_description import ArmError
@@ -104,10 +105,6 @@ def typed_words(own: int = 0) -> list[str]:
         elif words[k].startswith("--out="):
             del words[k]
     return [without_folders(word) for word in words + rest]
-
-
-TYPED = "laptop.typed"
-"""Key of a click context's meta for the words of the command."""
 
 
 replace_option = click.option(

@@ -17,10 +17,11 @@ if TYPE_CHECKING:
 
 
 @click.command(
+    short_help="Make a lab report of the runs in a folder.",
     epilog=examples(
         "report runs",
         'report runs --title "Lab 3: straight lines" --pdf lab3.pdf --paper letter',
-    )
+    ),
 )
 @click.argument("folder", type=click.Path(exists=True, file_okay=False, path_type=Path))
 @click.option(

@@ -19,7 +19,7 @@ class SightOptions:
 
     times        rehearsals; 0: what is kept is drawn, and nothing learned
     camera       source of the camera, as for `track`
-    camera_file  of `camera --out`; None: the board is looked for in the picture
+    camera_file  of `measure camera --out`; None: the board is looked for in the picture
     arm_at       where the arm stands on the board, (x, y, degrees); None: as the drawing lies
     height_mm    of the marker over the table
     scene        of a synthetic camera
@@ -53,7 +53,7 @@ BY_SIGHT = option_group(
         "--camera-file",
         type=click.Path(exists=True, dir_okay=False, path_type=Path),
         metavar="FILE",
-        help="Of camera --out.  [default: the board is looked for in the picture]",
+        help="Of measure camera --out.  [default: the board is looked for in the picture]",
     ),
     click.option(
         "--arm-at",

@@ -73,6 +73,7 @@ class BrickScript(click.Path):
 
 
 @click.command(
+    short_help="Run a script, yours or ours, on an emulated brick.",
     context_settings={"ignore_unknown_options": True, "allow_interspersed_args": False},
     epilog=f"Sensors: {listing()}.\n\nWheels: {WHEELS.listing()}.\n\n"
     f"Plant constants: {TABLE.listing()}.\n\n{EXAMPLES}",

@@ -1,4 +1,4 @@
-"""`touch`: where the arm's marker sits beside the pen, found by touching the board's crosses."""
+"""`measure pen`: where the arm's marker sits beside the pen, by touching the board's crosses."""
 
 from __future__ import annotations
 
@@ -58,11 +58,12 @@ class Crosses(click.ParamType):
 
 
 @click.command(
+    short_help="Where the arm's marker sits beside the pen, by touching crosses.",
     epilog=examples(
-        "touch 0 --arm mine.ini --bar 97",
-        "touch pictures/ --arm mine.ini --touches points.jsonl",
-        "touch --simulate",
-    )
+        "measure pen 0 --arm mine.ini --bar 97",
+        "measure pen pictures/ --arm mine.ini --touches points.jsonl",
+        "measure pen --simulate",
+    ),
 )
 @click.argument("source", metavar="SOURCE", required=False)
 @arm_option("Arm that touches")

@@ -1,4 +1,4 @@
-"""`touch --simulate`: an emulated hand touches the crosses, before the synthetic camera."""
+"""`measure pen --simulate`: an emulated hand touches the crosses, before the synthetic camera."""
 
 from __future__ import annotations
 

@@ -53,10 +53,11 @@ run()
 
 
 @click.command(
+    short_help="Find the markers in a camera's pictures, and serve the brick.",
     epilog=examples(
         "track --effector ball:green --goal 320,120",
         "track --camera film.mp4 --no-serve --csv seen.csv",
-    )
+    ),
 )
 @click.option(
     "--camera",

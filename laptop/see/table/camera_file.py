@@ -89,7 +89,7 @@ def read_camera(file: str | Path) -> Calibration:
         told = json.loads(read_text(str(file)))
     except OSError as error:
         raise BadCalibration(
-            f"cannot read {name}: {error.strerror}; make it with the command camera"
+            f"cannot read {name}: {error.strerror}; make it with measure camera"
         ) from None
     except (SpoiltFile, ValueError, RecursionError) as error:
         raise BadCalibration(

@@ -41,7 +41,7 @@ from laptop.see.table.camera_fit import Calibration
     ],
 )
 def test_what_makes_no_sense_is_refused_in_a_line(words, said, tmp_path):
-    done = CliRunner().invoke(laptop, ["accuracy", *words, "--out", str(tmp_path)])
+    done = CliRunner().invoke(laptop, ["measure", "accuracy", *words, "--out", str(tmp_path)])
     assert done.exit_code != 0
     assert said in done.output
     assert not list(tmp_path.iterdir())
@@ -49,7 +49,17 @@ def test_what_makes_no_sense_is_refused_in_a_line(words, said, tmp_path):
 
 @pytest.mark.claims
 def test_an_emulated_arm_is_measured_and_all_files_are_there(tmp_path):
-    words = ["accuracy", "--simulate", "--cycles", "3", "--side", "4", "--out", str(tmp_path)]
+    words = [
+        "measure",
+        "accuracy",
+        "--simulate",
+        "--cycles",
+        "3",
+        "--side",
+        "4",
+        "--out",
+        str(tmp_path),
+    ]
     done = CliRunner().invoke(laptop, words)
     assert done.exit_code == 0, done.output
     told = run_in(tmp_path)

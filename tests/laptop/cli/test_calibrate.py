@@ -34,7 +34,7 @@ def run(tmp_path, monkeypatch):
     monkeypatch.setenv("BRICKSERVO_STATE", str(tmp_path / "state"))
 
     def calibrate(*words, status=0):
-        result = CliRunner().invoke(laptop, ["calibrate", "--out", "out", *words])
+        result = CliRunner().invoke(laptop, ["measure", "arm", "--out", "out", *words])
         assert result.exit_code == status, result.output
         return result
 

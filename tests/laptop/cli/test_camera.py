@@ -43,7 +43,7 @@ def run(pictures, monkeypatch):
     monkeypatch.chdir(pictures)
 
     def camera(*words, status=0):
-        result = CliRunner().invoke(laptop, ["camera", *words])
+        result = CliRunner().invoke(laptop, ["measure", "camera", *words])
         assert result.exit_code == status, result.output
         return result
 

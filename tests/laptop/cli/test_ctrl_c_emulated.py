@@ -21,10 +21,10 @@ def interrupted(*args, **options):
 Rig.run = interrupted
 program.run()
 """
-CALIBRATE = ("calibrate", "--simulate")
+CALIBRATE = ("measure", "arm", "--simulate")
 DRAW = ("draw", "--line", "10,0 5,10", "--by-sight", "3", "--simulate")
-TOUCH = ("touch", "--simulate")
-ACCURACY = ("accuracy", "--simulate", "--cycles", "3")
+TOUCH = ("measure", "pen", "--simulate")
+ACCURACY = ("measure", "accuracy", "--simulate", "--cycles", "3")
 IMPORTING, AT_WORK = 0.3, 6.0
 """Times of the brick's, s: its program lets signals end it, or it has the arm move or be led."""
 

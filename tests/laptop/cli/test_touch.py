@@ -33,7 +33,7 @@ def run(tmp_path, monkeypatch):
     monkeypatch.setenv("BRICKSERVO_STATE", str(tmp_path / "state"))
 
     def touch(*words, status=0):
-        result = CliRunner().invoke(laptop, ["touch", *words])
+        result = CliRunner().invoke(laptop, ["measure", "pen", *words])
         assert status in (None, result.exit_code), result.output
         return result
 

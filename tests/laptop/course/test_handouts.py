@@ -29,8 +29,8 @@ def cases():
 
 
 def check(*files):
-    """Status and output of `guide check`."""
-    result = CliRunner().invoke(laptop, ["guide", "check", *map(str, files)])
+    """Status and output of `class check`."""
+    result = CliRunner().invoke(laptop, ["class", "check", *map(str, files)])
     assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
     return result.exit_code, result.output
 
@@ -212,7 +212,7 @@ def test_an_answer_that_is_no_number_is_shown(tmp_path):
     ],
 )
 def test_a_wrong_file_is_refused_in_a_line(name, told, tmp_path):
-    result = CliRunner().invoke(laptop, ["guide", "check", str(tmp_path / name)])
+    result = CliRunner().invoke(laptop, ["class", "check", str(tmp_path / name)])
     assert result.exit_code == 1
     assert told in result.output
 
@@ -241,7 +241,7 @@ def test_the_handouts_go_into_a_class_folder(tmp_path, monkeypatch):
     for handout in HANDOUTS:
         page = (tmp_path / "7b" / f"{handout.name}.html").read_text("utf-8")
         assert handout.title.replace("'", "&#39;") in page
-        assert f"guide check {handout.script}" in page
+        assert f"class check {handout.script}" in page
         assert re.findall(r"(?:src|href)=\"(?!data:)", page) == []  # it needs nothing else
         assert (tmp_path / "7b" / handout.script).read_text("utf-8") == handout.skeleton.read_text(
             "utf-8"

@@ -1,0 +1,58 @@
+"""`class`: the handouts, and what students made of them."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import click
+
+from laptop.cli.commands import WholeLines
+from laptop.cli.options import examples, importing, in_one_line
+
+
+@click.group("class", cls=WholeLines, short_help="Hand out exercises, and check what comes back.")
+def classes() -> None:
+    """Hand out exercises, and check what students wrote."""
+
+
+@classes.command(epilog=examples("class new --out class --solutions"))
+@click.option(
+    "--out",
+    default="handouts",
+    show_default=True,
+    metavar="DIR",
+    type=click.Path(file_okay=False, path_type=Path),
+    help="Where they go.",
+)
+@click.option("--solutions", is_flag=True, help="The solutions, too.")
+def new(out: Path, solutions: bool) -> None:
+    """Put four handouts into a folder: of each a page to print and a script to complete."""
+    with importing():  # numpy
+        from laptop.course.handouts import write_handouts
+
+    with in_one_line():
+        for file in write_handouts(out, solutions):
+            click.echo(file)
+
+
+@classes.command(epilog=examples("class check kinematics.py", "class check kinematics_*.py"))
+@click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path))
+def check(files: tuple[Path, ...]) -> None:
+    """Check scripts of the handouts on the emulated brick; the status is 0 if all is right.
+
+    The name of a script begins with that of its handout: kinematics, pid, line, servoing.
+    """
+    with importing():  # numpy
+        from laptop.course.handouts import handout_of
+
+    wrong = 0
+    with in_one_line():
+        handouts = [handout_of(file) for file in files]
+    for file, handout in zip(files, handouts, strict=True):
+        click.echo(f"{file}: {handout.title}")
+        for finding in handout.findings(file):
+            wrong += not finding.right
+            click.echo(f"  {'right' if finding.right else 'WRONG'}  {finding.text}")
+    click.echo("all is right" if not wrong else f"{wrong} of it is wrong")
+    sys.exit(1 if wrong else 0)

@@ -1,0 +1,111 @@
+"""What people are about with which commands, what these were called before, and wrong words."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping, Sequence
+
+import click
+
+from shared.state import laptop_program
+
+TYPED = "laptop.typed"
+"""Key of a click context's meta for the words of the command."""
+
+SECTIONS = {
+    "Start": ("demo", "page", "doctor"),
+    "Draw": ("draw", "simulate"),
+    "See": ("track", "markers"),
+    "Measure": ("measure",),
+    "Brick": ("brick",),
+    "Class": ("guide", "class", "report", "bundle"),
+    "Developers": ("bench",),
+}
+RENAMED = {
+    ("accuracy",): ("measure", "accuracy"),
+    ("calibrate",): ("measure", "arm"),
+    ("camera",): ("measure", "camera"),
+    ("touch",): ("measure", "pen"),
+    ("guide", "check"): ("class", "check"),
+    ("guide", "handouts"): ("class", "new"),
+}
+"""Old words, which are good for one more version, and the new ones."""
+
+DRIVER = ("arc", "check", "circle", "home", "inverse", "line", "lines", "move", "polyline", "where")
+"""Commands of the brick's driver.py."""
+INSTEAD = {
+    **dict.fromkeys(
+        DRIVER,
+        "is of the brick's driver.py: {program} simulate driver.py {word} ... on the emulated arm, "
+        "{program} brick run driver.py {word} ... on the real one",
+    ),
+    **dict.fromkeys(
+        ("servo", "servoing"),
+        "is a program of the brick: {program} simulate --scene '' visual_servoing.py, or with a "
+        "page {program} page",
+    ),
+    **dict.fromkeys(("plot", "print"), "is {program} draw"),
+    **dict.fromkeys(("find", "install", "key", "log", "shell"), "is {program} brick {word}"),
+    "run": "is {program} simulate SCRIPT on the emulated brick, {program} brick run SCRIPT on the "
+    "real one",
+    **dict.fromkeys(("handouts", "new"), "is {program} class new"),
+    **dict.fromkeys(("arm", "pen"), "is {program} measure {word}"),
+    "help": "is {program} --help",
+}
+"""What is typed for a command that has another name."""
+
+
+class WholeLines(click.Group):
+    """Commands of which the help says whole what each does."""
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the commands with what each does."""
+        self.format_section(formatter, "Commands", sorted(self.commands), 0)
+
+    def format_section(
+        self, formatter: click.HelpFormatter, title: str, names: Sequence[str], width: int
+    ) -> None:
+        """Write some of the commands, their names at least so many characters wide."""
+        rows = [
+            (name.ljust(width), self.commands[name].get_short_help_str(limit=200)) for name in names
+        ]
+        with formatter.section(title):
+            formatter.write_dl(rows)
+
+
+class CommandSections(WholeLines):
+    """All commands, in sections, which may keep with what they make how they were called."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Keep the words, and take the group's own."""
+        ctx.meta[TYPED] = list(args)
+        return super().parse_args(ctx, args)
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Return the command that is typed, also by its old words; fail with the right ones."""
+        for old, new in RENAMED.items():
+            if tuple(args[: len(old)]) == old:
+                click.echo(f"{' '.join(old)} is now {' '.join(new)}", err=True)
+                args = [*new, *args[len(old) :]]
+        if args and args[0] not in self.commands and not args[0].startswith("-"):
+            raise click.UsageError(no_command(args[0], self.commands), ctx)
+        return super().resolve_command(ctx, args)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the commands with what each does, a section after the other."""
+        for title, names in SECTIONS.items():
+            self.format_section(formatter, title, names, max(map(len, self.commands)))
+
+
+def no_command(word: str, commands: Mapping[str, click.Command]) -> str:
+    """Return what to say to a word that is no command."""
+    program = laptop_program()
+    if word in INSTEAD:
+        return f"'{word}' {INSTEAD[word].format(program=program, word=word)}."
+    if word.endswith(".py"):
+        return f"'{word}' is a script: {program} simulate {word}."
+    near: Sequence[str] = difflib.get_close_matches(word, commands, 1)
+    more = f"did you mean {near[0]}?" if near else f"{program} --help lists them."
+    return f"There is no command '{word}'; {more}"

@@ -1,0 +1,94 @@
+"""The commands by name: in sections, by their old words, and what is said to wrong ones."""
+
+import re
+
+import click
+import pytest
+from click.testing import CliRunner
+from commands import parse_script
+
+from laptop.cli.commands import DRIVER, INSTEAD, RENAMED, SECTIONS, no_command
+from laptop.cli.main import laptop
+
+
+def shown(*words):
+    """What a command prints, at 80 columns."""
+    result = CliRunner().invoke(laptop, list(words), terminal_width=80)
+    return result.exit_code, result.output
+
+
+def test_every_command_stands_in_one_section_and_there_are_few():
+    names = [name for section in SECTIONS.values() for name in section]
+    assert sorted(names) == sorted(laptop.commands)
+    assert len(names) <= 14
+
+
+@pytest.mark.parametrize("words", [[], ["measure"], ["brick"], ["class"], ["bench"]])
+def test_help_says_whole_what_each_command_does(words):
+    status, text = shown(*words, "--help")
+    assert status == 0
+    assert "..." not in text.partition("Commands:")[2].partition("Examples:")[0]
+    assert not words or "..." not in text.split("Options:")[1].partition("Examples:")[0]
+    assert max(map(len, text.splitlines())) <= 80
+    group = laptop
+    for word in words:
+        group = group.commands[word]
+    for name, command in group.commands.items():
+        first = command.get_short_help_str(limit=200)
+        said = re.search(rf"^  {name} +(.*\n(?:   .*\n)*)", text, re.MULTILINE)[1]
+        assert " ".join(said.split()) == first
+
+
+@pytest.mark.parametrize(("old", "new"), RENAMED.items(), ids=" ".join)
+def test_an_old_word_still_works_and_says_the_new_one(old, new):
+    status, text = shown(*old, "--help")
+    assert status == 0
+    first, usage, *_ = text.splitlines()
+    assert first == f"{' '.join(old)} is now {' '.join(new)}"
+    assert usage.startswith(f"Usage: laptop {' '.join(new)} ")
+
+
+@pytest.mark.parametrize("word", INSTEAD)
+def test_what_is_said_to_a_wrong_word_is_there(word):
+    text = no_command(word, laptop.commands)
+    assert text.startswith(f"'{word}' is ")
+    advised = re.findall(r"brickservo (\S+?)(?: ([a-z]+)\b)?[ .,]", text + " ")
+    assert advised
+    for name, part in advised:
+        if name != "--help":
+            group = laptop.commands[name]
+            assert not isinstance(group, click.Group) or part in group.commands
+
+
+@pytest.mark.parametrize("word", DRIVER)
+def test_the_words_of_driver_py_are_its_own(word, capsys):
+    with pytest.raises(SystemExit, match="^0$"):
+        parse_script("driver.py", [word, "--help"])
+    assert f"driver.py {word}" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("word", "said"),
+    [
+        ("drow", "There is no command 'drow'; did you mean draw?"),
+        ("xyzzy", "There is no command 'xyzzy'; brickservo --help lists them."),
+        ("lab1.py", "'lab1.py' is a script: brickservo simulate lab1.py."),
+    ],
+)
+def test_a_word_that_is_no_command_is_answered(word, said):
+    status, text = shown(word)
+    assert status == 2
+    assert said in " ".join(text.split())
+
+
+def test_the_page_is_track_with_its_page_open(monkeypatch):
+    begun = []
+    monkeypatch.setattr(
+        laptop.commands["track"], "main", lambda words, standalone_mode: begun.append(words)
+    )
+    assert shown("page")[0] == 0
+    assert shown("page", "--camera=0", "--arm", "spatial")[0] == 0
+    assert begun == [
+        ["--page", "--open", "--camera", "synthetic"],
+        ["--page", "--open", "--camera=0", "--arm", "spatial"],
+    ]
