@@ -55,6 +55,25 @@ INSTEAD = {
 """What is typed for a command that has another name."""
 
 
+OPTIONS = {
+    "--size": ("--width", "--scale", "--large"),
+    "--rotate": ("--angle", "--turn", "--rotation"),
+    "--at": ("--position", "--pos", "--place", "--center", "--centre"),
+    "--out": ("--output", "--folder", "--dir", "-o"),
+    "--camera": ("--cam", "--webcam", "--source", "--video", "--input", "-c"),
+    "--effector": ("--color", "--colour", "--marker", "--tip"),
+    "--brick": ("--robot", "--ip", "--address", "--ev3"),
+    "--replace": ("--force", "--overwrite", "-f"),
+    "--plant": ("--backlash", "--physics"),
+    "--scene": ("--tilt", "--view"),
+    "--speed": ("--velocity", "--feed"),
+    "--text": ("--write", "--string"),
+    "--pick": ("--click", "--learn"),
+    "--json": ("--csv", "--format"),
+}
+"""Options, and what else is typed for them."""
+
+
 class WholeLines(click.Group):
     """Commands of which the help says whole what each does."""
 
@@ -109,3 +128,13 @@ def no_command(word: str, commands: Mapping[str, click.Command]) -> str:
     near: Sequence[str] = difflib.get_close_matches(word, commands, 1)
     more = f"did you mean {near[0]}?" if near else f"{program} --help lists them."
     return f"There is no command '{word}'; {more}"
+
+
+def no_option(error: click.NoSuchOption) -> str:
+    """Return what to say to a word that is no option of the command."""
+    word, command = error.option_name, error.ctx and error.ctx.command
+    for param in command.params if command else ():
+        if any(word in OPTIONS.get(name, ()) for name in param.opts):
+            value = f" {param.metavar}" if param.metavar else ""
+            return f"{word} is {param.opts[0]}{value} here."
+    return error.format_message()

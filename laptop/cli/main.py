@@ -11,7 +11,7 @@ from laptop.cli.bench import bench
 from laptop.cli.brick import brick
 from laptop.cli.bundle import bundle
 from laptop.cli.classes import classes
-from laptop.cli.commands import CommandSections
+from laptop.cli.commands import CommandSections, no_option
 from laptop.cli.demo import demo
 from laptop.cli.doctor import doctor
 from laptop.cli.draw import draw
@@ -49,11 +49,8 @@ def main(command: click.Command | None = None, program: str = "") -> int:
 
     Args:
         command: what is run.
-        program: how that is typed; programs that it starts have it from here, unless somebody
-            typed something else for this one.
+        program: how that is typed; as `laptop.cli.start` has it if it is "".
     """
-    if program and command is None:
-        program = os.environ.setdefault(state.PROGRAM, program)
     platforms.let_ctrl_c_interrupt()
     platforms.let_others_end_in_order()
     try:
@@ -65,6 +62,8 @@ def main(command: click.Command | None = None, program: str = "") -> int:
     except click.UsageError as error:
         where = error.ctx.command_path if error.ctx else program
         problem = error.format_message()
+        if isinstance(error, click.NoSuchOption):
+            problem = no_option(error)
         _tell(f"{problem}{'' if problem.endswith(('.', '?')) else '.'} See {where} --help.")
         return error.exit_code
     except click.ClickException as error:

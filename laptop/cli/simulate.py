@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import difflib
 import os
 import sys
 from collections.abc import Callable, Iterator
@@ -34,7 +35,7 @@ from laptop.emulator.device.wheels import TABLE as WHEELS
 from laptop.emulator.faults import FAULTS, InvalidSimulationOption, read_fault
 from laptop.emulator.host import last_line
 from laptop.emulator.host.guard import guarded
-from laptop.emulator.own_programs import find_script
+from laptop.emulator.own_programs import BENCH_BRICK, DRIVER, SERVO, find_script
 from laptop.emulator.rig import Rig
 from laptop.record.figures.arm_numbers import numbers_of
 from laptop.record.figures.private_paths import without_folders
@@ -51,6 +52,8 @@ from laptop.record.run_folder import (
 from shared.arm_description import Arm, ArmError, find_arm, read_arm
 from shared.state import CODE
 
+WATCHED = ("visual_servoing.py", "tracking_client.py")
+"""Scripts of the brick that listen to a tracker."""
 NEVER_CAME = 3
 """Exit status of a run that succeeds before all that was ordered has come."""
 
@@ -69,7 +72,18 @@ class BrickScript(click.Path):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Return its path; fail if there is none."""
-        return super().convert(find_script(value), param, ctx)
+        file = find_script(value)
+        if not os.path.exists(file):
+            own = sorted(os.path.basename(name) for name in (DRIVER, SERVO, BENCH_BRICK))
+            near = difflib.get_close_matches(os.path.basename(file), [*own, *_scripts_here()], 1)
+            more = f"did you mean {near[0]}?" if near else f"ours are {', '.join(own)}"
+            self.fail(f"there is no {file}; {more}", param, ctx)
+        return super().convert(file, param, ctx)
+
+
+def _scripts_here() -> list[str]:
+    """Return the names of the scripts in this folder."""
+    return [name for name in os.listdir() if name.endswith(".py")]
 
 
 @click.command(
@@ -293,6 +307,12 @@ def simulate(
         click.echo(
             f"laptop: never came: {', '.join(late)}; {Path(script).name} ended at "
             f"{run.outcome.t:.2f} s: give earlier times, or a longer script",
+            err=True,
+        )
+    if refused and scene is None and not realtime and os.path.basename(script) in WATCHED:
+        click.echo(
+            f"laptop: {Path(script).name} wants a tracker: with --scene '' before it a synthetic "
+            "camera watches the arm, and one serves what it sees",
             err=True,
         )
     sys.exit(run.outcome.status or (NEVER_CAME if late else 0))

@@ -186,7 +186,7 @@ def test_a_class_runs_its_own_script_and_ours_in_its_own_folder(brickservo):
     assert brickservo("simulate", "driver.py").stdout.startswith("my own driver\n")
     done = brickservo("simulate", "robot/nothing.py")
     assert done.returncode == 2
-    assert "'robot/nothing.py' does not exist. See brickservo simulate --help.\n" in done.stderr
+    assert "there is no robot/nothing.py; ours are bench_brick.py, driver.py" in done.stderr
 
 
 def test_a_brick_gets_the_same_program_from_it(site, tmp_path):

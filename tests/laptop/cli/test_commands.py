@@ -7,8 +7,8 @@ import pytest
 from click.testing import CliRunner
 from commands import parse_script
 
-from laptop.cli.commands import DRIVER, INSTEAD, RENAMED, SECTIONS, no_command
-from laptop.cli.main import laptop
+from laptop.cli.commands import DRIVER, INSTEAD, OPTIONS, RENAMED, SECTIONS, no_command
+from laptop.cli.main import laptop, main
 
 
 def shown(*words):
@@ -92,3 +92,32 @@ def test_the_page_is_track_with_its_page_open(monkeypatch):
         ["--page", "--open", "--camera", "synthetic"],
         ["--page", "--open", "--camera=0", "--arm", "spatial"],
     ]
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("draw house --width 10", "--width is --size W[xH] here. See brickservo draw --help."),
+        ("track --cam=0", "--cam is --camera SOURCE here. See brickservo track --help."),
+        ("report runs -o x", "-o is --out FILE here. See brickservo report --help."),
+        ("draw house --xyzzy", "No such option '--xyzzy'. See brickservo draw --help."),
+        ("demo --width 10", "No such option '--width'. See brickservo demo --help."),
+    ],
+)
+def test_a_wrong_option_is_answered_with_the_one_of_that_command(monkeypatch, capsys, words, said):
+    monkeypatch.setattr("sys.argv", ["brickservo", *words.split()])
+    assert main() == 2
+    assert capsys.readouterr().err == f"laptop: {said}\n"
+
+
+def test_no_wrong_option_is_one_of_some_command():
+    there = set()
+    groups = [laptop]
+    while groups:
+        for command in groups.pop().commands.values():
+            there.update(name for param in command.params for name in param.opts)
+            groups += [command] if isinstance(command, click.Group) else []
+    assert set(OPTIONS) <= there
+    wrong = [word for words in OPTIONS.values() for word in words]
+    assert len(set(wrong)) == len(wrong)
+    assert set(wrong) & there <= {"--csv", "--place"}  # of other commands

@@ -508,6 +508,30 @@ def test_where_all_came_nothing_is_said(simulate, script):
 
 
 @pytest.mark.long
+def test_a_servo_that_finds_no_tracker_is_told_how_to_have_one(simulate):
+    servo = ROOT / "robot" / "visual_servoing.py"
+    told = "laptop: visual_servoing.py wants a tracker: with --scene '' before it a synthetic"
+    assert told in simulate(servo, "--goal", "400,200", status=1).output
+    assert told not in simulate(servo, "--help").output
+
+
+@pytest.mark.parametrize(
+    ("name", "more"),
+    [
+        ("drivr.py", "did you mean driver.py?"),
+        ("my_lap.py", "did you mean my_lab.py?"),
+        ("xyzzy.py", "ours are bench_brick.py, driver.py, visual_servoing.py"),
+    ],
+)
+def test_a_script_that_is_not_there_is_answered_with_one_that_is(
+    simulate, tmp_path, monkeypatch, name, more
+):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "my_lab.py").touch()
+    assert f"there is no {name}; {more}" in " ".join(simulate(name, status=2).output.split())
+    assert not simulate(name, status=2).out.exists()
+
+
 def test_two_runs_do_not_write_into_one_folder(tmp_path, script):
     """Else one result is lost. A killed one leaves the folder free."""
     out = tmp_path / "out"
