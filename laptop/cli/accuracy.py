@@ -174,7 +174,7 @@ def accuracy(
         arm = read_arm(find_arm(arm_file))
         plan = plan_accuracy(arm, cycles, side, at)
         stand = place and ArmOnBoard(math.radians(place[2]), (place[0], place[1]))
-        with run_folder("accuracy", out, PICTURE, TABLE) as folder:
+        with run_folder("measure-accuracy", out, PICTURE, TABLE) as folder:
             click.echo(report.describe_plan(plan))
             click.echo(f"that takes the brick some {plan.seconds() / 60:.0f} min")
             truth, built_arm = None, None

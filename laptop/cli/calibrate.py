@@ -151,7 +151,7 @@ def calibrate(
         unreal = simulate or SYNTHETIC in sources
         if not (dry_run or unreal):
             check_writable(own_file(arm))
-        folder = stack.enter_context(run_folder("calibrate", out, RESTS))
+        folder = stack.enter_context(run_folder("measure-arm", out, RESTS))
         own = folder.path / f"{arm.name}.ini" if unreal else None
         if own and not dry_run:
             check_writable(own)

@@ -117,7 +117,7 @@ class Crosses(click.ParamType):
     metavar="DIR",
     help="Write arm file and fit there.  [default: the arm's own file, or a copy in "
     "~/.brickservo/arms of one that comes along, and ~/.brickservo/touched; with --simulate, "
-    "runs/TIME-touch]",
+    "runs/TIME-measure-pen]",
 )
 def touch(
     source: str | None,
@@ -151,7 +151,7 @@ def touch(
         check_bar(bar)
         arm = read_arm(find_arm(arm_file))
         check_led(arm)
-        folder = stack.enter_context(run_folder("touch", out)) if simulated else None
+        folder = stack.enter_context(run_folder("measure-pen", out)) if simulated else None
         places = _places(arm, folder.path if folder else out)
         if len(crosses) < MIN_TOUCHES:
             raise BadTouches(f"{len(crosses)} crosses; {MIN_TOUCHES} are the least, 9 are better")

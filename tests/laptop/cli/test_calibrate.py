@@ -96,7 +96,7 @@ def test_a_text_that_cannot_be_is_refused_before_anything_moves(run, words, told
 def test_two_do_not_write_into_one_folder(run, tmp_path):
     out = tmp_path / "out"
     out.mkdir()
-    with run_folder("calibrate", out):
+    with run_folder("measure-arm", out):
         result = run("--simulate", status=1)
     assert "another run is at work for out" in result.output
     assert list(out.iterdir()) == []
