@@ -267,7 +267,7 @@ class Shell:
     def _until(self, words, said):
         """Start it, and wait until it has said this."""
         if words[0] == "track":
-            words += ["--port", "0", "--no-brick"]
+            words += ["--listen-port", "0", "--no-brick"]
             words += [] if "--page" in words else ["--no-page"]
         if words[0] == "demo" or "--page" in words:
             words += ["--page-port", "0"]

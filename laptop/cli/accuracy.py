@@ -10,15 +10,23 @@ from typing import TYPE_CHECKING
 import click
 from click.core import ParameterSource
 
+from laptop.cli.old_options import CommandOfNow
 from laptop.cli.options import (
     SYNTHETIC,
     FiniteRange,
     arm_option,
+    calibration_option,
+    call_option,
+    camera_option,
+    cameras_of,
     examples,
+    frame_size_option,
     importing,
     in_one_line,
+    marker_height_option,
     noise_option,
     out_option,
+    sources_argument,
     typed_words,
 )
 from laptop.record.figures.arm_numbers import numbers_of
@@ -62,14 +70,17 @@ class Numbers(click.ParamType):
 
 
 @click.command(
+    cls=CommandOfNow,
     short_help="How accurately the arm goes where it is sent, after ISO 9283.",
     epilog=examples(
         "measure accuracy --simulate --cycles 5",
-        "measure accuracy 0 --bar 99.5 --height 25 --arm mine.ini",
-        "measure accuracy 0 2 --arm spatial --calibrated a.json --calibrated b.json --bar 100",
+        "measure accuracy --camera 0 --bar 99.5 --marker-height 25 --arm mine.ini",
+        "measure accuracy --camera 0 --camera 2 --arm spatial --calibration a.json --calibration "
+        "b.json",
     ),
 )
-@click.argument("sources", metavar="[SOURCE]...", nargs=-1)
+@sources_argument
+@camera_option
 @arm_option("The arm")
 @click.option(
     "--cycles", type=click.IntRange(3, 100), default=30, show_default=True, help="Of each pose."
@@ -87,7 +98,8 @@ class Numbers(click.ParamType):
     help="Its centre in the arm's frame, cm.  [default: where it has most room]",
 )
 @click.option(
-    "--place",
+    "--arm-at",
+    "place",
     type=Numbers("X,Y,DEG", (3,)),
     metavar="X,Y,DEG",
     help="How the arm stands on the board: its origin there, cm, and how far its x is turned from "
@@ -99,24 +111,15 @@ class Numbers(click.ParamType):
     metavar="MM",
     help="Length of the board's bar as measured.  [default: 100, not measured]",
 )
-@click.option(
-    "--height",
-    type=FiniteRange(0, 500),
-    metavar="MM",
-    help="Of the arm's marker over the table; in space over the tip.  [default: 0]",
-)
-@click.option(
-    "--calibrated",
+@marker_height_option("Of the arm's marker over the table; in space over the tip.  [default: 0]")
+@calibration_option(
+    "What `measure camera` wrote, one for each --camera.  [default: what the board tells now]",
     multiple=True,
-    type=click.Path(dir_okay=False, path_type=Path),
-    metavar="FILE.json",
-    help="A camera from `measure camera --out`, one for each SOURCE.  [default: what the board "
-    "tells now]",
 )
 @click.option("--scene", default="", metavar="KEY=VALUE,...", help="Of synthetic cameras.")
 @click.option("--effector", metavar="SPEC", help="The arm's marker, as for `track`.")
-@click.option("--size", metavar="WxH", help="Asked of a webcam, px.  [default: 640x480]")
-@click.option("--brick", "call", is_flag=True, help="Start the program on the brick over ssh.")
+@frame_size_option
+@call_option
 @click.option("--simulate", is_flag=True, help="On an emulated arm, before emulated cameras.")
 @click.option(
     "--plant", default="", metavar="KEY=VALUE,...", help="Of the emulated brick, as for `simulate`."
@@ -137,6 +140,7 @@ class Numbers(click.ParamType):
 @out_option
 def accuracy(
     sources: tuple[str, ...],
+    cameras: tuple[str, ...],
     arm_file: str,
     cycles: int,
     side: float | None,
@@ -144,11 +148,11 @@ def accuracy(
     place: tuple[float, ...] | None,
     bar: float | None,
     height: float | None,
-    calibrated: tuple[Path, ...],
+    calibration: tuple[Path, ...],
     scene: str,
     effector: str | None,
     size: str | None,
-    call: bool,
+    call: str | None,
     simulate: bool,
     plant: str,
     built: str | None,
@@ -158,9 +162,9 @@ def accuracy(
 ) -> None:
     """Measure accuracy and repeatability of poses and paths after ISO 9283, by camera, in mm.
 
-    SOURCE is a webcam's number or what else `track` takes; an arm in space needs two.  The printed
-    board lies on the table.  The arm goes to five poses, 30 times, then from several directions,
-    then along a line and a circle at three speeds; the pen stays up.
+    An arm in space needs two cameras.  The printed board lies on the table.  The arm goes to five
+    poses, 30 times, then from several directions, then along a line and a circle at three speeds;
+    the pen stays up.
 
     Leaves run.json, accuracy.png and accuracy.csv in a folder of its own.
     """
@@ -170,7 +174,8 @@ def accuracy(
         from laptop.measure.accuracy.sighting import ArmOnBoard
 
     with in_one_line():
-        _check_words(sources, simulate, calibrated, bar)
+        sources = cameras_of(cameras, sources)
+        _check_words(sources, simulate, calibration, bar)
         arm = read_arm(find_arm(arm_file))
         plan = plan_accuracy(arm, cycles, side, at)
         stand = place and ArmOnBoard(math.radians(place[2]), (place[0], place[1]))
@@ -184,7 +189,7 @@ def accuracy(
             else:
                 result = _live(
                     *(plan, sources, arm_file, scene, effector, size, call),
-                    *(calibrated, bar, (height or 0.0) / 10, stand or None),
+                    *(calibration, bar, (height or 0.0) / 10, stand or None),
                 )
             told = report.accuracy_run(result, truth)
             told.typed, told.arm = typed_words(), numbers_of(arm)
@@ -205,14 +210,14 @@ def _check_words(
 
     if simulate and (sources or calibrated):
         raise click.UsageError(
-            "--simulate has cameras of its own: leave SOURCE and --calibrated out."
+            "--simulate has cameras of its own: leave --camera and --calibration out."
         )
     if not simulate:
         if not sources:
-            raise click.UsageError("Give the camera's SOURCE, 0 say, or --simulate.")
+            raise click.UsageError("Give the camera, --camera 0 say, or --simulate.")
         if calibrated and len(calibrated) != len(sources):
             raise click.UsageError(
-                f"{len(calibrated)} --calibrated for {len(sources)} SOURCE: give one for each."
+                f"{len(calibrated)} --calibration for {len(sources)} --camera: give one for each."
             )
     here = click.get_current_context()
     for param in here.command.params:
@@ -225,7 +230,7 @@ def _check_words(
         if not simulate and param.name in EMULATED:
             raise click.UsageError(f"{param.opts[0]} is of the emulated arm: add --simulate.")
     if calibrated and bar is not None:
-        raise click.UsageError("--bar is in the files of --calibrated: leave it out.")
+        raise click.UsageError("--bar is in the files of --calibration: leave it out.")
     check_bar(bar)
 
 
@@ -250,7 +255,7 @@ def _live(
     scene: str,
     effector: str | None,
     size: str | None,
-    call: bool,
+    call: str | None,
     calibrated: Sequence[Path],
     bar: float | None,
     height: float,
@@ -298,7 +303,7 @@ def _look(rig: LiveRig, names: Sequence[str], bar: float | None) -> dict[str, Ca
         if view is None:
             raise BadSighting(
                 f"camera {name} does not see the board: lay it flat where the arm works, or give "
-                "--calibrated"
+                "--calibration"
             )
         found[name] = calibrate([view], bar)
     return found

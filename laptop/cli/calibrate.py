@@ -11,14 +11,22 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from laptop.cli.old_options import CommandOfNow
 from laptop.cli.options import (
     SYNTHETIC,
     FiniteRange,
     arm_option,
+    calibration_option,
+    call_option,
+    camera_option,
+    cameras_of,
     examples,
     importing,
     in_one_line,
+    listen_port_option,
+    marker_height_option,
     out_option,
+    sources_argument,
     typed_words,
 )
 from laptop.cli.rigs import live_rig
@@ -38,13 +46,15 @@ LOOK_S = 1.0
 
 
 @click.command(
+    cls=CommandOfNow,
     short_help="An arm's own numbers: links, zeros, backlash.",
     epilog=examples(
-        "measure arm 0 --bar 97 --height 25 --touch 1,3,4,6,7,9",
+        "measure arm --camera 0 --bar 97 --marker-height 25 --crosses 1,3,4,6,7,9",
         "measure arm --simulate --seed 3",
     ),
 )
-@click.argument("sources", metavar="[SOURCE]...", nargs=-1)
+@sources_argument
+@camera_option
 @arm_option("Calibrate this arm")
 @click.option(
     "--bar",
@@ -52,21 +62,13 @@ LOOK_S = 1.0
     metavar="MM",
     help="Length of the board's printed bar as measured.  [default: 100, not measured]",
 )
-@click.option(
-    "--camera",
-    "camera_file",
-    type=click.Path(dir_okay=False, path_type=Path),
-    metavar="FILE.json",
-    help="The camera as measure camera has it, of several views; it has not moved since.",
+@calibration_option("What `measure camera` wrote, of several views; it has not moved since.")
+@marker_height_option(
+    "Of the marker over the table, in space of the shoulder's axis, by a ruler.",
 )
 @click.option(
-    "--height",
-    type=FiniteRange(0, 500),
-    metavar="MM",
-    help="Of the marker over the table, in space of the shoulder's axis, by a ruler.",
-)
-@click.option(
-    "--touch",
+    "--crosses",
+    "touch",
     default="",
     metavar="N,N,...",
     help="Set the pen by hand on these crosses of the board before the arm moves.",
@@ -82,13 +84,8 @@ LOOK_S = 1.0
               help="The arm moves for so long at the most.")  # fmt: skip
 @out_option
 @click.option("--dry-run", is_flag=True, help="Measure, and leave the arm's file as it is.")
-@click.option("--call", is_flag=True, help="Start the brick's program over ssh.")
-@click.option(
-    "--port",
-    type=click.IntRange(0, 65535),
-    metavar="P",
-    help="For the brick's link, 0 for any, as for track.",
-)
+@call_option
+@listen_port_option
 @click.option("--effector", metavar="SPEC", help="The marker on the arm, as for track.")
 @click.option("--simulate", is_flag=True, help="An emulated arm before an emulated camera.")
 @click.option("--plant", metavar="KEY=VALUE,...", help="Of the emulated arm, as for simulate.")
@@ -101,16 +98,17 @@ LOOK_S = 1.0
 @click.option("--seed", type=click.IntRange(0), metavar="N", help="Of all that is emulated.")
 def calibrate(
     sources: tuple[str, ...],
+    cameras: tuple[str, ...],
     arm_file: str,
     bar: float | None,
-    camera_file: Path | None,
+    calibration: Path | None,
     height: float | None,
     touch: str,
     board_square: str | None,
     seconds: float,
     out: Path | None,
     dry_run: bool,
-    call: bool,
+    call: str | None,
     port: int | None,
     effector: str | None,
     simulate: bool,
@@ -140,7 +138,10 @@ def calibrate(
 
     with in_one_line(), ExitStack() as stack:
         emulated = {"plant": plant, "built": built, "scene": scene, "seed": seed}
-        real = {"camera": camera_file, "effector": effector, "call": call or None, "port": port}
+        sources = cameras_of(cameras, sources)
+        real = {
+            "calibration": calibration, "effector": effector, "brick": call, "listen-port": port
+        }  # fmt: skip
         _check_words(sources, simulate, emulated, real)
         arm = read_arm(find_arm(arm_file))
         square = None if board_square is None else int(board_square) // 90
@@ -204,9 +205,9 @@ def calibrate(
         pictures = f"{SCENE},{scene or ''}" if unreal else ""
         if unreal and port is None:
             port = 0  # an emulated brick is told which
-        calls = call and not crosses
+        calls = None if crosses else call
         with live_rig(sources, arm_file, pictures, effector, port=port, call=calls) as rig:
-            found, check = _calibrated(rig, camera_file, bar)
+            found, check = _calibrated(rig, calibration, bar)
             finish(CalibrationSetup(rig, found, _touched(rig, crosses), check))
 
 
@@ -219,13 +220,13 @@ def _check_words(
         raise click.UsageError(f"{unheard[0]} is of what is real: leave it out with --simulate")
     given = [f"--{word}" for word, value in emulated.items() if value is not None]
     if simulate and sources:
-        raise click.UsageError(f"--simulate has a camera of its own: leave {sources[0]} out")
+        raise click.UsageError("--simulate has a camera of its own: leave --camera out")
     if SYNTHETIC in sources and given == ["--scene"]:
         return
     if not simulate and given:
         raise click.UsageError(f"{given[0]} is of what is emulated: give --simulate, too")
     if not simulate and not sources:
-        raise click.UsageError("give a camera, such as 0, or --simulate")
+        raise click.UsageError("give a camera, such as --camera 0, or --simulate")
 
 
 def _crosses(text: str, arm: Arm) -> list[tuple[float, float]]:
@@ -234,15 +235,15 @@ def _crosses(text: str, arm: Arm) -> list[tuple[float, float]]:
 
     numbers = [part.strip() for part in text.split(",") if part.strip()]
     if numbers and arm.chain != "planar":
-        raise click.UsageError("--touch is for an arm in the plane, with a pen; leave it out")
+        raise click.UsageError("--crosses is for an arm in the plane, with a pen; leave it out")
     if not all(one.isdecimal() and 1 <= int(one) <= len(CROSSES) for one in numbers):
         raise click.UsageError(
-            f"--touch {text}: the crosses have numbers from 1 to {len(CROSSES)}, like 1,3,7,9"
+            f"--crosses {text}: the crosses have numbers from 1 to {len(CROSSES)}, like 1,3,7,9"
         )
     if len(set(map(int, numbers))) < len(numbers):
-        raise click.UsageError(f"--touch {text}: touch each cross once, others tell more")
+        raise click.UsageError(f"--crosses {text}: touch each cross once, others tell more")
     if numbers and len(numbers) < 3:
-        raise click.UsageError(f"--touch {text}: 3 different crosses are the least, 6 are better")
+        raise click.UsageError(f"--crosses {text}: 3 different crosses are the least, 6 are better")
     return [(float(x), float(y)) for x, y in (CROSSES[int(one) - 1] for one in numbers)]
 
 
@@ -304,7 +305,7 @@ def _touched(rig: LiveRig, crosses: list[tuple[float, float]]) -> list[TouchSigh
 
     found = []
     if crosses and not sys.stdin.isatty():
-        raise click.ClickException("--touch asks somebody; there is no terminal to answer at")
+        raise click.ClickException("--crosses asks somebody; there is no terminal to answer at")
     for x, y in crosses:
         click.pause(f"set the pen on the cross at {x:g}, {y:g} cm, hands off, and press a key")
         found.append(touch_sight((x, y), rig.look(LOOK_S)["A"]))

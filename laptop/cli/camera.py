@@ -8,7 +8,18 @@ from typing import TYPE_CHECKING
 
 import click
 
-from laptop.cli.options import bar_option, examples, importing, in_one_line, replace_option
+from laptop.cli.old_options import CommandOfNow
+from laptop.cli.options import (
+    bar_option,
+    calibration_option,
+    camera_option,
+    cameras_of,
+    examples,
+    importing,
+    in_one_line,
+    replace_option,
+    sources_argument,
+)
 from laptop.cli.track import open_synthetic
 from laptop.system.files import check_new
 from shared import state
@@ -26,50 +37,53 @@ LIVE_PICTURE = 10
 
 
 @click.command(
+    cls=CommandOfNow,
     short_help="A camera's lens and place, by the printed board.",
     epilog=examples(
-        "measure camera 0 --bar 97 --out camera.json", "measure camera tilted.jpg lying.jpg"
+        "measure camera --camera 0 --bar 97 --to camera.json",
+        "measure camera --camera tilted.jpg --camera lying.jpg",
     ),
 )
-@click.argument("sources", metavar="SOURCE...", nargs=-1, required=True)
+@sources_argument
+@camera_option
 @bar_option
 @click.option(
-    "--out",
+    "--to",
+    "out",
     type=click.Path(dir_okay=False, path_type=Path),
     metavar="FILE.json",
     help="Keep the camera in this file.",
 )
 @replace_option
-@click.option(
-    "--since",
-    type=click.Path(dir_okay=False, path_type=Path),
-    metavar="FILE.json",
-    help="Tell whether the camera of this file has moved since, and nothing else.",
-)
+@calibration_option("Tell whether the camera of this file has moved since, and nothing else.")
 @click.option(
     "--scene", default="", metavar="KEY=VALUE,...", help="Of the synthetic camera: board=a4, ..."
 )
 def camera(
     sources: tuple[str, ...],
+    cameras: tuple[str, ...],
     bar: float | None,
     out: Path | None,
     replace: bool,
-    since: Path | None,
+    calibration: Path | None,
     scene: str,
 ) -> None:
     """Calibrate a camera by the printed board: its lens, its place, and how sure both are.
 
-    SOURCE is a picture, a folder of pictures, a video, a webcam's number or synthetic; several are
-    views of the same camera.  The last picture says where the table is.
+    Pictures come from a webcam, pictures, a folder of them, or a video; several are views of the
+    same camera.  The last picture says where the table is.
     """
     with importing():  # OpenCV
         from laptop.see.table import camera_file, camera_report
         from laptop.see.table.camera_fit import calibrate
 
     with in_one_line():
-        if since and (out or bar is not None):
-            raise click.ClickException("--since compares only: leave --bar and --out out")
-        before = camera_file.read_camera(since) if since else None
+        sources = cameras_of(cameras, sources)
+        if not sources:
+            raise click.UsageError("Give the camera, --camera 0 say, or its pictures.")
+        if calibration and (out or bar is not None):
+            raise click.ClickException("--calibration compares only: leave --bar and --to out")
+        before = camera_file.read_camera(calibration) if calibration else None
         if out:
             check_new(out, (".json",), replace)
         looked, views = _views(sources, scene)

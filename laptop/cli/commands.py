@@ -138,3 +138,12 @@ def no_option(error: click.NoSuchOption) -> str:
             value = f" {param.metavar}" if param.metavar else ""
             return f"{word} is {param.opts[0]}{value} here."
     return error.format_message()
+
+
+def command_words(ctx: click.Context) -> str:
+    """Return the words of a command, without the program's name."""
+    names = []
+    while ctx.parent is not None:
+        names.append(ctx.info_name or "")
+        ctx = ctx.parent
+    return " ".join(reversed(names))

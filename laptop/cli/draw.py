@@ -14,6 +14,7 @@ import click
 from laptop.cli.brick import talk
 from laptop.cli.draw_files import check_files, check_heard, check_together, style_of
 from laptop.cli.draw_options import PLACE, SOURCE, WHERE_TO
+from laptop.cli.old_options import CommandOfNow
 from laptop.cli.options import arm_option, examples, importing, in_one_line
 from laptop.cli.sight_options import BY_SIGHT, read_sight_options
 from laptop.drawing.gallery_files import gallery
@@ -50,7 +51,10 @@ EXAMPLES = examples(
 
 
 @click.command(
-    short_help="Draw an SVG, a text, a picture or a test card.", help=HELP, epilog=EXAMPLES
+    cls=CommandOfNow,
+    short_help="Draw an SVG, a text, a picture or a test card.",
+    help=HELP,
+    epilog=EXAMPLES,
 )
 @SOURCE
 @PLACE

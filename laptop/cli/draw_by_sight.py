@@ -137,7 +137,7 @@ def _live(
             if board is None:
                 raise BadCalibration(
                     "the camera sees no board, so that nobody knows where its pixels are: print "
-                    "one by markers --board and lay it on the table, or give --camera-file"
+                    "one by markers --board and lay it on the table, or give --calibration"
                 )
             known = calibrate([board], asked.bar)
         still = StillTable(rig, known, rig.image, since)

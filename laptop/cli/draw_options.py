@@ -144,7 +144,8 @@ PLACE = option_group(
         help="Counter-clockwise; 0 is upright for who sits behind the arm.",
     ),
     click.option(
-        "--height",
+        "--paper-height",
+        "height",
         default=0.0,
         metavar="CM",
         help="Of the paper above the table, for an arm in space.",

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from laptop.cli.old_options import CommandOfNow
 from laptop.cli.options import importing, in_one_line, replace_option
 from laptop.system.files import check_new, written
 
@@ -13,8 +14,10 @@ ENDINGS = (".pdf", ".svg", ".png")
 """Of a page to print."""
 
 
-@click.command(short_help="Make a page of markers, or the board, to print.")
-@click.option("--size", default=20.0, metavar="MM", show_default=True, help="Of a disc, mm.")
+@click.command(cls=CommandOfNow, short_help="Make a page of markers, or the board, to print.")
+@click.option(
+    "--diameter", "size", default=20.0, metavar="MM", show_default=True, help="Of a disc, mm."
+)
 @click.option("--board", is_flag=True, help="The board that tells a camera where it stands.")
 @click.option(
     "--paper",
@@ -38,7 +41,8 @@ def markers(
     given = context.get_parameter_source("size") is click.core.ParameterSource.COMMANDLINE
     if board and given:
         raise click.ClickException(
-            f"--size {size:g} is of the page of discs; the board's markers are 25 mm: leave it out"
+            f"--diameter {size:g} is of the page of discs, and the board's markers are 25 mm: "
+            "leave it out"
         )
     with importing():  # OpenCV
         from laptop.see.markers.board_sheet import write_board

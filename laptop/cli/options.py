@@ -8,7 +8,7 @@ import os
 import signal
 import tempfile
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -111,6 +111,70 @@ replace_option = click.option(
     "--replace", is_flag=True, help="Put what is written in the place of a file that is there."
 )
 """The option without which nothing is written over."""
+
+
+camera_option = click.option(
+    "--camera",
+    "cameras",
+    multiple=True,
+    metavar="SOURCE",
+    help="A webcam's number, or what else track takes; several times for several.",
+)
+"""The option for where pictures come from."""
+
+sources_argument = click.argument("sources", metavar="", nargs=-1)
+"""What --camera was before: the sources alone."""
+
+
+def cameras_of(cameras: Sequence[str], sources: Sequence[str]) -> tuple[str, ...]:
+    """Return the sources that are typed, also those without --camera, as they were before."""
+    if sources:
+        words = " ".join(f"--camera {source}" for source in sources)
+        click.echo(f"{' '.join(sources)} is now {words}", err=True)
+    return (*cameras, *sources)
+
+
+def calibration_option(text: str, multiple: bool = False) -> Callable[[Any], Any]:
+    """Return the option for what `measure camera` wrote."""
+    return click.option(
+        "--calibration",
+        multiple=multiple,
+        type=click.Path(dir_okay=False, path_type=Path),
+        metavar="FILE.json",
+        help=text,
+    )
+
+
+def marker_height_option(text: str) -> Callable[[Any], Any]:
+    """Return the option for the height of the arm's marker, mm."""
+    return click.option(
+        "--marker-height", "height", type=FiniteRange(0, 500), metavar="MM", help=text
+    )
+
+
+listen_port_option = click.option(
+    "--listen-port",
+    "port",
+    type=click.IntRange(0, 65535),
+    metavar="P",
+    help="Port at which the brick is waited for, 0 for any.  [default: 7711]",
+)
+"""The option for the link's port."""
+
+call_option = click.option(
+    "--brick",
+    "call",
+    is_flag=False,
+    flag_value="",
+    metavar="[NAME]",
+    help="Start the program on that brick, over ssh; without a name on the last one.",
+)
+"""The option to have a real brick do its part."""
+
+frame_size_option = click.option(
+    "--frame-size", "size", metavar="WxH", help="Asked of a webcam, px.  [default: 640x480]"
+)
+"""The option for the size of pictures."""
 
 
 bar_option = click.option(

@@ -29,7 +29,7 @@ def live_rig(
     size: str | None = None,
     host: str = "",
     port: int | None = None,
-    call: bool = False,
+    call: str | None = None,
     tell: Callable[[JobStatus], None] = lambda status: None,
 ) -> Iterator[LiveRig]:
     """Open cameras, let a brick in, and look; all ends with the block.
@@ -45,7 +45,8 @@ def live_rig(
         size: asked of webcams, as for `track`.
         host: to listen at, as for `track`.
         port: to listen at, as for `track`.
-        call: the real brick is started over ssh; else it is told what to type.
+        call: the real brick of that name, "" for the last one, is started over ssh; None: it is
+            told what to type.
         tell: as for LiveRig.
 
     Raises:
@@ -77,8 +78,8 @@ def live_rig(
         brick = None
         if SYNTHETIC in sources:
             brick = stack.enter_context(start_brick(arm, server.place))
-        elif call:
-            brick = stack.enter_context(run_on_brick(server.port))
+        elif call is not None:
+            brick = stack.enter_context(run_on_brick(server.port, call))
         else:
             first, *others = (f"{command} --wait --arm {arm}" for command in server.commands())
             click.echo(f"let the brick wait for it; type here: {first}")

@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from laptop.cli.options import SYNTHETIC, FiniteRange, bar_option, option_group
+from laptop.cli.options import SYNTHETIC, FiniteRange, bar_option, listen_port_option, option_group
 from shared.arm_description import Arm
 from shared.small_files import SpoiltFile, number
 
@@ -41,6 +41,15 @@ class SightOptions:
     emulated: str
 
 
+CAMERAS = {
+    "camera": "--camera",
+    "camera_file": "--calibration",
+    "arm_at": "--arm-at",
+    "bar": "--bar",
+    "port": "--listen-port",
+}
+"""What is of a real camera."""
+
 BY_SIGHT = option_group(
     click.option(
         "--by-sight",
@@ -50,10 +59,11 @@ BY_SIGHT = option_group(
     ),
     click.option("--camera", metavar="SOURCE", help="For --by-sight, as for track."),
     click.option(
-        "--camera-file",
+        "--calibration",
+        "camera_file",
         type=click.Path(exists=True, dir_okay=False, path_type=Path),
-        metavar="FILE",
-        help="Of measure camera --out.  [default: the board is looked for in the picture]",
+        metavar="FILE.json",
+        help="What `measure camera` wrote.  [default: the board is looked for in the picture]",
     ),
     click.option(
         "--arm-at",
@@ -71,12 +81,7 @@ BY_SIGHT = option_group(
     click.option("--scene", default="", metavar="KEY=VALUE,...", help="Of a synthetic camera."),
     click.option("--built", metavar="FILE", help="For --simulate: the arm as it truly is."),
     bar_option,
-    click.option(
-        "--port",
-        type=click.IntRange(0, 65535),
-        metavar="PORT",
-        help="For --by-sight, as for track.",
-    ),
+    listen_port_option,
     click.option("--forget", is_flag=True, help="Learn anew, not from what was learned before."),
 )
 
@@ -98,10 +103,11 @@ def read_sight_options(
     """
     simulate = plant is not None
     if options["by_sight"] is None:
-        of_sight = ("camera", "camera_file", "arm_at", "scene", "bar", "port", "forget")
-        for key in of_sight:
+        for key in (*CAMERAS, "scene", "forget"):
             if options[key] not in (None, False, ""):
-                raise click.UsageError(f"--{key.replace('_', '-')} is for --by-sight N: add it.")
+                raise click.UsageError(
+                    f"{CAMERAS.get(key, '--' + key)} is for --by-sight N: add it."
+                )
         if options["built"] and not simulate:
             raise click.UsageError("--built is for --simulate: add it.")
         return None
@@ -109,11 +115,9 @@ def read_sight_options(
         raise click.UsageError(
             f"--by-sight teaches an arm in the plane, and {arm.name} moves in space: leave it out."
         )
-    for key in ("camera", "camera_file", "arm_at", "bar", "port"):
+    for key, option in CAMERAS.items():
         if simulate and options[key] is not None:
-            raise click.UsageError(
-                f"--{key.replace('_', '-')} is of a real camera: leave it out with --simulate."
-            )
+            raise click.UsageError(f"{option} is of a real camera: leave it out with --simulate.")
     if otherwise and options["by_sight"]:
         raise click.UsageError(
             "--by-sight draws all of it, once: leave --repeat, --from, --resume and --detach out."

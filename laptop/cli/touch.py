@@ -12,13 +12,17 @@ from typing import TYPE_CHECKING
 import click
 
 from laptop.cli.brick import THE_BRICK, talk
+from laptop.cli.old_options import CommandOfNow
 from laptop.cli.options import (
-    FiniteRange,
     arm_option,
     bar_option,
+    camera_option,
+    cameras_of,
     examples,
     importing,
     in_one_line,
+    marker_height_option,
+    sources_argument,
     typed_words,
 )
 from laptop.record.figures.arm_numbers import numbers_of
@@ -58,23 +62,20 @@ class Crosses(click.ParamType):
 
 
 @click.command(
+    cls=CommandOfNow,
     short_help="Where the arm's marker sits beside the pen, by touching crosses.",
     epilog=examples(
-        "measure pen 0 --arm mine.ini --bar 97",
-        "measure pen pictures/ --arm mine.ini --touches points.jsonl",
+        "measure pen --camera 0 --arm mine.ini --bar 97",
+        "measure pen --camera pictures/ --arm mine.ini --touches points.jsonl",
         "measure pen --simulate",
     ),
 )
-@click.argument("source", metavar="SOURCE", required=False)
+@sources_argument
+@camera_option
 @arm_option("Arm that touches")
 @THE_BRICK
 @bar_option
-@click.option(
-    "--height",
-    type=FiniteRange(0, 500),
-    metavar="MM",
-    help="Of the arm's marker over the paper, if it was measured.  [default: it is found]",
-)
+@marker_height_option("Of the arm's marker over the paper, if measured.  [default: it is found]")
 @click.option(
     "--effector",
     metavar="SPEC",
@@ -120,7 +121,8 @@ class Crosses(click.ParamType):
     "runs/TIME-measure-pen]",
 )
 def touch(
-    source: str | None,
+    sources: tuple[str, ...],
+    cameras: tuple[str, ...],
     arm_file: str,
     name: str | None,
     bar: float | None,
@@ -136,7 +138,7 @@ def touch(
 ) -> None:
     """Find where the arm's marker sits beside the pen: set the pen on the printed board's crosses.
 
-    SOURCE is the camera that sees the board: a webcam's number or a stream.  Lead the arm by hand;
+    A camera sees the board: a webcam's number or a stream.  Lead the arm by hand;
     a touch sensor, the brick's centre button or Enter here takes each cross.
     """
     with importing():  # OpenCV
@@ -145,6 +147,9 @@ def touch(
         from laptop.see.table.cross_touching import CrossTouching, check_led
         from laptop.see.table.marker_offset import MIN_TOUCHES, BadTouches
 
+    source, *others = *cameras_of(cameras, sources), None
+    if others[:-1]:
+        raise click.UsageError("One camera sees all crosses: give --camera once.")
     _check(source, simulated, scene, plant, file, name, pen)
     say = partial(click.echo, file=sys.stdout)  # also while a program on the brick has that
     with in_one_line(), ExitStack() as stack:
@@ -196,7 +201,7 @@ def _check(
     if simulated and source not in (None, "synthetic"):
         raise click.UsageError(f"--simulate has a camera of its own; leave {source} out.")
     if not simulated and source is None:
-        raise click.UsageError("Missing argument 'SOURCE': the camera, or --simulate.")
+        raise click.UsageError("Give the camera, --camera 0 say, or --simulate.")
     if not simulated and (scene is not None or plant):
         raise click.UsageError("--scene and --plant are of the emulated arm; say --simulate, too.")
     if source == "synthetic" and not simulated:

@@ -13,12 +13,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from laptop.cli.old_options import CommandOfNow
 from laptop.cli.options import (
     FiniteRange,
     bar_option,
     examples,
+    frame_size_option,
     importing,
     in_one_line,
+    listen_port_option,
+    marker_height_option,
     on_the_page,
     replace_option,
 )
@@ -53,6 +57,7 @@ run()
 
 
 @click.command(
+    cls=CommandOfNow,
     short_help="Find the markers in a camera's pictures, and serve the brick.",
     epilog=examples(
         "track --effector ball:green --goal 320,120",
@@ -115,12 +120,9 @@ run()
     "in cm on it, too.",
 )
 @bar_option
-@click.option(
-    "--height",
-    type=FiniteRange(0, 500),
-    metavar="MM",
-    help="Of the arm's marker over the table, for --board.  [default: 0; of several cameras: two "
-    "that see it measure it]",
+@marker_height_option(
+    "Of the arm's marker over the table, for --board.  [default: 0; of several cameras: two that "
+    "see it measure it]"
 )
 @click.option(
     "--touched",
@@ -135,19 +137,14 @@ run()
     help="Serve the brick (default); without it, files are gone through as fast as possible.",
 )
 @click.option("--host", default="", metavar="H", help="Address to listen at.  [default: all]")
-@click.option(
-    "--port",
-    type=click.IntRange(0, 65535),
-    metavar="P",
-    help="Port to listen at, 0 for any.  [default: 7711]",
-)
+@listen_port_option
 @click.option(
     "--fps",
     type=FiniteRange(0.1, 1000),
     metavar="F",
     help="Asked of a webcam; the pace of files instead of their own.",
 )
-@click.option("--size", metavar="WxH", help="Asked of a webcam, px.  [default: 640x480]")
+@frame_size_option
 @click.option(
     "--picture",
     metavar="FILE.png[@FRAME]",
@@ -200,9 +197,13 @@ def track(
         from laptop.see.serve import announcements, track
         from laptop.see.serve.options import TrackOptions, read_picture
 
-    for name in ("bar", "height", "touched"):
+    for name, written in (
+        ("bar", "--bar"),
+        ("height", "--marker-height"),
+        ("touched", "--touched"),
+    ):
         if options[name] is not None and not options["board"]:
-            raise click.UsageError(f"--{name} is of the board; say --board, too.")
+            raise click.UsageError(f"{written} is of the board; say --board, too.")
     shown = options["serve"] if page is None else page
     # The page brings an emulated brick along; its arm is there from the beginning.
     usual = "spatial" if shown and options["camera"].count("synthetic") > 1 else "planar"
@@ -314,17 +315,19 @@ def start_brick(arm: str, place: str) -> Iterator[Callable[[], str]]:
 
 
 @contextlib.contextmanager
-def run_on_brick(port: int) -> Iterator[Callable[[], str]]:
+def run_on_brick(port: int, name: str = "") -> Iterator[Callable[[], str]]:
     """Let the real brick wait for orders, over ssh; what it says goes to the state folder.
 
     Gives a function as `start_brick` does.
 
     Args:
         port: of the tracker.
+        name: of the brick; "": the last one.
     """
     file = Path(state.state_folder()) / state.CALLED_BRICK_FILE
     file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-    words = ["brick", "run", os.path.basename(SERVO), f":{port}", "--wait"]
+    which = ["--brick", name] if name else []
+    words = ["brick", "run", *which, os.path.basename(SERVO), f":{port}", "--wait"]
     with _beside(words, file, "brick run") as why_ended:
         yield lambda: why_ended() and f"{why_ended()}, at last: {_last_line(file)}"
 

@@ -313,7 +313,7 @@ class _Finder:
             return BadPlace(f"{whole} with its elbow {self._postures[0]}; leave --elbow out")
         if self._arm.chain == "spatial":
             return BadPlace(
-                f"{whole}, {self._wish.height:g} cm above the table; give another --height"
+                f"{whole}, {self._wish.height:g} cm above the table; give another --paper-height"
             )
         return BadPlace(f"{whole}; give --size, --at and --clip to draw what can be reached")
 

@@ -57,7 +57,17 @@ class Tracker:
             "BROWSER": "true",  # it opens nothing
         }
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "laptop", "track", *words, "--host", "127.0.0.1", "--port", "0"]
+            [
+                sys.executable,
+                "-m",
+                "laptop",
+                "track",
+                *words,
+                "--host",
+                "127.0.0.1",
+                "--listen-port",
+                "0",
+            ]
             + ["--page-port", "0", "--announce"],
             cwd=folder,  # where it keeps the runs of which a report is opened
             env=environment,

@@ -73,12 +73,12 @@ def notes(result: AccuracyResult) -> list[str]:
     if result.is_fitted:
         out.append(
             "how the arm stands on the board was fitted to the poses, so an error that all poses "
-            "share, such as a turned zero of the first joint, is not in AP, AT: give --place"
+            "share, such as a turned zero of the first joint, is not in AP, AT: give --arm-at"
         )
     else:
         out.append(
-            "how exactly the arm's place on the board is known (--place) is not in U: by what that "
-            "is off AP and AT may be off, too"
+            "how exactly the arm's place on the board is known (--arm-at) is not in U: by what "
+            "that is off AP and AT may be off, too"
         )
     if any(one.mm < 2 * one.u_mm for one in result.criteria if one.name[:2] in ("RP", "RT", "RD")):
         out.append(

@@ -240,7 +240,7 @@ def _gone(
             raise BadIdentification(
                 f"camera {name} saw the marker, but in fewer than {FEWEST_SEEN} pictures a rest at "
                 f"{np.count_nonzero(few)} of {len(few)} poses: it takes some 6 pictures a second; "
-                "give it more light, or fewer pixels (--size of track); nothing was written"
+                "give it more light, or fewer pixels (--frame-size of track); nothing was written"
             )
         places = seen.pixel.copy()
         places[few] = np.nan

@@ -74,7 +74,7 @@ def measured(fit: ArmFit) -> list[Measured]:
             why = "too few poses tell it"
             if model.known.height is None:
                 what = "base's" if model.spatial else "marker's"
-                why = f"it hangs on the {what} height: measure that, --height"
+                why = f"it hangs on the {what} height: measure that, --marker-height"
             if not _scaled(fit):
                 why = "no board gives the scale"
             if joint is last and _scaled(fit):

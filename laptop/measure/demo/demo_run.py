@@ -283,7 +283,7 @@ class DemoRun:
                 *["--camera", "synthetic"] * len(self._rig),
                 *self._page_words(),
             ]
-            + ["--scene", self._rig.text, "--host", "127.0.0.1", "--port", "0"]
+            + ["--scene", self._rig.text, "--host", "127.0.0.1", "--listen-port", "0"]
             + ["--csv", str(self._folder / "track.csv")]
             + ["--picture", str(self._folder / "camera.png")],
             self._pass_on,

@@ -37,7 +37,7 @@ def listen(host: str, port: int) -> socket.socket:
         CannotListen: in one line with the next step.
     """
     if not 0 <= port <= 65535:
-        raise CannotListen(f"{port} is no port; --port takes 1 to 65535")
+        raise CannotListen(f"{port} is no port; --listen-port takes 1 to 65535")
     try:
         listener = _bind(host, port)
     except (socket.gaierror, UnicodeError):
@@ -71,10 +71,10 @@ def _why_not(host: str, port: int, error: OSError) -> str:
     if error.errno == errno.EADDRINUSE:
         return (
             f"port {port} is in use, perhaps by another tracker; "
-            f"end that, or take another port: --port {port + 1 if port < 65535 else PORT}"
+            f"end that, or take another port: --listen-port {port + 1 if port < 65535 else PORT}"
         )
     if error.errno == errno.EACCES:
-        return f"port {port} is not for everybody; take one from 1024 on, like --port {PORT}"
+        return f"port {port} is not for everybody; take one from 1024 on, like --listen-port {PORT}"
     if error.errno == errno.EADDRNOTAVAIL:
         return (
             f"this machine has not the address {host}; give --host one of "

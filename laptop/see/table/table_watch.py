@@ -37,7 +37,7 @@ def watch_tables(bar: float | None, height: float | None, touched: Path | None, 
     if stand and height is not None:
         raise BadTouches(
             f"height {height:g} mm: by the touched crosses it is {10 * stand.height:.1f} mm; "
-            "leave --height out"
+            "leave --marker-height out"
         )
     over_table = stand.height if stand else (height or 0.0) / 10
 

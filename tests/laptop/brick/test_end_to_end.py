@@ -67,7 +67,16 @@ def test_install_doctor_home_draw_and_servo_by_a_live_tracker(ssh_brick):
         assert summary["paths"][0]["greatest mm"] < 3
 
     ssh_brick.emulate("--realtime")
-    words = "--camera", "synthetic", "--host", "127.0.0.1", "--port", "0", "--no-page", "--announce"
+    words = (
+        "--camera",
+        "synthetic",
+        "--host",
+        "127.0.0.1",
+        "--listen-port",
+        "0",
+        "--no-page",
+        "--announce",
+    )
     words += "--scene", "marker_height=0"  # no parallax between the tip and the goal on the paper
     tracker = subprocess.Popen(
         [sys.executable, "-m", "laptop", "track", *words, "--no-brick"],

@@ -57,16 +57,19 @@ def refused(result, tmp_path):
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        ((), "give a camera, such as 0, or --simulate"),
-        (("0", "--simulate"), "--simulate has a camera of its own: leave 0 out"),
-        (("0", "--seed", "3"), "--seed is of what is emulated: give --simulate, too"),
-        (("0", "--scene", ""), "--scene is of what is emulated: give --simulate, too"),
+        ((), "give a camera, such as --camera 0, or --simulate"),
+        (("--camera", "0", "--simulate"), "--simulate has a camera of its own: leave --camera out"),
+        (("--camera", "0", "--seed", "3"), "--seed is of what is emulated: give --simulate, too"),
+        (("--camera", "0", "--scene", ""), "--scene is of what is emulated: give --simulate, too"),
         (("--simulate", "--effector", "red"), "--effector is of what is real: leave it out with"),
-        (("--simulate", "--call"), "--call is of what is real: leave it out with --simulate"),
-        (("--simulate", "--touch", "1,2"), "3 different crosses are the least, 6 are better"),
-        (("--simulate", "--touch", "1,2,3,01"), "touch each cross once, others tell more"),
-        (("--simulate", "--touch", "1,2,12"), "the crosses have numbers from 1 to 9, like 1,3,7,9"),
-        (("--simulate", "--touch", "1,2,3", "--arm", "spatial"), "is for an arm in the plane"),
+        (("--simulate", "--brick"), "--brick is of what is real: leave it out with --simulate"),
+        (("--simulate", "--crosses", "1,2"), "3 different crosses are the least, 6 are better"),
+        (("--simulate", "--crosses", "1,2,3,01"), "touch each cross once, others tell more"),
+        (
+            ("--simulate", "--crosses", "1,2,12"),
+            "the crosses have numbers from 1 to 9, like 1,3,7,9",
+        ),
+        (("--simulate", "--crosses", "1,2,3", "--arm", "spatial"), "is for an arm in the plane"),
         (("--simulate", "--bar", "nan"), "nan is not in the range 50<=x<=200"),
         (("--simulate", "--seconds", "5"), "5.0 is not in the range 60<=x<=900"),
     ],
@@ -112,7 +115,7 @@ def test_an_emulated_arm_is_measured_and_drawn_with_and_reported(run, tmp_path):
     built.write_text(text.replace("link = 11.3", "link = 11.6").replace("= 9.5", "= 9.2"))
     words = ("--seed", "3", "--built", str(built), "--plant", "cpu=0,backlash=3,spread=0")
     result = run(
-        "--simulate", *words, "--bar", "100", "--touch", "1,3,4,6,7,9", "--board-square", "0"
+        "--simulate", *words, "--bar", "100", "--crosses", "1,3,4,6,7,9", "--board-square", "0"
     )
     found = read_arm(tmp_path / "out" / "planar.ini")
     for joint, link in zip(found.joints, (11.6, 9.2), strict=True):
@@ -144,8 +147,8 @@ def test_rendered_pictures_tell_the_same(run, tmp_path):
     mine = Path(shutil.copyfile(find_arm("planar"), tmp_path / "mine.ini"))
     run(
         "--simulate", "--arm", str(mine), "--scene", "marker_stray=0.4,seed=3,fps=8", "--seed", "2",
-        "--plant", "cpu=0,backlash=1,spread=0", "--height", "25", "--bar", "100",
-        "--touch", "1,3,4,6,7,9",
+        "--plant", "cpu=0,backlash=1,spread=0", "--marker-height", "25", "--bar", "100",
+        "--crosses", "1,3,4,6,7,9",
     )  # fmt: skip
     found = read_arm(tmp_path / "out" / "mine.ini")
     assert [joint.link for joint in found.joints] == pytest.approx([11.3, 9.5], abs=0.07)
@@ -163,7 +166,7 @@ def test_an_arm_in_space_is_measured_too(run, tmp_path):
     built.write_text(text.replace("link = 11.3", "link = 11.6"))
     result = run(
         "--simulate", "--arm", "spatial", "--built", str(built), "--bar", "100",
-        "--height", "120", "--board-square", "0", "--plant", "cpu=0,backlash=1.2,spread=0",
+        "--marker-height", "120", "--board-square", "0", "--plant", "cpu=0,backlash=1.2,spread=0",
     )  # fmt: skip
     base, shoulder, elbow = read_arm(tmp_path / "out" / "spatial.ini").joints
     assert base.link == pytest.approx(12.0, abs=0.1)
@@ -196,7 +199,16 @@ def test_a_dry_run_tells_and_changes_no_arm(run, tmp_path):
 @pytest.mark.long
 def test_what_sight_alone_does_not_tell_stays_as_it_was(run, tmp_path):
     """The disc sits 4 mm beside the pen: taken for the elbow's zero that is 1.5 degrees."""
-    words = ("--scene", "marker_stray=0.4", "--bar", "100", "--height", "25", "--seconds", "90")
+    words = (
+        "--scene",
+        "marker_stray=0.4",
+        "--bar",
+        "100",
+        "--marker-height",
+        "25",
+        "--seconds",
+        "90",
+    )
     result = run("--simulate", "--plant", "cpu=0", *words)
     assert re.search(r"elbow: home \(its zero\) +0\.000 +unknown", result.output)
     found, before = (read_arm(p).joints[1] for p in (str(tmp_path / "out/planar.ini"), PLANAR))
@@ -247,7 +259,7 @@ def test_a_print_of_a_wrong_size_is_told_and_its_bar_measured_mends_it(run, tmp_
         "board_scale=0.97,fps=6",
         "--plant",
         "cpu=0",
-        "--height",
+        "--marker-height",
         "25",
     )
     said = refused(run(*words, status=1), tmp_path)

@@ -43,7 +43,10 @@ def run(pictures, monkeypatch):
     monkeypatch.chdir(pictures)
 
     def camera(*words, status=0):
-        result = CliRunner().invoke(laptop, ["measure", "camera", *words])
+        """Of the pictures before the first option."""
+        count = next((k for k, word in enumerate(words) if word.startswith("--")), len(words))
+        sources = [word for source in words[:count] for word in ("--camera", source)]
+        result = CliRunner().invoke(laptop, ["measure", "camera", *sources, *words[count:]])
         assert result.exit_code == status, result.output
         return result
 
@@ -51,7 +54,7 @@ def run(pictures, monkeypatch):
 
 
 def test_a_picture_tells_where_the_camera_stands(run, scene, pictures):
-    result = run("board.png", "--bar", "100", "--out", "camera.json")
+    result = run("board.png", "--bar", "100", "--to", "camera.json")
     assert "markers in 1 view" in result.output
     assert "25 degrees from straight down" in result.output
     assert "scale: the bar is 100 mm long, as measured" in result.output
@@ -59,8 +62,10 @@ def test_a_picture_tells_where_the_camera_stands(run, scene, pictures):
     rotation, _ = cv2.Rodrigues(np.array(told["rotation"]))
     position = -rotation.T @ np.array(told["translation"]) + (9, 0, 0)  # the board is at 9, 0
     assert position == pytest.approx(scene.camera.position, abs=3)
-    assert run("board.png", "--since", "camera.json").output.startswith("camera and board are")
-    moved = run("moved.png", "--since", "camera.json", status=1)
+    assert run("board.png", "--calibration", "camera.json").output.startswith(
+        "camera and board are"
+    )
+    moved = run("moved.png", "--calibration", "camera.json", status=1)
     assert "has moved since by 6.0 px" in moved.output
 
 
@@ -103,10 +108,13 @@ def test_a_picture_that_shows_no_board_as_it_is_is_left_out_with_its_cause(run):
         (["board.png", "wide.png"], "pictures of 1280x960, 640x480: take all of one camera"),
         (["board.png", "--bar", "9"], "bar 9 mm: it is 100 mm long on paper"),
         (["board.png", "--bar", "nan"], "bar nan mm: it is 100 mm long on paper"),
-        (["board.png", "--out", "no/c.json"], "no/c.json: there is no folder no; make it first"),
-        (["board.png", "--since", "no.json"], "cannot read no.json: No such file or directory"),
-        (["board.png", "--since", "board.png"], "board.png: this is no camera's file"),
-        (["board.png", "--since", "c.json", "--bar", "97"], "--since compares only"),
+        (["board.png", "--to", "no/c.json"], "no/c.json: there is no folder no; make it first"),
+        (
+            ["board.png", "--calibration", "no.json"],
+            "cannot read no.json: No such file or directory",
+        ),
+        (["board.png", "--calibration", "board.png"], "board.png: this is no camera's file"),
+        (["board.png", "--calibration", "c.json", "--bar", "97"], "--calibration compares only"),
         (["board.png", "--scene", "board=a4"], "only the source synthetic has a scene"),
         (["synthetic", "--scene", "board=a3"], "board = a3"),
     ],
@@ -130,7 +138,7 @@ def test_the_emulated_camera_is_calibrated_as_it_is(run):
     ("words", "told"),
     [
         (["--paper", "a4"], "--paper a4 is of the board; say --board, too"),
-        (["--board", "--size", "30"], "--size 30 is of the page of discs"),
+        (["--board", "--diameter", "30"], "--diameter 30 is of the page of discs"),
         (["--board", "board.doc"], "board.doc would be no .pdf or .svg or .png by its name"),
     ],
 )

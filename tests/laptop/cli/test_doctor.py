@@ -59,7 +59,7 @@ def test_a_port_that_is_taken_is_told_with_the_way_out(quiet, monkeypatch):
     monkeypatch.setattr(listening, "_bind", taken)
     lines = told(1)
     assert lines["tracker"].startswith(f"port {PORT}: port {PORT} is in use, perhaps by another")
-    assert f"--port {PORT + 1}" in lines["tracker"]
+    assert f"--listen-port {PORT + 1}" in lines["tracker"]
 
 
 def test_without_a_network_it_says_what_to_connect(quiet, monkeypatch):

@@ -195,12 +195,12 @@ def test_a_touch_beside_its_cross_writes_nothing(touched, recorded, tmp_path):
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        ((), "Missing argument 'SOURCE': the camera, or --simulate."),
-        (("0", "--simulate"), "--simulate has a camera of its own; leave 0 out."),
-        (("synthetic",), "say --simulate, too."),
-        (("0", "--plant", "cpu=0"), "say --simulate, too."),
-        (("0", "--simulate", "--touches", "x"), "--simulate has a camera of its own"),
-        (("0", "--touches", "x", "--brick", "ev3"), "--touches calls no brick"),
+        ((), "Give the camera, --camera 0 say, or --simulate."),
+        (("--camera", "0", "--simulate"), "--simulate has a camera of its own; leave 0 out."),
+        (("--camera", "synthetic"), "say --simulate, too."),
+        (("--camera", "0", "--plant", "cpu=0"), "say --simulate, too."),
+        (("--camera", "0", "--simulate", "--touches", "x"), "--simulate has a camera of its own"),
+        (("--camera", "0", "--touches", "x", "--brick", "ev3"), "--touches calls no brick"),
         (("--simulate", "--arm", "spatial"), "let go it would drop"),
         (("--simulate", "--scene", "board=none"), "the scene has no board to touch"),
         (("--simulate", "--bar", "5"), "bar"),
@@ -208,7 +208,13 @@ def test_a_touch_beside_its_cross_writes_nothing(touched, recorded, tmp_path):
         (("--simulate", "--crosses", "1,2,x"), "'1,2,x' is not a list of crosses"),
         (("--simulate", "--crosses", "1,1,2,3,4,5,6"), "is not a list of crosses"),
         (("nowhere.png", "--touches", "x", "--effector", "red"), "nowhere.png"),
-        (("0",), "has no marker [effector]: say what it is, --effector disc:red"),
+        (
+            (
+                "--camera",
+                "0",
+            ),
+            "has no marker [effector]: say what it is, --effector disc:red",
+        ),
     ],
 )
 def test_what_cannot_be_is_one_line(run, tmp_path, words, told):

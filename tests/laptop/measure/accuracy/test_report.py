@@ -63,9 +63,9 @@ def test_every_criterion_has_its_words():
 def test_notes_say_what_a_fitted_stand_hides_and_what_the_camera_cannot_tell():
     assert len(report.notes(result())) == 3
     assert "A 0.03 px in one picture; 0.03 mm on a path, 0.01 mm" in report.notes(result())[0]
-    assert any("(--place) is not in U" in note for note in report.notes(result()))
+    assert any("(--arm-at) is not in U" in note for note in report.notes(result()))
     assert any("fitted to the poses" in note for note in report.notes(result(fitted=True)))
-    assert not any("(--place)" in note for note in report.notes(result(fitted=True)))
+    assert not any("(--arm-at)" in note for note in report.notes(result(fitted=True)))
     assert any("has a U as large as itself" in note for note in report.notes(result(repeats=0.19)))
 
 

@@ -187,7 +187,7 @@ def test_every_camera_is_opened_under_its_letter_and_asked_what_it_can_do(monkey
         return opener(*order), {"effector": "disc:red"}
 
     monkeypatch.setattr(setup, "open_camera", opener)
-    words = ["--no-serve", "--scene", "B.tilt=60", "--size", "320x240", "--fps", "20"]
+    words = ["--no-serve", "--scene", "B.tilt=60", "--frame-size", "320x240", "--fps", "20"]
     for source in ("film.avi", "synthetic", "3", "synthetic"):
         words += ["--camera", source]
     with track_command.make_context("track", words) as context:
@@ -339,9 +339,9 @@ def test_a_live_camera_is_picked_from_that_many_frames_after_its_start(monkeypat
             ["--camera", "synthetic", "--scene", "seed=1,A.tilt=9"],
             ["no synthetic camera is A", "there is B"],
         ),
-        (["--size", "big"], ["big", "640x480"]),
-        (["--size", "640x480"], ["only a webcam"]),
-        (["--port", "70000"], ["70000", "65535"]),
+        (["--frame-size", "big"], ["big", "640x480"]),
+        (["--frame-size", "640x480"], ["only a webcam"]),
+        (["--listen-port", "70000"], ["70000", "65535"]),
         (["--fps", "0"], ["0"]),
         (["--camera", "x"] * 8, ["9 cameras", "8"]),
     ],
@@ -474,7 +474,7 @@ def test_programs_are_told_in_json_lines_and_people_beside_them(run, video):
         "--page-port",
         "0",
     ]
-    shown = run(*words, "--host", "127.0.0.1", "--port", "0")
+    shown = run(*words, "--host", "127.0.0.1", "--listen-port", "0")
     events = [json.loads(line) for line in shown.stdout.splitlines()]
     cameras, serving, page, ready, end = events
     assert [event.pop("event") for event in events] == EVENTS
@@ -513,7 +513,7 @@ def test_an_ipv6_host_is_told_without_brackets(run, video):
         socket.create_server(("::1", 0), family=socket.AF_INET6).close()
     except OSError:
         pytest.skip("no IPv6 here")
-    words = ["--camera", video(2), "--announce", "--no-page", "--host", "::1", "--port", "0"]
+    words = ["--camera", video(2), "--announce", "--no-page", "--host", "::1", "--listen-port", "0"]
     serving = wait_for_event(run(*words).stdout.splitlines(), "serving")
     assert serving["host"] == "::1"
     assert serving["addresses"] == [f"[::1]:{serving['port']}"]
@@ -523,12 +523,12 @@ def test_programs_are_told_why_it_does_not_begin(run, video, tmp_path):
     (tmp_path / "out.csv").write_text("old")
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
-        words = ["--camera", video(2), "--host", "127.0.0.1", "--port", port, "--announce"]
+        words = ["--camera", video(2), "--host", "127.0.0.1", "--listen-port", port, "--announce"]
         shown = run(*words, "--csv", tmp_path / "out.csv", status=1)
     (end,) = [json.loads(line) for line in shown.stdout.splitlines()]
     assert (end["event"], end["status"]) == ("end", 1)
     assert f"port {port} is in use" in end["reason"]
-    assert in_one_line(shown.stderr, end["reason"], "--port")
+    assert in_one_line(shown.stderr, end["reason"], "--listen-port")
     assert (tmp_path / "out.csv").read_text() == "old"
 
 
@@ -537,7 +537,7 @@ def a_tracker(*words):
     """A process that tracks what a synthetic camera sees."""
     words = "--camera", "synthetic", "--scene", "width=320,height=240,clutter=0", *words
     tracker = subprocess.Popen(
-        [sys.executable, "-m", "laptop", "track", *words, "--port", "0"],
+        [sys.executable, "-m", "laptop", "track", *words, "--listen-port", "0"],
         cwd=ROOT,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -569,7 +569,16 @@ def test_the_ports_number_in_the_help_is_the_servers():
 
 @pytest.mark.long
 def test_serving_plays_the_video_in_its_own_time_and_tells_the_brick_what_to_type(video, tmp_path):
-    words = "--camera", video(), "--host", "127.0.0.1", "--port", "0", "--csv", tmp_path / "out.csv"
+    words = (
+        "--camera",
+        video(),
+        "--host",
+        "127.0.0.1",
+        "--listen-port",
+        "0",
+        "--csv",
+        tmp_path / "out.csv",
+    )
     done = python("-m", "laptop", "track", *words, timeout=PATIENCE)
     assert (done.returncode, done.stderr) == (0, "")
     assert "robot/visual_servoing.py" in done.stdout
@@ -635,7 +644,7 @@ def test_with_a_board_markers_are_told_in_cm_on_it(run, tmp_path):
     for k in range(2):
         cv2.imwrite(str(tmp_path / f"{k}.png"), image)
     words = ["--camera", tmp_path, "--no-serve", "--csv", tmp_path / "out.csv"]
-    shown = run(*words, "--board", "--bar", 100, "--height", 25)
+    shown = run(*words, "--board", "--bar", 100, "--marker-height", 25)
     assert "camera A: board a4: " in shown.output
     assert "scale: the bar is 100 mm long, as measured" in shown.output
     tip = kinematics.forward(arm, q)
@@ -682,11 +691,11 @@ def test_a_camera_that_sees_no_board_tells_pixels_and_no_cm(run, video, tmp_path
     ("words", "status", "told"),
     [
         (["--bar", "97"], 2, "--bar is of the board; say --board, too."),
-        (["--height", "25"], 2, "--height is of the board; say --board, too."),
+        (["--marker-height", "25"], 2, "--marker-height is of the board; say --board, too."),
         (["--touched", "t.json"], 2, "--touched is of the board; say --board, too."),
         (["--board", "--touched", "t.json"], 1, "cannot read t.json: No such file or directory"),
         (["--board", "--bar", "9.7"], 1, "bar 9.7 mm: it is 100 mm long on paper"),
-        (["--board", "--height", "-3"], 2, "-3"),
+        (["--board", "--marker-height", "-3"], 2, "-3"),
     ],
 )
 def test_what_is_said_of_a_board_is_checked_before_anything_starts(

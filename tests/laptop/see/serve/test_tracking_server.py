@@ -783,7 +783,7 @@ def test_a_port_in_use_is_told_with_the_next_step(server):
     with pytest.raises(CannotListen) as error:
         TrackingServer("127.0.0.1", server.port, CODE)
     assert f"port {server.port} is in use" in str(error.value)
-    assert f"--port {server.port + 1}" in str(error.value)
+    assert f"--listen-port {server.port + 1}" in str(error.value)
 
 
 @pytest.mark.parametrize(

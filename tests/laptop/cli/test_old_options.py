@@ -1,0 +1,69 @@
+"""The words of before: they do what they did, and say what they are now."""
+
+import click
+import pytest
+from click.testing import CliRunner
+
+from laptop.cli.main import laptop
+from laptop.cli.old_options import OLD_OPTIONS, in_new_words
+
+
+def command_of(words):
+    command = laptop
+    for word in words.split():
+        command = command.commands[word]
+    return command
+
+
+@pytest.mark.parametrize("words", OLD_OPTIONS)
+def test_each_old_option_is_one_of_now_and_none_of_now_is_old(words):
+    command = command_of(words)
+    there = {name for param in command.params for name in param.opts + param.secondary_opts}
+    assert set(OLD_OPTIONS[words].values()) <= there
+    assert not there & set(OLD_OPTIONS[words])
+
+
+def test_the_new_words_take_the_place_of_the_old_ones(capsys):
+    args = ["--camera", "a.json", "--camera", "0", "--height=25", "--touch", "1,2,3", "--call"]
+    assert list(in_new_words("measure arm", args)) == [
+        *("--calibration", "a.json", "--camera", "0", "--marker-height=25"),
+        *("--crosses", "1,2,3", "--brick"),
+    ]
+    assert capsys.readouterr().err == (
+        "--camera is now --calibration\n--height is now --marker-height\n"
+        "--touch is now --crosses\n--call is now --brick\n"
+    )
+    args = ["--board", "--", "--height"]
+    assert list(in_new_words("track", args)) == args
+    assert list(in_new_words("demo", ["--height", "3"])) == ["--height", "3"]
+    assert not capsys.readouterr().err
+
+
+def test_sources_without_an_option_are_taken_and_told_how(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    result = CliRunner().invoke(laptop, ["measure", "camera", "none.png", "--out", "c.json"])
+    told = result.output.splitlines()
+    assert told[:2] == ["--out is now --to", "none.png is now --camera none.png"]
+    assert "none.png" in told[2]
+    assert "SOURCE]" not in CliRunner().invoke(laptop, ["measure", "camera", "--help"]).output
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("measure accuracy --simulate --brick", "--brick is of real cameras"),
+        ("measure arm --simulate --brick ev3", "--brick is of what is real"),
+    ],
+)
+def test_a_brick_may_be_named_or_not(words, said):
+    result = CliRunner().invoke(laptop, words.split())
+    assert result.exit_code == 2
+    assert said in result.output
+
+
+def test_a_brick_without_a_name_is_the_last_one():
+    for command, rest in (("accuracy", []), ("arm", [])):
+        made = laptop.commands["measure"].commands[command]
+        for args, name in (([], None), (["--brick"], ""), (["--brick", "ev3"], "ev3")):
+            context = made.make_context(command, [*args, *rest], parent=click.Context(laptop))
+            assert context.params["call"] == name
