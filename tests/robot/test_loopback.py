@@ -84,7 +84,7 @@ def both(tmp_path_factory):
         [sys.executable, "-m", "laptop", "track", "--no-page", "--effector", "disc:red"]
         + ["--camera", str(folder / "A.avi"), "--camera", str(folder / "B.avi")]
         + ["--goal", "A:300,20", "--goal", "B:100,30", "--csv", str(folder / "film.csv")]
-        + ["--host", "127.0.0.1", "--port", "0", "--announce"],
+        + ["--host", "127.0.0.1", "--listen-port", "0", "--announce"],
         cwd=ROOT,
         env={**environment, "BRICKSERVO_STATE": str(folder / "laptop")},
         stdout=subprocess.PIPE,
