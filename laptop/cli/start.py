@@ -7,8 +7,8 @@ import sys
 SEED, FIXED, RANDOM = "PYTHONHASHSEED", "0", "random"
 """The variable by which Python orders its sets, as long as the process; and what it may be."""
 
-SERVER = "track"
-"""The command that serves others for long, who must not know how its dictionaries are filled."""
+SERVERS = ("page", "track")
+"""The commands that serve others for long, who must not know how their dictionaries are filled."""
 
 
 def run() -> None:
@@ -52,7 +52,7 @@ def order_sets() -> None:
     A program on the emulated brick, and what is drawn here, hangs on that order; see the
     emulator's README.  Commands that this one starts have it from here, in the environment.
     """
-    wanted = RANDOM if sys.argv[1:2] == [SERVER] else FIXED
+    wanted = RANDOM if sys.argv[1:2] and sys.argv[1] in SERVERS else FIXED
     if os.environ.get(SEED, RANDOM) == wanted or not sys.executable:
         return
     words = [sys.executable, *sys.orig_argv[1:]]

@@ -37,9 +37,10 @@ def test_a_command_walks_sets_in_the_order_of_all_others(word):
     assert {one[1:] for one in told} == {(0, told[0][2], repr([word, "a b", ""]) + " 0")}
 
 
+@pytest.mark.parametrize("word", ["track", "page"])
 @pytest.mark.parametrize("seed", [None, "0"])
-def test_who_serves_others_walks_them_in_an_order_that_nobody_knows(seed):
-    told = [begun(seed, "track")[0] for _ in range(2)]
+def test_who_serves_others_walks_them_in_an_order_that_nobody_knows(seed, word):
+    told = [begun(seed, word)[0] for _ in range(2)]
     assert [one[1] for one in told] == [1, 1]
     assert told[0][2] != told[1][2]
 
