@@ -102,7 +102,7 @@ def _parser():
     line.add_argument("--angle", type=number_in(-360, 360, "deg"), metavar="DEG")
     line.add_argument("--length", type=number_in(0.1, 100, "cm"), metavar="CM")
     line.add_argument(
-        "--by-sight", metavar="N", help="says how, for that takes the laptop's camera"
+        "--trials", "--by-sight", metavar="N", help="says how, for that takes the laptop's camera"
     )
     for name, text in (
         ("polyline", "straight from point to point"),
@@ -158,11 +158,11 @@ def _drawings(parser, args, description):
     if args.command in ("where", "inverse", "check", "home", "move"):
         return []
     if args.command == "line":
-        if args.by_sight is not None:
+        if args.trials is not None:
             points = " ".join(",".join(map("{:g}".format, p[:2])) for p in args.points)
             parser.error(
-                'a brick has no camera; on the laptop: {} draw --line "{}" --by-sight {}'.format(
-                    laptop_program(), points, args.by_sight
+                'a brick has no camera; on the laptop: {} draw --line "{}" --trials {}'.format(
+                    laptop_program(), points, args.trials
                 )
             )
         if args.angle is None and args.length is None and len(args.points) == 2:

@@ -57,7 +57,7 @@ REDUCED = (
     (r"--camera \d", "--camera synthetic"),  # no webcam
     (r" --open\b", " --page"),  # no browser
     (r"--seeds (\d+):\d+", lambda seeds: f"--seeds {seeds[1]}:{int(seeds[1]) + 1}"),
-    (r" --pdf \S+", ""),  # no browser
+    (r" --to \S+\.pdf", ""),  # no browser
     (r"--seconds \d+", "--seconds 3"),  # pairing takes one of them
     (r"(tracking_client\.py(?!.*--seconds).*)", r"\1 --seconds 3"),  # else until Ctrl-C
     (r"\bpytest\b.*", "pytest --collect-only --quiet -n 0 tests/shared/test_ini.py"),
@@ -233,7 +233,7 @@ class Shell:
             words[3:5] in (["measure", "pen"], ["measure", "arm"]) and "--simulate" not in words
         ):
             parse(words[3:])
-        elif words[3] == "draw" and not {"--preview", "--job"} & set(words):
+        elif words[3] == "draw" and not {"--preview", "--to"} & set(words):
             parse(words[3:])  # the same; tests/laptop/cli/test_draw.py has --simulate
         elif words[3:5] == ["measure", "accuracy"]:  # minutes; tests/laptop/cli/test_accuracy.py
             parse(words[3:])
@@ -267,7 +267,7 @@ class Shell:
     def _until(self, words, said):
         """Start it, and wait until it has said this."""
         if words[0] == "track":
-            words += ["--listen-port", "0", "--no-brick"]
+            words += ["--listen-port", "0", "--no-simulate"]
             words += [] if "--page" in words else ["--no-page"]
         if words[0] == "demo" or "--page" in words:
             words += ["--page-port", "0"]

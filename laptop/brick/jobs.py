@@ -250,7 +250,7 @@ async def draw(
     """
     if (await ask(brick, IS_ON)).status == 0:
         raise BrickProblem(
-            f"{address} draws another job; watch it by draw --watch, or abort it there"
+            f"{address} draws another job; watch it by brick watch, or abort it there"
         )
     await update(brick, address, dialogue)
     there = f"{JOBS}/{_file_name(job.name)}"
@@ -263,7 +263,7 @@ async def draw(
         raise BrickProblem(f"{address} cannot start it: {started.errors.strip() or 'no answer'}")
     dialogue.say(f"{address}: sent, and started; that takes a brick some seconds")
     if detach:
-        dialogue.say("it draws alone; draw --watch shows how it goes")
+        dialogue.say("it draws alone; brick watch shows how it goes")
         return 0
     return await _watch(brick, address, dialogue, _number(started.out), show)
 
@@ -367,7 +367,7 @@ async def _watch(
                 await asyncio.wait({coming, leaving}, return_when=asyncio.FIRST_COMPLETED)
                 if left.is_set():
                     coming.cancel()
-                    dialogue.say("left to draw alone; draw --watch shows it again")
+                    dialogue.say("left to draw alone; brick watch shows it again")
                     return 0
                 line = coming.result()
                 if line is None:
@@ -382,11 +382,11 @@ async def _watch(
             leaving.cancel()
     except CUT:
         raise BrickProblem(
-            f"the connection to {address} is lost; the job goes on there: draw --watch shows it "
+            f"the connection to {address} is lost; the job goes on there: brick watch shows it "
             "again, the brick's centre button pauses it"
         ) from None
     if reader.said is None:
-        raise BrickProblem(f"{address} ended the watching; draw --watch shows the job again")
+        raise BrickProblem(f"{address} ended the watching; brick watch shows the job again")
     if last is not None and last.state in ENDS:
         if last.state == job_messages.DONE:
             return 0

@@ -8,9 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
-from click.core import ParameterSource
 
-from laptop.cli.old_options import CommandOfNow
+from laptop.cli.command import OwnCommand
 from laptop.cli.options import (
     SYNTHETIC,
     FiniteRange,
@@ -23,6 +22,8 @@ from laptop.cli.options import (
     frame_size_option,
     importing,
     in_one_line,
+    json_option,
+    leave,
     marker_height_option,
     noise_option,
     out_option,
@@ -45,9 +46,6 @@ if TYPE_CHECKING:
     from shared.job_messages import JobStatus
 
 PICTURE, TABLE = "accuracy.png", "accuracy.csv"
-LIVE = ("place", "bar", "height", "scene", "effector", "size", "call")
-EMULATED = ("plant", "built", "noise", "seed")
-"""Options that are of the one arm only."""
 
 
 class Numbers(click.ParamType):
@@ -70,7 +68,7 @@ class Numbers(click.ParamType):
 
 
 @click.command(
-    cls=CommandOfNow,
+    cls=OwnCommand,
     short_help="How accurately the arm goes where it is sent, after ISO 9283.",
     epilog=examples(
         "measure accuracy --simulate --cycles 5",
@@ -86,7 +84,8 @@ class Numbers(click.ParamType):
     "--cycles", type=click.IntRange(3, 100), default=30, show_default=True, help="Of each pose."
 )
 @click.option(
-    "--side",
+    "--size",
+    "side",
     type=FiniteRange(0, 100),
     metavar="CM",
     help="Of the test's square or cube.  [default: the largest to which the arm comes easily]",
@@ -138,6 +137,7 @@ class Numbers(click.ParamType):
     help="Of emulated cameras and their noise.",
 )
 @out_option
+@json_option
 def accuracy(
     sources: tuple[str, ...],
     cameras: tuple[str, ...],
@@ -175,7 +175,7 @@ def accuracy(
 
     with in_one_line():
         sources = cameras_of(cameras, sources)
-        _check_words(sources, simulate, calibration, bar)
+        _check_words(sources, calibration, bar)
         arm = read_arm(find_arm(arm_file))
         plan = plan_accuracy(arm, cycles, side, at)
         stand = place and ArmOnBoard(math.radians(place[2]), (place[0], place[1]))
@@ -202,35 +202,14 @@ def accuracy(
             _leave(folder, result, told, truth)
 
 
-def _check_words(
-    sources: Sequence[str], simulate: bool, calibrated: Sequence[Path], bar: float | None
-) -> None:
-    """Refuse options that say nothing together, or that nobody would hear."""
+def _check_words(sources: Sequence[str], calibrated: Sequence[Path], bar: float | None) -> None:
+    """Refuse options that say nothing together."""
     from laptop.see.table.camera_fit import check_bar
 
-    if simulate and (sources or calibrated):
+    if calibrated and len(calibrated) != len(sources):
         raise click.UsageError(
-            "--simulate has cameras of its own: leave --camera and --calibration out."
+            f"{len(calibrated)} --calibration for {len(sources)} --camera: give one for each."
         )
-    if not simulate:
-        if not sources:
-            raise click.UsageError("Give the camera, --camera 0 say, or --simulate.")
-        if calibrated and len(calibrated) != len(sources):
-            raise click.UsageError(
-                f"{len(calibrated)} --calibration for {len(sources)} --camera: give one for each."
-            )
-    here = click.get_current_context()
-    for param in here.command.params:
-        if here.get_parameter_source(param.name or "") is not ParameterSource.COMMANDLINE:
-            continue
-        if simulate and param.name in LIVE:
-            raise click.UsageError(
-                f"{param.opts[0]} is of real cameras: leave it out with --simulate."
-            )
-        if not simulate and param.name in EMULATED:
-            raise click.UsageError(f"{param.opts[0]} is of the emulated arm: add --simulate.")
-    if calibrated and bar is not None:
-        raise click.UsageError("--bar is in the files of --calibration: leave it out.")
     check_bar(bar)
 
 
@@ -356,4 +335,4 @@ def _leave(
             "Accuracy and repeatability, measured by the camera.",
         ),
     }
-    click.echo(folder.write(told, files))
+    click.echo(leave(folder, told, files))

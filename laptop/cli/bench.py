@@ -13,10 +13,12 @@ from typing import Any, NamedTuple
 import click
 
 from laptop.bench import servo_scenarios
+from laptop.cli.command import OwnCommand
 from laptop.cli.commands import WholeLines
 from laptop.cli.options import (
     FiniteRange,
     Seeds,
+    Settings,
     bench_examples,
     importing,
     in_one_line,
@@ -29,13 +31,23 @@ from shared.run_options import ROWS
 
 Option = Callable[[Any], Any]
 
-CPU_OPTION = click.option(
-    "--cpu",
-    type=FiniteRange(0, 20),
-    default=CPU,
-    show_default=True,
-    help="How slowly the brick computes: 1 as it truly does, 2 half as fast, 0 in no time.",
-)
+
+def cpu_option() -> Option:
+    """Return --plant, as far as a bench hears it: it is handed the cpu."""
+
+    def cpu(ctx: click.Context, param: click.Parameter, value: dict[str, float] | None) -> float:
+        return value["cpu"] if value else CPU
+
+    return click.option(
+        "--plant",
+        "cpu",
+        type=Settings({"cpu": FiniteRange(0, 20)}),
+        callback=cpu,
+        metavar="cpu=FACTOR",
+        help="How slowly the brick computes: 1 as it truly does (default), 2 half as fast, 0 in no "
+        "time.",
+    )
+
 
 CLUSTER_OPTION = click.option(
     "--cluster",
@@ -53,11 +65,11 @@ JSON_OPTION = click.option(
 class BenchCommand(NamedTuple):
     """What is typed for a bench; what it does is the BenchRecord that its module has as BENCH.
 
-    module: its full name, also by what was typed; it is slow to import, and waits until it runs.
+    module: its full name; it is slow to import, and waits until it runs.
     """
 
     name: str
-    module: str | Callable[[Any], str]
+    module: str
     help: str
     options: tuple[Option, ...]
     examples: tuple[str, ...] = ()
@@ -83,8 +95,7 @@ def command_of(record: BenchCommand) -> click.Command:
         with importing():
             from laptop.bench import show
 
-            module = record.module if isinstance(record.module, str) else record.module(it)
-            bench = import_module(module).BENCH
+            bench = import_module(record.module).BENCH
         with in_one_line(), executor(cluster) as shared:
             cases = bench.cases(it)
             parts = show.progress(bench.run(cases, shared), len(cases), bench.doing)
@@ -98,7 +109,7 @@ def command_of(record: BenchCommand) -> click.Command:
 
     command = option_group(*record.options, CLUSTER_OPTION, JSON_OPTION)(run)
     epilog = bench_examples(*record.examples) if record.examples else None
-    return click.command(record.name, help=record.help, epilog=epilog)(command)
+    return click.command(record.name, cls=OwnCommand, help=record.help, epilog=epilog)(command)
 
 
 @contextmanager
@@ -128,13 +139,13 @@ BENCHES = (
                 help="planar: in direct drive and geared; spatial: what gravity does, and the "
                 "preload.",
             ),
-            CPU_OPTION,
+            cpu_option(),
         ),
-        ("draw --seeds 1000:1002", "draw --arm spatial --cpu 2"),
+        ("draw --seeds 1000:1002", "draw --arm spatial --plant cpu=2"),
     ),
     BenchCommand(
         "plot",
-        lambda it: "laptop.bench.plot_speed" if it.speed else "laptop.bench.plot",
+        "laptop.bench.plot",
         """Draw ten drawings, or these, by three arms at the brick's pace, and measure the ink.
 
         Five come along, five are drawn anew from rules that are everybody's: hilbert, snowflake,
@@ -143,35 +154,40 @@ BENCHES = (
         (
             choices("--arm", (), "Only this one; all three."),
             click.option(
-                "--pictures",
+                "--out",
+                "pictures",
                 type=click.Path(exists=True, file_okay=False),
                 metavar="DIR",
                 help="Leave a picture of each there: wish and truth.",
             ),
-            click.option(
-                "--speed",
-                is_flag=True,
-                help="How long large drawings take to be read and ordered, and vpype for the same.",
-            ),
             click.argument("files", nargs=-1, metavar="[FILE]..."),
         ),
-        ("plot", "plot --arm planar mine.svg --pictures ."),
+        ("plot", "plot --arm planar mine.svg --out ."),
+    ),
+    BenchCommand(
+        "planning",
+        "laptop.bench.plot_speed",
+        "How long large drawings take to be read and ordered, and vpype for the same.",
+        (),
     ),
     BenchCommand(
         "servo",
         "laptop.bench.servo_table",
-        "Servoing from random starts to random goals, beside the report's method and an oracle.",
+        f"""Servoing from random starts to random goals, beside the report's method and an oracle.
+
+        SETUP is {", ".join(servo_scenarios.SCENARIOS)}: as it should be, or 10 % outliers, the LEGO
+        stress, 2 px, late pictures, a goal that moves.
+        """,
         (
             seeds_option(
                 "1000:1050",
                 "Random arms, cameras, starts and goals; those of a release are 1000:1600.",
             ),
-            click.option(
-                "--scene",
+            click.argument(
+                "scene",
                 type=click.Choice(tuple(servo_scenarios.SCENARIOS)),
                 default="nominal",
-                show_default=True,
-                help="Or 10 % outliers, the LEGO stress, 2 px, late pictures, a goal that moves.",
+                metavar="[SETUP]",
             ),
             choices(
                 "--arm",
@@ -193,11 +209,11 @@ BENCHES = (
             click.option(
                 "--rendered", is_flag=True, help="Through rendered frames and the tracker."
             ),
-            CPU_OPTION,
+            cpu_option(),
         ),
         (
             "servo --seeds 1000:1010 --method chain",
-            "servo --scene latency --arm geared --cluster tcp://127.0.0.1:8786",
+            "servo latency --arm geared --cluster tcp://127.0.0.1:8786",
         ),
     ),
     BenchCommand(
@@ -222,7 +238,7 @@ BENCHES = (
         Each seed's arm draws them as it is built and once as it is described.  The first five as
         built are seen in rendered pictures by the real tracker.
         """,
-        (seeds_option("1:5", "One arm each."), CPU_OPTION),
+        (seeds_option("1:5", "One arm each."), cpu_option()),
         ("ilc --seeds 1:5", "ilc --json"),
     ),
     BenchCommand(

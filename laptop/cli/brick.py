@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from laptop.cli.command import OwnCommand
 from laptop.cli.commands import WholeLines
 from laptop.cli.options import arm_option, importing, in_one_line, replace_option
 from laptop.see.serve.pairing_file import known_code
@@ -80,6 +81,32 @@ def run(name: str | None, script: str, args: tuple[str, ...]) -> None:
 
 @brick.command()
 @THE_BRICK
+@click.option("--remove", metavar="JOB", help="Remove this one from the brick.")
+def jobs(name: str | None, remove: str | None) -> None:
+    """List the jobs on the brick: what it draws, and what waits."""
+    with importing():
+        from laptop.brick import jobs
+
+    click.echo(talk(name, jobs.jobs) if remove is None else talk(name, jobs.cancel, remove))
+
+
+@brick.command()
+@THE_BRICK
+def watch(name: str | None) -> None:
+    """Show the drawing that is on, and give it orders: Ctrl-C pauses, a second one aborts."""
+    with importing():
+        from rich.console import Console
+
+        from laptop.brick import jobs
+        from laptop.cli.job_display import JobDisplay
+
+    display = JobDisplay(Console())
+    with display.shown():
+        sys.exit(talk(name, jobs.watch, display.show))
+
+
+@brick.command()
+@THE_BRICK
 @arm_option("Arm that should be plugged in")
 @click.option("--motors", is_flag=True, help="Watch the counts while you turn joints by hand.")
 def doctor(name: str | None, arm_file: str, motors: bool) -> None:
@@ -95,32 +122,29 @@ def doctor(name: str | None, arm_file: str, motors: bool) -> None:
     sys.exit(0 if talk(name, diagnosis.doctor, plugged, motors, _show) else 1)
 
 
-@brick.command()
+@brick.command(cls=OwnCommand)
 @THE_BRICK
-@click.option(
-    "--out",
-    default="logs",
-    show_default=True,
-    metavar="DIR",
-    type=click.Path(file_okay=False, path_type=Path),
+@click.argument(
+    "folder", default="logs", metavar="[DIR]", type=click.Path(file_okay=False, path_type=Path)
 )
-def log(name: str | None, out: Path) -> None:
-    """Fetch the logs of the last runs: of `brick run` here, and of what the brick has kept."""
+def log(name: str | None, folder: Path) -> None:
+    """Fetch the logs of the last runs into DIR (logs): of `brick run` here, and those it keeps."""
     with importing():
         from laptop.brick import transfers
 
-    talk(name, transfers.fetch_logs, out)
+    talk(name, transfers.fetch_logs, folder)
 
 
-@brick.command(context_settings={"ignore_unknown_options": True})
+@brick.command(cls=OwnCommand, context_settings={"ignore_unknown_options": True})
 @THE_BRICK
 @click.option(
-    "--json",
+    "--to",
     "file",
     default="brick.json",
     show_default=True,
     metavar="FILE",
     type=click.Path(dir_okay=False, path_type=Path),
+    help="Keep the figures there.",
 )
 @replace_option
 @click.argument("args", nargs=-1, type=click.UNPROCESSED)
@@ -134,7 +158,7 @@ def bench(name: str | None, file: Path, replace: bool, args: tuple[str, ...]) ->
     sys.exit(talk(name, transfers.bench, args, file))
 
 
-@brick.command()
+@brick.command(cls=OwnCommand)
 @THE_BRICK
 @click.option("--fetch", "wanted", metavar="ARM", help="Fetch the brick's own file of an arm.")
 @click.option("--replace", is_flag=True, help="Put the file in the place of another one.")
@@ -146,8 +170,6 @@ def arm(name: str | None, wanted: str | None, replace: bool, file: Path | None) 
     with importing():
         from laptop.brick import transfers
 
-    if file and wanted:
-        raise click.UsageError("an arm is put or fetched: give FILE or --fetch ARM, not both.")
     if file:
         with in_one_line():
             read_arm(file)  # before the brick is asked for anything

@@ -7,11 +7,11 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from datetime import date
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
-from laptop.cli.old_options import CommandOfNow
+from laptop.cli.command import OwnCommand
 from laptop.cli.options import (
     SYNTHETIC,
     FiniteRange,
@@ -23,6 +23,8 @@ from laptop.cli.options import (
     examples,
     importing,
     in_one_line,
+    json_option,
+    leave,
     listen_port_option,
     marker_height_option,
     out_option,
@@ -46,7 +48,7 @@ LOOK_S = 1.0
 
 
 @click.command(
-    cls=CommandOfNow,
+    cls=OwnCommand,
     short_help="An arm's own numbers: links, zeros, backlash.",
     epilog=examples(
         "measure arm --camera 0 --bar 97 --marker-height 25 --crosses 1,3,4,6,7,9",
@@ -80,10 +82,12 @@ LOOK_S = 1.0
     help="The board's edge lies along the arm's x: its own x is turned from that by 0, 90, ..., "
     "counter-clockwise.",
 )
-@click.option("--seconds", type=FiniteRange(60, 900), default=180, show_default=True, metavar="S",
-              help="The arm moves for so long at the most.")  # fmt: skip
+@click.option("--timeout", "seconds", type=FiniteRange(60, 900), default=180, show_default=True,
+              metavar="S", help="The arm moves for so long at the most.")  # fmt: skip
 @out_option
-@click.option("--dry-run", is_flag=True, help="Measure, and leave the arm's file as it is.")
+@click.option(
+    "--preview", "dry_run", is_flag=True, help="Measure, and leave the arm's file as it is."
+)
 @call_option
 @listen_port_option
 @click.option("--effector", metavar="SPEC", help="The marker on the arm, as for track.")
@@ -96,6 +100,7 @@ LOOK_S = 1.0
     help="The emulated camera's pictures are rendered, as for simulate, and really looked at.",
 )
 @click.option("--seed", type=click.IntRange(0), metavar="N", help="Of all that is emulated.")
+@json_option
 def calibrate(
     sources: tuple[str, ...],
     cameras: tuple[str, ...],
@@ -137,12 +142,7 @@ def calibrate(
         from laptop.see.table.arm_file import check_writable, own_file
 
     with in_one_line(), ExitStack() as stack:
-        emulated = {"plant": plant, "built": built, "scene": scene, "seed": seed}
         sources = cameras_of(cameras, sources)
-        real = {
-            "calibration": calibration, "effector": effector, "brick": call, "listen-port": port
-        }  # fmt: skip
-        _check_words(sources, simulate, emulated, real)
         arm = read_arm(find_arm(arm_file))
         square = None if board_square is None else int(board_square) // 90
         crosses = _crosses(touch, arm)
@@ -183,7 +183,7 @@ def calibrate(
                 told.built = numbers_of(truth) if built else None
             if own and new:
                 told.files = [RunFile(own.name)]
-            click.echo(folder.write(told, files))
+            click.echo(leave(folder, told, files))
             if new is None:
                 click.echo("the arm's file was left as it is, as wished")
                 return
@@ -209,24 +209,6 @@ def calibrate(
         with live_rig(sources, arm_file, pictures, effector, port=port, call=calls) as rig:
             found, check = _calibrated(rig, calibration, bar)
             finish(CalibrationSetup(rig, found, _touched(rig, crosses), check))
-
-
-def _check_words(
-    sources: tuple[str, ...], simulate: bool, emulated: dict[str, Any], real: dict[str, Any]
-) -> None:
-    """Refuse words that do not go together."""
-    unheard = [f"--{word}" for word, value in real.items() if value is not None]
-    if simulate and unheard:
-        raise click.UsageError(f"{unheard[0]} is of what is real: leave it out with --simulate")
-    given = [f"--{word}" for word, value in emulated.items() if value is not None]
-    if simulate and sources:
-        raise click.UsageError("--simulate has a camera of its own: leave --camera out")
-    if SYNTHETIC in sources and given == ["--scene"]:
-        return
-    if not simulate and given:
-        raise click.UsageError(f"{given[0]} is of what is emulated: give --simulate, too")
-    if not simulate and not sources:
-        raise click.UsageError("give a camera, such as --camera 0, or --simulate")
 
 
 def _crosses(text: str, arm: Arm) -> list[tuple[float, float]]:

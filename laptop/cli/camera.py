@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from laptop.cli.old_options import CommandOfNow
+from laptop.cli.command import OwnCommand
 from laptop.cli.options import (
     bar_option,
     calibration_option,
@@ -17,8 +17,10 @@ from laptop.cli.options import (
     examples,
     importing,
     in_one_line,
+    json_option,
     replace_option,
     sources_argument,
+    tell_figures,
 )
 from laptop.cli.track import open_synthetic
 from laptop.system.files import check_new
@@ -37,7 +39,7 @@ LIVE_PICTURE = 10
 
 
 @click.command(
-    cls=CommandOfNow,
+    cls=OwnCommand,
     short_help="A camera's lens and place, by the printed board.",
     epilog=examples(
         "measure camera --camera 0 --bar 97 --to camera.json",
@@ -59,6 +61,7 @@ LIVE_PICTURE = 10
 @click.option(
     "--scene", default="", metavar="KEY=VALUE,...", help="Of the synthetic camera: board=a4, ..."
 )
+@json_option
 def camera(
     sources: tuple[str, ...],
     cameras: tuple[str, ...],
@@ -79,10 +82,6 @@ def camera(
 
     with in_one_line():
         sources = cameras_of(cameras, sources)
-        if not sources:
-            raise click.UsageError("Give the camera, --camera 0 say, or its pictures.")
-        if calibration and (out or bar is not None):
-            raise click.ClickException("--calibration compares only: leave --bar and --to out")
         before = camera_file.read_camera(calibration) if calibration else None
         if out:
             check_new(out, (".json",), replace)
@@ -100,6 +99,7 @@ def camera(
         found = calibrate(views, bar)
         for line in camera_report.describe(found):
             click.echo(line)
+        tell_figures(camera_file.figures_of(found))
         if out:
             camera_file.write_camera(out, found)
             click.echo(out)

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import click
 
+from laptop.cli.command import OwnCommand
 from laptop.cli.commands import WholeLines
-from laptop.cli.options import examples, importing, in_one_line
+from laptop.cli.options import examples, importing, in_one_line, json_option, tell_figures
 
 
 @click.group("class", cls=WholeLines, short_help="Hand out exercises, and check what comes back.")
@@ -16,28 +17,24 @@ def classes() -> None:
     """Hand out exercises, and check what students wrote."""
 
 
-@classes.command(epilog=examples("class new --out class --solutions"))
-@click.option(
-    "--out",
-    default="handouts",
-    show_default=True,
-    metavar="DIR",
-    type=click.Path(file_okay=False, path_type=Path),
-    help="Where they go.",
+@classes.command(cls=OwnCommand, epilog=examples("class new lab1 --solutions"))
+@click.argument(
+    "folder", default="handouts", metavar="[DIR]", type=click.Path(file_okay=False, path_type=Path)
 )
 @click.option("--solutions", is_flag=True, help="The solutions, too.")
-def new(out: Path, solutions: bool) -> None:
-    """Put four handouts into a folder: of each a page to print and a script to complete."""
+def new(folder: Path, solutions: bool) -> None:
+    """Put four handouts into DIR (handouts): of each a page to print and a script to complete."""
     with importing():  # numpy
         from laptop.course.handouts import write_handouts
 
     with in_one_line():
-        for file in write_handouts(out, solutions):
+        for file in write_handouts(folder, solutions):
             click.echo(file)
 
 
 @classes.command(epilog=examples("class check kinematics.py", "class check kinematics_*.py"))
 @click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path))
+@json_option
 def check(files: tuple[Path, ...]) -> None:
     """Check scripts of the handouts on the emulated brick; the status is 0 if all is right.
 
@@ -47,12 +44,15 @@ def check(files: tuple[Path, ...]) -> None:
         from laptop.course.handouts import handout_of
 
     wrong = 0
+    figures = []
     with in_one_line():
         handouts = [handout_of(file) for file in files]
     for file, handout in zip(files, handouts, strict=True):
         click.echo(f"{file}: {handout.title}")
         for finding in handout.findings(file):
             wrong += not finding.right
+            figures.append({"file": str(file), "right": finding.right, "text": finding.text})
             click.echo(f"  {'right' if finding.right else 'WRONG'}  {finding.text}")
+    tell_figures(figures)
     click.echo("all is right" if not wrong else f"{wrong} of it is wrong")
     sys.exit(1 if wrong else 0)

@@ -28,8 +28,12 @@ RENAMED = {
     ("touch",): ("measure", "pen"),
     ("guide", "check"): ("class", "check"),
     ("guide", "handouts"): ("class", "new"),
+    ("draw", "--cancel"): ("brick", "jobs", "--remove"),
+    ("draw", "--jobs"): ("brick", "jobs"),
+    ("draw", "--watch"): ("brick", "watch"),
+    ("bench", "plot", "--speed"): ("bench", "planning"),
 }
-"""Old words, which are good for one more version, and the new ones."""
+"""Old words, which are good for one more version, and the new ones; an option stands anywhere."""
 
 DRIVER = ("arc", "check", "circle", "home", "inverse", "line", "lines", "move", "polyline", "where")
 """Commands of the brick's driver.py."""
@@ -69,7 +73,12 @@ OPTIONS = {
     "--speed": ("--velocity", "--feed"),
     "--text": ("--write", "--string"),
     "--pick": ("--click", "--learn"),
-    "--json": ("--csv", "--format"),
+    "--json": ("--format",),
+    "--to": ("--save", "--file", "--export"),
+    "--trials": ("--rehearse", "--rehearsals", "--passes"),
+    "--preview": ("--dry-run", "--show", "--check"),
+    "--lettering": ("--letters", "--letter-height", "--italic"),
+    "--simulate": ("--emulate", "--sim", "--fake"),
 }
 """Options, and what else is typed for them."""
 
@@ -105,9 +114,12 @@ class CommandSections(WholeLines):
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Return the command that is typed, also by its old words; fail with the right ones."""
         for old, new in RENAMED.items():
-            if tuple(args[: len(old)]) == old:
+            k = len(old) - 1
+            if old[-1].startswith("--") and old[-1] in args:
+                k = args.index(old[-1])
+            if (*args[: len(old) - 1], *args[k : k + 1]) == old:
                 click.echo(f"{' '.join(old)} is now {' '.join(new)}", err=True)
-                args = [*new, *args[len(old) :]]
+                args = [*new, *args[k + 1 :], *args[len(old) - 1 : k]]
         if args and args[0] not in self.commands and not args[0].startswith("-"):
             raise click.UsageError(no_command(args[0], self.commands), ctx)
         return super().resolve_command(ctx, args)

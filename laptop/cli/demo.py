@@ -8,7 +8,9 @@ from typing import Any
 
 import click
 
+from laptop.cli.command import OwnCommand
 from laptop.cli.options import arm_option, examples, importing, on_the_page, out_option, typed_words
+from laptop.cli.track import LOCALHOST
 from laptop.emulator.host.process_exit import BUSY
 from shared.arm_description import ArmError
 
@@ -20,6 +22,7 @@ class TryLater(click.ClickException):
 
 
 @click.command(
+    cls=OwnCommand,
     short_help="Show everything, without a brick or a camera.",
     epilog=examples("demo", "demo --arm spatial --seed 7"),
 )
@@ -38,7 +41,7 @@ class TryLater(click.ClickException):
     help="Serve a web page to watch from, and to stop the arm (default); its address is printed.",
 )
 @on_the_page
-def demo(arm_file: str, **options: Any) -> None:
+def demo(arm_file: str, page_at: tuple[str | None, int | None], **options: Any) -> None:
     """Show everything without brick or camera: draw three lines, then reach three goals by sight.
 
     The programs of the brick run unmodified and in real time, linked to the tracker by TCP; one
@@ -54,7 +57,14 @@ def demo(arm_file: str, **options: Any) -> None:
 
     try:
         status, report = demo_run.run(
-            demo_run.DemoOptions(arm=arm_file, typed=tuple(typed_words()), **options), Console()
+            demo_run.DemoOptions(
+                arm=arm_file,
+                typed=tuple(typed_words()),
+                page_host=page_at[0] or LOCALHOST,
+                page_port=page_at[1],
+                **options,
+            ),
+            Console(),
         )
     except processes.TooBusy as error:
         raise TryLater(str(error)) from None

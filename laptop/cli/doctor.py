@@ -11,11 +11,12 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import suppress
+from dataclasses import asdict
 from pathlib import Path
 
 import click
 
-from laptop.cli.options import examples, importing
+from laptop.cli.options import examples, importing, json_option, tell_figures
 from laptop.system.findings import Finding
 from shared import state
 from shared.arm_description import ArmError
@@ -37,16 +38,18 @@ MACOS_FIREWALL = "/usr/libexec/ApplicationFirewall/socketfilterfw"
 @click.command(
     short_help="Tell whether this computer has what is needed.", epilog=examples("doctor")
 )
+@json_option
 def doctor() -> None:
     """Tell how this computer is: each line is fine, or says what to do; the status is 1 then.
 
     Nothing is changed. The brick has a doctor of its own: `brick doctor`.
     """
-    wrong = False
+    found = []
     for finding in findings():
         click.echo(str(finding))
-        wrong = wrong or bool(finding.advice)
-    sys.exit(wrong)
+        found.append(finding)
+    tell_figures([asdict(finding) for finding in found])
+    sys.exit(any(finding.advice for finding in found))
 
 
 def findings() -> Iterator[Finding]:
@@ -209,7 +212,7 @@ def browser() -> Finding:
     try:
         return Finding("browser", find_browser())
     except CannotPrint:
-        return Finding("browser", "no Chromium, Chrome or Edge; only report --pdf needs one")
+        return Finding("browser", "no Chromium, Chrome or Edge; only a report as .pdf needs one")
 
 
 def brick() -> Finding:

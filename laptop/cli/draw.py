@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
+import os
 import re
 import sys
 import tempfile
@@ -12,10 +14,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from laptop.cli.brick import talk
-from laptop.cli.draw_files import check_files, check_heard, check_together, style_of
-from laptop.cli.draw_options import PLACE, SOURCE, WHERE_TO
-from laptop.cli.old_options import CommandOfNow
-from laptop.cli.options import arm_option, examples, importing, in_one_line
+from laptop.cli.command import OwnCommand
+from laptop.cli.draw_files import check_files, check_heard, is_job, style_of
+from laptop.cli.draw_options import COMMON, PLACE, SECTIONS, SOURCE, WHERE_TO
+from laptop.cli.options import arm_option, examples, importing, in_one_line, tell_figures
 from laptop.cli.sight_options import BY_SIGHT, read_sight_options
 from laptop.drawing.gallery_files import gallery
 from laptop.system.files import written
@@ -30,31 +32,38 @@ if TYPE_CHECKING:
 MAX_INPUT = 20_000_000
 """Greatest size of what comes on standard input, bytes."""
 
+CARDS = ("grid", "star", "circles", "iso9283", "reach")
+"""Test cards, by their names."""
 IN_PLACE = "reach"
 """The card that is not placed: it shows where the arm's reach ends."""
+
+LETTERING = {"height": "size"}
+"""What a key of --lettering is called in Lettering, where that differs."""
 
 HELP = f"""\
 Draw WHAT: an SVG, PNG, JPEG or text file, - for standard input, or a drawing by its name.
 
-Drawings that come along: {", ".join(gallery())}.  Without --preview, --job or --simulate the brick
-draws it: Ctrl-C pauses, a second one aborts, and when this computer is closed the brick goes on.
+Drawings that come along: {", ".join(gallery())}.  Test cards: {", ".join(CARDS)}.
+Without --preview, --to or --simulate the brick draws it: Ctrl-C pauses, a second one aborts, and
+when this computer is closed the brick goes on; `brick watch` shows what it draws.
 """
 
 EXAMPLES = examples(
-    "draw rose --preview rose.png",
+    "draw rose --to rose.png",
     "draw house.svg --size 9 --simulate",
-    'draw --text "Hello\\nworld" --font script --at 12,4 --preview hello.svg',
-    "draw photo.jpg --detail 60 --shades 2 --clip --brick ev3dev",
-    'draw --line "10,0 5,10" --by-sight 3 --camera 0',
-    "draw --watch",
+    'draw --text "Hello\\nworld" --font script --at 12,4 --to hello.svg',
+    "draw photo.jpg --tracing detail=60,shades=2 --clip --brick ev3dev",
+    'draw --line "10,0 5,10" --trials 3 --camera 0',
 )
 
 
 @click.command(
-    cls=CommandOfNow,
+    cls=OwnCommand,
     short_help="Draw an SVG, a text, a picture or a test card.",
     help=HELP,
     epilog=EXAMPLES,
+    sections=SECTIONS,
+    common=COMMON,
 )
 @SOURCE
 @PLACE
@@ -64,8 +73,8 @@ EXAMPLES = examples(
 def draw(
     what: str | None,
     arm_file: str,
-    previews: tuple[Path, ...],
-    job_file: Path | None,
+    preview: bool,
+    files: tuple[Path, ...],
     replace: bool,
     simulate: bool,
     out: Path,
@@ -74,56 +83,43 @@ def draw(
     resume: bool,
     share: str | None,
     detach: bool,
-    watch: bool,
-    jobs: bool,
-    cancel: str | None,
     name: str | None,
     **options: Any,
 ) -> None:
     """Draw what is asked for, see HELP."""
-    to_brick = watch or jobs or cancel is not None
-    check_together(to_brick, simulate, simulate or not (previews or job_file))
-    if to_brick:
-        sys.exit(_told(name, jobs, cancel))
     with importing():  # numpy and OpenCV
-        from laptop.drawing import preview
+        from laptop.drawing import preview as previews
 
     with in_one_line():
         words = _words(repeat, resume, share)
-        for file in previews:
-            preview.check_name(file)
-        check_files(what, [job_file] if job_file else [], previews, replace)
+        check_files(what, files, replace)
         arm = read_arm(find_arm(arm_file))
-        asked = read_sight_options(
-            options,
-            arm,
-            plant if simulate else None,
-            bool(words) or detach,
-            bool(previews or job_file),
-        )
+        asked = read_sight_options(options, arm, plant if simulate else None)
         artwork = _artwork(what, arm, options)
         check_heard(artwork.kind, artwork.name)
-        plan = _prepared(artwork, arm, _options(options, artwork))
-        for line in preview.lines_of(plan):
+        plan = _prepared(artwork, arm, _options(what, options, artwork))
+        for line in previews.lines_of(plan):
             click.echo(line)
-        for file in previews:
-            preview.write_preview(plan, file)
+        pictures = [file for file in files if not is_job(file)]
+        for file in pictures:
+            previews.write_preview(plan, file)
             click.echo(f"{file} is written")
-        if not (previews and plan.missed):
+        if not (pictures and plan.missed):
             plan.check()
         offsets = []
         if asked and not asked.times and not simulate:
             from laptop.cli.draw_by_sight import offsets_on_file
 
             offsets = offsets_on_file(plan, asked)
-        if job_file:
-            with written(job_file) as draft:
+        for file in filter(is_job, files):
+            with written(file) as draft:
                 plan.write_job(draft, offsets)
-            click.echo(f"{job_file} is written")
+            click.echo(f"{file} is written")
         built = options["built"] and read_arm(find_arm(options["built"]))
         if simulate:
             sys.exit(_simulated(plan, asked, built, out, plant, words, repeat, share))
-        if previews or job_file:
+        if preview or files:
+            tell_figures(previews.figures_of(plan))
             return
         if asked and asked.times:
             from laptop.cli.draw_by_sight import draw_by_sight
@@ -161,28 +157,21 @@ def _artwork(what: str | None, arm: Arm, options: dict[str, Any]) -> Artwork:
     from laptop.drawing import cards, lettering, pictures, sources
     from laptop.drawing.lines import line_through
 
-    text, card, line = options["text"], options["card"], options["line"]
-    if sum(one is not None for one in (what, text, card, line)) != 1:
-        raise click.UsageError(
-            "give one thing to draw: a FILE, - or a drawing's name, or --text, --card or --line."
-        )
+    text, line, asked = options["text"], options["line"], options["lettering"]
     if line is not None:
         return line_through(_points(line))
-    letters = lettering.Lettering(
-        options["font"],
-        lettering.Lettering().size if options["letters"] is None else options["letters"],
-        math.radians(options["slant"]),
-        options["spacing"],
-        align=options["align"],
+    letters = dataclasses.replace(
+        lettering.Lettering(options["font"]),
+        **{LETTERING.get(key, key): value for key, value in asked.items()},
     )
+    if "slant" in asked:
+        letters = dataclasses.replace(letters, slant=math.radians(asked["slant"]))
     is_hatched = options["fill"] == "hatch"
-    tracing = pictures.Tracing(
-        options["detail"], options["shades"], options["smoothing"], style=style_of(options["style"])
-    )
+    tracing = dataclasses.replace(pictures.Tracing(), **style_of(options["tracing"]))
     if text is not None:
         return lettering.write_text(text.replace("\\n", "\n"), letters)
-    if card is not None:
-        return cards.draw_card(card, arm=arm)
+    if is_card(what):
+        return cards.draw_card(str(what), arm=arm)
     if what == "-":
         data = sys.stdin.buffer.read(MAX_INPUT + 1)
         if len(data) > MAX_INPUT:
@@ -194,33 +183,28 @@ def _artwork(what: str | None, arm: Arm, options: dict[str, Any]) -> Artwork:
     return sources.read_source(what, "", letters, tracing, is_hatched)
 
 
-def _options(options: dict[str, Any], artwork: Artwork) -> DrawingOptions:
+def is_card(what: str | None) -> bool:
+    """Return whether this is the name of a test card, and of no file here."""
+    return what in CARDS and not os.path.exists(what)
+
+
+def _options(what: str | None, options: dict[str, Any], artwork: Artwork) -> DrawingOptions:
     """Return how it is to be drawn."""
     from laptop.drawing import lines
     from laptop.drawing.artwork import bounds
     from laptop.drawing.options import TOLERANCE, DrawingOptions
 
-    if options["fit"] and options["size"]:
-        raise click.UsageError("--fit is as large as possible: leave it or --size out.")
-    if options["touch_up"] and not options["pens"]:
-        raise click.UsageError("--touch-up is for several pens: give --pens, or leave it out.")
-    tolerance = options["tolerance"]
-    if options["letters"] is not None:
-        given = [key for key in ("fit", "size") if options[key]]
-        if given:
-            raise click.UsageError(f"--letters says how large it is: leave --{given[0]} out.")
-    if options["card"] == IN_PLACE:
+    tolerance, height = options["tolerance"], options["lettering"].get("height")
+    if height is not None and options["size"]:
+        raise click.UsageError("height of --lettering says how large it is: leave --size out.")
+    if what == IN_PLACE and is_card(what):
         low, high = bounds(artwork.strokes, artwork.name)
         across, along = (low + high) / 2
         in_place = {"at": (across, along), "size": (high[0] - low[0], None), "rotate": 90.0}
-        given = [key for key in ("fit", "paper", *in_place) if options[key]]
+        given = [key for key in ("paper", *in_place) if options[key]]
         if given:
             raise click.UsageError(f"the card {IN_PLACE} lies where it is: leave --{given[0]} out.")
         options = {**options, **in_place}
-    if options["line"] is not None:
-        given = [key for key in ("fit", "paper", "at", "size", "rotate") if options[key]]
-        if given:
-            raise click.UsageError(f"--line lies where it is: leave --{given[0]} out.")
     wished = DrawingOptions(
         options["paper"],
         options["at"],
@@ -233,7 +217,7 @@ def _options(options: dict[str, Any], artwork: Artwork) -> DrawingOptions:
         TOLERANCE if tolerance is None else tolerance / 10,
         not options["keep_order"],
         options["layers"] or None,
-        None if options["letters"] is None else 1.0,
+        None if height is None else 1.0,
         options["pens"],
         options["touch_up"],
     )
@@ -279,8 +263,6 @@ def _prepared(artwork: Artwork, arm: Arm, options: DrawingOptions) -> DrawingPla
 
 def _words(repeat: int, resume: bool, share: str | None) -> tuple[str, ...]:
     """Return what the program on the brick is told of how to draw it."""
-    if resume and share is not None:
-        raise click.UsageError("--resume knows where to go on: leave it or --from out.")
     words: tuple[str, ...] = ("--repeat", str(repeat)) if repeat > 1 else ()
     words += ("--resume",) if resume else ()
     if share is None:
@@ -300,22 +282,3 @@ def _sent(name: str | None, file: Path, words: tuple[str, ...], detach: bool) ->
     display = JobDisplay(Console())
     with display.shown():
         return talk(name, jobs.draw, file, words, display.show, detach)
-
-
-def _told(name: str | None, listed: bool, cancelled: str | None) -> int:
-    """Watch, list or remove jobs; return the exit status."""
-    with importing():
-        from rich.console import Console
-
-        from laptop.brick import jobs
-        from laptop.cli.job_display import JobDisplay
-
-    if listed:
-        click.echo(talk(name, jobs.jobs))
-        return 0
-    if cancelled is not None:
-        click.echo(talk(name, jobs.cancel, cancelled))
-        return 0
-    display = JobDisplay(Console())
-    with display.shown():
-        return talk(name, jobs.watch, display.show)

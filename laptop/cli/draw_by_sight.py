@@ -1,4 +1,4 @@
-"""`draw --by-sight N`: a drawing is rehearsed before a camera, which teaches the arm."""
+"""`draw --trials N`: a drawing is rehearsed before a camera, which teaches the arm."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def _offsets_of(before: kept.Kept | None) -> list[Any]:
     if before is None or before.offsets is None:
         why = "for this arm as it is described now" if before else "of this path"
         raise click.ClickException(
-            f"nothing is learned {why}; give --by-sight 3, say, to rehearse it"
+            f"nothing is learned {why}; give --trials 3, say, to rehearse it"
         )
     click.echo(f"as {_gained(before)}")
     return [[piece.numbers() for piece in stroke] for stroke in before.offsets]

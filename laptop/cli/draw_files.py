@@ -5,18 +5,16 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import click
 from click.core import ParameterSource
 
 from laptop.system.files import check_new
 
-BRICK_ALONE = ("watch", "jobs", "cancel", "name")
-"""What is asked of the brick without a drawing: --brick goes with it, and nothing else."""
-
 HEARD_BY = {
-    **dict.fromkeys(("font", "letters", "slant", "spacing", "align"), "text"),
-    **dict.fromkeys(("detail", "shades", "smoothing", "style"), "picture"),
+    **dict.fromkeys(("font", "lettering"), "text"),
+    **dict.fromkeys(("tracing",), "picture"),
     **dict.fromkeys(("layers", "fill", "pens"), "SVG"),
 }
 """Of which kind of source an option is."""
@@ -52,63 +50,33 @@ def check_heard(kind: str, name: str) -> None:
             )
 
 
-def check_together(to_brick: bool, simulate: bool, drawn: bool) -> None:
-    """Refuse options that would be heard by nobody.
-
-    Args:
-        to_brick: the brick is asked for something without a drawing.
-        simulate: it is drawn on the emulated brick.
-        drawn: it is drawn at all.
-
-    Raises:
-        click.UsageError: one is given.
-    """
-    given = _given()
-    if to_brick:
-        alone = [name for name in given if name in BRICK_ALONE[:3]]
-        if len(alone) > 1 or not set(given) <= set(BRICK_ALONE):
-            raise click.UsageError("--watch, --jobs and --cancel stand alone: leave all else out.")
-        return
-    for name, why in (
-        ("out", "" if simulate else "is for --simulate"),
-        ("plant", "" if simulate else "is for --simulate"),
-        ("detach", "is for drawing on the brick" if simulate or not drawn else ""),
-        ("resume", "is for drawing on the brick; an emulated one begins anew" if simulate else ""),
-        *(
-            (name, "" if drawn else "is for drawing; behind driver.py job FILE it is told the job")
-            for name in ("repeat", "share", "resume")
-        ),
-    ):
-        if why and name in given:
-            raise click.UsageError(f"{given[name]} {why}: leave it out.")
-
-
-def style_of(style: str) -> str:
-    """Return the style of a picture: who says how edges and tones are drawn wants these.
+def style_of(tracing: dict[str, Any]) -> dict[str, Any]:
+    """Return a Tracing's settings with its style: who says how tones are drawn wants a photo's.
 
     Raises:
         click.UsageError: it is another one.
     """
-    given = _given()
-    asked = [given[name] for name in ("detail", "shades", "smoothing") if name in given]
-    if asked and style == "lines":
-        raise click.UsageError(f"{asked[0]} is for --style photo: leave it out.")
-    return "photo" if asked else style
+    asked = [key for key in ("detail", "shades", "smoothing") if key in tracing]
+    if asked and tracing.get("style") == "lines":
+        raise click.UsageError(f"{asked[0]} of --tracing is for style=photo: leave it out.")
+    return {**tracing, "style": "photo"} if asked else tracing
 
 
-JOB, PREVIEW = (".job",), (".svg", ".png")
+JOB, PREVIEW = ".job", (".svg", ".png")
 """Endings of what is written."""
 
 
-def check_files(
-    source: str | None, jobs: Sequence[Path], previews: Sequence[Path], replace: bool
-) -> None:
+def is_job(file: Path) -> bool:
+    """Return whether a file of this name is a job, and no picture."""
+    return file.suffix.lower() == JOB
+
+
+def check_files(source: str | None, files: Sequence[Path], replace: bool) -> None:
     """Refuse to write a file over what is drawn, over another one, or where there is no folder.
 
     Args:
         source: what is drawn, if it is a file.
-        jobs: files of jobs that are to be written.
-        previews: of previews.
+        files: jobs and pictures that are to be written.
         replace: whether they may replace others.
 
     Raises:
@@ -118,12 +86,12 @@ def check_files(
     taken = {}
     if source and os.path.exists(source):  # else it is the name of one that comes along
         taken[os.path.realpath(source)] = "what is drawn"
-    for file in (*jobs, *previews):
+    for file in files:
         place = os.path.realpath(file)
         if place in taken:
             raise click.UsageError(f"{file} is {taken[place]}, too: write to another file.")
         taken[place] = "a file that is written"
         if str(file) == "-":
             raise click.UsageError("- would be a file of this name: name another one.")
-    for file in (*jobs, *previews):
-        check_new(file, JOB if file in jobs else PREVIEW, replace)
+    for file in files:
+        check_new(file, (JOB, *PREVIEW), replace)

@@ -8,7 +8,13 @@ from typing import Any
 import click
 
 from laptop.cli.brick import THE_BRICK
-from laptop.cli.options import option_group, out_option, replace_option
+from laptop.cli.options import (
+    json_option,
+    option_group,
+    out_option,
+    replace_option,
+    settings_option,
+)
 
 
 class Centimetres(click.ParamType):
@@ -38,9 +44,6 @@ SOURCE = option_group(
     click.argument("what", required=False),
     click.option("--text", metavar="TEXT", help="Write this; \\n begins a new line."),
     click.option(
-        "--card", metavar="NAME", help="A test card: grid, star, circles, iso9283, reach."
-    ),
-    click.option(
         "--line",
         metavar='"X,Y X,Y"',
         help="A line through points of the table, cm, drawn where it is.",
@@ -51,46 +54,29 @@ SOURCE = option_group(
         show_default=True,
         help="Of a text: plain, roman, script, cursive, times, gothic.",
     ),
-    click.option(
-        "--letters",
-        type=float,
-        metavar="CM",
-        help="Height of capitals.  [default: as large as it fits]",
+    settings_option(
+        "--lettering",
+        {
+            "height": click.FLOAT,
+            "slant": click.FLOAT,
+            "spacing": click.FLOAT,
+            "align": click.STRING,
+        },
+        "Of a text: height of capitals, cm (as large as it fits); slant to the right, degrees (0); "
+        "spacing from letter to letter (1); align of lines, left, centre or right (left).",
     ),
-    click.option(
-        "--slant", default=0.0, show_default=True, metavar="DEG", help="Of letters, to the right."
-    ),
-    click.option(
-        "--spacing", default=1.0, metavar="X", help="From letter to letter.  [default: 1]"
-    ),
-    click.option("--align", default="left", show_default=True, help="Lines: left, centre, right."),
-    click.option(
-        "--detail",
-        default=50.0,
-        show_default=True,
-        metavar="0..100",
-        help="Of a picture: how weak an edge gets an outline; 0 draws none.",
-    ),
-    click.option(
-        "--shades",
-        default=3,
-        show_default=True,
-        metavar="0..4",
-        help="Of a picture: tones that are hatched.",
-    ),
-    click.option(
-        "--smoothing",
-        default=30.0,
-        show_default=True,
-        metavar="0..100",
-        help="Of a picture: how much that is fine is left out.",
-    ),
-    click.option(
-        "--style",
-        type=click.Choice(["auto", "photo", "lines"]),
-        default="auto",
-        show_default=True,
-        help="Of a picture: edges and tones, or the lines of a drawing along their middles.",
+    settings_option(
+        "--tracing",
+        {
+            "style": click.Choice(["auto", "photo", "lines"]),
+            "detail": click.FLOAT,
+            "shades": click.INT,
+            "smoothing": click.FLOAT,
+        },
+        "Of a picture: style, lines of a drawing along their middles, or photo, edges and tones "
+        "(auto: as it looks); detail, 0 to 100, how weak an edge gets an outline (50); shades, 0 "
+        "to 4 tones that are hatched (3); smoothing, 0 to 100, how much that is fine is left out "
+        "(30).",
     ),
     click.option(
         "--layer",
@@ -120,9 +106,6 @@ SOURCE = option_group(
 
 PLACE = option_group(
     click.option(
-        "--fit", is_flag=True, help="As large as the arm reaches, or as the paper is (default)."
-    ),
-    click.option(
         "--paper", metavar="SIZE", help="Sheet: a6, a5, a4, letter, a5-landscape, or WxH in cm."
     ),
     click.option(
@@ -135,7 +118,7 @@ PLACE = option_group(
         "--size",
         type=Centimetres("x", one=True),
         metavar="W[xH]",
-        help="How large it is to be, cm.",
+        help="How large it is to be, cm.  [default: as the arm reaches, or as the paper is]",
     ),
     click.option(
         "--rotate",
@@ -167,20 +150,15 @@ PLACE = option_group(
 )
 
 WHERE_TO = option_group(
+    click.option("--preview", is_flag=True, help="Say how it would be drawn; nothing moves."),
     click.option(
-        "--preview",
-        "previews",
+        "--to",
+        "files",
         multiple=True,
         type=click.Path(dir_okay=False, path_type=Path),
         metavar="FILE",
-        help="Show it in an .svg or .png, and draw nothing.",
-    ),
-    click.option(
-        "--job",
-        "job_file",
-        type=click.Path(dir_okay=False, path_type=Path),
-        metavar="FILE",
-        help="Write the job's file, and draw nothing.",
+        help="Write it there and draw nothing: an .svg or .png to look at, or the .job that "
+        "driver.py draws; several times for several.",
     ),
     replace_option,
     click.option(
@@ -204,8 +182,30 @@ WHERE_TO = option_group(
         "--from", "share", metavar="PERCENT", help="Begin at so much of its length, as 40%."
     ),
     click.option("--detach", is_flag=True, help="Let the brick draw alone from the start."),
-    click.option("--watch", is_flag=True, help="Show the drawing that is on, and give it orders."),
-    click.option("--jobs", is_flag=True, help="List the jobs on the brick."),
-    click.option("--cancel", metavar="NAME", help="Remove a job from the brick."),
     THE_BRICK,
+    json_option,
 )
+
+SECTIONS = {
+    "What is drawn": (
+        *("--text", "--font", "--lettering", "--line", "--tracing"),
+        *("--layer", "--pens", "--touch-up", "--fill"),
+    ),
+    "Where, and how": (
+        *("--size", "--at", "--paper", "--rotate", "--speed", "--clip", "--tolerance"),
+        *("--keep-order", "--elbow", "--paper-height", "--repeat", "--from", "--resume"),
+    ),
+    "What becomes of it": (
+        *("--preview", "--to", "--replace", "--simulate", "--out", "--plant", "--built"),
+        *("--brick", "--detach", "--arm", "--json"),
+    ),
+    "Taught by camera": (
+        *("--trials", "--camera", "--calibration", "--arm-at", "--marker-height", "--bar"),
+        *("--forget", "--scene", "--listen-port"),
+    ),
+}
+COMMON = frozenset(
+    ("--text", "--font", "--line", "--size", "--at", "--paper", "--speed")
+    + ("--to", "--simulate", "--brick", "--arm", "--trials")
+)
+"""What --help shows."""

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from laptop.cli.hearing import Hearing
-from laptop.cli.options import typed_words
+from laptop.cli.options import leave, typed_words
 from laptop.cli.simulate_record import camera_of
 from laptop.drawing.planning import chains
 from laptop.drawing.timing import in_minutes
@@ -139,7 +139,7 @@ def draw_simulated(
             lambda path: write_learning_plot(path, every, wished, plan.name),
             LEARNING_CAPTION,
         )
-    click.echo(folder.write(told, files))
+    click.echo(leave(folder, told, files))
     return int(run.outcome.status)
 
 

@@ -7,18 +7,21 @@ from pathlib import Path
 
 import click
 
+from laptop.cli.command import OwnCommand
 from laptop.cli.options import arm_option, examples, importing, in_one_line, replace_option
 from laptop.system.files import check_new, write_whole
 from shared.arm_description import find_arm, read_arm
 
 
 @click.command(
+    cls=OwnCommand,
     short_help="Make the guide to build the arm.",
-    epilog=examples("guide", "guide --arm mine.ini --out guide.html"),
+    epilog=examples("guide", "guide --arm mine.ini --to guide.html"),
 )
 @arm_option("Arm to be drawn")
 @click.option(
-    "--out",
+    "--to",
+    "out",
     default=None,
     metavar="FILE",
     type=click.Path(dir_okay=False, path_type=Path),

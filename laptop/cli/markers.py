@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from laptop.cli.old_options import CommandOfNow
+from laptop.cli.command import OwnCommand
 from laptop.cli.options import importing, in_one_line, replace_option
 from laptop.system.files import check_new, written
 
@@ -14,7 +14,7 @@ ENDINGS = (".pdf", ".svg", ".png")
 """Of a page to print."""
 
 
-@click.command(cls=CommandOfNow, short_help="Make a page of markers, or the board, to print.")
+@click.command(cls=OwnCommand, short_help="Make a page of markers, or the board, to print.")
 @click.option(
     "--diameter", "size", default=20.0, metavar="MM", show_default=True, help="Of a disc, mm."
 )
@@ -26,9 +26,7 @@ ENDINGS = (".pdf", ".svg", ".png")
 )
 @replace_option
 @click.argument("file", required=False, type=click.Path(dir_okay=False, path_type=Path))
-@click.pass_context
 def markers(
-    context: click.Context,
     size: float,
     board: bool,
     paper: str | None,
@@ -36,14 +34,6 @@ def markers(
     file: Path | None,
 ) -> None:
     """Make a page to print: FILE is .pdf (markers.pdf or board.pdf if not said), .svg or .png."""
-    if paper and not board:
-        raise click.ClickException(f"--paper {paper} is of the board; say --board, too")
-    given = context.get_parameter_source("size") is click.core.ParameterSource.COMMANDLINE
-    if board and given:
-        raise click.ClickException(
-            f"--diameter {size:g} is of the page of discs, and the board's markers are 25 mm: "
-            "leave it out"
-        )
     with importing():  # OpenCV
         from laptop.see.markers.board_sheet import write_board
         from laptop.see.markers.marker_sheet import write_sheet

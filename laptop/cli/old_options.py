@@ -2,24 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from fnmatch import fnmatchcase
 
 import click
-
-from laptop.cli.commands import command_words
 
 OLD_OPTIONS = {
     "measure accuracy": {
         "--calibrated": "--calibration",
         "--height": "--marker-height",
         "--place": "--arm-at",
-        "--size": "--frame-size",
+        "--side": "--size",
+        "--size *x*": "--frame-size",
     },
     "measure arm": {
         "--call": "--brick",
         "--camera *.json": "--calibration",
+        "--dry-run": "--preview",
         "--height": "--marker-height",
         "--port": "--listen-port",
+        "--seconds": "--timeout",
         "--touch": "--crosses",
     },
     "measure camera": {
@@ -30,28 +32,79 @@ OLD_OPTIONS = {
         "--height": "--marker-height",
     },
     "track": {
+        "--announce": "--json",
+        "--brick": "--simulate",
+        "--csv": "--to",
         "--height": "--marker-height",
+        "--host": "--listen-port {}:",
+        "--no-brick": "--no-simulate",
+        "--page-host": "--page-port {}:",
+        "--picture": "--to",
         "--port": "--listen-port",
         "--size": "--frame-size",
     },
+    "demo": {
+        "--page-host": "--page-port {}:",
+    },
     "draw": {
+        "--align": "--lettering align={}",
+        "--by-sight": "--trials",
         "--camera-file": "--calibration",
+        "--card": "{}",
+        "--detail": "--tracing detail={}",
+        "--fit": "",
         "--height": "--paper-height",
+        "--job": "--to",
+        "--letters": "--lettering height={}",
         "--port": "--listen-port",
+        "--preview *.png": "--to",
+        "--preview *.svg": "--to",
+        "--shades": "--tracing shades={}",
+        "--slant": "--lettering slant={}",
+        "--smoothing": "--tracing smoothing={}",
+        "--spacing": "--lettering spacing={}",
+        "--style": "--tracing style={}",
+    },
+    "simulate": {
+        "--sensor": "--plug",
+    },
+    "guide": {
+        "--out": "--to",
+    },
+    "report": {
+        "--out": "--to",
+        "--pdf": "--to",
+    },
+    "class new": {
+        "--out": "{}",
+    },
+    "brick log": {
+        "--out": "{}",
+    },
+    "brick bench": {
+        "--json": "--to",
     },
     "markers": {
         "--size": "--diameter",
     },
+    "bench plot": {
+        "--pictures": "--out",
+    },
+    "bench servo": {
+        "--cpu": "--plant cpu={}",
+        "--scene": "{}",
+    },
+    "bench draw": {
+        "--cpu": "--plant cpu={}",
+    },
+    "bench ilc": {
+        "--cpu": "--plant cpu={}",
+    },
 }
-"""By command: an old option, perhaps with the ending of its value, and the new one."""
+"""By command: an old option, perhaps with a pattern of its value, and what is typed now.
 
-
-class CommandOfNow(click.Command):
-    """A command that takes the old words of OLD_OPTIONS, too."""
-
-    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Say the new words on stderr, and take these."""
-        return super().parse_args(ctx, list(in_new_words(command_words(ctx), args)))
+What is typed now may say where the old option's value goes, {}; "" where it needs not be typed.
+"""
 
 
 def in_new_words(command: str, args: Sequence[str]) -> Iterator[str]:
@@ -62,15 +115,31 @@ def in_new_words(command: str, args: Sequence[str]) -> Iterator[str]:
         args: what is typed behind it.
     """
     table = OLD_OPTIONS.get(command, {})
-    for k, word in enumerate(args):
-        if word == "--":
-            yield from args[k:]
+    words = list(args)
+    while words:
+        word = words.pop(0)
+        if word == "--" or word.endswith(".py"):  # all behind it is a script's
+            yield from (word, *words)
             return
-        name, _, value = word.partition("=")
-        value = value or next(iter(args[k + 1 : k + 2]), "")
-        ending = f"{name} *.{value.rpartition('.')[2]}"
-        new = table.get(name) or table.get(ending)
-        if new:
+        name, equals, value = word.partition("=")
+        new = _new(table, name, value if equals or not words else words[0])
+        if new is None:
+            yield word
+        elif "{}" in new:
+            value = value if equals or not words else words.pop(0)
+            click.echo(f"{name} {value} is now {new.format(value)}", err=True)
+            yield from (part.format(value) for part in new.split())
+        elif new:
             click.echo(f"{name} is now {new}", err=True)
-            word = new + word[len(name) :]
-        yield word
+            yield new + equals + value
+        else:
+            click.echo(f"{name} needs not be typed any more", err=True)
+
+
+def _new(table: Mapping[str, str], name: str, value: str) -> str | None:
+    """Return what is typed now for an option with this value; None: it is none of before."""
+    for old, new in table.items():
+        option, _, pattern = old.partition(" ")
+        if option == name and fnmatchcase(value, pattern or "*"):
+            return new
+    return None

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import math
 import os
 import signal
+import sys
 import tempfile
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +18,8 @@ import click
 
 from laptop.cli.commands import TYPED
 from laptop.record.figures.private_paths import without_folders
+from laptop.record.run import Run, as_json
+from laptop.record.run_folder import RunFolder
 from shared import state
 from shared.arm_description import ArmError
 from shared.state import STATE
@@ -68,6 +72,80 @@ class FiniteRange(click.FloatRange):
         return number
 
 
+class Settings(click.ParamType):
+    """KEY=VALUE,... as {key: value}, each of its own type.
+
+    Args:
+        kinds: key -> type of its value.
+    """
+
+    name = "KEY=VALUE,..."
+
+    def __init__(self, kinds: Mapping[str, click.ParamType]) -> None:
+        self._kinds = kinds
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the values; fail if a key is none, or a value is not of its type."""
+        if isinstance(value, dict):
+            return value
+        values = {}
+        for part in value.split(","):
+            key, equals, text = (word.strip() for word in part.partition("="))
+            if not equals or key not in self._kinds:
+                forms = ", ".join(f"{name}=VALUE" for name in self._kinds)
+                self.fail(f"'{part}' is none of {forms}", param, ctx)
+            values[key] = self._kinds[key].convert(text, param, ctx)
+        return values
+
+
+def settings_option(
+    name: str, kinds: Mapping[str, click.ParamType], text: str
+) -> Callable[[Any], Any]:
+    """Return an option of Settings; given several times, all of them count."""
+
+    def merged(ctx: click.Context, param: click.Parameter, value: Any) -> dict[str, Any]:
+        return {key: one for values in value for key, one in values.items()}
+
+    return click.option(
+        name, type=Settings(kinds), multiple=True, callback=merged, metavar=Settings.name, help=text
+    )
+
+
+class ListenAt(click.ParamType):
+    """[HOST:]PORT as (host, port); None for what is left out."""
+
+    name = "[HOST:]P"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return both; fail if they are none."""
+        if isinstance(value, tuple):
+            return value
+        host, colon, port = value.rpartition(":")
+        if (port or not colon) and not (port.isdecimal() and int(port) <= 65535):
+            self.fail(
+                f"'{value}' is no {self.name}, as 7711 or 0.0.0.0:7711; P is at most 65535",
+                param,
+                ctx,
+            )
+        return host.strip("[]") or None, int(port) if port else None
+
+
+def listen_option(name: str, variable: str, text: str) -> Callable[[Any], Any]:
+    """Return an option of ListenAt; it gives (host, port), None for what is not said."""
+
+    def merged(ctx: click.Context, param: click.Parameter, value: Any) -> tuple[Any, Any]:
+        hosts, ports = zip(*value, strict=True) if value else ((), ())
+        return tuple(
+            next((one for one in reversed(parts) if one is not None), None)
+            for parts in (hosts, ports)
+        )  # type: ignore[return-value]  # (of two)
+
+    return click.option(
+        name, variable, type=ListenAt(), multiple=True, callback=merged,
+        metavar=ListenAt.name, help=text,
+    )  # fmt: skip
+
+
 def arm_option(what: str, more: str = "") -> Callable[[Any], Any]:
     """Return the option for an arm; `what` and `more` are its help's begin and end."""
     return click.option(
@@ -105,6 +183,45 @@ def typed_words(own: int = 0) -> list[str]:
         elif words[k].startswith("--out="):
             del words[k]
     return [without_folders(word) for word in words + rest]
+
+
+def _to_stderr(ctx: click.Context, param: click.Parameter, asked: bool) -> None:
+    """Let all that is said go to stderr, so that stdout bears the figures alone."""
+    if asked and not ctx.resilient_parsing:
+        ctx.meta[STDOUT] = sys.stdout
+        ctx.with_resource(contextlib.redirect_stdout(sys.stderr))
+
+
+STDOUT = "laptop.stdout"
+"""Key of a click context's meta for where figures go to, if they are asked for."""
+
+json_option = click.option(
+    "--json",
+    is_flag=True,
+    expose_value=False,
+    callback=_to_stderr,
+    help="Print the figures as JSON, and all else on standard error.",
+)
+"""The option for figures that a program reads."""
+
+
+def tell_figures(figures: Any) -> None:
+    """Print figures as JSON, if --json asks for them.
+
+    Args:
+        figures: as json takes them, or a run's bytes.
+    """
+    out = click.get_current_context().meta.get(STDOUT)
+    if out is not None:
+        text = figures.decode() if isinstance(figures, bytes) else json.dumps(figures, indent=1)
+        print(text.rstrip(), file=out, flush=True)
+
+
+def leave(folder: RunFolder, run: Run, files: Mapping[str, Any] | None = None) -> str:
+    """Write a run and its files, see RunFolder.write, and tell its figures."""
+    there = folder.write(run, files)
+    tell_figures(as_json(run))
+    return there
 
 
 replace_option = click.option(
@@ -201,18 +318,11 @@ def on_the_page(command: Callable[..., None]) -> Callable[..., None]:
     """Options of a command that serves the page."""
     for option in (
         click.option("--open", "open", is_flag=True, help="Open what is to be seen in a browser."),
-        click.option(
-            "--page-host",
-            default="127.0.0.1",
-            metavar="H",
-            show_default=True,
-            help="Address at which the page is to be had; 0.0.0.0 for the whole network.",
-        ),
-        click.option(
+        listen_option(
             "--page-port",
-            type=click.IntRange(0, 65535),
-            metavar="P",
-            help="Of the page, 0 for any.  [default: 7780, or any if that is taken]",
+            "page_at",
+            "Where the page is to be had, P 0 for any; HOST 0.0.0.0: for the whole network.  "
+            "[default: 127.0.0.1:7780, or any if that is taken]",
         ),
     ):
         command = option(command)

@@ -1,7 +1,5 @@
 """`page`: the tracker's web page, before an emulated arm unless a camera is said."""
 
-import sys
-
 import click
 
 from laptop.cli.options import SYNTHETIC, examples
@@ -23,4 +21,5 @@ def page(args: tuple[str, ...]) -> None:
     words = ["--page", "--open", *args]
     if not any(word.split("=")[0] == "--camera" for word in args):
         words += ["--camera", SYNTHETIC]
-    sys.exit(track.main(words, standalone_mode=False))
+    with track.make_context("track", words, click.get_current_context().parent) as context:
+        track.invoke(context)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from typing import Any
 
 from laptop.emulator.device.wheels import read_wheels
@@ -22,7 +23,7 @@ MOST_TURNED = 100000.0
 
 
 def plugged(
-    arm: Arm | None, plugs: tuple[str, ...], wheels: dict[str, Any] | None
+    arm: Arm | None, plugs: Sequence[str], wheels: dict[str, Any] | None
 ) -> tuple[dict[str, str], dict[str, tuple[float, float]]]:
     """Return port -> kind of the motors beside the arm's, and port -> stops of some of them, rad.
 
@@ -39,8 +40,8 @@ def plugged(
         kind, colon, limits = rest.partition(":")
         if port not in tuple("ABCD") or kind not in ("large", "medium"):
             raise InvalidSimulationOption(
-                f"plug '{text}': write PORT=KIND with a port from A to D and large or medium; "
-                "behind it :LOW..HIGH if it has stops"
+                f"plug '{text}': write PORT=KIND with an output from A to D and large or medium, "
+                "behind it :LOW..HIGH if it has stops, or an input from in1 to in4 and a sensor"
             )
         if arm and port in taken:
             raise InvalidSimulationOption(

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from laptop.cli.command import OwnCommand
 from laptop.cli.options import examples, importing, in_one_line
 from laptop.system.files import check_new, written
 from shared.message_fields import printable
@@ -17,19 +18,22 @@ if TYPE_CHECKING:
 
 
 @click.command(
+    cls=OwnCommand,
     short_help="Make a lab report of the runs in a folder.",
     epilog=examples(
         "report runs",
-        'report runs --title "Lab 3: straight lines" --pdf lab3.pdf --paper letter',
+        'report runs --title "Lab 3: straight lines" --to lab3.pdf --paper letter',
     ),
 )
 @click.argument("folder", type=click.Path(exists=True, file_okay=False, path_type=Path))
 @click.option(
-    "--out",
+    "--to",
+    "files",
+    multiple=True,
     metavar="FILE",
     type=click.Path(dir_okay=False, path_type=Path),
-    help="The report; its raw data go into a folder beside it.  [default: lab-report.html in "
-    "FOLDER]",
+    help="The .html report, its raw data in a folder beside it; a .pdf is printed, too, by a "
+    "Chromium, Chrome or Edge that is installed.  [default: lab-report.html in FOLDER]",
 )
 @click.option("--title", default="", metavar="TEXT", help="Over the report.")
 @click.option(
@@ -38,21 +42,13 @@ if TYPE_CHECKING:
     help="A report that is there, with what was typed in it, and its raw data.",
 )
 @click.option(
-    "--pdf",
-    metavar="FILE",
-    type=click.Path(dir_okay=False, path_type=Path),
-    help="Print it there, too, by a Chromium, Chrome or Edge that is installed.",
-)
-@click.option(
     "--paper",
     type=click.Choice(["a4", "letter"]),
     default="a4",
     show_default=True,
     help="Of the PDF; the HTML prints on both.",
 )
-def report(
-    folder: Path, out: Path | None, title: str, replace: bool, pdf: Path | None, paper: str
-) -> None:
+def report(folder: Path, files: tuple[Path, ...], title: str, replace: bool, paper: str) -> None:
     """Make a lab report of the runs in FOLDER and below it: one HTML file, raw data beside it.
 
     It takes what every command leaves in its folder, logs of visual_servoing.py and CSVs of track.
@@ -62,8 +58,9 @@ def report(
         from laptop.record.report import lab_report, print_pdf
         from laptop.system.decoders import quiet_decoders
 
-    file = out or folder / lab_report.OUT
     with in_one_line():
+        out, pdf = _outputs(files)
+        file = out or folder / lab_report.OUT
         check_new(file, (".html", ".htm"), replace=True)  # what of it, the next line says
         lab_report.check_out(file, replace)
         if pdf:
@@ -82,6 +79,17 @@ def report(
             click.echo(f"{pdf}: the same, printed on {paper}")
     for left in made.left_out:
         click.echo(f"laptop: left out: {printable(f'{left.name}: {left.why}')}", err=True)
+
+
+def _outputs(files: tuple[Path, ...]) -> tuple[Path | None, Path | None]:
+    """Return the HTML file and the PDF that are to be written."""
+    for file in files:
+        check_new(file, (".html", ".htm", ".pdf"), replace=True)
+    pdfs = [file for file in files if file.suffix.lower() == ".pdf"]
+    pages = [file for file in files if file not in pdfs]
+    if max(len(pdfs), len(pages)) > 1:
+        raise click.UsageError(f"{files[1]}: a report is one .html and one .pdf: name one of each.")
+    return next(iter(pages), None), next(iter(pdfs), None)
 
 
 def _in_words(file: Path, made: Report) -> str:

@@ -1,4 +1,4 @@
-"""The options of `draw --by-sight`."""
+"""The options of `draw --trials`."""
 
 from __future__ import annotations
 
@@ -41,23 +41,14 @@ class SightOptions:
     emulated: str
 
 
-CAMERAS = {
-    "camera": "--camera",
-    "camera_file": "--calibration",
-    "arm_at": "--arm-at",
-    "bar": "--bar",
-    "port": "--listen-port",
-}
-"""What is of a real camera."""
-
 BY_SIGHT = option_group(
     click.option(
-        "--by-sight",
+        "--trials",
         type=click.IntRange(0, 20),
         metavar="N",
-        help="First draw it N times on scrap before a camera, and learn; 0: as was learned before.",
+        help="Teach the path by camera first, in N trials on scrap; 0: draw as taught before.",
     ),
-    click.option("--camera", metavar="SOURCE", help="For --by-sight, as for track."),
+    click.option("--camera", metavar="SOURCE", help="For --trials, as for track."),
     click.option(
         "--calibration",
         "camera_file",
@@ -86,45 +77,22 @@ BY_SIGHT = option_group(
 )
 
 
-def read_sight_options(
-    options: dict[str, Any], arm: Arm, plant: str | None, otherwise: bool, written: bool
-) -> SightOptions | None:
+def read_sight_options(options: dict[str, Any], arm: Arm, plant: str | None) -> SightOptions | None:
     """Return how it is to be learned by sight; None if it is not.
 
     Args:
         options: as typed.
         arm: that draws.
         plant: changes of the emulated brick's, if that draws; else None.
-        otherwise: whether it is said how the brick is to draw it.
-        written: whether a preview or a job is written.
 
     Raises:
         click.UsageError: what is typed does not go together, or is no place.
     """
-    simulate = plant is not None
-    if options["by_sight"] is None:
-        for key in (*CAMERAS, "scene", "forget"):
-            if options[key] not in (None, False, ""):
-                raise click.UsageError(
-                    f"{CAMERAS.get(key, '--' + key)} is for --by-sight N: add it."
-                )
-        if options["built"] and not simulate:
-            raise click.UsageError("--built is for --simulate: add it.")
+    if options["trials"] is None:
         return None
     if len(arm.joints) > 2:
         raise click.UsageError(
-            f"--by-sight teaches an arm in the plane, and {arm.name} moves in space: leave it out."
-        )
-    for key, option in CAMERAS.items():
-        if simulate and options[key] is not None:
-            raise click.UsageError(f"{option} is of a real camera: leave it out with --simulate.")
-    if otherwise and options["by_sight"]:
-        raise click.UsageError(
-            "--by-sight draws all of it, once: leave --repeat, --from, --resume and --detach out."
-        )
-    if written and options["by_sight"]:
-        raise click.UsageError(
-            "--by-sight rehearses at once: leave --preview and --job out, or --by-sight."
+            f"--trials teaches an arm in the plane, and {arm.name} moves in space: leave it out."
         )
     at = None
     if options["arm_at"]:
@@ -136,7 +104,7 @@ def read_sight_options(
             ) from None
         at = x, y, degrees
     return SightOptions(
-        options["by_sight"],
+        options["trials"],
         options["camera"],
         options["camera_file"],
         at,

@@ -15,12 +15,15 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
+from laptop.cli.command import OwnCommand
 from laptop.cli.options import (
     FiniteRange,
     arm_option,
     examples,
     importing,
     in_one_line,
+    json_option,
+    leave,
     out_option,
     typed_words,
 )
@@ -60,7 +63,7 @@ NEVER_CAME = 3
 EXAMPLES = examples(
     "simulate robot/driver.py line 10,0 5,10",
     "simulate --plant backlash=3,seed=4 --fault unplug:A@1.5 robot/driver.py home",
-    "simulate --arm none --wheels left=B,right=C --sensor in2=gyro:robot my_robot.py",
+    "simulate --arm none --wheels left=B,right=C --plug in2=gyro:robot my_robot.py",
 )
 
 
@@ -72,6 +75,8 @@ class BrickScript(click.Path):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Return its path; fail if there is none."""
+        if value.startswith("-"):
+            raise click.NoSuchOption(value, ctx=ctx)
         file = find_script(value)
         if not os.path.exists(file):
             own = sorted(os.path.basename(name) for name in (DRIVER, SERVO, BENCH_BRICK))
@@ -87,6 +92,7 @@ def _scripts_here() -> list[str]:
 
 
 @click.command(
+    cls=OwnCommand,
     short_help="Run a script, yours or ours, on an emulated brick.",
     context_settings={"ignore_unknown_options": True, "allow_interspersed_args": False},
     epilog=f"Sensors: {listing()}.\n\nWheels: {WHEELS.listing()}.\n\n"
@@ -147,25 +153,18 @@ def _scripts_here() -> list[str]:
 @click.option(
     "--plug",
     multiple=True,
-    metavar="PORT=KIND[:LOW..HIGH]",
-    help="A motor (large or medium) at a port that the arm leaves free; several times if needed. "
-    "A=large:-90..40 turns between stops at -90 and 40 deg, as a gripper does. "
-    "Beside an arm there is D=large where nothing else is at D.",
+    metavar="PORT=KIND[:VALUES]",
+    help="A motor (large or medium) at an output that the arm leaves free, A=large, or with stops, "
+    "A=large:-90..40, deg; beside an arm D=large is there where D is free.  Or a sensor at an "
+    "input, with its values over time: in2=ultrasonic:12..80/5s goes to and fro, "
+    "in3=color:white:black@2 changes at 2 s, in4=gyro:turns.csv follows a file; a touch "
+    "sensor is where nothing is said.",
 )
 @click.option(
     "--wheels",
     "wheels_text",
     metavar="KEY=VALUE,...",
     help="With --arm none: the motors at left=PORT and right=PORT carry a robot; its way is drawn.",
-)
-@click.option(
-    "--sensor",
-    "sensors",
-    multiple=True,
-    metavar="PORT=KIND[:VALUES]",
-    help="A sensor at an input, with its values over time: in2=ultrasonic:12..80/5s goes to and "
-    "fro, in3=color:white:black@2 changes at 2 s, in4=gyro:turns.csv follows a file; a touch "
-    "sensor is where nothing is said.",
 )
 @click.option(
     "--timeout",
@@ -186,6 +185,7 @@ def _scripts_here() -> list[str]:
     default=None,
     help="Draw picture.png; it takes longer than all the rest.  [default: if the arm has moved]",
 )
+@json_option
 @click.argument("script", type=BrickScript())
 @click.argument("args", nargs=-1, type=click.UNPROCESSED)
 def simulate(
@@ -201,7 +201,6 @@ def simulate(
     start: str,
     plug: tuple[str, ...],
     wheels_text: str | None,
-    sensors: tuple[str, ...],
     timeout: float,
     scene: str | None,
     pictured: bool | None,
@@ -232,7 +231,8 @@ def simulate(
         plant = read_plant(plant_text, measured)
         if measured:
             click.echo(f"as {constants_file} has it: {measured_brick.in_words(measured)}")
-        extra, stops = plugged(built, plug, wheels)
+        sensors = tuple(text for text in plug if text.startswith("in"))
+        extra, stops = plugged(built, [text for text in plug if text not in sensors], wheels)
         hand = None if hand_text is None else read_hand(hand_text)
         happening = [read_fault(text) for text in faults]
         pressed = [read_press(text) for text in presses]
@@ -302,7 +302,7 @@ def simulate(
             mover = "arm" if arm else "robot"
             why = "" if to_see else f"; the {mover} has not moved, so there is no picture"
             why = why if seen else "; without an arm and --wheels there is no picture"
-            click.echo(folder.write(told, files) + ("" if drawn else why))
+            click.echo(leave(folder, told, files) + ("" if drawn else why))
     if late:
         click.echo(
             f"laptop: never came: {', '.join(late)}; {Path(script).name} ended at "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from collections.abc import Iterator
 from contextlib import ExitStack
@@ -12,7 +13,7 @@ from typing import TYPE_CHECKING
 import click
 
 from laptop.cli.brick import THE_BRICK, talk
-from laptop.cli.old_options import CommandOfNow
+from laptop.cli.command import OwnCommand
 from laptop.cli.options import (
     arm_option,
     bar_option,
@@ -21,8 +22,10 @@ from laptop.cli.options import (
     examples,
     importing,
     in_one_line,
+    json_option,
     marker_height_option,
     sources_argument,
+    tell_figures,
     typed_words,
 )
 from laptop.record.figures.arm_numbers import numbers_of
@@ -62,7 +65,7 @@ class Crosses(click.ParamType):
 
 
 @click.command(
-    cls=CommandOfNow,
+    cls=OwnCommand,
     short_help="Where the arm's marker sits beside the pen, by touching crosses.",
     epilog=examples(
         "measure pen --camera 0 --arm mine.ini --bar 97",
@@ -120,6 +123,7 @@ class Crosses(click.ParamType):
     "~/.brickservo/arms of one that comes along, and ~/.brickservo/touched; with --simulate, "
     "runs/TIME-measure-pen]",
 )
+@json_option
 def touch(
     sources: tuple[str, ...],
     cameras: tuple[str, ...],
@@ -150,7 +154,6 @@ def touch(
     source, *others = *cameras_of(cameras, sources), None
     if others[:-1]:
         raise click.UsageError("One camera sees all crosses: give --camera once.")
-    _check(source, simulated, scene, plant, file, name, pen)
     say = partial(click.echo, file=sys.stdout)  # also while a program on the brick has that
     with in_one_line(), ExitStack() as stack:
         check_bar(bar)
@@ -186,30 +189,6 @@ def touch(
         if folder:
             told = _record(arm, fit, scene, plant, [file.name for file in places if file])
             say(folder.write(told))
-
-
-def _check(
-    source: str | None,
-    simulated: bool,
-    scene: str | None,
-    plant: str,
-    file: str | None,
-    name: str | None,
-    pen: str | None,
-) -> None:
-    """Refuse options that do not go together."""
-    if simulated and source not in (None, "synthetic"):
-        raise click.UsageError(f"--simulate has a camera of its own; leave {source} out.")
-    if not simulated and source is None:
-        raise click.UsageError("Give the camera, --camera 0 say, or --simulate.")
-    if not simulated and (scene is not None or plant):
-        raise click.UsageError("--scene and --plant are of the emulated arm; say --simulate, too.")
-    if source == "synthetic" and not simulated:
-        raise click.UsageError("the synthetic camera sees the emulated arm; say --simulate, too.")
-    if file is not None and simulated:
-        raise click.UsageError("--simulate touches by itself; leave --touches out.")
-    if file is not None and (name or pen):
-        raise click.UsageError("--touches calls no brick; leave --brick and --pen out.")
 
 
 def _open(source: str, effector: str | None, stack: ExitStack) -> Looks:
@@ -340,6 +319,7 @@ def _conclude(
     own, kept = places
     path = write_values(arm, {("arm", "marker_offset"): f"{x} {y}"}, own).file
     write_touched(kept, TouchedArm(arm.name, touching.paper, touching.bar, fit))
+    tell_figures(json.loads(kept.read_text(encoding="utf-8")))
     click.echo(
         f"marker_offset = {x} {y} written to {path}; how the arm stands on the board: {kept}"
     )

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from laptop.cli.old_options import CommandOfNow
+from laptop.cli.command import OwnCommand
 from laptop.cli.options import (
     FiniteRange,
     bar_option,
@@ -21,7 +21,7 @@ from laptop.cli.options import (
     frame_size_option,
     importing,
     in_one_line,
-    listen_port_option,
+    listen_option,
     marker_height_option,
     on_the_page,
     replace_option,
@@ -36,6 +36,7 @@ from shared.arm_description import find_arm, read_arm
 if TYPE_CHECKING:
     from laptop.see.serve.track import PageInputs, ServedPage
 
+LOCALHOST = "127.0.0.1"
 BRICK_TIMEOUT = 1e6
 """For an emulated brick, which ends with the tracker in any case, s."""
 END_TIMEOUT = 5.0
@@ -57,11 +58,11 @@ run()
 
 
 @click.command(
-    cls=CommandOfNow,
+    cls=OwnCommand,
     short_help="Find the markers in a camera's pictures, and serve the brick.",
     epilog=examples(
         "track --effector ball:green --goal 320,120",
-        "track --camera film.mp4 --no-serve --csv seen.csv",
+        "track --camera film.mp4 --no-serve --to seen.csv",
     ),
 )
 @click.option(
@@ -72,6 +73,15 @@ run()
     metavar="SOURCE",
     help="A webcam's number, a video file, a folder of pictures, a stream (http://, rtsp://) or "
     "synthetic; several times for several cameras, A, B, ...",
+)
+@click.option(
+    "--arm",
+    "arm_file",
+    envvar=state.ARM,
+    show_envvar=True,
+    metavar="FILE",
+    help="Arm that the page draws with, and that stands before a synthetic camera.  [default: "
+    "planar; before two of these spatial]",
 )
 @click.option(
     "--effector",
@@ -106,12 +116,14 @@ run()
     help="Of the synthetic cameras; B.KEY=VALUE is for camera B alone.",
 )
 @click.option(
-    "--csv",
-    type=click.Path(dir_okay=False, path_type=Path),
+    "--to",
+    "files",
+    multiple=True,
     metavar="FILE",
-    help="One row per frame and marker: frame,t,marker,u,v,confidence; of several cameras with "
-    "another column, camera; with --board x and y on it, cm, with --touched arm_x and arm_y, of "
-    "several cameras z and gap.",
+    help="FILE.csv: one row per frame and marker: frame,t,marker,u,v,confidence; of several "
+    "cameras with another column, camera; with --board x and y on it, cm, with --touched "
+    "arm_x and arm_y, of several cameras z and gap.  FILE.png[@FRAME]: the tracker's view of a "
+    "frame, the last one if not said; of several cameras FILE-A.png, FILE-B.png, ...",
 )
 @click.option(
     "--board",
@@ -136,8 +148,11 @@ run()
     default=True,
     help="Serve the brick (default); without it, files are gone through as fast as possible.",
 )
-@click.option("--host", default="", metavar="H", help="Address to listen at.  [default: all]")
-@listen_port_option
+@listen_option(
+    "--listen-port",
+    "listen_at",
+    "Where the brick is waited for, P 0 for any.  [default: 7711, at all addresses]",
+)
 @click.option(
     "--fps",
     type=FiniteRange(0.1, 1000),
@@ -145,12 +160,6 @@ run()
     help="Asked of a webcam; the pace of files instead of their own.",
 )
 @frame_size_option
-@click.option(
-    "--picture",
-    metavar="FILE.png[@FRAME]",
-    help="Write the tracker's view of a frame (the last one if not said); of several cameras "
-    "FILE-A.png, FILE-B.png, ...",
-)
 @click.option(
     "--page/--no-page",
     default=None,
@@ -164,13 +173,14 @@ run()
     help="Hold a run that was started on the page when no page is heard for 2 s (default).",
 )
 @click.option(
-    "--brick/--no-brick",
+    "--simulate/--no-simulate",
     default=True,
     help="Before a synthetic camera, an emulated brick comes when the page is first opened and "
     "none has called (default).",
 )
 @click.option(
-    "--announce",
+    "--json",
+    "announce",
     is_flag=True,
     help="Announce events to programs: standard output bears one JSON object per line, with its "
     '"event": cameras (name, source, size, fps), serving (host, port, code, addresses), page '
@@ -178,13 +188,15 @@ run()
 )
 @replace_option
 def track(
+    arm_file: str | None,
     page: bool | None,
-    page_host: str,
-    page_port: int | None,
+    page_at: tuple[str | None, int | None],
     page_hold: bool,
-    brick: bool,
+    simulate: bool,
     announce: bool,
     replace: bool,
+    files: tuple[str, ...],
+    listen_at: tuple[str | None, int | None],
     **options: Any,
 ) -> None:
     """Find the markers in every frame, and serve the brick.
@@ -195,26 +207,14 @@ def track(
         from rich.console import Console
 
         from laptop.see.serve import announcements, track
-        from laptop.see.serve.options import TrackOptions, read_picture
+        from laptop.see.serve.options import TrackOptions
 
-    for name, written in (
-        ("bar", "--bar"),
-        ("height", "--marker-height"),
-        ("touched", "--touched"),
-    ):
-        if options[name] is not None and not options["board"]:
-            raise click.UsageError(f"{written} is of the board; say --board, too.")
     shown = options["serve"] if page is None else page
     # The page brings an emulated brick along; its arm is there from the beginning.
     usual = "spatial" if shown and options["camera"].count("synthetic") > 1 else "planar"
-    arm = state.default_arm(usual)
-    if options["open"] and not shown:
-        raise click.UsageError("--open opens the page; leave --no-page out.")
+    arm = arm_file or usual
     with in_one_line():
-        if options["csv"]:
-            check_new(options["csv"], (".csv",), replace)
-        if options["picture"]:
-            check_new(read_picture(options["picture"])[0], (".png", ".jpg"), replace)
+        csv, picture = _outputs(files, replace)
         watch_boards = None
         if options["board"]:
             from laptop.see.table.table_watch import watch_tables
@@ -223,14 +223,16 @@ def track(
                 options["bar"], options["height"], options["touched"], read_arm(find_arm(arm))
             )
         status = track.track(
-            TrackOptions(**options),
+            TrackOptions(
+                csv=csv, picture=picture, host=listen_at[0] or "", port=listen_at[1], **options
+            ),
             partial(open_synthetic, arm),
             Console(stderr=announce),
-            start_brick=partial(start_brick, arm) if brick else None,
+            start_brick=partial(start_brick, arm) if simulate else None,
             open_page=partial(
                 _open_page,
-                page_host,
-                page_port,
+                page_at[0] or LOCALHOST,
+                page_at[1],
                 page_hold,
                 "synthetic" not in options["camera"],
                 arm,
@@ -241,6 +243,23 @@ def track(
             watch_boards=watch_boards,
         )
     sys.exit(status)
+
+
+def _outputs(files: tuple[str, ...], replace: bool) -> tuple[Path | None, str | None]:
+    """Return the table and the picture (FILE.png[@FRAME]) that are to be written."""
+    from laptop.see.serve.options import read_picture
+
+    tables, pictures = [], []
+    for file in files:
+        if Path(file).suffix.lower() == ".csv":
+            tables.append(Path(file))
+            check_new(tables[-1], (".csv",), replace)
+        else:
+            check_new(read_picture(file)[0], (".csv", ".png", ".jpg"), replace)
+            pictures.append(file)
+    if max(len(tables), len(pictures)) > 1:
+        raise click.UsageError(f"--to {files[1]}: write one .csv and one .png; leave this one out.")
+    return next(iter(tables), None), next(iter(pictures), None)
 
 
 def _open_page(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import Any
 
 from laptop.drawing.artwork import BadArtwork, stroke_length
 from laptop.drawing.preparing import DrawingPlan
@@ -42,6 +43,20 @@ def write_preview(plan: DrawingPlan, file: str | os.PathLike[str]) -> None:
     from laptop.drawing.preview_plot import preview_bytes  # matplotlib takes a second to load
 
     write_whole(file, preview_bytes(plan, lines_of(plan), ending))
+
+
+def figures_of(plan: DrawingPlan) -> dict[str, Any]:
+    """Return a plan's size and place, cm, strokes, ways, cm, and the time it takes, s."""
+    return {
+        "size_cm": list(plan.placement.size),
+        "centre_cm": list(plan.placement.centre),
+        "strokes": len(plan.strokes),
+        "drawn_cm": plan.cm,
+        "pen_up_cm": plan.after.pen_up_cm,
+        "seconds": plan.estimate.seconds,
+        "speed_cm_s": plan.speed,
+        "unreached_cm": sum(stroke_length(miss.points) for miss in plan.missed),
+    }
 
 
 def lines_of(plan: DrawingPlan) -> list[str]:

@@ -78,7 +78,7 @@ def listen(host: str, port: int | None) -> socket.socket:
             advice = {
                 errno.EADDRINUSE: "is in use; take another --page-port, or 0 for any",
                 errno.EACCES: "is not for everybody; take a --page-port from 1024 on",
-            }.get(number_of, f"cannot be had; give --page-host one of {here}")
+            }.get(number_of, f"cannot be had; give --page-port HOST:P with HOST one of {here}")
             raise NoPage(f"page: {host} port {number} {advice}") from None
     raise AssertionError("there is always a port to try")
 

@@ -6,7 +6,7 @@ import sys
 
 import click
 
-from laptop.cli.bench import CPU_OPTION, BenchCommand, choices, command_of, seeds_option
+from laptop.cli.bench import BenchCommand, choices, command_of, cpu_option, seeds_option
 from laptop.cli.main import main
 from laptop.cli.options import without_own_arms
 from laptop.cli.start import order_sets
@@ -19,7 +19,7 @@ CLAIMS = (
         "limits",
         HERE + "limits",
         "Where lines are no longer straight: plants farther and farther off.",
-        (CPU_OPTION,),
+        (cpu_option(),),
     ),
     BenchCommand(
         "interruptions",
@@ -58,7 +58,7 @@ CLAIMS = (
         (
             seeds_option("1000:1003", "Random arms, cameras, starts, goals and moments."),
             choices("--arm", ("planar", "geared", "spatial"), "[default: planar]"),
-            CPU_OPTION,
+            cpu_option(),
         ),
     ),
     BenchCommand(
@@ -68,14 +68,14 @@ CLAIMS = (
         (
             seeds_option(None, "Random tasks, five faults in each; 200 make a thousand."),
             seeds_option(None, "The same with five pairs of faults; 60 make 300.", "--pairs"),
-            CPU_OPTION,
+            cpu_option(),
         ),
     ),
     BenchCommand(
         "wrong-arms",
         HERE + "wrong_arms",
         "Arms that are not as described: whether it is named in time.",
-        (seeds_option("1:21", "Random wrong arms, and as many right ones."), CPU_OPTION),
+        (seeds_option("1:21", "Random wrong arms, and as many right ones."), cpu_option()),
     ),
     BenchCommand(
         "page",

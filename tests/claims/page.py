@@ -160,8 +160,8 @@ def start_tracker(
     folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="brickservo-claims-"))
     crew = ProcessGroup(Path(folder), {STATE: folder, ARM: arm.file})
     stack.callback(crew.close)
-    line = ["track", "--announce", *["--camera", "synthetic"] * cameras, "--host", "127.0.0.1"]
-    line += ["--port", "0", "--page", "--page-port", "0"]
+    line = ["track", "--json", *["--camera", "synthetic"] * cameras]
+    line += ["--listen-port", "127.0.0.1:0", "--page", "--page-port", "0"]
     line += [word.format(folder=folder) for word in words]
     return Path(folder), crew, crew.start("tracker", line)
 
@@ -183,7 +183,7 @@ def _measure(made: Any, seed: int, looking: Viewers) -> PageResult:
     scene, goals = choose_goals(arm, seed)
     rig = CameraRig(arm, scene)
     with ExitStack() as stack:
-        words = ["--scene", f"{scene},fps={FPS:g}", "--csv", "{folder}/track.csv", "--no-brick"]
+        words = ["--scene", f"{scene},fps={FPS:g}", "--to", "{folder}/track.csv", "--no-simulate"]
         folder, crew, tracker = start_tracker(stack, arm, *words)
         place, code = wait_for_link(tracker)
         clock = PacedClock(str(folder))

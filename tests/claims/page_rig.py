@@ -120,7 +120,7 @@ class PageRig:
         arm = read_arm(find_arm("planar"))
         scene = Scene(arm, read_scene(""))
         self.goals = [scene.truth(posture)["effector"] for posture in POSTURES]
-        words = ["--scene", f"fps={FPS:g}", "--no-brick"]
+        words = ["--scene", f"fps={FPS:g}", "--no-simulate"]
         folder, crew, self.tracker = start_tracker(stack, arm, *words)
         place, _ = wait_for_link(self.tracker)
         words = ["simulate", "--realtime", "--timeout", "1e6", "--arm", arm.file]

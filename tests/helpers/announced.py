@@ -1,4 +1,4 @@
-"""Reading of what `track --announce` writes, for tests that start it."""
+"""Reading of what `track --json` writes, for tests that start it."""
 
 import json
 

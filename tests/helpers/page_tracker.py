@@ -63,12 +63,10 @@ class Tracker:
                 "laptop",
                 "track",
                 *words,
-                "--host",
-                "127.0.0.1",
                 "--listen-port",
-                "0",
+                "127.0.0.1:0",
             ]
-            + ["--page-port", "0", "--announce"],
+            + ["--page-port", "0", "--json"],
             cwd=folder,  # where it keeps the runs of which a report is opened
             env=environment,
             stdout=subprocess.PIPE,

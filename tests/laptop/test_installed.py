@@ -212,7 +212,7 @@ def test_a_video_is_tracked_there(brickservo):
     for _ in range(5):
         out.write(image)
     out.release()
-    done = brickservo("track", "--camera", "Film.avi", "--no-serve", "--csv", "seen.csv")
+    done = brickservo("track", "--camera", "Film.avi", "--no-serve", "--to", "seen.csv")
     assert (done.returncode, done.stderr) == (0, "")
     rows = (brickservo.folder / "seen.csv").read_text().splitlines()
     seen = [row.split(",") for row in rows if ",effector," in row]

@@ -83,8 +83,8 @@ def both(tmp_path_factory):
     tracker = subprocess.Popen(
         [sys.executable, "-m", "laptop", "track", "--no-page", "--effector", "disc:red"]
         + ["--camera", str(folder / "A.avi"), "--camera", str(folder / "B.avi")]
-        + ["--goal", "A:300,20", "--goal", "B:100,30", "--csv", str(folder / "film.csv")]
-        + ["--host", "127.0.0.1", "--listen-port", "0", "--announce"],
+        + ["--goal", "A:300,20", "--goal", "B:100,30", "--to", str(folder / "film.csv")]
+        + ["--listen-port", "127.0.0.1:0", "--json"],
         cwd=ROOT,
         env={**environment, "BRICKSERVO_STATE": str(folder / "laptop")},
         stdout=subprocess.PIPE,

@@ -1,4 +1,4 @@
-"""What `--sensor in2=ultrasonic:12..80/5s,heard=0:1@3` orders: a kind of sensor and its values."""
+"""What `--plug in2=ultrasonic:12..80/5s,heard=0:1@3` orders: a kind of sensor and its values."""
 
 import re
 from collections import namedtuple

@@ -51,7 +51,7 @@ def on(error, source, folder, sysfs):
     kind = type(error).__name__
     if kind == "DeviceNotFound":
         found = ", ".join(sysfs.plugged_in()) or "nothing"
-        return "plugged in: {}; see --plug and --sensor".format(found)
+        return "plugged in: {}; see --plug".format(found)
     if kind == "ModuleNotFoundError" and error.name:
         return _on_module(error.name, source, folder)
     file = getattr(error, "filename", None)
@@ -97,7 +97,7 @@ def _on_device(parts, sysfs):
         "in {}/{} there is {}; a device has another number after each plugging: look for {}".format(
             ROOT,
             parts[0],
-            ", ".join(found) or "nothing: see --plug and --sensor",
+            ", ".join(found) or "nothing: see --plug",
             "its address"
             if parts[0] in ("tacho-motor", "lego-sensor", "lego-port")
             else "its name",

@@ -268,7 +268,7 @@ def _check_seen(name: str, seen: int, cycles: int) -> None:
         raise HiddenMarker(
             f"{name}: the marker was seen in {seen} of {cycles} cycles; the camera must see all of "
             "the test's cube, and nothing may hide the marker: look at its picture, or give --at "
-            "or --side"
+            "or --size"
         )
 
 

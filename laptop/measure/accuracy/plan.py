@@ -243,7 +243,7 @@ def plan_accuracy(
     found, elbow, middle = _room(arm, d, centre)
     what = "square" if d == 2 else "cube"
     where = "anywhere" if centre is None else f"at {','.join(f'{c:g}' for c in centre)} cm"
-    advice = "give another --at" if centre is not None else "give a smaller --side"
+    advice = "give another --at" if centre is not None else "give a smaller --size"
     if found < (side or SIZES[0]):
         wanted = f" of {side:g} cm" if side else ""
         raise BadAccuracyPlan(

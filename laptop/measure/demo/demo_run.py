@@ -279,13 +279,13 @@ class DemoRun:
             TRACKER,
             [
                 "track",
-                "--announce",
+                "--json",
                 *["--camera", "synthetic"] * len(self._rig),
                 *self._page_words(),
             ]
-            + ["--scene", self._rig.text, "--host", "127.0.0.1", "--listen-port", "0"]
-            + ["--csv", str(self._folder / "track.csv")]
-            + ["--picture", str(self._folder / "camera.png")],
+            + ["--scene", self._rig.text, "--listen-port", "127.0.0.1:0"]
+            + ["--to", str(self._folder / "track.csv")]
+            + ["--to", str(self._folder / "camera.png")],
             self._pass_on,
         )
 
@@ -313,8 +313,8 @@ class DemoRun:
         options = self._options
         if not options.page:
             return ["--no-page"]
-        words = ["--page", "--no-brick", "--page-host", options.page_host]
-        words += [] if options.page_port is None else ["--page-port", str(options.page_port)]
+        port = "" if options.page_port is None else options.page_port
+        words = ["--page", "--no-simulate", "--page-port", f"{options.page_host}:{port}"]
         return words + ["--open"] * options.open
 
     def _show_page(self, address: str) -> None:

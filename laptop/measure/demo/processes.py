@@ -82,7 +82,7 @@ class ChildProcess:
 
     Args:
         name: for people.
-        words: after `python -m laptop`.  With --announce its standard output is read as events.
+        words: after `python -m laptop`.  With --json its standard output is read as events.
         log: file for all of its output.
         environment: variables beside those of this process.
         on_line: called with every line for people, in another thread.
@@ -106,7 +106,7 @@ class ChildProcess:
         self.events: list[dict[str, Any]] = []
         self._last_error = ""
         self._on_line = on_line
-        self._announces = "--announce" in words
+        self._announces = "--json" in words
         self._lock = threading.Lock()  # one line after the other, whichever pipe has it
         self._output, self._errors = self._pipes = _Pipe(), _Pipe()
         self._process = subprocess.Popen(

@@ -51,7 +51,7 @@ def read_lone_log(name: str, file: Path) -> ReportRun:
 
 
 def is_track(file: Path) -> bool:
-    """Return whether a CSV begins as that of `track --csv`."""
+    """Return whether a CSV begins as that of `track --to FILE.csv`."""
     try:
         with file.open("rb") as opened:
             first = opened.readline(200).decode("ascii", "replace").strip().split(",")
@@ -61,7 +61,7 @@ def is_track(file: Path) -> bool:
 
 
 def read_track(name: str, file: Path) -> ReportRun:
-    """Return what `track --csv` wrote.
+    """Return what `track --to FILE.csv` wrote.
 
     Raises:
         DamagedRun: it is not as it is written.

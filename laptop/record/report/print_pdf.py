@@ -73,7 +73,7 @@ def print_pdf(html: str, out: Path, browser: str) -> None:
             shutil.copyfile(made, out)
         except OSError as error:
             raise CannotPrint(
-                f"cannot write {out}: {error.strerror}; give another file with --pdf"
+                f"cannot write {out}: {error.strerror}; give another file with --to"
             ) from None
 
 

@@ -140,5 +140,5 @@ def write_picture(file: Path, view: AnnotatedFrame) -> None:
         file.write_bytes(data.tobytes())
     except OSError as error:
         raise BadPicture(
-            f"cannot write {file}: {error.strerror}; choose another with --picture"
+            f"cannot write {file}: {error.strerror}; choose another with --to"
         ) from None

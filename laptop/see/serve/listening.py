@@ -42,8 +42,9 @@ def listen(host: str, port: int) -> socket.socket:
         listener = _bind(host, port)
     except (socket.gaierror, UnicodeError):
         raise CannotListen(
-            f"there is no host {ascii(host)[:40]}; give --host an address of this machine, "
-            f"one of {', '.join(['127.0.0.1', *own_addresses()])}, or leave it out"
+            f"there is no host {ascii(host)[:40]}; give --listen-port HOST:PORT with an "
+            f"address of this machine, one of "
+            f"{', '.join(['127.0.0.1', *own_addresses()])}, or leave it out"
         ) from None
     except OSError as error:
         raise CannotListen(_why_not(host, port, error)) from None
@@ -77,7 +78,7 @@ def _why_not(host: str, port: int, error: OSError) -> str:
         return f"port {port} is not for everybody; take one from 1024 on, like --listen-port {PORT}"
     if error.errno == errno.EADDRNOTAVAIL:
         return (
-            f"this machine has not the address {host}; give --host one of "
+            f"this machine has not the address {host}; give --listen-port HOST:PORT with one of "
             f"{', '.join(['127.0.0.1', *own_addresses()])}, or leave it out"
         )
     return f"cannot listen at {host or 'any address'}, port {port}: {error.strerror}"

@@ -141,7 +141,7 @@ class ObservationCsv:
         except OSError as error:
             advice = "make room or " if error.errno == errno.ENOSPC else ""
             raise TrackingInterrupted(
-                f"cannot write {self.file}: {error.strerror}; {advice}choose another with --csv"
+                f"cannot write {self.file}: {error.strerror}; {advice}choose another with --to"
             ) from None
 
 

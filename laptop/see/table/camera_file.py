@@ -6,6 +6,7 @@ import json
 import math
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -46,14 +47,10 @@ ASYMMETRY = 1e-3
 """Greatest error of a correlation: by how much it is beyond 1, or not the same both ways."""
 
 
-def write_camera(file: str | Path, calibration: Calibration) -> None:
-    """Keep a calibration.
-
-    Raises:
-        BadCalibration: the file cannot be written.
-    """
+def figures_of(calibration: Calibration) -> dict[str, Any]:
+    """Return a calibration as it stands in its file."""
     camera = calibration.camera
-    told = {
+    return {
         "board": calibration.board.paper,
         "bar": calibration.bar,
         "size": list(camera.size),
@@ -61,8 +58,16 @@ def write_camera(file: str | Path, calibration: Calibration) -> None:
         **{name: getattr(calibration, name) for name in NUMBERS},
         **{name: getattr(camera, name).tolist() for name in SHAPES},
     }
+
+
+def write_camera(file: str | Path, calibration: Calibration) -> None:
+    """Keep a calibration.
+
+    Raises:
+        BadCalibration: the file cannot be written.
+    """
     try:
-        write_json(file, told)
+        write_json(file, figures_of(calibration))
     except OSError as error:
         raise BadCalibration(
             f"cannot write {printable(str(file))}: {error.strerror}; choose another file"

@@ -156,7 +156,9 @@ def test_a_row_tells_how_far_short_a_line_stops():
     assert timed == pytest.approx(results[1].end, abs=1), "it is nearly on the line"
 
 
-@pytest.mark.parametrize("words", [(), ("--cpu", "2"), ("--arm", "spatial", "--cpu", "2")])
+@pytest.mark.parametrize(
+    "words", [(), ("--plant", "cpu=2"), ("--arm", "spatial", "--plant", "cpu=2")]
+)
 def test_the_bench_computes_as_slowly_as_asked_and_says_so(monkeypatch, words):
     asked = []
 

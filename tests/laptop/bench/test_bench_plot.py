@@ -71,7 +71,7 @@ def test_a_drawing_is_drawn_and_measured(tmp_path):
         '<svg xmlns="http://www.w3.org/2000/svg" width="4cm" height="4cm" viewBox="0 0 4 4">'
         '<path d="M0,0H3M0,1H3" fill="none" stroke="black"/></svg>'
     )
-    words = ["bench", "plot", "--arm", "planar", "--json", "--pictures", str(tmp_path), str(file)]
+    words = ["bench", "plot", "--arm", "planar", "--json", "--out", str(tmp_path), str(file)]
     done = CliRunner().invoke(laptop, words)
     assert done.exit_code == 0, done.output
     (one,) = json.loads(done.stdout)
@@ -132,7 +132,7 @@ def test_vpype_reads_the_same_drawing_beside(tmp_path, monkeypatch):
     assert plot_speed.table([spokes])[0][2:4] != ["-", "-"]
 
 
-def test_speed_is_of_its_own_drawings():
-    done = CliRunner().invoke(laptop, ["bench", "plot", "--speed", "rose"])
-    assert done.exit_code == 1
-    assert "--speed is of its own drawings" in done.output
+def test_planning_is_of_its_own_drawings():
+    done = CliRunner().invoke(laptop, ["bench", "planning", "rose"])
+    assert done.exit_code == 2
+    assert "unexpected extra argument" in done.output

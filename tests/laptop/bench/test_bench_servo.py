@@ -362,7 +362,7 @@ def bench(monkeypatch):
 
 def test_bench_servo_takes_what_is_asked(bench):
     arguments = "--seeds 3:5 --scene latency --arm geared --method chain --method oracle --rendered"
-    arguments += " --cpu 2"
+    arguments += " --plant cpu=2"
     shown = bench(*arguments.split(), "--json")
     assert shown.exit_code == 0, shown.output
     methods = "chain", "oracle"

@@ -70,16 +70,14 @@ def test_install_doctor_home_draw_and_servo_by_a_live_tracker(ssh_brick):
     words = (
         "--camera",
         "synthetic",
-        "--host",
-        "127.0.0.1",
         "--listen-port",
-        "0",
+        "127.0.0.1:0",
         "--no-page",
-        "--announce",
+        "--json",
     )
     words += "--scene", "marker_height=0"  # no parallax between the tip and the goal on the paper
     tracker = subprocess.Popen(
-        [sys.executable, "-m", "laptop", "track", *words, "--no-brick"],
+        [sys.executable, "-m", "laptop", "track", *words, "--no-simulate"],
         cwd=ROOT,
         env={**os.environ, "BRICKSERVO_STATE": str(ssh_brick.home / ".brickservo")},
         stdout=subprocess.PIPE,

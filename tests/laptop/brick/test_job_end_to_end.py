@@ -98,8 +98,8 @@ def test_it_goes_on_when_the_laptop_has_gone_and_is_seen_again(ssh_brick, job, t
     assert ssh_brick.run("run", "driver.py", "home", "--seek")[0] == 0
     ssh_brick.emulate("--realtime")
     status, said = on_brick(ssh_brick, jobs.draw, job, (), lambda status: typed(b"q"))
-    assert (status, said[-1]) == (0, "left to draw alone; draw --watch shows it again")
-    with pytest.raises(BrickProblem, match="draws another job; watch it by draw --watch"):
+    assert (status, said[-1]) == (0, "left to draw alone; brick watch shows it again")
+    with pytest.raises(BrickProblem, match="draws another job; watch it by brick watch"):
         on_brick(ssh_brick, jobs.draw, job, (), lambda status: None)
     seen = []
     assert on_brick(ssh_brick, jobs.watch, seen.append)[0] == 0

@@ -57,12 +57,12 @@ def refused(result, tmp_path):
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        ((), "give a camera, such as --camera 0, or --simulate"),
-        (("--camera", "0", "--simulate"), "--simulate has a camera of its own: leave --camera out"),
-        (("--camera", "0", "--seed", "3"), "--seed is of what is emulated: give --simulate, too"),
-        (("--camera", "0", "--scene", ""), "--scene is of what is emulated: give --simulate, too"),
-        (("--simulate", "--effector", "red"), "--effector is of what is real: leave it out with"),
-        (("--simulate", "--brick"), "--brick is of what is real: leave it out with --simulate"),
+        ((), "Give the camera, --camera 0 say, or --simulate."),
+        (("--camera", "0", "--simulate"), "a camera of its own: leave --camera out"),
+        (("--camera", "0", "--seed", "3"), "--seed is of what is emulated: add --simulate"),
+        (("--camera", "0", "--scene", ""), "--scene is of what is emulated: add --simulate"),
+        (("--simulate", "--effector", "red"), "of its own: leave --effector out"),
+        (("--simulate", "--brick"), "of its own: leave --brick out"),
         (("--simulate", "--crosses", "1,2"), "3 different crosses are the least, 6 are better"),
         (("--simulate", "--crosses", "1,2,3,01"), "touch each cross once, others tell more"),
         (
@@ -71,7 +71,7 @@ def refused(result, tmp_path):
         ),
         (("--simulate", "--crosses", "1,2,3", "--arm", "spatial"), "is for an arm in the plane"),
         (("--simulate", "--bar", "nan"), "nan is not in the range 50<=x<=200"),
-        (("--simulate", "--seconds", "5"), "5.0 is not in the range 60<=x<=900"),
+        (("--simulate", "--timeout", "5"), "5.0 is not in the range 60<=x<=900"),
     ],
 )
 def test_words_that_do_not_go_together_are_refused(run, tmp_path, words, told):
@@ -184,14 +184,14 @@ def test_where_the_arms_file_is_refused_no_summary_says_calibrated(run, tmp_path
         raise BadIdentification("home lies outside its limits")
 
     monkeypatch.setattr(measured_numbers, "write_measured", refuse)
-    done = run("--simulate", "--seconds", "60", status=1)
+    done = run("--simulate", "--timeout", "60", status=1)
     assert "outside its limits" in done.output
     assert list((tmp_path / "out").glob("*")) == []
 
 
 @pytest.mark.long
 def test_a_dry_run_tells_and_changes_no_arm(run, tmp_path):
-    result = run("--simulate", "--plant", "cpu=0", "--dry-run", "--seconds", "60")
+    result = run("--simulate", "--plant", "cpu=0", "--preview", "--timeout", "60")
     assert "the arm's file was left as it is, as wished" in result.output
     assert sorted(one.name for one in (tmp_path / "out").iterdir()) == ["rests.csv", "run.json"]
 
@@ -206,7 +206,7 @@ def test_what_sight_alone_does_not_tell_stays_as_it_was(run, tmp_path):
         "100",
         "--marker-height",
         "25",
-        "--seconds",
+        "--timeout",
         "90",
     )
     result = run("--simulate", "--plant", "cpu=0", *words)

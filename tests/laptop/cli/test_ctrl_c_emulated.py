@@ -22,7 +22,7 @@ Rig.run = interrupted
 program.run()
 """
 CALIBRATE = ("measure", "arm", "--simulate")
-DRAW = ("draw", "--line", "10,0 5,10", "--by-sight", "3", "--simulate")
+DRAW = ("draw", "--line", "10,0 5,10", "--trials", "3", "--simulate")
 TOUCH = ("measure", "pen", "--simulate")
 ACCURACY = ("measure", "accuracy", "--simulate", "--cycles", "3")
 IMPORTING, AT_WORK = 0.3, 6.0

@@ -46,13 +46,13 @@ def draw(tmp_path, monkeypatch):
     return run
 
 
-def test_the_help_has_six_examples(draw):
+def test_the_help_has_five_examples(draw):
     done = draw("--help")
-    assert len(re.findall(r"(?m)^    \S.* draw ", done.output.split("Examples:")[1])) == 6
+    assert len(re.findall(r"(?m)^    \S.* draw ", done.output.split("Examples:")[1])) == 5
 
 
 def test_a_drawing_is_shown_before_and_nothing_moves(draw, tmp_path):
-    done = draw("house", "--preview", "rose.svg", "--preview", "rose.png")
+    done = draw("house", "--to", "rose.svg", "--to", "rose.png")
     assert "about " in done.output
     assert "rose.svg is written" in done.output
     assert "<svg" in (tmp_path / "rose.svg").read_text()
@@ -93,7 +93,7 @@ def test_the_hand_does_what_it_is_asked_for_and_nothing_else(line, presses):
 
 
 def test_what_cannot_be_reached_is_refused_but_shown(draw, tmp_path):
-    words = ("--at", "20,0", "--size", "10", "--preview", "rose.svg", "--job", "a.job")
+    words = ("--at", "20,0", "--size", "10", "--to", "rose.svg", "--to", "a.job")
     done = draw("rose", *words, status=1)
     assert "cannot be reached (red)" in done.output
     assert (tmp_path / "rose.svg").exists()
@@ -102,20 +102,20 @@ def test_what_cannot_be_reached_is_refused_but_shown(draw, tmp_path):
 
 def test_a_job_is_written_for_the_arm(draw, tmp_path):
     (tmp_path / "square.svg").write_text(SQUARE)
-    draw("square.svg", "--size", "4", "--job", "square.job")
+    draw("square.svg", "--size", "4", "--to", "square.job")
     header = Job(str(tmp_path / "square.job"), read_arm(find_arm("planar"))).header
     assert header.cm == pytest.approx(16.0, abs=0.01)
     assert header.strokes == 1
 
 
 def test_standard_input_is_read(draw, tmp_path):
-    draw("-", "--size", "4", "--job", "a.job", input=SQUARE)
+    draw("-", "--size", "4", "--to", "a.job", input=SQUARE)
     assert (tmp_path / "a.job").exists()
 
 
-@pytest.mark.parametrize("words", [("--text", "Hi\\nyou"), ("--card", "star")])
+@pytest.mark.parametrize("words", [("--text", "Hi\\nyou"), ("star",)])
 def test_texts_and_cards_are_drawn(draw, words):
-    draw(*words, "--size", "4", "--job", "a.job")
+    draw(*words, "--size", "4", "--to", "a.job")
 
 
 def test_it_is_tried_on_the_emulated_brick_with_its_truth_in_mm(draw, tmp_path):
@@ -141,7 +141,7 @@ def test_it_is_tried_on_the_emulated_brick_with_its_truth_in_mm(draw, tmp_path):
 @pytest.mark.long
 def test_a_trial_that_ends_before_the_first_stroke_says_so(draw, monkeypatch):
     monkeypatch.setattr(drawing_plot, "pen_down_runs", lambda rows: [])
-    done = draw("--card", "star", "--size", "3", "--simulate", "--out", "try")
+    done = draw("star", "--size", "3", "--simulate", "--out", "try")
     assert "nothing was drawn" in done.output
     assert "nan" not in done.output
 
@@ -152,32 +152,28 @@ def test_it_is_begun_at_a_share_and_repeated_there(draw):
 
 
 def test_the_boundary_of_the_reach_is_drawn_where_it_is(draw, tmp_path):
-    draw("--card", "reach", "--job", "reach.job")
+    draw("reach", "--to", "reach.job")
     arm = read_arm(find_arm("planar"))
     wished = reach_card(arm).strokes
     job = Job(str(tmp_path / "reach.job"), arm)
     pieces = [piece for k in range(1, job.header.strokes + 1) for piece in job.stroke(k).pieces]
     ends = np.array([forward(arm, piece[2]) for piece in pieces])
     assert np.min([distances(ends, stroke) for stroke in wished], axis=0).max() < 0.02
-    done = draw("--card", "reach", "--rotate", "5", "--job", "reach.job", "--replace", status=2)
+    done = draw("reach", "--rotate", "5", "--to", "reach.job", "--replace", status=2)
     assert "the card reach lies where it is: leave --rotate out" in done.output
 
 
-@pytest.mark.parametrize("option", ["--preview", "--job"])
-def test_what_is_drawn_is_never_written_over(draw, tmp_path, option):
+def test_what_is_drawn_is_never_written_over(draw, tmp_path):
     mine = (GALLERY / "house.svg").read_bytes()
     (tmp_path / "mine.svg").write_bytes(mine)
     (tmp_path / "folder").mkdir()
-    done = draw("mine.svg", option, "folder/../mine.svg", status=2)
+    done = draw("mine.svg", "--to", "folder/../mine.svg", status=2)
     assert "mine.svg is what is drawn, too: write to another file" in done.output
     assert (tmp_path / "mine.svg").read_bytes() == mine
     (tmp_path / "other.svg").write_bytes(mine)
-    done = draw("rose", option, "other.svg", status=1)
-    assert ("is there already" if option == "--preview" else "would be no .job") in done.output
-    done = draw("rose", "--job", "other.svg", "--replace", status=1)
-    assert "other.svg would be no .job by its name" in done.output
+    assert "is there already" in draw("rose", "--to", "other.svg", status=1).output
     assert (tmp_path / "other.svg").read_bytes() == mine
-    draw("rose", "--preview", "other.svg", "--replace")
+    draw("rose", "--to", "other.svg", "--replace")
     assert (tmp_path / "other.svg").read_bytes() != mine
 
 
@@ -189,45 +185,47 @@ def test_what_is_drawn_is_never_written_over(draw, tmp_path, option):
         (("nothing.svg",), "there is no such file; give one, or a drawing that comes along"),
         (("rose", "--size", "5x"), "write it as 5x10 or 5, in cm"),
         (("rose", "--at", "5"), "write it as 5,10, in cm"),
-        (("rose", "--fit", "--size", "5"), "leave it or --size out"),
         (("rose", "--speed", "nan"), "speed nan: give 0.5 to 50 cm/s"),
         (("rose", "--tolerance", "9"), "tolerance 9: give 0 to 2 mm"),
         (("rose", "--paper", "a9"), "paper 'a9' is no sheet"),
         (("rose", "--elbow", "left"), "elbow 'left': give one of"),
-        (("rose", "--letters", "1"), "--letters is for a drawing made of a text, and rose is none"),
-        (("--text", "H", "--detail", "9"), "--detail is for a drawing made of a picture, and H is"),
+        (
+            ("rose", "--lettering", "height=1"),
+            "--lettering is for a drawing made of a text, and rose is none",
+        ),
+        (
+            ("--text", "H", "--tracing", "detail=9"),
+            "--tracing is for a drawing made of a picture, and H is",
+        ),
         (("--text", "H", "--layer", "a"), "--layer is for a drawing made of an SVG, and H is none"),
         (("--line", "9,0 9,5", "--fill", "hatch"), "--fill is for a drawing made of an SVG"),
         (
-            ("--text", "H", "--letters", "1", "--size", "9"),
+            ("--text", "H", "--lettering", "height=1", "--size", "9"),
             "says how large it is: leave --size out",
         ),
         (("rose", "--layer", "ink"), "layer 'ink': rose has no layers; leave it out"),
         (("rose", "--from", "140%"), "--from 140%: give a share of its length, as 40%"),
         (("rose", "--from", "\u0664\u0660%"), "give a share of its length, as 40%"),
-        (("rose", "--from", "4", "--resume"), "leave it or --from out"),
-        (("rose", "--watch"), "stand alone"),
-        (("--jobs", "--cancel", "a"), "stand alone"),
-        (("rose", "--preview", "rose.gif"), "a preview is written as .svg or .png"),
+        (("rose", "--from", "4", "--resume"), "knows where to go on: leave --from out"),
+        (("rose", "--to", "rose.gif"), "would be no .job or .svg or .png by its name"),
         (
-            ("rose", "--preview", "no/rose.svg"),
+            ("rose", "--to", "no/rose.svg"),
             "cannot write no/rose.svg: there is no folder no; make it",
         ),
-        (("--card", "house"), "there is no such test card"),
         (("",), "no file is named; give one, or a drawing: house"),
-        (("rose", "--preview", "a.svg", "--job", "./a.svg"), "a.svg is a file that is written"),
-        (("--text", "a", "--letters", "0"), "letters = 0 cm: it must be from 0.1"),
+        (("rose", "--to", "a.svg", "--to", "./a.svg"), "a.svg is a file that is written"),
+        (("--text", "a", "--lettering", "height=0"), "letters = 0 cm: it must be from 0.1"),
         (("rose", "--arm", "nobody"), "nobody"),
-        (("--jobs", "--repeat", "3"), "stand alone"),
-        (("--watch", "--preview", "rose.svg"), "stand alone"),
-        (("rose", "--preview", "rose.svg", "--repeat", "3"), "--repeat is for drawing"),
-        (("rose", "--job", "rose.job", "--from", "4"), "--from is for drawing"),
-        (("rose", "--job", "rose.job", "--detach"), "--detach is for drawing on the brick"),
-        (("rose", "--simulate", "--resume"), "an emulated one begins anew: leave it out"),
-        (("rose", "--simulate", "--detach"), "--detach is for drawing on the brick: leave it out"),
-        (("--cancel", "", "rose"), "stand alone"),
-        (("rose", "--job", "rose.job", "--out", "a"), "--out is for --simulate: leave it out"),
-        (("rose", "--job", "-"), "- would be a file of this name"),
+        (("rose", "--to", "rose.svg", "--repeat", "3"), "--to draws nothing: leave --repeat out"),
+        (("rose", "--to", "rose.job", "--from", "4"), "--to draws nothing: leave --from out"),
+        (("rose", "--to", "rose.job", "--detach"), "--to draws nothing: leave --detach out"),
+        (("rose", "--simulate", "--resume"), "--simulate begins anew: leave --resume out"),
+        (("rose", "--simulate", "--detach"), "the emulated brick: leave --detach out"),
+        (
+            ("rose", "--to", "rose.job", "--out", "a"),
+            "--out is for the emulated arm: add",
+        ),
+        (("rose", "--to", "-"), "- would be a file of this name"),
         (("https://a.org/b.svg",), "nothing is fetched from addresses; save it"),
     ],
 )
@@ -241,7 +239,7 @@ def test_bad_input_is_told_in_a_line(draw, words, told):
 @pytest.mark.long
 def test_the_time_that_is_told_is_that_of_what_is_drawn(draw, tmp_path):
     for words in ((), ("--repeat", "2"), ("--from", "50%")):
-        draw("--card", "grid", "--size", "3", "--simulate", "--out", "out", *words)
+        draw("grid", "--size", "3", "--simulate", "--out", "out", *words)
         (drawn,) = run_in(tmp_path / "out")["drawings"]
         assert drawn["estimated s"] == pytest.approx(drawn["time s"], rel=0.06), words
 

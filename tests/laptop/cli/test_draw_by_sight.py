@@ -1,4 +1,4 @@
-"""`draw --by-sight` as typed: what is learned, what is drawn of it, what is refused in a line."""
+"""`draw --trials` as typed: what is learned, what is drawn of it, what is refused in a line."""
 
 import json
 from pathlib import Path
@@ -41,17 +41,17 @@ def off(folder):
 
 @pytest.mark.long
 def test_what_was_rehearsed_is_kept_and_drawn_again(draw, tmp_path):
-    done = draw(*LINE, "--by-sight", "2", *PLANT, "--out", "first")
+    done = draw(*LINE, "--trials", "2", *PLANT, "--out", "first")
     assert done.exit_code == 0, done.output
     assert "rehearsal 1 of 2: the tip missed its path by" in done.output
     assert "what was learned is kept in" in done.output
     assert (tmp_path / "first" / "learning.png").exists()
     (file,) = (tmp_path / "state" / "learned").iterdir()
-    again = draw(*LINE, "--by-sight", "0", *PLANT, "--out", "again")
+    again = draw(*LINE, "--trials", "0", *PLANT, "--out", "again")
     assert again.exit_code == 0, again.output
     assert "as 2 rehearsals have taught:" in again.output
     # Of an emulated arm the real one learns nothing.
-    refused(draw(*LINE, "--by-sight", "0", "--job", "a.job"), "nothing is learned of this path")
+    refused(draw(*LINE, "--trials", "0", "--to", "a.job"), "nothing is learned of this path")
     assert not (tmp_path / "a.job").exists()
     plain = draw(*LINE, *PLANT, "--out", "plain")
     assert plain.exit_code == 0, plain.output
@@ -62,7 +62,7 @@ def test_what_was_rehearsed_is_kept_and_drawn_again(draw, tmp_path):
 def test_a_job_is_written_with_what_was_learned(draw, monkeypatch):
     told = kept.Kept([[Offsets(np.array([0.0, 4.4721]), np.full((2, 2), 0.01))]], 2, 3.0, 0.5)
     monkeypatch.setattr(kept, "find", lambda plan, emulated, notes: None if emulated else told)
-    done = draw(*LINE, "--by-sight", "0", "--job", "a.job")
+    done = draw(*LINE, "--trials", "0", "--to", "a.job")
     assert done.exit_code == 0, done.output
     assert "as 2 rehearsals have taught: 3.0 mm were missed before, 0.5 after" in done.output
     assert Job("a.job").stroke(1).offsets == [([0.0, 4.4721], [[0.01, 0.01], [0.01, 0.01]])]
@@ -71,24 +71,24 @@ def test_a_job_is_written_with_what_was_learned(draw, monkeypatch):
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        ((*LINE, "--by-sight", "-1"), "-1 is not in the range 0<=x<=20"),
-        ((*LINE, "--by-sight", "99"), "99 is not in the range 0<=x<=20"),
-        ((*LINE, "--by-sight", "two"), "'two' is not a valid integer"),
-        ((*LINE, "--by-sight", "0", *PLANT), "nothing is learned of this path; give --by-sight 3"),
-        ((*LINE, "--by-sight", "3", "--repeat", "2"), "--by-sight draws all of it, once"),
-        ((*LINE, "--by-sight", "3", "--arm-at", "4,5"), "write it as -9,0,0"),
-        ((*LINE, "--by-sight", "3", "--arm-at", "nan,0,0"), "write it as -9,0,0"),
-        ((*LINE, "--by-sight", "3", *PLANT, "--arm-at", "4,5,0"), "--arm-at is of a real camera"),
-        ((*LINE, "--by-sight", "3", *PLANT, "--camera", "0"), "--camera is of a real camera"),
-        ((*LINE, "--camera", "0"), "--camera is for --by-sight N: add it"),
-        ((*LINE, "--forget"), "--forget is for --by-sight N: add it"),
-        ((*LINE, "--built", "planar"), "--built is for --simulate: add it"),
-        (("house", "--arm", "spatial", "--by-sight", "3"), "spatial moves in space: leave it out"),
-        (("--line", "10,0", "--by-sight", "3"), "give two points or more"),
-        (("--line", "10,0 90,0", "--by-sight", "3"), "cannot be reached"),
+        ((*LINE, "--trials", "-1"), "-1 is not in the range 0<=x<=20"),
+        ((*LINE, "--trials", "99"), "99 is not in the range 0<=x<=20"),
+        ((*LINE, "--trials", "two"), "'two' is not a valid integer"),
+        ((*LINE, "--trials", "0", *PLANT), "nothing is learned of this path; give --trials 3"),
+        ((*LINE, "--trials", "3", "--repeat", "2"), "--trials draws all of it, once"),
+        ((*LINE, "--trials", "3", "--arm-at", "4,5"), "write it as -9,0,0"),
+        ((*LINE, "--trials", "3", "--arm-at", "nan,0,0"), "write it as -9,0,0"),
+        ((*LINE, "--trials", "3", *PLANT, "--arm-at", "4,5,0"), "leave --arm-at out"),
+        ((*LINE, "--trials", "3", *PLANT, "--camera", "0"), "leave --camera out"),
+        ((*LINE, "--camera", "0"), "--camera is for a path that is taught by camera: add --trials"),
+        ((*LINE, "--forget"), "--forget is for a path that is taught by camera: add --trials"),
+        ((*LINE, "--built", "planar"), "--built is for the emulated arm: add --simulate"),
+        (("house", "--arm", "spatial", "--trials", "3"), "spatial moves in space: leave it out"),
+        (("--line", "10,0", "--trials", "3"), "give two points or more"),
+        (("--line", "10,0 90,0", "--trials", "3"), "cannot be reached"),
         (
-            (*LINE, "--by-sight", "3", "--job", "a.job"),
-            "--by-sight rehearses at once: leave --preview",
+            (*LINE, "--trials", "3", "--to", "a.job"),
+            "--trials moves the arm: leave --to out",
         ),
     ],
 )

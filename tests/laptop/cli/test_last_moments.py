@@ -80,7 +80,7 @@ program.run()
 def test_a_tracker_ends_its_threads(tmp_path, page):
     """But for who starts the page's process: that may take longer than it is waited for."""
     film = write_film(tmp_path / "film.avi", [np.full((120, 160, 3), 130, np.uint8)])
-    words = ["track", "--camera", str(film), "--host", "127.0.0.1", "--listen-port", "0", page]
+    words = ["track", "--camera", str(film), "--listen-port", "127.0.0.1:0", page]
     done = python("-c", TELLING, *words, env={**os.environ, "BRICKSERVO_STATE": str(tmp_path)})
     first, *others = done.stderr.splitlines()
     assert (done.returncode, first) == (0, "MainThread")

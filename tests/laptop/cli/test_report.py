@@ -67,7 +67,7 @@ def test_without_a_browser_no_pdf_is_begun(tmp_path, monkeypatch):
     left(tmp_path / "line")
     monkeypatch.setattr(print_pdf.shutil, "which", lambda name: None)
     monkeypatch.setattr(print_pdf, "PLACES", ())
-    result = run(tmp_path, "--pdf", tmp_path / "x.pdf")
+    result = run(tmp_path, "--to", tmp_path / "x.pdf")
     assert result.exit_code == 1
     assert "there is no Chromium, Chrome or Edge to make a PDF; install one" in result.output
     assert [path.name for path in tmp_path.iterdir()] == ["line"]
@@ -114,7 +114,7 @@ def test_a_pdf_is_printed_by_the_browser_that_is_there(tmp_path, monkeypatch):
     monkeypatch.setattr(print_pdf, "BROWSERS", (str(fake),))
     monkeypatch.setattr("laptop.record.report.method.formula", lambda tex: "")
     left(tmp_path / "runs" / "line")
-    result = run(tmp_path / "runs", "--pdf", tmp_path / "x.pdf", "--paper", "letter")
+    result = run(tmp_path / "runs", "--to", tmp_path / "x.pdf", "--paper", "letter")
     assert result.exit_code == 0, result.output
     assert result.stdout.splitlines()[-1] == f"{tmp_path}/x.pdf: the same, printed on letter"
     printed = (tmp_path / "x.pdf").read_text()

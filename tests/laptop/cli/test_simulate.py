@@ -389,7 +389,7 @@ time.sleep(2.5)
 print(colour.color_name, int(sonar.distance_centimeters))
 """
     orders = ("in2=ultrasonic:12..80/5s", "in3=color:white:black@2")
-    result = simulate("--sensor", orders[0], "--sensor", orders[1], script(source))
+    result = simulate("--plug", orders[0], "--plug", orders[1], script(source))
     assert result.output.splitlines()[:2] == ["White 12", "Black 46"], result.output
     assert run_in(result.out)["sensors"] == list(orders)
 
@@ -407,7 +407,7 @@ try:
 except DeviceNotFound:
     print("gone")
 """
-    words = ["--sensor", "in2=gyro", "--fault", "unplug:in2@2"]
+    words = ["--plug", "in2=gyro", "--fault", "unplug:in2@2"]
     result = simulate(*words, script(source))
     assert result.output.splitlines()[0] == "gone", result.output
     assert run_in(result.out)["seconds"] == pytest.approx(2.05, abs=0.06)
@@ -617,13 +617,13 @@ def test_a_number_that_is_none_is_out_of_range(simulate, script, value):
         (["--arm", "none", "--start", "lost"], ["start 'lost'", "no arm"]),
         (["--arm", "none", "--scene", ""], ["--scene", "none"]),
         (["--arm", "none", "--fault", "stall:A@1"], ["no motor at port A", "--plug"]),
-        (["--arm", "none", "--sensor", "in1=ultrasonic:tip"], ["no tip", "neither arm"]),
-        (["--arm", "none", "--sensor", "in1=gyro:robot"], ["no robot", "neither arm"]),
-        (["--sensor", "in2=sonar"], ["in2=sonar", "ultrasonic"]),
-        (["--sensor", "in2=gyro:wrist"], ["angle = wrist"]),
-        (["--sensor", "in2=gyro:base"], ["no base", "elbow"]),
-        (["--sensor", "in2=gyro", "--sensor", "in2=touch"], ["in2=touch", "has one already"]),
-        (["--sensor", "in2=gyro", "--press", "touch:in2@1"], ["touch:in2", "in2 gyro"]),
+        (["--arm", "none", "--plug", "in1=ultrasonic:tip"], ["no tip", "neither arm"]),
+        (["--arm", "none", "--plug", "in1=gyro:robot"], ["no robot", "neither arm"]),
+        (["--plug", "in2=sonar"], ["in2=sonar", "ultrasonic"]),
+        (["--plug", "in2=gyro:wrist"], ["angle = wrist"]),
+        (["--plug", "in2=gyro:base"], ["no base", "elbow"]),
+        (["--plug", "in2=gyro", "--plug", "in2=touch"], ["in2=touch", "has one already"]),
+        (["--plug", "in2=gyro", "--press", "touch:in2@1"], ["touch:in2", "in2 gyro"]),
         (["--press", "trigger@2"], ["trigger"]),
         (["--press", "enter"], ["enter"]),
         (["--start", "upside-down"], ["upside-down", "home", "lost"]),
@@ -810,11 +810,11 @@ def test_a_bare_brick_has_the_motors_that_are_plugged_in(simulate, script):
 def test_what_is_missing_is_told_with_what_is_there(simulate, script):
     missing = script("from ev3dev2.sensor.lego import GyroSensor\nGyroSensor()\n")
     result = simulate(
-        "--arm", "none", "--plug", "B=medium", "--sensor", "in2=none", missing, status=1
+        "--arm", "none", "--plug", "B=medium", "--plug", "in2=none", missing, status=1
     )
     assert result.stderr.splitlines()[-1] == (
         "simulate: plugged in: outB lego-ev3-m-motor, in1 lego-ev3-touch, in3 lego-ev3-touch, "
-        "in4 lego-ev3-touch; see --plug and --sensor"
+        "in4 lego-ev3-touch; see --plug"
     )
     fine = script("from ev3dev2.sensor.lego import TouchSensor\nTouchSensor('in1')\n")
     assert "plugged in" not in simulate(fine).stderr

@@ -196,9 +196,12 @@ def test_a_touch_beside_its_cross_writes_nothing(touched, recorded, tmp_path):
     ("words", "told"),
     [
         ((), "Give the camera, --camera 0 say, or --simulate."),
-        (("--camera", "0", "--simulate"), "--simulate has a camera of its own; leave 0 out."),
-        (("--camera", "synthetic"), "say --simulate, too."),
-        (("--camera", "0", "--plant", "cpu=0"), "say --simulate, too."),
+        (
+            ("--camera", "0", "--simulate"),
+            "has a camera of its own: leave --camera out.",
+        ),
+        (("--camera", "synthetic"), "add --simulate."),
+        (("--camera", "0", "--plant", "cpu=0"), "add --simulate."),
         (("--camera", "0", "--simulate", "--touches", "x"), "--simulate has a camera of its own"),
         (("--camera", "0", "--touches", "x", "--brick", "ev3"), "--touches calls no brick"),
         (("--simulate", "--arm", "spatial"), "let go it would drop"),

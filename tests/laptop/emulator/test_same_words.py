@@ -53,7 +53,7 @@ QUICK = {
 }
 SEEING = {
     "servo": (*SIMULATE, "--scene", "", "visual_servoing.py", "--goal", "400,200"),
-    "sight": ("draw", "--line", "10,0 9,3", "--by-sight", "1", "--simulate", "--out", "{out}"),
+    "sight": ("draw", "--line", "10,0 9,3", "--trials", "1", "--simulate", "--out", "{out}"),
 }
 """Commands by name; a `{out}` in them is a folder."""
 
@@ -94,7 +94,7 @@ def left_by(place, computer, commands):
     folder = Path(place, computer["folder"])
     folder.mkdir(parents=True)
     (folder / "sets.py").write_text(SCRIPT)
-    words = ("draw", "--line", "10,0 9,3", "--job", str(folder / "drawing.job"))
+    words = ("draw", "--line", "10,0 9,3", "--to", str(folder / "drawing.job"))
     assert CliRunner().invoke(laptop, words).exit_code == 0
     environment = {key: os.environ[key] for key in ("PATH", "TMPDIR") if key in os.environ}
     environment.update(

@@ -234,8 +234,8 @@ def test_the_names_by_which_a_page_may_be_called(host, names):
 @pytest.mark.long
 def test_a_page_for_the_whole_network_warns(tmp_path):
     whole = subprocess.Popen(
-        [sys.executable, "-m", "laptop", "track", *SYNTHETIC, "--page-host", "0.0.0.0"]
-        + ["--port", "0", "--page-port", "0", "--announce"],
+        [sys.executable, "-m", "laptop", "track", *SYNTHETIC]
+        + ["--listen-port", "0", "--page-port", "0.0.0.0:0", "--json"],
         cwd=ROOT,
         env={**os.environ, "BRICKSERVO_STATE": str(tmp_path), "PYTHONUNBUFFERED": "1"},
         stdout=subprocess.PIPE,
@@ -254,7 +254,9 @@ def test_a_port_that_is_taken_is_refused_if_it_was_asked_for():
         with pytest.raises(page_process.NoPage, match=f"port {port} is in use.*--page-port"):
             page_process.listen("127.0.0.1", port)
     for nowhere in ("192.0.2.1", "a..b"):
-        with pytest.raises(page_process.NoPage, match="--page-host one of 127.0.0.1"):
+        with pytest.raises(
+            page_process.NoPage, match="--page-port HOST:P with HOST one of 127.0.0.1"
+        ):
             page_process.listen(nowhere, 0)
 
 

@@ -85,7 +85,7 @@ def test_a_marker_is_tracked_through_a_folder_of_pictures(system, tmp_path):
         (pictures / f"{k}.png").write_bytes(cv2.imencode(".png", image)[1].tobytes())
     table = tmp_path / "gesehen.csv"
     status, out, errors = run(
-        system, tmp_path, "track", "--camera", pictures, "--no-serve", "--csv", table
+        system, tmp_path, "track", "--camera", pictures, "--no-serve", "--to", table
     )
     assert status == 0, out + errors
     rows = csv.DictReader(table.read_text().splitlines())
@@ -96,8 +96,8 @@ def test_a_marker_is_tracked_through_a_folder_of_pictures(system, tmp_path):
 @SYSTEMS
 @pytest.mark.long
 def test_tracker_page_and_brick_come_and_ctrl_c_ends_them(system, tmp_path):
-    words = "--camera", "synthetic", "--host", "127.0.0.1", "--port", "0", "--page-port", "0"
-    tracker = begin(system, tmp_path, "track", *words, "--announce")
+    words = "--camera", "synthetic", "--listen-port", "127.0.0.1:0", "--page-port", "0"
+    tracker = begin(system, tmp_path, "track", *words, "--json")
     try:
         page = wait_for_event(tracker.stdout, "page")["url"]
         browser = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())

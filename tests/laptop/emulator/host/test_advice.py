@@ -45,7 +45,7 @@ def run(tmp_path, capsys):
         ("open('/sys/class/tacho-motor/motor0/position')", "in /sys/class/tacho-motor there is "
          "motor9; a device has another number after each plugging: look for its address"),
         ("open('/sys/class/dc-motor/motor0/command')", "in /sys/class/dc-motor there is nothing: "
-         "see --plug and --sensor"),
+         "see --plug"),
     ],
 )  # fmt: skip
 def test_the_cause_is_said_in_one_sentence(run, monkeypatch, source, said):

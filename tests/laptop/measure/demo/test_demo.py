@@ -67,7 +67,7 @@ def wait_for_ever(deaf=False):
 
 
 def tell(**event):
-    assert "--announce" in words
+    assert "--json" in words
     print(json.dumps(event), flush=True)
 
 
@@ -333,8 +333,8 @@ def test_its_page_can_be_watched_and_brings_no_brick_of_its_own(play):
     assert re.search(r"^page: http://127\.0\.0\.1:\d+/\?token=t$", play.said, re.MULTILINE)
     track, *words = words_of(play, "track")
     told = laptop.commands[track].make_context(track, words).params
-    assert (told["page"], told["brick"], told["open"]) == (True, False, True)
-    assert (told["page_host"], told["page_port"]) == ("127.0.0.1", 7790)
+    assert (told["page"], told["simulate"], told["open"]) == (True, False, True)
+    assert told["page_at"] == ("127.0.0.1", 7790)
 
 
 def test_without_a_page_none_is_served(play):
@@ -634,8 +634,9 @@ def test_a_pixel_is_worth_most_where_the_cameras_tell_least():
 def test_what_the_tracker_announces_is_understood(tmp_path):
     film = write_film(tmp_path / "film.avi", [np.full((120, 160, 3), 130, np.uint8)])
     group = processes.ProcessGroup(tmp_path, {"BRICKSERVO_STATE": str(tmp_path)})
-    words = ["track", "--camera", str(film), "--announce", "--host", "127.0.0.1"]
-    tracker = group.start("tracker", [*words, "--port", "0", "--page-port", "0"])
+    words = ["track", "--camera", str(film), "--json"]
+    words += ["--listen-port", "127.0.0.1:0", "--page-port", "0"]
+    tracker = group.start("tracker", words)
     try:
         place, code = processes.wait_for_link(tracker)
         assert processes.wait_for_page(tracker).startswith("http://127.0.0.1:")

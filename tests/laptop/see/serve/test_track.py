@@ -98,7 +98,7 @@ def run(tmp_path):
 
 
 def test_a_video_becomes_a_row_per_frame_and_marker(run, video, tmp_path):
-    shown = run("--camera", video(), "--no-serve", "--csv", tmp_path / "out.csv")
+    shown = run("--camera", video(), "--no-serve", "--to", tmp_path / "out.csv")
     data = (tmp_path / "out.csv").read_bytes()
     assert data.startswith(b"frame,t,marker,u,v,confidence\n0,0.000000,effector,")
     table = rows_in(tmp_path / "out.csv")
@@ -119,7 +119,7 @@ def test_a_video_becomes_a_row_per_frame_and_marker(run, video, tmp_path):
 
 def test_a_lost_marker_has_no_place_and_no_confidence(run, video, tmp_path):
     film = video(goal=None)
-    shown = run("--camera", film, "--no-serve", "--csv", tmp_path / "out.csv").stdout
+    shown = run("--camera", film, "--no-serve", "--to", tmp_path / "out.csv").stdout
     table = [row for row in rows_in(tmp_path / "out.csv") if row["marker"] == "goal"]
     assert len(table) == 12
     assert {(row["u"], row["v"], row["confidence"]) for row in table} == {("", "", "0.000")}
@@ -130,8 +130,8 @@ def test_a_lost_marker_has_no_place_and_no_confidence(run, video, tmp_path):
 def test_two_cameras_are_told_apart(run, video, tmp_path):
     one, two = video(3, "one.avi"), video(5, "two.avi")
     out = tmp_path / "out.csv"
-    words = ["--camera", one, "--camera", two, "--goal", "1,2", "--goal", "3,4", "--csv", out]
-    run(*words, "--no-serve", "--picture", tmp_path / "view.png")
+    words = ["--camera", one, "--camera", two, "--goal", "1,2", "--goal", "3,4", "--to", out]
+    run(*words, "--no-serve", "--to", tmp_path / "view.png")
     table = rows_in(out)
     assert list(table[0])[-1] == "camera"
     in_turn = [(row["camera"], row["frame"]) for row in table if row["marker"] == "effector"]
@@ -151,7 +151,7 @@ def test_two_cameras_are_told_apart(run, video, tmp_path):
 def test_a_colour_learned_at_the_first_camera_is_looked_for_at_all(run, video, tmp_path):
     green, red = video(3, "green.avi", effector=GREEN, goal=None), video(3, "red.avi", goal=GREEN)
     words = ["--camera", green, "--camera", red, "--pick", "effector=30,60", "--effector", "disc"]
-    run(*words, "--no-serve", "--csv", tmp_path / "out.csv")
+    run(*words, "--no-serve", "--to", tmp_path / "out.csv")
     table = {(row["camera"], row["frame"]): row for row in rows_in(tmp_path / "out.csv")}
     for number in range(3):
         for camera, wanted in (("A", place(number)), ("B", (120, 25))):
@@ -191,10 +191,12 @@ def test_every_camera_is_opened_under_its_letter_and_asked_what_it_can_do(monkey
     for source in ("film.avi", "synthetic", "3", "synthetic"):
         words += ["--camera", source]
     with track_command.make_context("track", words) as context:
-        assert context.params.pop("brick")
-        for handed_in in ("page", "page_host", "page_port", "page_hold", "announce", "replace"):
-            del context.params[handed_in]
-        assert tracking.track(TrackOptions(**context.params), synthetic) == 0
+        assert context.params.pop("simulate")
+        handed_in = ("page", "page_at", "page_hold", "announce", "replace", "files", "listen_at")
+        for word in (*handed_in, "arm_file"):
+            del context.params[word]
+        asked = TrackOptions(csv=None, picture=None, host="", port=None, **context.params)
+        assert tracking.track(asked, synthetic) == 0
     assert opened == [
         ("film.avi", True, 20.0, None),
         ("B", "B.tilt=60", 20.0),
@@ -209,7 +211,7 @@ def test_frames_that_cannot_be_read_are_told(run, video, tmp_path):
     begin = data.find(b"00dc", data.find(b"00dc", data.find(b"movi")) + 4) + 8
     data[begin : data.find(b"00dc", begin)] = bytes(data.find(b"00dc", begin) - begin)
     film.write_bytes(data)
-    shown = run("--camera", film, "--no-serve", "--csv", tmp_path / "out.csv")
+    shown = run("--camera", film, "--no-serve", "--to", tmp_path / "out.csv")
     assert "11 frames, 1 of 12 frames could not be read" in shown.stdout
     assert "1" not in {row["frame"] for row in rows_in(tmp_path / "out.csv")}
 
@@ -220,7 +222,7 @@ def test_frames_that_cannot_be_read_are_told(run, video, tmp_path):
 def test_a_picked_colour_is_learned_used_and_kept(run, video, tmp_path, state):
     film = video(effector=GREEN)
     u, v = place(6)
-    words = ["--camera", film, "--no-serve", "--csv", tmp_path / "out.csv"]
+    words = ["--camera", film, "--no-serve", "--to", tmp_path / "out.csv"]
     run(*words, "--pick", f"effector={u},{v}@6", "--effector", "disc")
     table = rows_in(tmp_path / "out.csv")
     assert {row["marker"] for row in table} == {"effector"}, "nobody showed a goal"
@@ -250,7 +252,7 @@ def test_what_is_gone_in_the_frames_after_a_pick_is_refused(run, video, tmp_path
 
 
 def test_a_goal_that_was_asked_for_is_tracked_beside_a_picked_effector(run, video, tmp_path):
-    words = ["--camera", video(effector=GREEN), "--no-serve", "--csv", tmp_path / "out.csv"]
+    words = ["--camera", video(effector=GREEN), "--no-serve", "--to", tmp_path / "out.csv"]
     run(*words, "--pick", "effector=30,60", "--goal", "blue")
     assert {row["marker"] for row in rows_in(tmp_path / "out.csv")} == {"effector", "goal"}
 
@@ -272,7 +274,7 @@ def test_every_marker_of_a_file_that_is_named_is_tracked(run, video, tmp_path):
     file = tmp_path / "mine.ini"
     names = {"effector": "red", "goal": "blue", "third": "disc:yellow"}
     write_markers(file, {name: read_spec(name, spec) for name, spec in names.items()})
-    run("--camera", video(), "--no-serve", "--markers", file, "--csv", tmp_path / "out.csv")
+    run("--camera", video(), "--no-serve", "--markers", file, "--to", tmp_path / "out.csv")
     assert {row["marker"] for row in rows_in(tmp_path / "out.csv")} == set(names)
 
 
@@ -330,10 +332,10 @@ def test_a_live_camera_is_picked_from_that_many_frames_after_its_start(monkeypat
         (["--pick", "effector=30,60", "--effector", "red"], ["red", "disc or ball"]),
         (["--pick", "effector=70,110"], ["no colour", "70,110"]),
         (["--markers", "nofile.ini"], ["nofile.ini", "--pick"]),
-        (["--csv", "no/folder/out.csv"], ["no/folder/out.csv", "no folder no/folder"]),
-        (["--picture", "view.gif"], ["view.gif", ".png or .jpg"]),
-        (["--picture", "no/folder/view.png"], ["no/folder"]),
-        (["--picture", "view.png@12"], ["12", "0 to 11"]),
+        (["--to", "no/folder/out.csv"], ["no/folder/out.csv", "no folder no/folder"]),
+        (["--to", "view.gif"], ["view.gif", ".png or .jpg"]),
+        (["--to", "no/folder/view.png"], ["no/folder"]),
+        (["--to", "view.png@12"], ["12", "0 to 11"]),
         (["--scene", "seed=1"], ["seed=1", "synthetic"]),
         (
             ["--camera", "synthetic", "--scene", "seed=1,A.tilt=9"],
@@ -350,7 +352,7 @@ def test_a_live_camera_is_picked_from_that_many_frames_after_its_start(monkeypat
 def test_what_cannot_be_done_is_refused_in_one_line(run, video, state, words, says, tmp_path):
     out = tmp_path / "out.csv"
     out.write_text("of an earlier run\n")
-    csv_first = [] if "--csv" in words else ["--csv", out]
+    csv_first = [] if "--to" in words else ["--to", out]
     film = [] if words[:2] == ["--camera", "nowhere.mp4"] else ["--camera", video()]
     given = ["--no-serve", "--replace", *csv_first, *film, *words]
     result = CliRunner().invoke(laptop, ["track", *map(str, given)], prog_name="laptop")
@@ -387,7 +389,7 @@ def test_a_name_that_does_not_fit_a_message(run, video, tmp_path):
 def test_where_markers_cannot_be_kept_the_old_sheet_stays(run, video, tmp_path):
     (tmp_path / "out.csv").write_text("old")
     (tmp_path / "file").touch()
-    words = ["--camera", video(), "--no-serve", "--csv", tmp_path / "out.csv"]
+    words = ["--camera", video(), "--no-serve", "--to", tmp_path / "out.csv"]
     words += ["--pick", "effector=30,60", "--markers", tmp_path / "file" / "markers.ini"]
     shown = run(*words, status=1)
     assert in_one_line(shown.stderr, "cannot write", "markers.ini")
@@ -399,12 +401,12 @@ def test_a_full_disk_at_the_start(run, video, tmp_path, monkeypatch):
     full = functools.partial(io.open, "/dev/full", "w")
     monkeypatch.setattr("pathlib.Path.open", lambda *_, **words: full())
     file = tmp_path / "out.csv"
-    shown = run("--camera", video(), "--no-serve", "--csv", file, status=1)
-    assert in_one_line(shown.stderr, "out.csv", "No space left", "make room", "--csv")
+    shown = run("--camera", video(), "--no-serve", "--to", file, status=1)
+    assert in_one_line(shown.stderr, "out.csv", "No space left", "make room", "--to")
 
 
 def test_a_file_that_is_there_is_not_written_over(run, video, tmp_path):
-    for name, option in (("out.csv", "--csv"), ("view.png", "--picture")):
+    for name, option in (("out.csv", "--to"), ("view.png", "--to")):
         (tmp_path / name).write_text("old")
         words = ["--camera", video(), "--no-serve", option, tmp_path / name]
         shown = run(*words, status=1, over=())
@@ -425,7 +427,7 @@ def test_a_disk_that_fills_up_on_the_way_ends_it_in_one_line(run, video, monkeyp
         os.close(full)
 
     monkeypatch.setattr(ObservationCsv, "__init__", filled)
-    shown = run("--camera", video(), "--no-serve", "--csv", tmp_path / "out.csv", status=1)
+    shown = run("--camera", video(), "--no-serve", "--to", tmp_path / "out.csv", status=1)
     assert in_one_line(shown.stderr, "cannot write", "out.csv", "No space left", "make room")
 
 
@@ -435,7 +437,7 @@ def test_a_disk_that_fills_up_on_the_way_ends_it_in_one_line(run, video, monkeyp
 def test_the_picture_shows_what_was_found_and_what_was_not(run, video, tmp_path):
     film = video(goal=None)
     for name, words in (("last.png", ""), ("third.png", "@3")):
-        run("--camera", film, "--no-serve", "--picture", f"{tmp_path / name}{words}")
+        run("--camera", film, "--no-serve", "--to", f"{tmp_path / name}{words}")
     last, third = (cv2.imread(str(tmp_path / name)) for name in ("last.png", "third.png"))
     assert last.shape == (8 * HEIGHT, 8 * WIDTH, 3)
     for image, number in ((last, 11), (third, 3)):
@@ -470,11 +472,11 @@ def test_programs_are_told_in_json_lines_and_people_beside_them(run, video):
         video(2),
         "--camera",
         video(3, "two.avi"),
-        "--announce",
+        "--json",
         "--page-port",
         "0",
     ]
-    shown = run(*words, "--host", "127.0.0.1", "--listen-port", "0")
+    shown = run(*words, "--listen-port", "127.0.0.1:0")
     events = [json.loads(line) for line in shown.stdout.splitlines()]
     cameras, serving, page, ready, end = events
     assert [event.pop("event") for event in events] == EVENTS
@@ -500,7 +502,7 @@ EVENTS = ["cameras", "serving", "page", "ready", "end"]
 
 
 def test_without_link_and_page_nothing_is_told_of_them(run, video):
-    shown = run("--camera", video(2), "--no-serve", "--announce")
+    shown = run("--camera", video(2), "--no-serve", "--json")
     assert [json.loads(line)["event"] for line in shown.stdout.splitlines()] == [
         "cameras",
         "ready",
@@ -513,7 +515,7 @@ def test_an_ipv6_host_is_told_without_brackets(run, video):
         socket.create_server(("::1", 0), family=socket.AF_INET6).close()
     except OSError:
         pytest.skip("no IPv6 here")
-    words = ["--camera", video(2), "--announce", "--no-page", "--host", "::1", "--listen-port", "0"]
+    words = ["--camera", video(2), "--json", "--no-page", "--listen-port", "::1:0"]
     serving = wait_for_event(run(*words).stdout.splitlines(), "serving")
     assert serving["host"] == "::1"
     assert serving["addresses"] == [f"[::1]:{serving['port']}"]
@@ -523,8 +525,8 @@ def test_programs_are_told_why_it_does_not_begin(run, video, tmp_path):
     (tmp_path / "out.csv").write_text("old")
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
-        words = ["--camera", video(2), "--host", "127.0.0.1", "--listen-port", port, "--announce"]
-        shown = run(*words, "--csv", tmp_path / "out.csv", status=1)
+        words = ["--camera", video(2), "--listen-port", f"127.0.0.1:{port}", "--json"]
+        shown = run(*words, "--to", tmp_path / "out.csv", status=1)
     (end,) = [json.loads(line) for line in shown.stdout.splitlines()]
     assert (end["event"], end["status"]) == ("end", 1)
     assert f"port {port} is in use" in end["reason"]
@@ -550,7 +552,7 @@ def a_tracker(*words):
 
 
 def test_programs_are_told_of_a_signal_that_ends_it():
-    with a_tracker("--no-page", "--announce") as tracker:
+    with a_tracker("--no-page", "--json") as tracker:
         wait_for_event(tracker.stdout, "ready")
         tracker.send_signal(signal.SIGTERM)
         rest, error = tracker.communicate(timeout=PATIENCE)
@@ -564,7 +566,7 @@ def test_programs_are_told_of_a_signal_that_ends_it():
 
 def test_the_ports_number_in_the_help_is_the_servers():
     shown = CliRunner().invoke(laptop, ["track", "--help"]).output
-    assert f"[default: {PORT}]" in shown
+    assert f"[default: {PORT}, at" in " ".join(shown.split())
 
 
 @pytest.mark.long
@@ -572,11 +574,9 @@ def test_serving_plays_the_video_in_its_own_time_and_tells_the_brick_what_to_typ
     words = (
         "--camera",
         video(),
-        "--host",
-        "127.0.0.1",
         "--listen-port",
-        "0",
-        "--csv",
+        "127.0.0.1:0",
+        "--to",
         tmp_path / "out.csv",
     )
     done = python("-m", "laptop", "track", *words, timeout=PATIENCE)
@@ -594,7 +594,7 @@ def test_serving_plays_the_video_in_its_own_time_and_tells_the_brick_what_to_typ
 
 def test_ctrl_c_ends_a_process_with_130_and_one_line(tmp_path):
     out = tmp_path / "out.csv"
-    with a_tracker("--csv", str(out)) as tracker:
+    with a_tracker("--to", str(out)) as tracker:
         for line in tracker.stdout:  # until it says that it tracks
             if "effector" in line and "age" in line:
                 break
@@ -619,7 +619,7 @@ def test_on_real_footage_as_in_the_readme(run, tmp_path):
     first = truth[0]
     pick = f"effector={first['x']},{first['y']}@{first['frame']}"
     film = FOOTAGE / "trflorian_ball2.mp4"
-    run("--camera", film, "--pick", pick, "--no-serve", "--csv", tmp_path / "out.csv")
+    run("--camera", film, "--pick", pick, "--no-serve", "--to", tmp_path / "out.csv")
     table = {int(row["frame"]): row for row in rows_in(tmp_path / "out.csv")}
     assert sorted(table) == list(range(1004))
     off = [
@@ -643,7 +643,7 @@ def test_with_a_board_markers_are_told_in_cm_on_it(run, tmp_path):
     image = np.round(to_srgb(scene.image(q))).astype(np.uint8)
     for k in range(2):
         cv2.imwrite(str(tmp_path / f"{k}.png"), image)
-    words = ["--camera", tmp_path, "--no-serve", "--csv", tmp_path / "out.csv"]
+    words = ["--camera", tmp_path, "--no-serve", "--to", tmp_path / "out.csv"]
     shown = run(*words, "--board", "--bar", 100, "--marker-height", 25)
     assert "camera A: board a4: " in shown.output
     assert "scale: the bar is 100 mm long, as measured" in shown.output
@@ -672,7 +672,7 @@ def test_after_touching_crosses_the_pens_place_is_told_on_the_board_and_by_the_a
     base = to_board @ (-9.0, 0.0)  # the board's middle is at 9, 0
     fit = MarkerFit(offset, 2.5, math.radians(-20), base, 1.0, np.eye(7), 0.2)
     write_touched(tmp_path / "t.json", TouchedArm("planar", "a4", None, fit))
-    words = ["--camera", tmp_path, "--no-serve", "--board", "--csv", tmp_path / "out.csv"]
+    words = ["--camera", tmp_path, "--no-serve", "--board", "--to", tmp_path / "out.csv"]
     run(*words, "--touched", tmp_path / "t.json")
     for row in rows_in(tmp_path / "out.csv"):
         pen = kinematics.forward(arm, q) if row["marker"] == "effector" else (12, -9)
@@ -682,7 +682,7 @@ def test_after_touching_crosses_the_pens_place_is_told_on_the_board_and_by_the_a
 
 
 def test_a_camera_that_sees_no_board_tells_pixels_and_no_cm(run, video, tmp_path):
-    shown = run("--camera", video(), "--no-serve", "--board", "--csv", tmp_path / "out.csv")
+    shown = run("--camera", video(), "--no-serve", "--board", "--to", tmp_path / "out.csv")
     assert "cm" not in shown.output
     assert {(row["x"], row["y"]) for row in rows_in(tmp_path / "out.csv")} == {("", "")}
 
@@ -690,9 +690,9 @@ def test_a_camera_that_sees_no_board_tells_pixels_and_no_cm(run, video, tmp_path
 @pytest.mark.parametrize(
     ("words", "status", "told"),
     [
-        (["--bar", "97"], 2, "--bar is of the board; say --board, too."),
-        (["--marker-height", "25"], 2, "--marker-height is of the board; say --board, too."),
-        (["--touched", "t.json"], 2, "--touched is of the board; say --board, too."),
+        (["--bar", "97"], 2, "--bar is of the board: add --board."),
+        (["--marker-height", "25"], 2, "--marker-height is of the board: add --board."),
+        (["--touched", "t.json"], 2, "--touched is of the board: add --board."),
         (["--board", "--touched", "t.json"], 1, "cannot read t.json: No such file or directory"),
         (["--board", "--bar", "9.7"], 1, "bar 9.7 mm: it is 100 mm long on paper"),
         (["--board", "--marker-height", "-3"], 2, "-3"),
@@ -702,6 +702,6 @@ def test_what_is_said_of_a_board_is_checked_before_anything_starts(
     run, video, tmp_path, words, status, told
 ):
     out = tmp_path / "out.csv"
-    shown = run("--camera", video(), "--no-serve", "--csv", out, *words, status=status)
+    shown = run("--camera", video(), "--no-serve", "--to", out, *words, status=status)
     assert told in shown.output
     assert not out.exists()

@@ -1,0 +1,183 @@
+"""Which options go together, command by command: what is refused before anything is done."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Sequence
+from typing import NamedTuple
+
+import click
+
+
+class Apart(NamedTuple):
+    """One of some options is refused beside one of others.
+
+    It says "{option} WHY: leave {other} out."
+
+    why  what the first is, for people
+    but  beside one of these all of them may be
+    """
+
+    options: Sequence[str]
+    others: Sequence[str]
+    why: str
+    but: Sequence[str] = ()
+
+    def check(self, given: Collection[str]) -> None:
+        """Refuse what is given, see `check_rules`."""
+        one, other = _first(self.options, given), _first(self.others, given)
+        if one and other and not _first(self.but, given):
+            raise click.UsageError(f"{one} {self.why}: leave {other} out.")
+
+
+class Needs(NamedTuple):
+    """Some options are heard beside one of others alone.
+
+    It says "{option} WHY: add {other}."
+
+    why  what the first is, for people
+    """
+
+    options: Sequence[str]
+    others: Sequence[str]
+    why: str
+
+    def check(self, given: Collection[str]) -> None:
+        """Refuse what is given, see `check_rules`."""
+        one = _first(self.options, given)
+        if one and not _first(self.others, given):
+            raise click.UsageError(f"{one} {self.why}: add {self.others[0]}.")
+
+
+class OneOf(NamedTuple):
+    """One of some options must be there, or if `alone`, one only; `wish` asks for it."""
+
+    options: Sequence[str]
+    wish: str
+    alone: bool = False
+
+    def check(self, given: Collection[str]) -> None:
+        """Refuse what is given, see `check_rules`."""
+        count = sum(option in given for option in self.options)
+        if not count or (count > 1 and self.alone):
+            raise click.UsageError(self.wish)
+
+
+CAMERA = ("--camera", "SOURCES")
+"""How a camera is given, now and before."""
+A_CAMERA = OneOf((*CAMERA, "--simulate"), "Give the camera, --camera 0 say, or --simulate.")
+OF_LIVE = ("--calibration", "--bar", "--marker-height", "--arm-at")
+
+RULES: dict[str, tuple[Apart | Needs | OneOf, ...]] = {
+    "draw": (
+        OneOf(
+            ("WHAT", "--text", "--line"),
+            "give one thing to draw: a FILE, - or a drawing's name, or --text, or --line.",
+            alone=True,
+        ),
+        Apart(("--line",), ("--paper", "--at", "--size", "--rotate"), "lies where it is"),
+        Needs(("--touch-up",), ("--pens",), "is for several pens"),
+        Needs(
+            (*("--camera", *OF_LIVE), "--scene", "--listen-port", "--forget"),
+            ("--trials",),
+            "is for a path that is taught by camera",
+        ),
+        Needs(("--out", "--plant", "--built"), ("--simulate",), "is for the emulated arm"),
+        Apart(
+            ("--simulate",),
+            ("--camera", "--calibration", "--bar", "--arm-at", "--listen-port"),
+            "has a camera of its own",
+        ),
+        Apart(("--resume",), ("--from",), "knows where to go on"),
+        Apart(
+            ("--trials",),
+            ("--repeat", "--from", "--resume", "--detach"),
+            "draws all of it, once",
+            but=("--trials 0",),
+        ),
+        Apart(("--trials",), ("--to", "--preview"), "moves the arm", but=("--trials 0",)),
+        Apart(("--preview",), ("--simulate",), "moves nothing"),
+        Apart(("--simulate",), ("--resume",), "begins anew"),
+        Apart(("--simulate",), ("--detach", "--brick"), "draws on the emulated brick"),
+        Apart(
+            ("--preview", "--to"),
+            ("--repeat", "--from", "--resume", "--detach", "--brick"),
+            "draws nothing",
+            but=("--simulate",),
+        ),
+    ),
+    "measure accuracy": (
+        A_CAMERA,
+        Apart(
+            ("--simulate",),
+            (*CAMERA, *OF_LIVE, "--scene", "--effector", "--frame-size", "--brick"),
+            "has an arm and cameras of its own",
+        ),
+        Needs(
+            ("--plant", "--built", "--noise", "--seed"), ("--simulate",), "is of what is emulated"
+        ),
+        Apart(("--calibration",), ("--bar",), "knows the bar"),
+    ),
+    "measure arm": (
+        A_CAMERA,
+        Apart(
+            ("--simulate",),
+            (*CAMERA, "--calibration", "--effector", "--brick", "--listen-port"),
+            "has an arm and a camera of its own",
+        ),
+        Needs(("--plant", "--built", "--seed"), ("--simulate",), "is of what is emulated"),
+        Needs(
+            ("--scene",),
+            ("--simulate", "--camera synthetic", "SOURCES synthetic"),
+            "is of what is emulated",
+        ),
+    ),
+    "measure camera": (
+        OneOf(CAMERA, "Give the camera, --camera 0 say, or its pictures."),
+        Apart(("--calibration",), ("--bar", "--to"), "compares only"),
+    ),
+    "measure pen": (
+        A_CAMERA,
+        Apart(
+            ("--simulate",),
+            CAMERA,
+            "has a camera of its own",
+            but=("--camera synthetic", "SOURCES synthetic"),
+        ),
+        Apart(("--simulate",), ("--touches",), "touches by itself"),
+        Needs(
+            ("--scene", "--plant", "--camera synthetic", "SOURCES synthetic"),
+            ("--simulate",),
+            "is of what is emulated",
+        ),
+        Apart(("--touches",), ("--brick", "--pen"), "calls no brick"),
+    ),
+    "track": (
+        Needs(("--bar", "--marker-height", "--touched"), ("--board",), "is of the board"),
+        Apart(("--open",), ("--no-page",), "opens the page"),
+    ),
+    "markers": (
+        Needs(("--paper",), ("--board",), "is of the board"),
+        Apart(("--diameter",), ("--board",), "is of the page of discs; the board's are 25 mm"),
+    ),
+    "brick arm": (Apart(("--fetch",), ("FILE",), "fetches an arm"),),
+}
+"""By command, its words: what of its options goes together."""
+
+
+def check_rules(command: str, given: Collection[str]) -> None:
+    """Refuse options that exclude each other, or that would be heard by nobody.
+
+    Args:
+        command: its words.
+        given: names of the options and arguments that are typed, and of those with words for
+            values NAME VALUE, too.
+
+    Raises:
+        click.UsageError: in one line.
+    """
+    for rule in RULES.get(command, ()):
+        rule.check(given)
+
+
+def _first(options: Iterable[str], given: Collection[str]) -> str:
+    return next((option for option in options if option in given), "")
