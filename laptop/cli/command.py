@@ -18,7 +18,8 @@ class OwnCommand(click.Command):
 
     Args:
         sections: title -> names of options, in which its help shows these; None: in one list.
-        common: names of options that --help shows; the others are shown by --help-all.
+        common: names of options that --help shows; the others are shown by --help-all.  None: it
+            shows all.
     """
 
     def __init__(
@@ -32,7 +33,7 @@ class OwnCommand(click.Command):
         self._sections = dict(sections or {})
         self._common = set(common)
         self._all_shown = False
-        if self._sections:
+        if self._common:
             self.params.append(
                 click.Option(
                     ["--help-all"],
@@ -78,7 +79,7 @@ class OwnCommand(click.Command):
             shown = [
                 row
                 for name in names
-                if self._all_shown or name in self._common or title == "Help"
+                if self._all_shown or name in self._common or not self._common or title == "Help"
                 if (row := rows[name])
             ]
             if shown:

@@ -9,16 +9,16 @@ from typing import Any
 import click
 
 from laptop.cli.command import OwnCommand
+from laptop.cli.exit_status import ExitStatus
 from laptop.cli.options import arm_option, examples, importing, on_the_page, out_option, typed_words
 from laptop.cli.track import LOCALHOST
-from laptop.emulator.host.process_exit import BUSY
 from shared.arm_description import ArmError
 
 
 class TryLater(click.ClickException):
     """This computer is too busy."""
 
-    exit_code = BUSY
+    exit_code = ExitStatus.BUSY
 
 
 @click.command(

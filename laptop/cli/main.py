@@ -6,6 +6,7 @@ import os
 import sys
 
 import click
+from click.shell_completion import add_completion_class
 
 from laptop.cli.bench import bench
 from laptop.cli.brick import brick
@@ -15,10 +16,12 @@ from laptop.cli.commands import CommandSections, no_option
 from laptop.cli.demo import demo
 from laptop.cli.doctor import doctor
 from laptop.cli.draw import draw
+from laptop.cli.exit_status import ExitStatus
 from laptop.cli.guide import guide
 from laptop.cli.markers import markers
 from laptop.cli.measure import measure
 from laptop.cli.page import page
+from laptop.cli.powershell import PowerShellComplete
 from laptop.cli.report import report
 from laptop.cli.simulate import simulate
 from laptop.cli.track import track
@@ -40,6 +43,7 @@ for command in (
     *(measure, brick, guide, classes, report, bundle, bench),
 ):
     laptop.add_command(command)
+add_completion_class(PowerShellComplete)
 
 
 def main(command: click.Command | None = None, program: str = "") -> int:
@@ -71,18 +75,18 @@ def main(command: click.Command | None = None, program: str = "") -> int:
         return error.exit_code
     except ArmError as error:
         _tell(str(error))
-        return 1
+        return ExitStatus.FAILED
     except BrokenPipeError:
         # Whoever read along has seen enough; the interpreter must not try to flush the rest.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 141
+        return ExitStatus.UNREAD
     except OSError as error:
         _tell(f"{error.strerror}: {error.filename or 'the output'}")
-        return 1
+        return ExitStatus.FAILED
     except click.Abort:
         _tell("stopped")
-        return 130
-    return 0
+        return ExitStatus.STOPPED
+    return ExitStatus.DONE
 
 
 def _tell(problem: str) -> None:

@@ -16,6 +16,7 @@ import click
 from click.core import ParameterSource
 
 from laptop.cli.command import OwnCommand
+from laptop.cli.exit_status import ExitStatus
 from laptop.cli.options import (
     FiniteRange,
     arm_option,
@@ -57,8 +58,6 @@ from shared.state import CODE
 
 WATCHED = ("visual_servoing.py", "tracking_client.py")
 """Scripts of the brick that listen to a tracker."""
-NEVER_CAME = 3
-"""Exit status of a run that succeeds before all that was ordered has come."""
 
 EXAMPLES = examples(
     "simulate robot/driver.py line 10,0 5,10",
@@ -91,9 +90,25 @@ def _scripts_here() -> list[str]:
     return [name for name in os.listdir() if name.endswith(".py")]
 
 
+SECTIONS = {
+    "The brick": ("--arm", "--built", "--plug", "--wheels", "--plant", "--constants"),
+    "What happens": (
+        "--start",
+        "--press",
+        "--hand",
+        "--fault",
+        "--scene",
+        "--realtime",
+        "--timeout",
+    ),
+    "What is written": ("--out", "--picture", "--json"),
+}
+
+
 @click.command(
     cls=OwnCommand,
     short_help="Run a script, yours or ours, on an emulated brick.",
+    sections=SECTIONS,
     context_settings={"ignore_unknown_options": True, "allow_interspersed_args": False},
     epilog=f"Sensors: {listing()}.\n\nWheels: {WHEELS.listing()}.\n\n"
     f"Plant constants: {TABLE.listing()}.\n\n{EXAMPLES}",
@@ -315,7 +330,7 @@ def simulate(
             "camera watches the arm, and one serves what it sees",
             err=True,
         )
-    sys.exit(run.outcome.status or (NEVER_CAME if late else 0))
+    sys.exit(run.outcome.status or (ExitStatus.NEVER_CAME if late else 0))
 
 
 @contextlib.contextmanager

@@ -57,9 +57,20 @@ run()
 """Program that runs a command of ours, and ends with the process that holds its input open."""
 
 
+SECTIONS = {
+    "What is seen": ("--camera", "--effector", "--goal", "--pick", "--markers"),
+    "The camera": ("--frame-size", "--fps", "--scene"),
+    "Who is served": ("--serve", "--listen-port", "--simulate", "--arm"),
+    "The page": ("--page", "--open", "--page-port", "--page-hold"),
+    "A board on the table": ("--board", "--bar", "--marker-height", "--touched"),
+    "What is written": ("--to", "--replace", "--json"),
+}
+
+
 @click.command(
     cls=OwnCommand,
     short_help="Find the markers in a camera's pictures, and serve the brick.",
+    sections=SECTIONS,
     epilog=examples(
         "track --effector ball:green --goal 320,120",
         "track --camera film.mp4 --no-serve --to seen.csv",

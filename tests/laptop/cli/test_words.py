@@ -1,12 +1,16 @@
 """The words of the command line: how many there are, and that each means one thing."""
 
+import re
 from collections import defaultdict
+from pathlib import Path
 
 import click
 import pytest
 
+import laptop as laptop_package
 from laptop.cli.command import name_of
 from laptop.cli.commands import OPTIONS
+from laptop.cli.exit_status import MEANINGS, ExitStatus
 from laptop.cli.main import laptop
 from laptop.cli.old_options import OLD_OPTIONS
 from laptop.cli.rules import RULES
@@ -38,6 +42,24 @@ def options(command=laptop, words=()):
     for param in command.params:
         if isinstance(param, click.Option):
             yield " ".join(words), param
+
+
+def commands():
+    """Return the words of each command, and it."""
+    found, groups = [], [((), laptop)]
+    while groups:
+        words, group = groups.pop()
+        for name, command in group.commands.items():
+            if isinstance(command, click.Group):
+                groups.append(((*words, name), command))
+            else:
+                found.append((" ".join((*words, name)), command))
+    return found
+
+
+def sections(command):
+    """Return the sections of a command's help."""
+    return getattr(command, "_sections", {})
 
 
 def test_there_are_few_names():
@@ -73,6 +95,22 @@ def test_rules_are_of_options_that_are_there(command):
     for rule in RULES[command]:
         words = [word for part in rule if isinstance(part, tuple) for word in part]
         assert {word.split()[0] for word in words} <= there, rule
+
+
+@pytest.mark.parametrize("words", [words for words, command in commands() if sections(command)])
+def test_sections_of_a_help_hold_all_options(words):
+    (command,) = (one for name, one in commands() if name == words)
+    named = [name for names in sections(command).values() for name in names]
+    own = [name_of(param) for param in command.params if isinstance(param, click.Option)]
+    assert sorted(named) == sorted(set(own) - {"--help-all"})
+
+
+def test_every_exit_status_is_told():
+    """In the README, all in one table, and nowhere else a number."""
+    text = (Path(laptop_package.__file__).parent / "README.md").read_text("utf-8")
+    rows = re.findall(r"^\| (\d+) \| (.*) \|$", text.partition("## Exit statuses")[2], re.MULTILINE)
+    assert {int(status): meaning for status, meaning in rows} == MEANINGS
+    assert set(MEANINGS) == set(ExitStatus)
 
 
 def test_help_of_draw_is_short_and_help_all_is_whole(capsys):
