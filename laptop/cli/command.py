@@ -48,9 +48,13 @@ class OwnCommand(click.Command):
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Take what is typed, in words of now; refuse what does not go together."""
         command = command_words(ctx)
-        rest = super().parse_args(ctx, list(in_new_words(command, args)))
-        if not ctx.resilient_parsing:
-            check_rules(command, set(self._given(ctx)))
+        try:
+            rest = super().parse_args(ctx, list(in_new_words(command, args)))
+            if not ctx.resilient_parsing:
+                check_rules(command, set(self._given(ctx)))
+        except click.UsageError as error:
+            error.ctx = error.ctx or ctx  # whose help to see
+            raise
         return rest
 
     def _given(self, ctx: click.Context) -> Iterator[str]:

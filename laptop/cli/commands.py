@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Mapping, Sequence
 
 import click
@@ -55,6 +56,9 @@ INSTEAD = {
     **dict.fromkeys(("handouts", "new"), "is {program} class new"),
     **dict.fromkeys(("arm", "pen"), "is {program} measure {word}"),
     "help": "is {program} --help",
+    **dict.fromkeys(
+        ("python", "python3"), "is not typed here: {program} simulate SCRIPT runs a script"
+    ),
 }
 """What is typed for a command that has another name."""
 
@@ -74,7 +78,7 @@ OPTIONS = {
     "--text": ("--write", "--string"),
     "--pick": ("--click", "--learn"),
     "--json": ("--format",),
-    "--to": ("--save", "--file", "--export"),
+    "--to": ("--save", "--file", "--export", "--png", "--svg", "--image"),
     "--trials": ("--rehearse", "--rehearsals", "--passes"),
     "--preview": ("--dry-run", "--show", "--check"),
     "--lettering": ("--letters", "--letter-height", "--italic"),
@@ -137,8 +141,9 @@ def no_command(word: str, commands: Mapping[str, click.Command]) -> str:
         return f"'{word}' {INSTEAD[word].format(program=program, word=word)}."
     if word.endswith(".py"):
         return f"'{word}' is a script: {program} simulate {word}."
-    near: Sequence[str] = difflib.get_close_matches(word, commands, 1)
-    more = f"did you mean {near[0]}?" if near else f"{program} --help lists them."
+    old = {" ".join(words): " ".join(new) for words, new in RENAMED.items()}
+    near: Sequence[str] = difflib.get_close_matches(word, [*commands, *old], 1)
+    more = f"did you mean {old.get(near[0], near[0])}?" if near else f"{program} --help lists them."
     return f"There is no command '{word}'; {more}"
 
 
@@ -149,6 +154,16 @@ def no_option(error: click.NoSuchOption) -> str:
         if any(word in OPTIONS.get(name, ()) for name in param.opts):
             value = f" {param.metavar}" if param.metavar else ""
             return f"{word} is {param.opts[0]}{value} here."
+    return error.format_message()
+
+
+def no_value(error: click.BadOptionUsage) -> str:
+    """Return what to say to an option without its value."""
+    for param in error.ctx.command.params if error.ctx else ():
+        if error.option_name in param.opts and param.metavar:
+            default = re.search(r"\[default: (.*?)\]", getattr(param, "help", None) or "")
+            without = f"; without it, it is {default[1]}" if default else ""
+            return f"{error.option_name} takes {param.metavar}{without}."
     return error.format_message()
 
 

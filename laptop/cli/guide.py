@@ -25,7 +25,7 @@ from shared.arm_description import find_arm, read_arm
     default=None,
     metavar="FILE",
     type=click.Path(dir_okay=False, path_type=Path),
-    help="Write the guide there, and open no browser.  [default: guide.html, and open it]",
+    help="Write the guide there, and open no browser.  [default: guide.html, which is opened]",
 )
 @replace_option
 def guide(arm_file: str, out: Path | None, replace: bool) -> None:

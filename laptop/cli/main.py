@@ -12,7 +12,7 @@ from laptop.cli.bench import bench
 from laptop.cli.brick import brick
 from laptop.cli.bundle import bundle
 from laptop.cli.classes import classes
-from laptop.cli.commands import CommandSections, no_option
+from laptop.cli.commands import CommandSections, no_option, no_value
 from laptop.cli.demo import demo
 from laptop.cli.doctor import doctor
 from laptop.cli.draw import draw
@@ -68,6 +68,8 @@ def main(command: click.Command | None = None, program: str = "") -> int:
         problem = error.format_message()
         if isinstance(error, click.NoSuchOption):
             problem = no_option(error)
+        elif isinstance(error, click.BadOptionUsage):
+            problem = no_value(error)
         _tell(f"{problem}{'' if problem.endswith(('.', '?')) else '.'} See {where} --help.")
         return error.exit_code
     except click.ClickException as error:

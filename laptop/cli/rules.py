@@ -26,7 +26,7 @@ class Apart(NamedTuple):
         """Refuse what is given, see `check_rules`."""
         one, other = _first(self.options, given), _first(self.others, given)
         if one and other and not _first(self.but, given):
-            raise click.UsageError(f"{one} {self.why}: leave {other} out.")
+            raise click.UsageError(f"{one} {self.why}: leave {SAID.get(other, other)} out.")
 
 
 class Needs(NamedTuple):
@@ -62,6 +62,8 @@ class OneOf(NamedTuple):
             raise click.UsageError(self.wish)
 
 
+SAID = {"SOURCES": "the camera"}
+"""What arguments are called for people, where that is not what help calls them."""
 CAMERA = ("--camera", "SOURCES")
 """How a camera is given, now and before."""
 A_CAMERA = OneOf((*CAMERA, "--simulate"), "Give the camera, --camera 0 say, or --simulate.")

@@ -77,6 +77,7 @@ def test_the_words_of_driver_py_are_its_own(word, capsys):
 @pytest.mark.parametrize(
     ("word", "said"),
     [
+        ("calibrat", "There is no command 'calibrat'; did you mean measure arm?"),
         ("drow", "There is no command 'drow'; did you mean draw?"),
         ("xyzzy", "There is no command 'xyzzy'; brickservo --help lists them."),
         ("lab1.py", "'lab1.py' is a script: brickservo simulate lab1.py."),
@@ -110,6 +111,20 @@ def test_the_page_is_track_with_its_page_open(monkeypatch):
         ("draw house --width 10", "--width is --size W[xH] here. See brickservo draw --help."),
         ("track --cam=0", "--cam is --camera SOURCE here. See brickservo track --help."),
         ("simulate -o x", "-o is --out DIR here. See brickservo simulate --help."),
+        ("draw house --png a.png", "--png is --to FILE here. See brickservo draw --help."),
+        (
+            "draw house --brick",
+            "--brick takes NAME; without it, it is the last one. See brickservo draw --help.",
+        ),
+        (
+            "guide --to",
+            "--to takes FILE; without it, it is guide.html, which is opened. See brickservo guide --help.",
+        ),
+        (
+            "measure pen --simulate 0",
+            "--simulate has a camera of its own: leave the camera out. See brickservo measure pen "
+            "--help.",
+        ),
         ("draw house --xyzzy", "No such option '--xyzzy'. See brickservo draw --help."),
         ("demo --width 10", "No such option '--width'. See brickservo demo --help."),
     ],
