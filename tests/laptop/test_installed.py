@@ -1,6 +1,7 @@
 """The laptop's side as `uv tool install` puts it there: a wheel, in a class's own folder."""
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -219,3 +220,36 @@ def test_a_video_is_tracked_there(brickservo):
     assert len(seen) == 5
     for _, _, _, u, v, _ in seen:
         assert (float(u), float(v)) == pytest.approx((100, 80), abs=0.3)
+
+
+def metadata(wheel):
+    """The text of a wheel's METADATA."""
+    (name,) = (one for one in contents(wheel) if one.endswith("/METADATA"))
+    return contents(wheel)[name].decode()
+
+
+def test_an_index_is_told_what_it_is_and_shows_no_picture_that_it_lacks(wheel):
+    told = metadata(wheel)
+    for line in ("License-Expression: MIT", "Classifier: Typing :: Typed", "Keywords: EV3,"):
+        assert f"\n{line}" in told
+    text = told.partition("\n\n")[2]
+    assert text.lstrip().startswith("# BrickServo")
+    assert not re.search(r"\]\((?!https?:|#)", text), "a link that leads nowhere from an index"
+
+
+def test_a_home_gives_the_readme_its_pictures(tmp_path):
+    """Who publishes it writes the home into pyproject.toml."""
+    checkout = tmp_path / "checkout"
+    shutil.copytree(
+        ROOT,
+        checkout,
+        ignore=shutil.ignore_patterns(".*", "tests", "__pycache__", "pictures", "uv.lock"),
+    )
+    file = checkout / "pyproject.toml"
+    home = "https://example.org/arms/brickservo"
+    file.write_text(file.read_text().replace('home = ""', f'home = "{home}"'))
+    told = metadata(build("wheel", tmp_path / "dist", checkout))
+    assert f"\nProject-URL: Source, {home}\n" in told
+    assert f"]({home}/raw/main/laptop/pictures/house.png)" in told
+    assert f"]({home}/blob/main/laptop/README.md" in told
+    assert re.findall(r"\]\((?!https?:|#)", told) == []

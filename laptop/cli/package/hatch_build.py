@@ -1,10 +1,16 @@
-"""How the wheel is made: the three folders lie in `brickservo/_house/`."""
+"""How the wheel is made: where the three folders lie, and what an index shows of it."""
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
 from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
+from hatchling.metadata.plugin.interface import MetadataHookInterface
+
+LINK = re.compile(r"(!?)(\[[^\]]*\])\((?!https?:|#)([^)\s]+)\)")
+"""A link of the README that leads to a file beside it."""
 
 
 class HouseHook(BuildHookInterface):
@@ -14,3 +20,32 @@ class HouseHook(BuildHookInterface):
         """Take part in the making of a wheel: a "standard" or an "editable" one."""
         if version == "standard":
             build_data["force_include"][f"{self.root}/laptop/cli/package/brickservo"] = "brickservo"
+
+
+class IndexHook(MetadataHookInterface):
+    """Adds the README as an index shows it, and the project's addresses if it has a home."""
+
+    def update(self, metadata: dict[str, Any]) -> None:
+        """Complete the metadata of pyproject.toml."""
+        home = self.config.get("home", "").rstrip("/")
+        text = Path(self.root, "README.md").read_text(encoding="utf-8")
+        metadata["readme"] = {"content-type": "text/markdown", "text": on_an_index(text, home)}
+        if home:
+            metadata["urls"] = {"Source": home, "Issues": f"{home}/issues"}
+
+
+def on_an_index(text: str, home: str) -> str:
+    """Return a README whose pictures and links are found from elsewhere, too.
+
+    Args:
+        text: of the README.
+        home: address of the repository; "": pictures are left out, and links are their words.
+    """
+
+    def found(link: re.Match[str]) -> str:
+        picture, words, file = link.groups()
+        if not home:
+            return "" if picture else words[1:-1]
+        return f"{picture}{words}({home}/{'raw' if picture else 'blob'}/main/{file})"
+
+    return LINK.sub(found, text)

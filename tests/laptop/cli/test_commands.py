@@ -118,7 +118,8 @@ def test_the_page_is_track_with_its_page_open(monkeypatch):
         ),
         (
             "guide --to",
-            "--to takes FILE; without it, it is guide.html, which is opened. See brickservo guide --help.",
+            "--to takes FILE; without it, it is guide.html, which is opened. See brickservo guide "
+            "--help.",
         ),
         (
             "measure pen --simulate 0",
