@@ -134,31 +134,31 @@ LIES = {
         "log", {"logs": said(b".brickservo/logs/a.log\n"), "read": forever(FULL)}, "than 335"),
     "an arm of 200 kB": ("arm --fetch x", {"read": said(b"x" * 200_000)}, "98 kB|none of ours"),
     "arms that steer": ("arm", {"arms": said(f"{STEER}.ini\nb.ini\n".encode())}, "arms of its own"),
-    "a program of no number": ("brick watch", {"is on": said(b"abc\n")}, "draws no job"),
+    "a program of no number": ("watch", {"is on": said(b"abc\n")}, "draws no job"),
     "numbers without bound": (
-        "brick watch", {**ON, "follow": said(
+        "watch", {**ON, "follow": said(
             b'{"state":"drawing","cm":1e999,"left_s":1' + b"0" * 400 + b',"speed":-1e308}\n'
             b'{"over": true}\n')}, "it was killed"),
     "a status nested deeply": (
-        "brick watch", {**ON, "follow": said(b'{"state":"drawing","x":' + b"[" * 60_000 + b"\n")},
+        "watch", {**ON, "follow": said(b'{"state":"drawing","x":' + b"[" * 60_000 + b"\n")},
         "ended the watching"),
     "a status that steers": (
-        "brick watch", {**ON, "follow": said(json.dumps(
+        "watch", {**ON, "follow": said(json.dumps(
             {"state": "failed", "job": STEER, "reason": STEER}).encode() + b'\n{"over": true}\n')},
         "failed"),
-    "a status of no end": ("brick watch", {**ON, "follow": forever(b'{"' * 32768)}, "66 kB"),
+    "a status of no end": ("watch", {**ON, "follow": forever(b'{"' * 32768)}, "66 kB"),
     "last words of no end": (
-        "brick watch", {**ON, "follow": said(b'{"over": true}\n', 0, "stdout",
+        "watch", {**ON, "follow": said(b'{"over": true}\n', 0, "stdout",
          said(b"x\n" * 5_000_000))}, "it was killed"),
     "errors of no end while a job is watched": (
-        "brick watch", {**ON, "follow": forever(b"A" * 65536, "stderr")}, "66 kB"),
+        "watch", {**ON, "follow": forever(b"A" * 65536, "stderr")}, "66 kB"),
 }  # fmt: skip
 
 HANGS = {
     "silence at once": ("doctor", {"installed": silence}, "not said a word for 30 s"),
     "silence of its doctor": ("doctor", {"doctor": silence}, "not said a word for 30 s"),
     "silence behind a status": (
-        "brick watch", {**ON, "follow": said(b'{"state":"drawing"}\n', then=silence)},
+        "watch", {**ON, "follow": said(b'{"state":"drawing"}\n', then=silence)},
         "not said a word for 30 s"),
     "silence before a log": (
         "log", {"logs": said(b".brickservo/logs/a.log\n"), "read": silence},

@@ -133,7 +133,7 @@ def test_a_command_says_so(lying, name):
 @pytest.mark.long
 def test_a_log_is_written_over_nothing(lying, tmp_path):
     brick = lying({"logs": said(b".brickservo/logs/job.log\n"), "read": said(b"of the brick\n")})
-    words = ["brick", "log", "--brick", brick.place, "--out", "here"]
+    words = ["brick", "log", "--brick", brick.place, "here"]
     there = tmp_path / "here"
     there.mkdir()
     own = there / "job.log"
