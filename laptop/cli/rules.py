@@ -154,7 +154,13 @@ RULES: dict[str, tuple[Apart | Needs | OneOf, ...]] = {
         Apart(("--touches",), ("--brick", "--pen"), "calls no brick"),
     ),
     "track": (
-        Needs(("--bar", "--marker-height", "--touched"), ("--board",), "is of the board"),
+        Needs(("--bar", "--touched"), ("--board",), "is of the board"),
+        Apart(
+            ("--marker-height",),
+            ("--no-serve", "--no-page"),
+            "is of board and page",
+            but=("--board", "--page"),
+        ),
         Apart(("--open",), ("--no-page",), "opens the page"),
     ),
     "markers": (

@@ -144,8 +144,8 @@ SECTIONS = {
 )
 @bar_option
 @marker_height_option(
-    "Of the arm's marker over the table, for --board.  [default: 0; of several cameras: two that "
-    "see it measure it]"
+    "Of the arm's marker over the table, for --board and drawings on the page.  [default: 0; of "
+    "several cameras: two that see it measure it; drawings: it is asked for, or found by the board]"
 )
 @click.option(
     "--touched",
@@ -247,6 +247,7 @@ def track(
                 page_hold,
                 "synthetic" not in options["camera"],
                 arm,
+                options["height"],
             )
             if shown
             else None,
@@ -279,6 +280,7 @@ def _open_page(
     hold_unheard: bool,
     real: bool,
     arm: str,
+    height: float | None,
     stack: contextlib.ExitStack,
 ) -> Callable[[PageInputs], ServedPage]:
     """Take the page's port; gives a function that serves the page there, see OpenPage.
@@ -289,10 +291,12 @@ def _open_page(
         hold_unheard: see PageController.
         real: whether a real brick may be called from it.
         arm: that draws, its name or file.
+        height: of its marker over the table, mm, or None.
         stack: closes all.
     """
     from laptop.page import process
     from laptop.page.controller import PageController
+    from laptop.page.marker_height import HeightMemory, MarkerHeight
     from laptop.see.serve.track import ServedPage
 
     listener = stack.enter_context(process.listen(host, port))
@@ -304,6 +308,15 @@ def _open_page(
             assert server is not None
             return stack.enter_context(run_on_brick(server.port))
 
+        description = read_arm(find_arm(arm))
+        told = None
+        if height is not None:
+            told = MarkerHeight(height / 10, "as --marker-height says")
+        elif not real:
+            scene = getattr(inputs.pipelines[0].camera, "constants", {})
+            if "marker_height" in scene:
+                told = MarkerHeight(scene["marker_height"], "as the emulated arm is built")
+        file = Path(state.state_folder()) / state.HEIGHTS_FILE
         controller = PageController(
             inputs.pipelines,
             inputs.trackers,
@@ -314,7 +327,9 @@ def _open_page(
             inputs.now,
             hold_unheard,
             start_on_brick=start_on_brick if real and server else None,
-            arm=read_arm(find_arm(arm)),
+            arm=description,
+            height=told,
+            memory=HeightMemory(file, description.name) if real else None,
         )
         stack.callback(controller.drawings.close)
         page = process.PageProcess(controller, listener, host, inputs.say, inputs.invite)

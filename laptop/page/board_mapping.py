@@ -2,55 +2,98 @@
 
 The board tells where pixels are on the table, cm, at any height; but not where on it the arm
 stands.  That the tip's own moves tell: a turn and a shift bring the places of its marker on the
-board to where the joints say that the marker is (Kabsch 1976).  Pure.
+board to where the joints say that the marker is (Kabsch 1976).  If nobody has told how high the
+marker is, its height is found along with them: too high a one makes its ways too short.  Pure.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import cv2
 import numpy as np
 
+from laptop.page.paper_below import HEIGHT_SIGMA
 from laptop.page.table_mapping import CELL, MAX_PLACES, TableView
 from laptop.see.serve.pipeline import Point
+from laptop.see.table.marker_offset import HEIGHT_SPREAD, USUAL_HEIGHT, rotation
 
 MIN_PLACES = 4
 """Fewer do not tell how well they fit."""
+MIN_PLACES_FOR_HEIGHT = 12
+"""Fewer do not tell the marker's height as well."""
 MIN_SPREAD = 2.0
 """Of these from their middle, RMS, cm."""
 MAX_MISFIT = 0.8
 """Places that fit worse, cm (RMS), are of another arm, or of a marker at another height."""
-GRID = 6
+SCALE_SPREAD = 0.005
+"""Standard deviation of how much longer links are than their file has them, as a share."""
+MAX_HEIGHT_SIGMA = 0.6
+"""A height that is less sure, cm, is not believed."""
+LEAST_MISFIT = 0.02
+"""Of places from where they must be, cm: none are better."""
+STEPS = 8
+"""Of the fit of a height."""
+GRID = 8
 """So many pixels in each direction give the paper's homography."""
+MARGIN = 60.0
+"""So far beyond the pixels of the marker the paper is looked at, px."""
 
-Place = Callable[[str, Point], Point | None]
-"""From a marker's name and pixel to its place on the board, cm; names that are not known lie on the
-table.  None: it is not known."""
+PlaceAt = Callable[[Point, float], Point | None]
+"""From a pixel and a height over the table, cm, to the place on the board, cm; None: unknown."""
+
+
+class _Pair(NamedTuple):
+    """A place of the marker.
+
+    speed  of it in the picture, px/s
+    pixel  (2,)
+    low    where on the board it would be if it lay on the table, (2,), cm
+    slope  by how much that is elsewhere per cm of height, (2,)
+    arm    where the joints say that it is, (2,), cm
+    """
+
+    speed: float
+    pixel: np.ndarray
+    low: np.ndarray
+    slope: np.ndarray
+    arm: np.ndarray
 
 
 class BoardMapping:
-    """Learns where the arm stands on the board.
+    """Learns where the arm stands on the board, and how high its marker is.
 
     Args:
-        place: of the camera.
-        marker: name of the tip's.
+        place_at: of the camera.
 
     Attributes:
         view: of the paper, or None while it is not known.
+        height: of the marker over the paper, cm, told or found; None: it is not known.
+        height_sigma: of one that was found, cm.
     """
 
-    def __init__(self, place: Place, marker: str) -> None:
-        self._place, self._marker = place, marker
-        self._pairs: dict[tuple[int, ...], tuple[float, np.ndarray, np.ndarray]] = {}
+    def __init__(self, place_at: PlaceAt) -> None:
+        self._place_at = place_at
+        self._pairs: dict[tuple[int, ...], _Pair] = {}
+        self._told: float | None = None  # cm
+        self._size = (0, 0)  # of the picture, px
         self._stand: tuple[np.ndarray, np.ndarray] | None = None
-        self.view: TableView | None = None
+        self.forget()
 
     def forget(self) -> None:
         """Begin anew: the board, or the arm on it, stands elsewhere now."""
         self._pairs.clear()
-        self.view = self._stand = None
+        self.view: TableView | None = None
+        self._stand = None
+        self.height: float | None = self._told
+        self.height_sigma = 0.0
+
+    def lay_paper(self, height: float | None) -> None:
+        """Take in how high the marker is over the paper, cm; None: that is to be found."""
+        self._told = height
+        self._fit()
 
     def pen(self, pixels: np.ndarray, shifts: np.ndarray) -> np.ndarray | None:
         """Return where in the arm's frame the pen was, (n, 2), cm; None: that is not known.
@@ -59,10 +102,10 @@ class BoardMapping:
             pixels: of the marker, (n, 2).
             shifts: from the pen to the marker, cm, (n, 2).
         """
-        if self.view is None or self._stand is None:
+        if self.view is None or self._stand is None or self.height is None:
             return None
         turn, shift = self._stand
-        places = [self._place(self._marker, (float(u), float(v))) for u, v in pixels]
+        places = [self._place_at((float(u), float(v)), self.height) for u, v in pixels]
         on_board = np.array([place or (math.nan, math.nan) for place in places])
         return np.asarray(on_board @ turn.T + shift - shifts[:, :2])
 
@@ -75,38 +118,103 @@ class BoardMapping:
             speed: of the marker in the picture, px/s: of one place the slowest is believed.
             size: of the picture, px.
         """
-        on_board = self._place(self._marker, pixel)
-        if on_board is None or len(p) != 2:
+        if len(p) != 2:
+            return
+        low, high = (self._place_at(pixel, height) for height in (0.0, 1.0))
+        if low is None or high is None:
             return
         key = tuple(math.floor(x / CELL) for x in p)
         known = self._pairs.get(key)
-        if (known is None and len(self._pairs) < MAX_PLACES) or (known and speed <= known[0]):
-            self._pairs[key] = speed, np.array(on_board), np.array(p, float)
-            self._fit(size)
+        if (known is None and len(self._pairs) < MAX_PLACES) or (known and speed <= known.speed):
+            self._pairs[key] = _Pair(
+                speed,
+                np.array(pixel),
+                np.array(low),
+                np.array(high) - low,
+                np.array(p, float),
+            )
+            self._size = size
+            self._fit()
 
-    def _fit(self, size: tuple[int, int]) -> None:
-        board = np.array([one for _, one, _ in self._pairs.values()])
-        arm = np.array([other for _, _, other in self._pairs.values()])
+    def _fit(self) -> None:
         self.view = self._stand = None
-        if len(board) < MIN_PLACES or math.sqrt((np.var(board, axis=0)).sum()) < MIN_SPREAD:
+        self.height, self.height_sigma = self._told, 0.0
+        if len(self._pairs) < MIN_PLACES:
             return
+        low, slope, arm = (
+            np.array([getattr(pair, name) for pair in self._pairs.values()])
+            for name in ("low", "slope", "arm")
+        )
+        if math.sqrt((np.var(low, axis=0)).sum()) < MIN_SPREAD:
+            return
+        sigma = HEIGHT_SIGMA
+        if self._told is None:
+            if len(low) < MIN_PLACES_FOR_HEIGHT:
+                return
+            self.height, self.height_sigma = marker_height(low, slope, arm)
+            sigma = self.height_sigma
+            if sigma > MAX_HEIGHT_SIGMA:
+                self.height = None
+        if self.height is None:
+            return
+        board = low + self.height * slope
         turn, shift = rigid(board, arm)
         misfit = math.sqrt(np.mean(np.sum((board @ turn.T + shift - arm) ** 2, axis=1)))
-        if misfit > MAX_MISFIT:
-            return
+        matrix = None if misfit > MAX_MISFIT else self._homography(turn, shift)
+        if matrix is not None:
+            unsure = sigma * float(np.hypot(*slope.mean(axis=0)))
+            source = "the board on the table"
+            self._stand = turn, shift
+            self.view = TableView(
+                matrix, len(board), 10 * math.hypot(misfit, unsure), source, is_paper=True
+            )
+
+    def _homography(self, turn: np.ndarray, shift: np.ndarray) -> np.ndarray | None:
+        """Return the matrix from the arm's places on the paper to pixels, about where it moves."""
+        seen = np.array([pair.pixel for pair in self._pairs.values()])
+        low = np.maximum(seen.min(axis=0) - MARGIN, 0)
+        high = np.minimum(seen.max(axis=0) + MARGIN, np.array(self._size) - 1)
         pixels, points = [], []
-        for u in np.linspace(0, size[0] - 1, GRID):
-            for v in np.linspace(0, size[1] - 1, GRID):
-                if (paper := self._place("", (float(u), float(v)))) is not None:
+        for u in np.linspace(low[0], high[0], GRID):
+            for v in np.linspace(low[1], high[1], GRID):
+                if (paper := self._place_at((float(u), float(v)), 0.0)) is not None:
                     pixels.append((u, v))
                     points.append(paper)
         if len(points) < 8:
-            return
+            return None
         matrix, _ = cv2.findHomography(np.array(points) @ turn.T + shift, np.array(pixels))
-        if matrix is not None:
-            source = "the board on the table"
-            self._stand = turn, shift
-            self.view = TableView(matrix / matrix[2, 2], len(board), 10 * misfit, source)
+        return None if matrix is None else np.asarray(matrix / matrix[2, 2])
+
+
+def marker_height(low: np.ndarray, slope: np.ndarray, arm: np.ndarray) -> tuple[float, float]:
+    """Return the height of a marker over the table, and its standard deviation, cm.
+
+    Args:
+        low: where on the board it would be if it lay there, (n, 2), cm.
+        slope: by how much that is elsewhere per cm of height, (n, 2).
+        arm: where the joints say that it is, (n, 2), cm.
+    """
+    turn, shift = rigid(low + USUAL_HEIGHT * slope, arm)
+    state = np.array([math.atan2(turn[1, 0], turn[0, 0]), *shift, USUAL_HEIGHT, 0.0])
+    usual = np.array([0.0, 0.0, 0.0, USUAL_HEIGHT, 0.0])
+    per = np.array([0.0, 0.0, 0.0, 1 / HEIGHT_SPREAD, 1 / SCALE_SPREAD])
+    x, y = np.tile([(1.0, 0.0), (0.0, 1.0)], (len(low), 1)).T
+    for _ in range(STEPS):  # Gauss and Newton's
+        angle, _, _, height, longer = state
+        turn = (1 + longer) * rotation(angle)
+        turned = (low + height * slope) @ turn.T
+        around = turned @ rotation(math.pi / 2).T
+        slopes = np.column_stack(
+            [around.ravel(), x, y, (slope @ turn.T).ravel(), turned.ravel() / (1 + longer)]
+        )
+        off = (turned + state[1:3] - arm).ravel()
+        # How far places are off is seen only when they are fitted.
+        sigma = max(LEAST_MISFIT, math.sqrt(float(np.mean(off**2))))
+        normal = slopes.T @ slopes / sigma**2 + np.diag(per**2)
+        state = state - np.linalg.solve(
+            normal, slopes.T @ off / sigma**2 + per**2 * (state - usual)
+        )
+    return float(state[3]), math.sqrt(float(np.linalg.inv(normal)[3, 3]))
 
 
 def rigid(points: np.ndarray, goals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

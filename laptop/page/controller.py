@@ -15,6 +15,7 @@ from laptop.page.colour_edits import ColourEdits
 from laptop.page.draw_control import DrawControl
 from laptop.page.frames import Frames
 from laptop.page.goal_hints import GoalHints
+from laptop.page.marker_height import HeightMemory, MarkerHeight
 from laptop.page.run_control import RunControl, Server
 from laptop.page.run_records import RunGroup, RunRecorder
 from laptop.page.sessions import Admission
@@ -58,6 +59,8 @@ class PageController:
         clock: of people and pages, s; the frames' may stand still.
         start_on_brick: what a click does to have a real brick; None: there is nothing to click.
         arm: that draws; None: it is not known.
+        height: of its marker over the paper, if that is told from the beginning.
+        memory: of heights that people type; None: they are not kept.
 
     Attributes:
         frames, colours, runs, drawings, drawing_views, steering, admission: the groups of calls of
@@ -77,6 +80,8 @@ class PageController:
         clock: Callable[[], float] = time.monotonic,
         start_on_brick: StartOnBrick | None = None,
         arm: Arm | None = None,
+        height: MarkerHeight | None = None,
+        memory: HeightMemory | None = None,
     ) -> None:
         self._cameras = {
             watcher.name: CameraFeed(watcher, tracker, source)
@@ -99,6 +104,8 @@ class PageController:
             self.runs.running,
             now,
             self.runs.lock,
+            height,
+            memory,
         )
         self.runs.is_drawing = lambda: self.drawings.is_on
         self.runs.on_stop = self.drawings.stop

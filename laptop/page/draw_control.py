@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import tempfile
 import threading
-from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -13,7 +12,6 @@ from pathlib import Path
 import numpy as np
 
 from laptop.drawing.pictures import Tracing
-from laptop.page.board_mapping import BoardMapping
 from laptop.page.camera_feed import CameraFeed
 from laptop.page.drag_path import smooth_path
 from laptop.page.drawing_snapshots import (
@@ -34,16 +32,14 @@ from laptop.page.drawing_worker import DrawingWorker
 from laptop.page.ink_track import InkTrack
 from laptop.page.job_states import heard, unheard
 from laptop.page.look_around import look_job
-from laptop.page.table_mapping import TableMapping, TableView
+from laptop.page.marker_height import HeightMemory, MarkerHeight
+from laptop.page.paper_views import PaperViews
 from laptop.see.serve.job_offer import JobOffer
-from laptop.see.serve.joint_track import JointTrack, marker_place, marker_shift
 from laptop.see.serve.pipeline import Point
 from laptop.see.serve.server_state import ServerState as LinkState
-from laptop.see.serve.tip_track import TipTrack
-from robot.motion import kinematics
 from shared.arm_description import Arm, ArmError
 from shared.job_messages import DONE, ENDS, ORDERS, Draw, JobStatus, Order, check_order
-from shared.messages import EFFECTOR, LEAST_CONFIDENCE, Stop
+from shared.messages import Stop
 
 MAX_FILE = 8_000_000
 """Bytes of a file that is dropped, at the most."""
@@ -69,6 +65,8 @@ class DrawControl:
         is_running: tells whether a servo run is on.
         now: clock of the frames, s.
         lock: held while an order is carried out.
+        height: of the arm's marker over the paper, if that is told from the beginning.
+        memory: of heights that people type; None: they are not kept.
     """
 
     def __init__(
@@ -81,27 +79,17 @@ class DrawControl:
         is_running: Callable[[], bool],
         now: Callable[[], float],
         lock: threading.RLock,
+        height: MarkerHeight | None = None,
+        memory: HeightMemory | None = None,
     ) -> None:
         self._arm, self._cameras = arm, cameras
         self._link, self._offer, self._send = link, offer, send
         self._is_running, self._now, self._lock = is_running, now, lock
         self._worker = DrawingWorker(arm, self._hear) if arm else None
-        reach = kinematics.reach(arm)[1] if arm else 1.0
-        self._mappings = {name: TableMapping(reach) for name in cameras}
-        self._boards = {
-            name: BoardMapping(feed.watcher.place, EFFECTOR) for name, feed in cameras.items()
-        }
-        self._versions = dict.fromkeys(cameras, 0)  # of the calibrations by a board
-        self._tracks = {name: TipTrack() for name in cameras}
-        self._joints = JointTrack()
-        self._inks = {name: InkTrack(self._marker_shift) for name in cameras}
-        self._last_status: object = None
-        # Times, s, and where the joints said that the marker was, cm: frames come later.
-        self._pairs: dict[str, deque[tuple[float, Sequence[float]]]] = {
-            name: deque(maxlen=32) for name in cameras
-        }
+        self._paper = PaperViews(arm, cameras, height, memory)
+        self.view = self._paper.view
+        self._inks = {name: InkTrack(self._paper.marker_shift) for name in cameras}
         self._revision = 0
-        self._seen: object = None  # the views that the revision knows
         self._request: Request | None = None  # the last of a drawing
         self._number = 0  # of its source
         self._placed: PlacedDrawing | None = None
@@ -322,33 +310,30 @@ class DrawControl:
 
     # What is seen
 
-    def view(self, camera: str) -> TableView | None:
-        """Return where the paper is in a camera's picture, if that is known.
-
-        Without a board, of an arm in a plane, it is that in which the marker rides over the paper.
-        """
-        if camera not in self._mappings or self._cameras[camera].watcher.placing[1]:
-            return None
-        return self._boards[camera].view or self._mappings[camera].view
+    def set_marker_height(self, mm: float | None) -> str:
+        """Take in how high the arm's marker is over the paper, mm; None: that is not known."""
+        with self._lock:
+            why = self._paper.set_height(mm)
+            self._show_elsewhere()
+            return why
 
     def state(self) -> DrawingState:
         """Return how it stands."""
         with self._lock:
             placed, on = self._placed, self.is_on
             source = self._request and self._request.source
-            views = [self.view(name) for name in self._mappings]
+            views = self._paper.views().values()
             return DrawingState(
                 revision=self._revision,
                 is_there=placed is not None,
                 busy=self._busy,
                 trouble=self._trouble,
-                unmapped={
-                    n: self._cameras[n].watcher.placing[1] or m.why
-                    for n, m in self._mappings.items()
-                    if self.view(n) is None
-                },
-                misfit=max((view.misfit for view in views if view), default=None),
-                source=next((view.source for view in views if view), ""),
+                unmapped=self._paper.unmapped(),
+                misfit=max((view.misfit for view in views), default=None),
+                source=next((view.source for view in views), ""),
+                is_on_paper=all(view.is_paper for view in views),
+                marker=self._paper.height,
+                asks_height=self._paper.is_flat,
                 job=self._job_state(),
                 can_start=bool(placed and placed.job and not placed.why_not and not on),
                 tracing=source.tracing if source else None,
@@ -358,10 +343,8 @@ class DrawControl:
     def drawing(self) -> DrawingSnapshot:
         """Return all that browsers draw of it."""
         with self._lock:
-            found = {name: self.view(name) for name in self._mappings}
-            views = {name: view for name, view in found.items() if view}
             placed = self._placed and self._placed._replace(job=b"")
-            return DrawingSnapshot(placed, views, self._deviation)
+            return DrawingSnapshot(placed, self._paper.views(), self._deviation)
 
     def ink(self, camera: str, version: int, after: int) -> tuple[int, list[InkPoint]]:
         """Return the version of a camera's ink, and its points; of that `version` those `after`."""
@@ -373,28 +356,12 @@ class DrawControl:
             if points and paper:
                 # What is seen is the marker, beside the pen and over it.
                 seen = np.array([(point.u, point.v) for point in points])
-                places = paper.to_picture(self._pen_places(camera, seen, shifts))
+                places = paper.to_picture(self._paper.pen_places(camera, seen, shifts))
                 points = [
                     InkPoint(float(u), float(v), point.begins) if math.isfinite(u + v) else point
                     for (u, v), point in zip(places, points, strict=True)
                 ]
             return ink.version, points
-
-    def _pen_places(self, camera: str, pixels: np.ndarray, shifts: np.ndarray) -> np.ndarray:
-        """Return where the pen was, (n, 2), cm in the arm's frame; nan where that is not known."""
-        for mapping in (self._mappings[camera], self._boards[camera]):
-            if (places := mapping.pen(pixels, shifts)) is not None:
-                return places
-        return np.full((len(pixels), 2), math.nan)
-
-    def _marker_shift(self, t: float) -> Sequence[float] | None:
-        """Return the way from the pen to the marker at a time, s; None: not known yet, or never."""
-        if self._arm is None:
-            return 0.0, 0.0, 0.0
-        if not any(self._arm.marker_offset):
-            return (0.0,) * kinematics.coordinates(self._arm)
-        q = self._joints.at(t)
-        return q and marker_shift(self._arm, q)
 
     def _job_state(self) -> JobState | None:
         offered, progress = self._offered, self._progress
@@ -411,60 +378,22 @@ class DrawControl:
         """Take in what cameras and brick tell; to be called at every heartbeat."""
         with self._lock:
             link = self._link()
-            self._take_tips()
-            self._notice_moves()
-            self._learn(link)
+            on = self._progress and self._progress.state not in ENDS
+            for name, tip in self._paper.take_tips().items():
+                if on:
+                    self._inks[name].see(*tip)
+            self._paper.learn(link, self._now())
             self._follow(link)
             for ink in self._inks.values():
                 ink.judge(self._now())
-            views = [
-                (self.view(name) is None, m.moved, self._boards[name].view is None)
-                for name, m in self._mappings.items()
-            ]
-            if views != self._seen:
-                self._seen = views
-                self._revision += 1
-                for ink in self._inks.values():
-                    ink.version += 1  # it is shown elsewhere now
+            if self._paper.have_changed():
+                self._show_elsewhere()
 
-    def _take_tips(self) -> None:
-        for name, feed in self._cameras.items():
-            view = feed.watcher.view
-            seen = view and view.found.get(EFFECTOR)
-            if view and seen and seen.confidence >= LEAST_CONFIDENCE:
-                self._tracks[name].add(view.frame.t, (seen.u, seen.v))
-                if self._progress and self._progress.state not in ENDS:
-                    self._inks[name].see(view.frame.t, (seen.u, seen.v))
-
-    def _notice_moves(self) -> None:
-        """Forget what was learned of a camera that was calibrated anew: it, or the board, moved."""
-        for name, feed in self._cameras.items():
-            version, _ = feed.watcher.placing
-            if version != self._versions[name]:
-                self._boards[name].forget()
-                if self._versions[name]:
-                    self._mappings[name].forget()
-                self._versions[name] = version
-
-    def _learn(self, link: LinkState) -> None:
-        """Take in pairs of where the joints say that the marker is, and where cameras see it."""
-        status, now = link.status, self._now()
-        if self._arm and status and status is not self._last_status:
-            self._last_status = status
-            if len(status.q) == len(self._arm.joints):
-                t = now - (link.status_age or 0.0) - link.status_lag
-                self._joints.add(t, status.q)
-                for pairs in self._pairs.values():
-                    pairs.append((t, marker_place(self._arm, status.q)))
-        for name, pairs in self._pairs.items():
-            track = self._tracks[name]
-            while pairs and pairs[0][0] <= track.last:
-                t, p = pairs.popleft()
-                view = self._cameras[name].watcher.view
-                if view and (found := track.at(t)) is not None:
-                    self._mappings[name].add(p, *found)
-                    height, width = view.frame.image.shape[:2]
-                    self._boards[name].add(p, *found, (width, height))
+    def _show_elsewhere(self) -> None:
+        """Have browsers show drawing and ink where they are now."""
+        self._revision += 1
+        for ink in self._inks.values():
+            ink.version += 1
 
     def _follow(self, link: LinkState) -> None:
         """Take in how the brick gets on with a job."""
@@ -494,7 +423,7 @@ class DrawControl:
             if self.view(name) and len(ink.points) > 1 and self._wish and self._worker:
                 wish = self._wish.good
                 if progress.state == DONE and wish:
-                    lines = ink.lines(partial(self._pen_places, name))
+                    lines = ink.lines(partial(self._paper.pen_places, name))
                     lines = tuple(line[np.isfinite(line).all(axis=1)] for line in lines)
                     self._worker.ask(Request(0, None, wish=wish, ink=lines))
                     return

@@ -9,6 +9,7 @@ import numpy as np
 
 from laptop.drawing.pictures import Tracing
 from laptop.drawing.xml_guard import is_svg
+from laptop.page.marker_height import MarkerHeight
 from laptop.page.table_mapping import TableView
 from laptop.system.picture_heads import is_picture
 
@@ -160,6 +161,9 @@ class DrawingState(NamedTuple):
     unmapped   per camera why its pixels are not known in cm; {} of those that are known
     misfit     greatest of the known cameras, mm, or None
     source     what it is known by, in words, or ""
+    is_on_paper  these are of the paper, not of the plane above it in which the marker rides
+    marker     its height over the paper
+    asks_height  that height counts: the arm moves in a plane
     job        of the brick, or None
     can_start  it can be drawn now
     tracing    how the picture that was asked for is drawn; None: it is none
@@ -173,6 +177,9 @@ class DrawingState(NamedTuple):
     unmapped: Mapping[str, str] = {}
     misfit: float | None = None
     source: str = ""
+    is_on_paper: bool = False
+    marker: MarkerHeight = MarkerHeight()
+    asks_height: bool = False
     job: JobState | None = None
     can_start: bool = False
     tracing: Tracing | None = None

@@ -2,7 +2,8 @@
 
 The brick tells its joints' angles, and so where the tip's marker is, cm; the camera sees it at the
 same time, px.  Of an arm in a plane such pairs give a homography, that of the plane in which the
-marker rides: whatever lies below it is seen elsewhere.  The pen is beside the marker, by a way that
+marker rides: whatever lies below it is seen elsewhere.  Where the paper is seen follows from the
+marker's height, if that is known, by `paper_below`.  The pen is beside the marker, by a way that
 turns with the last link.  Of an arm in space they give the camera's matrix (DLT; Hartley and
 Zisserman, Multiple View Geometry, chapters 4 and 7), and that a homography for every height.  Pure.
 """
@@ -17,6 +18,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from laptop.page.paper_below import PaperBelow
 from laptop.see.serve.pipeline import Point
 
 CELL = 1.0
@@ -42,14 +44,16 @@ class TableView:
 
     matrix  3 x 3: from (x, y, 1), cm, to (u, v, 1), px, up to scale
     places  number of places of the tip that it rests on; 0: it does not
-    misfit  RMS of these, mm on the table
+    misfit  RMS of these, and how unsure the paper is below the marker: mm on the table
     source  of it, for people: "the tip's own moves", "the board on the table"
+    is_paper  it is the paper; if not, the plane above it in which the marker rides
     """
 
     matrix: np.ndarray
     places: int = 0
     misfit: float = 0.0
     source: str = "the tip's own moves"
+    is_paper: bool = False
 
     def to_picture(self, points: np.ndarray) -> np.ndarray:
         """Return where points (n, 2), cm, are in the picture: (n, 2), px."""
@@ -78,10 +82,10 @@ class TableMapping:
 
     Args:
         reach: of the arm, cm.
-        height: of the plane that is asked for, cm; it counts for arms in space only.
+        height: of the paper, cm; it counts for arms in space only.
 
     Attributes:
-        view: the TableView, or None while it is not known.
+        view: the TableView, of the paper as soon as that is known, or None.
         why: why not, for people; "" where it is known.
         moved: number of times that the camera was found to have been moved.
     """
@@ -91,6 +95,9 @@ class TableMapping:
         self._places: dict[tuple[int, ...], tuple[float, np.ndarray, Point]] = {}
         self._misfits: deque[float] = deque(maxlen=MOVED_PLACES)
         self._camera: np.ndarray | None = None  # 3 x 4, of an arm in space
+        self._plane: TableView | None = None  # in which the marker of an arm in a plane rides
+        self._below = PaperBelow()
+        self._marker_height: float | None = None  # cm
         self.view: TableView | None = None
         self.why = "the arm has not moved before this camera yet"
         self.moved = 0
@@ -100,18 +107,26 @@ class TableMapping:
         """Number of places that are known."""
         return len(self._places)
 
-    def add(self, p: Sequence[float], pixel: Point, speed: float) -> None:
+    def lay_paper(self, height: float | None) -> None:
+        """Take in how high the marker of an arm in a plane is over the paper, cm; None: unknown."""
+        self._marker_height = height
+        self._show_paper()
+
+    def add(
+        self, p: Sequence[float], pixel: Point, speed: float, size: tuple[int, int] | None = None
+    ) -> None:
         """Take in that the marker was at p (x, y[, z]), cm, and at a pixel (u, v), px, at once.
 
         Args:
             p: cm.
             pixel: px.
             speed: of the marker in the picture, px/s.
+            size: of the picture, px; without it the paper below the marker is not found.
         """
         if speed > MAX_TIP_SPEED or not np.isfinite([*p, *pixel]).all():
             return
-        if self.view and len(p) == 2:
-            off = self.view.to_picture(np.array([p]))[0] - pixel
+        if self._plane:
+            off = self._plane.to_picture(np.array([p]))[0] - pixel
             self._misfits.append(float(np.hypot(*off)))
             if len(self._misfits) == MOVED_PLACES and min(self._misfits) > MOVED:
                 self.forget()
@@ -122,7 +137,7 @@ class TableMapping:
             return
         if known is None or speed <= known[0]:
             self._places[key] = speed, np.array(p, float), pixel
-            self._fit()
+            self._fit(size)
 
     def pen(self, pixels: np.ndarray, shifts: np.ndarray) -> np.ndarray | None:
         """Return where on the table the pen was, (n, 2), cm; None: that is not known.
@@ -133,8 +148,9 @@ class TableMapping:
         """
         if self.view is None:
             return None
-        if self._camera is None:
-            return self.view.to_table(pixels) - shifts[:, :2]
+        if self._plane:
+            return self._plane.to_table(pixels) - shifts[:, :2]
+        assert self._camera is not None
         # The marker's plane is another one for each height at which it sits over the pen.
         planes = np.repeat(self._camera[None, :, [0, 1, 3]], len(pixels), axis=0)
         planes[:, :, 2] += np.outer(self._height + shifts[:, 2], self._camera[:, 2])
@@ -146,18 +162,20 @@ class TableMapping:
         """Begin anew: camera or arm stand elsewhere now."""
         self._places.clear()
         self._misfits.clear()
-        self.view = None
+        self._below.forget()
+        self.view = self._plane = None
         self.why = "the camera was moved; let the arm look around again"
 
-    def _fit(self) -> None:
+    def _fit(self, size: tuple[int, int] | None) -> None:
         points = np.array([point for _, point, _ in self._places.values()])
         pixels = np.array([pixel for _, _, pixel in self._places.values()])
         self.why = self._too_few(points)
+        self.view = self._plane = None
         if self.why:
-            self.view = None
             return
         matrix: np.ndarray
-        if points.shape[1] == 2:
+        flat = points.shape[1] == 2
+        if flat:
             found, _ = cv2.findHomography(points, pixels, cv2.RANSAC, 2 * MAX_MISFIT)
             matrix = np.full((3, 3), np.nan) if found is None else found
             fitted = _mapped(matrix, points)
@@ -170,7 +188,6 @@ class TableMapping:
         fits = off <= 2 * MAX_MISFIT
         misfit = float(np.sqrt(np.mean(off[fits] ** 2))) if fits.any() else math.inf
         if fits.mean() < 0.7 or misfit > MAX_MISFIT:
-            self.view = None
             self.why = (
                 f"what camera and joints say differs by {np.nan_to_num(np.median(off)):.0f} px; is "
                 "it the arm of this file, with its zero found?"
@@ -178,7 +195,26 @@ class TableMapping:
             return
         view = TableView(matrix / matrix[2, 2], len(points))
         scale = view.px_per_cm(points[:, :2].mean(axis=0))
-        self.view = TableView(view.matrix, len(points), 10 * misfit / scale)
+        view = TableView(view.matrix, len(points), 10 * misfit / scale, is_paper=not flat)
+        self.view = view
+        if flat:
+            self._plane = view
+            if size:
+                self._below.learn(points[fits], pixels[fits], size)
+            self._show_paper()
+
+    def _show_paper(self) -> None:
+        """Give the view of the paper below the marker's plane, if that is known."""
+        plane, height = self._plane, self._marker_height
+        if plane is None:
+            return
+        self.view = plane
+        points = np.array([point for _, point, _ in self._places.values()])
+        below = None if height is None else self._below.paper(height, points)
+        if below is not None:
+            matrix, unsure = below
+            misfit = math.hypot(plane.misfit, unsure)
+            self.view = TableView(matrix, plane.places, misfit, plane.source, True)
 
     def _too_few(self, points: np.ndarray) -> str:
         """Return why these places (n, 2 or 3), cm, are not enough, or ""."""
@@ -222,4 +258,5 @@ def _normal(points: np.ndarray) -> np.ndarray:
 
 def _projected(camera: np.ndarray, points: np.ndarray) -> np.ndarray:
     homogeneous = np.column_stack([points, np.ones(len(points))]) @ camera.T
-    return homogeneous[:, :2] / homogeneous[:, 2:]
+    with np.errstate(divide="ignore", invalid="ignore"):  # beside the camera
+        return homogeneous[:, :2] / homogeneous[:, 2:]

@@ -24,6 +24,8 @@ from laptop.page.drawing_snapshots import (
 )
 from laptop.page.drawing_view import SIZES, figure, placing_of
 from laptop.page.interface import DrawCalls
+from laptop.page.marker_height import LIMITS, MarkerHeight
+from laptop.page.paper_words import needs_look, where_text
 from laptop.page.snapshots import PageState
 from shared.job_messages import (
     ABORT,
@@ -78,6 +80,8 @@ class DrawCard:
         self._is_hatched: bool | None = None  # the last that the tracker told
         self._traced: list[Tracing] = []  # asked for here, not told yet
         self._pen = 0.0  # degrees deeper
+        self._marker: MarkerHeight | None = None  # the last that the tracker told
+        self._typing_height = False
         ui.add_head_html(f"<script>{SCRIPT.read_text(encoding='utf-8')}</script>")
         ui.add_body_html(f"<script>takeDrops({MAX_FILE})</script>")
         ui.on("drawing-sent", lambda: session.show_tab(DRAW))
@@ -161,6 +165,11 @@ class DrawCard:
 
     def _add_mapping(self) -> None:
         self._mapping = ui.label().classes("quiet")
+        self._height = ui.number("marker above the paper, mm", min=LIMITS[0], max=LIMITS[1], step=1)
+        self._height.classes("field").props("dense")
+        self._height.on("focus", lambda: setattr(self, "_typing_height", True))
+        for event in ("blur", "keydown.enter"):
+            self._height.on(event, self._on_height)
         self._look = ui.button(
             "Look around",
             icon="travel_explore",
@@ -283,25 +292,13 @@ class DrawCard:
         self._facts.set_text(facts)
         why = drawing.trouble or (placed.why_not if placed else "")
         self._trouble.set_text(why[:1].upper() + why[1:] + "." * bool(why))
-        unmapped = drawing.unmapped
-        if unmapped:
-            name, why = next(iter(unmapped.items()))
-            where = f"camera {name}'s picture" if len(self._views) > 1 else "the picture"
-            self._mapping.set_text(
-                f"Where the table is in {where} is not known: {why}. Then the drawing lies over "
-                "the picture, and the ink is measured. Looking around moves the arm, pen up; "
-                "an arm that cannot lift its pen: take it out first."
-            )
-        elif drawing.misfit is not None:
-            text = (
-                f"Where the table is in the picture is known by {drawing.source}, to "
-                f"{drawing.misfit:.1f} mm"
-            )
-            if "moves" in drawing.source:
-                text += ": at the height of its marker. Ink on the paper below is seen a little "
-                text += "beside it"
-            self._mapping.set_text(f"{text}.")
-        self._look.set_visibility(bool(unmapped))
+        self._mapping.set_text(where_text(drawing, len(self._views) > 1))
+        self._look.set_visibility(needs_look(drawing))
+        self._height.set_visibility(drawing.asks_height)
+        if drawing.marker != self._marker and not self._typing_height:
+            self._marker = drawing.marker
+            cm = drawing.marker.cm
+            self._height.set_value(None if cm is None else round(10 * cm, 1))
 
     def _show_placed(self) -> None:
         placed = self._snapshot.placed
@@ -346,8 +343,8 @@ class DrawCard:
                 f"Off the wish by at most {deviation.greatest:.1f} mm, RMS {deviation.rms:.1f} mm"
             ).classes("job-word")
             ui.label(
-                f"by the tip as the camera saw it at {deviation.points} places with the pen down. "
-                "Green: the wish. Blue: the ink."
+                f"by the tip as the camera saw it at {deviation.points} places with the pen down, "
+                "in the plane of its marker. Green: the wish. Blue: the ink."
             ).classes("quiet")
             ui.html(figure(self._snapshot), sanitize=False)
 
@@ -402,6 +399,15 @@ class DrawCard:
     async def _on_hatch(self) -> None:
         if not await self._session.draw(DrawCalls.hatch, bool(self._hatch.value)):
             self._is_hatched = None  # it shows again what is
+
+    async def _on_height(self) -> None:
+        """Take what was typed as the marker's height; an empty field: it is not known."""
+        self._typing_height = False
+        value, known = self._height.value, self._marker and self._marker.cm
+        before = None if known is None else round(10 * known, 1)
+        self._marker = None  # the field shows again what is
+        if value != before:
+            await self._session.draw(DrawCalls.set_marker_height, value)
 
     async def _on_pens(self) -> None:
         if not await self._session.draw(DrawCalls.take_pens, str(self._pens.value or "")):

@@ -59,13 +59,20 @@ class ObservationSink(Protocol):
 
 
 class TablePlacer(Protocol):
-    """What knows where on the table a pixel is, once it has seen how; see `see.table`."""
+    """What knows where on the table a pixel is, once it has seen how; see `see.table`.
+
+    Attributes:
+        version: rises whenever it is found anew how.
+        why: why it is not known any more, or "".
+        height: of the arm's marker over the table, cm; None: nobody has told.
+    """
 
     version: int
     why: str
+    height: float | None
 
     def look(self, image: np.ndarray) -> None: ...  # noqa: D102
-    def place(self, marker: str, pixel: Point) -> Point | None: ...  # noqa: D102
+    def place_at(self, pixel: Point, height: float) -> Point | None: ...  # noqa: D102
     def tell(self, marker: str, pixel: Point) -> BoardPlace | None: ...  # noqa: D102
 
 
@@ -205,9 +212,14 @@ class CameraPipeline:
         if self._keep is not None and self._kept is None and frame.index >= self._keep:
             self._kept = self.view
 
-    def place(self, marker: str, pixel: Point) -> Point | None:
-        """Return where on the table a marker at a pixel is, cm; None: that is not known."""
-        return self._placer.place(marker, pixel) if self._placer else None
+    def place_at(self, pixel: Point, height: float) -> Point | None:
+        """Return where over the table what is seen at a pixel is at a height, cm; None: unknown."""
+        return self._placer.place_at(pixel, height) if self._placer else None
+
+    @property
+    def marker_height(self) -> float | None:
+        """Height of the arm's marker over the table, cm, if that was told."""
+        return self._placer.height if self._placer else None
 
     @property
     def placing(self) -> tuple[int, str]:

@@ -56,6 +56,7 @@ class BoardWatch:
         calibration: of the camera, or None as long as the board was not seen.
         version: rises with each new calibration: what was placed by another one is no more true.
         why: why nothing is placed though the board was seen before, for people, or "".
+        height: of the arm's marker over the table, cm; None: nobody has told.
     """
 
     def __init__(
@@ -73,6 +74,7 @@ class BoardWatch:
         self.version = 0
         self.why = ""
         self._bar, self._heights, self._name, self._say = bar, heights, name, say
+        self.height = heights.get(EFFECTOR)
         self._pictures = 0
         self._told: set[str] = set()
         self._begin()
@@ -220,10 +222,18 @@ class BoardWatch:
             marker: its name.
             pixel: of its centre, (u, v).
         """
+        return self.place_at(pixel, self._heights.get(marker, 0.0))
+
+    def place_at(self, pixel: tuple[float, float], height: float) -> tuple[float, float] | None:
+        """Return where over the board what is seen at a pixel is, (x, y), cm; None: not known.
+
+        Args:
+            pixel: (u, v).
+            height: over the table, cm.
+        """
         known = self.calibration
         if known is None or self.why:
             return None
-        height = self._heights.get(marker, 0.0)
         x, y = known.camera.to_table(np.array([pixel]), height)[0]
         return (float(x), float(y)) if np.isfinite(x) else None
 

@@ -39,16 +39,17 @@ def watch_tables(bar: float | None, height: float | None, touched: Path | None, 
             f"height {height:g} mm: by the touched crosses it is {10 * stand.height:.1f} mm; "
             "leave --marker-height out"
         )
-    over_table = stand.height if stand else (height or 0.0) / 10
+    heights = {}
+    if stand:
+        heights = {EFFECTOR: stand.height}
+    elif height is not None:
+        heights = {EFFECTOR: height / 10}
 
     def watch(
         names: Sequence[str], say: Say, joints: Joints
     ) -> tuple[list[BoardWatch], TwoCameras | None]:
         alone = len(names) == 1 or height is not None or stand is not None
-        watches = [
-            BoardWatch(bar, {EFFECTOR: over_table}, name, say, stand, joints, alone)
-            for name in names
-        ]
+        watches = [BoardWatch(bar, heights, name, say, stand, joints, alone) for name in names]
         if len(names) == 1:
             return watches, None
         return watches, TwoCameras(dict(zip(names, watches, strict=True)), arm, joints, say)

@@ -418,6 +418,7 @@ def test_of_a_marker_beside_the_pen_the_ink_and_the_drawing_are_the_pens(
         turn = np.array([[0.8, -0.6], [0.6, 0.8]])
         back = TableView(homography(scene.pixel)).to_table
         scene.watchers[0]._placer = FakePlacer(lambda uv: tuple(turn @ back(np.array([uv]))[0]))
+        drawings.set_marker_height(0.0)
     scene.look_around()
     assert drawings.view("A").source.startswith("the board" if by_board else "the tip")
     drawings.load("square.svg", SQUARE)
@@ -448,7 +449,7 @@ def test_of_a_marker_beside_the_pen_the_ink_and_the_drawing_are_the_pens(
 class FakePlacer:
     """Knows where pixels are on a board, once it is asked."""
 
-    version, why = 1, ""
+    version, why, height = 1, "", None
 
     def __init__(self, where):
         self.where = where
@@ -456,7 +457,7 @@ class FakePlacer:
     def look(self, image):
         pass
 
-    def place(self, marker, pixel):
+    def place_at(self, pixel, height):
         return self.where(pixel)
 
     def tell(self, marker, pixel):
@@ -501,13 +502,34 @@ def test_where_a_board_tells_the_papers_place_wish_and_ink_are_shown_there(scene
         scene.tell("drawing", down=True)
     (_, above) = drawings.ink("A", -1, 0)
     lower = np.array([[1.0, 0, 7], [0, 1, 20], [0, 0, 1]]) @ drawings.view("A").matrix
-    drawings._boards["A"].view = TableView(lower, 5, 0.5, "the board on the table")
+    drawings._paper.boards["A"].view = TableView(lower, 5, 0.5, "the board on the table")
     (_, on_paper) = drawings.ink("A", -1, 0)
     assert len(on_paper) == len(above) > 5
     for seen, shown in zip(above, on_paper, strict=True):
         assert (shown.u, shown.v) == pytest.approx((seen.u + 7, seen.v + 20))
     assert drawings.state().source == "the board on the table"
     assert drawings.state().misfit == 0.5
+
+
+def test_a_height_that_is_typed_has_wish_and_ink_shown_on_the_paper(scene, drawings):
+    scene.look_around()
+    assert not drawings.state().is_on_paper
+    assert drawings.state().asks_height
+    before = drawings.view("A").to_picture(np.array([(13.0, 0.0)]))[0]
+    revision, (version, _) = drawings.state().revision, drawings.ink("A", -1, 0)
+    assert drawings.set_marker_height(25.0) == ""
+    state = drawings.state()
+    assert (state.marker.cm, state.marker.source) == (2.5, "as typed here")
+    assert state.is_on_paper
+    assert state.revision > revision
+    assert drawings.ink("A", -1, 0)[0] > version
+    # A camera over the middle of the table sees what is lower nearer to its middle.
+    after = drawings.view("A").to_picture(np.array([(13.0, 0.0)]))[0]
+    assert np.hypot(*(after - before)) > 1.0
+    assert drawings.set_marker_height(None) == ""
+    assert drawings.view("A").to_picture(np.array([(13.0, 0.0)]))[0] == pytest.approx(before)
+    assert drawings.set_marker_height(900.0) == "marker's height 900 mm: from 0 to 500 mm"
+    assert drawings.set_marker_height(math.nan) == "marker's height nan mm: from 0 to 500 mm"
 
 
 def test_of_a_drawing_that_was_cleared_nothing_is_left(scene, drawings):

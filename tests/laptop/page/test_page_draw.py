@@ -12,11 +12,8 @@ from functools import partial
 import cv2
 import numpy as np
 import pytest
-from arms import PLANAR as ARM
 from page_tracker import SYNTHETIC, Surfer, Tracker
 from waiting import PATIENCE, until
-
-from robot.motion import kinematics
 
 pytestmark = pytest.mark.long
 
@@ -141,8 +138,16 @@ class Drawer(Surfer):
         return np.array(pose.ink, float).reshape(-1, 4)
 
     def pixel(self, p):
-        """Where the tip's marker is truly seen when the tip is at p, cm."""
-        return self.scene.truth(kinematics.inverse(ARM, tuple(p)))["effector"]
+        """Where ink at a place of the paper p, cm, is truly seen."""
+        return tuple(self.scene.project(np.array([(*p, 0.0)]))[0])
+
+    def shown(self, selector):
+        """Points (n, 2) of the ways that are shown over the picture, px of it."""
+        ways = self.page.locator(selector).evaluate_all(
+            "them => them.map(w => w.getAttribute('d'))"
+        )
+        numbers = re.findall(r"(-?[\d.]+) (-?[\d.]+)", " ".join(ways))
+        return np.array(numbers, float)
 
 
 def off(points, lines):
@@ -244,7 +249,7 @@ def test_a_dropped_svg_is_moved_and_turned_drawn_paused_and_resumed(surfer):
     surfer.lay(13.0, -3.0, 7.0, 0.0)
     surfer.facts(r", \d+ s$")
     there = np.array(surfer.at(*surfer.pixel((13.0, -3.0))))
-    surfer.until(lambda: np.hypot(*(surfer.middle() - there)) < 15, "it, over the picture")
+    surfer.until(lambda: np.hypot(*(surfer.middle() - there)) < 6, "it, over the picture")
     turner = surfer.handle("turn")
     middle = surfer.middle()
     ahead = turner - middle
@@ -284,8 +289,42 @@ def test_a_dropped_svg_is_moved_and_turned_drawn_paused_and_resumed(surfer):
     said = page.locator(".result").inner_text()
     greatest, rms = map(float, re.search(r"most ([\d.]+) mm, RMS ([\d.]+) mm", said).groups())
     assert 0.1 < rms <= greatest < 5.0
-    way = page.locator(".ink").get_attribute("d")
-    assert way.count("L") > 20
+    # Wish and ink are shown where the ink on the paper is seen.
+    drawn = np.array([surfer.pixel(p) for p in ink])
+    for selector, most in ((".ink", 6.0), ("[data-drawing=good]", 6.0 + 4.0)):
+        shown = surfer.shown(selector)
+        assert len(shown) > 4
+        apart = off(shown, [drawn])
+        print(f"{selector}: median {np.median(apart):.1f} px, greatest {apart.max():.1f} px")
+        assert np.median(apart) < 3.0, "px"
+        assert apart.max() < most, "px; the arm has 2 degrees of play"
+    page.get_by_text("The arm's marker is 25 mm above it, as the emulated arm is built").wait_for()
+
+
+def test_a_height_that_is_typed_moves_the_drawing_to_the_paper(surfer):
+    page = surfer.page
+    surfer.tool("Draw")
+    surfer.press("rose")
+    surfer.facts(r"^rose: .* s$")
+    surfer.look_around()
+    surfer.lay(13.0, 0.0, 6.0, 0.0)
+    height = page.get_by_label("marker above the paper, mm")
+
+    def lies_at(p):
+        there = np.array(surfer.at(*p))
+        surfer.until(lambda: np.hypot(*(surfer.middle() - there)) < 6, "it, over the picture")
+
+    for typed, told in (("", "Measure from the paper up to the marker"), ("25", "as typed here")):
+
+        def act(typed=typed):
+            height.fill(typed)
+            height.press("Enter")
+
+        surfer.order(act)
+        surfer.wait(page.get_by_text(told))
+        z = 0.0 if typed else 2.5  # without a height it lies where the marker moves
+        lies_at(surfer.scene.project(np.array([(13.0, 0.0, z)]))[0])
+    surfer.press("Remove")
 
 
 def test_a_dragged_triangle_is_drawn_in_one_go(surfer):

@@ -55,6 +55,26 @@ def test_moves_in_a_plane_tell_where_the_table_is(noise, most):
     assert view.px_per_cm(np.array([12.0, 0.0])) == pytest.approx(math.sqrt(area), rel=1e-2)
 
 
+def test_the_paper_below_the_marker_is_seen_once_its_height_is_told():
+    mapping = TableMapping(REACH)
+    for point in places(60):
+        mapping.add(point, tuple(truth([point])[0]), 10.0, (640, 480))
+    asked = places(100, seed=2)
+    assert not mapping.view.is_paper
+    assert np.abs(mapping.view.to_picture(asked) - truth(asked)).max() < 0.01
+    mapping.lay_paper(1.5)
+    on_paper = truth(np.column_stack([asked, np.zeros(len(asked))]))
+    assert np.hypot(*(on_paper - truth(asked)).T).min() > 3, "px: they are not the same"
+    assert mapping.view.is_paper
+    assert np.abs(mapping.view.to_picture(asked) - on_paper).max() < 0.5
+    assert mapping.pen(truth(asked), np.zeros_like(asked)) == pytest.approx(asked, abs=1e-4)
+    mapping.lay_paper(None)
+    assert np.abs(mapping.view.to_picture(asked) - truth(asked)).max() < 0.01
+    mapping.forget()
+    mapping.lay_paper(1.5)
+    assert mapping.view is None
+
+
 @pytest.mark.parametrize("height", [0.0, 2.0])
 def test_moves_in_space_tell_where_any_height_is(height):
     mapping = learn(TableMapping(REACH, height), places(80, height=(0, 12)), noise=0.3)

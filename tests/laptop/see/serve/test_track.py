@@ -691,7 +691,7 @@ def test_a_camera_that_sees_no_board_tells_pixels_and_no_cm(run, video, tmp_path
     ("words", "status", "told"),
     [
         (["--bar", "97"], 2, "--bar is of the board: add --board."),
-        (["--marker-height", "25"], 2, "--marker-height is of the board: add --board."),
+        (["--marker-height", "25"], 2, "--marker-height is of board and page: leave --no-serve"),
         (["--touched", "t.json"], 2, "--touched is of the board: add --board."),
         (["--board", "--touched", "t.json"], 1, "cannot read t.json: No such file or directory"),
         (["--board", "--bar", "9.7"], 1, "bar 9.7 mm: it is 100 mm long on paper"),

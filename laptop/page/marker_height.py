@@ -1,0 +1,71 @@
+"""How high an arm's marker is over the paper: who told it, and that it is remembered.
+
+By it the page knows where the paper is, on which the ink lies, below the marker that cameras see.
+"""
+
+from __future__ import annotations
+
+import json
+from contextlib import suppress
+from pathlib import Path
+from typing import NamedTuple
+
+from laptop.system.files import write_whole
+from shared.small_files import SpoiltFile, number, read_json
+
+LIMITS = 0.0, 500.0
+"""Of a height that is typed, mm."""
+
+
+class MarkerHeight(NamedTuple):
+    """Height of the arm's marker over the paper.
+
+    cm      None: it is not known
+    source  who says so, for people
+    sigma   standard deviation, cm; 0: it was not measured here
+    """
+
+    cm: float | None = None
+    source: str = ""
+    sigma: float = 0.0
+
+
+class HeightMemory:
+    """Remembers heights that people have typed, by the arm's name.
+
+    Args:
+        file: that keeps them; None: nothing is kept.
+        arm: its name.
+    """
+
+    def __init__(self, file: Path | None, arm: str) -> None:
+        self._file, self._arm = file, arm
+
+    def read(self) -> MarkerHeight:
+        """Return what was typed last."""
+        with suppress(KeyError, SpoiltFile):
+            mm = number(self._all()[self._arm])
+            if LIMITS[0] <= mm <= LIMITS[1]:
+                return MarkerHeight(mm / 10, "as typed here before")
+        return MarkerHeight()
+
+    def write(self, cm: float | None) -> str:
+        """Keep what is typed; return why that cannot be, or ""."""
+        if self._file is None:
+            return ""
+        known = self._all()
+        known.pop(self._arm, None)
+        if cm is not None:
+            known[self._arm] = round(10 * cm, 2)
+        try:
+            self._file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+            write_whole(self._file, json.dumps(known, indent=1).encode())
+        except OSError as error:
+            return f"the height is used, but not kept: {self._file}: {error.strerror}"
+        return ""
+
+    def _all(self) -> dict[str, object]:
+        if self._file is not None:
+            with suppress(OSError, SpoiltFile):
+                return dict(read_json(self._file))
+        return {}
