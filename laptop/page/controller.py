@@ -19,6 +19,7 @@ from laptop.page.marker_height import HeightMemory, MarkerHeight
 from laptop.page.run_control import RunControl, Server
 from laptop.page.run_records import RunGroup, RunRecorder
 from laptop.page.sessions import Admission
+from laptop.page.silence import BUSY, Evidence, settled, verdict
 from laptop.page.snapshots import (
     HISTORY_DURATION,
     SAMPLE_PERIOD,
@@ -37,8 +38,6 @@ PAGE_OPEN_TIMEOUT = 60.0
 """Time that a browser may take to open the page, s."""
 BRICK_GONE_TIMEOUT = 25.0
 """Time without a brick, s, after which its run is over: the brick itself gives up after 20 s."""
-STANDSTILL = 1.0
-"""Time between two heartbeats, s, from which on the tracker is said to have stood still."""
 
 
 class PageController:
@@ -65,6 +64,8 @@ class PageController:
     Attributes:
         frames, colours, runs, drawings, drawing_views, steering, admission: the groups of calls of
             PageInterface.
+        why_page_stands: tells what keeps the page's process from going on, as "was stopped by a
+            signal", or "".
     """
 
     def __init__(
@@ -115,7 +116,10 @@ class PageController:
         self.admission = Admission()
         self._clock = clock
         self._hold_unheard = hold_unheard
-        self._why_unheard = -math.inf, ""  # s, why
+        self.why_page_stands: Callable[[], str] = lambda: ""
+        self._page_ended = -math.inf, ""  # when, s, and how
+        self._pauses: deque[tuple[float, float]] = deque(maxlen=64)  # until when, how long, s
+        self._open_note = ""  # of a hold that a browser can settle once it is back
         self._last_heartbeat = math.inf  # s
         self._last_linked = now()  # s
         self._recorder = RunRecorder()
@@ -159,7 +163,7 @@ class PageController:
 
     def lose_page(self, why: str) -> None:
         """Take in that the page's process is replaced, and why."""
-        self._why_unheard = self._clock(), f"its process {why}"
+        self._page_ended = self._clock(), why
         self.runs.note = f"page: its process {why}; it starts anew"
 
     # State
@@ -220,19 +224,32 @@ class PageController:
             self.runs.poll()
             self.drawings.poll()
             silence = self.steering.silence
-            if self._hold_unheard and silence > UNHEARD_TIMEOUT:
-                t, why = self._why_unheard
-                since = self._clock() - silence
-                self.runs.hold_unheard(silence, why if t >= since else "")
+            if self._hold_unheard and silence > UNHEARD_TIMEOUT and self.runs.is_driven:
+                why = verdict(self._evidence(silence))
+                self.runs.hold_unheard(silence, why)
+                self._open_note = self.runs.note if why.is_open else ""
+            if (stood := self.steering.take_return()) is not None:
+                if self._open_note and self.runs.note == self._open_note:
+                    self.runs.note += f" {settled(stood)}"
+                self._open_note = ""
             self._check_emulated_brick()
             self.runs.note = self.runs.brick_call.poll() or self.runs.note
 
     def _notice_standstill(self) -> None:
         """Take in for how long this process stood still, or was too busy for a heartbeat."""
         now = self._clock()
-        if (pause := now - self._last_heartbeat) > STANDSTILL:
-            self._why_unheard = now, f"the tracker stood still for {pause:.0f} s"
+        if (pause := now - self._last_heartbeat) > BUSY:
+            self._pauses.append((now, pause))
         self._last_heartbeat = now
+
+    def _evidence(self, silence: float) -> Evidence:
+        """Return all that is known of why no page was heard for so long, s."""
+        since = self._clock() - silence
+        ended_at, ended = self._page_ended
+        return self.steering.evidence()._replace(
+            ended=ended if ended_at >= since else self.why_page_stands(),
+            standstill=max([0.0, *(min(pause, t - since) for t, pause in self._pauses)]),
+        )
 
     def _link(self) -> LinkState:
         return self._server.state() if self._server else LinkState()

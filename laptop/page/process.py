@@ -8,21 +8,19 @@ from __future__ import annotations
 
 import errno
 import importlib.util
-import ipaddress
 import multiprocessing
 import signal
 import socket
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from multiprocessing.connection import Connection, wait
 
 from laptop.page.controller import PageController, keep_heartbeat
 from laptop.page.rpc import serve_requests
 from laptop.page.sessions import SessionKey
 from laptop.page.stop_gate import StopGate
-from laptop.see.serve.listening import own_addresses
+from laptop.see.serve.listening import is_loopback, own_addresses
 from laptop.system import platforms
 from shared.arm_description import ArmError
 
@@ -105,18 +103,12 @@ def hosts(host: str, port: int) -> list[str]:
     """
     if host in ANY_HOST:
         names = ["localhost", HOST, *own_addresses(), socket.gethostname()]
-    elif _is_loopback(host):
+    elif is_loopback(host):
         names = ["localhost", host]
     else:
         names = [host]
     bracketed = [f"[{name}]" if ":" in name else name for name in names]
     return [f"{name}:{port}".lower() for name in bracketed]
-
-
-def _is_loopback(host: str) -> bool:
-    with suppress(ValueError):
-        return ipaddress.ip_address(host).is_loopback
-    return host == "localhost"
 
 
 class PageProcess:
@@ -150,7 +142,7 @@ class PageProcess:
             self._shown = f"{own_addresses()[0]}:{port}"
         self.warning = (
             ""
-            if _is_loopback(host)
+            if is_loopback(host)
             else f"page: others in its network can reach it at {host}, unencrypted; who reads "
             "the address along can move the arm"
         )
@@ -176,6 +168,7 @@ class PageProcess:
         self._context = multiprocessing.get_context("forkserver" if "forkserver" in known else None)
         self._context.set_forkserver_preload(["laptop.page.server"])
         self.process: multiprocessing.process.BaseProcess | None = None
+        controller.why_page_stands = self._why_it_stands
         self._watcher = threading.Thread(target=self._keep, name="page watcher", daemon=True)
         self._watcher.start()
 
@@ -261,6 +254,12 @@ class PageProcess:
             if silent > (STARTING_TIMEOUT if heard == first else FROZEN_TIMEOUT):
                 return f"has not answered for {silent:.0f} s"
         return ""
+
+    def _why_it_stands(self) -> str:
+        """Return what keeps the present process from going on, or ""."""
+        process = self.process
+        stopped = process is not None and platforms.is_stopped(process.pid or 0)
+        return "was stopped by a signal" if stopped else ""
 
     def _end(self, servants: Mapping[threading.Thread, Connection]) -> None:
         """End the process, and all that waits for it."""

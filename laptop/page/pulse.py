@@ -1,5 +1,6 @@
 """The pulse between page and browsers: who hears it is not cut off, and who answers is there.
 
+A page also says when it is closed, or goes into the background: then it is known why it is silent.
 Each beat goes to a browser only after the tracker has answered, so that it vouches for the whole
 way; a browser sends it back at once.  How long ago the beat was sent that a browser has sent back
 last is how old everything may be that it has seen.
@@ -14,9 +15,19 @@ from collections.abc import Awaitable, Callable, Mapping
 from contextlib import suppress
 
 from laptop.page.rpc import RpcError
+from laptop.page.silence import PageReport, Presence, Sign
 
 BEAT_PERIOD = 0.25
 """Between two beats, s."""
+MAX_TABS = 64
+"""Of so many pages it is known what they have said."""
+WORDS = {
+    "visible": Presence.SHOWN,
+    "hidden": Presence.HIDDEN,
+    "asleep": Presence.ASLEEP,
+    "closed": Presence.CLOSED,
+}
+"""What a page says of itself."""
 
 
 class Pulse:
@@ -24,28 +35,55 @@ class Pulse:
 
     Args:
         hear: tells the tracker which browsers are heard, and when they were last, s on
-            time.monotonic(), which is the same in all processes.
+            time.monotonic(), which is the same in all processes; and what is known beside that.
         beat: sends a beat, a time in s, to a page by NiceGUI's id.
     """
 
     def __init__(
         self,
-        hear: Callable[[Mapping[int, float]], Awaitable[None]],
+        hear: Callable[[Mapping[int, float], PageReport], Awaitable[None]],
         beat: Callable[[str, float], Awaitable[None]],
     ) -> None:
         self._hear, self._beat = hear, beat
         self._browsers: dict[str, int] = {}
         self._echoed: dict[str, float] = {}  # s
+        self._tabs: dict[str, tuple[int, Sign]] = {}  # by page, with its browser
 
-    def join(self, page: str, browser: int) -> None:
-        """Give beats to a page from now on."""
+    def join(self, page: str, browser: int, is_local: bool = False) -> None:
+        """Give beats to a page from now on; `is_local`: its browser is on this computer."""
         self._browsers[page] = browser
         self._echoed.pop(page, None)
+        self._tabs = {
+            tab: (whose, sign)
+            for tab, (whose, sign) in [*self._tabs.items()][-MAX_TABS:]
+            if tab != page and not (whose == browser and sign.presence <= Presence.CLOSED)
+        }
+        self._tabs[page] = browser, Sign(Presence.SHOWN, is_local)
 
     def leave(self, page: str) -> None:
         """Give no more beats to a page."""
         self._browsers.pop(page, None)
         self._echoed.pop(page, None)
+        if page in self._tabs:
+            browser, sign = self._tabs[page]
+            if sign.presence > Presence.ASLEEP:
+                self._tabs[page] = browser, sign._replace(presence=Presence.BROKEN)
+
+    def take_word(self, page: str, browser: int, word: str) -> None:
+        """Take in what a page of a browser says of itself, a key of WORDS."""
+        whose, sign = self._tabs.get(page, (0, None))
+        if sign is None or whose != browser or word not in WORDS:
+            return
+        # (What a page says as it closes may come in any order.)
+        if sign.presence is not Presence.CLOSED or word == "visible":
+            self._tabs[page] = browser, sign._replace(presence=WORDS[word])
+
+    def signs(self) -> dict[int, Sign]:
+        """Return what is known of each browser: of several pages that of the most present."""
+        signs: dict[int, Sign] = {}
+        for browser, sign in self._tabs.values():
+            signs[browser] = max(sign, signs.get(browser, sign))
+        return signs
 
     def take_echo(self, page: str, beat: object) -> None:
         """Take in what a page has sent back."""
@@ -58,13 +96,19 @@ class Pulse:
 
     async def run(self) -> None:
         """Beat for ever."""
+        late = waited = 0.0
         while True:
+            began = time.monotonic()
             heard: dict[int, float] = {}
             for page, browser in self._browsers.items():
                 if (echoed := self._echoed.get(page)) is not None:
                     heard[browser] = max(echoed, heard.get(browser, echoed))
+            report = PageReport(self.signs(), late, waited)
+            answered = began
             with suppress(RpcError):  # then nobody gets a beat
-                await self._hear(heard)
-                now = time.monotonic()
+                await self._hear(heard, report)
+                now = answered = time.monotonic()
                 await asyncio.gather(*(self._beat(page, now) for page in list(self._browsers)))
             await asyncio.sleep(BEAT_PERIOD)
+            waited = answered - began
+            late = max(0.0, time.monotonic() - answered - BEAT_PERIOD)

@@ -20,6 +20,7 @@ from laptop.page.run_states import (
     RunState,
     next_state,
 )
+from laptop.page.silence import WhyUnheard
 from laptop.page.snapshots import DEFAULTS, points
 from laptop.see.serve.job_offer import JobOffer
 from laptop.see.serve.pipeline import Point
@@ -239,18 +240,18 @@ class RunControl:
         self.on_stop(reason)
         return self._stop(RunEvent.STOP, reason)
 
-    def hold_unheard(self, silence: float, why: str = "") -> None:
+    def hold_unheard(self, silence: float, why: WhyUnheard) -> None:
         """Hold a run that was ordered here, as no page is heard.
 
         Args:
             silence: time since one was, s.
-            why: for people; or "".
+            why: that is so.
         """
         with self.lock:
             if self.is_driven:
-                unheard = f"no page was heard for {silence:.0f} s" + (f", as {why}" if why else "")
-                self._stop(RunEvent.HOLD, f"held: {unheard}")
-                self.note = f"{unheard}: held; Start goes on"
+                unheard = why.text(silence)
+                self._stop(RunEvent.HOLD, f"held: {unheard}. {why.advice}")
+                self.note = f"{unheard}: held; Start goes on. {why.advice}"
 
     # Protocol
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 import socket
 from collections.abc import Mapping, Sequence
 from multiprocessing.connection import Connection
@@ -21,11 +22,15 @@ from laptop.page.http_limits import LimitedHttp
 from laptop.page.interface import AdmissionCalls, DrawCalls, RunCalls, StatusCalls, SteeringCalls
 from laptop.page.pulse import Pulse
 from laptop.page.sessions import SessionKey
+from laptop.page.silence import PageReport
+from laptop.see.serve.listening import is_loopback, own_addresses
 
 MAX_BUILDS = 4
 """Number of pages that are put together at the same time; others wait for their turn."""
 DRAWING = "/drawing"
 """Path to which a page sends a file that is to be drawn."""
+PRESENCE = "/presence"
+"""Path to which a page sends a word of itself, see laptop.page.pulse: it may be its last."""
 UNREAD = {"connection": "close"}
 """Headers of an answer after which nothing more is read of what was asked."""
 MAX_FILE, FILE_TIMEOUT, MAX_UPLOADS = 8_000_000, 20.0, 4
@@ -66,8 +71,8 @@ def serve(
     """
     channel = AsyncChannel(pulse_pipe)
 
-    async def hear(heard: Mapping[int, float]) -> None:
-        await channel.call(SteeringCalls.hear, heard)
+    async def hear(heard: Mapping[int, float], report: PageReport) -> None:
+        await channel.call(SteeringCalls.hear, heard, report)
 
     async def beat(page: str, t: float) -> None:
         await core.sio.emit("beat", t, room=page)
@@ -99,6 +104,15 @@ def serve(
         name, text = drawn
         named = {"content-disposition": f"inline; filename={name}", "cache-control": "no-store"}
         return Response(text, media_type="text/html", headers=named)
+
+    @app.post(PRESENCE)
+    async def presence(
+        request: Request, page: str = "", word: str = "", stood: float | None = None
+    ) -> Response:
+        pulse.take_word(page, request.scope[BROWSER], word)
+        if stood is not None and math.isfinite(stood):
+            await controller.call(SteeringCalls.come_back, stood)
+        return Response(status_code=204)
 
     uploads = asyncio.Semaphore(MAX_UPLOADS)
 
@@ -138,7 +152,7 @@ def serve(
 
     async def on_connect(client: Client) -> None:
         controller.pages.add(client.id)
-        pulse.join(client.id, _browser(client))
+        pulse.join(client.id, _browser(client), _is_local(client))
         await controller.call(StatusCalls.arrived)
         # Who comes first steers.
         await controller.call(SteeringCalls.claim, _browser(client), _name(client))
@@ -196,7 +210,7 @@ def serve(
         AuthMiddleware(
             BuildTurns(app, "/", MAX_BUILDS),
             *(key, hosts, hosts),
-            posts=[DRAWING],
+            posts=[DRAWING, PRESENCE],
             redeem=redeem,
             gate_port=gate_port,
         ),
@@ -226,6 +240,13 @@ async def _body(request: Request) -> bytes | None:
 def _browser(client: Client) -> int:
     """Return the number of the browser that has a page open."""
     return client.request.scope[BROWSER]
+
+
+def _is_local(client: Client) -> bool:
+    """Return True if the browser that has a page open is on this computer."""
+    address = client.request.client
+    host = address.host.removeprefix("::ffff:") if address else ""
+    return is_loopback(host) or host in own_addresses()
 
 
 def _name(client: Client) -> str:

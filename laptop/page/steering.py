@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import threading
+from collections import deque
 from collections.abc import Callable, Mapping
+
+from laptop.page.silence import Evidence, PageReport
 
 UNHEARD_TIMEOUT = 2.0
 """Time, s, after which a browser that is not heard counts as gone: its run is held."""
 RELEASE_TIMEOUT = 10.0
 """Time, s, after which a browser that is not heard steers no longer: whoever orders next does."""
+
+NO_REPORT = PageReport()
 
 
 class Steering:
@@ -27,18 +32,26 @@ class Steering:
         self._lock = threading.Lock()
         self._names: dict[int, str] = {}
         self._heard: dict[int, float] = {}  # s
+        self._report = PageReport()  # the last
+        self._reports: deque[tuple[float, PageReport]] = deque(maxlen=64)  # when it came, s
+        self._beaten = now()  # s
+        self._stood: float | None = None  # s
         self.driver = 0
         self.beats = 0
 
-    def hear(self, browsers: Mapping[int, float]) -> None:
+    def hear(self, browsers: Mapping[int, float], report: PageReport = NO_REPORT) -> None:
         """Take in that the page is there, and which browsers it has heard.
 
         Args:
             browsers: their numbers, each with the time at which it was heard last, s on the
                 clock: how long ago that was may have changed on the way.
+            report: what the page's process knows beside that.
         """
         with self._lock:
             self.beats += 1
+            self._beaten = self._now()
+            self._report = report
+            self._reports.append((self._beaten, report))
             for browser, t in browsers.items():
                 self._heard[browser] = max(self._heard.get(browser, t), t)
 
@@ -72,6 +85,32 @@ class Steering:
         """Time since any browser was heard, s: each may STOP; 0 while nobody steers."""
         with self._lock:
             return min(map(self._silence, self._heard)) if self.driver else 0.0
+
+    def come_back(self, stood: float) -> None:
+        """Take in that a browser was not heard, is back, and stood still itself for so long, s."""
+        with self._lock:
+            self._stood = stood
+
+    def take_return(self) -> float | None:
+        """Return what `come_back` was given last, once; None: nothing since."""
+        with self._lock:
+            stood, self._stood = self._stood, None
+            return stood
+
+    def evidence(self) -> Evidence:
+        """Return what the page's process has told of why no page is heard."""
+        with self._lock:
+            now = self._now()
+            last = min(self._heard, key=self._silence, default=0)
+            since = now - self._silence(last) if last else now
+            lately = [report for t, report in self._reports if t >= since]
+            return Evidence(
+                browser=self._name(last) if last else "",
+                sign=self._report.signs.get(last),
+                unbeaten=now - self._beaten,
+                late=max((report.late for report in lately), default=0.0),
+                waited=max((report.waited for report in lately), default=0.0),
+            )
 
     def _seat(self, browser: int) -> None:
         self.driver = browser

@@ -211,6 +211,8 @@ class CameraView:
     def _draw(self, shown: FrameSnapshot) -> bool:
         """Return True if there is anything new for the browser to load."""
         session = self._session
+        if session.tool == DRAW:  # the ink is shown, which is not where the marker went
+            shown = shown._replace(trail=())
         over = overlay(
             shown, session.mask, session.windows, self._pointer.drag, session.tool != AIM
         )

@@ -27,8 +27,9 @@ class Header:
     def __init__(self, session: BrowserSession, gate_port: int) -> None:
         self._session = session
         self._dark = ui.dark_mode(None)
+        page = ui.context.client.id
         script = SCRIPT.read_text(encoding="utf-8")
-        ui.add_head_html(f"<script>{script} beginPulse({gate_port});</script>")
+        ui.add_head_html(f"<script>{script} beginPulse({gate_port}, '{page}');</script>")
         with ui.header(), ui.element("div").classes("bar"):
             ui.html("BrickServo", sanitize=False, tag="h1").classes("word")
             self._brick = ui.label().classes("pill").mark("brick")

@@ -5,16 +5,19 @@ const GATE_SILENCE = 3000; // ms after which a connection to the gate is given u
 const SOCKET_SILENCE = 5000; // the same of the page's own: engine.io itself waits for half a minute
 const RECONNECTION = 1000; // ms between two tries at most: a page's process is soon replaced
 const PATIENCE = 10000; // ms for the first beat
+const AWAY = 1500; // ms without a beat, after which it is told on which side that was
 const CLOCK_BEATS = 40; // that tell how the clocks differ
 
-const pulse = { beat: performance.now() + PATIENCE, gate: -Infinity, connected: -Infinity, pressed: -Infinity, clocks: [], stopping: false, failed: false };
+const pulse = { beat: performance.now() + PATIENCE, gate: -Infinity, connected: -Infinity, pressed: -Infinity, looked: performance.now(), stood: 0, clocks: [], stopping: false, failed: false };
 
-// Follow the pulse; gatePort: of the gate of STOP.
-function beginPulse(gatePort) {
+// Follow the pulse; gatePort: of the gate of STOP; page: its name there.
+function beginPulse(gatePort, page) {
+  tellPresence(page);
   const gate = `${location.protocol}//${location.hostname}:${gatePort}`;
   listenToGate(gate);
   withSocket((socket) => {
     socket.on("beat", (t) => {
+      tellAway(page);
       pulse.beat = performance.now();
       pulse.clocks = [...pulse.clocks, pulse.beat - 1000 * t].slice(-CLOCK_BEATS);
       socket.volatile.emit("echo", t);
@@ -28,7 +31,10 @@ function beginPulse(gatePort) {
       if (pulse.pressed > pulse.beat) warn("the page was cut off when this was pressed; look, then do it again");
     });
   });
-  setInterval(look, 100);
+  setInterval(() => {
+    noteStanding();
+    look();
+  }, 100);
   setInterval(endSilence, 1000);
 
   const pressed = (event) => event.target.closest?.(".stop");
@@ -47,6 +53,40 @@ function beginPulse(gatePort) {
     else if (event.key !== "Tab" && !(pressed(event) && " Enter".includes(event.key)))
       event.stopImmediatePropagation();
   }, true);
+}
+
+// Tell whether the page is seen, sleeps or is closed: then it is known why nothing comes from it.
+function tellPresence(page) {
+  let closed = false; // closing, it is hidden, too
+  const tell = (word) => closed || navigator.sendBeacon(`/presence?page=${page}&word=${word}`);
+  const tellNow = () => tell(document.visibilityState);
+  document.addEventListener("visibilitychange", tellNow);
+  document.addEventListener("freeze", () => tell("asleep"));
+  document.addEventListener("resume", tellNow);
+  addEventListener("pagehide", () => {
+    tell("closed");
+    closed = true;
+  });
+  addEventListener("pageshow", () => {
+    closed = false;
+    tellNow();
+  });
+  withSocket((socket) => socket.on("connect", tellNow));
+}
+
+// Note for how long this page itself stood still since the last beat, ms.
+function noteStanding() {
+  const now = performance.now();
+  pulse.stood = Math.max(pulse.stood, now - pulse.looked);
+  pulse.looked = now;
+}
+
+// Once beats come again after a while without, tell whether it was this page that stood still.
+function tellAway(page) {
+  noteStanding();
+  if (performance.now() - pulse.beat > AWAY)
+    navigator.sendBeacon(`/presence?page=${page}&stood=${pulse.stood / 1000}`);
+  pulse.stood = 0;
 }
 
 function withSocket(then) {

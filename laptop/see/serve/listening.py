@@ -26,6 +26,13 @@ def own_addresses() -> list[str]:
     return [address for address in found if not ipaddress.ip_address(address).is_loopback]
 
 
+def is_loopback(host: str) -> bool:
+    """Return True if a host is this machine's own, seen from itself alone."""
+    with contextlib.suppress(ValueError):
+        return ipaddress.ip_address(host).is_loopback
+    return host == "localhost"
+
+
 def listen(host: str, port: int) -> socket.socket:
     """Return a socket that listens, and never blocks.
 

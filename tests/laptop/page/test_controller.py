@@ -5,6 +5,7 @@ from page_scene import PATH, PageScene
 
 from laptop.page import camera_feed, snapshots
 from laptop.page import controller as controllers
+from laptop.page.silence import PageReport, Presence, Sign
 from laptop.page.steering import UNHEARD_TIMEOUT
 from shared.messages import EFFECTOR, GOAL, Stop
 
@@ -138,9 +139,14 @@ def test_where_no_brick_is_called_or_can_be_it_is_said(tmp_path):
     assert scene.controller.state().can_call
 
 
-def go(scene, seconds):
-    """Let the time pass, heartbeat by heartbeat, in which no page is heard."""
+def go(scene, seconds, sign=None, **report):
+    """Let the time pass, heartbeat by heartbeat, in which no browser is heard.
+
+    With a sign of browser 1 the page's process is.
+    """
     for _ in range(round(seconds / camera_feed.HEARTBEAT_PERIOD)):
+        if sign:
+            scene.controller.steering.hear({}, PageReport({1: sign}, **report))
         scene.show()
 
 
@@ -156,15 +162,19 @@ def drive(scene):
     scene.server.sent.clear()
 
 
+UNHEARD = "no page was heard for 2 s, as "
+BROWSER = "browser 1 (Chrome on Linux)"
+
+
 def test_a_run_that_is_held_for_the_death_of_the_page_s_process_says_so(scene):
     drive(scene)
     go(scene, 0.2)
     scene.controller.lose_page("was ended by SIGKILL")
     assert scene.controller.state().note == "page: its process was ended by SIGKILL; it starts anew"
     go(scene, UNHEARD_TIMEOUT)
-    why = "no page was heard for 2 s, as its process was ended by SIGKILL"
-    assert scene.server.sent[0] == Stop(f"held: {why}")
-    assert f"{why}: held; Start goes on" in scene.controller.state().note
+    why = f"{UNHEARD}its process was ended by SIGKILL"
+    assert scene.server.sent[0] == Stop(f"held: {why}. It starts anew by itself.")
+    assert f"{why}: held; Start goes on. It starts" in scene.controller.state().note
 
 
 def test_a_page_s_process_that_was_replaced_before_is_no_reason_for_what_comes_later(scene):
@@ -172,33 +182,82 @@ def test_a_page_s_process_that_was_replaced_before_is_no_reason_for_what_comes_l
     scene.controller.lose_page("was ended by SIGKILL")
     go(scene, 1)
     scene.controller.steering.hear({1: scene.t})
+    go(scene, UNHEARD_TIMEOUT + 0.1, Sign(Presence.CLOSED))
+    assert scene.server.sent[0].reason.startswith(f"held: {UNHEARD}the page was closed in")
+
+
+def test_a_page_s_process_that_a_signal_has_stopped_is_told(scene):
+    drive(scene)
+    scene.controller.why_page_stands = lambda: "was stopped by a signal"
     go(scene, UNHEARD_TIMEOUT + 0.1)
-    assert scene.server.sent[0] == Stop("held: no page was heard for 2 s")
+    assert f"{UNHEARD}its process was stopped by a signal. It" in scene.server.sent[0].reason
+
+
+def test_a_page_s_process_that_says_nothing_or_comes_late_is_told(scene):
+    drive(scene)
+    go(scene, UNHEARD_TIMEOUT + 0.1)
+    told = "its process was too busy to answer for 2 s, or hangs. Close other programs"
+    assert f"{UNHEARD}{told}" in scene.server.sent[0].reason
+    scene.server.tell("stopped", 1)
+    drive(scene)
+    go(scene, UNHEARD_TIMEOUT + 0.1, Sign(Presence.SHOWN), late=1.8)
+    assert f"{UNHEARD}{told}" in scene.server.sent[0].reason
 
 
 def test_a_tracker_that_stood_still_holds_the_run_and_says_so(scene):
     drive(scene)
     scene.t += 5
+    scene.controller.steering.hear({}, PageReport({1: Sign(Presence.SHOWN)}))
     scene.show()
-    assert scene.server.sent[0] == Stop(
-        "held: no page was heard for 5 s, as the tracker stood still for 5 s"
-    )
+    told = "held: no page was heard for 5 s, as the tracker stood still for 5 s. "
+    assert scene.server.sent[0].reason.startswith(told)
+
+
+def test_a_tracker_that_stood_still_before_is_no_reason_for_what_comes_later(scene):
+    drive(scene)
+    scene.t += 1.5
+    scene.show()
+    scene.controller.steering.hear({1: scene.t})
+    go(scene, UNHEARD_TIMEOUT + 0.1, Sign(Presence.BROKEN))
+    assert f"{UNHEARD}the connection to {BROWSER} broke. " in scene.server.sent[0].reason
 
 
 def test_a_run_is_held_when_no_page_is_heard_any_more(scene):
     drive(scene)
     go(scene, UNHEARD_TIMEOUT - 0.2)
     scene.controller.steering.hear({1: scene.t - 0.1})
-    go(scene, UNHEARD_TIMEOUT - 0.2)
+    go(scene, UNHEARD_TIMEOUT - 0.2, Sign(Presence.SHOWN))
     assert scene.server.sent == []
-    go(scene, 0.3)
-    assert scene.server.sent[0] == Stop("held: no page was heard for 2 s")
-    assert "no page was heard for 2 s: held; Start goes on" in scene.controller.state().note
+    go(scene, 0.3, Sign(Presence.SHOWN))
+    told = f"{UNHEARD}nothing comes from {BROWSER}, though it is connected: "
+    assert scene.server.sent[0].reason.startswith(f"held: {told}")
+    note = scene.controller.state().note
+    assert f"{told}its network is cut, or it hangs: held; Start goes on. " in note
     scene.server.tell("stopped", 1)
     scene.show()
     scene.server.sent.clear()
     go(scene, 5)
     assert scene.server.sent == []
+
+
+@pytest.mark.parametrize(
+    ("sign", "stood", "told"),
+    [
+        (Presence.SHOWN, 0.3, "It is back, and went on itself all the time: its network was cut."),
+        (Presence.SHOWN, 4.0, "It is back: it stood still itself for 4 s. Close other programs"),
+        (Presence.CLOSED, 4.0, "Keep it open and in front while a run is on."),
+    ],
+)
+def test_what_was_open_is_settled_by_the_browser_that_is_back(scene, sign, stood, told):
+    drive(scene)
+    scene.controller.steering.come_back(9.0)  # of before
+    go(scene, UNHEARD_TIMEOUT + 0.5, Sign(sign))
+    assert "It is back" not in scene.controller.state().note
+    scene.controller.steering.come_back(stood)
+    scene.show()
+    note = scene.controller.state().note
+    assert told in note
+    assert ("It is back" in note) == (sign is Presence.SHOWN)
 
 
 def test_a_run_that_nobody_ordered_here_goes_on_whoever_is_heard(scene):

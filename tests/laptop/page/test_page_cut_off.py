@@ -5,6 +5,7 @@ In a real browser, before the tracker on rendered frames and an emulated brick.
 
 import math
 import os
+import re
 import signal
 import threading
 
@@ -109,6 +110,92 @@ def test_a_page_s_process_that_is_frozen_lets_stop_through_and_is_replaced(surfe
     surfer.reads("stopped from the page by browser")
     has_class(surfer, "cut-off", False)
     assert tracker.page_processes() != [page]
+
+
+def is_held(surfer, why):
+    """Wait until page and brick say that the run was held, and why, in the same words."""
+    unheard = "no page was heard for "
+    note = surfer.page.locator(".note", has_text=f"{why}").filter(has_text=unheard)
+    surfer.wait(note.filter(has_text="held; Start goes on"))
+    said = surfer.page.get_by_text(f"held: {unheard}").filter(has_text=why)
+    surfer.wait(said.and_(surfer.page.locator(":visible")))
+
+
+def test_a_page_that_was_closed_is_told_from_one_that_is_silent(browser, tracker):
+    surfer = Surfer(browser, tracker)
+    run_to_the_farther_goal(surfer)
+    surfer.page.close()
+    surfer.page = surfer.context.new_page()  # of which the tracker knows nothing
+    stands(surfer)
+    surfer.page.goto(f"http://{tracker.host}/")
+    is_held(surfer, "as the page was closed in browser")
+    surfer.page.keyboard.press("Escape")
+    surfer.close()
+
+
+def test_a_page_s_process_that_is_stopped_is_told(surfer, tracker):
+    run_to_the_farther_goal(surfer)
+    (page,) = tracker.page_processes()
+    os.kill(page, signal.SIGSTOP)
+    stands(surfer)
+    has_class(surfer, "cut-off", False)
+    is_held(surfer, "as its process was stopped by a signal")
+
+
+def test_a_tracker_that_stood_still_is_told(surfer, tracker):
+    run_to_the_farther_goal(surfer)
+    tracker.process.send_signal(signal.SIGSTOP)
+    try:
+        has_class(surfer, "stop-dead")
+        surfer.page.wait_for_function("performance.now() - pulse.beat > 3000")
+    finally:
+        tracker.process.send_signal(signal.SIGCONT)
+    has_class(surfer, "cut-off", False)
+    is_held(surfer, "as the tracker stood still for")
+
+
+def test_a_browser_that_hangs_is_told_once_it_is_back(surfer):
+    run_to_the_farther_goal(surfer)
+    surfer.page.evaluate(
+        "() => { const began = performance.now(); while (performance.now() - began < 4000); }"
+    )
+    has_class(surfer, "cut-off", False)
+    is_held(surfer, "as ")
+    told = re.compile(
+        "It is back: it stood still itself for [45] s|too busy"
+    )  # which it may be, too
+    surfer.wait(surfer.page.locator(".note", has_text=told))
+
+
+HIDE = """() => {
+  Object.defineProperty(document, "visibilityState", { value: "hidden", configurable: true });
+  document.dispatchEvent(new Event("visibilitychange"));
+}"""
+FREEZE = """() => document.dispatchEvent(new Event("freeze"))"""
+
+
+@pytest.mark.parametrize(
+    ("event", "word", "why"),
+    [
+        ("", "", "though it is connected: its network is cut, or it hangs"),
+        (HIDE, "hidden", "as the page is in the background of browser"),
+        (FREEZE, "asleep", "put the page to sleep in the background"),
+    ],
+)
+def test_a_network_that_is_cut_is_told_from_a_page_in_the_background(
+    far_surfer, network, event, word, why
+):
+    run_to_the_farther_goal(far_surfer)
+    if event:
+        with far_surfer.page.expect_response(lambda answer: f"word={word}" in answer.url):
+            far_surfer.page.evaluate(event)
+    network.passes.clear()
+    stands(far_surfer)
+    network.passes.set()
+    has_class(far_surfer, "cut-off", False)
+    is_held(far_surfer, why)
+    if not event:
+        far_surfer.reads("It is back, and went on itself all the time: its network was cut.")
 
 
 def test_what_was_pressed_while_the_page_did_not_answer_is_not_done_later(

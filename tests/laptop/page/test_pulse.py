@@ -6,8 +6,9 @@ import math
 import pytest
 
 from laptop.page import pulse as pulses
-from laptop.page.pulse import Pulse
+from laptop.page.pulse import MAX_TABS, Pulse
 from laptop.page.rpc import RpcError
+from laptop.page.silence import Presence, Sign
 
 
 class Enough(Exception):
@@ -40,9 +41,11 @@ def beat(pulse, clock, rounds, answer=lambda page, t: None, wait=pulses.BEAT_PER
         asyncio.run(run())
 
 
-def made(heard, sent):
-    async def hear(browsers):
+def made(heard, sent, reports=None):
+    async def hear(browsers, report):
         heard.append(dict(browsers))
+        if reports is not None:
+            reports.append(report)
 
     async def send(page, t):
         sent.append((page, t))
@@ -100,7 +103,7 @@ def test_of_two_pages_of_one_browser_the_one_counts_that_was_heard_later(clock):
 def test_without_an_answer_of_the_tracker_nobody_gets_a_beat(clock):
     sent = []
 
-    async def hear(browsers):
+    async def hear(browsers, report):
         raise RpcError("KeyError")
 
     async def send(page, t):
@@ -110,3 +113,78 @@ def test_without_an_answer_of_the_tracker_nobody_gets_a_beat(clock):
     pulse.join("page", 1)
     beat(pulse, clock, 3)
     assert sent == []
+
+
+def presence(pulse, browser=1):
+    return pulse.signs()[browser].presence
+
+
+def test_what_a_page_said_last_is_known_after_it_has_gone():
+    pulse = made([], [])
+    pulse.join("page", 1, is_local=True)
+    assert pulse.signs() == {1: Sign(Presence.SHOWN, True)}
+    pulse.take_word("page", 1, "hidden")
+    assert presence(pulse) is Presence.HIDDEN
+    pulse.take_word("page", 1, "visible")
+    pulse.leave("page")
+    assert presence(pulse) is Presence.BROKEN
+    pulse.take_word("page", 1, "closed")  # which came by another way, and later
+    assert presence(pulse) is Presence.CLOSED
+    pulse.take_word("page", 1, "hidden")  # as it closed
+    assert presence(pulse) is Presence.CLOSED
+    pulse.join("page 2", 1)
+    assert presence(pulse) is Presence.SHOWN, "it was only loaded anew"
+    pulse.take_word("page 2", 1, "asleep")
+    pulse.leave("page 2")
+    assert presence(pulse) is Presence.ASLEEP
+    pulse.join("page 2", 1)
+    assert presence(pulse) is Presence.SHOWN
+
+
+def test_of_a_browser_s_pages_the_one_counts_that_is_most_present():
+    pulse = made([], [])
+    pulse.join("a", 1)
+    pulse.join("b", 1)
+    pulse.take_word("a", 1, "closed")
+    assert presence(pulse) is Presence.SHOWN
+    pulse.take_word("b", 1, "hidden")
+    assert presence(pulse) is Presence.HIDDEN
+    pulse.join("a", 1)  # back from where browsers keep pages that were left
+    assert presence(pulse) is Presence.SHOWN
+
+
+@pytest.mark.parametrize(
+    ("page", "browser", "word"),
+    [("page", 2, "closed"), ("stranger", 1, "closed"), ("page", 1, "nonsense"), ("", 0, "")],
+)
+def test_a_word_of_nobody_or_of_another_browser_is_none(page, browser, word):
+    pulse = made([], [])
+    pulse.join("page", 1)
+    pulse.take_word(page, browser, word)
+    assert pulse.signs() == {1: Sign(Presence.SHOWN)}
+
+
+def test_pages_that_have_gone_are_forgotten_at_last():
+    pulse = made([], [])
+    for number in range(3 * MAX_TABS):
+        pulse.join(f"page {number}", number)
+        pulse.leave(f"page {number}")
+    assert len(pulse.signs()) <= MAX_TABS + 1
+    assert 3 * MAX_TABS - 1 in pulse.signs()
+
+
+def test_how_late_it_was_and_how_long_it_waited_is_told_with_the_next_beat(clock):
+    reports = []
+    pulse = made([], [], reports)
+    beat(pulse, clock, 1, wait=pulses.BEAT_PERIOD)
+    beat(pulse, clock, 2, wait=pulses.BEAT_PERIOD + 1.5)
+    assert [report.late for report in reports] == [0.0, 0.0, pytest.approx(1.5)]
+
+    async def slow(browsers, report):
+        reports.append(report)
+        clock[0] += 0.8
+
+    reports.clear()
+    beat(Pulse(slow, lambda page, t: None), clock, 2)
+    assert [report.waited for report in reports] == [0.0, pytest.approx(0.8)]
+    assert reports[1].late == pytest.approx(0.0)

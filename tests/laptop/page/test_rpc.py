@@ -46,7 +46,7 @@ def test_what_is_not_exposed_cannot_be_called(scene, client, name):
 
 
 def test_every_method_of_the_interface_is_exposed_and_the_controller_has_it(scene):
-    assert len(EXPOSED_METHODS) == 39
+    assert len(EXPOSED_METHODS) == 41
     assert {"RunCalls.aim", "ColourCalls.undo", "FrameCalls.view", "StatusCalls.state"} <= set(
         EXPOSED_METHODS
     )

@@ -2,6 +2,7 @@
 
 import pytest
 
+from laptop.page.silence import Evidence, PageReport, Presence, Sign
 from laptop.page.steering import RELEASE_TIMEOUT, Steering
 
 
@@ -65,3 +66,24 @@ def test_what_was_heard_before_the_tracker_stood_still_does_not_count_as_heard_n
     world.t += 5  # it waits meanwhile to be taken in
     steering.hear(heard)
     assert steering.silence == pytest.approx(5.0)
+
+
+def test_what_was_told_in_the_silence_is_evidence_and_what_was_before_is_none(steering, world):
+    steering.claim(1, "Safari")
+    steering.hear({1: world.t}, PageReport({1: Sign(Presence.SHOWN)}, late=3.0))
+    world.t += 0.5
+    steering.hear({1: world.t - 0.1, 2: world.t - 0.3}, PageReport(waited=0.4))
+    world.t += 1.0
+    steering.hear({}, PageReport({1: Sign(Presence.HIDDEN)}, late=0.6))
+    world.t += 0.2
+    assert steering.evidence() == Evidence(
+        "browser 1 (Safari)",
+        Sign(Presence.HIDDEN),
+        unbeaten=pytest.approx(0.2),
+        late=0.6,
+        waited=0.4,
+    )
+
+
+def test_while_nobody_was_there_there_is_no_evidence_of_a_browser(steering):
+    assert steering.evidence() == Evidence()

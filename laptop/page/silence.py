@@ -1,0 +1,144 @@
+"""Why no page is heard: the one place for what page, brick and terminal say of it.  Pure.
+
+A page is heard when its browser sends a beat back (`pulse`).  Whether that fails as somebody closed
+the page, as the browser let it sleep, as the network is cut, or as one of the processes here stood
+still, tell signs of which each excludes others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from enum import IntEnum
+from typing import NamedTuple
+
+LATE = 1.0
+"""What stood still for so long, s, is why no page was heard."""
+BUSY = 0.4
+"""What was late by so much, s, shows that this computer is busy."""
+
+
+class Presence(IntEnum):
+    """What is known of a browser's page; of several the one with the greatest number counts."""
+
+    BROKEN = 0
+    """Its connection ended, and it said nothing before."""
+    CLOSED = 1
+    """It said that it is being closed."""
+    ASLEEP = 2
+    """It said that the browser puts it to sleep."""
+    HIDDEN = 3
+    """It is connected, and said that it is not in front."""
+    SHOWN = 4
+    """It is connected, and in front for all that is known."""
+
+
+class Sign(NamedTuple):
+    """What the page's process knows of a browser.
+
+    presence  of its page
+    is_local  it is on this computer
+    """
+
+    presence: Presence
+    is_local: bool = False
+
+
+class PageReport(NamedTuple):
+    """What the page's process tells of itself with each beat.
+
+    signs   by the browser's number
+    late    by how much it was late since the last one, s
+    waited  for the tracker's answer, s
+    """
+
+    signs: Mapping[int, Sign] = {}
+    late: float = 0.0
+    waited: float = 0.0
+
+
+class Evidence(NamedTuple):
+    """All that is known when no page is heard any more.
+
+    browser     that was heard last, for people
+    sign        what is known of it; None: nothing
+    ended       what became of the page's process, as "was ended by SIGKILL", or ""
+    standstill  for how long the tracker stood still meanwhile, s
+    unbeaten    for how long nothing has come from the page's process, s
+    late        by how much that was late meanwhile, s
+    waited      for how long it waited for the tracker's answer meanwhile, s
+    """
+
+    browser: str = ""
+    sign: Sign | None = None
+    ended: str = ""
+    standstill: float = 0.0
+    unbeaten: float = 0.0
+    late: float = 0.0
+    waited: float = 0.0
+
+
+class WhyUnheard(NamedTuple):
+    """Why no page is heard.
+
+    cause    to stand behind "as"
+    advice   what to do next, a sentence
+    is_open  it may be one or the other; the browser tells once it is back
+    """
+
+    cause: str
+    advice: str
+    is_open: bool = False
+
+    def text(self, silence: float) -> str:
+        """Return it for people; `silence`: for how long no page was heard, s."""
+        return f"no page was heard for {silence:.0f} s, as {self.cause}"
+
+
+RELIEVE = "Close other programs on this computer."
+IN_FRONT = "Keep it open and in front while a run is on."
+
+
+def verdict(evidence: Evidence) -> WhyUnheard:
+    """Return why no page is heard."""
+    e = evidence
+    browser = e.browser or "the browser"
+    presence = e.sign.presence if e.sign else None
+    # What a page has said of itself is so, whatever else is slow.
+    if presence is Presence.CLOSED:
+        return WhyUnheard(f"the page was closed in {browser}", IN_FRONT)
+    if presence is Presence.ASLEEP:
+        return WhyUnheard(f"{browser} put the page to sleep in the background", IN_FRONT)
+    if e.ended:
+        return WhyUnheard(f"its process {e.ended}", "It starts anew by itself.")
+    if e.standstill >= LATE:
+        cause = f"the tracker stood still for {e.standstill:.0f} s"
+        return WhyUnheard(cause, f"{RELIEVE} It must not sleep, either.")
+    if (silent := max(e.unbeaten, e.late)) >= LATE:
+        return WhyUnheard(
+            f"its process was too busy to answer for {silent:.0f} s, or hangs", RELIEVE
+        )
+    if e.waited >= LATE:
+        return WhyUnheard(f"the tracker took {e.waited:.0f} s to answer the page", RELIEVE)
+    if presence is Presence.BROKEN:
+        cause = f"the connection to {browser} broke"
+        return WhyUnheard(cause, "Look whether that browser still runs, and at the network.")
+    if presence is Presence.HIDDEN:
+        cause = f"the page is in the background of {browser}, which may let it sleep"
+        return WhyUnheard(cause, IN_FRONT)
+    behind = max(e.standstill, e.unbeaten, e.late, e.waited)
+    if e.sign and e.sign.is_local and behind > BUSY:
+        cause = f"this computer is too busy: page and tracker are late by {behind:.1f} s, too"
+        return WhyUnheard(cause, RELIEVE)
+    cause = f"nothing comes from {browser}, though it is connected: its network is cut, or it hangs"
+    return WhyUnheard(cause, "Look at the network, and at that browser.", is_open=True)
+
+
+def settled(stood: float) -> str:
+    """Return what a browser that is back tells of an open verdict.
+
+    Args:
+        stood: for how long it stood still itself meanwhile, s.
+    """
+    if stood >= LATE:
+        return f"It is back: it stood still itself for {stood:.0f} s. {RELIEVE}"
+    return "It is back, and went on itself all the time: its network was cut."
