@@ -36,13 +36,16 @@ LEAST_MISFIT = 0.02
 """Of places from where they must be, cm: none are better."""
 STEPS = 8
 """Of the fit of a height."""
-GRID = 8
+GRID = 6
 """So many pixels in each direction give the paper's homography."""
 MARGIN = 60.0
 """So far beyond the pixels of the marker the paper is looked at, px."""
 
 PlaceAt = Callable[[Point, float], Point | None]
 """From a pixel and a height over the table, cm, to the place on the board, cm; None: unknown."""
+
+_Grid = tuple[list[Point], list[Point]]
+"""Pixels, and where on the board they are, cm."""
 
 
 class _Pair(NamedTuple):
@@ -79,12 +82,14 @@ class BoardMapping:
         self._pairs: dict[tuple[int, ...], _Pair] = {}
         self._told: float | None = None  # cm
         self._size = (0, 0)  # of the picture, px
+        self._grids: dict[tuple[float, ...], _Grid] = {}  # by their corners
         self._stand: tuple[np.ndarray, np.ndarray] | None = None
         self.forget()
 
     def forget(self) -> None:
         """Begin anew: the board, or the arm on it, stands elsewhere now."""
         self._pairs.clear()
+        self._grids.clear()
         self.view: TableView | None = None
         self._stand = None
         self.height: float | None = self._told
@@ -172,18 +177,23 @@ class BoardMapping:
     def _homography(self, turn: np.ndarray, shift: np.ndarray) -> np.ndarray | None:
         """Return the matrix from the arm's places on the paper to pixels, about where it moves."""
         seen = np.array([pair.pixel for pair in self._pairs.values()])
-        low = np.maximum(seen.min(axis=0) - MARGIN, 0)
-        high = np.minimum(seen.max(axis=0) + MARGIN, np.array(self._size) - 1)
-        pixels, points = [], []
-        for u in np.linspace(low[0], high[0], GRID):
-            for v in np.linspace(low[1], high[1], GRID):
-                if (paper := self._place_at((float(u), float(v)), 0.0)) is not None:
-                    pixels.append((u, v))
-                    points.append(paper)
+        low = np.maximum(np.floor(seen.min(axis=0) / MARGIN - 1) * MARGIN, 0)
+        high = np.ceil(seen.max(axis=0) / MARGIN + 1) * MARGIN
+        corners = (*low, *np.minimum(high, np.array(self._size) - 1))
+        if corners not in self._grids:  # to ask for each takes a while, and it stays the same
+            self._grids = {corners: self._grid(*corners)}
+        pixels, points = self._grids[corners]
         if len(points) < 8:
             return None
         matrix, _ = cv2.findHomography(np.array(points) @ turn.T + shift, np.array(pixels))
         return None if matrix is None else np.asarray(matrix / matrix[2, 2])
+
+    def _grid(self, left: float, top: float, right: float, bottom: float) -> _Grid:
+        """Return pixels (n, 2) between these, and where on the board they are (n, 2), cm."""
+        asked = [(float(u), float(v)) for u in np.linspace(left, right, GRID)
+                 for v in np.linspace(top, bottom, GRID)]  # fmt: skip
+        found = [(pixel, place) for pixel in asked if (place := self._place_at(pixel, 0.0))]
+        return [pixel for pixel, _ in found], [place for _, place in found]
 
 
 def marker_height(low: np.ndarray, slope: np.ndarray, arm: np.ndarray) -> tuple[float, float]:

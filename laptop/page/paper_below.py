@@ -26,7 +26,7 @@ HEIGHT_SIGMA = 0.1
 """Of a height that somebody has measured with a ruler, cm."""
 GROWTH = 1.15
 """The camera is fitted anew when there are so many times as many places."""
-MOST = 200
+MOST = 120
 """So many places are fitted at the most: more tell nothing new."""
 
 
@@ -60,7 +60,11 @@ class PaperBelow:
         if len(points) > MOST:
             chosen = np.linspace(0, len(points) - 1, MOST).astype(int)
             points, pixels = points[chosen], pixels[chosen]
-        self.camera = plane_camera(points, pixels, size)
+        before = self.camera
+        if before and (near := _fitted(points, pixels, size, _state(before))):
+            self.camera = near[1]
+        else:
+            self.camera = plane_camera(points, pixels, size)
 
     def forget(self) -> None:
         """Begin anew."""
@@ -114,27 +118,33 @@ def plane_camera(
         pixels: (n, 2).
         size: of the picture, (width, height), px.
     """
+    guesses = _guesses(points, pixels, size)
+    found = [fit for guess in guesses if (fit := _fitted(points, pixels, size, guess))]
+    return min(found, key=lambda fit: fit[0])[1] if found else None
+
+
+def _state(camera: CameraModel) -> np.ndarray:
+    return np.concatenate([camera.lens, camera.rotation, camera.translation])
+
+
+def _fitted(
+    points: np.ndarray, pixels: np.ndarray, size: tuple[int, int], guess: np.ndarray
+) -> tuple[float, CameraModel] | None:
+    """Return what is left over, px (RMS), and the camera above the plane that is near a guess."""
     flat = np.column_stack([points, np.zeros(len(points))])
-    best, least = None, math.inf
-    for guess in _guesses(flat, pixels, size):
-        try:
-            state, off, information = refine(
-                [_PlaneSights(pixels, size)], [flat], guess, Unknowns(1)
-            )
-        except np.linalg.LinAlgError:
-            continue
-        rms = math.sqrt(float((off**2).sum(axis=1).mean()))
-        if not rms < min(least, MAX_RMS):
-            continue
+    try:
+        state, off, information = refine([_PlaneSights(pixels, size)], [flat], guess, Unknowns(1))
         covariance = np.linalg.inv(information)
-        camera = CameraModel(size, state[:8], state[8:11], state[11:], covariance)
-        if camera.position[2] > 0:
-            best, least = camera, rms
-    return best
+    except np.linalg.LinAlgError:
+        return None
+    rms = math.sqrt(float((off**2).sum(axis=1).mean()))
+    camera = CameraModel(size, state[:8], state[8:11], state[11:], covariance)
+    return (rms, camera) if rms < MAX_RMS and camera.position[2] > 0 else None
 
 
-def _guesses(flat: np.ndarray, pixels: np.ndarray, size: tuple[int, int]) -> list[np.ndarray]:
+def _guesses(points: np.ndarray, pixels: np.ndarray, size: tuple[int, int]) -> list[np.ndarray]:
     """Return first states (14,): by each way in which a plane can be tilted, the best one."""
+    flat = np.column_stack([points, np.zeros(len(points))])
     scored: list[tuple[float, int, np.ndarray]] = []
     for share in FOCAL_SHARES:
         focal = share * max(size) / USUAL_FIELD
