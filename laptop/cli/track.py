@@ -296,7 +296,7 @@ def _open_page(
     """
     from laptop.page import process
     from laptop.page.controller import PageController
-    from laptop.page.marker_height import HeightMemory, MarkerHeight
+    from laptop.page.marker_height import HeightMemory, told_height
     from laptop.see.serve.track import ServedPage
 
     listener = stack.enter_context(process.listen(host, port))
@@ -309,13 +309,7 @@ def _open_page(
             return stack.enter_context(run_on_brick(server.port))
 
         description = read_arm(find_arm(arm))
-        told = None
-        if height is not None:
-            told = MarkerHeight(height / 10, "as --marker-height says")
-        elif not real:
-            scene = getattr(inputs.pipelines[0].camera, "constants", {})
-            if "marker_height" in scene:
-                told = MarkerHeight(scene["marker_height"], "as the emulated arm is built")
+        emulated = {} if real else getattr(inputs.pipelines[0].camera, "constants", {})
         file = Path(state.state_folder()) / state.HEIGHTS_FILE
         controller = PageController(
             inputs.pipelines,
@@ -328,7 +322,7 @@ def _open_page(
             hold_unheard,
             start_on_brick=start_on_brick if real and server else None,
             arm=description,
-            height=told,
+            height=told_height(height, emulated),
             memory=HeightMemory(file, description.name) if real else None,
         )
         stack.callback(controller.drawings.close)

@@ -6,9 +6,10 @@ By it the page knows where the paper is, on which the ink lies, below the marker
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from laptop.system.files import write_whole
 from shared.small_files import SpoiltFile, number, read_json
@@ -28,6 +29,20 @@ class MarkerHeight(NamedTuple):
     cm: float | None = None
     source: str = ""
     sigma: float = 0.0
+
+
+def told_height(mm: float | None, emulated: Mapping[str, Any]) -> MarkerHeight | None:
+    """Return the height that is told before anybody types one; None: there is none.
+
+    Args:
+        mm: of --marker-height.
+        emulated: constants of the emulated arm that the camera sees; {}: it sees a real one.
+    """
+    if mm is not None:
+        return MarkerHeight(mm / 10, "as --marker-height says")
+    if "marker_height" in emulated:
+        return MarkerHeight(float(emulated["marker_height"]), "as the emulated arm is built")
+    return None
 
 
 class HeightMemory:

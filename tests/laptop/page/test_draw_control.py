@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 import pytest
 from arms import PLANAR as ARM
+from arms import SPATIAL
 from page_scene import PageScene
 from waiting import until
 
@@ -19,6 +20,8 @@ from laptop.drawing.pictures import Tracing
 from laptop.page import draw_control, drawing_studio
 from laptop.page.drawing_snapshots import PlacedDrawing, Placing, Request, Source
 from laptop.page.drawing_worker import DrawingWorker
+from laptop.page.marker_height import HeightMemory, MarkerHeight
+from laptop.page.paper_views import PaperViews
 from laptop.page.table_mapping import TableView
 from laptop.see.markers.tracker import Sighting
 from robot.motion import kinematics
@@ -530,6 +533,24 @@ def test_a_height_that_is_typed_has_wish_and_ink_shown_on_the_paper(scene, drawi
     assert drawings.view("A").to_picture(np.array([(13.0, 0.0)]))[0] == pytest.approx(before)
     assert drawings.set_marker_height(900.0) == "marker's height 900 mm: from 0 to 500 mm"
     assert drawings.set_marker_height(math.nan) == "marker's height nan mm: from 0 to 500 mm"
+
+
+def test_heights_are_told_touched_or_remembered_in_this_order(tmp_path):
+    memory = HeightMemory(tmp_path / "heights.json", ARM.name)
+    first = DrawScene(tmp_path, arm=ARM, memory=memory).controller.drawings
+    assert first.state().marker == MarkerHeight()
+    assert first.set_marker_height(30.0) == ""
+    again = PaperViews(ARM, {}, None, memory)
+    assert again.height == MarkerHeight(3.0, "as typed here before")
+    scene = PageScene(tmp_path)
+    scene.watchers[0]._placer = FakePlacer(lambda uv: None)
+    scene.watchers[0]._placer.height = 2.2
+    feeds = scene.controller._cameras
+    assert PaperViews(ARM, feeds, None, memory).height.source == "by the touched crosses"
+    told = MarkerHeight(2.5, "as --marker-height says")
+    assert PaperViews(ARM, feeds, told, memory).height == told
+    in_space = PaperViews(SPATIAL, feeds, None, None)
+    assert "needs no height of its marker" in in_space.set_height(25.0)
 
 
 def test_of_a_drawing_that_was_cleared_nothing_is_left(scene, drawings):

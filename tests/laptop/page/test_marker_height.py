@@ -2,7 +2,7 @@
 
 import pytest
 
-from laptop.page.marker_height import HeightMemory, MarkerHeight
+from laptop.page.marker_height import HeightMemory, MarkerHeight, told_height
 
 
 def test_what_was_typed_is_known_the_next_time_arm_by_arm(tmp_path):
@@ -31,3 +31,11 @@ def test_what_cannot_be_kept_is_told(tmp_path):
     (tmp_path / "file").write_text("")
     why = HeightMemory(tmp_path / "file" / "heights.json", "planar").write(2.0)
     assert why.startswith("the height is used, but not kept: ")
+
+
+def test_what_the_command_line_says_goes_before_how_an_emulated_arm_is_built():
+    emulated = {"marker_height": 2.5, "tilt": 25.0}
+    assert told_height(31.0, emulated) == MarkerHeight(3.1, "as --marker-height says")
+    assert told_height(None, emulated) == MarkerHeight(2.5, "as the emulated arm is built")
+    assert told_height(0.0, {}).cm == 0.0
+    assert told_height(None, {}) is None
