@@ -57,19 +57,18 @@ class Page:
         ui.colors(primary="#1c62ad", positive="#23814a", negative="#c8101c")
         several = len(state.cameras) > 1
         self._header = Header(self._session, self._gate_port)
-        with ui.element("div").classes("desk"):
-            with ui.element("div").classes("side"):
-                with ui.element("div").classes("pictures" if several else "pictures one"):
-                    self._views = [
-                        CameraView(self._session, camera.name) for camera in state.cameras
-                    ]
-                PlotsCard(self._session)
+        self._desk = ui.element("div").classes("desk several" if several else "desk")
+        with self._desk.style(f"--count: {len(state.cameras)}"):
+            with ui.element("div").classes("pictures"):
+                self._views = [CameraView(self._session, camera.name) for camera in state.cameras]
             with ui.element("div").classes("side"):
                 self._add_tabs()
-                self._drive = DriveCard(self._session, several)
-                self._colours = ColourCard(self._session)
+                self._drive = DriveCard(self._session)
                 self._draw = DrawCard(self._session, self._views)
-                self._state = StateCard(self._session)
+                with ui.element("div").classes("more"):
+                    self._add_more(several)
+            if several:  # beside each other they leave room below
+                PlotsCard(self._session, has_room=True)
         self._session.show_tab = self.show_tab
         self.show_tab(DRAW if tool == DRAW else DRIVE)
         if tool != DRAW:
@@ -79,6 +78,16 @@ class Page:
         ui.timer(1 / MAX_FRAME_RATE, self._refresh_stills)
         ui.timer(SAMPLE_PERIOD, self._refresh_state)
         await self._show(state)
+
+    def _add_more(self, several: bool) -> None:
+        """Add what is not always in sight: it folds, and scrolls by itself."""
+        self._state = StateCard(self._session)
+        self._drive.add_more(several)
+        self._draw.add_more()
+        self._colours = ColourCard(self._session)
+        if not several:
+            PlotsCard(self._session)
+        self._state.add_more()
 
     def _add_tabs(self) -> None:
         with ui.button_group().props("unelevated role=tablist").classes("tools tabs"):
@@ -96,11 +105,11 @@ class Page:
         """Show what the tab "drive" or "draw" holds; the pointer in pictures is for that."""
         self._tab = tab
         for key, button in self._tabs.items():
-            chosen = "true" if key == tab else "false"
-            button.props(f"aria-pressed={chosen} aria-selected={chosen}")
-        self._drive.element.set_visibility(tab == DRIVE)
-        self._colours.element.set_visibility(tab == DRIVE)
-        self._draw.element.set_visibility(tab == DRAW)
+            button.props(f"aria-selected={'true' if key == tab else 'false'}")
+        for element in (self._drive.element, self._drive.more, self._colours.element):
+            element.set_visibility(tab == DRIVE)
+        for element in (self._draw.element, self._draw.more):
+            element.set_visibility(tab == DRAW)
         if tab == DRAW:
             self._session.tool = DRAW
         else:
@@ -125,6 +134,8 @@ class Page:
         await self._draw.show(state)
         if time.monotonic() >= self._facts_due:
             self._facts_due = self._controller.due(FACTS_PERIOD)
+            if (ratio := self._views[0].ratio) is not None:
+                self._desk.style(f"--ratio: {ratio:.4f}")
             for view in self._views:
                 view.describe(state)
             self._state.show_facts(state)

@@ -16,6 +16,7 @@ from laptop.page.draw_control import DrawControl
 from laptop.page.frames import Frames
 from laptop.page.goal_hints import GoalHints
 from laptop.page.marker_height import HeightMemory, MarkerHeight
+from laptop.page.marker_words import marker_looks
 from laptop.page.run_control import RunControl, Server
 from laptop.page.run_records import RunGroup, RunRecorder
 from laptop.page.sessions import Admission
@@ -197,6 +198,7 @@ class PageController:
             driver_name=self.steering.name(self.steering.driver),
             can_call=self.runs.brick_call.is_possible,
             drawing=self.drawings.state(),
+            looks={marker.name: marker_looks(marker) for marker in self.colours.markers},
         )
 
     def history(self, after: float = -math.inf) -> list[PlotSample]:

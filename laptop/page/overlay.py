@@ -9,11 +9,14 @@ import base64
 from collections.abc import Sequence
 from html import escape
 
+from laptop.page.marker_words import marker_title
 from laptop.page.snapshots import FrameSnapshot, MarkerSnapshot
 from laptop.see.serve.pipeline import Point
 from shared.messages import EFFECTOR, GOAL
 
 MARKER_COLORS = {EFFECTOR: "#ffd60a", GOAL: "#40e0ff"}
+SURE = 0.9
+"""Confidence from which on nobody need be told of it."""
 OTHER_COLORS = ("#7dff8a", "#ff9df5", "#b9a5ff")
 
 
@@ -140,9 +143,11 @@ def _marker(mark: MarkerSnapshot, color: str, shown: FrameSnapshot, k: float) ->
         f'stroke-width="{width * k:g}"/>'
         for tone, width in (("#000a", 4.5), (color, 2))
     )
-    text = mark.name
+    text = marker_title(mark.name)
     if mark.confidence is not None:
-        text += f" {mark.confidence:.2f}" + (f" {mark.why}" if mark.why else "")
+        if mark.confidence < SURE:
+            text += f", {100 * mark.confidence:.0f} % sure"
+        text += f", {mark.why}" if mark.why else ""
     if mark.place:
         text += f" at {mark.place}"
     size = 14 * k

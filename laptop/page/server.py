@@ -141,7 +141,7 @@ def serve(
             controller, browser, _name(client), age=lambda: pulse.age(client.id)
         )
         if browser in sessions:  # it goes on where it was: pages are also loaded anew unasked
-            session.tool = sessions[browser].tool
+            session.tool, session.folds = sessions[browser].tool, sessions[browser].folds
         sessions[browser] = session
         async with client.request.scope[TURN]:
             await Page(session, gate_port).build()

@@ -106,7 +106,7 @@ class PageState(NamedTuple):
     following it goes after a goal that moves, as was ordered here
     aims      per camera where the tip is to go, px; {}: to the goal's marker
     left      points of a path still to come
-    markers   name: what it looks like, in words
+    markers   name: what it looks like, in figures
     undoable  how many changes of colours can be taken back
     file      where colours are kept
     note      what was last to be said about the link or the run, or ""
@@ -117,6 +117,7 @@ class PageState(NamedTuple):
     driver_name  its name for people, or ""
     can_call  a click would have the real brick run its program
     drawing   on the page
+    looks     of each marker, by name: what it looks like, in words
     """
 
     cameras: tuple[CameraStatus, ...]
@@ -139,6 +140,7 @@ class PageState(NamedTuple):
     driver_name: str = ""
     can_call: bool = False
     drawing: DrawingState = DrawingState()
+    looks: Mapping[str, str] = {}
 
 
 class PlotSample(NamedTuple):

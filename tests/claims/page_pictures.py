@@ -1,13 +1,17 @@
 """The README's pictures of the page: taken in a real browser, of real runs on an emulated brick.
 
 python -m tests.claims.page_pictures FOLDER
+
+With the word "sizes" after it others, for who changes the page: its states in windows of all SIZES,
+light and dark.
 """
 
 from __future__ import annotations
 
+import argparse
+import itertools
 import re
-import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
@@ -23,12 +27,16 @@ WINDOW = {"width": 1440, "height": 940}
 PHONE = {"width": 390, "height": 844}
 PHONE_SCALE = 1.2
 """Pixels of the picture per pixel of the phone's layout."""
+SIZES = (1280, 720), (1366, 768), (844, 390), (390, 844)
+"""Windows into which the page must fit, px: laptops, and a phone held sideways and upright."""
 QUALITY = 85
 """Of the JPEGs."""
 PATIENCE = 120_000.0
 """What has not come by then never does, ms."""
 ON_THE_WAY = 2500.0
 """Into a run after so long there is something to see of it, ms."""
+RESIZING_TIME = 700.0
+"""And so long after a window's size has changed, ms."""
 SETTLING_TIME = 1000.0
 """After so long plots and fonts have come, ms."""
 GOALS = ((-0.7, 0.9), (0.9, 0.5))
@@ -80,7 +88,7 @@ def _plane(made: Any, folder: Path) -> Iterator[Path]:
 def _lost(made: Any, folder: Path) -> Iterator[Path]:
     arm = read_arm(find_arm("planar"))
     with _page(made, arm, 1, ("--effector", "disc:blue"), awaited="goal") as page:
-        page.get_by_text("effector lost").wait_for()
+        page.get_by_text("Tip's marker lost").wait_for()
         yield _shot(page, folder, "page-lost")
 
 
@@ -98,18 +106,67 @@ def _space(made: Any, folder: Path) -> Iterator[Path]:
 
 def _draw(made: Any, folder: Path) -> Iterator[Path]:
     with _page(made, read_arm(find_arm("planar")), 1) as page:
-        page.get_by_role("tab", name="Draw").click()
-        page.get_by_role("button", name="Look around").click()
-        page.locator(".job-word", has_text="look around: done").wait_for()
-        page.get_by_role("button", name=DRAWING).click()
-        page.locator("[data-drawing=good]").first.wait_for(state="attached")
-        start = page.locator(".draws:enabled", has_text="Start")
-        start.wait_for()
-        start.click()
+        _begin_drawing(page)
         page.locator(".job-word", has_text=HALF_DRAWN).wait_for()
         yield _shot(page, folder, "page-draw", 0.0)
         page.locator(".compared").wait_for()
         yield _shot(page, folder, "page-drawn")
+
+
+def _begin_drawing(page: Any) -> None:
+    page.get_by_role("tab", name="Draw").click()
+    page.get_by_role("button", name="Look around").click()
+    page.locator(".job-word", has_text="look around: done").wait_for()
+    page.get_by_role("button", name=DRAWING).click()
+    page.locator("[data-drawing=good]").first.wait_for(state="attached")
+    start = page.locator(".draws:enabled", has_text="Start")
+    start.wait_for()
+    start.click()
+    page.locator(".job-word", has_text="Drawing: ").wait_for()
+
+
+def take_sizes(folder: Path) -> Iterator[Path]:
+    """Take pictures of the page's states, in each of the sizes, light and dark.
+
+    Raises:
+        NoBrowser: pages cannot be opened.
+        ArmError: a program fails.
+    """
+    arm = read_arm(find_arm("planar"))
+    with browser() as made:
+        folder.mkdir(parents=True, exist_ok=True)
+        with _page(made, arm, 1) as page:
+            yield from _sizes(page, folder, "idle")
+            goals = itertools.cycle(GOALS)
+            yield from _sizes(page, folder, "running", lambda: _keep_running(page, arm, goals))
+            page.get_by_role("button", name="Hold").click()
+            _begin_drawing(page)
+            yield from _sizes(page, folder, "drawing")
+        with _page(made, arm, 1, ("--effector", "disc:blue"), awaited="goal") as page:
+            page.get_by_text("Tip's marker lost").wait_for()
+            yield from _sizes(page, folder, "lost")
+        with _page(made, read_arm(find_arm("spatial")), 2) as page:
+            yield from _sizes(page, folder, "two")
+
+
+def _sizes(
+    page: Any, folder: Path, state: str, prepare: Callable[[], None] = lambda: None
+) -> Iterator[Path]:
+    for (width, height), scheme in itertools.product(SIZES, ("light", "dark")):
+        page.set_viewport_size({"width": width, "height": height})
+        page.emulate_media(color_scheme=scheme)
+        prepare()
+        page.wait_for_timeout(RESIZING_TIME)
+        file = folder / f"{state}-{width}x{height}-{scheme}.png"
+        page.screenshot(path=str(file))
+        yield file
+
+
+def _keep_running(page: Any, arm: Arm, goals: Iterator[Sequence[float]]) -> None:
+    """Begin another run where the last one has ended."""
+    if start_button(page).count():
+        _aim(page, arm, next(goals))
+        _start(page)
 
 
 @contextmanager
@@ -153,6 +210,7 @@ def _arrive(page: Any) -> None:
 
 
 def _shot(page: Any, folder: Path, name: str, settling: float = SETTLING_TIME) -> Path:
+    page.mouse.move(1, 1)  # what it lies on may be explained
     page.wait_for_timeout(settling)
     file = folder / f"{name}.jpg"
     page.screenshot(path=str(file), type="jpeg", quality=QUALITY)
@@ -160,5 +218,9 @@ def _shot(page: Any, folder: Path, name: str, settling: float = SETTLING_TIME) -
 
 
 if __name__ == "__main__":
-    for _file in take(Path(sys.argv[1])):
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("which", nargs="?", choices=("readme", "sizes"), default="readme")
+    told = parser.parse_args()
+    for _file in (take_sizes if told.which == "sizes" else take)(told.folder):
         print(_file)

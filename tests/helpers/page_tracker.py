@@ -176,10 +176,27 @@ class Tracker:
         self.process.stderr.close()
 
 
+CHOSEN = ":is([aria-pressed=true], [aria-selected=true])"
+"""A tool, or a tab, that is."""
+
+
+def open_fold(page, title):
+    """Open what folds away, if it is closed."""
+    head = page.locator(".fold [role=button]", has_text=title)
+    if head.get_attribute("aria-expanded") != "true":
+        head.click()
+        head.and_(page.locator("[aria-expanded=true]")).wait_for()
+
+
+COLOUR_FOLD = "Picture and colours"
+"""What a click in an image may do stands in it."""
+
+
 def press_tool(page, name):
     """Choose what a click in an image does, and wait until the page says so."""
+    open_fold(page, COLOUR_FOLD)
     tool_button(page, name).click()
-    tool_button(page, name, "[aria-pressed=true]").wait_for()
+    tool_button(page, name, CHOSEN).wait_for()
 
 
 def tool_button(page, name, which="*"):
@@ -336,8 +353,10 @@ class Surfer(Hand):
         return self.page.get_by_role("button", name=name)
 
     def tool(self, name):
+        if name not in ("Drive", "Draw"):
+            open_fold(self.page, COLOUR_FOLD)
         self.order(tool_button(self.page, name).click)
-        self.wait(tool_button(self.page, name, "[aria-pressed=true]"))
+        self.wait(tool_button(self.page, name, CHOSEN))
 
     def can_start(self):
         """Wait until a run can be ordered."""

@@ -14,6 +14,7 @@ from nicegui import events, ui
 from laptop.page.cards.session import AIM, DRAW, BrowserSession
 from laptop.page.drawing_view import DrawingView
 from laptop.page.interface import DrawCalls, FrameCalls
+from laptop.page.marker_words import marker_title
 from laptop.page.overlay import overlay
 from laptop.page.pointer import Pointer
 from laptop.page.snapshots import CameraStatus, FrameSnapshot, PageState
@@ -112,6 +113,11 @@ class CameraView:
         state = self._session.controller.state
         assert state is not None
         return next(camera for camera in state.cameras if camera.name == self.camera)
+
+    @property
+    def ratio(self) -> float | None:
+        """Width of its pictures by their height; None: none has been shown yet."""
+        return self._shown.width / self._shown.height if self._shown else None
 
     @property
     def _last_frame(self) -> int:
@@ -241,7 +247,9 @@ class CameraView:
         self._lost.clear()
         with self._lost:
             for name, why, advice in warnings:
+                name = marker_title(name)
                 what = f"{name} lost: {why}" if why != "doubtful" else f"{name} {why}"
+                what = what[:1].upper() + what[1:]
                 then = f". {advice[:1].upper()}{advice[1:]}." if advice else "."
                 ui.label(what + then).classes("doubt" if why == "doubtful" else "")
 

@@ -1,21 +1,74 @@
-"""The frame of a card and its heading."""
+"""What cards are made of: their frame, their heading, what folds away, and words explained."""
 
 from __future__ import annotations
 
-from nicegui import ui
+from nicegui import events, ui
+
+from laptop.page.cards.session import BrowserSession
+
+AFTER_TOUCH = 100
+"""So long after a touch an explanation is shown again, ms."""
 
 
-def card(title: str, later: bool = False) -> ui.element:
+def card(title: str) -> ui.element:
     """Add a card, to be filled by `with`.
 
     Args:
         title: by which it is announced to who does not see it.
-        later: on a narrow page it stands below the others.
     """
-    classes = "card later" if later else "card"
-    return ui.element("section").classes(classes).props(f'aria-label="{title.lower()}"')
+    return ui.element("section").classes("card").props(f'aria-label="{title.lower()}"')
 
 
 def heading(title: str) -> None:
-    """Add the heading of a card."""
-    ui.html(title, sanitize=False, tag="h2")
+    """Add the heading of a card, for who does not see it: a tab or a fold shows it otherwise."""
+    ui.html(title, sanitize=False, tag="h2").classes("unseen")
+
+
+def fold(session: BrowserSession, title: str, icon: str, is_open: bool = False) -> ui.expansion:
+    """Add a card that folds away, to be filled by `with`; it is as it was left when loaded anew.
+
+    Args:
+        session: the browser's choices, which keep whether it is open.
+        title: stands above it.
+        icon: beside the title.
+        is_open: at first.
+    """
+
+    def keep(event: events.ValueChangeEventArguments) -> None:
+        session.folds[title] = bool(event.value)
+
+    is_open = session.folds.get(title, is_open)
+    made = ui.expansion(title, icon=icon, value=is_open, on_value_change=keep)
+    made.props("dense").classes("card fold")
+    return made
+
+
+def explain(element: ui.element, text: str) -> None:
+    """Show an explanation at an element while the mouse or the focus is there, or once touched."""
+    with element:
+        tip = ui.tooltip(text).classes("tip")
+        tip.props("anchor='top middle' self='bottom middle'")  # what one presses lies below
+    show, hide = (f'runMethod({tip.id}, "{what}", [])' for what in ("show", "hide"))
+    element.on("focusin", js_handler=f"() => {show}")
+    element.on("focusout", js_handler=f"() => {hide}")
+    # By itself it goes with the touch that shows it: it is to stay until there is another one.
+    element.on("click", js_handler=f"() => setTimeout(() => {show}, {AFTER_TOUCH})")
+
+
+def term(words: str, explanation: str) -> ui.label:
+    """Add words that people know, which tell what the field calls this once one asks them.
+
+    Args:
+        words: that are shown.
+        explanation: with the field's own term.
+
+    Returns:
+        What shows the words.
+    """
+    button = ui.element("button").classes("term")
+    button.props["type"] = "button"
+    button.props["aria-description"] = explanation
+    with button:
+        shown = ui.label(words)
+    explain(button, explanation)
+    return shown

@@ -6,11 +6,14 @@ from functools import partial
 
 from nicegui import events, ui
 
-from laptop.page.cards.card import card, heading
-from laptop.page.cards.session import AIM, TOOLS, BrowserSession
+from laptop.page.cards.card import explain, fold
+from laptop.page.cards.session import AIM, COLOUR_EDITS, TOOLS, BrowserSession
 from laptop.page.interface import ColourCalls, StatusCalls
 from laptop.page.snapshots import PageState
 from shared.messages import EFFECTOR, GOAL
+
+MASK = "The mask: shows the pixels that have the marker's colour, and darkens the others. Key: M."
+WINDOWS = "The search windows: dashed, where in the picture each marker is looked for first."
 
 
 class ColourCard:
@@ -22,8 +25,8 @@ class ColourCard:
 
     def __init__(self, session: BrowserSession) -> None:
         self._session = session
-        with card("A click in the picture") as self.element:
-            heading("A click in the picture")
+        with fold(session, "Picture and colours", "palette") as self.element:
+            self.element.on_value_change(self._on_fold)
             self._add_tools()
             self._add_rename_dialog()
             with ui.row().classes("w-full gap-2 items-center"):
@@ -33,8 +36,12 @@ class ColourCard:
                 self._pause = ui.button(
                     "Pause", icon="pause_circle", on_click=self.toggle_pause
                 ).props("flat dense no-caps")
-                self._mask = ui.checkbox("Mask", on_change=self._update_mask).props("dense")
-                ui.checkbox("Windows", value=True, on_change=self._on_windows).props("dense")
+            with ui.row().classes("w-full gap-2 items-center"):
+                self._mask = ui.checkbox("Colour's pixels", on_change=self._update_mask)
+                self._mask.props("dense aria-keyshortcuts=M")
+                explain(self._mask, MASK)
+                windows = ui.checkbox("Search areas", value=True, on_change=self._on_windows)
+                explain(windows.props("dense"), WINDOWS)
 
     def _add_tools(self) -> None:
         # (A toggle takes no click on what was chosen before its last click has been answered.)
@@ -48,7 +55,8 @@ class ColourCard:
         with self._marker_row:
             self._marker = (
                 ui.select([EFFECTOR, GOAL], value=EFFECTOR, with_input=True,
-                          label="of the marker (or a new name)", new_value_mode="add-unique")
+                          label=f"of the marker ({EFFECTOR}: the tip's), or a new name",
+                          new_value_mode="add-unique")
                 .classes("grow").props("dense")
                 .on_value_change(self._on_marker)
             )  # fmt: skip
@@ -67,6 +75,11 @@ class ColourCard:
                 ui.button("Leave it", on_click=self._dialog.close).props("flat no-caps")
                 ui.button("Rename it", on_click=self.rename).props("unelevated no-caps")
 
+    def _on_fold(self, event: events.ValueChangeEventArguments) -> None:
+        """Let a click aim again once nobody sees what else it would do."""
+        if not event.value and self._session.tool in COLOUR_EDITS:
+            self.choose_tool(AIM)
+
     def show(self, state: PageState) -> None:
         """Offer the markers that there are, and let be pressed what can be done."""
         marker = self._session.marker
@@ -78,8 +91,10 @@ class ColourCard:
             self._marker.set_options(names)
 
     def choose_tool(self, chosen: str) -> None:
-        """Choose a tool by its key in TOOLS."""
+        """Choose a tool by its key in TOOLS; those of colours are in sight from then on."""
         self._session.tool = chosen
+        if chosen in COLOUR_EDITS:
+            self.element.open()
         for key, button in self._tools.items():
             button.props(f"aria-pressed={'true' if key == chosen else 'false'}")
         self._explanation.set_text(TOOLS[chosen].explanation)

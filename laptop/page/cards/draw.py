@@ -13,7 +13,7 @@ from laptop.drawing.gallery_files import gallery
 from laptop.drawing.pictures import DETAILS, SHADES, SMOOTHINGS, Tracing
 from laptop.drawing.timing import in_minutes
 from laptop.page.cards.camera_view import CameraView
-from laptop.page.cards.card import card, heading
+from laptop.page.cards.card import card, fold, heading, term
 from laptop.page.cards.session import DRAW, BrowserSession
 from laptop.page.drawing_snapshots import (
     DrawingSnapshot,
@@ -57,6 +57,10 @@ STYLES = {"auto": "as it looks", "photo": "photo", "lines": "lines"}
 """How a picture may be drawn, for people."""
 PENS = {"": "one pen", "layers": "a pen for each layer", "colours": "a pen for each colour"}
 """What may draw it, for people."""
+OFF = (
+    "How far the ink is from the wish. On the whole: the RMS, the root of the mean of the squares, "
+    "in which large ones count more."
+)
 PEN_STEP, MAX_PEN = 5.0, 30.0
 """Degrees of the pen's motor: a press of a button, and the most."""
 
@@ -86,20 +90,27 @@ class DrawCard:
         ui.add_body_html(f"<script>takeDrops({MAX_FILE})</script>")
         ui.on("drawing-sent", lambda: session.show_tab(DRAW))
         ui.on("drawing-refused", self._on_refused)
-        with card("Draw") as self.element:
+        with card("Draw").classes("main") as self.element:
             heading("Draw")
-            self._add_sources()
-            self._add_tracing()
             self._add_facts()
-            self._add_place()
-            self._add_mapping()
-            self._add_buttons()
             self._add_progress()
-            self._add_result()
+            self._add_buttons()
+
+    def add_more(self) -> None:
+        """Add what is not always in sight."""
+        with ui.element("div").classes("part") as self.more:
+            self._result = ui.element("div").classes("card result")
+            with fold(self._session, "What to draw", "collections", is_open=True):
+                self._add_sources()
+                self._add_tracing()
+            with fold(self._session, "Where and how", "open_with", is_open=True):
+                self._add_mapping()
+                self._add_place()
+                self._add_options()
 
     def _add_sources(self) -> None:
         ui.label("Drop an SVG, PNG or JPEG on the page, or").classes("quiet")
-        with ui.row().classes("w-full gap-1"):
+        with ui.row().classes("w-full gap-1 sources"):
             ui.button("Open a file", icon="upload_file").props("flat dense no-caps").on(
                 "click", js_handler=f"() => chooseDrawing({MAX_FILE})"
             )
@@ -131,12 +142,12 @@ class DrawCard:
         self._hatch.set_visibility(False)
 
     def _add_facts(self) -> None:
-        with ui.element("div").props("role=status aria-live=polite"):
+        with ui.element("div").classes("told").props("role=status aria-live=polite"):
             self._facts = ui.label().classes("facts-line")
             self._trouble = ui.label().classes("trouble")
-        self._notes = ui.column().classes("w-full gap-1 draw-notes")
 
     def _add_place(self) -> None:
+        self._notes = ui.column().classes("w-full gap-1 draw-notes")
         with ui.row().classes("w-full gap-2 no-wrap place") as self._place:
             self._fields = {
                 key: ui.number(label, step=step, format="%.1f").classes("field").props("dense")
@@ -193,6 +204,8 @@ class DrawCard:
                 .props("outline")
                 .classes("draws")
             )
+
+    def _add_options(self) -> None:
         with ui.row().classes("w-full gap-2 items-center"):
             self._dry = ui.checkbox("Pen up: rehearse").props("dense")
             self._alone = (
@@ -206,21 +219,21 @@ class DrawCard:
             self._bar = ui.linear_progress(0.0, show_value=False).props("size=.7rem rounded")
             self._bar.props('aria-label="share that is drawn"')
             self._word = ui.label().classes("job-word").props("role=status aria-live=polite")
-            self._why = ui.label().classes("quiet")
-            with ui.row().classes("w-full gap-2 items-center no-wrap") as self._on_the_way:
+            self._why = ui.label().classes("quiet why")
+            with ui.element("div").classes("deviation") as self._deviation:
+                self._off = term("", OFF).classes("job-word")
+            with ui.row().classes("w-full gap-2 items-center no-wrap pen") as self._on_the_way:
                 ui.label("Speed").classes("quiet")
                 self._speed = ui.slider(
                     min=RELATIVE_SPEED[0], max=RELATIVE_SPEED[1], step=5, value=100
                 ).props('label aria-label="speed, per cent" :label-value="$event"')
                 self._speed.props(remove=":label-value")
                 self._speed.on("change", self._on_speed)
-                for label, step in (("Pen lower", PEN_STEP), ("higher", -PEN_STEP)):
+                ui.label("Pen").classes("quiet")
+                for label, step in (("lower", PEN_STEP), ("higher", -PEN_STEP)):
                     ui.button(label, on_click=partial(self._move_pen, step)).props(
                         "flat dense no-caps"
                     )
-
-    def _add_result(self) -> None:
-        self._result = ui.element("div").classes("w-full result")
 
     # What is shown
 
@@ -326,6 +339,7 @@ class DrawCard:
 
     def _show_job(self, job: JobState) -> None:
         self._bar.set_value(round(job.share, 3))
+        self._bar.set_visibility(job.is_on)
         self._word.set_text(job_text(job))
         self._word.classes(remove="ok bad", add={DONE: "ok", FAILED: "bad"}.get(job.state, ""))
         self._why.set_text(job.reason[:1].upper() + job.reason[1:])
@@ -336,15 +350,16 @@ class DrawCard:
         self._result.clear()
         deviation = self._snapshot.deviation
         self._result.set_visibility(deviation is not None)
+        self._deviation.set_visibility(deviation is not None)
         if deviation is None:
             return
+        self._off.set_text(
+            f"Off by {deviation.rms:.1f} mm on the whole, {deviation.greatest:.1f} mm at most"
+        )
         with self._result:
             ui.label(
-                f"Off the wish by at most {deviation.greatest:.1f} mm, RMS {deviation.rms:.1f} mm"
-            ).classes("job-word")
-            ui.label(
-                f"by the tip as the camera saw it at {deviation.points} places with the pen down, "
-                "in the plane of its marker. Green: the wish. Blue: the ink."
+                "Green: the wish. Blue: the ink, by the tip as the camera saw it at "
+                f"{deviation.points} places with the pen down, in the plane of its marker."
             ).classes("quiet")
             ui.html(figure(self._snapshot), sanitize=False)
 

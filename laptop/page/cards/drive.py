@@ -6,8 +6,8 @@ import time
 
 from nicegui import ui
 
-from laptop.page.cards.card import card, heading
-from laptop.page.cards.session import BrowserSession
+from laptop.page.cards.card import card, explain, fold, heading, term
+from laptop.page.cards.session import AIM, TOOLS, BrowserSession
 from laptop.page.interface import RunCalls
 from laptop.page.run_records import RunSummary
 from laptop.page.snapshots import DEFAULTS, PageState, points
@@ -15,33 +15,57 @@ from shared.messages import BUDGET, GOAL, TOLERANCE
 from shared.run_options import METHODS, MODES, ROWS
 from shared.verdicts import CONVERGED, READY, STOPPED, VERDICT_TEXTS
 
+ERROR = (
+    "The error: so far the tip's marker is from the goal in the picture, in pixels. "
+    "The picture is 640 wide, unless the camera was told otherwise."
+)
+CHOICES = (
+    "How the arm learns what its motors change in the picture (the image Jacobian). chain: with a "
+    "model of the arm beside it; kalman, broyden: by each move; report: as in the lab report.",
+    "look: it looks, then moves. stream: it steers while it moves.",
+    "stereo: all four coordinates of two cameras, weighed by their noise. xyz: three of them, as "
+    "in the lab report.",
+    "So near to the goal the run ends well, in pixels.",
+    "So long may the run take at most, in seconds.",
+)
+"""Of the choices of a run, in their order."""
+
 
 class DriveCard:
     """The card that drives the arm.
 
     Args:
         session: the browser's choices.
-        several: whether there are several cameras.
     """
 
-    def __init__(self, session: BrowserSession, several: bool) -> None:
+    def __init__(self, session: BrowserSession) -> None:
         self._session = session
         self._runs: tuple[RunSummary, ...] = ()  # that the menu of reports has
-        with card("Drive") as self.element:
+        with card("Drive").classes("main") as self.element:
             heading("Drive")
             self._add_progress()
             self._add_buttons()
+
+    def add_more(self, several: bool) -> None:
+        """Add what is not always in sight.
+
+        Args:
+            several: whether there are several cameras.
+        """
+        with ui.element("div").classes("part") as self.more:
             self._add_reports()
             self._add_options(several)
 
     def _add_progress(self) -> None:
-        with ui.element("div").props("role=status aria-live=polite"):
+        with ui.element("div").classes("said").props("role=status aria-live=polite"):
             self._verdict = ui.label().classes("verdict").mark("verdict")
             self._reason = ui.label().classes("quiet reason")
-        with ui.row().classes("items-end gap-3"):
+        with ui.element("div").classes("measure"):
             self._error = ui.label().classes("error").mark("error")
-            self._run = ui.label().classes("quiet")
-        self._goal = ui.label().classes("quiet")
+            with ui.element("div"):
+                term("from the goal", ERROR)
+                self._run = ui.label().classes("quiet run")
+        self._goal = ui.label().classes("quiet goal")
 
     def _add_buttons(self) -> None:
         with ui.row().classes("w-full gap-2 no-wrap"):
@@ -56,23 +80,24 @@ class DriveCard:
                 .props("outline aria-keyshortcuts=H")
                 .classes("go")
             )
-        self._to_marker = ui.button("Aim at the goal marker", on_click=self._aim_at_marker).props(
-            "flat dense no-caps icon=my_location"
-        )
 
     def _add_reports(self) -> None:
-        with ui.row().classes("w-full gap-2 no-wrap"):
+        with ui.row().classes("w-full gap-1 quick"):
             self._report = (
                 ui.button("Report", icon="assessment")
                 .props("flat dense no-caps type=a href=/report target=_blank")
+                .classes("report")
                 .tooltip("of the last run, in a new tab")
             )
             self._earlier = ui.button("Earlier", icon="history").props("flat dense no-caps")
             with self._earlier:
                 self._reports = ui.menu()
+            self._to_marker = ui.button("Goal marker", on_click=self._aim_at_marker)
+            self._to_marker.props("flat dense no-caps icon=my_location")
+            self._to_marker.tooltip("aim at the goal marker again")
 
     def _add_options(self, several: bool) -> None:
-        with ui.expansion("How", icon="tune").classes("w-full").props("dense"):
+        with fold(self._session, "How it drives", "tune"):
             self._method = ui.select(list(METHODS), value=DEFAULTS.method, label="method")
             self._mode = ui.select(list(MODES), value=DEFAULTS.mode, label="mode")
             self._rows = ui.select(list(ROWS), value=DEFAULTS.rows, label="rows of two cameras")
@@ -85,8 +110,9 @@ class DriveCard:
                 )
             )
             choices = self._method, self._mode, self._rows, self._tolerance, self._budget
-            for choice in choices:
+            for choice, explanation in zip(choices, CHOICES, strict=True):
                 choice.classes("field").props("dense")
+                explain(choice, explanation)
             self._follow = ui.switch("follow the goal marker as it moves").props("dense")
             ui.label(
                 "in the mode stream, until the budget is spent or Hold or STOP ends it"
@@ -99,14 +125,20 @@ class DriveCard:
         text, tone = verdict_text(state)
         self._verdict.set_text(text)
         self._verdict.classes(remove="ok bad", add=tone)
-        self._reason.set_text(status.reason if status else "")
+        reason = status.reason if status else ""
+        is_ready = status is not None and status.verdict == READY
+        self._reason.set_text(reason or (TOOLS[AIM].explanation if is_ready else ""))
         known = status is not None and status.error is not None
         self._error.set_text(f"{status.error:.1f} px" if status and known else "– px")
         self._run.set_text(
-            f"run {status.run}, {status.moves} moves" if status and status.run else ""
+            f"run {status.run}, {status.moves} move{'s' * (status.moves != 1)}"
+            if status and status.run
+            else ""
         )
         self._goal.set_text("Goal: " + goal_text(state))
-        self._to_marker.set_visibility(bool(state.aims) and GOAL in state.markers)
+        # (Seen only once one has aimed, it would move what is beside it.)
+        self._to_marker.set_visibility(GOAL in state.markers)
+        self._to_marker.set_enabled(bool(state.aims))
         steers = self._session.steers
         self._start.set_enabled(state.brick is not None and not state.running and steers)
         self._hold.set_enabled(state.running and steers)

@@ -32,15 +32,16 @@ class Header:
         ui.add_head_html(f"<script>{script} beginPulse({gate_port}, '{page}');</script>")
         with ui.header(), ui.element("div").classes("bar"):
             ui.html("BrickServo", sanitize=False, tag="h1").classes("word")
-            self._brick = ui.label().classes("pill").mark("brick")
-            self._driver = ui.label().classes("pill driver")
+            with ui.element("div").classes("who"):
+                self._brick = ui.label().classes("pill").mark("brick")
+                self._driver = ui.label().classes("pill driver")
             self._take = ui.button("Take over", on_click=session.take_over).props(
                 "outline dense no-caps color=white"
             )
             ui.space()
             ui.button(icon="dark_mode", on_click=self.toggle_dark).props(
                 'flat round color=white aria-label="dark or light"'
-            ).tooltip("dark or light (D)")
+            ).classes("dark-or-light").tooltip("dark or light (D)")
             # What is pressed here is the script's: it goes by two ways, and waits for no other.
             with ui.button(color="negative").props("unelevated").classes("stop"):
                 ui.html(STOP, sanitize=False)

@@ -17,6 +17,7 @@ from laptop.page.interface import (
     RunCalls,
     SteeringCalls,
 )
+from laptop.page.marker_words import marker_title
 from laptop.page.rpc import RpcError
 from laptop.page.steering import browser_title
 from laptop.see.serve.pipeline import Point
@@ -57,6 +58,7 @@ class BrowserSession:
         mask: name of the marker whose pixels are shown, or "".
         windows: whether search windows are shown.
         paused: whether the images stand still.
+        folds: by title whether what folds away is open, as far as a hand was at it.
         show_tab: shows the tab "drive" or "draw".
     """
 
@@ -69,6 +71,7 @@ class BrowserSession:
     mask: str = ""
     windows: bool = True
     paused: bool = False
+    folds: dict[str, bool] = field(default_factory=dict)
     show_tab: Callable[[str], None] = field(default=lambda tab: None)
 
     def warn(self, why: str) -> None:
@@ -157,7 +160,8 @@ class BrowserSession:
             where = (*points[0], *points[-1]) if len(points) > 1 else points[0]
             edit = COLOUR_EDITS[self.tool]
             if await self.edit(edit, self.marker, camera, index, where):
-                ui.notify(f"{self.marker}: kept", type="positive", position="bottom", timeout=1500)
+                said = f"{marker_title(self.marker)}: kept"
+                ui.notify(said, type="positive", position="bottom", timeout=1500)
 
     async def _drag(self, camera: str, points: list[Point]) -> None:
         """Make a drawing of a dragged path, where that can be; else the tip goes after it."""

@@ -18,7 +18,18 @@ import numpy as np
 import pytest
 from announced import wait_for_event
 from numbered_frames import lengthen, write_film
-from page_tracker import SYNTHETIC, WINDOW, Hand, Surfer, Tracker, press_tool, tool_button
+from page_tracker import (
+    CHOSEN,
+    COLOUR_FOLD,
+    SYNTHETIC,
+    WINDOW,
+    Hand,
+    Surfer,
+    Tracker,
+    open_fold,
+    press_tool,
+    tool_button,
+)
 from places import ROOT
 from waiting import PATIENCE, until
 
@@ -266,7 +277,6 @@ def test_a_port_that_is_taken_is_refused_if_it_was_asked_for():
 @pytest.fixture(scope="module")
 def open_page(browser, tracker):
     surfer = Surfer(browser, tracker)
-    surfer.page.get_by_role("checkbox", name="Run").click()  # plots take time
     yield surfer
     surfer.close()
 
@@ -293,6 +303,7 @@ def test_two_clicks_bring_the_true_tip_to_the_goal(surfer):
     surfer.verdict("Arrived")
     assert math.dist(surfer.tip(), goal) < 8, "px, of 5 that are allowed as measured"
     assert float(surfer.page.locator(".error").inner_text().split()[0]) <= 5
+    open_fold(surfer.page, "Numbers")
     surfer.reads("8.0 V")
     with surfer.context.expect_page() as tab:
         surfer.page.get_by_role("link", name="Report").click()
@@ -312,23 +323,22 @@ def test_a_colour_is_picked_by_a_click_undone_and_kept_in_the_file(surfer):
     u, v = surfer.tip()
     surfer.tool("Pick")
     surfer.click(u, v)
-    surfer.reads("effector: kept")
+    surfer.reads("tip's marker: kept")
     kept = read_markers(surfer.tracker.state / "markers.ini")["effector"]
     assert min(kept.color.hue, 360 - kept.color.hue) < 15
     assert kept.color.scene, "learned in this picture"
-    surfer.page.wait_for_function("() => !document.body.innerText.includes('hue 0 +- 20')")
     surfer.order(surfer.button("Undo").click)
-    surfer.reads("hue 0 +- 20")
-    assert read_markers(surfer.tracker.state / "markers.ini")["effector"].color.scene is None
+    file = surfer.tracker.state / "markers.ini"
+    surfer.until(lambda: read_markers(file)["effector"].color.scene is None, "the old colour")
 
 
 def test_a_page_that_is_loaded_anew_goes_on_with_the_same_tool(surfer):
     surfer.tool("Pick")
     surfer.page.reload()
-    tool_button(surfer.page, "Pick", "[aria-pressed=true]").wait_for()
+    tool_button(surfer.page, "Pick", CHOSEN).wait_for()
     surfer.tool("Draw")
     surfer.page.reload()
-    tool_button(surfer.page, "Draw", "[aria-pressed=true]").wait_for()
+    tool_button(surfer.page, "Draw", CHOSEN).wait_for()
     assert not tool_button(surfer.page, "Pick").is_visible()
     surfer.tool("Drive")
 
@@ -474,20 +484,49 @@ def test_a_start_moves_nothing_and_hides_nothing(surfer):
     before = [box[1:] for box in boxes(surfer.page, pressed)]
     surfer.start()
     surfer.verdict("On its way")
-    surfer.page.get_by_text(re.compile(r", [1-9]\d* moves")).wait_for()
+    surfer.page.get_by_text(re.compile(r", [1-9]\d* move")).wait_for()
     assert [box[1:] for box in boxes(surfer.page, pressed)] == before
     assert surfer.page.locator(".q-tooltip").count() == 0
 
 
-def test_the_plots_are_in_sight_on_a_small_screen(surfer):
-    surfer.page.set_viewport_size({"width": 1280, "height": 720})
-    surfer.page.evaluate("scrollTo(0, 0)")
-    surfer.page.wait_for_function("document.querySelector('.plot').clientHeight < 100")
-    plots = boxes(surfer.page, ".plot")
-    assert len(plots) == 6
-    assert max(top + height for _, _, top, _, height in plots) <= 720
-    picture = surfer.page.locator(".picture").bounding_box()
-    assert picture["y"] + picture["height"] <= 720
+def test_of_the_plots_those_are_shown_that_have_something_to_show(surfer):
+    def titles():
+        shown = surfer.page.locator(".plot:visible .term").all_inner_texts()
+        return {text.strip() for text in shown}
+
+    open_fold(surfer.page, "Plots")
+    surfer.aim(*surfer.scene.truth((-0.5, 0.4))["effector"])
+    surfer.start()
+    of_runs = {"Distance from the goal, px", "Moves of this run, number"}
+    others = {"Angles of the joints, °", "Age of the newest picture, ms", "Pictures, per second"}
+    surfer.until(lambda: of_runs | others <= titles(), "the plots of a run")
+    surfer.tool("Draw")
+    surfer.until(lambda: titles() == others, "without those of runs")
+    surfer.tool("Drive")
+    surfer.page.locator(".fold [role=button]", has_text="Plots").click()
+
+
+@pytest.mark.parametrize("by", ["focus", "hover"])
+def test_what_the_field_calls_it_is_told_to_who_asks(surfer, by):
+    words = surfer.page.locator(".main .term", has_text="from the goal")
+    tip = surfer.page.locator(".q-tooltip", has_text="The error: ")
+    surfer.until(lambda: (getattr(words, by)(), tip.count())[1], "the explanation")
+    words.blur()
+    surfer.page.mouse.move(5, 5)
+    tip.wait_for(state="detached")
+
+
+def test_what_the_field_calls_it_is_told_on_a_touch(browser, tracker):
+    phone = {"has_touch": True, "is_mobile": True, "user_agent": "Mozilla/5.0 (Android 14) Mobile"}
+    surfer = Surfer(browser, tracker, steers=False, **phone)
+    tip = surfer.page.locator(".q-tooltip", has_text="The error: ")
+    surfer.page.locator(".main .term", has_text="from the goal").tap()
+    tip.wait_for()
+    surfer.page.wait_for_timeout(500)
+    assert tip.is_visible(), "it stays when the finger is gone"
+    surfer.page.locator(".goal").tap()
+    tip.wait_for(state="detached")
+    surfer.close()
 
 
 def test_on_a_phone_all_that_is_pressed_is_large_enough_for_a_thumb(surfer):
@@ -523,6 +562,7 @@ def test_the_age_is_that_of_the_picture_on_the_screen(surfer):
 
 
 def test_the_history_comes_as_csv(surfer):
+    open_fold(surfer.page, "Plots")
     with surfer.page.expect_download() as download:
         surfer.button("CSV").click()
     table = list(csv.DictReader(io.StringIO(Path(download.value.path()).read_text())))
@@ -542,7 +582,7 @@ def test_pause_keeps_the_picture_and_one_can_pick_in_it(surfer):
     until_still(lambda: tip.get_attribute("data-frame"), surfer, "the picture changes")
     surfer.tool("Pick")
     surfer.click(*surfer.tip())
-    surfer.reads("effector: kept")
+    surfer.reads("tip's marker: kept")
     surfer.button("Undo").click()
 
 
@@ -592,7 +632,8 @@ def test_what_is_asked_of_a_still_comes_though_it_was_asked_early_or_refused(
             tracker.new_address(), wait_until="domcontentloaded"
         )  # held pictures hold up a "load"
         until(lambda: held, "a picture", lambda: page.wait_for_timeout(20))
-        page.get_by_role("checkbox", name="Mask").click()  # no picture is there
+        open_fold(page, COLOUR_FOLD)
+        page.get_by_role("checkbox", name="Colour's pixels").click()  # no picture is there
         page.unroute("**/view/**")  # and what is held goes on
         page.locator(".over image").wait_for(state="attached")
 
@@ -657,10 +698,11 @@ def test_a_recording_is_scrubbed_picked_in_renamed_in_and_waited_for(browser, fi
         page = browser.new_page()
         hand = Hand(page)
         page.goto(tracker.new_address())
-        page.get_by_text("effector lost: nothing of this colour").wait_for()
+        page.get_by_text("tip's marker lost: nothing of this colour").wait_for()
         slider = page.locator(".scrub .q-slider")
         slider.wait_for()  # it stands where it has ended
-        mask = page.get_by_role("checkbox", name="Mask")
+        open_fold(page, COLOUR_FOLD)
+        mask = page.get_by_role("checkbox", name="Colour's pixels")
         for _ in range(3):
             mask.click()
             page.locator(".over image").wait_for(state="attached")
@@ -689,7 +731,7 @@ def test_a_recording_is_scrubbed_picked_in_renamed_in_and_waited_for(browser, fi
         hand.wait(page.locator(f"[data-marker=effector][data-frame='{index}']"))
         where = page.locator("[data-marker=effector]").get_attribute("transform")
         assert math.dist([float(part) for part in re.findall(r"[\d.]+", where)], (u, v)) < 1
-        page.get_by_text("effector lost").wait_for(state="detached")
+        page.get_by_text("tip's marker lost").wait_for(state="detached")
 
         page.get_by_role("button", name="Rename").click()
         page.get_by_label("effector is from now on").fill("ball")
@@ -774,9 +816,9 @@ def test_with_a_tracker_that_is_killed_page_and_brick_end(browser, tmp_path):
 def test_a_lost_marker_has_its_reason_a_pick_mends_it_and_ctrl_c_ends_it_all(browser, tmp_path):
     with Tracker(tmp_path, *SYNTHETIC, "--effector", "disc:purple") as tracker:
         surfer = Surfer(browser, tracker, seen=".picture img")
-        surfer.reads("effector lost: nothing of this colour. Bring it into")
+        surfer.reads("tip's marker lost: nothing of this colour. Bring it into")
         surfer.pick(*surfer.scene.truth((0.0, 0.0))["effector"])
-        surfer.page.get_by_text("effector lost").wait_for(state="detached")
+        surfer.page.get_by_text("tip's marker lost").wait_for(state="detached")
         surfer.verdict("Ready")
         surfer.close()
         end_with_all_it_has_started(tracker, signal.SIGINT)

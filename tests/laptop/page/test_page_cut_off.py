@@ -10,7 +10,7 @@ import signal
 import threading
 
 import pytest
-from page_tracker import SYNTHETIC, Surfer, Tracker
+from page_tracker import COLOUR_FOLD, SYNTHETIC, Surfer, Tracker, open_fold
 from waiting import PATIENCE, until
 
 from tests.claims.page_rig import start_button
@@ -269,7 +269,8 @@ def test_a_stop_that_cannot_be_sent_is_as_soon_as_it_can_and_nothing_else_is(sur
     has_class(surfer, "cut-off", False)
     has_class(surfer, "stopping", False)
     surfer.verdict("Stopped")
-    assert not surfer.page.get_by_role("checkbox", name="Mask").is_checked()
+    open_fold(surfer.page, COLOUR_FOLD)
+    assert not surfer.page.get_by_role("checkbox", name="Colour's pixels").is_checked()
 
 
 def test_a_network_that_falls_silent_shows_and_of_what_is_pressed_only_stop_is_done(

@@ -1,0 +1,28 @@
+"""What markers are called where people read of them, and what they look like."""
+
+from __future__ import annotations
+
+from laptop.see.markers.markers import NAMED_COLORS, Marker
+from shared.messages import EFFECTOR, GOAL
+
+TITLES = {EFFECTOR: "tip's marker", GOAL: "goal marker"}
+"""Of the markers that the arm knows, what they are for."""
+
+
+def marker_title(name: str) -> str:
+    """Return what a marker is called, for people."""
+    return TITLES.get(name, name)
+
+
+def marker_looks(marker: Marker) -> str:
+    """Return what a marker looks like, for people: its colour by the nearest one with a name."""
+    if marker.color is None:
+        return str(marker)
+    hue = marker.color.hue
+    nearest = min(NAMED_COLORS, key=lambda name: _apart(NAMED_COLORS[name].hue, hue))
+    return f"{nearest} {marker.kind}"
+
+
+def _apart(one: float, other: float) -> float:
+    """Return how far two hues are apart, degrees."""
+    return abs((one - other + 180) % 360 - 180)
