@@ -60,6 +60,21 @@ LOOK = """([wanted, pressed, thumb]) => {
 CONTROLS = "button, a, .q-checkbox, .q-toggle, .q-slider, .q-field, .q-item, .picture"
 
 
+SETTLED = """async () => {
+  const painted = () => new Promise(done => requestAnimationFrame(() => setTimeout(done)));
+  await painted();
+  await painted();
+  for (const each of document.getAnimations())
+    if (isFinite(each.effect.getComputedTiming().endTime)) each.finish();
+  await painted();
+}"""
+
+
+def settle(page):
+    """Bring what a change has set going, such as of colours, to its end."""
+    page.evaluate(SETTLED)
+
+
 def turn_folds(page, is_open):
     """Open all that folds away and can be seen, or close it."""
     closed = page.locator(f".fold [role=button][aria-expanded={str(not is_open).lower()}]:visible")
@@ -80,11 +95,7 @@ def complaints(page, wanted, least_shares=LEAST):
     wrong = []
     for (width, height), least in zip(SIZES, least_shares, strict=True):
         page.set_viewport_size({"width": width, "height": height})
-        # What a size changes comes with the next pictures that are painted.
-        page.evaluate(
-            "() => new Promise(done => "
-            "requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done, 250))))"
-        )
+        settle(page)
         seen = page.evaluate(LOOK, [list(wanted), CONTROLS, THUMB])
         said = seen["said"]
         if seen["share"] < least:
@@ -104,6 +115,7 @@ def barriers(page):
     for scheme in ("light", "dark"):
         page.emulate_media(color_scheme=scheme)
         page.wait_for_function(f"document.body.classList.contains('body--{scheme}')")
+        settle(page)
         found = Axe().run(page).response["violations"]
         wrong += [
             f"{scheme}: {each['id']}: {node['target']} {node.get('failureSummary', '')}"
