@@ -139,7 +139,7 @@ def take_sizes(folder: Path) -> Iterator[Path]:
             yield from _sizes(page, folder, "idle")
             goals = itertools.cycle(GOALS)
             yield from _sizes(page, folder, "running", lambda: _keep_running(page, arm, goals))
-            page.get_by_role("button", name="Hold").click()
+            start_button(page).wait_for()  # a run's end: beside it nothing is drawn
             _begin_drawing(page)
             yield from _sizes(page, folder, "drawing")
         with _page(made, arm, 1, ("--effector", "disc:blue"), awaited="goal") as page:
