@@ -21,8 +21,6 @@
     file              written by                   read by                  meaning
     pairing           track                        track                    this laptop's code, salt
     markers.ini       track and its page           track                    learned markers
-    heights.json      track's page                 the same                 how high arms' markers
-                                                                            are over the paper, mm
     tracker           visual_servoing,             the same                 the laptop's address
                       tracking_client                                       and code, and its key
     ARM.json          driver, visual_servoing      the same                 zero of an arm, and the
@@ -76,7 +74,6 @@ PROGRAM, CODE = "BRICKSERVO_PROGRAM", "BRICKSERVO_CODE"
 PAIRING_FILE, MARKERS_FILE, TRACKER_FILE = "pairing", "markers.ini", "tracker"
 LIVE_FOLDER, CLOCK_FILE, BRICK_FOLDER = "live", "clock", "emulated-brick"
 MOTORS_FILE = "emulated-motors"
-HEIGHTS_FILE = "heights.json"
 LAST_BRICK_FILE = "brick"
 CALLED_BRICK_FILE = "brick.txt"
 BRICK_RUNS_FOLDER = "brick-runs"

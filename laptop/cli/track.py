@@ -296,7 +296,7 @@ def _open_page(
     """
     from laptop.page import process
     from laptop.page.controller import PageController
-    from laptop.page.marker_height import HeightMemory, told_height
+    from laptop.page.marker_height import HEIGHTS_FILE, HeightMemory, told_height
     from laptop.see.serve.track import ServedPage
 
     listener = stack.enter_context(process.listen(host, port))
@@ -310,7 +310,7 @@ def _open_page(
 
         description = read_arm(find_arm(arm))
         emulated = {} if real else getattr(inputs.pipelines[0].camera, "constants", {})
-        file = Path(state.state_folder()) / state.HEIGHTS_FILE
+        file = Path(state.state_folder()) / HEIGHTS_FILE
         controller = PageController(
             inputs.pipelines,
             inputs.trackers,

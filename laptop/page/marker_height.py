@@ -14,6 +14,8 @@ from typing import Any, NamedTuple
 from laptop.system.files import write_whole
 from shared.small_files import SpoiltFile, number, read_json
 
+HEIGHTS_FILE = "heights.json"
+"""In the state folder; of the page alone, so that the brick does not read its name."""
 LIMITS = 0.0, 500.0
 """Of a height that is typed, mm."""
 
