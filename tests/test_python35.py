@@ -4,6 +4,7 @@ parso's grammar of 3.5 knows the syntax (also the comma after `*args`, which no 
 vermin knows which names of the standard library came later.
 """
 
+import ast
 import subprocess
 import sys
 
@@ -36,12 +37,27 @@ def syntax_errors(source):
     return [f"line {error.start_pos[0]}: {error.message}" for error in errors]
 
 
-def later_features(paths):
+def as_run(source):
+    """The source without what stands under `if MYPY:`, which type checkers alone read."""
+    lines = source.splitlines(keepends=True)
+    for node in reversed(ast.parse(source).body):
+        if isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "MYPY":
+            first, last = node.body[0].lineno, node.body[-1].end_lineno
+            lines[first - 1 : last] = ["    pass\n"]
+    return "".join(lines)
+
+
+def later_features(paths, folder):
     """vermin's report of what came after 3.5, empty if nothing did; comments cannot silence it."""
+    copies = []
+    for path in paths:
+        copies.append(folder / "as_run" / path.relative_to(path.anchor))
+        copies[-1].parent.mkdir(parents=True, exist_ok=True)
+        copies[-1].write_text(as_run(path.read_text(encoding="utf-8")), encoding="utf-8")
     options = ["-t=3.5-", "--violations", "--quiet", "--eval-annotations", "--pessimistic"]
     options += ["--no-config-file", "--no-parse-comments"]
     program = [sys.executable, "-c", "import vermin; vermin.main()"]
-    run = subprocess.run([*program, *options, *map(str, paths)], capture_output=True, text=True)
+    run = subprocess.run([*program, *options, *map(str, copies)], capture_output=True, text=True)
     assert run.stderr == ""
     assert (run.returncode != 0) == bool(run.stdout.strip())
     return run.stdout.strip()
@@ -52,8 +68,8 @@ def test_brick_code_parses_under_the_grammar_of_3_5():
     assert {str(path): errors for path, errors in found.items() if errors} == {}
 
 
-def test_brick_code_uses_nothing_newer_than_3_5():
-    assert later_features(BRICK_SIDE) == ""
+def test_brick_code_uses_nothing_newer_than_3_5(tmp_path):
+    assert later_features(BRICK_SIDE, tmp_path) == ""
 
 
 @pytest.mark.parametrize(
@@ -92,7 +108,16 @@ def test_newer_syntax_is_caught(source):
 def test_newer_library_is_caught(source, tmp_path):
     path = tmp_path / "planted.py"
     path.write_text(source)
-    assert later_features([path])
+    assert later_features([path], tmp_path)
+
+
+def test_what_type_checkers_alone_read_may_be_newer(tmp_path):
+    types = "from typing import Protocol\n"
+    path = tmp_path / "planted.py"
+    path.write_text("MYPY = False\nif MYPY:\n    " + types)
+    assert later_features([path], tmp_path) == ""
+    path.write_text("MYPY = False\nif MYPY:\n    pass\nelse:\n    " + types)
+    assert later_features([path], tmp_path)
 
 
 def test_plain_3_5_passes(tmp_path):
@@ -100,4 +125,4 @@ def test_plain_3_5_passes(tmp_path):
     path = tmp_path / "plain.py"
     path.write_text(source)
     assert syntax_errors(source) == []
-    assert later_features([path]) == ""
+    assert later_features([path], tmp_path) == ""
