@@ -98,6 +98,9 @@ def pytest_configure(config):
         tempfile.tempdir = None  # what it was before
     # Tests are collected with the arms that come along: whoever has calibrated one has a `planar`.
     os.environ["BRICKSERVO_STATE"] = os.path.join(tempfile.gettempdir(), "brickservo-tests-state")
+    os.environ.setdefault(
+        "OPENBLAS_NUM_THREADS", "1"
+    )  # as the commands do, see laptop/cli/start.py
     stacks.install()
     if config.option.motors == "duck":
         duck_motors.install()

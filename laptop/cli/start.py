@@ -7,6 +7,14 @@ import sys
 SEED, FIXED, RANDOM = "PYTHONHASHSEED", "0", "random"
 """The variable by which Python orders its sets, as long as the process; and what it may be."""
 
+BLAS_THREADS = "OPENBLAS_NUM_THREADS"
+"""The variable by which numpy's and scipy's linear algebra takes so many threads.
+
+One is best here: the matrices are small, and threads that wait for each other spin.  Beside other
+work a camera's calibration took twelve times as long with two.  And the order of a sum, so its last
+digits, would depend on the computer's cores.
+"""
+
 SERVERS = ("page", "track")
 """The commands that serve others for long, who must not know how their dictionaries are filled."""
 
@@ -15,6 +23,7 @@ def run() -> None:
     """Run the command that was typed, and end this process with its status."""
     # While importing there is nothing to end in order.
     _signal.signal(_signal.SIGINT, _signal.SIG_DFL)
+    os.environ.setdefault(BLAS_THREADS, "1")
     order_sets()
     _open_streams()
     try:

@@ -1,4 +1,4 @@
-"""Ctrl-C while a command still imports: it ends at once, and says nothing."""
+"""A command while it still imports: Ctrl-C ends it at once, and silently; how numpy computes."""
 
 import os
 import signal
@@ -46,3 +46,22 @@ def test_ctrl_c_while_importing_is_silent(tmp_path, module, words):
     out, err = process.communicate()
     assert (out, err) == ("", "")
     assert process.returncode == -signal.SIGINT  # which a shell has as 130
+
+
+@pytest.mark.parametrize(("own", "there"), [(None, "1"), ("4", "4")])
+def test_linear_algebra_takes_one_thread_unless_somebody_wants_more(tmp_path, own, there):
+    (tmp_path / "numpy.py").write_text(
+        "import os\nprint(os.environ['OPENBLAS_NUM_THREADS'], flush=True)\nos._exit(0)\n"
+    )
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path), "BRICKSERVO_STATE": str(tmp_path)}
+    environment.pop("OPENBLAS_NUM_THREADS", None)
+    if own:
+        environment["OPENBLAS_NUM_THREADS"] = own
+    done = subprocess.run(
+        [sys.executable, *LAPTOP, "bench", "servo"],
+        cwd=ROOT,
+        env=environment,
+        capture_output=True,
+        text=True,
+    )
+    assert (done.stdout, done.stderr) == (there + "\n", "")
