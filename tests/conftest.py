@@ -59,12 +59,17 @@ import stacks  # noqa: E402
 
 
 def pytest_addoption(parser):
-    """Offer another kind of motor."""
+    """Offer another kind of motor, and fewer cases."""
     parser.addoption(
         "--motors",
         choices=("own", "duck"),
         default="own",
         help="duck: whatever moves an arm does so by motors of a kind that derives from nothing",
+    )
+    parser.addoption(
+        "--first-cases",
+        action="store_true",
+        help="of each short test its first case alone, as for another Python",
     )
 
 
@@ -116,15 +121,21 @@ def pytest_xdist_auto_num_workers(config):
     return (os.cpu_count() or 1) + 1
 
 
+def is_short(item):
+    """Whether everybody runs it."""
+    return item.get_closest_marker("long") is None
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config, items):
-    """Long is what `short` leaves out of the cases of a test, what needs a browser or measures."""
+    """Long: what `short` leaves out of a test's cases, what needs a browser or sshd, or measures."""
     cases = collections.defaultdict(list)
     for item in items:
         cases[item.nodeid.split("[")[0]].append(item)
         if "browser" in item.fixturenames:
-            item.add_marker("long")
             item.add_marker("browser")
+        if {"browser", "ssh_brick"} & set(item.fixturenames):
+            item.add_marker("long")
     for test, of_test in cases.items():
         mark = of_test[0].get_closest_marker("short")
         if not mark or is_by_name(config):
@@ -142,6 +153,10 @@ def pytest_collection_modifyitems(config, items):
     for item in items:
         if item.get_closest_marker("claims"):
             item.add_marker("long")
+    if config.option.first_cases:
+        firsts = {test: next(filter(is_short, of_test), None) for test, of_test in cases.items()}
+        config.hook.pytest_deselected(items=[item for item in items if item not in firsts.values()])
+        items[:] = filter(None, firsts.values())
 
 
 def all_compiled(session):

@@ -16,6 +16,7 @@ def results():
     return list(map(aimed_jobs.draw_it, aimed_jobs.BENCH.cases(it)))
 
 
+@pytest.mark.long
 def test_of_jobs_that_aim_at_the_bounds_none_leads_beyond_them(results):
     refused = [one for one in results if one.refused]
     drawn = [one for one in results if not one.refused]

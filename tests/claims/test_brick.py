@@ -24,6 +24,7 @@ a control tick has 20 ms, which are 880 of them, sysfs and all."""
 
 
 # python-ev3dev2 leaves its files open, and here they are real ones.
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 @pytest.mark.filterwarnings("ignore:unclosed file:ResourceWarning")
 def test_every_piece_costs_what_was_counted():

@@ -94,6 +94,7 @@ def test_what_mask_and_limb_or_size_disagree_on_is_doubted(kind, harm, seed):
     assert not [c for c in claims if c.is_wrong and c.confidence >= 0.5]
 
 
+@pytest.mark.long
 def test_another_renderer_s_ball_is_where_it_says():
     """Its colour, told by a threshold, is about a full circle around its centre."""
     (image, (u, v, radius), way), *_ = RayCase(1).pictures()

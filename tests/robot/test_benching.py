@@ -281,6 +281,7 @@ def test_it_always_stops(bench, fault, status, told):
     assert not os.path.exists(run.file)
 
 
+@pytest.mark.long
 def test_joints_stay_within_their_limits_but_for_their_stops(moved):
     assert moved.outcome.status == 0
     for joint, angles in zip(moved.arm.joints, zip(*(sample.q for sample in moved.record))):

@@ -179,6 +179,7 @@ def test_pictures_of_a_while_ago_are_not_taken_for_what_a_jog_has_done(looked):
 # What the picture does not tell
 
 
+@pytest.mark.short(every=6)
 @pytest.mark.parametrize(
     ("camera", "goal", "words"),
     [

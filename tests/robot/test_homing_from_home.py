@@ -195,6 +195,7 @@ def with_sensors(folder, name="planar"):
     return read_arm(str(folder / "mine.ini"))
 
 
+@pytest.mark.short(every=2)
 @pytest.mark.parametrize("name", ["planar", "geared"])
 def test_touch_sensors_tell_the_zero(tmp_path, name, monkeypatch):
     arm = with_sensors(tmp_path, name=name)

@@ -105,6 +105,7 @@ def test_it_begins_where_it_is_told_to(shell, tmp_path):
     assert len(shell.ink()) == 3
 
 
+@pytest.mark.short(every=4)
 @pytest.mark.parametrize(
     ("words", "told"),
     [

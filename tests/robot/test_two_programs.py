@@ -38,6 +38,7 @@ def stood(shell, before):
     return not shell.busy and shell.writes == [] and shell.on_file() == before
 
 
+@pytest.mark.short(every=5)
 @pytest.mark.parametrize("words", MOVING, ids=lambda words: " ".join(words) or "nothing")
 def test_the_second_says_who_may_move_and_moves_nothing(shell, other, words):
     before = shell.on_file()

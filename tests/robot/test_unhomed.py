@@ -97,6 +97,7 @@ def script(tmp_path):
     return write
 
 
+@pytest.mark.short(every=5)
 @pytest.mark.parametrize("moves", BY_THE_ARM)
 def test_a_program_of_ones_own_does_not_move_an_arm_that_was_never_homed(simulate, script, moves):
     _, out, err, degrees = simulate(script(moves))
@@ -143,6 +144,7 @@ def job(tmp_path):
     return planned_job(path, read_arm(find_arm("planar")), [[(14.0, -4.0), (16.0, 0.0)]])
 
 
+@pytest.mark.short(every=4)
 @pytest.mark.parametrize(
     "words",
     [

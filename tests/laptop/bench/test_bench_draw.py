@@ -156,6 +156,7 @@ def test_a_row_tells_how_far_short_a_line_stops():
     assert timed == pytest.approx(results[1].end, abs=1), "it is nearly on the line"
 
 
+@pytest.mark.short(every=3)
 @pytest.mark.parametrize(
     "words", [(), ("--plant", "cpu=2"), ("--arm", "spatial", "--plant", "cpu=2")]
 )

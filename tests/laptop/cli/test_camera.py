@@ -163,6 +163,7 @@ def test_the_board_is_written_for_the_paper(tmp_path, monkeypatch):
     assert (tmp_path / "board.pdf").read_bytes()[:5] == b"%PDF-"
 
 
+@pytest.mark.short(every=6)
 @pytest.mark.parametrize("options", [[], ["--board"]])
 @pytest.mark.parametrize(
     ("name", "begin"), [("page.PNG", b"\x89PNG"), ("page.Pdf", b"%PDF-"), ("page.SVG", b"<?xml")]

@@ -59,6 +59,7 @@ def test_a_drawing_is_shown_before_and_nothing_moves(draw, tmp_path):
     assert cv2.imread(str(tmp_path / "rose.png")) is not None
 
 
+@pytest.mark.short(every=3)
 @pytest.mark.parametrize(
     ("words", "pauses"), [((), 1), (("--touch-up",), 2), (("--repeat", "2"), 3)]
 )

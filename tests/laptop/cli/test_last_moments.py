@@ -29,6 +29,7 @@ HUNG = "threading.Thread(target=threading.Event().wait, daemon=True).start()"
 BUSY = "threading.Timer(0.2, print, ['later']).start()"
 
 
+@pytest.mark.short(every=3)
 @pytest.mark.parametrize("end", ["return 3", "sys.exit(3)"])
 @pytest.mark.parametrize(
     ("work", "printed"),
@@ -45,6 +46,7 @@ def test_the_interpreter_does_not_end_under_a_thread_that_goes_on(work, printed,
     assert done.stdout == printed
 
 
+@pytest.mark.short(every=2)
 @pytest.mark.skipif(os.name == "nt", reason="there no process begins with closed streams")
 @pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-", "<&- >&- 2>&-"])
 def test_a_closed_stream_neither_ends_a_command_nor_becomes_one_of_its_files(closed, tmp_path):

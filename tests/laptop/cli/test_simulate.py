@@ -724,6 +724,7 @@ def test_a_full_disk_is_refused_before_anything_runs(tmp_path, script):
     assert os.listdir(tmp_path / "out") == []
 
 
+@pytest.mark.short(every=3)
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no /dev/full to stand for a full disk")
 @pytest.mark.parametrize("name", ["trace.csv", "run.json", "picture.png"])
 def test_a_disk_that_fills_up_during_the_run(simulate, name, script, monkeypatch):
@@ -1095,6 +1096,7 @@ def test_a_servos_log_becomes_its_goal_its_figures_and_the_true_error(simulate, 
     assert not names & set(os.listdir(result.out)), "the earlier run goes with all its files"
 
 
+@pytest.mark.short(every=3)
 @pytest.mark.parametrize(
     "words",
     ['{"kind":"run"}', '{"kind":"run","method":"chain","tolerance":5,"goal":{"A":"x"}}', "hello"],

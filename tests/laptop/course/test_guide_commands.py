@@ -71,6 +71,7 @@ def folder(tmp_path, monkeypatch):
     shutil.copy(find_arm("geared"), tmp_path / "arms" / "anna.ini")
 
 
+@pytest.mark.short(every=4)
 @pytest.mark.parametrize("name", NAMES)
 def test_each_command_would_be_taken(name, pages, folder):
     commands = marked(pages[name], "kbd")

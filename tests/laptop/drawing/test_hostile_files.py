@@ -81,6 +81,7 @@ def test_there_are_many_of_them():
     assert len(CASES) >= 30
 
 
+@pytest.mark.short(every=3)
 @pytest.mark.parametrize("name", CASES)
 def test_a_hostile_file_is_answered_in_one_sentence(name, reading):
     folder, said = reading

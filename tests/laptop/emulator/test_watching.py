@@ -24,6 +24,7 @@ def test_cameras_see_where_the_arm_truly_is(capsys):
     assert after["A"].t > before["A"].t
 
 
+@pytest.mark.long
 def test_what_its_docstring_and_the_readme_show_works(capsys, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     readme = (ROOT / "laptop" / "emulator" / "README.md").read_text("utf-8")

@@ -121,6 +121,7 @@ def interrupted_at(t, monkeypatch):
     monkeypatch.setattr(Rig, "run", lambda *a, **more: run(*a, **more, meanwhile=[ctrl_c]))
 
 
+@pytest.mark.short(every=3)
 @pytest.mark.parametrize("after", [-7.0, -2.0, 0.5], ids=["at work", "at its end", "after it"])
 def test_ctrl_c_stops_who_measures_though_the_job_may_be_done(
     job, monkeypatch, hears_ctrl_c, after

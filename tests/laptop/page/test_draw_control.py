@@ -604,6 +604,7 @@ def test_a_picture_is_traced_as_the_sliders_say_and_lies_where_it_was(scene, dra
     assert scene.server.offered.job.header.strokes == outlined.strokes
 
 
+@pytest.mark.short(every=2)
 @pytest.mark.parametrize("order", ["place", "trace_picture"])
 def test_what_was_planned_before_is_not_started_any_more(scene, drawings, order):
     drawings.load("discs.png", png(discs()))
@@ -645,6 +646,7 @@ def test_sliders_that_leave_nothing_say_so_and_what_was_drawn_stays_in_sight(sce
     assert drawings.state().can_start
 
 
+@pytest.mark.short(every=4)
 @pytest.mark.parametrize(
     ("order", "argument"),
     [("choose", "rose"), ("write", "LEGO"), ("load", SQUARE), ("load", png(discs())[:200])],

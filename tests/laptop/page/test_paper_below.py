@@ -30,6 +30,7 @@ def on_paper(scene):
     return scene.project(np.column_stack([WISH, np.zeros(len(WISH))]))
 
 
+@pytest.mark.short(every=5)
 @pytest.mark.parametrize("noise", [0.2, 2.0])
 @pytest.mark.parametrize(
     "text",

@@ -135,15 +135,15 @@ def test_a_row_is_a_line_of_the_file_and_no_text_takes_its_place(tmp_path):
 @pytest.mark.parametrize(
     ("many", "why"),
     [
-        ({"tables": [table("m", "", [], [])] * 201}, "more than 200 tables"),
-        ({"files": [RunFile(f"{k}") for k in range(501)]}, "or 500 files"),
-        ({"files": [RunFile("x")] * 2}, "names a file twice"),
-        ({"tables": [table("m", "", ["x"], [[1]] * 300_001)]}, "more than 300000 values"),
-        ({"tables": [table("m", "", ["x"] * 65, [])]}, "'m' has more than 64 columns"),
+        (lambda: {"tables": [table("m", "", [], [])] * 201}, "more than 200 tables"),
+        (lambda: {"files": [RunFile(f"{k}") for k in range(501)]}, "or 500 files"),
+        (lambda: {"files": [RunFile("x")] * 2}, "names a file twice"),
+        (lambda: {"tables": [table("m", "", ["x"], [[1]] * 300_001)]}, "more than 300000 values"),
+        (lambda: {"tables": [table("m", "", ["x"] * 65, [])]}, "'m' has more than 64 columns"),
     ],
 )
 def test_more_than_any_run_has_is_damage(tmp_path, many, why):
-    left(tmp_path, **many)
+    left(tmp_path, **many())
     with pytest.raises(DamagedRun, match=why):
         read_run(tmp_path)
 

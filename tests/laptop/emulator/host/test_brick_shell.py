@@ -131,6 +131,7 @@ def test_chmod(shell, tmp_path, words, before, after):
     assert (tmp_path / "x").stat().st_mode & 0o777 == after
 
 
+@pytest.mark.short(every=4)
 @pytest.mark.parametrize(
     ("line", "why"),
     [
@@ -193,6 +194,7 @@ def test_another_script_is_a_program_of_its_own(run, tmp_path):
     ]  # fmt: skip
 
 
+@pytest.mark.short(every=4)
 @pytest.mark.parametrize(
     "command",
     [
@@ -225,6 +227,7 @@ def test_another_script_drives_the_same_motors(run, tmp_path):
     assert outcome.status == 0
 
 
+@pytest.mark.long
 def test_scripts_that_start_themselves_come_to_an_end(run):
     outcome, out, err = run("print('x')\nos.system('python3 mine.py')\n")
     assert outcome.status == 0

@@ -92,6 +92,7 @@ def test_one_ctrl_c_ends_a_script_that_hangs(hanging, source, status, told):
     assert process.returncode == status
 
 
+@pytest.mark.short(every=3)
 @pytest.mark.parametrize(
     ("source", "status", "told"),
     [
@@ -109,6 +110,7 @@ def test_a_script_that_hangs_is_ended_and_told_why(hanging, source, status, told
     assert process.returncode == status
 
 
+@pytest.mark.long
 def test_who_lets_go_of_the_interpreter_is_left_alone(monkeypatch):
     monkeypatch.setattr(guard, "PATIENCE", 0.5)
     before = threading.active_count()

@@ -389,6 +389,7 @@ def test_a_thread_that_lost_the_baton_may_end_without_it(world):
     assert play(world, main, spinner, patience=PATIENCE)[0].reason == "deadlock"
 
 
+@pytest.mark.long
 @pytest.mark.skipif(
     not hasattr(wall, "pthread_getcpuclockid"),
     reason="this Python does not tell what a thread computes: then it counts as waiting",

@@ -398,6 +398,7 @@ def test_the_comparison_is_not_waited_for_for_ever(play, monkeypatch):
     assert "report's method hangs" in play.said
 
 
+@pytest.mark.short(every=4)
 @pytest.mark.parametrize(
     ("fault", "told"),
     [

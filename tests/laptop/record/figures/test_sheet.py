@@ -95,6 +95,7 @@ TITLES = {
 }
 
 
+@pytest.mark.short(every=3)
 @pytest.mark.parametrize("title", TITLES.values(), ids=TITLES.keys())
 def test_any_title_and_notes_find_room(title):
     with new_figure() as figure:

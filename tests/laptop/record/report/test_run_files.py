@@ -157,6 +157,7 @@ def test_rows_of_a_csv_with_too_many_values_are_not_begun(tmp_path, monkeypatch)
         run_files.read_rows(file)
 
 
+@pytest.mark.long
 def test_a_long_csv_takes_little_more_memory_than_its_file(tmp_path):
     file = tmp_path / "trace.csv"
     file.write_text("t,x,y,pen\n" + "11,22,33,1\n" * 200_000)

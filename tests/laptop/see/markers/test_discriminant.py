@@ -64,6 +64,7 @@ def test_the_outline_around_a_place_is_not_that_of_what_lies_around_it():
     assert outline_at(np.zeros_like(share), 40, 40) is None
 
 
+@pytest.mark.short(every=2)
 @pytest.mark.parametrize("look", ["disc r 6, JPEG 90", "disc r 12, noise 8, JPEG 60"])
 def test_chroma_that_a_jpeg_halves_counts_less_than_luma(look):
     """With all channels alike they are 0.030 and 0.057 px off here."""

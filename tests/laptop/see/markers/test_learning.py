@@ -284,6 +284,7 @@ def test_a_marker_out_of_focus_is_refused_with_what_to_do(kind, radius, colour):
     assert "pick it in a frame where it is at rest and in focus" in text
 
 
+@pytest.mark.short(every=6)
 @pytest.mark.parametrize("colour", ["red", "green", "orange"])
 @pytest.mark.parametrize("kind", ["disc", "ball"])
 @pytest.mark.parametrize(
@@ -301,6 +302,7 @@ def test_what_was_learned_of_a_blurred_marker_finds_it_sharp(kind, colour, radiu
     assert sum(bool(one) and one.confidence >= LEAST_CONFIDENCE for one in seen) >= 5
 
 
+@pytest.mark.short(every=5)
 @pytest.mark.parametrize("seed", [5, 8, 9, 5003, 5005])
 def test_a_ball_that_shines_in_its_middle_is_not_blurred(seed):
     """Its shine fades all the way to the rim, which is as sharp as any."""

@@ -31,6 +31,7 @@ def off(limb):
     return math.hypot(limb.u - U, limb.v - V)
 
 
+@pytest.mark.short(every=4)
 @pytest.mark.parametrize("radius", [8, 16, 40, 70])
 @pytest.mark.parametrize(("du", "dr"), [(0.0, 1.0), (0.12, 0.9), (-0.1, 1.1)])
 def test_a_shaded_ball_is_placed_by_its_limb(radius, du, dr):
@@ -64,6 +65,7 @@ def test_the_more_blurred_it_is_the_less_it_is_trusted():
     assert misfits[-1] > 3 * misfits[0]
 
 
+@pytest.mark.short(every=4)
 @pytest.mark.parametrize("direction", [0.0, 0.5, 1.0, 1.5, 2.0, 2.5])
 @pytest.mark.parametrize("radius", [20, 30])
 def test_a_ball_that_moves_while_the_shutter_is_open_is_doubted(radius, direction):

@@ -114,6 +114,7 @@ def test_a_disc_aslant_at_rest_is_no_smear():
 # In pictures
 
 
+@pytest.mark.short(every=4)
 @pytest.mark.parametrize("length", [15, 20, 30, 40])
 @pytest.mark.parametrize(("radius", "direction"), [(8, 20), (12, 100), (12, 225), (20, 310)])
 def test_a_smeared_disc_is_found_to_a_third_of_a_pixel_across_its_way(radius, direction, length):

@@ -808,6 +808,7 @@ def test_a_marker_s_name_is_what_its_sighting_is_called():
     assert [name for name in names if found[name]] == ["effector_2"]
 
 
+@pytest.mark.short(every=2)
 @pytest.mark.parametrize("kind", ["disc", "ball"])
 @pytest.mark.parametrize(("radius", "rate"), [(10, 1.1), (60, 1 / 1.1)])
 def test_a_marker_that_comes_nearer_or_goes_away_is_followed(kind, radius, rate):

@@ -93,6 +93,7 @@ def test_a_number_that_no_camera_has_is_refused_in_one_line(kept, key, at, value
     assert "make it anew" in str(error.value)
 
 
+@pytest.mark.short(every=6)
 @pytest.mark.parametrize("paper", ["a4", "letter"])
 @pytest.mark.parametrize("focal", [330.0, 610.0, 1400.0])
 @pytest.mark.parametrize("tilts", [(0,), (70,), (30, 35, 0)])

@@ -47,6 +47,7 @@ def test_one_picture_is_enough_for_the_table(tilt):
     assert 0.01 < found.rms_mm < 0.2
 
 
+@pytest.mark.long
 def test_what_it_says_of_itself_is_true():
     """Over many draws the errors, in units of their own standard deviation, have size one."""
     for height in (0.0, 3.0):
@@ -98,6 +99,7 @@ def test_a_view_that_is_moved_by_a_little_is_another_one():
     assert calibrate([left, right]).markers == (13, 13)
 
 
+@pytest.mark.short(every=4)
 @pytest.mark.parametrize("focals", [(610, 870), (610, 610, 870), (610, 630, 650), (500, 900, 610)])
 def test_a_zoom_that_was_changed_between_pictures_is_found(focals):
     seen = [
@@ -110,6 +112,7 @@ def test_a_zoom_that_was_changed_between_pictures_is_found(focals):
     assert "\n" not in str(error.value)
 
 
+@pytest.mark.short(every=3)
 @pytest.mark.parametrize("noise", [0.0, 0.03, 0.3])
 @pytest.mark.parametrize("sag", [0.0, 0.2])
 def test_one_zoom_is_believed_whatever_the_noise_and_the_paper(noise, sag):

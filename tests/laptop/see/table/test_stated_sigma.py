@@ -62,6 +62,7 @@ def in_sigmas(tilts, field, seed, stretch=0.0, bend=0.0, noise=0.03):
     return np.array(ratios)
 
 
+@pytest.mark.short(every=5)
 @pytest.mark.parametrize("field", [30, 45, 60, 75, 90])
 def test_straight_from_above_it_is_sure_of_no_lens_that_cameras_have(field):
     """Of such a view the focal length is what the prior says; what is above the table hangs on it.
@@ -83,6 +84,7 @@ def check(ratios):
     assert np.quantile(ratios, 0.999) < 4
 
 
+@pytest.mark.short(every=3)
 @pytest.mark.parametrize("tilts", POSES[:6], ids=str)
 def test_what_it_says_is_true_of_paper_as_it_is(tilts):
     """Printed askew by 0.2 %, and bent by 0.2 mm: neither is taken for another lens."""
@@ -111,6 +113,7 @@ def test_a_print_that_is_a_little_too_long_is_no_other_zoom():
         assert ratios.max() < 4
 
 
+@pytest.mark.long
 def test_views_from_straight_above_tell_nothing_of_the_lens_however_many():
     """Three of a sheet that is too long, and bent, seem to: of a lens that is far too narrow."""
     check([in_sigmas((4, 3, 2), 45 + 5 * seed, seed, 0.003, 0.04) for seed in range(6)])

@@ -60,6 +60,7 @@ def rms(errors):
     return np.sqrt(np.mean(np.square(errors)))
 
 
+@pytest.mark.short(every=4)
 @pytest.mark.parametrize(
     ("side", "tilt", "options", "limit"),
     [

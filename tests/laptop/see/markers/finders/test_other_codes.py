@@ -187,6 +187,7 @@ def test_where_no_code_is_none_is_read(ground, seed):
     assert other_codes(ground(seed)) == {}
 
 
+@pytest.mark.short(every=3)
 @pytest.mark.parametrize("bits", [3, 5, 6, 7, 8, 10])
 def test_a_code_of_no_family_is_not_named(bits):
     """Black frames with any bits in them: one with 4 x 4 bits may well be a code."""
