@@ -128,7 +128,7 @@ def is_short(item):
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config, items):
-    """Long: what `short` leaves out of a test's cases, what needs a browser or sshd, or measures."""
+    """Long: what short leaves out of a test's cases, what needs a browser or sshd, or measures."""
     cases = collections.defaultdict(list)
     for item in items:
         cases[item.nodeid.split("[")[0]].append(item)
