@@ -53,17 +53,19 @@ class Watchdog(object):
         """
         world = self._world
         effort, seen = ThreadEffort(None), None
-        while not over.wait(0.01 if world.realtime else 0.05):
+        pacer = world.pacer if world.realtime else None
+        while not over.wait(0.05 if pacer is None else 0.01):
             with world._mutex:
                 loose = (thread for thread in world._alive if thread.loose)
                 working = world._holder or next(loose, None)
-                if world._progress != seen or world._pacing or working is not effort.thread:
+                paced = pacer is not None and pacer.waiting
+                if world._progress != seen or paced or working is not effort.thread:
                     seen, effort = world._progress, ThreadEffort(working)
                 else:
                     self._let_others_on(working, effort.look(), patience)
                 self._look_at_interrupts()
-            if world.realtime:
-                self._look_at_pace()
+            if pacer is not None:
+                self._look_at_pace(pacer)
         self._wind_up()
 
     def _let_others_on(self, thread, effort, patience):
@@ -72,45 +74,44 @@ class Watchdog(object):
         Args:
             effort: what it has spent since it was at the clock last, see ThreadEffort.look.
         """
-        world = self._world
+        world, pacer = self._world, self._world.pacer
         computed, waited = effort
         limit = self.YIELD_TIMEOUT_REALTIME if world.realtime else self.YIELD_TIMEOUT
+        late = computed >= limit or waited >= self.YIELD_TIMEOUT
         left = self.WAIT_TIMEOUT if world.limit is None else world.limit - world.t
         if computed >= patience:
             world.halt(ProcessExit(ENDLESS, "stuck"))
         elif waited >= min(left, self.WAIT_TIMEOUT) and not world.typing:
             world.halt(ProcessExit(ENDLESS, "waiting"))
-        elif thread is not world._holder or (computed < limit and waited < self.YIELD_TIMEOUT):
+        elif thread is None or thread is not world._holder or not late:
             return
         elif world._awaited(thread):
             thread.loose = True
             world._loose += 1
             world._dispatch(None)
-        elif world._member is not None and waited >= self.YIELD_TIMEOUT:
-            world._drifting = True
-            world._catch_up()
-            world._member.promise(world._zero + world.t + world.DRIFT)
+        elif pacer is not None and pacer.joined and waited >= self.YIELD_TIMEOUT:
+            world._drift(pacer)
 
     def _look_at_interrupts(self):
         """Tell of an interrupt that the program's main thread does not look at."""
-        world = self._world
-        if not world._interrupts or world._main.waiting:
+        world, main = self._world, self._world._main
+        if not world._interrupts or main is None or main.waiting:
             self._hearing = None
-        elif self._hearing is None or self._hearing.thread is not world._main:
-            self._hearing = ThreadEffort(world._main)
+        elif self._hearing is None or self._hearing.thread is not main:
+            self._hearing = ThreadEffort(main)
         elif sum(self._hearing.look()) >= self.HEARING_TIMEOUT:
             world.unheard()
 
-    def _look_at_pace(self):
+    def _look_at_pace(self, pacer):
         """Tell that the host is busy; end where that is too much."""
         world = self._world
-        if world.long_pace.look() < CRAWL_PACE:
-            world.awaited = world._clock.latest
+        if pacer.long_pace.look() < CRAWL_PACE:
+            world.awaited = pacer.latest
             world.halt(ProcessExit(BUSY, "too busy"))
         now = wall.monotonic()
-        if world.pace.look() < BUSY_PACE and now - self._noticed >= BUSY_NOTICE_PERIOD:
+        if pacer.pace.look() < BUSY_PACE and now - self._noticed >= BUSY_NOTICE_PERIOD:
             self._noticed = now
-            world.tell(in_words(world.pace.latest))
+            world.tell(in_words(pacer.pace.latest))
 
     def _wind_up(self):
         """Get hold of threads that were computing when the program ended."""

@@ -17,16 +17,14 @@ computing takes time, whoever goes round in a `while` touches it by itself, see 
 import collections
 import gc
 import heapq
+import math
 import threading
 import time as wall
 
-from laptop.emulator import pace
+from laptop.emulator.host.pacer import Pacer
 from laptop.emulator.host.process_exit import ENDLESS, ProcessExit
 from laptop.emulator.host.virtual_thread import VirtualThread
 from laptop.emulator.host.watchdog import Over, Watchdog
-
-LONG_PACE_WINDOW = 60.0
-"""Time over which the pace decides whether a run goes on in real time, wall s."""
 
 
 class _Local(threading.local):
@@ -46,7 +44,7 @@ class World(object):
         exit: ProcessExit of the program; None while it runs.
         cut_at: where its main thread was if it was cut off, see VirtualThread.stack.
         realtime: whether it keeps pace with the clock.
-        pace, long_pace: PaceMeter of the clock over seconds, and over a minute; None without one.
+        pacer: Pacer of the clock; None without one.
         tell: called now and then with a line for people while the host is busy.
         typing: whether a thread waits for a person at the keyboard, who may take all the time.
         unheard: called when the program's main thread does not look at an `interrupt`.
@@ -78,17 +76,13 @@ class World(object):
         self.limit = None
         self._events = []
         self._order = 0
-        self._clock = clock
-        self._member = None
-        self._drifting = False
-        self.long_pace = clock and pace.PaceMeter(clock, LONG_PACE_WINDOW)
-        self.pace = clock and pace.PaceMeter(clock)
+        self.pacer = None if clock is None else Pacer(clock)
         self.tell = lambda line: None
         self.typing = False
         self.unheard = lambda: None
         self.processor = None
         self.awaited = ""
-        self._zero = 0.0 if self.realtime else wall.monotonic()
+        self._zero = wall.monotonic()
         self._mutex = threading.RLock()
         self._news = threading.Condition(self._mutex)
         self._local = _Local()
@@ -96,7 +90,6 @@ class World(object):
         self._main = None
         self._holder = None
         self._dispatching = False
-        self._pacing = False
         self._hurry = False
         self._loose = 0
         self._alive = []
@@ -115,15 +108,19 @@ class World(object):
 
     @property
     def zero(self):
-        """Time of the paced clock at the virtual time 0, s."""
-        return self._zero
+        """Time of the paced clock, or of the wall's without one, at the virtual time 0, s."""
+        return self._zero if self.pacer is None else self.pacer.zero
+
+    @property
+    def pace(self):
+        """PaceMeter of the clock over seconds; None without one."""
+        return None if self.pacer is None else self.pacer.pace
 
     def sleep(self, seconds):
         """Wait `seconds` of virtual time."""
         with self._mutex:
             me = self._enter()
-            if self._drifting:
-                self._end_drift()
+            self._end_drift()
             deadline = self.t + max(0.0, seconds)
             if me is None:
                 self._advance(deadline)
@@ -139,8 +136,7 @@ class World(object):
             wall.sleep(self.STEP_PAUSE)
         with self._mutex:
             me = self._enter()
-            if self._drifting:
-                self._end_drift()
+            self._end_drift()
             self.busy += cost
             self._advance(self.t + cost)
             if me is None:
@@ -218,11 +214,11 @@ class World(object):
         self._watchdog.watch(self._over, patience)
         if collecting:
             gc.enable()
-        if self._member is not None:
-            self._member.leave()
-            self._member = None
+        if self.pacer is not None:
+            self.pacer.leave()
         if self._failure is not None:
             raise self._failure
+        assert self.exit is not None  # else the watchdog would watch still
         return self.exit
 
     def spawn(self, function, name):
@@ -276,10 +272,10 @@ class World(object):
             while True:
                 event = self._events[0] if self._events and self._events[0][0] <= t else None
                 due = t if event is None else max(event[0], self.t)
-                limited = before is None and self.limit is not None and due >= self.limit
-                if not self._move(self.limit if limited and due > self.limit else due, before):
+                limit = self.limit if before is None and self.limit is not None else math.inf
+                if not self._move(min(limit, due), before):
                     return
-                if limited and (event is None or due > self.limit):
+                if due >= limit and (event is None or due > limit):
                     if self._run is not None:
                         self.halt(ProcessExit(ENDLESS, "timeout"))
                     return
@@ -301,31 +297,25 @@ class World(object):
         """Go to `t`; True when it is reached, not when the program has ended since `before`."""
         if t <= self.t:
             return True
-        while self.realtime:
+        pacer = self.pacer if self.realtime else None
+        while pacer is not None:
             # In steps, so that whoever looks on from outside sees it move.
             step = min(t, self.t + self.REALTIME_STEP)
-            if self._reached(step):
+            pacer.join(self.t, self.name)
+            if pacer.reached(step):
                 if step == t:
                     break
                 self._carry(step)
                 continue
             if self._hurry or self.exit is not before:
                 return False
-            self._pacing = True
-            self._news.wait(self._clock.worth_waiting(self._zero + step))
-            self._pacing = False
+            pacer.waiting = True
+            self._news.wait(pacer.worth_waiting(step))
+            pacer.waiting = False
             if t <= self.t:
                 return True
         self._carry(t)
         return True
-
-    def _reached(self, t):
-        """Return True if the clock lets us go on to `t`; nothing of ours happens before."""
-        if self._member is None:
-            self._zero = self._clock.now() - self.t
-            self._member = self._clock.join(self.name)
-        self._member.promise(self._zero + t)
-        return self._clock.now() >= self._zero + t
 
     def _carry(self, t):
         self.t = t
@@ -475,11 +465,15 @@ class World(object):
         waiting = any(not thread.loose and thread is not holder for thread in self._alive)
         return waiting and any(event[2] for event in self._events)
 
-    def _end_drift(self):
-        self._drifting = False
-        if self._member is not None:
-            self._catch_up()
+    def _drift(self, pacer):
+        """Let time go on with the clock, beside a program that waits for something of the host."""
+        pacer.drifting = True
+        self._advance(max(self.t, pacer.now()))
+        pacer.promise(self.t + self.DRIFT)
 
-    def _catch_up(self):
-        """Have it be as late as the clock shows, behind a program that waited for the host."""
-        self._advance(max(self.t, self._clock.now() - self._zero))
+    def _end_drift(self):
+        """Have it be as late as the clock shows, if the program has waited for the host."""
+        if self.pacer is not None and self.pacer.drifting:
+            self.pacer.drifting = False
+            if self.pacer.joined:
+                self._advance(max(self.t, self.pacer.now()))

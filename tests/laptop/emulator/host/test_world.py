@@ -468,7 +468,7 @@ def test_in_realtime_what_waits_for_the_host_takes_time(paced):
 
 def test_in_realtime_whose_run_has_ended_waits_for_the_clock_no_more(paced, monkeypatch):
     """It used to go on until it had computed for half a second, in waits that take no computing."""
-    waits, worth_waiting = [], paced._clock.worth_waiting
+    waits, worth_waiting = [], paced.pacer._clock.worth_waiting
 
     def count(until):
         waits.append(paced.exit)
@@ -476,8 +476,8 @@ def test_in_realtime_whose_run_has_ended_waits_for_the_clock_no_more(paced, monk
             threading.Thread(target=lambda: paced.halt(ProcessExit(1, "ended"))).start()
         return worth_waiting(until)
 
-    monkeypatch.setattr(paced._clock, "worth_waiting", count)
-    other = paced._clock.join("a tracker")  # that does nothing
+    monkeypatch.setattr(paced.pacer._clock, "worth_waiting", count)
+    other = paced.pacer._clock.join("a tracker")  # that does nothing
     verdict, _ = play(paced, lambda say: paced.sleep(3600))
     other.leave()
     assert verdict.reason == "ended"
@@ -485,8 +485,8 @@ def test_in_realtime_whose_run_has_ended_waits_for_the_clock_no_more(paced, monk
 
 
 def test_a_host_that_is_too_busy_ends_the_run_for_its_own_reason(paced, monkeypatch):
-    monkeypatch.setattr(paced, "long_pace", pace.PaceMeter(paced._clock, 0.3))
-    other = paced._clock.join("a tracker")  # that does nothing
+    monkeypatch.setattr(paced.pacer, "long_pace", pace.PaceMeter(paced.pacer._clock, 0.3))
+    other = paced.pacer._clock.join("a tracker")  # that does nothing
     verdict, _ = play(paced, lambda say: paced.sleep(3600))
     other.leave()
     assert verdict == ProcessExit(75, "too busy")
@@ -495,10 +495,10 @@ def test_a_host_that_is_too_busy_ends_the_run_for_its_own_reason(paced, monkeypa
 
 def test_that_the_host_is_busy_is_told_now_and_then(paced, monkeypatch):
     told = []
-    monkeypatch.setattr(paced, "pace", pace.PaceMeter(paced._clock, 0.3))
-    monkeypatch.setattr(paced, "long_pace", pace.PaceMeter(paced._clock, 0.6))
+    monkeypatch.setattr(paced.pacer, "pace", pace.PaceMeter(paced.pacer._clock, 0.3))
+    monkeypatch.setattr(paced.pacer, "long_pace", pace.PaceMeter(paced.pacer._clock, 0.6))
     monkeypatch.setattr(paced, "tell", told.append)
-    other = paced._clock.join("a tracker")
+    other = paced.pacer._clock.join("a tracker")
     play(paced, lambda say: paced.sleep(3600))
     other.leave()
     assert set(told) == {"this computer is busy: running at 0 x"}

@@ -1,0 +1,73 @@
+"""A world that keeps pace with the clock that it shares with others, see laptop.emulator.pace."""
+
+from laptop.emulator.pace import PaceMeter
+
+LONG_PACE_WINDOW = 60.0
+"""Time over which the pace decides whether a run goes on in real time, wall s."""
+
+
+class Pacer(object):
+    """One world among those of a paced clock; its times are virtual ones, s.
+
+    Args:
+        clock: pace.PacedClock.
+
+    Attributes:
+        zero: time of the clock at the virtual time 0, s.
+        pace, long_pace: PaceMeter of the clock over seconds, and over a minute.
+        waiting: whether the world waits until the clock has come so far.
+        drifting: whether its time goes on beside a program that waits for something of the host.
+    """
+
+    def __init__(self, clock):
+        self.zero = 0.0
+        self.pace = PaceMeter(clock)
+        self.long_pace = PaceMeter(clock, LONG_PACE_WINDOW)
+        self.waiting = False
+        self.drifting = False
+        self._clock = clock
+        self._member = None
+
+    def join(self, t, name):
+        """Let the clock's others wait for this world, whose time is `t` now, until it leaves.
+
+        Args:
+            name: of the world, for people.
+        """
+        if self._member is None:
+            self.zero = self._clock.now() - t
+            self._member = self._clock.join(name)
+
+    def leave(self):
+        """Let nobody wait for this world any more."""
+        if self._member is not None:
+            self._member.leave()
+            self._member = None
+
+    @property
+    def joined(self):
+        """Whether others wait for it."""
+        return self._member is not None
+
+    def promise(self, t):
+        """Nothing of this world happens before `t`."""
+        if self._member is not None:
+            self._member.promise(self.zero + t)
+
+    def reached(self, t):
+        """Return True if the clock lets us go on to `t`; nothing of ours happens before."""
+        self.promise(t)
+        return self._clock.now() >= self.zero + t
+
+    def now(self):
+        """Return how late it is by the clock."""
+        return self._clock.now() - self.zero
+
+    def worth_waiting(self, t):
+        """Return the wall seconds that it takes at least until the clock lets us go on to `t`."""
+        return self._clock.worth_waiting(self.zero + t)
+
+    @property
+    def latest(self):
+        """Name of whom the clock waits for just now; "" for nobody."""
+        return self._clock.latest
