@@ -128,25 +128,26 @@ class Builtin(object):
         return self._function(*args, **kwargs)
 
 
-def _standing_for(real):
-    """A metaclass: what is an instance or a subclass of `real` is one of the class, too."""
+class _StandingFor(type):
+    """A class of these is one of all instances and subclasses of what it stands for, too."""
 
-    class StandingFor(type):
-        def __instancecheck__(cls, value):
-            return isinstance(value, real)
+    def __instancecheck__(cls, value):
+        real = vars(cls).get("_stands_for")
+        return isinstance(value, real) if real else type.__instancecheck__(cls, value)
 
-        def __subclasscheck__(cls, other):
-            return issubclass(other, real)
-
-    return StandingFor
+    def __subclasscheck__(cls, other):
+        real = vars(cls).get("_stands_for")
+        return issubclass(other, real) if real else type.__subclasscheck__(cls, other)
 
 
 def datetime_module(clock):
     """A `datetime` module."""
     shim = copy_module(real_datetime)
 
-    class datetime(real_datetime.datetime, metaclass=_standing_for(real_datetime.datetime)):  # noqa: N801 its name
+    class datetime(real_datetime.datetime, metaclass=_StandingFor):  # noqa: N801 its name
         """datetime.datetime on virtual time."""
+
+        _stands_for = real_datetime.datetime
 
         @classmethod
         def now(cls, tz=None):
@@ -160,8 +161,10 @@ def datetime_module(clock):
         def today(cls):
             return cls.now()
 
-    class date(real_datetime.date, metaclass=_standing_for(real_datetime.date)):  # noqa: N801 its name
+    class date(real_datetime.date, metaclass=_StandingFor):  # noqa: N801 its name
         """datetime.date on virtual time."""
+
+        _stands_for = real_datetime.date
 
         @classmethod
         def today(cls):

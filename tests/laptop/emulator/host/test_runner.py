@@ -383,6 +383,17 @@ def test_clocks_agree(run):
     assert out == ["20 20 20 20", "0 2020", "True 2020", "True 2020", "True"]
 
 
+def test_a_kind_of_date_of_a_program_holds_none_but_its_own(run):
+    _, out, _ = run(
+        "import datetime\n"
+        "class Day(datetime.date):\n    pass\n"
+        "today, mine = datetime.date.today(), Day(2020, 4, 10)\n"
+        "print(isinstance(today, Day), isinstance(mine, Day), isinstance(mine, datetime.date))\n"
+        "print(issubclass(datetime.datetime, Day), issubclass(Day, datetime.date))\n"
+    )
+    assert out == ["False True True", "False True"]
+
+
 # Threads
 
 
