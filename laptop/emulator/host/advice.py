@@ -52,7 +52,7 @@ def on(error, source, folder, sysfs):
     if kind == "DeviceNotFound":
         found = ", ".join(sysfs.plugged_in()) or "nothing"
         return "plugged in: {}; see --plug".format(found)
-    if kind == "ModuleNotFoundError" and error.name:
+    if kind == "ModuleNotFoundError" and isinstance(error, ImportError) and error.name:
         return _on_module(error.name, source, folder)
     file = getattr(error, "filename", None)
     if kind == "FileNotFoundError" and isinstance(file, str) and file.startswith(ROOT + "/"):

@@ -37,7 +37,9 @@ def split_line(line):
         ValueError: an unclosed quote, nothing behind a `>`, or one of LOOPS.
     """
     parts = _PART.findall(line)
-    commands, words, redirected, waiting = [], [], {}, None
+    commands = []
+    words, redirected = [], {}
+    waiting = None
     for part in parts + [";"]:
         if part in ("&&", "||", ";", "&", "|", "\n"):
             if waiting:
@@ -103,8 +105,8 @@ class Shell(object):
         try:
             commands = split_line(text)
         except ValueError as error:
-            error = Finished(2, b"", "sh: 1: {}\n".format(error).encode(), 0.0)
-            return _shown(error, captured)
+            refused = Finished(2, b"", "sh: 1: {}\n".format(error).encode(), 0.0)
+            return _shown(refused, captured)
         folder = os.getcwd()
         try:
             return self._all(commands, piped, captured)

@@ -15,10 +15,10 @@ EPOCH = 1586476800.0
 UPTIME = 100.0
 
 
-def copy_module(module):
-    """A new module with the same names."""
+def copy_module(module, **others):
+    """A new module with the same names; of `others`, by name, with these in their places."""
     shim = types.ModuleType(module.__name__)
-    vars(shim).update(vars(module))
+    vars(shim).update(vars(module), **others)
     return shim
 
 
@@ -69,7 +69,6 @@ def _in_nanoseconds(read):
 
 def time_module(clock):
     """A `time` module."""
-    shim = copy_module(real_time)
 
     def sleep(secs):
         """Wait `secs` of virtual time."""
@@ -82,33 +81,48 @@ def time_module(clock):
         """Time of one of the system's clocks, s."""
         return clock.time() if clk_id == real_time.CLOCK_REALTIME else clock.monotonic()
 
-    def since_epoch(convert):
-        def converted(secs=None):
-            return convert(clock.time() if secs is None else secs)
+    def localtime(secs=None):
+        """Parts of a time where we are, of now if none is given."""
+        return real_time.localtime(clock.time() if secs is None else secs)
 
-        return converted
+    def gmtime(secs=None):
+        """Parts of a time in UTC, of now if none is given."""
+        return real_time.gmtime(clock.time() if secs is None else secs)
 
-    def formatted(write):
-        def written(t=None):
-            return write(shim.localtime() if t is None else t)
+    def ctime(secs=None):
+        """A time as text, now if none is given."""
+        return real_time.ctime(clock.time() if secs is None else secs)
 
-        return written
+    def asctime(t=None):
+        """Parts of a time as text, of now if none are given."""
+        return real_time.asctime(localtime() if t is None else t)
 
-    shim.sleep = sleep
-    shim.time = clock.time
-    shim.monotonic = shim.perf_counter = clock.monotonic
-    shim.process_time = shim.thread_time = clock.busy
-    shim.clock_gettime = clock_gettime
-    for name in ("time", "monotonic", "perf_counter", "process_time", "thread_time"):
-        setattr(shim, name + "_ns", _in_nanoseconds(getattr(shim, name)))
-    shim.clock_gettime_ns = lambda clk_id: int(round(clock_gettime(clk_id) * 1e9))
-    shim.clock = clock.busy  # gone since Python 3.8, but on the brick
-    for name in ("localtime", "gmtime", "ctime"):
-        setattr(shim, name, since_epoch(getattr(real_time, name)))
-    shim.asctime = formatted(real_time.asctime)
-    shim.strftime = lambda format, t=None: real_time.strftime(
-        format, shim.localtime() if t is None else t
+    def strftime(format, t=None):
+        """Parts of a time as text by a format, of now if none are given."""
+        return real_time.strftime(format, localtime() if t is None else t)
+
+    seconds = {
+        "time": clock.time,
+        "monotonic": clock.monotonic,
+        "perf_counter": clock.monotonic,
+        "process_time": clock.busy,
+        "thread_time": clock.busy,
+    }
+    shim = copy_module(
+        real_time,
+        sleep=sleep,
+        clock_gettime=clock_gettime,
+        clock_gettime_ns=lambda clk_id: int(round(clock_gettime(clk_id) * 1e9)),
+        clock=clock.busy,  # gone since Python 3.8, but on the brick
+        localtime=localtime,
+        gmtime=gmtime,
+        ctime=ctime,
+        asctime=asctime,
+        strftime=strftime,
+        **seconds,
     )
+    for name, read in seconds.items():
+        setattr(shim, name + "_ns", _in_nanoseconds(read))
     for name, value in list(vars(shim).items()):
         if isinstance(value, types.FunctionType):
             setattr(shim, name, Builtin(value))
@@ -142,7 +156,6 @@ class _StandingFor(type):
 
 def datetime_module(clock):
     """A `datetime` module."""
-    shim = copy_module(real_datetime)
 
     class datetime(real_datetime.datetime, metaclass=_StandingFor):  # noqa: N801 its name
         """datetime.datetime on virtual time."""
@@ -170,5 +183,4 @@ def datetime_module(clock):
         def today(cls):
             return cls.fromtimestamp(clock.time())
 
-    shim.datetime, shim.date = datetime, date
-    return shim
+    return copy_module(real_datetime, datetime=datetime, date=date)

@@ -68,7 +68,7 @@ class _Counting(object):
         body = self._block(tree.body)
         at = first_statement(body)
         asked = _asked(tree.body)
-        body.insert(at, _expression("{}(globals(), {}, {})".format(ENROL, length, asked)))
+        body.insert(at, _statement("{}(globals(), {}, {})".format(ENROL, length, asked)))
         tree.body = body
         return ast.fix_missing_locations(tree)
 
@@ -81,7 +81,7 @@ class _Counting(object):
         for statement in body[at:]:
             price += self._statement(statement)
             if self._scopes and isinstance(statement, (ast.Import, ast.ImportFrom)):
-                out.append(_expression("{}({})".format(LOAD, _asked([statement]))))
+                out.append(_statement("{}({})".format(LOAD, _asked([statement]))))
             out.append(statement)
             if may_leave(statement):
                 self._count(out, at, price)
@@ -142,7 +142,7 @@ class _Counting(object):
     def _while(self, node):
         test = self._test(node.test) + PRICES["branch"]
         node.body = self._block(node.body, test)
-        look = _expression("if {} > {}: {}()".format(COUNT, DUE, LOOK))
+        look = _statement("if {} > {}: {}()".format(COUNT, DUE, LOOK))
         for part in ast.walk(look):
             ast.copy_location(part, node)  # who asks where the program is finds the loop
         node.body.insert(0, look)
@@ -211,6 +211,7 @@ class _Counting(object):
             return PRICES["store item"] + self._price(target.value) + self._price(target.slice)
         if isinstance(target, ast.Starred):
             return PRICES["list"] + self._store(target.value)
+        assert isinstance(target, (ast.Tuple, ast.List))  # there is nothing else to store into
         return PRICES["unpack"] + sum(map(self._store, target.elts))
 
     # Expressions
@@ -395,23 +396,28 @@ def _asked(body):
     return sorted(imported_modules(body) & {EV3DEV2, *imports()})
 
 
-def _expression(text):
+def _statement(text):
     return ast.parse(text).body[0]
 
 
+def _expression(text):
+    return ast.parse(text, mode="eval").body
+
+
 def _more(price):
-    return _expression("{} += {}".format(COUNT, price))
+    return _statement("{} += {}".format(COUNT, price))
 
 
 def _always(price, tells):
     """A condition of a comprehension that holds, and counts."""
     if tells and _WALRUS:
-        return _expression("({0} := {0} + {1})".format(COUNT, price)).value
-    return _expression("not {}({})".format(SPEND, price)).value
+        return _expression("({0} := {0} + {1})".format(COUNT, price))
+    return _expression("not {}({})".format(SPEND, price))
 
 
 def _either(price, body):
     """The body of a lambda, with its count."""
-    node = _expression("{}({}) or 0".format(SPEND, price)).value
+    node = _expression("{}({}) or 0".format(SPEND, price))
+    assert isinstance(node, ast.BoolOp)
     node.values[1] = body
     return node

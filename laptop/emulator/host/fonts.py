@@ -35,5 +35,5 @@ def fonts_module():
             raise Exception('Failed to load font "{}". '.format(name))
         return importlib.import_module("PIL.ImageFont").load_default()
 
-    module.available, module.load = available, load
+    vars(module).update(available=available, load=load)
     return module

@@ -40,6 +40,7 @@ def guarded(name):
     except OSError:  # no room for another process: the run goes without
         yield
         return
+    assert process.stdin is not None  # a pipe
     told = process.stdin.fileno()
     over = threading.Event()
     beating = threading.Thread(target=_beat, args=(told, over), daemon=True)

@@ -8,6 +8,7 @@ comes.  Arguments: number of the process, name of the script, seconds that it ma
 interpreter, and seconds after a signal.
 """
 
+import io
 import os
 import signal
 import sys
@@ -68,7 +69,8 @@ def main(pid, name, patience, hearing):
         if hasattr(signal, number):  # the terminal tells all of a group
             signal.signal(getattr(signal, number), signal.SIG_IGN)
     guard = Guard(pid)
-    threading.Thread(target=guard.listen, args=(sys.stdin.buffer.raw,)).start()
+    told = io.FileIO(sys.stdin.fileno(), closefd=False)
+    threading.Thread(target=guard.listen, args=(told,)).start()
     while True:
         time.sleep(LOOK_PERIOD)
         asked, held = guard.asked, guard.held()

@@ -19,8 +19,9 @@ except ImportError:  # Windows
 
 def _terminal_settings():
     """How the terminal treats keys; None where there is none."""
-    with contextlib.suppress(*[termios.error] if termios else []):
-        return termios and termios.tcgetattr(0)
+    if termios is not None:
+        with contextlib.suppress(termios.error):
+            return termios.tcgetattr(0)
     return None
 
 
@@ -61,7 +62,8 @@ class HostState(object):
         os.environ.update(self._environment)
         os.chdir(self._folder)
         locale.setlocale(locale.LC_ALL, self._locale)
-        if _terminal_settings() not in (None, self._terminal):  # None: it has been closed meanwhile
+        if self._terminal is not None and _terminal_settings() not in (None, self._terminal):
+            # (None: it has been closed meanwhile.)
             termios.tcsetattr(0, termios.TCSADRAIN, self._terminal)
         self._restore_modules()
 

@@ -70,10 +70,10 @@ def _noted(stream):
         _Noted(stream.buffer),
         encoding=stream.encoding,
         errors=stream.errors,
-        line_buffering=stream.line_buffering,
+        line_buffering=bool(stream.line_buffering),
         write_through=getattr(stream, "write_through", False),  # Python 3.7
     )
-    noted.mode = stream.mode if hasattr(stream, "mode") else "w"
+    setattr(noted, "mode", getattr(stream, "mode", "w"))  # noqa: B010 (to read alone, for mypy)
     return noted
 
 

@@ -86,7 +86,7 @@ class Processor(object):
         def look():
             """Called in every turn of a `while` from DUE on."""
             left = self._slice - (self._total() - self._taken + self._beside)
-            if left <= 0:
+            if left <= 0 and self._look:
                 self._look()
                 left = self._slice
             names[DUE] = names[COUNT] + left
@@ -183,7 +183,8 @@ def library_charged(spend):
     Args:
         spend: called with thousands of instructions.
     """
-    before, elsewhere = [], _elsewhere()
+    before = []
+    elsewhere = _elsewhere()
 
     def replace(owner, name, function):
         before.append((owner, name, vars(owner)[name]))

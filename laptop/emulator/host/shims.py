@@ -130,7 +130,8 @@ class Shims(object):
         alone = LOCK not in os.environ  # else others may move the same motors
         system_files = linux.system_files(words, self._started) if alone else {}
         self._files = BrickFiles(self._folders, system_files)
-        importlib.machinery.SourceFileLoader.get_code = self._loader()
+        read_by = importlib.machinery.SourceFileLoader
+        setattr(read_by, "get_code", self._loader())  # noqa: B010 (another's method, for mypy)
         try:
             within.enter_context(tracebacks.of_the_program())
             within.enter_context(warnings.catch_warnings())
@@ -180,7 +181,7 @@ class Shims(object):
                 library.fonts = sys.modules["ev3dev2.fonts"] = fonts_module()
             yield self
         finally:
-            del importlib.machinery.SourceFileLoader.get_code  # it is inherited
+            del read_by.get_code  # it is inherited
             within.close()
             kept.restore()
             for descriptor in self._screens:

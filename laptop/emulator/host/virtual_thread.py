@@ -37,7 +37,10 @@ class VirtualThread(object):
 
     def stack(self):
         """Return where it is now: (file, line, function) of each call, the innermost first."""
-        frame, found = sys._current_frames().get(self.ident), []
+        found = []
+        if self.ident is None:
+            return found
+        frame = sys._current_frames().get(self.ident)
         while frame is not None:
             found.append((frame.f_code.co_filename, frame.f_lineno, frame.f_code.co_name))
             frame = frame.f_back
@@ -56,7 +59,7 @@ class ThreadEffort(object):
 
     def __init__(self, thread):
         self.thread = thread
-        self._spent = [0.0, 0.0]
+        self._spent = 0.0, 0.0
         self._before = None
 
     def look(self):
@@ -67,25 +70,29 @@ class ThreadEffort(object):
         """
         if self.thread is None or self.thread.ident is None:  # the host has not begun it yet
             return 0.0, 0.0
-        now = wall.monotonic(), self._computed(), self._sleeps()
+        now = wall.monotonic(), _computed(self.thread.ident), _sleeps(self.thread.native)
         if self._before is not None:
             passed, computed = now[0] - self._before[0], now[1] - self._before[1]
             waits = now[2] and self._before[2] and computed < passed / 100
             waited = self._spent[1] + passed if waits else 0.0
-            self._spent = [self._spent[0] + (0.0 if waits else computed), waited]
+            self._spent = self._spent[0] + (0.0 if waits else computed), waited
         self._before = now
-        return tuple(self._spent)
+        return self._spent
 
-    def _computed(self):
-        try:
-            own = getattr(wall, "pthread_getcpuclockid")(self.thread.ident)  # noqa: B009 Python 3.7
-            return wall.clock_gettime(own)
-        except (AttributeError, OSError):
-            return 0.0
 
-    def _sleeps(self):
-        try:
-            with _open("/proc/self/task/{}/stat".format(self.thread.native), "rb") as file:
-                return file.read().rpartition(b")")[2].split()[0] == b"S"
-        except OSError:
-            return True
+def _computed(ident):
+    """Return the time that a thread has computed, s; 0 where the host does not tell."""
+    try:
+        own = getattr(wall, "pthread_getcpuclockid")(ident)  # noqa: B009 Python 3.7
+        return wall.clock_gettime(own)
+    except (AttributeError, OSError):
+        return 0.0
+
+
+def _sleeps(native):
+    """Return True if a thread sleeps, or if the host does not tell."""
+    try:
+        with _open("/proc/self/task/{}/stat".format(native), "rb") as file:
+            return file.read().rpartition(b")")[2].split()[0] == b"S"
+    except OSError:
+        return True

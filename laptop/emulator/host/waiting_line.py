@@ -28,6 +28,7 @@ class WaitingLine(object):
         """Stand in line; True when woken, False after `timeout` s (None: no limit)."""
         world = self._world
         me = world.current()
+        assert me is not None  # only threads of the program wait
         ticket = Ticket(me)
         self._line.append(ticket)
         try:

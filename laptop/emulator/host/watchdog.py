@@ -131,5 +131,6 @@ class Watchdog(object):
                 if min(spent) >= STRAY_TIMEOUT:
                     break
                 wall.sleep(0.0005)
-            for thread in astray if attempt == 0 else ():
-                throw(ctypes.c_ulong(thread.ident), ctypes.py_object(Over))
+            for thread in astray:
+                if attempt == 0 and thread.ident is not None:
+                    throw(ctypes.c_ulong(thread.ident), ctypes.py_object(Over))

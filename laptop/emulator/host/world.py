@@ -191,16 +191,7 @@ class World(object):
             whatever a body or an event raised.
         """
         collecting = gc.isenabled()  # a program that is killed does not put it back
-        self._run = object()
-        self.exit = None
-        self.cut_at = ()
-        self.limit = limit
-        self._holder = self._failure = None
-        self._loose = 0
-        self._alive = []
-        self._sleepers = []
-        self._interrupts.clear()
-        self._over.clear()
+        self._start_anew(limit)
 
         def main():
             try:
@@ -220,6 +211,19 @@ class World(object):
             raise self._failure
         assert self.exit is not None  # else the watchdog would watch still
         return self.exit
+
+    def _start_anew(self, limit):
+        """Be without a program again, and know nothing of the last one."""
+        self._run = object()
+        self.exit = None
+        self.cut_at = ()
+        self.limit = limit
+        self._holder = self._failure = None
+        self._loose = 0
+        self._alive = []
+        self._sleepers = []
+        self._interrupts.clear()
+        self._over.clear()
 
     def spawn(self, function, name):
         """Start `function()` as a further thread of the program; it runs when its turn comes."""
