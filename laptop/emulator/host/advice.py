@@ -7,10 +7,15 @@ import ast
 import importlib.util
 import os
 import sys
+from typing import List, Optional, Sequence
 
 from laptop.emulator.host.program_code import PROGRAM, top_of
 from laptop.emulator.host.syntax_tree import imported_modules
 from laptop.emulator.host.sys_class import ROOT
+
+MYPY = False
+if MYPY:
+    from laptop.emulator.device.sysfs import Sysfs
 
 PYBRICKS = (
     "this script is for Pybricks, another firmware, and not for ev3dev: run it on a brick with "
@@ -40,7 +45,7 @@ BUSES = "bluetooth", "pyudev", "serial", "smbus"
 """Those that talk to what the emulated brick has not."""
 
 
-def on(error, source, folder, sysfs):
+def on(error: BaseException, source: bytes, folder: str, sysfs: "Sysfs") -> Optional[str]:
     """Return a sentence on an exception that a script did not catch; None without one.
 
     Args:
@@ -60,7 +65,7 @@ def on(error, source, folder, sysfs):
     return None
 
 
-def _on_module(name, source, folder):
+def _on_module(name: str, source: bytes, folder: str) -> Optional[str]:
     top = top_of(name)
     if top == "pybricks" or b"pybricks-micropython" in source.partition(b"\n")[0]:
         return PYBRICKS
@@ -89,7 +94,7 @@ def _on_module(name, source, folder):
     return None
 
 
-def _on_device(parts, sysfs):
+def _on_device(parts: Sequence[str], sysfs: "Sysfs") -> Optional[str]:
     found = sysfs.names(parts[0])
     if len(parts) < 2 or parts[1] in found:
         return None
@@ -105,7 +110,7 @@ def _on_device(parts, sysfs):
     )
 
 
-def sibling(name, folder):
+def sibling(name: str, folder: str) -> Optional[str]:
     """Return the file or folder beside a script that is a module of that name; None without one."""
     for file in (name + ".py", name):
         if os.path.exists(os.path.join(folder, file)):
@@ -113,7 +118,7 @@ def sibling(name, folder):
     return None
 
 
-def only_here(source, folder):
+def only_here(source: bytes, folder: str) -> List[str]:
     """Return the modules that a script imports, this computer has and a brick has not, sorted.
 
     Args:
@@ -131,7 +136,7 @@ def only_here(source, folder):
     )
 
 
-def _is_installed(name):
+def _is_installed(name: str) -> bool:
     """Return True for a module that was installed, and is no file of somebody's own."""
     try:
         found = importlib.util.find_spec(name)

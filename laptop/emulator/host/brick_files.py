@@ -6,8 +6,15 @@ this computer's.
 
 import functools
 import os
+from typing import Iterable, Mapping
 
 from laptop.emulator import temporary_folders
+
+MYPY = False
+if MYPY:
+    from typing import Any, Callable, Optional, TypeVar  # noqa: F401
+
+    Value = TypeVar("Value")
 
 ONE_PATH = (
     "access", "chdir", "chmod", "listdir", "lstat", "mkdir", "open", "readlink", "remove", "rmdir",
@@ -26,13 +33,13 @@ class BrickFiles(object):
             files.
     """
 
-    def __init__(self, folders, texts):
+    def __init__(self, folders: Mapping[str, str], texts: Mapping[str, str]) -> None:
         self._folders = dict(folders)
         self._texts = texts
         self._tops = {"/" + path.split("/")[1] for path in texts}
-        self._made = None
+        self._made = None  # type: Optional[str]
 
-    def here(self, path):
+    def here(self, path: object) -> object:
         """Return where a file is on this computer; `path` itself where it is no path of ours."""
         text = path.__fspath__() if hasattr(path, "__fspath__") else path
         if not isinstance(text, str) or not text.startswith("/"):
@@ -44,11 +51,11 @@ class BrickFiles(object):
             return self._system() + text
         return path
 
-    def taking(self, function, paths):
+    def taking(self, function: "Callable[..., Value]", paths: int) -> "Callable[..., Value]":
         """Return a function of `os`, whose first `paths` arguments are paths, as one of these."""
 
         @functools.wraps(function)
-        def on_the_brick(*args, **kwargs):
+        def on_the_brick(*args: "Any", **kwargs: "Any") -> "Value":
             here = tuple(map(self.here, args[:paths]))
             if here == args[:paths]:
                 return function(*args, **kwargs)
@@ -62,13 +69,13 @@ class BrickFiles(object):
 
         return on_the_brick
 
-    def close(self):
+    def close(self) -> None:
         """Remove what was made."""
         if self._made:
             temporary_folders.remove(self._made)
             self._made = None
 
-    def _system(self):
+    def _system(self) -> str:
         if self._made is None:
             self._made = made = temporary_folders.make("system")
             for path, text in self._texts.items():
@@ -81,33 +88,33 @@ class BrickFiles(object):
 class Entries(object):
     """What os.scandir gives."""
 
-    def __init__(self, entries):
+    def __init__(self, entries: Iterable[object]) -> None:
         self._left = iter(entries)
 
-    def __iter__(self):
+    def __iter__(self) -> "Entries":
         return self
 
-    def __next__(self):
+    def __next__(self) -> object:
         return next(self._left)
 
-    def close(self):
+    def close(self) -> None:
         """Nothing to let go of."""
 
-    def __enter__(self):
+    def __enter__(self) -> "Entries":
         return self
 
-    def __exit__(self, *error):
+    def __exit__(self, *error: object) -> None:
         pass
 
 
 class MovedEntry(object):
     """An os.DirEntry that has another path."""
 
-    def __init__(self, entry, path):
+    def __init__(self, entry: "os.DirEntry[str]", path: str) -> None:
         self._entry, self.path = entry, path
 
-    def __fspath__(self):
+    def __fspath__(self) -> str:
         return self.path
 
-    def __getattr__(self, name):
+    def __getattr__(self, name: str) -> object:
         return getattr(self._entry, name)

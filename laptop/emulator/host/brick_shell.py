@@ -3,16 +3,26 @@
 It knows quotes, `;`, `&&`, `||`, `&`, `|`, `>`, `>>`, `<`, `2>&1`, `*` and `$NAME`, and no loops.
 """
 
-import collections
 import glob
 import os
 import re
 import shlex
 import sys
+from typing import Dict, List, NamedTuple, Tuple
 
 from laptop.emulator.device.file_programs import Finished
 
-Command = collections.namedtuple("Command", ["words", "end", "redirected"])
+MYPY = False
+if MYPY:
+    from typing import Callable, Mapping, Optional
+
+    Sent = Tuple[str, str]  # how, and the name of a file or number of a stream
+    Captured = Tuple[bool, bool]  # whether output and errors are to be in what is returned
+    Run = Callable[[List[str], bytes, Captured], Optional[Finished]]
+
+Command = NamedTuple(
+    "Command", [("words", List[str]), ("end", str), ("redirected", Dict[int, Tuple[str, str]])]
+)
 Command.__doc__ = """A simple command of a line.
 
 words       with quotes taken off
@@ -30,16 +40,16 @@ _PART = re.compile(
 )
 
 
-def split_line(line):
+def split_line(line: str) -> List[Command]:
     """Return a shell line's Commands.
 
     Raises:
         ValueError: an unclosed quote, nothing behind a `>`, or one of LOOPS.
     """
     parts = _PART.findall(line)
-    commands = []
-    words, redirected = [], {}
-    waiting = None
+    commands = []  # type: List[Command]
+    words, redirected = [], {}  # type: List[str], Dict[int, Sent]
+    waiting = None  # type: Optional[str]
     for part in parts + [";"]:
         if part in ("&&", "||", ";", "&", "|", "\n"):
             if waiting:
@@ -67,7 +77,7 @@ def split_line(line):
     return commands
 
 
-def _expanded(part):
+def _expanded(part: str) -> List[str]:
     """The words that one word of a line becomes."""
     if "$" in part and "'" not in part:
         part = os.path.expandvars(part)
@@ -76,7 +86,7 @@ def _expanded(part):
     return shlex.split(part)
 
 
-def _shown(finished, captured):
+def _shown(finished: Finished, captured: "Captured") -> Finished:
     """Write what is not captured, and return the rest."""
     output, errors = finished.output, finished.errors
     if not captured[0] and output:
@@ -97,10 +107,10 @@ class Shell(object):
             there, two bools.
     """
 
-    def __init__(self, run):
+    def __init__(self, run: "Run") -> None:
         self._run = run
 
-    def line(self, text, piped, captured):
+    def line(self, text: str, piped: bytes, captured: "Captured") -> Finished:
         """Run a line, which changes no folder for others; returns Finished."""
         try:
             commands = split_line(text)
@@ -113,7 +123,7 @@ class Shell(object):
         finally:
             os.chdir(folder)
 
-    def _all(self, commands, piped, captured):
+    def _all(self, commands: List[Command], piped: bytes, captured: "Captured") -> Finished:
         status, seconds, output, errors = 0, 0.0, b"", b""
         before, skipped = ";", False
         for command in commands:
@@ -132,7 +142,7 @@ class Shell(object):
             status, output, errors, _ = _shown(Finished(status, output, errors, 0.0), captured)
         return Finished(status, output, errors, seconds)
 
-    def _one(self, command, piped, captured):
+    def _one(self, command: Command, piped: bytes, captured: "Captured") -> Finished:
         into = {stream: how for stream, how in command.redirected.items() if stream}
         captured = captured[0] or command.end == "|" or 1 in into, captured[1] or 2 in into
         try:
@@ -145,7 +155,7 @@ class Shell(object):
             message = "sh: 1: cannot open {}: {}\n".format(error.filename, error.strerror)
             return Finished(2, b"", message.encode(), 0.0)
 
-    def _started(self, words, piped, captured):
+    def _started(self, words: List[str], piped: bytes, captured: "Captured") -> Finished:
         if not words:
             return Finished(0, b"", b"", 0.0)
         if words[0] == "cd":
@@ -157,7 +167,7 @@ class Shell(object):
             return Finished(127, b"", message.encode(), 0.0)
         return finished
 
-    def _sent(self, finished, into):
+    def _sent(self, finished: Finished, into: "Mapping[int, Sent]") -> Finished:
         """What is left to be shown once output has gone into files."""
         sent = {1: finished.output, 2: finished.errors}
         for stream, (how, name) in sorted(into.items(), reverse=True):

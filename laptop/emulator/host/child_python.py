@@ -10,8 +10,14 @@ import io
 import os
 import re
 import sys
+from typing import Callable, Iterator, List, Sequence
 
 from laptop.emulator.device.file_programs import Finished
+
+MYPY = False
+if MYPY:
+    from laptop.emulator.host.brick_shell import Captured
+    from laptop.emulator.host.shims import Shims
 
 DEEPEST = 8
 """How many programs may have started one another."""
@@ -25,20 +31,20 @@ class ChildPython(object):
         run: `run(shims, script, source)` is the interpreter, and gives the exit status.
     """
 
-    def __init__(self, shims, run):
+    def __init__(self, shims: "Shims", run: Callable[["Shims", str, bytes], int]) -> None:
         self._shims = shims
         self._run = run
         self._depth = 0
 
     @staticmethod
-    def is_meant(words):
+    def is_meant(words: Sequence[str]) -> bool:
         """Return True if a command line starts Python, or a script of it by its path."""
         path = words[0]
         return bool(re.match(r"python(3(\.\d+)?)?$", os.path.basename(path))) or (
             path.endswith(".py") and os.path.dirname(path) != "" and os.path.isfile(path)
         )
 
-    def start(self, words, captured):
+    def start(self, words: Sequence[str], captured: "Captured") -> Finished:
         """Run a command line that `is_meant`.
 
         Args:
@@ -71,7 +77,9 @@ class ChildPython(object):
             return Finished(2, b"", why.encode(), 0.0)
         return self._in_place(words[0], source, words[1:], captured)
 
-    def _in_place(self, script, source, args, captured):
+    def _in_place(
+        self, script: str, source: bytes, args: List[str], captured: "Captured"
+    ) -> Finished:
         folder = os.path.dirname(os.path.realpath(script)) if script != "-c" else ""
         streams = [io.TextIOWrapper(io.BytesIO(), "utf-8") if c else None for c in captured]
         with self._apart(folder), contextlib.ExitStack() as stack:
@@ -91,7 +99,7 @@ class ChildPython(object):
         return Finished(status, written[0], written[1], 0.0)
 
     @contextlib.contextmanager
-    def _apart(self, folder):
+    def _apart(self, folder: str) -> Iterator[None]:
         """Keep what is the starting program's own for a `with` block."""
         argv, path, modules = sys.argv, list(sys.path), dict(sys.modules)
         excepthook, calls = sys.excepthook, self._shims.exit_calls

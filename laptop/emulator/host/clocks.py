@@ -7,6 +7,16 @@ of the program pays nothing.
 import datetime as real_datetime
 import time as real_time
 import types
+from typing import Callable, Optional
+
+MYPY = False
+if MYPY:
+    from typing import Any, Tuple, Union
+
+    from laptop.emulator.host.world import World
+
+    TimeParts = Union[Tuple[int, int, int, int, int, int, int, int, int], real_time.struct_time]
+    MadeModule = Any  # a types.ModuleType, with whatever names it was given
 
 #: What it costs, s, to read a clock, take a lock or ask a thread's state.
 CLOCK_COST = 20e-6
@@ -15,7 +25,7 @@ EPOCH = 1586476800.0
 UPTIME = 100.0
 
 
-def copy_module(module, **others):
+def copy_module(module: types.ModuleType, **others: object) -> types.ModuleType:
     """A new module with the same names; of `others`, by name, with these in their places."""
     shim = types.ModuleType(module.__name__)
     vars(shim).update(vars(module), **others)
@@ -25,79 +35,79 @@ def copy_module(module, **others):
 class ProgramClock(object):
     """Readings of the world's clock by a program.  Who is not of the program pays nothing."""
 
-    def __init__(self, world):
+    def __init__(self, world: "World") -> None:
         self._world = world
 
-    def step(self, cost=CLOCK_COST):
+    def step(self, cost: float = CLOCK_COST) -> None:
         """Spend a moment, s."""
         if self._world.current() is not None:
             self._world.touch(cost)
 
-    def sleep(self, seconds):
+    def sleep(self, seconds: float) -> None:
         """Wait, s."""
         self._world.sleep(seconds)
 
-    def time(self):
+    def time(self) -> float:
         """Seconds since 1970."""
         self.step()
         return EPOCH + self._now()
 
-    def monotonic(self):
+    def monotonic(self) -> float:
         """Seconds since the brick was switched on."""
         self.step()
         return UPTIME + self._now()
 
-    def busy(self):
+    def busy(self) -> float:
         """Seconds the program has computed."""
         self.step()
         return self._world.busy + self._behind()
 
-    def _now(self):
+    def _now(self) -> float:
         return self._world.now() + self._behind()
 
-    def _behind(self):
+    def _behind(self) -> float:
         """Duration of its start, of which the world knows nothing, s."""
         return self._world.processor.behind if self._world.processor else 0.0
 
 
-def _in_nanoseconds(read):
-    def read_ns():
+def _in_nanoseconds(read: Callable[[], float]) -> Callable[[], int]:
+    def read_ns() -> int:
         return int(round(read() * 1e9))
 
     return read_ns
 
 
-def time_module(clock):
+def time_module(clock: ProgramClock) -> "MadeModule":
     """A `time` module."""
 
-    def sleep(secs):
+    def sleep(secs: float) -> None:
         """Wait `secs` of virtual time."""
         if secs < 0:
             raise ValueError("sleep length must be non-negative")
         clock.step()
         clock.sleep(secs)
 
-    def clock_gettime(clk_id):
+    def clock_gettime(clk_id: int) -> float:
         """Time of one of the system's clocks, s."""
         return clock.time() if clk_id == real_time.CLOCK_REALTIME else clock.monotonic()
 
-    def localtime(secs=None):
+    def localtime(secs: Optional[float] = None) -> real_time.struct_time:
         """Parts of a time where we are, of now if none is given."""
         return real_time.localtime(clock.time() if secs is None else secs)
 
-    def gmtime(secs=None):
+    def gmtime(secs: Optional[float] = None) -> real_time.struct_time:
         """Parts of a time in UTC, of now if none is given."""
         return real_time.gmtime(clock.time() if secs is None else secs)
 
-    def ctime(secs=None):
+    def ctime(secs: Optional[float] = None) -> str:
         """A time as text, now if none is given."""
         return real_time.ctime(clock.time() if secs is None else secs)
 
-    def asctime(t=None):
+    def asctime(t: "Optional[TimeParts]" = None) -> str:
         """Parts of a time as text, of now if none are given."""
         return real_time.asctime(localtime() if t is None else t)
 
-    def strftime(format, t=None):
+    def strftime(format: str, t: "Optional[TimeParts]" = None) -> str:
         """Parts of a time as text by a format, of now if none are given."""
         return real_time.strftime(format, localtime() if t is None else t)
 
@@ -132,12 +142,12 @@ def time_module(clock):
 class Builtin(object):
     """A function that, as those of C, stays itself as an attribute of a class."""
 
-    def __init__(self, function):
+    def __init__(self, function: Callable[..., "Any"]) -> None:
         self._function = function
         self.__name__ = function.__name__
         self.__doc__ = function.__doc__
 
-    def __call__(self, *args, **kwargs):
+    def __call__(self, *args: "Any", **kwargs: "Any") -> "Any":
         """Call it."""
         return self._function(*args, **kwargs)
 
@@ -145,16 +155,16 @@ class Builtin(object):
 class _StandingFor(type):
     """A class of these is one of all instances and subclasses of what it stands for, too."""
 
-    def __instancecheck__(cls, value):
+    def __instancecheck__(cls, value: object) -> bool:
         real = vars(cls).get("_stands_for")
         return isinstance(value, real) if real else type.__instancecheck__(cls, value)
 
-    def __subclasscheck__(cls, other):
+    def __subclasscheck__(cls, other: type) -> bool:
         real = vars(cls).get("_stands_for")
         return issubclass(other, real) if real else type.__subclasscheck__(cls, other)
 
 
-def datetime_module(clock):
+def datetime_module(clock: ProgramClock) -> "MadeModule":
     """A `datetime` module."""
 
     class datetime(real_datetime.datetime, metaclass=_StandingFor):  # noqa: N801 its name
@@ -163,15 +173,15 @@ def datetime_module(clock):
         _stands_for = real_datetime.datetime
 
         @classmethod
-        def now(cls, tz=None):
+        def now(cls, tz: Optional[real_datetime.tzinfo] = None) -> "datetime":
             return cls.fromtimestamp(clock.time(), tz)
 
         @classmethod
-        def utcnow(cls):
+        def utcnow(cls) -> "datetime":
             return cls.fromtimestamp(clock.time(), real_datetime.timezone.utc).replace(tzinfo=None)
 
         @classmethod
-        def today(cls):
+        def today(cls) -> "datetime":
             return cls.now()
 
     class date(real_datetime.date, metaclass=_StandingFor):  # noqa: N801 its name
@@ -180,7 +190,7 @@ def datetime_module(clock):
         _stands_for = real_datetime.date
 
         @classmethod
-        def today(cls):
+        def today(cls) -> "date":
             return cls.fromtimestamp(clock.time())
 
     return copy_module(real_datetime, datetime=datetime, date=date)

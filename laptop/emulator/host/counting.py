@@ -13,6 +13,8 @@ import ast
 import builtins
 import contextlib
 import sys
+from types import CodeType
+from typing import Iterator, List, Optional, Sequence, Set, Union
 
 from laptop.emulator.host.prices import CALLS, METHODS, PRICES, imports
 from laptop.emulator.host.syntax_tree import (
@@ -27,6 +29,10 @@ from laptop.emulator.host.syntax_tree import (
     stored_names,
     walk_scope,
 )
+
+MYPY = False
+if MYPY:
+    from typing import Any, Collection, Dict  # noqa: F401
 
 COUNT, SPEND, LOAD, ENROL = "_count_", "_spend_", "_load_", "_enrol_"
 """The names of a module's own count, of what adds to it where no statement can stand, of what a
@@ -46,7 +52,7 @@ NAMED_TUPLES = ("collections.namedtuple", "shared.record.record")
 _WALRUS = sys.version_info >= (3, 8)
 
 
-def compiled(source, file):
+def compiled(source: bytes, file: str) -> CodeType:
     """The code object of a module's `source` (bytes), with its count."""
     tree = _Counting().module(ast.parse(source, file), len(source))
     return compile(tree, file, "exec", dont_inherit=True)
@@ -55,14 +61,15 @@ def compiled(source, file):
 class _Counting(object):
     """Puts the counts into one module."""
 
-    def __init__(self):
-        self._globals = set()
-        self._imports = {}
-        self._made = {}  # names of the module -> what was called to make them
-        self._scopes = []
+    def __init__(self) -> None:
+        self._globals = set()  # type: Set[str]
+        self._imports = {}  # type: Dict[str, str]
+        # Names of the module -> what was called to make them.
+        self._made = {}  # type: Dict[Optional[str], str]
+        self._scopes = []  # type: List[Collection[str]]
         self._tells = True  # whether a count may be told by an assignment expression
 
-    def module(self, tree, length):
+    def module(self, tree: ast.Module, length: int) -> ast.Module:
         """The tree of a module, with its counts; `length` of its source, bytes."""
         self._globals = assigned_names(tree.body) | {COUNT, SPEND, LOAD, DUE, LOOK}
         body = self._block(tree.body)
@@ -74,7 +81,7 @@ class _Counting(object):
 
     # Statements: what each costs that is always done of it; what is not is counted where it stands.
 
-    def _block(self, body, price=0):
+    def _block(self, body: List[ast.stmt], price: int = 0) -> List[ast.stmt]:
         """The statements with their counts; `price` is of what leads to them."""
         out, at = [], first_statement(body)
         out.extend(body[:at])
@@ -90,18 +97,18 @@ class _Counting(object):
         return out
 
     @staticmethod
-    def _count(out, at, price):
+    def _count(out: List[ast.stmt], at: int, price: int) -> None:
         if price:
             out.insert(at, _more(price))
 
-    def _statement(self, node):
+    def _statement(self, node: ast.stmt) -> int:
         return getattr(self, "_" + type(node).__name__.lower(), self._other)(node)
 
-    def _other(self, node):
+    def _other(self, node: ast.AST) -> int:
         """Count the expressions of whatever is not told apart."""
         return sum(self._price(child) for child in ast.iter_child_nodes(node))
 
-    def _functiondef(self, node):
+    def _functiondef(self, node: ast.FunctionDef) -> int:
         outside = sum(map(self._price, node.decorator_list + default_values(node.args)))
         outside += PRICES["def"] + PRICES["call"] * len(node.decorator_list)
         managed = any("contextmanager" in ast.dump(decorator) for decorator in node.decorator_list)
@@ -110,7 +117,7 @@ class _Counting(object):
 
     _asyncfunctiondef = _functiondef
 
-    def _inner(self, node, names, managed):
+    def _inner(self, node: ast.FunctionDef, names: Set[str], managed: bool) -> None:
         head = PRICES["function"] + PRICES["context manager"] * managed
         declared = {
             name for s in walk_scope(node.body) if isinstance(s, ast.Global) for name in s.names
@@ -119,27 +126,27 @@ class _Counting(object):
             node.body = self._block(node.body, head)
         node.body.insert(first_statement(node.body), ast.Global([COUNT]))
 
-    def _classdef(self, node):
+    def _classdef(self, node: ast.ClassDef) -> int:
         outside = sum(map(self._price, node.decorator_list + node.bases)) + PRICES["class"]
         with self._within((), False):
             node.body = self._block(node.body)
         node.body.insert(first_statement(node.body), ast.Global([COUNT]))
         return outside
 
-    def _if(self, node):
+    def _if(self, node: ast.If) -> int:
         price = self._test(node.test)
         node.body = self._block(node.body)
         node.orelse = self._block(node.orelse) if node.orelse else []
         return price
 
-    def _for(self, node):
+    def _for(self, node: ast.For) -> int:
         turn = PRICES["turn"] + self._store(node.target)
         price = PRICES["loop"] + self._price(node.iter)
         node.body = self._block(node.body, turn)
         node.orelse = self._block(node.orelse) if node.orelse else []
         return price
 
-    def _while(self, node):
+    def _while(self, node: ast.While) -> int:
         test = self._test(node.test) + PRICES["branch"]
         node.body = self._block(node.body, test)
         look = _statement("if {} > {}: {}()".format(COUNT, DUE, LOOK))
@@ -149,7 +156,7 @@ class _Counting(object):
         node.orelse = self._block(node.orelse) if node.orelse else []
         return test + PRICES["branch"]
 
-    def _try(self, node):
+    def _try(self, node: ast.Try) -> int:
         node.body = self._block(node.body)
         for handler in node.handlers:
             kind = self._price(handler.type) if handler.type else 0
@@ -158,7 +165,7 @@ class _Counting(object):
         node.finalbody = self._block(node.finalbody) if node.finalbody else []
         return PRICES["try"]
 
-    def _with(self, node):
+    def _with(self, node: ast.With) -> int:
         price = 0
         for item in node.items:
             price += PRICES["with"] + self._price(item.context_expr)
@@ -166,7 +173,7 @@ class _Counting(object):
         node.body = self._block(node.body)
         return price
 
-    def _assign(self, node):
+    def _assign(self, node: ast.Assign) -> int:
         if not self._scopes and isinstance(node.value, ast.Call):
             made = self._name_of(node.value.func)
             for target in node.targets:
@@ -174,35 +181,35 @@ class _Counting(object):
                     self._made[target.id] = made
         return self._price(node.value) + sum(map(self._store, node.targets))
 
-    def _augassign(self, node):
+    def _augassign(self, node: ast.AugAssign) -> int:
         work = self._operation(node.op) + self._price(node.value)
         return work + self._price(node.target) + self._store(node.target)
 
-    def _expr(self, node):
+    def _expr(self, node: ast.Expr) -> int:
         return self._price(node.value) + PRICES["pop"]
 
-    def _return(self, node):
+    def _return(self, node: ast.Return) -> int:
         return PRICES["return"] + (self._price(node.value) if node.value else 0)
 
-    def _raise(self, node):
+    def _raise(self, node: ast.Raise) -> int:
         return PRICES["raise"] + self._other(node)
 
-    def _import(self, node):
+    def _import(self, node: ast.Import) -> int:
         for alias in node.names:
             self._imports[alias.asname or alias.name] = alias.name
         return PRICES["import"] * len(node.names)
 
-    def _importfrom(self, node):
+    def _importfrom(self, node: ast.ImportFrom) -> int:
         for alias in node.names:
             self._imports[alias.asname or alias.name] = "{}.{}".format(node.module, alias.name)
         return PRICES["import"] + 300 * len(node.names)
 
-    def _global(self, node):
+    def _global(self, node: ast.stmt) -> int:
         return 0
 
     _nonlocal = _pass = _break = _continue = _global
 
-    def _store(self, target):
+    def _store(self, target: ast.expr) -> int:
         if isinstance(target, ast.Name):
             return PRICES["store" if self._is_local(target.id) else "store global"]
         if isinstance(target, ast.Attribute):
@@ -216,15 +223,15 @@ class _Counting(object):
 
     # Expressions
 
-    def _is_local(self, name):
+    def _is_local(self, name: str) -> bool:
         return bool(self._scopes) and name in self._scopes[-1]
 
-    def _price(self, node):
+    def _price(self, node: ast.AST) -> int:
         """Return the cost of an expression, with its counts put in where it goes in turns."""
         price = getattr(self, "_of_" + type(node).__name__.lower(), None)
         return price(node) if price else self._other(node)
 
-    def _of_name(self, node):
+    def _of_name(self, node: ast.Name) -> int:
         if self._is_local(node.id):
             return PRICES["local"]
         if any(node.id in names for names in self._scopes):
@@ -232,24 +239,24 @@ class _Counting(object):
         known = node.id in self._globals or not hasattr(builtins, node.id)
         return PRICES["global" if known else "builtin"]
 
-    def _of_constant(self, node):
+    def _of_constant(self, node: ast.expr) -> int:
         return PRICES["constant"]
 
     _of_num = _of_str = _of_bytes = _of_nameconstant = _of_constant
 
-    def _of_attribute(self, node):
+    def _of_attribute(self, node: ast.Attribute) -> int:
         is_module = isinstance(node.value, ast.Name) and node.value.id in self._imports
         kind = "module attribute" if is_module else "attribute"
         return PRICES[kind] + self._price(node.value)
 
-    def _of_subscript(self, node):
+    def _of_subscript(self, node: ast.Subscript) -> int:
         price = self._price(node.value) + self._price(node.slice)
         return price + (0 if isinstance(node.slice, ast.Slice) else PRICES["item"])
 
-    def _of_slice(self, node):
+    def _of_slice(self, node: ast.Slice) -> int:
         return PRICES["slice"] + self._other(node)
 
-    def _of_binop(self, node):
+    def _of_binop(self, node: ast.BinOp) -> int:
         price = self._price(node.left) + self._price(node.right)
         text = isinstance(literal_value(node.left), (str, bytes))
         if isinstance(node.op, ast.Mod) and text:
@@ -258,16 +265,16 @@ class _Counting(object):
         return price + self._operation(node.op) + PRICES["mixed"] * mixed
 
     @staticmethod
-    def _operation(op):
+    def _operation(op: ast.operator) -> int:
         kinds = {ast.Div: "divide", ast.Pow: "power", ast.Mod: "whole", ast.FloorDiv: "whole"}
         return PRICES[kinds.get(type(op), "add")]
 
-    def _of_unaryop(self, node):
+    def _of_unaryop(self, node: ast.UnaryOp) -> int:
         if literal_value(node.operand) is not None:
             return PRICES["constant"]
         return PRICES["negate"] + self._price(node.operand)
 
-    def _of_compare(self, node):
+    def _of_compare(self, node: ast.Compare) -> int:
         price = self._price(node.left) + sum(map(self._price, node.comparators))
         kinds = {ast.Is: "is", ast.IsNot: "is", ast.In: "in", ast.NotIn: "in"}
         usual = "compare"
@@ -275,48 +282,48 @@ class _Counting(object):
             usual = "compare with zero"
         return price + sum(PRICES[kinds.get(type(op), usual)] for op in node.ops)
 
-    def _test(self, node):
+    def _test(self, node: ast.expr) -> int:
         """Return the cost of working out a condition, and of branching by it."""
         plain = not isinstance(node, (ast.Compare, ast.BoolOp))
         return self._price(node) + PRICES["branch"] + PRICES["truth"] * plain
 
-    def _of_boolop(self, node):
+    def _of_boolop(self, node: ast.BoolOp) -> int:
         first, *others = map(self._test, node.values)
         return first + sum(others) // 2
 
-    def _of_ifexp(self, node):
+    def _of_ifexp(self, node: ast.IfExp) -> int:
         return self._test(node.test) + (self._price(node.body) + self._price(node.orelse)) // 2
 
-    def _of_tuple(self, node):
+    def _of_tuple(self, node: ast.Tuple) -> int:
         return PRICES["tuple"] + self._elements(node)
 
-    def _of_list(self, node):
+    def _of_list(self, node: ast.List) -> int:
         return PRICES["list"] + self._elements(node)
 
     _of_set = _of_list
 
-    def _elements(self, node):
+    def _elements(self, node: Union[ast.Tuple, ast.List]) -> int:
         return PRICES["per element"] * len(node.elts) + sum(map(self._price, node.elts))
 
-    def _of_dict(self, node):
+    def _of_dict(self, node: ast.Dict) -> int:
         parts = [key for key in node.keys if key] + node.values
         return PRICES["dict"] + PRICES["per pair"] * len(node.values) + sum(map(self._price, parts))
 
-    def _of_starred(self, node):
+    def _of_starred(self, node: ast.Starred) -> int:
         return PRICES["star"] + self._price(node.value)
 
-    def _of_yield(self, node):
+    def _of_yield(self, node: ast.Yield) -> int:
         return PRICES["yield"] + (self._price(node.value) if node.value else PRICES["constant"])
 
     _of_yieldfrom = _of_yield
 
-    def _of_lambda(self, node):
+    def _of_lambda(self, node: ast.Lambda) -> int:
         with self._within(parameter_names(node.args), False):
             price = self._price(node.body) + PRICES["function"] + PRICES["return"]
         node.body = _either(price, node.body)
         return PRICES["lambda"] + sum(map(self._price, default_values(node.args)))
 
-    def _of_call(self, node):
+    def _of_call(self, node: ast.Call) -> int:
         price = PRICES["call"]
         price += sum(PRICES["argument"] + self._price(argument) for argument in node.args)
         price += sum(PRICES["keyword"] + self._price(keyword.value) for keyword in node.keywords)
@@ -332,7 +339,7 @@ class _Counting(object):
             return price + PRICES["named tuple"]
         return price + (PRICES["create"] if last[:1].isupper() and not last.isupper() else 0)
 
-    def _name_of(self, func):
+    def _name_of(self, func: ast.expr) -> Optional[str]:
         """The name of what is called, as the tables have it; None for a method of an object."""
         if isinstance(func, ast.Name):
             return self._imports.get(func.id, func.id)
@@ -346,18 +353,18 @@ class _Counting(object):
             return name if func.value.id in self._imports or name in CALLS else None
         return None
 
-    def _of_listcomp(self, node):
+    def _of_listcomp(self, node: ast.ListComp) -> int:
         return self._comprehension(node, [node.elt], "list comprehension", "element")
 
     _of_setcomp = _of_listcomp
 
-    def _of_dictcomp(self, node):
+    def _of_dictcomp(self, node: ast.DictComp) -> int:
         return self._comprehension(node, [node.key, node.value], "list comprehension", "element")
 
-    def _of_generatorexp(self, node):
+    def _of_generatorexp(self, node: ast.GeneratorExp) -> int:
         return self._comprehension(node, [node.elt], "generator", "yielded")
 
-    def _comprehension(self, node, elements, kind, each):
+    def _comprehension(self, node: "Any", elements: List[ast.expr], kind: str, each: str) -> int:
         price = PRICES[kind] + self._iterated(node.generators[0])
         names = set().union(*(stored_names(part.target) for part in node.generators))
         with self._within(names, self._tells):
@@ -375,14 +382,14 @@ class _Counting(object):
                 part.ifs.insert(0, _always(turn, self._tells))
         return price
 
-    def _iterated(self, part):
+    def _iterated(self, part: ast.comprehension) -> int:
         tells, self._tells = self._tells, False  # no assignment expression may stand there
         price = self._price(part.iter)
         self._tells = tells
         return price
 
     @contextlib.contextmanager
-    def _within(self, names, tells):
+    def _within(self, names: "Collection[str]", tells: bool) -> Iterator[None]:
         """A scope with these local names."""
         before, self._tells = self._tells, tells
         self._scopes.append(names)
@@ -391,31 +398,31 @@ class _Counting(object):
         self._tells = before
 
 
-def _asked(body):
+def _asked(body: Sequence[ast.stmt]) -> List[str]:
     """Return those of the modules that have a price, and python-ev3dev2."""
     return sorted(imported_modules(body) & {EV3DEV2, *imports()})
 
 
-def _statement(text):
+def _statement(text: str) -> ast.stmt:
     return ast.parse(text).body[0]
 
 
-def _expression(text):
+def _expression(text: str) -> ast.expr:
     return ast.parse(text, mode="eval").body
 
 
-def _more(price):
+def _more(price: int) -> ast.stmt:
     return _statement("{} += {}".format(COUNT, price))
 
 
-def _always(price, tells):
+def _always(price: int, tells: bool) -> ast.expr:
     """A condition of a comprehension that holds, and counts."""
     if tells and _WALRUS:
         return _expression("({0} := {0} + {1})".format(COUNT, price))
     return _expression("not {}({})".format(SPEND, price))
 
 
-def _either(price, body):
+def _either(price: int, body: ast.expr) -> ast.expr:
     """The body of a lambda, with its count."""
     node = _expression("{}({}) or 0".format(SPEND, price))
     assert isinstance(node, ast.BoolOp)

@@ -3,15 +3,16 @@
 import importlib
 import os
 import types
+from typing import Any, List
 
 
-def has_fonts(library):
+def has_fonts(library: Any) -> bool:
     """Return True if the `ev3dev2` package brings its bitmap fonts."""
     folder = os.path.join(os.path.dirname(library.__file__), "fonts")
     return os.path.isdir(folder) and any(name.endswith(".pil") for name in os.listdir(folder))
 
 
-def fonts_module():
+def fonts_module() -> types.ModuleType:
     """Return `ev3dev2.fonts` by the names on the brick, all in Pillow's default font.
 
     The library's bitmap fonts are on the brick, but not in what pip installs.
@@ -25,11 +26,11 @@ def fonts_module():
     names = {"{}{:02d}".format(family, size) for family in families.split() for size in sizes}
     names |= {"tech14", "techB14", "term14", "termB14"}
 
-    def available():
+    def available() -> List[str]:
         """The names of the fonts."""
         return sorted(names)
 
-    def load(name):
+    def load(name: str) -> Any:
         """The font of that name."""
         if name not in names:
             raise Exception('Failed to load font "{}". '.format(name))

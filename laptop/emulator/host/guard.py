@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import threading
+from typing import Iterator
 
 from laptop.emulator.host import guard_process
 
@@ -23,7 +24,7 @@ _QUIET = {"warn_on_full_buffer": False} if sys.version_info >= (3, 7) else {}
 
 
 @contextlib.contextmanager
-def guarded(name):
+def guarded(name: str) -> Iterator[None]:
     """For a `with` block, have this process killed if it holds the interpreter for too long.
 
     Args:
@@ -62,7 +63,7 @@ def guarded(name):
         process.wait()
 
 
-def _beat(told, over):
+def _beat(told: int, over: threading.Event) -> None:
     while not over.wait(BEAT_PERIOD):
         try:
             os.write(told, b"\0")

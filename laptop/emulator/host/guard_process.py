@@ -15,11 +15,16 @@ import sys
 import threading
 import time
 
+MYPY = False
+if MYPY:
+    import io
+    from typing import Optional  # noqa: F401
+
 LOOK_PERIOD = 0.1
 """Time between two looks, s."""
 
 
-def spent(pid):
+def spent(pid: int) -> float:
     """Return a time (s) that goes on as the process computes; as the clock does if unknown.
 
     A computer that is busy with others is no reason to end it.
@@ -39,12 +44,12 @@ class Guard(object):
         asked: the signal that it has not looked at yet; None without one.
     """
 
-    def __init__(self, pid):
+    def __init__(self, pid: int) -> None:
         self._pid = pid
         self._since = spent(pid)
-        self.asked = None
+        self.asked = None  # type: Optional[int]
 
-    def listen(self, stream):
+    def listen(self, stream: "io.RawIOBase") -> None:
         """Take what comes of a stream of bytes, until its end."""
         while True:
             heard = stream.read(1)
@@ -58,12 +63,12 @@ class Guard(object):
                 continue  # it has held the interpreter since the first one
             self._since = spent(self._pid)
 
-    def held(self):
+    def held(self) -> float:
         """Seconds for which the interpreter has been held, or since a signal came then."""
         return spent(self._pid) - self._since
 
 
-def main(pid, name, patience, hearing):
+def main(pid: int, name: str, patience: float, hearing: float) -> None:
     """Listen and look until the process ends, or is ended."""
     for number in ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK"):
         if hasattr(signal, number):  # the terminal tells all of a group

@@ -8,6 +8,7 @@ import io
 import locale
 import os
 import sys
+from typing import Any, List, Optional
 
 from laptop.emulator.host.program_code import top_of
 
@@ -17,7 +18,7 @@ except ImportError:  # Windows
     termios = None  # type: ignore[assignment]
 
 
-def _terminal_settings():
+def _terminal_settings() -> Optional[List[Any]]:
     """How the terminal treats keys; None where there is none."""
     if termios is not None:
         with contextlib.suppress(termios.error):
@@ -28,7 +29,7 @@ def _terminal_settings():
 class HostState(object):
     """Everything of the host that a run may change, to be put back by `restore`."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._modules = dict(sys.modules)
         self._namespaces = [(vars(module), dict(vars(module))) for module in (builtins, io, os)]
         self._sys = {
@@ -47,7 +48,7 @@ class HostState(object):
         self._locale = locale.setlocale(locale.LC_ALL)
         self._terminal = _terminal_settings()
 
-    def restore(self):
+    def restore(self) -> None:
         """Put all back."""
         for namespace, before in self._namespaces:
             for name in [name for name in namespace if name not in before]:
@@ -67,7 +68,7 @@ class HostState(object):
             termios.tcsetattr(0, termios.TCSADRAIN, self._terminal)
         self._restore_modules()
 
-    def _restore_modules(self):
+    def _restore_modules(self) -> None:
         # Extension modules cannot be relied on to be imported twice: their packages stay, but for
         # Pillow, which can, and which python-ev3dev2 brings in.
         compiled = {

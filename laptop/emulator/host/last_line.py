@@ -3,6 +3,11 @@
 import contextlib
 import io
 import sys
+from typing import Iterator
+
+MYPY = False
+if MYPY:
+    from typing import Any, BinaryIO, TextIO
 
 
 class _Noted(io.BufferedIOBase):
@@ -12,43 +17,43 @@ class _Noted(io.BufferedIOBase):
         unfinished: whether the last of them ended no line.
     """
 
-    def __init__(self, buffer):
+    def __init__(self, buffer: "BinaryIO") -> None:
         super(_Noted, self).__init__()
         self.unfinished = False
         self._buffer = buffer
 
-    def writable(self):
+    def writable(self) -> bool:
         """It is for writing."""
         return True
 
-    def write(self, data):
+    def write(self, data: "Any") -> int:
         """Hand `data` on; the number of its bytes."""
         if data:
             self.unfinished = bytes(data)[-1:] != b"\n"
         return self._buffer.write(data)
 
-    def flush(self):
+    def flush(self) -> None:
         """Flush the stream itself, which others may have closed by now."""
         if not self._buffer.closed:
             self._buffer.flush()
 
-    def close(self):
+    def close(self) -> None:
         """Leave the stream open: it is not ours."""
 
-    def __getattr__(self, name):
+    def __getattr__(self, name: str) -> object:
         return getattr(self._buffer, name)
 
-    def fileno(self):
+    def fileno(self) -> int:
         """Of the stream itself."""
         return self._buffer.fileno()
 
-    def isatty(self):
+    def isatty(self) -> bool:
         """Of the stream itself."""
         return self._buffer.isatty()
 
 
 @contextlib.contextmanager
-def finished():
+def finished() -> Iterator[None]:
     """For a `with` block, look on at standard output and error; in the end both have ended a line.
 
     A stream that holds text alone, in a notebook, is left as it is.
@@ -62,7 +67,7 @@ def finished():
         sys.stdout, sys.stderr = before
 
 
-def _noted(stream):
+def _noted(stream: "TextIO") -> "TextIO":
     if not hasattr(stream, "buffer"):
         return stream
     stream.flush()
@@ -77,7 +82,7 @@ def _noted(stream):
     return noted
 
 
-def finish():
+def finish() -> None:
     """End the lines that are not, within `finished`; nothing where nobody is left to read them."""
     for stream in (sys.stdout, sys.stderr):
         noted = getattr(stream, "buffer", None)

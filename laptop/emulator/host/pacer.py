@@ -2,6 +2,12 @@
 
 from laptop.emulator.pace import PaceMeter
 
+MYPY = False
+if MYPY:
+    from typing import Optional  # noqa: F401
+
+    from laptop.emulator.pace import Member, PacedClock  # noqa: F401
+
 LONG_PACE_WINDOW = 60.0
 """Time over which the pace decides whether a run goes on in real time, wall s."""
 
@@ -19,16 +25,16 @@ class Pacer(object):
         drifting: whether its time goes on beside a program that waits for something of the host.
     """
 
-    def __init__(self, clock):
+    def __init__(self, clock: "PacedClock") -> None:
         self.zero = 0.0
         self.pace = PaceMeter(clock)
         self.long_pace = PaceMeter(clock, LONG_PACE_WINDOW)
         self.waiting = False
         self.drifting = False
         self._clock = clock
-        self._member = None
+        self._member = None  # type: Optional[Member]
 
-    def join(self, t, name):
+    def join(self, t: float, name: str) -> None:
         """Let the clock's others wait for this world, whose time is `t` now, until it leaves.
 
         Args:
@@ -38,36 +44,36 @@ class Pacer(object):
             self.zero = self._clock.now() - t
             self._member = self._clock.join(name)
 
-    def leave(self):
+    def leave(self) -> None:
         """Let nobody wait for this world any more."""
         if self._member is not None:
             self._member.leave()
             self._member = None
 
     @property
-    def joined(self):
+    def joined(self) -> bool:
         """Whether others wait for it."""
         return self._member is not None
 
-    def promise(self, t):
+    def promise(self, t: float) -> None:
         """Nothing of this world happens before `t`."""
         if self._member is not None:
             self._member.promise(self.zero + t)
 
-    def reached(self, t):
+    def reached(self, t: float) -> bool:
         """Return True if the clock lets us go on to `t`; nothing of ours happens before."""
         self.promise(t)
         return self._clock.now() >= self.zero + t
 
-    def now(self):
+    def now(self) -> float:
         """Return how late it is by the clock."""
         return self._clock.now() - self.zero
 
-    def worth_waiting(self, t):
+    def worth_waiting(self, t: float) -> float:
         """Return the wall seconds that it takes at least until the clock lets us go on to `t`."""
         return self._clock.worth_waiting(self.zero + t)
 
     @property
-    def latest(self):
+    def latest(self) -> str:
         """Name of whom the clock waits for just now; "" for nobody."""
         return self._clock.latest

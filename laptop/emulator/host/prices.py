@@ -6,6 +6,7 @@ counts of whole ticks, decisions and starts.
 """
 
 import functools
+from typing import Dict, List, Tuple
 
 PRICES = {
     "local": 31,
@@ -195,7 +196,7 @@ thousand instructions, and what it imports."""
 
 
 @functools.lru_cache(maxsize=1)
-def imports():
+def imports() -> Dict[str, Tuple[int, List[str]]]:
     """Of each such module: thousand instructions, and the names that it imports."""
     rows = (row.split() for row in _IMPORTS.split(";"))
     return {name: (int(price), others) for name, price, *others in rows}

@@ -1,8 +1,8 @@
 """The end of a simulated process, as a shell would see it."""
 
-import collections
+from typing import NamedTuple
 
-ProcessExit = collections.namedtuple("ProcessExit", ["status", "reason"])
+ProcessExit = NamedTuple("ProcessExit", [("status", int), ("reason", str)])
 """Exit status, and why."""
 
 ENDLESS = 124

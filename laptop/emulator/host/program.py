@@ -8,10 +8,24 @@ import contextlib
 import importlib
 import importlib.machinery
 import sys
+from types import CodeType, ModuleType
+from typing import Dict, Iterator, Optional
 
 from laptop.emulator.host import counting
 from laptop.emulator.host.processor import Processor, library_charged
 from laptop.emulator.host.program_code import PROGRAM, code_of, top_of
+
+MYPY = False
+if MYPY:
+    from typing import Protocol
+
+    from laptop.emulator.device.brick import EmulatedBrick
+    from laptop.emulator.host.world import World
+
+    class _Clock(Protocol):
+        def now(self) -> float: ...
+
+        def sleep(self, seconds: float) -> None: ...
 
 
 class Program(object):
@@ -22,11 +36,11 @@ class Program(object):
         processor: Processor; None on a brick that computes in no time.
     """
 
-    def __init__(self, clock, processor):
+    def __init__(self, clock: "_Clock", processor: Optional[Processor]) -> None:
         self.clock = clock
         self.processor = processor
 
-    def __getitem__(self, name):
+    def __getitem__(self, name: str) -> ModuleType:
         """The module of that name: what this process has, or on a slow brick one with counts."""
         if self.processor is None:
             return importlib.import_module(name)
@@ -37,17 +51,17 @@ class Program(object):
 class _ChargedClock(object):
     """The world's, on which computing takes time."""
 
-    def __init__(self, world):
+    def __init__(self, world: "World") -> None:
         self._world = world
         self.sleep = world.sleep
 
-    def now(self):
+    def now(self) -> float:
         self._world.touch(0.0)
         return self._world.now()
 
 
 @contextlib.contextmanager
-def on(brick):
+def on(brick: "EmulatedBrick") -> Iterator[Program]:
     """For a `with` block, a Program on the brick's sysfs; its start takes no time."""
     if not brick.slowness:
         with brick.sysfs.installed():
@@ -65,7 +79,7 @@ def on(brick):
 
 
 @contextlib.contextmanager
-def _counted(processor):
+def _counted(processor: Processor) -> Iterator[None]:
     """The program's modules, afresh and with counts that `processor` reads, for a `with` block.
 
     So a module that is imported in the midst of its work costs each program the same, as each is a
@@ -85,11 +99,11 @@ def _counted(processor):
         sys.modules.update(before)
 
 
-def _taken_out():
+def _taken_out() -> Dict[str, ModuleType]:
     """The program's modules, which are no longer those that one imports."""
     names = [name for name in sys.modules if top_of(name) in PROGRAM]
     return {name: sys.modules.pop(name) for name in names}
 
 
-def _get_code(loader, name):
+def _get_code(loader: importlib.machinery.SourceFileLoader, name: str) -> Optional[CodeType]:
     return code_of(loader, name, top_of(name) in PROGRAM)

@@ -1,22 +1,30 @@
 """The modules that are the program's own, and their code, with counts where it is charged."""
 
 import importlib.machinery
+from types import CodeType
+from typing import Optional
 
 from laptop.emulator.host import counting
+
+MYPY = False
+if MYPY:
+    from typing import Any, Dict  # noqa: F401
 
 PROGRAM = ("ev3dev2", "ev3dev", "robot", "shared")
 """Packages on the program's side: never shared with the host."""
 
 
-def top_of(name):
+def top_of(name: str) -> str:
     """Return the package of a module, by its name."""
     return name.partition(".")[0]
 
 
-_CODES = {}  # type: dict
+_CODES = {}  # type: Dict[Any, Optional[CodeType]]
 
 
-def code_of(loader, name, counts):
+def code_of(
+    loader: importlib.machinery.SourceFileLoader, name: str, counts: bool
+) -> Optional[CodeType]:
     """Return the code of a module, compiled once for all runs as long as its file is the same.
 
     Args:

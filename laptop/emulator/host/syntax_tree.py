@@ -1,12 +1,13 @@
 """Questions about the syntax tree of a module: scopes, names, imports, constants."""
 
 import ast
+from typing import Iterable, Iterator, List, Set
 
 _SCOPES = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda, ast.ClassDef)
 _LEAVES = (ast.Return, ast.Raise, ast.Break, ast.Continue)
 
 
-def first_statement(body):
+def first_statement(body: List[ast.stmt]) -> int:
     """Return the index of a body's first statement behind docstring and future imports."""
     at = int(ast.get_docstring(ast.Module(body=body), clean=False) is not None)
     while at < len(body) and getattr(body[at], "module", "") == "__future__":
@@ -14,7 +15,7 @@ def first_statement(body):
     return at
 
 
-def walk_scope(body):
+def walk_scope(body: Iterable[ast.AST]) -> Iterator[ast.AST]:
     """Yield all nodes of statements but what is inside of other functions and classes."""
     left = list(body)
     while left:
@@ -24,19 +25,19 @@ def walk_scope(body):
             left.extend(ast.iter_child_nodes(node))
 
 
-def may_leave(statement):
+def may_leave(statement: ast.stmt) -> bool:
     """Return True if what follows may not be reached although the statement was."""
     return not isinstance(statement, _SCOPES + _LEAVES) and any(
         isinstance(node, _LEAVES) for node in walk_scope([statement])
     )
 
 
-def stored_names(node):
+def stored_names(node: ast.AST) -> Set[str]:
     """Return the names in an expression."""
     return {n.id for n in ast.walk(node) if isinstance(n, ast.Name)}
 
 
-def assigned_names(body):
+def assigned_names(body: Iterable[ast.AST]) -> Set[str]:
     """Return the names that these statements bind."""
     names = set()
     for node in walk_scope(body):
@@ -51,7 +52,7 @@ def assigned_names(body):
     return names
 
 
-def imported_modules(body):
+def imported_modules(body: Iterable[ast.AST]) -> Set[str]:
     """Return the names of the modules that statements import, and of those above them."""
     names = set()
     for node in walk_scope(body):
@@ -62,14 +63,14 @@ def imported_modules(body):
     return names | {name.partition(".")[0] for name in names}
 
 
-def parameter_names(args):
+def parameter_names(args: ast.arguments) -> Set[str]:
     """Return the names of a function's parameters."""
     named = [*getattr(args, "posonlyargs", ()), *args.args, *args.kwonlyargs]
     named += [a for a in (args.vararg, args.kwarg) if a]
     return {a.arg for a in named}
 
 
-def default_values(args):
+def default_values(args: ast.arguments) -> List[ast.expr]:
     """Return the expressions of the defaults of a function's parameters."""
     return args.defaults + [value for value in args.kw_defaults if value]
 
@@ -77,13 +78,13 @@ def default_values(args):
 _LITERALS = ("Constant", "Num", "Str", "Bytes", "NameConstant")  # all but the first: Python 3.7
 
 
-def literal_value(node):
+def literal_value(node: ast.AST) -> object:
     """Return the value of a constant as it stands there; None of everything else."""
     if type(node).__name__ not in _LITERALS:
         return None
     return next(getattr(node, field) for field in ("value", "n", "s") if hasattr(node, field))
 
 
-def any_whole_number(*nodes):
+def any_whole_number(*nodes: ast.AST) -> bool:
     """Return True if one of them is a whole number as it stands there."""
     return any(type(literal_value(node)) is int for node in nodes)

@@ -7,6 +7,11 @@ import contextlib
 import os
 import sys
 import traceback
+from typing import Any, Iterator
+
+MYPY = False
+if MYPY:
+    from typing import List  # noqa: F401
 
 _EMULATOR = os.path.dirname(os.path.dirname(os.path.abspath(__file__))) + os.sep
 
@@ -15,9 +20,9 @@ _LIBRARY = os.path.dirname(os.path.abspath(os.__file__)) + os.sep
 _IMPORTING = "<frozen importlib"
 
 
-def _without_emulator(stack):
+def _without_emulator(stack: traceback.StackSummary) -> traceback.StackSummary:
     """Take out the emulator's frames, those of the library that it calls, and its imports'."""
-    kept, inside = [], False
+    kept, inside = [], False  # type: List[traceback.FrameSummary], bool
     for frame in stack:
         file = frame.filename
         if file.startswith(_EMULATOR):
@@ -31,13 +36,13 @@ def _without_emulator(stack):
     return stack
 
 
-def _is_library(file):
+def _is_library(file: str) -> bool:
     """Return True for a module of Python's own library."""
     return file.startswith(("<frozen", _LIBRARY)) and "site-packages" not in file
 
 
 @contextlib.contextmanager
-def of_the_program():
+def of_the_program() -> Iterator[None]:
     """For a `with` block, let whatever `traceback` prints, formats or extracts be so.
 
     That Python itself tells of an exception in `__del__` goes the same way.
@@ -46,11 +51,11 @@ def of_the_program():
     of_exception, of_frames = whole.__init__, traceback.StackSummary.extract
     unraisable = vars(sys).get("unraisablehook")  # Python 3.8
 
-    def init(self, *args, **kwargs):
+    def init(self: traceback.TracebackException, *args: Any, **kwargs: Any) -> None:
         of_exception(self, *args, **kwargs)
         _without_emulator(self.stack)
 
-    def tell(ignored):
+    def tell(ignored: Any) -> None:
         what = ignored.err_msg or "Exception ignored in"
         sys.stderr.write("{}: {!r}\n".format(what, ignored.object))
         traceback.print_exception(ignored.exc_type, ignored.exc_value, ignored.exc_traceback)

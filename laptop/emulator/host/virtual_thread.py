@@ -3,6 +3,16 @@
 import sys
 import threading
 import time as wall
+from typing import Optional, Tuple
+
+MYPY = False
+if MYPY:
+    from typing import Any, List
+
+    from laptop.emulator.host.waiting_line import Ticket  # noqa: F401
+
+    Call = Tuple[str, int, str]  # file, line, function
+    Wake = List[Any]  # when it is due (s), a number of its own, the thread (None: taken back)
 
 _open = open  # of the host
 
@@ -23,21 +33,21 @@ class VirtualThread(object):
 
     __slots__ = ("name", "run", "ident", "native", "gate", "entry", "ticket", "waiting", "loose")
 
-    def __init__(self, name, run):
+    def __init__(self, name: str, run: object) -> None:
         self.name = name
         self.run = run
-        self.ident = None
-        self.native = None
+        self.ident = None  # type: Optional[int]
+        self.native = None  # type: Optional[int]
         self.gate = threading.Lock()
         self.gate.acquire()
-        self.entry = None
-        self.ticket = None
+        self.entry = None  # type: Optional[Wake]
+        self.ticket = None  # type: Optional[Ticket]
         self.waiting = True
         self.loose = False
 
-    def stack(self):
+    def stack(self) -> "List[Call]":
         """Return where it is now: (file, line, function) of each call, the innermost first."""
-        found = []
+        found = []  # type: List[Call]
         if self.ident is None:
             return found
         frame = sys._current_frames().get(self.ident)
@@ -57,12 +67,12 @@ class ThreadEffort(object):
         thread: VirtualThread; None spends nothing.
     """
 
-    def __init__(self, thread):
+    def __init__(self, thread: Optional[VirtualThread]) -> None:
         self.thread = thread
         self._spent = 0.0, 0.0
-        self._before = None
+        self._before = None  # type: Optional[Tuple[float, float, bool]]
 
-    def look(self):
+    def look(self) -> Tuple[float, float]:
         """Return the seconds that it has computed since the first look, and waited for the host.
 
         It waits if it sleeps now, did so at the last look, and has not computed in between; who has
@@ -80,7 +90,7 @@ class ThreadEffort(object):
         return self._spent
 
 
-def _computed(ident):
+def _computed(ident: int) -> float:
     """Return the time that a thread has computed, s; 0 where the host does not tell."""
     try:
         own = getattr(wall, "pthread_getcpuclockid")(ident)  # noqa: B009 Python 3.7
@@ -89,7 +99,7 @@ def _computed(ident):
         return 0.0
 
 
-def _sleeps(native):
+def _sleeps(native: Optional[int]) -> bool:
     """Return True if a thread sleeps, or if the host does not tell."""
     try:
         with _open("/proc/self/task/{}/stat".format(native), "rb") as file:

@@ -1,6 +1,14 @@
 """The one primitive under every lock of a program: a line in which its threads wait."""
 
 import collections
+from typing import Optional
+
+MYPY = False
+if MYPY:
+    from typing import Deque  # noqa: F401
+
+    from laptop.emulator.host.virtual_thread import VirtualThread
+    from laptop.emulator.host.world import World
 
 
 class Ticket(object):
@@ -8,7 +16,7 @@ class Ticket(object):
 
     __slots__ = ("thread", "called")
 
-    def __init__(self, thread):
+    def __init__(self, thread: "VirtualThread") -> None:
         self.thread = thread
         self.called = False
 
@@ -20,11 +28,11 @@ class WaitingLine(object):
         world: World, on whose clock they wait.
     """
 
-    def __init__(self, world):
+    def __init__(self, world: "World") -> None:
         self._world = world
-        self._line = collections.deque()
+        self._line = collections.deque()  # type: Deque[Ticket]
 
-    def wait(self, timeout=None):
+    def wait(self, timeout: Optional[float] = None) -> bool:
         """Stand in line; True when woken, False after `timeout` s (None: no limit)."""
         world = self._world
         me = world.current()
@@ -37,7 +45,7 @@ class WaitingLine(object):
             if not ticket.called:
                 self._line.remove(ticket)
 
-    def wake(self):
+    def wake(self) -> bool:
         """Wake the first in line; False when the line is empty."""
         if not self._line:
             return False

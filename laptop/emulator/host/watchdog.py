@@ -2,11 +2,21 @@
 
 import ctypes
 import time as wall
+from typing import Tuple
 
 from laptop.emulator.host.process_exit import BUSY, ENDLESS, ProcessExit
 from laptop.emulator.host.virtual_thread import ThreadEffort
 from laptop.emulator.pace import BUSY as BUSY_PACE
 from laptop.emulator.pace import in_words
+
+MYPY = False
+if MYPY:
+    import threading
+    from typing import Dict, Optional  # noqa: F401
+
+    from laptop.emulator.host.pacer import Pacer
+    from laptop.emulator.host.virtual_thread import VirtualThread  # noqa: F401
+    from laptop.emulator.host.world import World
 
 CRAWL_PACE = 0.01
 """Least pace in real time, emulated seconds per wall second; below it a run ends."""
@@ -39,12 +49,13 @@ class Watchdog(object):
     HEARING_TIMEOUT = 2.0
     """Time after which the main thread is to look at an interrupt, computing or waiting, s."""
 
-    def __init__(self, world):
+    def __init__(self, world: "World") -> None:
         self._world = world
         self._noticed = -BUSY_NOTICE_PERIOD
-        self._hearing = None  # ThreadEffort of the main thread since an interrupt came
+        # Of the main thread since an interrupt came.
+        self._hearing = None  # type: Optional[ThreadEffort]
 
-    def watch(self, over, patience):
+    def watch(self, over: "threading.Event", patience: float) -> None:
         """Look at the program until it is over, and wind it up.
 
         Args:
@@ -52,7 +63,7 @@ class Watchdog(object):
             patience: seconds of the host that it may compute without a look at the clock.
         """
         world = self._world
-        effort, seen = ThreadEffort(None), None
+        effort, seen = ThreadEffort(None), None  # type: ThreadEffort, Optional[int]
         pacer = world.pacer if world.realtime else None
         while not over.wait(0.05 if pacer is None else 0.01):
             with world._mutex:
@@ -68,7 +79,9 @@ class Watchdog(object):
                 self._look_at_pace(pacer)
         self._wind_up()
 
-    def _let_others_on(self, thread, effort, patience):
+    def _let_others_on(
+        self, thread: "Optional[VirtualThread]", effort: Tuple[float, float], patience: float
+    ) -> None:
         """Let the others, or in real time the world, go on beside one who does not come.
 
         Args:
@@ -92,7 +105,7 @@ class Watchdog(object):
         elif pacer is not None and pacer.joined and waited >= self.YIELD_TIMEOUT:
             world._drift(pacer)
 
-    def _look_at_interrupts(self):
+    def _look_at_interrupts(self) -> None:
         """Tell of an interrupt that the program's main thread does not look at."""
         world, main = self._world, self._world._main
         if not world._interrupts or main is None or main.waiting:
@@ -102,7 +115,7 @@ class Watchdog(object):
         elif sum(self._hearing.look()) >= self.HEARING_TIMEOUT:
             world.unheard()
 
-    def _look_at_pace(self, pacer):
+    def _look_at_pace(self, pacer: "Pacer") -> None:
         """Tell that the host is busy; end where that is too much."""
         world = self._world
         if pacer.long_pace.look() < CRAWL_PACE:
@@ -113,12 +126,12 @@ class Watchdog(object):
             self._noticed = now
             world.tell(in_words(pacer.pace.latest))
 
-    def _wind_up(self):
+    def _wind_up(self) -> None:
         """Get hold of threads that were computing when the program ended."""
         world = self._world
         throw = ctypes.pythonapi.PyThreadState_SetAsyncExc
         for attempt in range(2):
-            efforts = {}
+            efforts = {}  # type: Dict[VirtualThread, ThreadEffort]
             while True:
                 with world._mutex:
                     astray = [thread for thread in world._alive if not thread.waiting]

@@ -20,15 +20,32 @@ import heapq
 import math
 import threading
 import time as wall
+from typing import Callable, Optional
 
 from laptop.emulator.host.pacer import Pacer
 from laptop.emulator.host.process_exit import ENDLESS, ProcessExit
 from laptop.emulator.host.virtual_thread import VirtualThread
 from laptop.emulator.host.watchdog import Over, Watchdog
 
+MYPY = False
+if MYPY:
+    from typing import Any, Deque, Dict, List, NoReturn, Sequence, Tuple  # noqa: F401
+
+    from laptop.emulator.host.processor import Processor  # noqa: F401
+    from laptop.emulator.host.virtual_thread import Call, Wake  # noqa: F401
+    from laptop.emulator.host.waiting_line import Ticket
+    from laptop.emulator.pace import PacedClock, PaceMeter
+
+    Action = Callable[[], object]
+    Event = List[Any]  # when it is due (s), a number of its own, Action (None: taken back)
+    Address = Tuple[str, int]  # host, port
+    Files = Sequence[Any]  # descriptors, or what has a fileno()
+    Ready = Tuple[List[Any], List[Any], List[Any]]  # to be read, to be written, with an exception
+    Select = Callable[[Files, Files, Files, Optional[float]], Ready]
+
 
 class _Local(threading.local):
-    thread = None
+    thread = None  # type: Optional[VirtualThread]
 
 
 class World(object):
@@ -63,60 +80,60 @@ class World(object):
     DRIFT = 0.05
     """Time that goes on at a look beside a program that waits for something of the host, s."""
 
-    def __init__(self, clock=None, name="brick"):
+    def __init__(self, clock: "Optional[PacedClock]" = None, name: str = "brick") -> None:
         self.name = name
         self.t = 0.0
-        self.bodies = []
+        self.bodies = []  # type: List[Callable[[float], object]]
         self.realtime = clock is not None
-        self.select = None
-        self.addresses = {}
+        self.select = None  # type: Optional[Select]
+        self.addresses = {}  # type: Dict[Address, Address]
         self.busy = 0.0
-        self.exit = None
-        self.cut_at = ()
-        self.limit = None
-        self._events = []
+        self.exit = None  # type: Optional[ProcessExit]
+        self.cut_at = ()  # type: Sequence[Call]
+        self.limit = None  # type: Optional[float]
+        self._events = []  # type: List[Event]
         self._order = 0
         self.pacer = None if clock is None else Pacer(clock)
-        self.tell = lambda line: None
+        self.tell = lambda line: None  # type: Callable[[str], object]
         self.typing = False
-        self.unheard = lambda: None
-        self.processor = None
+        self.unheard = lambda: None  # type: Action
+        self.processor = None  # type: Optional[Processor]
         self.awaited = ""
         self._zero = wall.monotonic()
         self._mutex = threading.RLock()
         self._news = threading.Condition(self._mutex)
         self._local = _Local()
-        self._run = None
-        self._main = None
-        self._holder = None
+        self._run = None  # type: object
+        self._main = None  # type: Optional[VirtualThread]
+        self._holder = None  # type: Optional[VirtualThread]
         self._dispatching = False
         self._hurry = False
         self._loose = 0
-        self._alive = []
-        self._sleepers = []
-        self._interrupts = collections.deque()
+        self._alive = []  # type: List[VirtualThread]
+        self._sleepers = []  # type: List[Wake]
+        self._interrupts = collections.deque()  # type: Deque[Action]
         self._progress = 0
         self._over = threading.Event()
-        self._failure = None
+        self._failure = None  # type: Optional[Exception]
         self._watchdog = Watchdog(self)
 
     # The clock
 
-    def now(self):
+    def now(self) -> float:
         """Return the virtual time, s."""
         return self.t
 
     @property
-    def zero(self):
+    def zero(self) -> float:
         """Time of the paced clock, or of the wall's without one, at the virtual time 0, s."""
         return self._zero if self.pacer is None else self.pacer.zero
 
     @property
-    def pace(self):
+    def pace(self) -> "Optional[PaceMeter]":
         """PaceMeter of the clock over seconds; None without one."""
         return None if self.pacer is None else self.pacer.pace
 
-    def sleep(self, seconds):
+    def sleep(self, seconds: float) -> None:
         """Wait `seconds` of virtual time."""
         with self._mutex:
             me = self._enter()
@@ -127,7 +144,7 @@ class World(object):
                 return
         self._wait(me, deadline)
 
-    def touch(self, cost):
+    def touch(self, cost: float) -> None:
         """Spend `cost` seconds of virtual time on one access to the outside.
 
         The brick has one core: nobody else computes meanwhile.
@@ -148,7 +165,7 @@ class World(object):
         if self._interrupts:
             self._attend(me)
 
-    def begin(self):
+    def begin(self) -> None:
         """Let what the program computes take its time from now on.
 
         It has to do with the world: it uses the brick, waits, begins a thread, or calls somebody.
@@ -156,7 +173,7 @@ class World(object):
         if self.processor and self.processor.start is None:
             self.processor.begin()
 
-    def at(self, t, action):
+    def at(self, t: float, action: "Action") -> "Event":
         """Call `action()` when time passes `t` (s); it must not wait.
 
         Returns:
@@ -164,22 +181,24 @@ class World(object):
         """
         with self._mutex:
             self._order += 1
-            event = [t, self._order, action]
+            event = [t, self._order, action]  # type: Event
             heapq.heappush(self._events, event)
         return event
 
-    def cancel(self, event):
+    def cancel(self, event: "Event") -> None:
         """Take back what `at` returned; nothing happens when it is past."""
         event[2] = None
 
-    def advance(self, t):
+    def advance(self, t: float) -> None:
         """Bring every body to time `t` (s), running the events on the way."""
         with self._mutex:
             self._advance(t)
 
     # The program
 
-    def run(self, program, limit=None, patience=10.0):
+    def run(
+        self, program: Callable[[], int], limit: Optional[float] = None, patience: float = 10.0
+    ) -> ProcessExit:
         """Run `program() -> exit status` as the main thread of a new program until it is over.
 
         Args:
@@ -193,7 +212,7 @@ class World(object):
         collecting = gc.isenabled()  # a program that is killed does not put it back
         self._start_anew(limit)
 
-        def main():
+        def main() -> None:
             try:
                 self.halt(ProcessExit(program(), "ended"))
             except Exception as error:
@@ -212,7 +231,7 @@ class World(object):
         assert self.exit is not None  # else the watchdog would watch still
         return self.exit
 
-    def _start_anew(self, limit):
+    def _start_anew(self, limit: Optional[float]) -> None:
         """Be without a program again, and know nothing of the last one."""
         self._run = object()
         self.exit = None
@@ -225,7 +244,7 @@ class World(object):
         self._interrupts.clear()
         self._over.clear()
 
-    def spawn(self, function, name):
+    def spawn(self, function: "Action", name: str) -> VirtualThread:
         """Start `function()` as a further thread of the program; it runs when its turn comes."""
         with self._mutex:
             self._enter()
@@ -237,15 +256,15 @@ class World(object):
         real.start()
         return thread
 
-    def current(self):
+    def current(self) -> Optional[VirtualThread]:
         """Return the calling `VirtualThread`, or None for a caller outside the program."""
         return self._local.thread
 
-    def is_main(self):
+    def is_main(self) -> bool:
         """Return True in the program's main thread."""
         return self._local.thread is not None and self._local.thread is self._main
 
-    def halt(self, process_exit):
+    def halt(self, process_exit: ProcessExit) -> None:
         """End the program now, for whatever reason; the first exit stands."""
         with self._mutex:
             if self.exit is None:
@@ -255,7 +274,7 @@ class World(object):
                 self._over.set()
                 self._news.notify_all()
 
-    def interrupt(self, action):
+    def interrupt(self, action: "Action") -> None:
         """Have the program's main thread call `action()` at once, out of any wait it is in."""
         with self._mutex:
             self._interrupts.append(action)
@@ -269,7 +288,7 @@ class World(object):
 
     # Time passing
 
-    def _advance(self, t):
+    def _advance(self, t: float) -> None:
         """Go towards `t`; stop at the program's end, the limit, or when the wall has news."""
         before = self.exit
         try:
@@ -297,7 +316,7 @@ class World(object):
                 raise
             self._fail(error)
 
-    def _move(self, t, before):
+    def _move(self, t: float, before: Optional[ProcessExit]) -> bool:
         """Go to `t`; True when it is reached, not when the program has ended since `before`."""
         if t <= self.t:
             return True
@@ -321,18 +340,18 @@ class World(object):
         self._carry(t)
         return True
 
-    def _carry(self, t):
+    def _carry(self, t: float) -> None:
         self.t = t
         for advance in self.bodies:
             advance(t)
 
-    def _fail(self, error):
+    def _fail(self, error: Exception) -> None:
         self._failure = error
         self.halt(ProcessExit(70, "emulator failed"))
 
     # The baton.  All below expect the mutex to be held once, except _wait, _attend and _body.
 
-    def _enter(self):
+    def _enter(self) -> Optional[VirtualThread]:
         """Have whoever calls be at the clock: a thread of the program only with the baton."""
         me = self._local.thread
         if me is None:
@@ -356,7 +375,7 @@ class World(object):
             self._park(me)
         return me
 
-    def _charge(self):
+    def _charge(self) -> bool:
         """Let what was computed since take its time; True if it took any."""
         cost = self.processor.take() if self.processor else 0.0
         if cost:
@@ -364,7 +383,7 @@ class World(object):
             self._advance(self.t + cost)
         return cost > 0.0
 
-    def _queue(self, thread, wake):
+    def _queue(self, thread: VirtualThread, wake: Optional[float]) -> None:
         """Have `thread` woken at `wake`, in place of any earlier arrangement."""
         if thread.entry is not None:
             thread.entry[2] = None
@@ -374,7 +393,9 @@ class World(object):
             thread.entry = [wake, self._order, thread]
             heapq.heappush(self._sleepers, thread.entry)
 
-    def _wait(self, me, deadline, ticket=None):
+    def _wait(
+        self, me: VirtualThread, deadline: Optional[float], ticket: "Optional[Ticket]" = None
+    ) -> bool:
         """Wait until `ticket` is called (True) or the deadline has passed (False; None: never)."""
         self.begin()
         while True:
@@ -393,17 +414,17 @@ class World(object):
                 return True
             self._attend(me)
 
-    def _attend(self, me):
+    def _attend(self, me: VirtualThread) -> None:
         while self._interrupts and me is self._main:
             self._interrupts.popleft()()
 
-    def _switch(self, me, wake):
+    def _switch(self, me: VirtualThread, wake: Optional[float]) -> None:
         self._queue(me, wake)
         self._dispatch(me)
         if self._holder is not me:
             self._stand_by(me)
 
-    def _stand_by(self, me):
+    def _stand_by(self, me: VirtualThread) -> None:
         me.waiting = True
         self._mutex.release()
         me.gate.acquire()
@@ -412,13 +433,13 @@ class World(object):
         if self.exit is not None or me.run is not self._run:
             self._park(me)
 
-    def _park(self, me):
+    def _park(self, me: VirtualThread) -> "NoReturn":
         me.waiting = True
         self._mutex.release()
         while True:
             me.gate.acquire()
 
-    def _dispatch(self, caller):
+    def _dispatch(self, caller: Optional[VirtualThread]) -> None:
         """Give the baton to whoever is due next, letting time pass until somebody is."""
         self._holder = None
         self._dispatching = True
@@ -443,7 +464,7 @@ class World(object):
             self._advance(max(due, self.t))
         self._dispatching = False
 
-    def _body(self, me, function):
+    def _body(self, me: VirtualThread, function: "Action") -> None:
         self._local.thread = me
         me.ident = threading.get_ident()
         me.native = getattr(threading, "get_native_id", lambda: None)()  # Python 3.8
@@ -462,20 +483,20 @@ class World(object):
                     if self._holder is me or (self._holder is None and not self._dispatching):
                         self._dispatch(None)
 
-    def _awaited(self, holder=None):
+    def _awaited(self, holder: Optional[VirtualThread] = None) -> bool:
         """Return True if time must go on for a sleeper, or a waiter whom an event may wake."""
         if any(entry[2] for entry in self._sleepers):
             return True
         waiting = any(not thread.loose and thread is not holder for thread in self._alive)
         return waiting and any(event[2] for event in self._events)
 
-    def _drift(self, pacer):
+    def _drift(self, pacer: Pacer) -> None:
         """Let time go on with the clock, beside a program that waits for something of the host."""
         pacer.drifting = True
         self._advance(max(self.t, pacer.now()))
         pacer.promise(self.t + self.DRIFT)
 
-    def _end_drift(self):
+    def _end_drift(self) -> None:
         """Have it be as late as the clock shows, if the program has waited for the host."""
         if self.pacer is not None and self.pacer.drifting:
             self.pacer.drifting = False
