@@ -1,10 +1,21 @@
 """Waiting for files and sockets of the host, on the world's clock: `select` and `socket`."""
 
 import select as real_select
+from types import ModuleType
+from typing import Any, Callable, List, Optional, Tuple
 
 from laptop.emulator.device.sysfs import Poll
 from laptop.emulator.host.clocks import copy_module
 from laptop.emulator.host.linux import POLL
+
+MYPY = False
+if MYPY:
+    from typing import Dict, TypeVar  # noqa: F401
+
+    from laptop.emulator.host.linux import FileDescriptorLike
+    from laptop.emulator.host.world import Address, Files, Ready, World
+
+    Value = TypeVar("Value")
 
 FD_POLL_PERIOD = 0.01
 """Period at which files of the host are looked at by those that wait, s."""
@@ -13,71 +24,78 @@ PERSON_POLL_PERIOD = 0.05
 """Period at which signals are looked for while somebody is waited for who types, wall s."""
 
 
-def select_module(world):
+def select_module(world: "World") -> ModuleType:
     """Return a `select` module on the world's clock."""
-    shim = copy_module(real_select)
 
-    class WatchedFiles(object):
-        """select.poll() on attributes of the brick and on files of the host."""
-
-        def __init__(self):
-            self._attributes = Poll(world)
-            self._some = False
-            self._files = real_select.poll() if hasattr(real_select, "poll") else _Selecting()
-
-        def register(self, fd, eventmask=POLL["POLLIN"] | POLL["POLLPRI"]):
-            if hasattr(fd, "device"):
-                self._some = True
-                self._attributes.register(fd, eventmask)
-            else:
-                self._files.register(fd, eventmask)
-
-        def unregister(self, fd):
-            self._files.unregister(fd)
-
-        def modify(self, fd, eventmask):
-            self._files.modify(fd, eventmask)
-
-        def poll(self, timeout=None):
-            if timeout is not None and timeout < 0:
-                timeout = None
-            if self._some:
-                return self._attributes.poll(timeout)
-            seconds = None if timeout is None else timeout / 1000.0
-            return _watch(world, lambda: self._files.poll(0), seconds)
-
-    class WatchedEpoll(object):
-        """select.epoll() that waits in virtual time."""
-
-        def __init__(self, *args):
-            self._real = real_select.epoll()
-
-        def __getattr__(self, name):
-            return getattr(self._real, name)
-
-        def poll(self, timeout=None, maxevents=-1):
-            seconds = None if timeout is None or timeout < 0 else timeout
-            return _watch(world, lambda: self._real.poll(0, maxevents), seconds)
-
-    def select(rlist, wlist, xlist, timeout=None):
+    def select(
+        rlist: "Files", wlist: "Files", xlist: "Files", timeout: Optional[float] = None
+    ) -> "Ready":
         """select.select() that waits in virtual time."""
         if world.select is not None:
             return world.select(rlist, wlist, xlist, timeout)
         if timeout is None and 0 in [fd if isinstance(fd, int) else fd.fileno() for fd in rlist]:
             return _wait_for_person(world, rlist, wlist, xlist)
-        found = _watch(
-            world,
-            lambda: [f for f in [real_select.select(rlist, wlist, xlist, 0)] if any(f)],
-            timeout,
-        )
-        return found[0] if found else ([], [], [])
+        return _watch_all(world, rlist, wlist, xlist, timeout)
 
-    vars(shim).update(POLL)
-    shim.poll = WatchedFiles
-    shim.select = select
+    shim = copy_module(real_select, poll=lambda: WatchedFiles(world), select=select, **POLL)
     if hasattr(real_select, "epoll"):
-        shim.epoll = WatchedEpoll
+        vars(shim)["epoll"] = lambda *args: WatchedEpoll(world)
     return shim
+
+
+class WatchedFiles(object):
+    """select.poll() on attributes of the brick and on files of the host."""
+
+    def __init__(self, world: "World") -> None:
+        self._world = world
+        self._attributes = Poll(world)
+        self._some = False
+        self._files = real_select.poll() if hasattr(real_select, "poll") else _Selecting()
+
+    def register(self, fd: Any, eventmask: int = POLL["POLLIN"] | POLL["POLLPRI"]) -> None:
+        """Watch one."""
+        if hasattr(fd, "device"):
+            self._some = True
+            self._attributes.register(fd, eventmask)
+        else:
+            self._files.register(fd, eventmask)
+
+    def unregister(self, fd: "FileDescriptorLike") -> None:
+        """Watch a file of the host no more."""
+        self._files.unregister(fd)
+
+    def modify(self, fd: "FileDescriptorLike", eventmask: int) -> None:
+        """Watch a file of the host for something else."""
+        self._files.modify(fd, eventmask)
+
+    def poll(self, timeout: Optional[float] = None) -> List[Tuple[Any, int]]:
+        """Wait at most `timeout` ms; those that are ready, and for what."""
+        if timeout is not None and timeout < 0:
+            timeout = None
+        if self._some:
+            return self._attributes.poll(timeout)
+        seconds = None if timeout is None else timeout / 1000.0
+        return _watch(self._world, lambda: self._files.poll(0), seconds)
+
+
+class WatchedEpoll(object):
+    """select.epoll() that waits in virtual time."""
+
+    def __init__(self, world: "World") -> None:
+        self._world = world
+        self._real = vars(real_select)["epoll"]()
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._real, name)
+
+    def poll(self, timeout: Optional[float] = None, maxevents: int = -1) -> List[Tuple[int, int]]:
+        """Wait at most `timeout` s; descriptors that are ready, and for what."""
+        seconds = None if timeout is None or timeout < 0 else timeout
+        return _watch(self._world, lambda: self._looked(maxevents), seconds)
+
+    def _looked(self, maxevents: int) -> List[Tuple[int, int]]:
+        found = self._real.poll(0, maxevents)  # type: List[Tuple[int, int]]
+        return found
 
 
 class _Selecting(object):
@@ -85,39 +103,39 @@ class _Selecting(object):
 
     _KINDS = "POLLIN", "POLLOUT", "POLLPRI"  # in the order of select.select
 
-    def __init__(self):
-        self._events = {}
+    def __init__(self) -> None:
+        self._events = {}  # type: Dict[int, int]
 
-    def register(self, fd, eventmask):
+    def register(self, fd: "FileDescriptorLike", eventmask: int) -> None:
         self._events[fd if isinstance(fd, int) else fd.fileno()] = eventmask
 
     modify = register
 
-    def unregister(self, fd):
+    def unregister(self, fd: "FileDescriptorLike") -> None:
         del self._events[fd if isinstance(fd, int) else fd.fileno()]
 
-    def poll(self, timeout):
+    def poll(self, timeout: float) -> List[Tuple[int, int]]:
         """(descriptor, event) for all that can be had at once."""
         events = [POLL[kind] for kind in self._KINDS]
         asked = [[fd for fd, mask in self._events.items() if mask & event] for event in events]
         if not any(asked):  # Windows takes no three empty lists
             return []
-        found = {}
-        for event, ready in zip(events, real_select.select(*asked + [0])):
+        found = {}  # type: Dict[int, int]
+        for event, ready in zip(events, real_select.select(asked[0], asked[1], asked[2], 0)):
             for fd in ready:
                 found[fd] = found.get(fd, 0) | event
         return list(found.items())
 
 
-def time_out_sockets(world, module):
+def time_out_sockets(world: "World", module: ModuleType) -> None:
     """Let sockets with a timeout wait in virtual time; a program that calls has started.
 
     Args:
         module: `socket`, which is changed.
     """
 
-    def waiting(call):
-        def waited(sock, *args, **kwargs):
+    def waiting(call: Callable[..., Any]) -> Callable[..., Any]:
+        def waited(sock: Any, *args: Any, **kwargs: Any) -> Any:
             limit = sock.gettimeout()
             if limit and not _watch(world, lambda: real_select.select([sock], [], [], 0)[0], limit):
                 raise module.timeout("timed out")
@@ -125,8 +143,8 @@ def time_out_sockets(world, module):
 
         return waited
 
-    def connecting(call):
-        def connected(sock, address):
+    def connecting(call: Callable[..., Any]) -> Callable[..., Any]:
+        def connected(sock: Any, address: "Address") -> Any:
             world.begin()
             return call(sock, world.addresses.get(address, address))
 
@@ -136,19 +154,32 @@ def time_out_sockets(world, module):
     calls = {name: waiting(getattr(module.socket, name)) for name in names}
     for name in ("connect", "connect_ex"):
         calls[name] = connecting(getattr(module.socket, name))
-    module.socket = type("socket", (module.socket,), dict(calls, __slots__=()))
+    vars(module)["socket"] = type("socket", (module.socket,), dict(calls, __slots__=()))
 
 
-def _wait_for_person(world, *files):
+def _wait_for_person(world: "World", rlist: "Files", wlist: "Files", xlist: "Files") -> "Ready":
     """Return what `select` finds of these in the end; the emulated clock stands meanwhile."""
     while True:
-        found = real_select.select(*files + (PERSON_POLL_PERIOD,))
+        found = real_select.select(rlist, wlist, xlist, PERSON_POLL_PERIOD)
         if any(found):
             return found
         world.touch(0.0)  # signals are heard
 
 
-def _watch(world, look, timeout):
+def _watch_all(
+    world: "World", rlist: "Files", wlist: "Files", xlist: "Files", timeout: Optional[float]
+) -> "Ready":
+    """Return what `select` finds of these until `timeout` s (None: never) have passed."""
+
+    def look() -> "List[Ready]":
+        found = real_select.select(rlist, wlist, xlist, 0)
+        return [found] if any(found) else []
+
+    found = _watch(world, look, timeout)
+    return found[0] if found else ([], [], [])
+
+
+def _watch(world: "World", look: "Callable[[], Value]", timeout: Optional[float]) -> "Value":
     """Return what `look()` finds, asked until `timeout` s (None: never) have passed."""
     deadline = None if timeout is None else world.now() + timeout
     while True:

@@ -1,15 +1,29 @@
 """Names and numbers of the brick's Linux, which the host's system may lack, or have otherwise."""
 
-import collections
 import enum
 import errno
 import os
 import random
 import types
+from typing import Any, Callable, Dict, NamedTuple, Sequence
 
 from laptop.emulator.device.sysfs import POLLPRI
 from laptop.emulator.host.clocks import copy_module
 from laptop.system import platforms
+
+MYPY = False
+if MYPY:
+    from typing import Protocol, Union
+
+    from laptop.emulator.host.clocks import ProgramClock
+
+    class HasFileno(Protocol):
+        """A file, socket, or what else can be waited for."""
+
+        def fileno(self) -> int:
+            """Return its descriptor."""
+
+    FileDescriptorLike = Union[int, HasFileno]
 
 
 class Signals(enum.IntEnum):
@@ -63,7 +77,7 @@ TERMINAL = (80, 24)
 """Characters of a terminal over ssh."""
 
 
-def system_files(words, started):
+def system_files(words: Sequence[str], started: float) -> Dict[str, str]:
     """Return the files that tell of the system and its processes: path -> text.
 
     Args:
@@ -106,7 +120,7 @@ def system_files(words, started):
     return files
 
 
-def stat_of(pid, started):
+def stat_of(pid: int, started: float) -> str:
     """Return /proc/PID/stat: of 52 figures, the number of the process and when it was started."""
     figures = ["0"] * 49
     figures[18] = str(int(started * CLOCK_TICKS))
@@ -122,14 +136,14 @@ USERS = (
 """Rows of /etc/passwd."""
 
 
-def own_os(clock):
+def own_os(clock: "ProgramClock") -> Dict[str, Callable[..., object]]:
     """Return what `os` tells of the one process on a brick, instead of the host's.
 
     Args:
         clock: clocks.ProgramClock.
     """
     chance = random.Random(0)
-    own = {
+    own = {  # type: Dict[str, Callable[..., object]]
         "getpid": lambda: PID,
         "getppid": lambda: PARENT,
         "getlogin": lambda: USER,
@@ -148,7 +162,7 @@ def own_os(clock):
     if hasattr(os, "statvfs"):
         real = os.statvfs
 
-        def statvfs(path):
+        def statvfs(path: Any) -> os.statvfs_result:
             real(path)  # which may not be there
             return os.statvfs_result(CARD)
 
@@ -164,27 +178,45 @@ OS = {
 """What a program finds in `os`, where the host's has it not: it runs as the user `robot`."""
 
 
-def users_module():
+def users_module() -> types.ModuleType:
     """Return a `pwd` module."""
     shim = types.ModuleType("pwd")
-    shim.struct_passwd = Passwd
-    shim.getpwall = lambda: [Passwd(*one) for one in USERS]
+    users = [Passwd(*one) for one in USERS]
 
-    def finder(field, words):
-        def find(key):
-            for one in shim.getpwall():
-                if getattr(one, field) == key:
-                    return one
-            raise KeyError("{}: {} not found: {!r}".format(find.__name__, words, key))
+    def getpwnam(name: str) -> Passwd:
+        """The user of that name."""
+        for one in users:
+            if one.pw_name == name:
+                return one
+        raise KeyError("getpwnam(): name not found: {!r}".format(name))
 
-        return find
+    def getpwuid(uid: int) -> Passwd:
+        """The user of that number."""
+        for one in users:
+            if one.pw_uid == uid:
+                return one
+        raise KeyError("getpwuid(): uid not found: {!r}".format(uid))
 
-    shim.getpwnam, shim.getpwuid = finder("pw_name", "name"), finder("pw_uid", "uid")
+    vars(shim).update(
+        struct_passwd=Passwd,
+        getpwall=lambda: list(users),
+        getpwnam=getpwnam,
+        getpwuid=getpwuid,
+    )
     return shim
 
 
-Passwd = collections.namedtuple(
-    "Passwd", "pw_name pw_passwd pw_uid pw_gid pw_gecos pw_dir pw_shell"
+Passwd = NamedTuple(
+    "Passwd",
+    [
+        ("pw_name", str),
+        ("pw_passwd", str),
+        ("pw_uid", int),
+        ("pw_gid", int),
+        ("pw_gecos", str),
+        ("pw_dir", str),
+        ("pw_shell", str),
+    ],
 )
 Passwd.__doc__ = """A row of /etc/passwd."""
 
@@ -195,23 +227,23 @@ POLL = {
 _LOCKS = {"LOCK_SH": 1, "LOCK_EX": 2, "LOCK_NB": 4, "LOCK_UN": 8}
 
 
-def fcntl_module(ioctl):
+def fcntl_module(ioctl: Callable[[Any, int, Any], bool]) -> types.ModuleType:
     """Return a `fcntl` module.
 
     Args:
         ioctl: (fd, request, arg) -> whether the brick's own devices have taken it.
     """
-    shim = types.ModuleType("fcntl") if platforms.fcntl is None else copy_module(platforms.fcntl)
+    real = vars(platforms)["fcntl"]  # type: Any  # None where the host has none
 
-    def own_or_host(fd, request, arg=0, mutate_flag=True):
+    def own_or_host(fd: Any, request: int, arg: Any = 0, mutate_flag: bool = True) -> Any:
         """ioctl that knows the brick's buttons and screen."""
         if ioctl(fd, request, arg):
             return 0
-        if platforms.fcntl is None:
+        if real is None:
             raise OSError(errno.ENOTTY, os.strerror(errno.ENOTTY))
-        return platforms.fcntl.ioctl(fd, request, arg, mutate_flag)
+        return real.ioctl(fd, request, arg, mutate_flag)
 
-    def flock(fd, operation):
+    def flock(fd: "FileDescriptorLike", operation: int) -> None:
         """Lock a file of the host where that has no flock of its own."""
         descriptor = fd if isinstance(fd, int) else fd.fileno()
         if operation & _LOCKS["LOCK_UN"]:
@@ -219,7 +251,6 @@ def fcntl_module(ioctl):
         elif not platforms.lock(descriptor):
             raise BlockingIOError(errno.EAGAIN, os.strerror(errno.EAGAIN))
 
-    shim.ioctl = own_or_host
-    if platforms.fcntl is None:
-        vars(shim).update(_LOCKS, flock=flock)
-    return shim
+    if real is None:
+        return copy_module(types.ModuleType("fcntl"), ioctl=own_or_host, flock=flock, **_LOCKS)
+    return copy_module(real, ioctl=own_or_host)

@@ -7,11 +7,22 @@ import os
 import re
 import signal as real_signal
 import sys
+from types import ModuleType
+from typing import Callable, Tuple
 
 from laptop.emulator.host.clocks import copy_module
 from laptop.emulator.host.linux import TIMERS, Signals
 from laptop.emulator.host.process_exit import ENDLESS, ProcessExit
 from laptop.emulator.host.waiting_line import WaitingLine
+
+MYPY = False
+if MYPY:
+    from typing import Any, Dict, Set, Union  # noqa: F401
+
+    from laptop.emulator.host.clocks import ProgramClock
+    from laptop.emulator.host.world import Event, World  # noqa: F401
+
+    Handler = Union[Callable[[int, Any], object], int, None]  # or SIG_DFL, SIG_IGN
 
 
 class ProgramSignals(object):
@@ -22,18 +33,18 @@ class ProgramSignals(object):
 
     _HARMLESS = (Signals.SIGCHLD, Signals.SIGCONT, Signals.SIGURG, Signals.SIGWINCH)
 
-    def __init__(self, world, clock):
+    def __init__(self, world: "World", clock: "ProgramClock") -> None:
         self._world = world
         self._clock = clock
         self._pausing = WaitingLine(world)
-        self._timers = {}
-        self.pending = set()
-        self._handlers = {
+        self._timers = ProgramTimers(world, clock, self.post)
+        self.pending = set()  # type: Set[int]
+        self._handlers = {  # type: Dict[int, Handler]
             Signals.SIGINT: real_signal.default_int_handler,
             Signals.SIGPIPE: real_signal.SIG_IGN,
         }
 
-    def post(self, number):
+    def post(self, number: int) -> None:
         """Deliver a signal to the program, now: its own handler runs, or the default action."""
         world = self._world
         if world.exit is not None:
@@ -49,88 +60,111 @@ class ProgramSignals(object):
             self.pending.add(number)
             world.interrupt(lambda: self._call(number))
 
-    def _call(self, number):
+    def _call(self, number: int) -> None:
         self.pending.discard(number)
         self._pausing.wake()
         handler = self._handlers.get(number)
         if callable(handler):
             handler(number, sys._getframe(1))
 
-    def module(self):
+    def module(self) -> ModuleType:
         """A `signal` module."""
         shim = copy_module(real_signal)
         for name in [name for name in vars(shim) if re.match("SIG[A-Z0-9]+$", name)]:
             delattr(shim, name)
+        timers = self._timers
         vars(shim).update(Signals.__members__, Signals=Signals, **TIMERS)
-        world, clock = self._world, self._clock
-
-        def signal(signalnum, handler):
-            """Set the program's handler; returns the one before."""
-            if not world.is_main():
-                raise ValueError("signal only works in main thread")
-            if signalnum in (Signals.SIGKILL, Signals.SIGSTOP):
-                raise OSError(22, os.strerror(22))
-            if not callable(handler) and handler not in (real_signal.SIG_DFL, real_signal.SIG_IGN):
-                raise TypeError(
-                    "signal handler must be signal.SIG_IGN, signal.SIG_DFL, or a callable object"
-                )
-            before = shim.getsignal(signalnum)
-            self._handlers[Signals(signalnum)] = handler
-            return before
-
-        def getsignal(signalnum):
-            """The program's handler."""
-            return self._handlers.get(Signals(signalnum), real_signal.SIG_DFL)
-
-        def pause():
-            """Wait for a signal."""
-            self._pausing.wait()
-
-        def setitimer(which, seconds, interval=0.0):
-            """Send the timer's signal after `seconds` and then every `interval` s, virtual."""
-            before = getitimer(which)
-            if which in self._timers:
-                world.cancel(self._timers.pop(which)[0])
-            if seconds > 0:
-                self._set_timer(which, seconds, interval)
-            return before
-
-        def getitimer(which):
-            """(seconds left, interval)."""
-            clock.step()
-            if which not in self._timers:
-                return (0.0, 0.0)
-            event, interval = self._timers[which]
-            return (max(0.0, event[0] - world.now()), interval)
-
-        def alarm(seconds):
-            """Send SIGALRM after `seconds`; returns what was left of the last alarm."""
-            return int(round(setitimer(TIMERS["ITIMER_REAL"], seconds)[0]))
-
-        def send(signalnum):
-            """Signal the program itself."""
-            self.post(signalnum)
-            clock.step()
-
-        shim.signal, shim.getsignal, shim.pause = signal, getsignal, pause
-        shim.setitimer, shim.getitimer, shim.alarm = setitimer, getitimer, alarm
-        shim.raise_signal = send
-        shim.pthread_kill = lambda thread_id, signalnum: send(signalnum)
-        shim.siginterrupt = lambda signalnum, flag: None
-        shim.set_wakeup_fd = lambda fd, warn_on_full_buffer=True: -1
-        shim.pthread_sigmask = lambda how, mask: set()
+        vars(shim).update(
+            signal=self.signal,
+            getsignal=self.getsignal,
+            pause=self.pause,
+            setitimer=timers.setitimer,
+            getitimer=timers.getitimer,
+            alarm=timers.alarm,
+            raise_signal=self.raise_signal,
+            pthread_kill=lambda thread_id, signalnum: self.raise_signal(signalnum),
+            siginterrupt=lambda signalnum, flag: None,
+            set_wakeup_fd=lambda fd, warn_on_full_buffer=True: -1,
+            pthread_sigmask=lambda how, mask: set(),
+        )
         return shim
 
-    def _set_timer(self, which, seconds, interval):
+    # Functions of the module
+
+    def signal(self, signalnum: int, handler: "Handler") -> "Handler":
+        """Set the program's handler; returns the one before."""
+        if not self._world.is_main():
+            raise ValueError("signal only works in main thread")
+        if signalnum in (Signals.SIGKILL, Signals.SIGSTOP):
+            raise OSError(22, os.strerror(22))
+        if not callable(handler) and handler not in (real_signal.SIG_DFL, real_signal.SIG_IGN):
+            raise TypeError(
+                "signal handler must be signal.SIG_IGN, signal.SIG_DFL, or a callable object"
+            )
+        before = self.getsignal(signalnum)
+        self._handlers[Signals(signalnum)] = handler
+        return before
+
+    def getsignal(self, signalnum: int) -> "Handler":
+        """The program's handler."""
+        return self._handlers.get(Signals(signalnum), real_signal.SIG_DFL)
+
+    def pause(self) -> None:
+        """Wait for a signal."""
+        self._pausing.wait()
+
+    def raise_signal(self, signalnum: int) -> None:
+        """Signal the program itself."""
+        self.post(signalnum)
+        self._clock.step()
+
+
+class ProgramTimers(object):
+    """The program's interval timers.
+
+    Args:
+        post: called with the number of a signal when a timer rings.
+    """
+
+    def __init__(
+        self, world: "World", clock: "ProgramClock", post: Callable[[int], object]
+    ) -> None:
+        self._world = world
+        self._clock = clock
+        self._post = post
+        self._running = {}  # type: Dict[int, Tuple[Event, float]]
+
+    def setitimer(self, which: int, seconds: float, interval: float = 0.0) -> Tuple[float, float]:
+        """Send the timer's signal after `seconds` and then every `interval` s, virtual."""
+        before = self.getitimer(which)
+        if which in self._running:
+            self._world.cancel(self._running.pop(which)[0])
+        if seconds > 0:
+            self._start(which, seconds, interval)
+        return before
+
+    def getitimer(self, which: int) -> Tuple[float, float]:
+        """(seconds left, interval)."""
+        self._clock.step()
+        if which not in self._running:
+            return (0.0, 0.0)
+        event, interval = self._running[which]
+        return (max(0.0, event[0] - self._world.now()), interval)
+
+    def alarm(self, seconds: float) -> int:
+        """Send SIGALRM after `seconds`; returns what was left of the last alarm."""
+        return int(round(self.setitimer(TIMERS["ITIMER_REAL"], seconds)[0]))
+
+    def _start(self, which: int, seconds: float, interval: float) -> None:
         number = {
             TIMERS["ITIMER_VIRTUAL"]: Signals.SIGVTALRM,
             TIMERS["ITIMER_PROF"]: Signals.SIGPROF,
         }.get(which, Signals.SIGALRM)
 
-        def ring():
-            del self._timers[which]
+        def ring() -> None:
+            del self._running[which]
             if interval > 0:
-                self._set_timer(which, interval, interval)
-            self.post(number)
+                self._start(which, interval, interval)
+            self._post(number)
 
-        self._timers[which] = (self._world.at(self._world.now() + seconds, ring), interval)
+        self._running[which] = (self._world.at(self._world.now() + seconds, ring), interval)

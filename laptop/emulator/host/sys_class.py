@@ -10,9 +10,16 @@ import io
 import os
 import posixpath
 import stat
+from typing import Any, Callable, Dict, Iterator, List, Optional, Sequence, Type
 
 from laptop.emulator.host.brick_files import Entries
 from laptop.emulator.host.clocks import EPOCH, Builtin
+
+MYPY = False
+if MYPY:
+    from laptop.emulator.device.sysfs import Attribute, Sysfs
+
+    Path = Any  # str, bytes, os.PathLike or a descriptor, as functions of `os` take it
 
 ROOT = "/sys/class"
 
@@ -42,7 +49,7 @@ ONLY_WRITTEN = "command", "set_device"
 """Files that can be written alone."""
 
 
-def _parts(path):
+def _parts(path: "Path") -> Optional[List[str]]:
     """What a path names within ROOT, as a list of names; None for any other path."""
     if isinstance(path, int):
         return None
@@ -53,7 +60,7 @@ def _parts(path):
     return text[len(ROOT) + 1 :].split("/") if text != ROOT else []
 
 
-def _mode(parts):
+def _mode(parts: Sequence[str]) -> int:
     """Rights of a file, as the brick gives them to its users."""
     if parts[-1] in ONLY_WRITTEN:
         return 0o220
@@ -68,7 +75,7 @@ class DeviceFile(io.RawIOBase):
         mode: as of `open`.
     """
 
-    def __init__(self, attribute, mode):
+    def __init__(self, attribute: "Attribute", mode: str) -> None:
         super(DeviceFile, self).__init__()
         self.mode = mode
         self.name = attribute.name
@@ -78,19 +85,19 @@ class DeviceFile(io.RawIOBase):
     device = property(lambda self: self._attribute.device, doc="What `select.poll` watches.")
     seen = property(lambda self: self._attribute.seen, doc="See sysfs.Attribute.")
 
-    def readable(self):
+    def readable(self) -> bool:
         """As opened."""
         return "r" in self.mode or "+" in self.mode
 
-    def writable(self):
+    def writable(self) -> bool:
         """As opened."""
         return "r" not in self.mode or "+" in self.mode
 
-    def seekable(self):
+    def seekable(self) -> bool:
         """It is."""
         return True
 
-    def readinto(self, buffer):
+    def readinto(self, buffer: Any) -> int:
         """Put what comes next into `buffer`; the number of bytes."""
         if not self.readable():
             raise io.UnsupportedOperation("not readable")
@@ -101,7 +108,7 @@ class DeviceFile(io.RawIOBase):
         self._at += len(piece)
         return len(piece)
 
-    def write(self, data):
+    def write(self, data: Any) -> int:
         """One access: store the text; nothing once the program is over."""
         if not self.writable():
             raise io.UnsupportedOperation("not writable")
@@ -109,19 +116,28 @@ class DeviceFile(io.RawIOBase):
             self._attribute.write(bytes(data))
         return len(data)
 
-    def seek(self, offset, whence=0):
+    def seek(self, offset: int, whence: int = 0) -> int:
         """Go to a place; returns it."""
         if whence == 2:
             raise OSError(errno.EINVAL, os.strerror(errno.EINVAL))
         self._at = offset + (self._at if whence else 0)
         return self._at
 
-    def truncate(self, size=None):
+    def truncate(self, size: Optional[int] = None) -> int:
         """Nothing is kept that could be cut."""
         return self._at
 
 
-def wrapped(attribute, mode, buffering=-1, encoding=None, errors=None, newline=None, **others):
+def wrapped(
+    attribute: "Attribute",
+    mode: str,
+    buffering: int = -1,
+    encoding: Optional[str] = None,
+    errors: Optional[str] = None,
+    newline: Optional[str] = None,
+    closefd: bool = True,
+    opener: object = None,
+) -> io.IOBase:
     """What `open` makes of a sysfs.Attribute, by its own arguments."""
     raw = DeviceFile(attribute, mode)
     if buffering == 0:
@@ -134,36 +150,36 @@ def wrapped(attribute, mode, buffering=-1, encoding=None, errors=None, newline=N
 class _Entry(object):
     """os.DirEntry of what is in ROOT."""
 
-    def __init__(self, folder, name, tree):
+    def __init__(self, folder: str, name: str, parts: List[str], tree: "SysClass") -> None:
         self.name = name
         self.path = os.path.join(folder, name)
-        self._parts = _parts(self.path)
+        self._parts = parts
         self._tree = tree
 
-    def __fspath__(self):
+    def __fspath__(self) -> str:
         return self.path
 
-    def is_dir(self, follow_symlinks=True):
+    def is_dir(self, follow_symlinks: bool = True) -> bool:
         """Whether it is a folder."""
         return self._tree.names(self._parts) is not None
 
-    def is_file(self, follow_symlinks=True):
+    def is_file(self, follow_symlinks: bool = True) -> bool:
         """Whether it is a file."""
         return not self.is_dir()
 
-    def is_symlink(self):
+    def is_symlink(self) -> bool:
         """It is none here."""
         return False
 
-    def is_junction(self):
+    def is_junction(self) -> bool:
         """It is none."""
         return False
 
-    def stat(self, follow_symlinks=True):
+    def stat(self, follow_symlinks: bool = True) -> os.stat_result:
         """As of os.stat."""
         return self._tree.stat(self._parts, self.path)
 
-    def inode(self):
+    def inode(self) -> int:
         """A number of its own."""
         return self.stat().st_ino
 
@@ -175,10 +191,10 @@ class SysClass(object):
         sysfs: Sysfs.
     """
 
-    def __init__(self, sysfs):
+    def __init__(self, sysfs: "Sysfs") -> None:
         self._sysfs = sysfs
 
-    def names(self, parts):
+    def names(self, parts: List[str]) -> Optional[List[str]]:
         """Names of what is in a folder; None for what is none."""
         if not parts:
             return sorted(ATTRIBUTES)
@@ -196,7 +212,7 @@ class SysClass(object):
         ]
         return sorted(set(found)) or None
 
-    def stat(self, parts, path):
+    def stat(self, parts: List[str], path: "Path") -> os.stat_result:
         """What os.stat tells.
 
         Raises:
@@ -211,7 +227,7 @@ class SysClass(object):
         number = sum(ord(letter) * (k + 1) for k, letter in enumerate("/".join(parts)))
         return os.stat_result((mode, number + 2, 0, 1, 0, 0, 4096, EPOCH, EPOCH, EPOCH))
 
-    def open(self, file, mode="r", *args, **kwargs):
+    def open(self, file: "Path", mode: str = "r", *args: Any, **kwargs: Any) -> Optional[io.IOBase]:
         """What `open` returns for a device's file; None for any other file.
 
         Raises:
@@ -230,92 +246,33 @@ class SysClass(object):
         return wrapped(attribute, mode, *args, **kwargs)
 
     @contextlib.contextmanager
-    def installed(self, opener):
+    def installed(self, opener: Callable[..., Any]) -> Iterator[None]:
         """Let `os`, `os.path` and `io` know the tree, for a `with` block.
 
         Args:
             opener: becomes io.open.
         """
-        real = {
-            name: getattr(os, name) for name in ("listdir", "scandir", "stat", "lstat", "access")
-        }
-        tests = {
-            "exists": lambda parts: True,
-            "lexists": lambda parts: True,
-            "isdir": lambda parts: self.names(parts) is not None,
-            "isfile": lambda parts: self.names(parts) is None,
-        }
-        real_tests = {name: getattr(os.path, name) for name in tests}
-        real_open, real_file = io.open, io.FileIO
-
-        def listdir(path="."):
-            """os.listdir."""
-            parts = _parts(path)
-            return real["listdir"](path) if parts is None else self._listed(parts, path)
-
-        def scandir(path="."):
-            """os.scandir."""
-            parts = _parts(path)
-            if parts is None:
-                return real["scandir"](path)
-            folder = path.__fspath__() if hasattr(path, "__fspath__") else path
-            return Entries([_Entry(folder, n, self) for n in self._listed(parts, path)])
-
-        def looking(name):
-            def look(path, **options):
-                """As that of os."""
-                parts = _parts(path)
-                return real[name](path, **options) if parts is None else self.stat(parts, path)
-
-            return look
-
-        def access(path, mode, **options):
-            """os.access."""
-            parts = _parts(path)
-            if parts is None:
-                return real["access"](path, mode, **options)
-            try:
-                rights = self.stat(parts, path).st_mode
-            except OSError:
-                return False
-            return not mode & ~(rights >> 3 | rights) & 7
-
-        def testing(name):
-            def test(path):
-                parts = None if not path else _parts(path)
-                if parts is None:
-                    return real_tests[name](path)
-                try:
-                    self.stat(parts, path)
-                except OSError:
-                    return False
-                return tests[name](parts)
-
-            return test
-
-        class FileIO(real_file):
-            """io.FileIO."""
-
-            def __new__(cls, file, mode="r", *args, **kwargs):
-                device = self.open(file, mode.replace("b", ""), 0)
-                return device or real_file.__new__(cls, file, mode, *args, **kwargs)
-
-        seeing = listdir, scandir, access, looking("stat"), looking("lstat")
-        for name, function in zip(("listdir", "scandir", "access", "stat", "lstat"), seeing):
-            setattr(os, name, Builtin(function))
-        for name in tests:
-            setattr(os.path, name, testing(name))
-        vars(io).update(open=opener, FileIO=FileIO)
+        seeing = _Seeing(self)
+        replaced = (
+            (vars(os), seeing.of_os()),
+            (vars(os.path), seeing.of_paths()),
+            (vars(io), {"open": opener, "FileIO": _file_io(self)}),
+        )
+        before = [{name: names[name] for name in ours} for names, ours in replaced]
+        for names, ours in replaced:
+            names.update(ours)
         try:
             yield
         finally:
-            for name, function in real.items():
-                setattr(os, name, function)
-            for name, function in real_tests.items():
-                setattr(os.path, name, function)
-            vars(io).update(open=real_open, FileIO=real_file)
+            for (names, _), own in zip(replaced, before):
+                names.update(own)
 
-    def _listed(self, parts, path):
+    def listed(self, parts: List[str], path: "Path") -> List[str]:
+        """Names of what is in the folder `parts`.
+
+        Raises:
+            OSError: there is no such folder.
+        """
         names = self.names(parts)
         if names is None:
             self.stat(parts, path)
@@ -323,5 +280,110 @@ class SysClass(object):
         return names
 
 
-def _missing(path):
+class _Seeing(object):
+    """What functions of `os` and `os.path` tell that see the tree, and all else as before.
+
+    Args:
+        tree: SysClass.
+    """
+
+    def __init__(self, tree: SysClass) -> None:
+        self._tree = tree
+        self._listdir, self._scandir = os.listdir, os.scandir
+        self._stat, self._lstat, self._access = os.stat, os.lstat, os.access
+        self._exists, self._lexists = os.path.exists, os.path.lexists
+        self._isdir, self._isfile = os.path.isdir, os.path.isfile
+
+    def of_os(self) -> Dict[str, Builtin]:
+        """Return them, by their names in `os`."""
+        seeing = (self.listdir, self.scandir, self.stat, self.lstat, self.access)
+        return {function.__name__: Builtin(function) for function in seeing}
+
+    def of_paths(self) -> Dict[str, Callable[["Path"], bool]]:
+        """Return them, by their names in `os.path`."""
+        return {
+            "exists": self.exists,
+            "lexists": self.lexists,
+            "isdir": self.isdir,
+            "isfile": self.isfile,
+        }
+
+    def listdir(self, path: "Path" = ".") -> List[Any]:
+        """os.listdir."""
+        parts = _parts(path)
+        return self._listdir(path) if parts is None else self._tree.listed(parts, path)
+
+    def scandir(self, path: "Path" = ".") -> Any:
+        """os.scandir."""
+        parts = _parts(path)
+        if parts is None:
+            return self._scandir(path)
+        folder = path.__fspath__() if hasattr(path, "__fspath__") else path
+        names = self._tree.listed(parts, path)
+        return Entries([_Entry(folder, name, parts + [name], self._tree) for name in names])
+
+    def stat(self, path: "Path", **options: Any) -> os.stat_result:
+        """As that of os."""
+        parts = _parts(path)
+        return self._stat(path, **options) if parts is None else self._tree.stat(parts, path)
+
+    def lstat(self, path: "Path", **options: Any) -> os.stat_result:
+        """As that of os."""
+        parts = _parts(path)
+        return self._lstat(path, **options) if parts is None else self._tree.stat(parts, path)
+
+    def access(self, path: "Path", mode: int, **options: Any) -> bool:
+        """os.access."""
+        parts = _parts(path)
+        if parts is None:
+            return self._access(path, mode, **options)
+        try:
+            rights = self._tree.stat(parts, path).st_mode
+        except OSError:
+            return False
+        return not mode & ~(rights >> 3 | rights) & 7
+
+    def exists(self, path: "Path") -> bool:
+        """os.path.exists."""
+        parts = _parts(path) if path else None
+        return self._exists(path) if parts is None else self._is_there(parts)
+
+    def lexists(self, path: "Path") -> bool:
+        """os.path.lexists."""
+        parts = _parts(path) if path else None
+        return self._lexists(path) if parts is None else self._is_there(parts)
+
+    def isdir(self, path: "Path") -> bool:
+        """os.path.isdir."""
+        parts = _parts(path) if path else None
+        return self._isdir(path) if parts is None else self._tree.names(parts) is not None
+
+    def isfile(self, path: "Path") -> bool:
+        """os.path.isfile."""
+        parts = _parts(path) if path else None
+        if parts is None:
+            return self._isfile(path)
+        return self._is_there(parts) and self._tree.names(parts) is None
+
+    def _is_there(self, parts: List[str]) -> bool:
+        try:
+            self._tree.stat(parts, "")
+        except OSError:
+            return False
+        return True
+
+
+def _file_io(tree: SysClass) -> Type[io.FileIO]:
+    """Return an io.FileIO that sees the tree."""
+
+    class FileIO(io.FileIO):
+        """io.FileIO."""
+
+        def __new__(cls, file: "Path", mode: str = "r", *args: Any, **kwargs: Any) -> Any:
+            return tree.open(file, mode.replace("b", ""), 0) or super().__new__(cls)
+
+    return FileIO
+
+
+def _missing(path: "Path") -> FileNotFoundError:
     return FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), path)

@@ -7,39 +7,52 @@ builds on locks (Condition, Event, Semaphore, Barrier, queues, pools) is its own
 import _thread as real_thread
 import sys
 import traceback
+from types import ModuleType
+from typing import Any, Callable, Iterable, Mapping, Optional
 
 from laptop.emulator.host import linux
 from laptop.emulator.host.clocks import copy_module
 from laptop.emulator.host.waiting_line import WaitingLine
 
+MYPY = False
+if MYPY:
+    from typing import Dict, Type  # noqa: F401
+
+    from laptop.emulator.host.clocks import ProgramClock
+    from laptop.emulator.host.virtual_thread import VirtualThread
+    from laptop.emulator.host.world import World
+
 #: What starting a thread costs, s.
 START_COST = 0.2e-3
 
 
-def thread_module(world, clock):
+def thread_module(world: "World", clock: "ProgramClock") -> ModuleType:
     """A `_thread` module."""
-    shim = copy_module(real_thread)
-    order = {}
+    order = {}  # type: Dict[VirtualThread, int]
 
-    def number_of(thread, native=False):
+    def number_of(thread: "VirtualThread", native: bool = False) -> int:
         """What Python on the brick, or its Linux, would call a VirtualThread."""
         place = order.setdefault(thread, len(order))
         return linux.PID + place if native else linux.FIRST_THREAD - linux.STACK * place
 
-    def get_ident():
+    def get_ident() -> int:
         """Number of the calling thread."""
         me = world.current()
         return real_thread.get_ident() if me is None else number_of(me)
 
-    def get_native_id():
+    def get_native_id() -> int:
         """Number of the calling thread in the brick's Linux."""
         me = world.current()
         return linux.PID if me is None else number_of(me, native=True)
 
-    def start_new_thread(function, args, kwargs=None):
+    def start_new_thread(
+        function: Callable[..., object],
+        args: Iterable[Any],
+        kwargs: Optional[Mapping[str, Any]] = None,
+    ) -> int:
         """Run `function` in a new thread that nobody waits for; returns its identifier."""
 
-        def body():
+        def body() -> None:
             try:
                 function(*args, **(kwargs or {}))
             except SystemExit:
@@ -53,13 +66,22 @@ def thread_module(world, clock):
         clock.step(START_COST)
         return number_of(thread)
 
-    shim.number_of, shim.get_ident, shim.get_native_id = number_of, get_ident, get_native_id
-    shim.start_new_thread = shim.start_new = start_new_thread
     kind = type("lock", (Lock,), {"_world": world, "_clock": clock})
-    shim.allocate_lock = shim.allocate = shim.lock = shim.LockType = kind
-    # Bound to the calling thread by the real ones, and of no use to ours.
-    shim._set_sentinel = real_thread.allocate_lock
-    shim.__dict__.pop("RLock", None)
+    shim = copy_module(
+        real_thread,
+        number_of=number_of,
+        get_ident=get_ident,
+        get_native_id=get_native_id,
+        start_new_thread=start_new_thread,
+        start_new=start_new_thread,
+        allocate_lock=kind,
+        allocate=kind,
+        lock=kind,
+        LockType=kind,
+        # Bound to the calling thread by the real ones, and of no use to ours.
+        _set_sentinel=real_thread.allocate_lock,
+    )
+    vars(shim).pop("RLock", None)
     return shim
 
 
@@ -70,13 +92,19 @@ class Lock(object):
     it is free.
     """
 
-    _world = _clock = None
+    @property
+    def _world(self) -> "World":
+        raise NotImplementedError("of the classes that thread_module makes")
 
-    def __init__(self):
+    @property
+    def _clock(self) -> "ProgramClock":
+        raise NotImplementedError("of the classes that thread_module makes")
+
+    def __init__(self) -> None:
         self._line = WaitingLine(self._world)
         self._taken = False
 
-    def acquire(self, blocking=True, timeout=-1):
+    def acquire(self, blocking: bool = True, timeout: float = -1) -> bool:
         """Take it, waiting `timeout` s at most (-1: for ever); False if that failed."""
         if not blocking and timeout != -1:
             raise ValueError("can't specify a timeout for a non-blocking call")
@@ -90,7 +118,7 @@ class Lock(object):
             return False
         return self._line.wait(None if timeout == -1 else timeout)
 
-    def release(self):
+    def release(self) -> None:
         """Hand it to the first in line."""
         try:
             self._clock.step(0.0)
@@ -100,18 +128,18 @@ class Lock(object):
             if not self._line.wake():
                 self._taken = False
 
-    def locked(self):
+    def locked(self) -> bool:
         """True while somebody has it."""
         self._clock.step()
         return self._taken
 
-    def __enter__(self):
+    def __enter__(self) -> bool:
         return self.acquire()
 
-    def __exit__(self, *error):
+    def __exit__(self, *error: object) -> None:
         self.release()
 
-    def _at_fork_reinit(self):
+    def _at_fork_reinit(self) -> None:
         self._taken = False
 
     acquire_lock, release_lock, locked_lock = acquire, release, locked
@@ -128,35 +156,41 @@ class Threads(object):
         low: our `_thread`.
     """
 
-    def __init__(self, world, clock, module, low):
+    def __init__(
+        self, world: "World", clock: "ProgramClock", module: ModuleType, low: ModuleType
+    ) -> None:
         self.world = world
         self.clock = clock
         self.module = module
-        self.known = {}
+        self.known = {}  # type: Dict[Optional[VirtualThread], ProgramThread]
         self.count = 0
-        self.number_of = low.number_of
-        low.RLock = module._PyRLock
-        module.Lock = low.allocate_lock
-        module.Thread = type("Thread", (_Thread,), {"_threads": self})
-        module.Timer = type("Timer", (_Timer, module.Thread), {})
+        self.number_of = low.number_of  # type: Callable[..., int]
+        vars(low)["RLock"] = module._PyRLock
+        kind = type("Thread", (ProgramThread,), {"_threads": self})  # type: Type[ProgramThread]
+        timer = type("Timer", (_Timer, kind), {})
+        vars(module).update(Lock=low.allocate_lock, Thread=kind, Timer=timer)
         module.Event.is_set = _asking(clock, module.Event.is_set)
         if hasattr(module.Event, "isSet"):
             module.Event.isSet = module.Event.is_set
-        self.main = module.Thread(name="MainThread")
-        module.main_thread = lambda: self.main
-        module.current_thread = module.currentThread = self.current
-        module.enumerate = lambda: list(self.known.values())
-        module.active_count = module.activeCount = lambda: len(self.known)
+        self.main = kind(name="MainThread")
+        vars(module).update(
+            main_thread=lambda: self.main,
+            current_thread=self.current,
+            currentThread=self.current,
+            enumerate=lambda: list(self.known.values()),
+            active_count=lambda: len(self.known),
+            activeCount=lambda: len(self.known),
+        )
 
-    def current(self):
+    def current(self) -> "ProgramThread":
         """The calling Thread."""
         return self.known.get(self.world.current(), self.main)
 
-    def enter_main(self):
+    def enter_main(self) -> None:
         """The caller becomes the main thread."""
         self.main._begin(self.world.current())
 
-    def join_all(self):
+    def join_all(self) -> None:
         """Wait for all threads but daemons, as Python does when the main module has ended."""
         for call in reversed(getattr(self.module, "_threading_atexits", [])):
             call()
@@ -166,7 +200,7 @@ class Threads(object):
                 return
             others[0].join()
 
-    def failed(self, thread):
+    def failed(self, thread: "ProgramThread") -> None:
         """Report the exception being handled in `thread`."""
         kind, value, trace = sys.exc_info()
         hook = getattr(self.module, "excepthook", None)
@@ -177,21 +211,32 @@ class Threads(object):
         traceback.print_exception(kind, value, trace)
 
 
-def _asking(clock, method):
-    def asked(self):
+def _asking(clock: "ProgramClock", method: Callable[[Any], bool]) -> Callable[[Any], bool]:
+    def asked(self: Any) -> bool:
         clock.step()
         return method(self)
 
     return asked
 
 
-class _Thread(object):
+class ProgramThread(object):
     """threading.Thread on the world's baton."""
 
-    _threads = None
-    _own = None
+    _own = None  # type: Optional[_ThreadState]
 
-    def __init__(self, group=None, target=None, name=None, args=(), kwargs=None, daemon=None):
+    @property
+    def _threads(self) -> Threads:
+        raise NotImplementedError("of the class that Threads makes")
+
+    def __init__(
+        self,
+        group: None = None,
+        target: Optional[Callable[..., object]] = None,
+        name: Optional[str] = None,
+        args: Iterable[Any] = (),
+        kwargs: Optional[Mapping[str, Any]] = None,
+        daemon: Optional[bool] = None,
+    ) -> None:
         if group is not None:
             raise AssertionError("group argument must be None for now")
         threads = self._threads
@@ -203,7 +248,7 @@ class _Thread(object):
         current = threads.current() if threads.known else None
         self._own.daemon = daemon if daemon is not None else bool(current and current.daemon)
 
-    def start(self):
+    def start(self) -> None:
         """Begin; the new thread runs before this returns, up to its first wait."""
         own, threads = self._checked(), self._threads
         if own.started:
@@ -214,18 +259,19 @@ class _Thread(object):
         threads.known[own.thread] = self
         threads.clock.step(START_COST)
 
-    def run(self):
+    def run(self) -> None:
         """What the thread does; for subclasses to replace."""
         if self._target is not None:
             self._target(*self._args, **self._kwargs)
 
-    def _begin(self, thread):
-        self._own.started = True
-        self._own.thread = thread
+    def _begin(self, thread: "Optional[VirtualThread]") -> None:
+        own = self._checked()
+        own.started = True
+        own.thread = thread
         self._threads.known[thread] = self
 
-    def _bootstrap(self):
-        own = self._own
+    def _bootstrap(self) -> None:
+        own = self._checked()
         try:
             self.run()
         except SystemExit:
@@ -239,7 +285,7 @@ class _Thread(object):
                 while own.waiting.wake():
                     pass
 
-    def join(self, timeout=None):
+    def join(self, timeout: Optional[float] = None) -> None:
         """Wait until the thread has ended, `timeout` s at most."""
         own, world = self._checked(), self._threads.world
         if not own.started:
@@ -251,46 +297,51 @@ class _Thread(object):
         while not own.ended and (deadline is None or world.now() < deadline):
             own.waiting.wait(None if deadline is None else deadline - world.now())
 
-    def is_alive(self):
+    def is_alive(self) -> bool:
         """True between start and end."""
         own = self._checked()
         self._threads.clock.step()
         return own.started and not own.ended
 
-    def _checked(self):
+    def _checked(self) -> "_ThreadState":
         if self._own is None:
             raise RuntimeError("thread.__init__() not called")
         return self._own
 
     @property
-    def name(self):
+    def name(self) -> str:
+        """For people."""
         return self._checked().name
 
     @name.setter
-    def name(self, name):
+    def name(self, name: str) -> None:
         self._checked().name = str(name)
 
     @property
-    def daemon(self):
+    def daemon(self) -> bool:
+        """Whether the program ends without waiting for it."""
         return self._checked().daemon
 
     @daemon.setter
-    def daemon(self, daemon):
-        if self._checked().started:
+    def daemon(self, daemon: bool) -> None:
+        own = self._checked()
+        if own.started:
             raise RuntimeError("cannot set daemon status of active thread")
-        self._own.daemon = bool(daemon)
+        own.daemon = bool(daemon)
 
     @property
-    def ident(self):
+    def ident(self) -> Optional[int]:
+        """Its number in Python; None before it starts."""
         thread = self._checked().thread
-        return thread and self._threads.number_of(thread)
+        return None if thread is None else self._threads.number_of(thread)
 
     @property
-    def native_id(self):
+    def native_id(self) -> Optional[int]:
+        """Its number in the brick's Linux; None before it starts."""
         thread = self._checked().thread
-        return thread and self._threads.number_of(thread, native=True)
+        return None if thread is None else self._threads.number_of(thread, native=True)
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         own = self._checked()
         state = "stopped" if own.ended else "started" if own.started else "initial"
         daemon = " daemon" if own.daemon else ""
@@ -298,37 +349,48 @@ class _Thread(object):
 
 
 # The names from before Python 2.6, as scripts still write them.
-_Thread.isAlive = _Thread.is_alive  # type: ignore[attr-defined]
-_Thread.getName = lambda self: self.name  # type: ignore[attr-defined]
-_Thread.setName = lambda self, name: setattr(self, "name", name)  # type: ignore[attr-defined]
-_Thread.isDaemon = lambda self: self.daemon  # type: ignore[attr-defined]
-_Thread.setDaemon = lambda self, daemonic: setattr(self, "daemon", daemonic)  # type: ignore[attr-defined]
+_OLD_NAMES = {
+    "isAlive": ProgramThread.is_alive,
+    "getName": lambda self: self.name,
+    "setName": lambda self, name: setattr(self, "name", name),
+    "isDaemon": lambda self: self.daemon,
+    "setDaemon": lambda self, daemonic: setattr(self, "daemon", daemonic),
+}  # type: Dict[str, Callable[..., Any]]
+for _name, _method in _OLD_NAMES.items():
+    setattr(ProgramThread, _name, _method)
 
 
 class _ThreadState(object):
     """The state of a Thread, out of the way of its subclasses' attributes."""
 
-    def __init__(self, name, waiting):
+    def __init__(self, name: str, waiting: WaitingLine) -> None:
         self.name = name
         self.waiting = waiting
         self.daemon = self.started = self.ended = False
-        self.thread = None
+        self.thread = None  # type: Optional[VirtualThread]
 
 
-class _Timer(object):
+class _Timer(ProgramThread):
     """threading.Timer: calls a function after `interval` s unless cancelled."""
 
-    def __init__(self, interval, function, args=None, kwargs=None):
+    def __init__(
+        self,
+        interval: float,
+        function: Callable[..., object],
+        args: Optional[Iterable[Any]] = None,
+        kwargs: Optional[Mapping[str, Any]] = None,
+    ) -> None:
         super(_Timer, self).__init__()
         self.interval, self.function = interval, function
         self.args, self.kwargs = args or [], kwargs or {}
         self.finished = self._threads.module.Event()
 
-    def cancel(self):
+    def cancel(self) -> None:
         """Stop it if it has not called yet."""
         self.finished.set()
 
-    def run(self):
+    def run(self) -> None:
+        """Wait, and call."""
         self.finished.wait(self.interval)
         if not self.finished.is_set():
             self.function(*self.args, **self.kwargs)
