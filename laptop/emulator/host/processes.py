@@ -6,6 +6,7 @@ Rule: no process is started; `BrickPrograms.run` does what a program of the bric
 import io
 import os
 import sys
+from typing import Any, List, Optional, Tuple
 
 from laptop.emulator.device.brick_programs import Sound
 from laptop.emulator.device.file_programs import Finished
@@ -13,6 +14,15 @@ from laptop.emulator.host.brick_shell import Shell
 from laptop.emulator.host.child_python import ChildPython
 from laptop.emulator.host.linux import Signals
 from laptop.emulator.host.waiting_line import WaitingLine
+
+MYPY = False
+if MYPY:
+    from typing import Sequence, TextIO, Type, Union
+
+    from laptop.emulator.device.brick_programs import BrickPrograms
+    from laptop.emulator.host.brick_shell import Captured
+    from laptop.emulator.host.clocks import ProgramClock
+    from laptop.emulator.host.world import World
 
 #: What starting a process costs, s.
 START_COST = 0.03
@@ -28,18 +38,21 @@ class Processes(object):
     """Stands for the shell and the programs of the brick; nothing is started.
 
     Attributes:
+        world, clock: World and ProgramClock, on which its programs take their time.
         python: ChildPython; None on one without Python.
     """
 
-    def __init__(self, world, clock, programs):
-        self._world = world
-        self._clock = clock
+    def __init__(self, world: "World", clock: "ProgramClock", programs: "BrickPrograms") -> None:
+        self.world = world
+        self.clock = clock
         self._programs = programs
         self._last_pid = 1000
         self._shell = Shell(self._run)
-        self.python = None
+        self.python = None  # type: Optional[ChildPython]
 
-    def execute(self, args, shell, piped, captured):
+    def execute(
+        self, args: "Union[str, Sequence[str]]", shell: bool, piped: bytes, captured: "Captured"
+    ) -> Finished:
         """Run a command.
 
         Args:
@@ -62,7 +75,7 @@ class Processes(object):
             )
         return finished
 
-    def _run(self, words, piped, captured):
+    def _run(self, words: List[str], piped: bytes, captured: "Captured") -> Optional[Finished]:
         """Run a program by its words; Finished, or None if there is no such program."""
         name = os.path.basename(words[0])
         if name in ("sudo", "nohup"):
@@ -78,7 +91,9 @@ class Processes(object):
             return self.python.start(words, captured)
         return self._programs.run(words, piped)
 
-    def _run_shell(self, name, words, piped, captured):
+    def _run_shell(
+        self, name: str, words: List[str], piped: bytes, captured: "Captured"
+    ) -> Finished:
         if words[:1] == ["-c"]:
             return self._shell.line(" ".join(words[1:2]), piped, captured)
         try:
@@ -89,111 +104,142 @@ class Processes(object):
             return Finished(127, b"", message.encode(), 0.0)
         return self._shell.line("".join(lines), piped, captured)
 
-    def system(self, command):
+    def system(self, command: str) -> int:
         """os.system."""
-        self._clock.step(START_COST)
+        self.clock.step(START_COST)
         finished = self._shell.line(command, b"", (False, False))
-        self._world.sleep(finished.seconds)
+        self.world.sleep(finished.seconds)
         return finished.status << 8
 
-    def popen(self):
+    def popen(self) -> "Type[ProgramPopen]":
         """A class for subprocess.Popen."""
-        processes, world, clock = self, self._world, self._clock
+        return type("Popen", (ProgramPopen,), {"_processes": self})
 
-        class Popen(object):
-            """A program of the brick, running in virtual time."""
+    def begin(
+        self, args: Any, shell: bool, folder: Optional[str], piped: bytes, captured: "Captured"
+    ) -> Tuple[int, Finished]:
+        """Begin what `execute` runs in a folder; the number of the process, and what it does."""
+        self.clock.step(START_COST)
+        before = os.getcwd()
+        os.chdir(folder or before)
+        try:
+            finished = self.execute(args, shell, piped, captured)
+        finally:
+            os.chdir(before)
+        self._last_pid += 1
+        return self._last_pid, finished
 
-            def __init__(self, args, bufsize=-1, executable=None, **options):
-                module = sys.modules["subprocess"]
-                stdin, stdout, stderr = (
-                    options.get(name) for name in ("stdin", "stdout", "stderr")
-                )
-                text = any(
-                    options.get(name)
-                    for name in ("universal_newlines", "text", "encoding", "errors")
-                )
-                clock.step(START_COST)
-                piped = Sound(stdin.getvalue() if isinstance(stdin, _Output) else b"")
-                piped.seconds = getattr(stdin, "seconds", 0.0)
-                captured = stdout is not None, stderr is not None
-                folder = os.getcwd()
-                os.chdir(options.get("cwd") or folder)
-                try:
-                    finished = processes.execute(args, options.get("shell", False), piped, captured)
-                finally:
-                    os.chdir(folder)
-                self.args = args
-                processes._last_pid += 1
-                self.pid = processes._last_pid
-                self.returncode = None
-                self._status = finished.status
-                self._end = world.now() + finished.seconds
-                self._waiting = WaitingLine(world)
 
-                def stream(target, data, own):
-                    if target == module.PIPE:
-                        file = _Output(data)
-                        file.seconds = getattr(data, "seconds", 0.0)
-                        if not text:
-                            return file
-                        return io.StringIO(data.decode())
-                    if target is None and data:
-                        own.write(data.decode())
-                    elif target not in (None, module.DEVNULL, module.STDOUT) and data:
-                        os.write(target if isinstance(target, int) else target.fileno(), data)
-                    return None
+class ProgramPopen(object):
+    """subprocess.Popen: a program of the brick, running in virtual time."""
 
-                output, errors = finished.output, finished.errors
-                if stderr == module.STDOUT:
-                    output, errors = output + errors, b""
-                self.stdout = stream(stdout, output, sys.stdout)
-                self.stderr = stream(stderr, errors, sys.stderr)
-                self.stdin = None
-                if stdin == module.PIPE:
-                    self.stdin = io.StringIO() if text else io.BytesIO()
+    @property
+    def _processes(self) -> Processes:
+        raise NotImplementedError("of the class that Processes makes")
 
-            def poll(self):
-                """The exit status, or None while it runs."""
-                clock.step()
-                if self.returncode is None and world.now() >= self._end:
-                    self.returncode = self._status
-                return self.returncode
+    def __init__(
+        self, args: Any, bufsize: int = -1, executable: object = None, **options: Any
+    ) -> None:
+        module, world = sys.modules["subprocess"], self._processes.world
+        stdin, stdout, stderr = (options.get(name) for name in ("stdin", "stdout", "stderr"))
+        text = any(
+            options.get(name) for name in ("universal_newlines", "text", "encoding", "errors")
+        )
+        self.args = args
+        self.pid, finished = self._processes.begin(
+            args,
+            options.get("shell", False),
+            options.get("cwd"),
+            _piped_from(stdin),
+            (stdout is not None, stderr is not None),
+        )
+        self.returncode = None  # type: Optional[int]
+        self._status = finished.status
+        self._end = world.now() + finished.seconds
+        self._waiting = WaitingLine(world)
+        output, errors = finished.output, finished.errors
+        if stderr == module.STDOUT:
+            output, errors = output + errors, b""
+        self.stdout = _handed_over(output, stdout, sys.stdout, text)
+        self.stderr = _handed_over(errors, stderr, sys.stderr, text)
+        self.stdin = None  # type: Union[io.StringIO, io.BytesIO, None]
+        if stdin == module.PIPE:
+            self.stdin = io.StringIO() if text else io.BytesIO()
 
-            def wait(self, timeout=None):
-                """Wait for its end and return the exit status."""
-                deadline = None if timeout is None else world.now() + timeout
-                while self.poll() is None:
-                    until = self._end if deadline is None else min(self._end, deadline)
-                    self._waiting.wait(max(0.0, until - world.now()))
-                    if deadline is not None and deadline <= world.now() < self._end:
-                        raise sys.modules["subprocess"].TimeoutExpired(self.args, timeout)
-                return self.returncode
+    def poll(self) -> Optional[int]:
+        """The exit status, or None while it runs."""
+        self._processes.clock.step()
+        if self.returncode is None and self._processes.world.now() >= self._end:
+            self.returncode = self._status
+        return self.returncode
 
-            def communicate(self, input=None, timeout=None):
-                """Wait for its end; (output, errors)."""
-                self.wait(timeout)
-                return tuple(file and file.read() for file in (self.stdout, self.stderr))
+    def wait(self, timeout: Optional[float] = None) -> Optional[int]:
+        """Wait for its end and return the exit status."""
+        world = self._processes.world
+        deadline = None if timeout is None else world.now() + timeout
+        while self.poll() is None:
+            until = self._end if deadline is None else min(self._end, deadline)
+            self._waiting.wait(max(0.0, until - world.now()))
+            if deadline is not None and deadline <= world.now() < self._end:
+                raise sys.modules["subprocess"].TimeoutExpired(self.args, timeout)
+        return self.returncode
 
-            def send_signal(self, sig):
-                """Any signal ends it."""
-                if self.poll() is None:
-                    self._end = world.now()
-                    self._status = -sig
-                    while self._waiting.wake():
-                        pass
+    def communicate(
+        self, input: object = None, timeout: Optional[float] = None
+    ) -> "Tuple[Union[str, bytes, None], ...]":
+        """Wait for its end; (output, errors)."""
+        self.wait(timeout)
+        files = self.stdout, self.stderr
+        return tuple(None if file is None else file.read() for file in files)
 
-            def terminate(self):
-                """End it."""
-                self.send_signal(Signals.SIGTERM)
+    def send_signal(self, sig: int) -> None:
+        """Any signal ends it."""
+        if self.poll() is None:
+            self._end = self._processes.world.now()
+            self._status = -sig
+            while self._waiting.wake():
+                pass
 
-            def kill(self):
-                """End it."""
-                self.send_signal(Signals.SIGKILL)
+    def terminate(self) -> None:
+        """End it."""
+        self.send_signal(Signals.SIGTERM)
 
-            def __enter__(self):
-                return self
+    def kill(self) -> None:
+        """End it."""
+        self.send_signal(Signals.SIGKILL)
 
-            def __exit__(self, *error):
-                self.wait()
+    def __enter__(self) -> "ProgramPopen":
+        return self
 
-        return Popen
+    def __exit__(self, *error: object) -> None:
+        self.wait()
+
+
+def _piped_from(stdin: object) -> Sound:
+    """What a process has for its standard input, of Popen's argument."""
+    piped = Sound(stdin.getvalue() if isinstance(stdin, _Output) else b"")
+    piped.seconds = getattr(stdin, "seconds", 0.0)
+    return piped
+
+
+def _handed_over(
+    data: bytes, target: Any, own: "TextIO", text: bool
+) -> "Union[_Output, io.StringIO, None]":
+    """Let what a process has written go where Popen's argument says; a file where that is a pipe.
+
+    Args:
+        own: the script's stream, where the argument is None.
+        text: whether a pipe is of text.
+    """
+    module = sys.modules["subprocess"]
+    if target == module.PIPE:
+        if text:
+            return io.StringIO(data.decode())
+        file = _Output(data)
+        file.seconds = getattr(data, "seconds", 0.0)
+        return file
+    if target is None and data:
+        own.write(data.decode())
+    elif target not in (None, module.DEVNULL, module.STDOUT) and data:
+        os.write(target if isinstance(target, int) else target.fileno(), data)
+    return None
