@@ -12,7 +12,6 @@ out is what a shell would see.  Exit statuses beyond the program's own:
     128 + n  ended by signal n
 """
 
-import collections
 import functools
 import os
 import signal
@@ -20,6 +19,7 @@ import sys
 import threading
 import traceback
 import types
+from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 from laptop.emulator.device.buttons import BUTTONS
 from laptop.emulator.device.peripherals import Peripherals
@@ -32,8 +32,27 @@ from laptop.emulator.host.shims import Shims
 from laptop.emulator.host.watchdog import Over
 from laptop.system import platforms
 
-Outcome = collections.namedtuple(
-    "Outcome", ["status", "reason", "t", "accesses", "start", "stack", "signals"]
+MYPY = False
+if MYPY:
+    from types import CodeType, FrameType
+
+    from laptop.emulator.device.brick import EmulatedBrick
+    from laptop.emulator.device.buttons import Press
+    from laptop.emulator.host.signals import ProgramSignals
+    from laptop.emulator.host.virtual_thread import Call
+    from laptop.emulator.host.world import World
+
+Outcome = NamedTuple(
+    "Outcome",
+    [
+        ("status", int),
+        ("reason", str),
+        ("t", float),
+        ("accesses", int),
+        ("start", Optional[float]),
+        ("stack", Tuple[Tuple[str, int, str], ...]),
+        ("signals", Tuple[int, ...]),
+    ],
 )
 Outcome.__doc__ = """The end of a run.
 
@@ -70,19 +89,19 @@ _MODULE = "<module>"
 
 
 def run_script(
-    brick,
-    script,
-    args=(),
-    peripherals=None,
-    presses=(),
-    signals=(),
-    freeze_at=None,
-    kill_at=None,
-    timeout=600.0,
-    aftermath=1.0,
-    patience=10.0,
-    folders=(),
-):
+    brick: "EmulatedBrick",
+    script: str,
+    args: Sequence[str] = (),
+    peripherals: Optional[Peripherals] = None,
+    presses: "Sequence[Press]" = (),
+    signals: Sequence[Tuple[float, int]] = (),
+    freeze_at: Optional[float] = None,
+    kill_at: Optional[float] = None,
+    timeout: float = 600.0,
+    aftermath: float = 1.0,
+    patience: float = 10.0,
+    folders: Optional[Mapping[str, str]] = None,
+) -> Outcome:
     """Run `script` on `brick` until it ends, and let the world go on a little.
 
     Signals that reach this process meanwhile go to the script.
@@ -105,7 +124,6 @@ def run_script(
     Returns:
         Outcome
     """
-    world, sysfs = brick.world, brick.sysfs
     try:
         with open(script, "rb") as file:
             source = file.read()
@@ -113,70 +131,126 @@ def run_script(
         _complain(
             "can't open script {!r}: {}; give the path of a Python file", script, error.strerror
         )
-        return Outcome(2, "no script", world.now(), 0, None, (), ())
+        return Outcome(2, "no script", brick.world.now(), 0, None, (), ())
     if peripherals is None:
-        peripherals = Peripherals(world, sysfs)
-    world.processor = _processor(brick, os.path.basename(script))
-    shims = Shims(world, peripherals, folders)
-    shims.processes.python = ChildPython(shims, _interpreted)
-    shims.from_menu = any(press.button in BUTTONS for press in presses)
-
-    def back():
-        world.halt(ProcessExit(128 + Signals.SIGKILL, "back button"))
-        brick.reset_motors()
-
-    def unheard():
-        number = min(shims.signals.pending)
-        world.halt(ProcessExit(128 + number, "unheard"))
-
-    world.unheard = unheard
-    peripherals.on_back = back
-    start, accesses = world.now(), sysfs.accesses
-    for press in presses:
-        peripherals.press(press)
-    for t, number in signals:
-        world.at(t, _call(shims.signals.post, number))
+        peripherals = Peripherals(brick.world, brick.sysfs)
+    run = _ScriptRun(brick, peripherals, folders, script, source)
+    run.press(presses)
+    run.signal(signals)
     if freeze_at is not None:
-        world.at(freeze_at, _call(world.halt, ProcessExit(ENDLESS, "frozen")))
+        run.end_at(freeze_at, ProcessExit(ENDLESS, "frozen"))
     if kill_at is not None:
-        world.at(kill_at, _call(world.halt, ProcessExit(128 + Signals.SIGKILL, "killed")))
-    folder = os.path.dirname(os.path.realpath(script))
-    for name in advice.only_here(source, folder):
-        _complain(
-            "{} imports {}, which this computer has and a brick has not: there the import fails",
-            os.path.basename(script),
-            name,
-        )
-    words = [script] + list(args)
-    shimmed = shims.installed(folder, ["python3"] + words)
-    with shimmed, sysfs.installed(), _Forwarding(world, shims.signals) as came:
-        sys.excepthook = sys.__excepthook__
-        sys.argv = words
-        sys.path.insert(0, folder)
-        ended = world.run(lambda: _main(shims, script, source), start + timeout, patience)
-        sys.stdout.flush()
-        end = world.now()
-        stack = tuple(
-            (os.path.basename(file), line, function)
-            for file, line, function in world.cut_at
-            if os.path.dirname(os.path.realpath(file)) == folder
-        )
-        if ended.reason in _WHY:
-            why = _WHY[ended.reason].format(
-                t=end, limit=timeout, patience=patience, awaited=world.awaited or "this program"
+        run.end_at(kill_at, ProcessExit(128 + Signals.SIGKILL, "killed"))
+    run.tell_of_modules()
+    return run.outcome(args, timeout, patience, aftermath)
+
+
+class _ScriptRun(object):
+    """One run of a script on a brick, as `run_script` has it, to be ordered and then done."""
+
+    def __init__(
+        self,
+        brick: "EmulatedBrick",
+        peripherals: Peripherals,
+        folders: Optional[Mapping[str, str]],
+        script: str,
+        source: bytes,
+    ) -> None:
+        self._brick = brick
+        self._world = brick.world  # type: World
+        self._peripherals = peripherals
+        self._script = script
+        self._name = os.path.basename(script)
+        self._folder = os.path.dirname(os.path.realpath(script))
+        self._source = source
+        self._world.processor = _processor(brick, self._name)
+        self._shims = Shims(self._world, peripherals, folders)
+        self._shims.processes.python = ChildPython(self._shims, _interpreted)
+        self._world.unheard = self._end_unheard
+        peripherals.on_back = self._end_by_back
+
+    def _end_by_back(self) -> None:
+        self._world.halt(ProcessExit(128 + Signals.SIGKILL, "back button"))
+        self._brick.reset_motors()
+
+    def _end_unheard(self) -> None:
+        number = min(self._shims.signals.pending)
+        self._world.halt(ProcessExit(128 + number, "unheard"))
+
+    def press(self, presses: "Sequence[Press]") -> None:
+        """Order presses; who presses a button has started the script from the menu."""
+        self._shims.from_menu = any(press.button in BUTTONS for press in presses)
+        for press in presses:
+            self._peripherals.press(press)
+
+    def signal(self, signals: Sequence[Tuple[float, int]]) -> None:
+        """Order signals: (s, number) pairs."""
+        for t, number in signals:
+            self._world.at(t, functools.partial(self._shims.signals.post, number))
+
+    def end_at(self, t: float, process_exit: ProcessExit) -> None:
+        """Order an end, s."""
+        self._world.at(t, functools.partial(self._world.halt, process_exit))
+
+    def tell_of_modules(self) -> None:
+        """Tell which modules it imports that a brick has not."""
+        for name in advice.only_here(self._source, self._folder):
+            _complain(
+                "{} imports {}, which this computer has and a brick has not: "
+                "there the import fails",
+                self._name,
+                name,
             )
-            where = "; it was at {}".format(in_words(stack)) if stack else ""
-            _complain("{}: {}{}", os.path.basename(script), why, where)
-        began = world.processor.behind if world.processor else None
-        accesses = sysfs.accesses - accesses
-        world.processor = None
-        peripherals.on_back = None
-        world.realtime = False  # nobody waits for what comes after the end
-        world.advance(end + aftermath)
-    return Outcome(ended.status, ended.reason, end, accesses, began, stack, tuple(came))
+
+    def outcome(
+        self, args: Sequence[str], timeout: float, patience: float, aftermath: float
+    ) -> Outcome:
+        """Do it."""
+        world, sysfs, shims = self._world, self._brick.sysfs, self._shims
+        start, accesses = world.now(), sysfs.accesses
+        words = [self._script] + list(args)
+        shimmed = shims.installed(self._folder, ["python3"] + words)
+        with shimmed, sysfs.installed(), _Forwarding(world, shims.signals) as came:
+            sys.excepthook = sys.__excepthook__
+            sys.argv = words
+            sys.path.insert(0, self._folder)
+            main = functools.partial(_main, shims, self._script, self._source)
+            ended = world.run(main, start + timeout, patience)
+            sys.stdout.flush()
+            end, stack = world.now(), self._cut_at()
+            if ended.reason in _WHY:
+                self._tell_why(_WHY[ended.reason], stack, timeout, patience)
+            began = world.processor.behind if world.processor else None
+            accesses = sysfs.accesses - accesses
+            world.processor = None
+            self._peripherals.on_back = None
+            world.realtime = False  # nobody waits for what comes after the end
+            world.advance(end + aftermath)
+        return Outcome(ended.status, ended.reason, end, accesses, began, stack, tuple(came))
+
+    def _cut_at(self) -> "Tuple[Call, ...]":
+        """Outcome.stack."""
+        return tuple(
+            (os.path.basename(file), line, function)
+            for file, line, function in self._world.cut_at
+            if os.path.dirname(os.path.realpath(file)) == self._folder
+        )
+
+    def _tell_why(
+        self, words: str, stack: "Tuple[Call, ...]", timeout: float, patience: float
+    ) -> None:
+        """Tell why it was cut off, by _WHY, and where it was."""
+        why = words.format(
+            t=self._world.now(),
+            limit=timeout,
+            patience=patience,
+            awaited=self._world.awaited or "this program",
+        )
+        where = "; it was at {}".format(in_words(stack)) if stack else ""
+        _complain("{}: {}{}", self._name, why, where)
 
 
-def in_words(stack):
+def in_words(stack: "Sequence[Call]") -> str:
     """Return for people where a script was cut off: of Outcome.stack the innermost two calls."""
     main = stack[-1][0]
     calls = [call for call in stack if call[2] != _MODULE] or stack
@@ -190,10 +264,10 @@ def in_words(stack):
     )
 
 
-def _processor(brick, name):
+def _processor(brick: "EmulatedBrick", name: str) -> Optional[Processor]:
     """Return the Processor that the script computes on; None where that takes no time."""
 
-    def late():
+    def late() -> None:
         _complain(
             "{}: it has computed for {:g} s on the brick, and has not used it yet; Ctrl-C ends it",
             name,
@@ -205,35 +279,31 @@ def _processor(brick, name):
     return Processor(brick.slowness, lambda: brick.world.touch(0.0), late)
 
 
-def _call(function, argument):
-    return lambda: function(argument)
-
-
-def _complain(message, *values):
+def _complain(message: str, *values: object) -> None:
     last_line.finish()
     sys.stderr.write("simulate: " + message.format(*values) + "\n")
 
 
 @functools.lru_cache(maxsize=16)
-def _compiled(source, script, counts):
+def _compiled(source: bytes, script: str, counts: bool) -> "CodeType":
     """The script's code; the same for all runs."""
     if counts:
         return counting.compiled(source, script)
     return compile(source, script, "exec", dont_inherit=True)
 
 
-def _main(shims, script, source):
+def _main(shims: Shims, script: str, source: bytes) -> int:
     """Be the interpreter of the script; the exit status."""
-    shims.threads.enter_main()
+    shims.begin()
     return _interpreted(shims, script, source, shims.finish)
 
 
-def _interpreted(shims, script, source, finish=None):
+def _interpreted(
+    shims: Shims, script: str, source: bytes, finish: Optional[Callable[[], None]] = None
+) -> int:
     """Run `source` as `__main__`, and what Python does at its end; the exit status."""
     module = types.ModuleType("__main__")
-    module.__file__ = script
-    module.__builtins__ = __builtins__
-    module.__cached__ = None
+    vars(module).update(__file__=script, __builtins__=__builtins__, __cached__=None)
     sys.modules["__main__"] = module
     try:
         try:
@@ -242,23 +312,23 @@ def _interpreted(shims, script, source, finish=None):
             status = 0
         except Over:
             raise
-        except BaseException:
-            status = _status_of(*sys.exc_info())
+        except BaseException as error:
+            status = _status_of(error)
             folder = os.path.dirname(os.path.realpath(script))
-            told = advice.on(sys.exc_info()[1], source, folder, shims.peripherals.sysfs)
+            told = advice.on(error, source, folder, shims.peripherals.sysfs)
             if told:
                 _complain("{}", told)
         try:
             (finish or shims.call_at_exit)()
-        except KeyboardInterrupt:
-            status = _status_of(*sys.exc_info())
+        except KeyboardInterrupt as error:
+            status = _status_of(error)
     finally:
         sys.stdout.flush()
     _let_go(vars(module))
     return status
 
 
-def _let_go(names):
+def _let_go(names: Dict[str, Any]) -> None:
     """Delete objects while the world still listens, as Python does at its end for `__del__`."""
     kept = (type, types.ModuleType, types.FunctionType)
     counts = counting.COUNT, counting.DUE  # what `__del__` computes, it counts
@@ -267,8 +337,9 @@ def _let_go(names):
             del names[name]
 
 
-def _status_of(kind, value, trace):
-    if issubclass(kind, SystemExit):
+def _status_of(value: BaseException) -> int:
+    """Return the exit status that an exception ends a script with, having told of it."""
+    if isinstance(value, SystemExit):
         code = value.code
         if code is None:
             return 0
@@ -277,14 +348,15 @@ def _status_of(kind, value, trace):
         sys.stdout.flush()
         sys.stderr.write("{}\n".format(code))
         return 1
+    trace = value.__traceback__
     while trace is not None and trace.tb_frame.f_code is _interpreted.__code__:
         trace = trace.tb_next
     sys.stdout.flush()
     if sys.excepthook is sys.__excepthook__:
-        traceback.print_exception(kind, value, trace)
+        traceback.print_exception(type(value), value, trace)
     else:
-        sys.excepthook(kind, value, trace)
-    return 128 + Signals.SIGINT if issubclass(kind, KeyboardInterrupt) else 1
+        sys.excepthook(type(value), value, trace)
+    return 128 + Signals.SIGINT if isinstance(value, KeyboardInterrupt) else 1
 
 
 class _Forwarding(object):
@@ -293,26 +365,26 @@ class _Forwarding(object):
     A second one that finds the first not yet looked at ends the run.
     """
 
-    def __init__(self, world, signals):
+    def __init__(self, world: "World", signals: "ProgramSignals") -> None:
         self._world = world
         self._signals = signals
-        self._before = {}
-        self._came = []
+        self._before = {}  # type: Dict[int, Any]
+        self._came = []  # type: List[int]
 
-    def __enter__(self):
+    def __enter__(self) -> List[int]:
         if threading.current_thread() is threading.main_thread():
             for number in platforms.ENDING:
                 self._before[number] = signal.signal(number, self._forward)
         return self._came
 
-    def _forward(self, number, frame):
+    def _forward(self, number: int, frame: "Optional[FrameType]") -> None:
         self._came.append(number)
         # (Windows has one for which the brick has no name.)
-        number = getattr(Signals, signal.Signals(number).name, Signals.SIGINT)
-        if number in self._signals.pending:
-            self._world.halt(ProcessExit(128 + number, number.name))
-        self._signals.post(number)
+        known = getattr(Signals, signal.Signals(number).name, Signals.SIGINT)  # type: Signals
+        if known in self._signals.pending:
+            self._world.halt(ProcessExit(128 + known, known.name))
+        self._signals.post(known)
 
-    def __exit__(self, *error):
+    def __exit__(self, *error: object) -> None:
         for number, handler in self._before.items():
             signal.signal(number, handler)

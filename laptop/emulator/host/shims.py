@@ -19,26 +19,21 @@ run), standard input, and where the script and the folder that it was started in
 import atexit as real_atexit
 import builtins
 import contextlib
-import errno
+import functools
 import importlib
 import importlib.machinery
 import io
 import locale
 import os
-import re
 import sys
 import traceback
 import warnings
+from types import ModuleType
+from typing import Any, Callable, Mapping, Optional, Sequence, Set
 
 from laptop.emulator.device.buttons import EventFile, evdev_module
 from laptop.emulator.host import linux, tracebacks
-from laptop.emulator.host.brick_files import (
-    ONE_PATH,
-    TWO_PATHS,
-    BrickFiles,
-    Entries,
-    MovedEntry,
-)
+from laptop.emulator.host.brick_files import BrickFiles
 from laptop.emulator.host.clocks import (
     UPTIME,
     ProgramClock,
@@ -50,23 +45,29 @@ from laptop.emulator.host.counting import ENROL
 from laptop.emulator.host.file_waiting import select_module, time_out_sockets
 from laptop.emulator.host.fonts import fonts_module, has_fonts
 from laptop.emulator.host.host_state import HostState
-from laptop.emulator.host.process_exit import ProcessExit
 from laptop.emulator.host.processes import Processes
 from laptop.emulator.host.processor import library_charged
 from laptop.emulator.host.program_code import PROGRAM, code_of, top_of
+from laptop.emulator.host.program_os import MENU_CONSOLE, ProgramOs
 from laptop.emulator.host.signals import ProgramSignals
 from laptop.emulator.host.sys_class import SysClass, wrapped
 from laptop.emulator.host.threads import Threads, thread_module
 from laptop.emulator.host.waiting_line import WaitingLine
-from laptop.system import platforms
-from robot.ev3.brick_lock import BrickLock
 from shared.state import LOCK
+
+MYPY = False
+if MYPY:
+    from types import CodeType
+    from typing import Dict, Iterator, List, Tuple, Union  # noqa: F401
+
+    from laptop.emulator.device.peripherals import Peripherals
+    from laptop.emulator.host.world import World
+
+    ExitCall = Tuple[Callable[..., object], Tuple[Any, ...], Dict[str, Any]]
+    Read = Callable[[importlib.machinery.SourceFileLoader, str], Optional[CodeType]]
 
 PRINT_COST = 0.5e-3
 """Virtual time of a `print`, s."""
-
-MENU_CONSOLE = "/dev/tty1"
-"""The console on which the brick's menu shows a program."""
 
 OWN_STAT, UPTIME_FILE = "/proc/self/stat", "/proc/uptime"
 """The files that tell a program when it was started, and how long ago the brick was."""
@@ -102,24 +103,29 @@ class Shims(object):
             for a terminal, the console tty1.
     """
 
-    def __init__(self, world, peripherals, folders=()):
+    def __init__(
+        self,
+        world: "World",
+        peripherals: "Peripherals",
+        folders: Optional[Mapping[str, str]] = None,
+    ) -> None:
         self.world = world
         self.peripherals = peripherals
-        self._folders = dict(folders)
-        self._files = None
+        self._folders = dict(folders or {})
+        self._files = BrickFiles(self._folders, {})  # until it is installed
         self.clock = ProgramClock(world)
         self._started = UPTIME + world.now()
         self.signals = ProgramSignals(world, self.clock)
         self.processes = Processes(world, self.clock, peripherals.programs)
-        self.exit_calls = []
+        self.exit_calls = []  # type: List[ExitCall]
         self.devices = SysClass(peripherals.sysfs)
-        self._screens = set()
-        self.threads = None
+        self._screens = set()  # type: Set[int]
+        self.threads = None  # type: Optional[Threads]
         self.from_menu = False
-        self._own = ()
+        self._own = set()  # type: Set[str]
 
     @contextlib.contextmanager
-    def installed(self, folder, words=("python3",)):
+    def installed(self, folder: str, words: Sequence[str] = ("python3",)) -> "Iterator[Shims]":
         """Replace the modules for a `with` block.
 
         Args:
@@ -138,47 +144,17 @@ class Shims(object):
             for category in _LOCALE:
                 locale.setlocale(getattr(locale, category), "C")
             importlib.invalidate_caches()
-            siblings = {os.path.splitext(name)[0] for name in os.listdir(folder)}
-            siblings -= set(_AT_START) | set(sys.builtin_module_names)
-            self._own = siblings | set(PROGRAM)
+            self._own = siblings(folder) | set(PROGRAM)
             if self.world.processor:
                 setattr(builtins, ENROL, self.world.processor.enrol)
                 within.enter_context(library_charged(self._spend))
-            afresh = siblings | set(PROGRAM) | set(REBOUND)
-            for name in list(sys.modules):
-                # Of the emulator's own package the head alone: what is in it works here.
-                if name in afresh or (top_of(name) in afresh and top_of(name) != "laptop"):
-                    del sys.modules[name]
-            # These two would wait in C, where no baton is passed; Python's own versions step in.
-            sys.modules["_queue"] = sys.modules["_asyncio"] = None
+            forget(self._own | set(REBOUND))
             self._replace_os(alone)
             within.enter_context(self.devices.installed(self._open))
-            sys.modules["time"] = time_module(self.clock)
-            sys.modules["_thread"] = low = thread_module(self.world, self.clock)
-            sys.modules.pop("threading", None)
-            self.threads = Threads(
-                self.world, self.clock, importlib.import_module("threading"), low
-            )
-            sys.modules["select"] = select_module(self.world)
-            sys.modules["signal"] = sys.modules["_signal"] = self.signals.module()
-            sys.modules["datetime"] = datetime_module(self.clock)
-            sys.modules["atexit"] = self._atexit_module()
-            sys.modules["fcntl"] = linux.fcntl_module(self._ioctl)
-            sys.modules["evdev"] = self._evdev_module()
-            sys.modules["evdev.ecodes"] = sys.modules["evdev"].ecodes
-            importlib.import_module("subprocess").Popen = self.processes.popen()
-            name_host(importlib.import_module("socket"))
-            time_out_sockets(self.world, importlib.import_module("socket"))
-            seed(importlib.import_module("random"))
-            sys.modules["pwd"] = linux.users_module()
+            self._make_modules()
             sys.executable = linux.EXECUTABLE
-            builtins.print = self._print
-            builtins.open = self._open
-            builtins.input = self._input
-            library = importlib.import_module("ev3dev2")
-            library.get_current_platform = lambda: "ev3"
-            if not has_fonts(library):
-                library.fonts = sys.modules["ev3dev2.fonts"] = fonts_module()
+            vars(builtins).update(print=self._print, open=self._open, input=self._input)
+            complete_library()
             yield self
         finally:
             del read_by.get_code  # it is inherited
@@ -190,26 +166,34 @@ class Shims(object):
             self._files.close()
             self.peripherals.screen.close()
 
-    def _loader(self):
+    def _loader(self) -> "Read":
         """Return how modules are read: those of the program with counts, where it is charged."""
 
-        def get_code(loader, name):
+        def get_code(
+            loader: importlib.machinery.SourceFileLoader, name: str
+        ) -> "Optional[CodeType]":
             return code_of(
                 loader, name, self.world.processor is not None and top_of(name) in self._own
             )
 
         return get_code
 
-    def _spend(self, thousands):
-        if self.world.current() is not None:
+    def _spend(self, thousands: float) -> None:
+        if self.world.processor is not None and self.world.current() is not None:
             self.world.processor.spend(thousands)
 
-    def finish(self):
+    def begin(self) -> None:
+        """Let the caller be the program's main thread."""
+        if self.threads is not None:
+            self.threads.enter_main()
+
+    def finish(self) -> None:
         """Do what Python does at the end of the main module; called in its thread."""
-        self.threads.join_all()
+        if self.threads is not None:
+            self.threads.join_all()
         self.call_at_exit()
 
-    def call_at_exit(self):
+    def call_at_exit(self) -> None:
         """Call what the program has registered with `atexit`."""
         while self.exit_calls:
             function, args, kwargs = self.exit_calls.pop()
@@ -220,125 +204,85 @@ class Shims(object):
 
     # Modules
 
-    def _atexit_module(self):
-        shim = copy_module(real_atexit)
+    def _make_modules(self) -> None:
+        """Put modules of the program's own in the places of those of the host."""
+        modules, clock = sys.modules, self.clock
+        modules["time"] = time_module(clock)
+        modules["_thread"] = low = thread_module(self.world, clock)
+        modules.pop("threading", None)
+        self.threads = Threads(self.world, clock, importlib.import_module("threading"), low)
+        modules["select"] = select_module(self.world)
+        modules["signal"] = modules["_signal"] = self.signals.module()
+        modules["datetime"] = datetime_module(clock)
+        modules["atexit"] = self._atexit_module()
+        modules["fcntl"] = linux.fcntl_module(self._ioctl)
+        modules["evdev"] = self._evdev_module()
+        modules["evdev.ecodes"] = modules["evdev"].ecodes
+        vars(importlib.import_module("subprocess"))["Popen"] = self.processes.popen()
+        name_host(importlib.import_module("socket"))
+        time_out_sockets(self.world, importlib.import_module("socket"))
+        seed(importlib.import_module("random"))
+        modules["pwd"] = linux.users_module()
 
-        def register(func, *args, **kwargs):
+    def _atexit_module(self) -> ModuleType:
+        def register(
+            func: Callable[..., object], *args: Any, **kwargs: Any
+        ) -> Callable[..., object]:
             """Call `func` when the program has ended."""
             self.exit_calls.append((func, args, kwargs))
             return func
 
-        def unregister(func):
+        def unregister(func: Callable[..., object]) -> None:
             """Take `func` back."""
             self.exit_calls[:] = [call for call in self.exit_calls if call[0] != func]
 
-        shim.register, shim.unregister = register, unregister
-        shim._clear = lambda: self.exit_calls.clear()
-        return shim
+        return copy_module(
+            real_atexit,
+            register=register,
+            unregister=unregister,
+            _clear=lambda: self.exit_calls.clear(),
+        )
 
-    def _evdev_module(self):
-        peripherals = self.peripherals
-        return evdev_module(peripherals.sysfs, peripherals.buttons, lambda: WaitingLine(self.world))
+    def _evdev_module(self) -> ModuleType:
+        peripherals, line = self.peripherals, functools.partial(WaitingLine, self.world)
+        module = evdev_module(peripherals.sysfs, peripherals.buttons, line)  # type: ModuleType
+        return module
 
-    def _ioctl(self, fd, request, arg):
+    def _ioctl(self, fd: Any, request: int, arg: Any) -> bool:
         return self.peripherals.ioctl(fd, request, arg, self._screens)
 
     # Names in modules that stay
 
-    def _replace_os(self, alone):
-        processes, world, files = self.processes, self.world, self._files
-
-        def refuse(name):
-            def refused(*args, **kwargs):
-                raise OSError("os.{} does not work on the emulated brick: use threads".format(name))
-
-            return refused
-
-        for name in set(dir(os)) | {"fork", "forkpty"}:
-            if name.startswith(("fork", "exec", "spawn", "posix_spawn")):
-                setattr(os, name, refuse(name))
-
-        def leave(status):
-            """End the program at once."""
-            world.halt(ProcessExit(status & 0xFF, "ended"))
-            world.touch(0.0)
-
-        def kill(pid, sig):
-            """Signal the program itself; nobody else is there but who may move the motors."""
-            if pid not in (os.getpid(), 0):
-                if LOCK in os.environ and pid == getattr(BrickLock("").holder(), "pid", None):
-                    real_kill(pid, sig)
-                    return
-                raise ProcessLookupError("no process {} on the emulated brick".format(pid))
-            if sig:
-                self.signals.post(sig)
-            self.clock.step()
-
-        def listdir(path="."):
-            """os.listdir in natural order, so that runs repeat and port A comes first."""
-            return sorted(real_listdir(path), key=_natural)
-
-        def scandir(path="."):
-            """os.scandir in that order, too."""
-            with real_scandir(path) as entries:
-                found = sorted(entries, key=lambda entry: _natural(entry.name))
-            if files.here(path) != path:
-                found = [MovedEntry(entry, os.path.join(path, entry.name)) for entry in found]
-            return Entries(found)
-
-        def open_descriptor(path, flags, mode=0o777, dir_fd=None):
-            """os.open that knows the brick's framebuffer, and opens folders as Linux does."""
-            if path == "/dev/fb0":
-                descriptor = self.peripherals.screen.open()
-                self._screens.add(descriptor)
-                return descriptor
-            if not platforms.OPENS_FOLDERS and os.path.isdir(path):
-                return platforms.open_folder(path)
-            return real_open(path, flags, mode, dir_fd=dir_fd)
-
-        def close(fd):
-            """os.close that lets go of the framebuffer."""
-            self._screens.discard(fd)
-            real_close(fd)
-
-        def ttyname(fd):
-            """os.ttyname of a script that is started from the brick's menu, or over ssh."""
-            if self.from_menu:
-                return MENU_CONSOLE
-            if real_ttyname is None:
-                raise OSError(errno.ENOTTY, os.strerror(errno.ENOTTY))
-            return re.sub(r"^/dev/tty\d+$", "/dev/pts/0", real_ttyname(fd))
-
+    def _replace_os(self, alone: bool) -> None:
+        names = vars(os)
         if alone:
-            vars(os).update(linux.own_os(self.clock))
-        for names, paths in ((ONE_PATH, 1), (TWO_PATHS, 2)):
-            for name in [name for name in names if hasattr(os, name)]:
-                setattr(os, name, files.taking(getattr(os, name), paths))
-        real_listdir, real_scandir = os.listdir, os.scandir
-        real_open, real_close, real_kill = os.open, os.close, os.kill
-        real_ttyname = getattr(os, "ttyname", None)
-        os.ttyname = ttyname
-        os.listdir, os.scandir, os.open, os.close = listdir, scandir, open_descriptor, close
-        os.system = processes.system
-        os._exit = leave
-        os.abort = lambda: leave(128 + linux.Signals.SIGABRT)
-        os.kill = os.killpg = kill
-        vars(os)["register_at_fork"] = lambda **calls: None
+            names.update(linux.own_os(self.clock))
+        program_os = ProgramOs(
+            self.world,
+            self.clock,
+            self.signals,
+            self.processes,
+            self._files,
+            self.peripherals.screen,
+            MENU_CONSOLE if self.from_menu else None,
+        )
+        self._screens = program_os.screens
+        names.update(program_os.functions())
         for name, stand_in in linux.OS.items():
-            vars(os).setdefault(name, stand_in)
+            names.setdefault(name, stand_in)
 
-    def _print(self, *args, **kwargs):
+    def _print(self, *args: Any, **kwargs: Any) -> None:
         self.clock.step(PRINT_COST)
         _REAL_PRINT(*args, **kwargs)
 
-    def _input(self, *prompt):
+    def _input(self, *prompt: object) -> str:
         self.world.typing = sys.stdin.isatty()
         try:
             return _REAL_INPUT(*prompt)
         finally:
             self.world.typing = False
 
-    def _open(self, file, mode="r", *args, **kwargs):
+    def _open(self, file: Any, mode: str = "r", *args: Any, **kwargs: Any) -> Any:
         if file == OWN_STAT:
             return _text_file(linux.stat_of(os.getpid(), self._started), mode)
         if file == UPTIME_FILE:
@@ -357,32 +301,55 @@ class Shims(object):
 _REAL_PRINT, _REAL_OPEN, _REAL_INPUT = builtins.print, builtins.open, builtins.input
 
 
-def _natural(name):
-    """A sort key that has motor9 before motor10."""
-    parts = re.split("([0-9]+)", os.fsdecode(name))
-    return [int(part) if number % 2 else part for number, part in enumerate(parts)]
-
-
-def _text_file(text, mode):
+def _text_file(text: str, mode: str) -> "Union[io.BytesIO, io.StringIO]":
     return io.BytesIO(text.encode()) if "b" in mode else io.StringIO(text)
 
 
-def seed(module):
+def siblings(folder: str) -> Set[str]:
+    """Return the names of the modules beside a script that it may import."""
+    names = {os.path.splitext(name)[0] for name in os.listdir(folder)}
+    return names - set(_AT_START) - set(sys.builtin_module_names)
+
+
+def forget(afresh: Set[str]) -> None:
+    """Have these modules imported anew, and all that is in them.
+
+    Two would wait in C, where no baton is passed: Python's own versions step in.
+    """
+    modules = sys.modules  # type: Dict[str, Any]
+    for name in list(modules):
+        # Of the emulator's own package the head alone: what is in it works here.
+        if name in afresh or (top_of(name) in afresh and top_of(name) != "laptop"):
+            del modules[name]
+    modules["_queue"] = modules["_asyncio"] = None
+
+
+def complete_library() -> None:
+    """Import ev3dev2, which is on an EV3 then, with the fonts that it has there."""
+    library = importlib.import_module("ev3dev2")
+    vars(library)["get_current_platform"] = lambda: "ev3"
+    if not has_fonts(library):
+        vars(library)["fonts"] = sys.modules["ev3dev2.fonts"] = fonts_module()
+
+
+def seed(module: ModuleType) -> None:
     """Let all of a new `random` begin as it always does, also where a program asks for chance."""
     seed_by = module.Random.seed
 
-    def seeded(self, a=None, version=2):
+    def seeded(self: Any, a: Any = None, version: int = 2) -> None:
         seed_by(self, int.from_bytes(os.urandom(32), "big") if a is None else a, version)
 
     module.Random.seed = seeded
-    module.seed = module._inst.seed
+    vars(module)["seed"] = module._inst.seed
     module.seed(0)
 
 
-def name_host(module):
+def name_host(module: ModuleType) -> None:
     """Let a new `socket` know the brick by its name, and itself by that."""
     resolve = module.gethostbyname
     module.setdefaulttimeout(None)
-    module.gethostname = lambda: linux.HOST
-    module.getfqdn = lambda name="": name or linux.HOST
-    module.gethostbyname = lambda name: resolve("localhost" if name == linux.HOST else name)
+    vars(module).update(
+        gethostname=lambda: linux.HOST,
+        getfqdn=lambda name="": name or linux.HOST,
+        gethostbyname=lambda name: resolve("localhost" if name == linux.HOST else name),
+    )
