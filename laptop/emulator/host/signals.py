@@ -149,7 +149,7 @@ class ProgramTimers(object):
         if which not in self._running:
             return (0.0, 0.0)
         event, interval = self._running[which]
-        return (max(0.0, event[0] - self._world.now()), interval)
+        return (max(0.0, event.t - self._world.now()), interval)
 
     def alarm(self, seconds: float) -> int:
         """Send SIGALRM after `seconds`; returns what was left of the last alarm."""

@@ -7,12 +7,13 @@ from typing import Optional, Tuple
 
 MYPY = False
 if MYPY:
-    from typing import Any, List
+    from typing import List
 
+    from laptop.emulator.host.agenda import Due  # noqa: F401
     from laptop.emulator.host.waiting_line import Ticket  # noqa: F401
+    from laptop.emulator.host.world_run import WorldRun
 
     Call = Tuple[str, int, str]  # file, line, function
-    Wake = List[Any]  # when it is due (s), a number of its own, the thread (None: taken back)
 
 _open = open  # of the host
 
@@ -22,7 +23,7 @@ class VirtualThread(object):
 
     Attributes:
         name: for people.
-        run: the run of the program that it belongs to.
+        run: WorldRun that it belongs to.
         ident, native: its numbers in Python and on the host; None before the host has begun it.
         gate: lock that it waits at for the baton.
         entry: its entry among the sleepers; None if nothing wakes it by itself.
@@ -33,14 +34,14 @@ class VirtualThread(object):
 
     __slots__ = ("name", "run", "ident", "native", "gate", "entry", "ticket", "waiting", "loose")
 
-    def __init__(self, name: str, run: object) -> None:
+    def __init__(self, name: str, run: "WorldRun") -> None:
         self.name = name
         self.run = run
         self.ident = None  # type: Optional[int]
         self.native = None  # type: Optional[int]
         self.gate = threading.Lock()
         self.gate.acquire()
-        self.entry = None  # type: Optional[Wake]
+        self.entry = None  # type: Optional[Due[VirtualThread]]
         self.ticket = None  # type: Optional[Ticket]
         self.waiting = True
         self.loose = False

@@ -53,5 +53,5 @@ class WaitingLine(object):
             ticket = self._line.popleft()
             ticket.called = True
             if ticket.thread.ticket is ticket:
-                self._world._queue(ticket.thread, self._world.t)
+                self._world._run.wake_at(ticket.thread, self._world.t)
         return True

@@ -11,12 +11,12 @@ from laptop.emulator.pace import in_words
 
 MYPY = False
 if MYPY:
-    import threading
     from typing import Dict, Optional  # noqa: F401
 
     from laptop.emulator.host.pacer import Pacer
     from laptop.emulator.host.virtual_thread import VirtualThread  # noqa: F401
     from laptop.emulator.host.world import World
+    from laptop.emulator.host.world_run import WorldRun
 
 CRAWL_PACE = 0.01
 """Least pace in real time, emulated seconds per wall second; below it a run ends."""
@@ -55,32 +55,35 @@ class Watchdog(object):
         # Of the main thread since an interrupt came.
         self._hearing = None  # type: Optional[ThreadEffort]
 
-    def watch(self, over: "threading.Event", patience: float) -> None:
-        """Look at the program until it is over, and wind it up.
+    def watch(self, run: "WorldRun", patience: float) -> None:
+        """Look at a run of a program until it is over, and wind it up.
 
         Args:
-            over: threading.Event.
             patience: seconds of the host that it may compute without a look at the clock.
         """
         world = self._world
         effort, seen = ThreadEffort(None), None  # type: ThreadEffort, Optional[int]
         pacer = world.pacer if world.realtime else None
-        while not over.wait(0.05 if pacer is None else 0.01):
+        while not run.over.wait(0.05 if pacer is None else 0.01):
             with world._mutex:
-                loose = (thread for thread in world._alive if thread.loose)
-                working = world._holder or next(loose, None)
+                loose = (thread for thread in run.alive if thread.loose)
+                working = run.holder or next(loose, None)
                 paced = pacer is not None and pacer.waiting
-                if world._progress != seen or paced or working is not effort.thread:
-                    seen, effort = world._progress, ThreadEffort(working)
+                if run.visits != seen or paced or working is not effort.thread:
+                    seen, effort = run.visits, ThreadEffort(working)
                 else:
-                    self._let_others_on(working, effort.look(), patience)
-                self._look_at_interrupts()
+                    self._let_others_on(run, working, effort.look(), patience)
+                self._look_at_interrupts(run)
             if pacer is not None:
                 self._look_at_pace(pacer)
-        self._wind_up()
+        self._wind_up(run)
 
     def _let_others_on(
-        self, thread: "Optional[VirtualThread]", effort: Tuple[float, float], patience: float
+        self,
+        run: "WorldRun",
+        thread: "Optional[VirtualThread]",
+        effort: Tuple[float, float],
+        patience: float,
     ) -> None:
         """Let the others, or in real time the world, go on beside one who does not come.
 
@@ -91,29 +94,28 @@ class Watchdog(object):
         computed, waited = effort
         limit = self.YIELD_TIMEOUT_REALTIME if world.realtime else self.YIELD_TIMEOUT
         late = computed >= limit or waited >= self.YIELD_TIMEOUT
-        left = self.WAIT_TIMEOUT if world.limit is None else world.limit - world.t
+        left = self.WAIT_TIMEOUT if run.limit is None else run.limit - world.t
         if computed >= patience:
             world.halt(ProcessExit(ENDLESS, "stuck"))
         elif waited >= min(left, self.WAIT_TIMEOUT) and not world.typing:
             world.halt(ProcessExit(ENDLESS, "waiting"))
-        elif thread is None or thread is not world._holder or not late:
+        elif thread is None or thread is not run.holder or not late:
             return
-        elif world._awaited(thread):
-            thread.loose = True
-            world._loose += 1
+        elif run.is_awaited(world._events, thread):
+            run.lose(thread)
             world._dispatch(None)
         elif pacer is not None and pacer.joined and waited >= self.YIELD_TIMEOUT:
             world._drift(pacer)
 
-    def _look_at_interrupts(self) -> None:
+    def _look_at_interrupts(self, run: "WorldRun") -> None:
         """Tell of an interrupt that the program's main thread does not look at."""
-        world, main = self._world, self._world._main
-        if not world._interrupts or main is None or main.waiting:
+        main = run.main
+        if not run.interrupts or main is None or main.waiting:
             self._hearing = None
         elif self._hearing is None or self._hearing.thread is not main:
             self._hearing = ThreadEffort(main)
         elif sum(self._hearing.look()) >= self.HEARING_TIMEOUT:
-            world.unheard()
+            self._world.unheard()
 
     def _look_at_pace(self, pacer: "Pacer") -> None:
         """Tell that the host is busy; end where that is too much."""
@@ -126,7 +128,7 @@ class Watchdog(object):
             self._noticed = now
             world.tell(in_words(pacer.pace.latest))
 
-    def _wind_up(self) -> None:
+    def _wind_up(self, run: "WorldRun") -> None:
         """Get hold of threads that were computing when the program ended."""
         world = self._world
         throw = ctypes.pythonapi.PyThreadState_SetAsyncExc
@@ -134,7 +136,7 @@ class Watchdog(object):
             efforts = {}  # type: Dict[VirtualThread, ThreadEffort]
             while True:
                 with world._mutex:
-                    astray = [thread for thread in world._alive if not thread.waiting]
+                    astray = [thread for thread in run.alive if not thread.waiting]
                     spent = [
                         sum(efforts.setdefault(thread, ThreadEffort(thread)).look())
                         for thread in astray

@@ -14,30 +14,30 @@ touches the clock again (`while not flag: pass`, where another thread sets the f
 computing takes time, whoever goes round in a `while` touches it by itself, see counting.LOOK.
 """
 
-import collections
 import gc
-import heapq
 import math
 import threading
 import time as wall
 from typing import Callable, Optional
 
+from laptop.emulator.host.agenda import Agenda, Due
 from laptop.emulator.host.pacer import Pacer
 from laptop.emulator.host.process_exit import ENDLESS, ProcessExit
 from laptop.emulator.host.virtual_thread import VirtualThread
 from laptop.emulator.host.watchdog import Over, Watchdog
+from laptop.emulator.host.world_run import WorldRun
 
 MYPY = False
 if MYPY:
-    from typing import Any, Deque, Dict, List, NoReturn, Sequence, Tuple  # noqa: F401
+    from typing import Any, Dict, List, NoReturn, Sequence, Tuple  # noqa: F401
 
     from laptop.emulator.host.processor import Processor  # noqa: F401
-    from laptop.emulator.host.virtual_thread import Call, Wake  # noqa: F401
+    from laptop.emulator.host.virtual_thread import Call
     from laptop.emulator.host.waiting_line import Ticket
     from laptop.emulator.pace import PacedClock, PaceMeter
 
     Action = Callable[[], object]
-    Event = List[Any]  # when it is due (s), a number of its own, Action (None: taken back)
+    Event = Due[Action]
     Address = Tuple[str, int]  # host, port
     Files = Sequence[Any]  # descriptors, or what has a fileno()
     Ready = Tuple[List[Any], List[Any], List[Any]]  # to be read, to be written, with an exception
@@ -58,8 +58,6 @@ class World(object):
 
     Attributes:
         t: virtual time, s.
-        exit: ProcessExit of the program; None while it runs.
-        cut_at: where its main thread was if it was cut off, see VirtualThread.stack.
         realtime: whether it keeps pace with the clock.
         pacer: Pacer of the clock; None without one.
         tell: called now and then with a line for people while the host is busy.
@@ -88,11 +86,7 @@ class World(object):
         self.select = None  # type: Optional[Select]
         self.addresses = {}  # type: Dict[Address, Address]
         self.busy = 0.0
-        self.exit = None  # type: Optional[ProcessExit]
-        self.cut_at = ()  # type: Sequence[Call]
-        self.limit = None  # type: Optional[float]
-        self._events = []  # type: List[Event]
-        self._order = 0
+        self._events = Agenda()  # type: Agenda[Action]
         self.pacer = None if clock is None else Pacer(clock)
         self.tell = lambda line: None  # type: Callable[[str], object]
         self.typing = False
@@ -103,18 +97,9 @@ class World(object):
         self._mutex = threading.RLock()
         self._news = threading.Condition(self._mutex)
         self._local = _Local()
-        self._run = None  # type: object
-        self._main = None  # type: Optional[VirtualThread]
-        self._holder = None  # type: Optional[VirtualThread]
+        self._run = WorldRun(begun=False)
         self._dispatching = False
         self._hurry = False
-        self._loose = 0
-        self._alive = []  # type: List[VirtualThread]
-        self._sleepers = []  # type: List[Wake]
-        self._interrupts = collections.deque()  # type: Deque[Action]
-        self._progress = 0
-        self._over = threading.Event()
-        self._failure = None  # type: Optional[Exception]
         self._watchdog = Watchdog(self)
 
     # The clock
@@ -127,6 +112,16 @@ class World(object):
     def zero(self) -> float:
         """Time of the paced clock, or of the wall's without one, at the virtual time 0, s."""
         return self._zero if self.pacer is None else self.pacer.zero
+
+    @property
+    def exit(self) -> Optional[ProcessExit]:
+        """ProcessExit of the program; None while it runs."""
+        return self._run.exit
+
+    @property
+    def cut_at(self) -> "Sequence[Call]":
+        """Where its main thread was if it was cut off, see VirtualThread.stack."""
+        return self._run.cut_at
 
     @property
     def pace(self) -> "Optional[PaceMeter]":
@@ -149,7 +144,8 @@ class World(object):
 
         The brick has one core: nobody else computes meanwhile.
         """
-        if self._loose:
+        run = self._run
+        if run.loose:
             wall.sleep(self.STEP_PAUSE)
         with self._mutex:
             me = self._enter()
@@ -158,11 +154,11 @@ class World(object):
             self._advance(self.t + cost)
             if me is None:
                 return
-            if self.exit is not None:
+            if run.exit is not None:
                 self._park(me)
-            if self._sleepers and self._sleepers[0][0] <= self.t:
+            if run.sleepers.first_t <= self.t:
                 self._switch(me, self.t)
-        if self._interrupts:
+        if run.interrupts:
             self._attend(me)
 
     def begin(self) -> None:
@@ -180,14 +176,11 @@ class World(object):
             a handle for `cancel`.
         """
         with self._mutex:
-            self._order += 1
-            event = [t, self._order, action]  # type: Event
-            heapq.heappush(self._events, event)
-        return event
+            return self._events.add(t, action)
 
     def cancel(self, event: "Event") -> None:
         """Take back what `at` returned; nothing happens when it is past."""
-        event[2] = None
+        event.what = None
 
     def advance(self, t: float) -> None:
         """Bring every body to time `t` (s), running the events on the way."""
@@ -210,7 +203,7 @@ class World(object):
             whatever a body or an event raised.
         """
         collecting = gc.isenabled()  # a program that is killed does not put it back
-        self._start_anew(limit)
+        self._run = run = WorldRun(limit)
 
         def main() -> None:
             try:
@@ -218,39 +211,26 @@ class World(object):
             except Exception as error:
                 self._fail(error)
 
-        self._main = self.spawn(main, "MainThread")
+        run.main = self.spawn(main, "MainThread")
         with self._mutex:
             self._dispatch(None)
-        self._watchdog.watch(self._over, patience)
+        self._watchdog.watch(run, patience)
         if collecting:
             gc.enable()
         if self.pacer is not None:
             self.pacer.leave()
-        if self._failure is not None:
-            raise self._failure
-        assert self.exit is not None  # else the watchdog would watch still
-        return self.exit
-
-    def _start_anew(self, limit: Optional[float]) -> None:
-        """Be without a program again, and know nothing of the last one."""
-        self._run = object()
-        self.exit = None
-        self.cut_at = ()
-        self.limit = limit
-        self._holder = self._failure = None
-        self._loose = 0
-        self._alive = []
-        self._sleepers = []
-        self._interrupts.clear()
-        self._over.clear()
+        if run.failure is not None:
+            raise run.failure
+        assert run.exit is not None  # else the watchdog would watch still
+        return run.exit
 
     def spawn(self, function: "Action", name: str) -> VirtualThread:
         """Start `function()` as a further thread of the program; it runs when its turn comes."""
         with self._mutex:
             self._enter()
             thread = VirtualThread(name, self._run)
-            self._alive.append(thread)
-            self._queue(thread, self.t)
+            self._run.alive.append(thread)
+            self._run.wake_at(thread, self.t)
         real = threading.Thread(target=self._body, args=(thread, function), name=name)
         real.daemon = True
         real.start()
@@ -262,57 +242,54 @@ class World(object):
 
     def is_main(self) -> bool:
         """Return True in the program's main thread."""
-        return self._local.thread is not None and self._local.thread is self._main
+        return self._local.thread is not None and self._local.thread is self._run.main
 
     def halt(self, process_exit: ProcessExit) -> None:
         """End the program now, for whatever reason; the first exit stands."""
         with self._mutex:
-            if self.exit is None:
-                self.exit = process_exit
-                if process_exit.status == ENDLESS and self._main is not None:
-                    self.cut_at = self._main.stack()
-                self._over.set()
-                self._news.notify_all()
+            self._run.end(process_exit)
+            self._news.notify_all()
 
     def interrupt(self, action: "Action") -> None:
         """Have the program's main thread call `action()` at once, out of any wait it is in."""
         with self._mutex:
-            self._interrupts.append(action)
-            main = self._main
-            if main in self._alive and main is not self._holder and not main.loose:
-                self._queue(main, self.t)
+            run = self._run
+            run.interrupts.append(action)
+            main = run.main
+            if main in run.alive and main is not run.holder and not main.loose:
+                run.wake_at(main, self.t)
             self._hurry = True
             self._news.notify_all()
-            if self._holder is None and not self._dispatching and self.exit is None:
+            if run.holder is None and not self._dispatching and run.exit is None:
                 self._dispatch(None)
 
     # Time passing
 
     def _advance(self, t: float) -> None:
         """Go towards `t`; stop at the program's end, the limit, or when the wall has news."""
-        before = self.exit
+        run = self._run
+        before = run.exit
+        limit = run.limit if before is None and run.limit is not None else math.inf
         try:
             while True:
-                event = self._events[0] if self._events and self._events[0][0] <= t else None
-                due = t if event is None else max(event[0], self.t)
-                limit = self.limit if before is None and self.limit is not None else math.inf
+                event = self._events.first if self._events.first_t <= t else None
+                due = t if event is None else max(event.t, self.t)
                 if not self._move(min(limit, due), before):
                     return
                 if due >= limit and (event is None or due > limit):
-                    if self._run is not None:
-                        self.halt(ProcessExit(ENDLESS, "timeout"))
+                    self.halt(ProcessExit(ENDLESS, "timeout"))
                     return
                 if event is None:
                     return
-                if self._events[0] is not event:
+                if self._events.first is not event:
                     continue
-                heapq.heappop(self._events)
-                if event[2] is not None:
-                    event[2]()
-                if self.exit is not before:
+                self._events.pop()
+                if event.what is not None:
+                    event.what()
+                if run.exit is not before:
                     return
         except Exception as error:
-            if self._run is None or before is not None:
+            if not run.begun or before is not None:
                 raise
             self._fail(error)
 
@@ -346,7 +323,7 @@ class World(object):
             advance(t)
 
     def _fail(self, error: Exception) -> None:
-        self._failure = error
+        self._run.failure = error
         self.halt(ProcessExit(70, "emulator failed"))
 
     # The baton.  All below expect the mutex to be held once, except _wait, _attend and _body.
@@ -357,17 +334,17 @@ class World(object):
         if me is None:
             self._charge()
             return None
-        self._progress += 1
+        run = self._run
+        run.visits += 1
         self._hurry = False
-        if self.exit is not None or me.run is not self._run:
+        if run.exit is not None or me.run is not run:
             self._park(me)
-        if self._holder is not me:
-            me.loose = False
-            self._loose -= 1
-            if self._holder is None and not self._dispatching:
-                self._holder = me
+        if run.holder is not me:
+            run.find(me)
+            if run.holder is None and not self._dispatching:
+                run.holder = me
             else:
-                self._queue(me, self.t)
+                run.wake_at(me, self.t)
                 self._hurry = True
                 self._news.notify_all()
                 self._stand_by(me)
@@ -383,30 +360,21 @@ class World(object):
             self._advance(self.t + cost)
         return cost > 0.0
 
-    def _queue(self, thread: VirtualThread, wake: Optional[float]) -> None:
-        """Have `thread` woken at `wake`, in place of any earlier arrangement."""
-        if thread.entry is not None:
-            thread.entry[2] = None
-            thread.entry = None
-        if wake is not None:
-            self._order += 1
-            thread.entry = [wake, self._order, thread]
-            heapq.heappush(self._sleepers, thread.entry)
-
     def _wait(
         self, me: VirtualThread, deadline: Optional[float], ticket: "Optional[Ticket]" = None
     ) -> bool:
         """Wait until `ticket` is called (True) or the deadline has passed (False; None: never)."""
         self.begin()
         while True:
-            if self._loose:
+            run = self._run
+            if run.loose:
                 wall.sleep(self.STEP_PAUSE)
             with self._mutex:
                 self._enter()
                 if ticket is None or not ticket.called:
                     if deadline is not None and self.t >= deadline:
                         return False
-                    if not (self._interrupts and me is self._main):  # else it came before the wait
+                    if not (run.interrupts and me is run.main):  # else it came before the wait
                         me.ticket = ticket
                         self._switch(me, deadline)
                         me.ticket = None
@@ -415,13 +383,15 @@ class World(object):
             self._attend(me)
 
     def _attend(self, me: VirtualThread) -> None:
-        while self._interrupts and me is self._main:
-            self._interrupts.popleft()()
+        run = self._run
+        while run.interrupts and me is run.main:
+            run.interrupts.popleft()()
 
     def _switch(self, me: VirtualThread, wake: Optional[float]) -> None:
-        self._queue(me, wake)
+        run = self._run
+        run.wake_at(me, wake)
         self._dispatch(me)
-        if self._holder is not me:
+        if run.holder is not me:
             self._stand_by(me)
 
     def _stand_by(self, me: VirtualThread) -> None:
@@ -430,7 +400,7 @@ class World(object):
         me.gate.acquire()
         self._mutex.acquire()
         me.waiting = False
-        if self.exit is not None or me.run is not self._run:
+        if self._run.exit is not None or me.run is not self._run:
             self._park(me)
 
     def _park(self, me: VirtualThread) -> "NoReturn":
@@ -441,26 +411,22 @@ class World(object):
 
     def _dispatch(self, caller: Optional[VirtualThread]) -> None:
         """Give the baton to whoever is due next, letting time pass until somebody is."""
-        self._holder = None
+        run = self._run
+        run.holder = None
         self._dispatching = True
-        sleepers = self._sleepers
-        while self.exit is None:
+        while run.exit is None:
             self._hurry = False
-            while sleepers and sleepers[0][2] is None:
-                heapq.heappop(sleepers)
-            if sleepers and sleepers[0][0] <= self.t:
-                thread = heapq.heappop(sleepers)[2]
-                thread.entry = None
-                self._holder = thread
-                if thread is not caller:
-                    thread.gate.release()
+            run.holder = run.woken(self.t)
+            if run.holder is not None:
+                if run.holder is not caller:
+                    run.holder.gate.release()
                 break
-            if not sleepers and self._loose and not self._awaited():
+            if not run.sleepers and run.loose and not run.is_awaited(self._events):
                 break
-            if not sleepers and not self._events:
+            if not run.sleepers and not self._events:
                 self.halt(ProcessExit(ENDLESS, "deadlock"))
                 break
-            due = min(heap[0][0] for heap in (sleepers, self._events) if heap)
+            due = min(run.sleepers.first_t, self._events.first_t)
             self._advance(max(due, self.t))
         self._dispatching = False
 
@@ -476,19 +442,13 @@ class World(object):
             pass
         finally:
             with self._mutex:
-                self._alive.remove(me)
-                if me.run is self._run and self.exit is None:
+                run = me.run
+                run.alive.remove(me)
+                if run is self._run and run.exit is None:
                     if me.loose:
-                        self._loose -= 1
-                    if self._holder is me or (self._holder is None and not self._dispatching):
+                        run.find(me)
+                    if run.holder is me or (run.holder is None and not self._dispatching):
                         self._dispatch(None)
-
-    def _awaited(self, holder: Optional[VirtualThread] = None) -> bool:
-        """Return True if time must go on for a sleeper, or a waiter whom an event may wake."""
-        if any(entry[2] for entry in self._sleepers):
-            return True
-        waiting = any(not thread.loose and thread is not holder for thread in self._alive)
-        return waiting and any(event[2] for event in self._events)
 
     def _drift(self, pacer: Pacer) -> None:
         """Let time go on with the clock, beside a program that waits for something of the host."""

@@ -1,0 +1,100 @@
+"""One run of a program in a world: its threads, who of them has the baton, and its end."""
+
+import collections
+import threading
+from typing import Optional
+
+from laptop.emulator.host.agenda import Agenda
+from laptop.emulator.host.process_exit import ENDLESS, ProcessExit
+
+MYPY = False
+if MYPY:
+    from typing import Callable, Deque, List, Sequence  # noqa: F401
+
+    from laptop.emulator.host.virtual_thread import Call, VirtualThread  # noqa: F401
+
+
+class WorldRun(object):
+    """A run from its beginning on; whoever asks or changes it has the world's mutex.
+
+    Args:
+        limit: the run is cut off at this virtual time, s.
+        begun: False for what stands for none before the first one.
+
+    Attributes:
+        limit, begun: as above.
+        exit: ProcessExit; None while it runs.
+        cut_at: where its main thread was if it was cut off, see VirtualThread.stack.
+        failure: what the emulator itself has failed by; None if it has not.
+        over: whether it has ended, a threading.Event.
+        main: its main thread; None before it is there.
+        holder: the thread that has the baton; None while time passes.
+        alive: its threads that have not ended.
+        loose: how many of them have lost the baton and run beside the others.
+        sleepers: Agenda of the threads that are to be woken.
+        interrupts: what its main thread is to call next.
+        visits: how often a thread has come to the clock.
+    """
+
+    def __init__(self, limit: Optional[float] = None, begun: bool = True) -> None:
+        self.limit = limit
+        self.begun = begun
+        self.exit = None  # type: Optional[ProcessExit]
+        self.cut_at = ()  # type: Sequence[Call]
+        self.failure = None  # type: Optional[Exception]
+        self.over = threading.Event()
+        self.main = None  # type: Optional[VirtualThread]
+        self.holder = None  # type: Optional[VirtualThread]
+        self.alive = []  # type: List[VirtualThread]
+        self.loose = 0
+        self.sleepers = Agenda()  # type: Agenda[VirtualThread]
+        self.interrupts = collections.deque()  # type: Deque[Callable[[], object]]
+        self.visits = 0
+
+    def end(self, process_exit: ProcessExit) -> None:
+        """End it, for whatever reason; the first exit stands."""
+        if self.exit is None:
+            self.exit = process_exit
+            if process_exit.status == ENDLESS and self.main is not None:
+                self.cut_at = self.main.stack()
+            self.over.set()
+
+    def wake_at(self, thread: "VirtualThread", t: Optional[float]) -> None:
+        """Have a thread woken at `t` (s; None: never), in place of any earlier arrangement."""
+        if thread.entry is not None:
+            thread.entry.what = None
+        thread.entry = None if t is None else self.sleepers.add(t, thread)
+
+    def woken(self, t: float) -> "Optional[VirtualThread]":
+        """Take off the next thread that is to be woken by `t`, s; None if there is none."""
+        self.sleepers.skip_taken_back()
+        if self.sleepers.first_t > t:
+            return None
+        thread = self.sleepers.pop().what
+        if thread is not None:
+            thread.entry = None
+        return thread
+
+    def lose(self, thread: "VirtualThread") -> None:
+        """Let a thread go on beside the others, without the baton."""
+        thread.loose = True
+        self.loose += 1
+
+    def find(self, thread: "VirtualThread") -> None:
+        """Let one that has lost the baton do so no more."""
+        thread.loose = False
+        self.loose -= 1
+
+    def is_awaited(
+        self, events: "Agenda[Callable[[], object]]", holder: "Optional[VirtualThread]" = None
+    ) -> bool:
+        """Return True if time must go on for a sleeper, or a waiter whom an event may wake.
+
+        Args:
+            events: of the world.
+            holder: a thread that does not count as one who waits.
+        """
+        if self.sleepers.holds_any():
+            return True
+        waiting = any(not thread.loose and thread is not holder for thread in self.alive)
+        return waiting and events.holds_any()
