@@ -51,7 +51,7 @@ ONLY_WRITTEN = "command", "set_device"
 
 def _parts(path: "Path") -> Optional[List[str]]:
     """What a path names within ROOT, as a list of names; None for any other path."""
-    if isinstance(path, int):
+    if path is None or isinstance(path, int):
         return None
     path = path.__fspath__() if hasattr(path, "__fspath__") else path
     text = posixpath.normpath(os.fsdecode(path).replace(os.sep, "/"))
@@ -148,15 +148,15 @@ def wrapped(
 
 
 class _Entry(object):
-    """os.DirEntry of what is in ROOT."""
+    """os.DirEntry of what is in ROOT; folder and name are both texts, or both bytes."""
 
-    def __init__(self, folder: str, name: str, parts: List[str], tree: "SysClass") -> None:
+    def __init__(self, folder: Any, name: Any, parts: List[str], tree: "SysClass") -> None:
         self.name = name
         self.path = os.path.join(folder, name)
         self._parts = parts
         self._tree = tree
 
-    def __fspath__(self) -> str:
+    def __fspath__(self) -> Any:
         return self.path
 
     def is_dir(self, follow_symlinks: bool = True) -> bool:
@@ -311,7 +311,7 @@ class _Seeing(object):
     def listdir(self, path: "Path" = ".") -> List[Any]:
         """os.listdir."""
         parts = _parts(path)
-        return self._listdir(path) if parts is None else self._tree.listed(parts, path)
+        return self._listdir(path) if parts is None else self._names(parts, path)
 
     def scandir(self, path: "Path" = ".") -> Any:
         """os.scandir."""
@@ -319,8 +319,15 @@ class _Seeing(object):
         if parts is None:
             return self._scandir(path)
         folder = path.__fspath__() if hasattr(path, "__fspath__") else path
+        return Entries(
+            _Entry(folder, name, parts + [os.fsdecode(name)], self._tree)
+            for name in self._names(parts, folder)
+        )
+
+    def _names(self, parts: List[str], path: "Path") -> List[Any]:
+        """Names of what is in a folder, in bytes if its path is."""
         names = self._tree.listed(parts, path)
-        return Entries([_Entry(folder, name, parts + [name], self._tree) for name in names])
+        return [os.fsencode(name) for name in names] if isinstance(path, bytes) else names
 
     def stat(self, path: "Path", **options: Any) -> os.stat_result:
         """As that of os."""
