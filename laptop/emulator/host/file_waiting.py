@@ -48,34 +48,56 @@ class WatchedFiles(object):
 
     def __init__(self, world: "World") -> None:
         self._world = world
-        self._attributes = Poll(world)
-        self._some = False
+        self._devices = []  # type: List[Any]
         self._files = real_select.poll() if hasattr(real_select, "poll") else _Selecting()
 
     def register(self, fd: Any, eventmask: int = POLL["POLLIN"] | POLL["POLLPRI"]) -> None:
-        """Watch one."""
-        if hasattr(fd, "device"):
-            self._some = True
-            self._attributes.register(fd, eventmask)
-        else:
+        """Watch one; what it is watched for makes no difference of a device."""
+        device = _device_file(fd)
+        if device is None:
             self._files.register(fd, eventmask)
+        elif device not in self._devices:
+            self._devices.append(device)
 
-    def unregister(self, fd: "FileDescriptorLike") -> None:
-        """Watch a file of the host no more."""
-        self._files.unregister(fd)
+    def unregister(self, fd: Any) -> None:
+        """Watch one no more.
 
-    def modify(self, fd: "FileDescriptorLike", eventmask: int) -> None:
-        """Watch a file of the host for something else."""
-        self._files.modify(fd, eventmask)
+        Raises:
+            KeyError: it is not watched.
+        """
+        device = _device_file(fd)
+        if device is None:
+            self._files.unregister(fd)
+        elif device in self._devices:
+            self._devices.remove(device)
+        else:
+            raise KeyError(fd)
+
+    def modify(self, fd: Any, eventmask: int) -> None:
+        """Watch one for something else."""
+        if _device_file(fd) is None:
+            self._files.modify(fd, eventmask)
 
     def poll(self, timeout: Optional[float] = None) -> List[Tuple[Any, int]]:
         """Wait at most `timeout` ms; those that are ready, and for what."""
         if timeout is not None and timeout < 0:
             timeout = None
-        if self._some:
-            return self._attributes.poll(timeout)
+        if self._devices:
+            devices = Poll(self._world)
+            for device in self._devices:
+                devices.register(device)
+            return devices.poll(timeout)
         seconds = None if timeout is None else timeout / 1000.0
         return _watch(self._world, lambda: self._files.poll(0), seconds)
+
+
+def _device_file(file: Any) -> Any:
+    """Return what is a file of a device, behind its buffers; None for a file of the host."""
+    binary = getattr(file, "buffer", file)
+    for one in (file, binary, getattr(binary, "raw", None)):
+        if hasattr(one, "device"):
+            return one
+    return None
 
 
 class WatchedEpoll(object):

@@ -156,6 +156,20 @@ def test_the_ways_of_the_older_library_lead_to_the_devices(run):
     assert run(source)[0] == ["True False", "b'\\n'", "1 True", "b'running'"]
 
 
+@pytest.mark.parametrize("opened", [f"open('{MOTOR}/state')", f"open('{MOTOR}/state', 'rb')"])
+def test_a_file_of_a_device_is_polled_however_it_was_opened(run, opened):
+    source = (
+        f"state = {opened}\nstate.read()\n"
+        "poll = select.poll(); poll.register(state, select.POLLPRI)\n"
+        f"print(len(poll.poll(10)))\nopen('{MOTOR}/command', 'w').write('run-forever')\n"
+        "print(len(poll.poll(300)))\npoll.modify(state, select.POLLPRI)\n"
+        "print(len(poll.poll(10)))\npoll.unregister(state)\nprint(len(poll.poll(10)))\n"
+        "try:\n    poll.unregister(state)\nexcept KeyError:\n    print('gone')\n"
+    )
+    out, err = run(f"open('{MOTOR}/speed_sp', 'w').write('200')\n" + source)
+    assert (out, err) == (["0", "1", "1", "0", "gone"], "")
+
+
 def test_a_class_may_keep_the_functions_as_it_keeps_those_of_c(run):
     source = (
         "class Keeper:\n    listdir, stat = os.listdir, os.stat\n"
