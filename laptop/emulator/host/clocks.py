@@ -16,7 +16,6 @@ if MYPY:
     from laptop.emulator.host.world import World
 
     TimeParts = Union[Tuple[int, int, int, int, int, int, int, int, int], real_time.struct_time]
-    MadeModule = Any  # a types.ModuleType, with whatever names it was given
 
 #: What it costs, s, to read a clock, take a lock or ask a thread's state.
 CLOCK_COST = 20e-6
@@ -77,7 +76,7 @@ def _in_nanoseconds(read: Callable[[], float]) -> Callable[[], int]:
     return read_ns
 
 
-def time_module(clock: ProgramClock) -> "MadeModule":
+def time_module(clock: ProgramClock) -> types.ModuleType:
     """A `time` module."""
 
     def sleep(secs: float) -> None:
@@ -164,7 +163,7 @@ class _StandingFor(type):
         return issubclass(other, real) if real else type.__subclasscheck__(cls, other)
 
 
-def datetime_module(clock: ProgramClock) -> "MadeModule":
+def datetime_module(clock: ProgramClock) -> types.ModuleType:
     """A `datetime` module."""
 
     class datetime(real_datetime.datetime, metaclass=_StandingFor):  # noqa: N801 its name

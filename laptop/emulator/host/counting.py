@@ -32,7 +32,9 @@ from laptop.emulator.host.syntax_tree import (
 
 MYPY = False
 if MYPY:
-    from typing import Any, Collection, Dict  # noqa: F401
+    from typing import Collection, Dict  # noqa: F401
+
+    Comprehension = Union[ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp]
 
 COUNT, SPEND, LOAD, ENROL = "_count_", "_spend_", "_load_", "_enrol_"
 """The names of a module's own count, of what adds to it where no statement can stand, of what a
@@ -364,7 +366,9 @@ class _Counting(object):
     def _of_generatorexp(self, node: ast.GeneratorExp) -> int:
         return self._comprehension(node, [node.elt], "generator", "yielded")
 
-    def _comprehension(self, node: "Any", elements: List[ast.expr], kind: str, each: str) -> int:
+    def _comprehension(
+        self, node: "Comprehension", elements: List[ast.expr], kind: str, each: str
+    ) -> int:
         price = PRICES[kind] + self._iterated(node.generators[0])
         names = set().union(*(stored_names(part.target) for part in node.generators))
         with self._within(names, self._tells):

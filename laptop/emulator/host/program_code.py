@@ -8,7 +8,9 @@ from laptop.emulator.host import counting
 
 MYPY = False
 if MYPY:
-    from typing import Any, Dict  # noqa: F401
+    from typing import Any, Dict, Tuple  # noqa: F401
+
+    Key = Tuple[str, bool, Tuple[Tuple[str, Any], ...]]  # path, whether it counts, its stats
 
 PROGRAM = ("ev3dev2", "ev3dev", "robot", "shared")
 """Packages on the program's side: never shared with the host."""
@@ -19,7 +21,7 @@ def top_of(name: str) -> str:
     return name.partition(".")[0]
 
 
-_CODES = {}  # type: Dict[Any, Optional[CodeType]]
+_CODES = {}  # type: Dict[Key, Optional[CodeType]]
 
 
 def code_of(

@@ -38,7 +38,7 @@ if MYPY:
 
     from laptop.emulator.device.brick import EmulatedBrick
     from laptop.emulator.device.buttons import Press
-    from laptop.emulator.host.signals import ProgramSignals
+    from laptop.emulator.host.signals import Handler, ProgramSignals  # noqa: F401
     from laptop.emulator.host.virtual_thread import Call
     from laptop.emulator.host.world import World
 
@@ -368,7 +368,7 @@ class _Forwarding(object):
     def __init__(self, world: "World", signals: "ProgramSignals") -> None:
         self._world = world
         self._signals = signals
-        self._before = {}  # type: Dict[int, Any]
+        self._before = {}  # type: Dict[int, Handler]
         self._came = []  # type: List[int]
 
     def __enter__(self) -> List[int]:

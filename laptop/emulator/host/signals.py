@@ -17,12 +17,13 @@ from laptop.emulator.host.waiting_line import WaitingLine
 
 MYPY = False
 if MYPY:
-    from typing import Any, Dict, Set, Union  # noqa: F401
+    from types import FrameType
+    from typing import Dict, Optional, Set, Union  # noqa: F401
 
     from laptop.emulator.host.clocks import ProgramClock
     from laptop.emulator.host.world import Event, World  # noqa: F401
 
-    Handler = Union[Callable[[int, Any], object], int, None]  # or SIG_DFL, SIG_IGN
+    Handler = Union[Callable[[int, Optional[FrameType]], object], int, None]  # or SIG_DFL, SIG_IGN
 
 
 class ProgramSignals(object):

@@ -13,6 +13,8 @@ MYPY = False
 if MYPY:
     from typing import List  # noqa: F401
 
+    Unraisable = sys.UnraisableHookArgs
+
 _EMULATOR = os.path.dirname(os.path.dirname(os.path.abspath(__file__))) + os.sep
 
 
@@ -55,7 +57,7 @@ def of_the_program() -> Iterator[None]:
         of_exception(self, *args, **kwargs)
         _without_emulator(self.stack)
 
-    def tell(ignored: Any) -> None:
+    def tell(ignored: "Unraisable") -> None:
         what = ignored.err_msg or "Exception ignored in"
         sys.stderr.write("{}: {!r}\n".format(what, ignored.object))
         traceback.print_exception(ignored.exc_type, ignored.exc_value, ignored.exc_traceback)
