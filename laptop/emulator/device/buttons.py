@@ -98,6 +98,59 @@ class EventFile(object):
         """Nothing to let go of."""
 
 
+class KeyDevice(object):
+    """The brick's buttons as an `evdev.InputDevice`; it sees the events since it was opened.
+
+    Args:
+        sysfs: Sysfs, on which accesses are counted.
+        panel: ButtonPanel.
+        waiting: a `WaitingLine` for threads that wait for a key.
+    """
+
+    name = "EV3 Brick Buttons"
+    path = fn = "/dev/input/event0"
+
+    def __init__(self, sysfs, panel, waiting):
+        self._sysfs = sysfs
+        self._panel = panel
+        self._waiting = waiting
+        self._events = collections.deque()
+        panel.listeners.append(self._hear)
+
+    def _hear(self, event):
+        self._events.append(event)
+        self._waiting.wake()
+
+    def read_one(self):
+        """The next event, or None."""
+        self._sysfs.touch()
+        return self._events.popleft() if self._events else None
+
+    def read(self):
+        """All events so far."""
+        self._sysfs.touch()
+        while self._events:
+            yield self._events.popleft()
+
+    def read_loop(self):
+        """Events for ever, waiting for each."""
+        while True:
+            self._sysfs.touch()
+            while not self._events:
+                self._waiting.wait()
+            yield self._events.popleft()
+
+    def active_keys(self):
+        """Codes of the buttons held down."""
+        self._sysfs.touch()
+        return sorted(BUTTONS[button] for button in self._panel.down)
+
+    def close(self):
+        """Hear no more."""
+        if self._hear in self._panel.listeners:
+            self._panel.listeners.remove(self._hear)
+
+
 def evdev_module(sysfs, panel, waiting_line):
     """Return a module that stands for `evdev`, as far as python-ev3dev2 and key loops need it.
 
@@ -109,56 +162,20 @@ def evdev_module(sysfs, panel, waiting_line):
         waiting_line: makes a `WaitingLine` for threads that wait for a key.
     """
 
-    class InputDevice(object):
-        """The brick's buttons; it sees the events since it was opened."""
+    class InputDevice(KeyDevice):
+        """The buttons of this brick, whichever path a script opens them by."""
 
-        name = "EV3 Brick Buttons"
-        path = fn = "/dev/input/event0"
+        def __init__(self, path=KeyDevice.path):
+            super(InputDevice, self).__init__(sysfs, panel, waiting_line())
 
-        def __init__(self, path=path):
-            self._events = collections.deque()
-            self._waiting = waiting_line()
-            panel.listeners.append(self._hear)
-
-        def _hear(self, event):
-            self._events.append(event)
-            self._waiting.wake()
-
-        def read_one(self):
-            """The next event, or None."""
-            sysfs.touch()
-            return self._events.popleft() if self._events else None
-
-        def read(self):
-            """All events so far."""
-            sysfs.touch()
-            while self._events:
-                yield self._events.popleft()
-
-        def read_loop(self):
-            """Events for ever, waiting for each."""
-            while True:
-                sysfs.touch()
-                while not self._events:
-                    self._waiting.wait()
-                yield self._events.popleft()
-
-        def active_keys(self):
-            """Codes of the buttons held down."""
-            sysfs.touch()
-            return sorted(BUTTONS[button] for button in panel.down)
-
-        def close(self):
-            """Hear no more."""
-            if self._hear in panel.listeners:
-                panel.listeners.remove(self._hear)
-
-    codes = {"EV_SYN": EV_SYN, "EV_KEY": EV_KEY}
-    codes.update(("KEY_" + button.upper(), BUTTONS[button]) for button in BUTTONS)
+    ecodes = types.ModuleType("evdev.ecodes")
+    vars(ecodes).update(EV_SYN=EV_SYN, EV_KEY=EV_KEY)
+    vars(ecodes).update(("KEY_" + button.upper(), BUTTONS[button]) for button in BUTTONS)
     module = types.ModuleType("evdev")
-    module.ecodes = types.ModuleType("evdev.ecodes")
-    vars(module.ecodes).update(codes)
-    module.InputDevice = InputDevice
-    module.InputEvent = InputEvent
-    module.list_devices = lambda input_device_dir="/dev/input": [InputDevice.path]
+    vars(module).update(
+        ecodes=ecodes,
+        InputDevice=InputDevice,
+        InputEvent=InputEvent,
+        list_devices=lambda input_device_dir="/dev/input": [InputDevice.path],
+    )
     return module

@@ -21,6 +21,12 @@ POLLPRI = 2
 """Of linux/poll.h: a device has news; not every host's `select` has it."""
 
 
+def _key(device_path):
+    """Class and name of a device, the last two parts of its path."""
+    class_name, device_name = device_path.split(os.sep)[-2:]
+    return class_name, device_name
+
+
 class Attribute(object):
     """A stand-in for the open file of one attribute."""
 
@@ -110,7 +116,7 @@ class Sysfs(object):
         self._devices[(class_name, device_name)] = device
         self._discovery[(class_name, device_name)] = discovery
         if self._root:
-            self._lay_out(class_name, device_name)
+            self._lay_out(self._root, class_name, device_name)
 
     def remove(self, class_name, device_name):
         """Take the device away from discovery; open attributes keep leading to it."""
@@ -126,21 +132,20 @@ class Sysfs(object):
 
     def open(self, device_path, attribute):
         """The file-like object of one attribute of the device at `device_path`."""
-        key = tuple(device_path.split(os.sep)[-2:])
-        return Attribute(self, self._devices[key], attribute)
+        return Attribute(self, self._devices[_key(device_path)], attribute)
 
     def _opener(self, other):
         """Return how the library opens attributes: ours here, a script's own files as ever."""
 
         def opened(device, name):
-            key = tuple(device._path.split(os.sep)[-2:])
-            return self.open(device._path, name) if key in self._devices else other(device, name)
+            ours = _key(device._path) in self._devices
+            return self.open(device._path, name) if ours else other(device, name)
 
         return opened
 
     def has(self, device_path):
         """Return True if there is a device at `device_path`, a class and a name."""
-        return tuple(device_path.split(os.sep)[-2:]) in self._discovery
+        return _key(device_path) in self._discovery
 
     def names(self, class_name):
         """Return the names of the devices of a class, motor9 before motor10."""
@@ -158,10 +163,10 @@ class Sysfs(object):
 
     def is_inside(self, path):
         """Return True for a file of a device's folder as the library names it to programs."""
-        return bool(self._root) and path.startswith(self._root + os.sep)
+        return self._root is not None and path.startswith(self._root + os.sep)
 
-    def _lay_out(self, class_name, device_name):
-        folder = os.path.join(self._root, class_name, device_name)
+    def _lay_out(self, root, class_name, device_name):
+        folder = os.path.join(root, class_name, device_name)
         os.makedirs(folder)
         for name, text in self._discovery[(class_name, device_name)].items():
             path = os.path.join(folder, name)
@@ -180,11 +185,11 @@ class Sysfs(object):
         device = ev3dev2.Device
         before = (device.DEVICE_ROOT_PATH, device._attribute_file_open)
         before_motor = (ev3dev2.motor.select, ev3dev2.motor.time)
-        self._root = temporary_folders.make("sysfs")
+        self._root = root = temporary_folders.make("sysfs")
         try:
-            for key in self._discovery:
-                self._lay_out(*key)
-            device.DEVICE_ROOT_PATH = self._root
+            for class_name, device_name in self._discovery:
+                self._lay_out(root, class_name, device_name)
+            device.DEVICE_ROOT_PATH = root
             device._attribute_file_open = self._opener(device._attribute_file_open)
             if sys.modules["time"] is real_time:
                 # Not for a script: its modules are whole, and `import *` hands them on.
@@ -202,5 +207,5 @@ class Sysfs(object):
                 lock.release()
             device.DEVICE_ROOT_PATH, device._attribute_file_open = before
             ev3dev2.motor.select, ev3dev2.motor.time = before_motor
-            temporary_folders.remove(self._root)
+            temporary_folders.remove(root)
             self._root = None
