@@ -2,9 +2,39 @@
 
 import errno
 import os
+from typing import Callable, Dict, List, Union
+
+MYPY = False
+if MYPY:
+    from typing import Any, Protocol  # noqa: F401
+
+    class DeviceWorld(Protocol):
+        """What devices ask of the world that they live in; all times are virtual, s."""
+
+        @property
+        def bodies(self) -> List[Callable[[float], None]]:
+            """What is to be advanced to a time."""
+
+        def now(self) -> float:
+            """Return the time."""
+
+        def begin(self) -> None:
+            """Let what the program computes take its time from now on."""
+
+        def touch(self, cost: float) -> None:
+            """Spend time on one access to the outside."""
+
+        def sleep(self, seconds: float) -> None:
+            """Wait."""
+
+        def at(self, t: float, action: Callable[[], object]) -> Any:
+            """Call when time passes `t`; a handle for `cancel`."""
+
+        def cancel(self, event: Any) -> None:
+            """Take back what `at` returned."""
 
 
-def invalid():
+def invalid() -> OSError:
     """Return the error of a value that a device does not take."""
     return OSError(errno.EINVAL, os.strerror(errno.EINVAL))
 
@@ -14,16 +44,16 @@ class Device(object):
 
     notifications = 0
 
-    def __init__(self, constants):
+    def __init__(self, constants: Dict[str, str]) -> None:
         self.constants = constants
 
-    def read(self, attribute):
+    def read(self, attribute: str) -> Union[str, bytes]:
         """Return the attribute's text."""
         if attribute not in self.constants:
             raise OSError(errno.ENOENT, os.strerror(errno.ENOENT), attribute)
         return self.constants[attribute]
 
-    def write(self, attribute, value):
+    def write(self, attribute: str, value: str) -> None:
         """Set the attribute."""
         raise OSError(errno.EACCES, os.strerror(errno.EACCES), attribute)
 
@@ -33,7 +63,7 @@ class Led(Device):
 
     TRIGGERS = ("none", "default-on", "timer", "heartbeat")
 
-    def __init__(self, world, brightness):
+    def __init__(self, world: "DeviceWorld", brightness: int) -> None:
         super(Led, self).__init__({"max_brightness": "255"})
         self._world = world
         self._delays = {"delay_on": 500, "delay_off": 500}
@@ -41,11 +71,11 @@ class Led(Device):
         self.history = [(world.now(), brightness)]
 
     @property
-    def brightness(self):
+    def brightness(self) -> int:
         """0 to 255."""
         return self.history[-1][1]
 
-    def read(self, attribute):
+    def read(self, attribute: str) -> Union[str, bytes]:
         """Return the attribute's text."""
         if attribute == "brightness":
             return str(self.brightness)
@@ -56,7 +86,7 @@ class Led(Device):
             return str(self._delays[attribute])
         return super(Led, self).read(attribute)
 
-    def write(self, attribute, value):
+    def write(self, attribute: str, value: str) -> None:
         """Set the attribute."""
         if attribute == "trigger":
             if value not in self.TRIGGERS:
@@ -82,7 +112,7 @@ class EmulatedBattery(Device):
         voltage, current: callables, V and A.
     """
 
-    def __init__(self, voltage, current):
+    def __init__(self, voltage: Callable[[], float], current: Callable[[], float]) -> None:
         super(EmulatedBattery, self).__init__(
             {
                 "technology": "Unknown",
@@ -94,7 +124,7 @@ class EmulatedBattery(Device):
         )
         self._now = {"voltage_now": voltage, "current_now": current}
 
-    def read(self, attribute):
+    def read(self, attribute: str) -> Union[str, bytes]:
         """Return the attribute's text."""
         if attribute in self._now:
             return str(int(round(self._now[attribute]() * 1e6)))

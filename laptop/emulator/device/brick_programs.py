@@ -6,9 +6,18 @@ No sound is played and no program of the laptop is started.
 import os
 import re
 import wave
+from typing import Callable, Optional, Sequence
 
 from laptop.emulator.device.file_programs import NOT_DONE, FilePrograms, Finished, done, method_of
 from laptop.emulator.device.screen import HEIGHT, WIDTH
+
+MYPY = False
+if MYPY:
+    from typing import List, Tuple  # noqa: F401
+
+    from laptop.emulator.device.attribute_devices import DeviceWorld  # noqa: F401
+
+    BrickProgram = Callable[[Sequence[str], bytes], Finished]  # of its words, and what is piped
 
 
 class Sound(bytes):
@@ -29,13 +38,13 @@ class BrickPrograms(FilePrograms):
         font: (width, height) of a console character in pixels.
     """
 
-    def __init__(self, world):
+    def __init__(self, world: "DeviceWorld") -> None:
         self._world = world
-        self.history = []
+        self.history = []  # type: List[Tuple[float, str]]
         self.volume = 100
         self.font = (8, 16)
 
-    def run(self, words, piped=b""):
+    def run(self, words: Sequence[str], piped: bytes = b"") -> Optional[Finished]:
         """Do what the program `words[0]` would on the brick.
 
         Args:
@@ -46,13 +55,13 @@ class BrickPrograms(FilePrograms):
             Finished; None when there is no such program.
         """
         name = os.path.basename(words[0])
-        program = getattr(self, method_of(name), None)
+        program = getattr(self, method_of(name), None)  # type: Optional[BrickProgram]
         self.history.append((self._world.now(), " ".join(words)))
         if name in NOT_DONE:
             return done(errors="{}: not done: {}\n".format(name, NOT_DONE[name]), status=1)
         return program and program(words[1:], piped)
 
-    def _run_beep(self, words, piped):
+    def _run_beep(self, words: Sequence[str], piped: bytes) -> Finished:
         length, delay, pause, repeats, total = 0.2, 0.0, 0.1, 1, 0.0
         words = [part for word in words for part in _split_option(word)]
         while words:
@@ -76,7 +85,7 @@ class BrickPrograms(FilePrograms):
         total += repeats * (length + delay) + (repeats - 1) * pause
         return Finished(0, b"", b"", total)
 
-    def _run_aplay(self, words, piped):
+    def _run_aplay(self, words: Sequence[str], piped: bytes) -> Finished:
         seconds = getattr(piped, "seconds", 0.0)
         for word in words:
             if word.endswith(".wav"):
@@ -88,7 +97,7 @@ class BrickPrograms(FilePrograms):
                     return Finished(1, b"", message.encode(), 0.01)
         return Finished(0, b"", b"", seconds)
 
-    def _run_espeak(self, words, piped):
+    def _run_espeak(self, words: Sequence[str], piped: bytes) -> Finished:
         words = list(words)
         into_pipe = "--stdout" in words
         per_minute, text = 175.0, []
@@ -108,7 +117,7 @@ class BrickPrograms(FilePrograms):
             return Finished(0, sound, b"", 0.0)
         return Finished(0, b"", b"", seconds)
 
-    def _run_amixer(self, words, piped):
+    def _run_amixer(self, words: Sequence[str], piped: bytes) -> Finished:
         quiet = "-q" in words
         words = [word for word in words if word != "-q"]
         if words[:1] == ["scontrols"]:
@@ -119,45 +128,45 @@ class BrickPrograms(FilePrograms):
         report = "Simple mixer control 'PCM',0\n  Mono: Playback {0} [{0}%] [on]\n"
         return Finished(0, b"" if quiet else report.format(self.volume).encode(), b"", 0.01)
 
-    def _run_setfont(self, words, piped):
+    def _run_setfont(self, words: Sequence[str], piped: bytes) -> Finished:
         match = re.search(r"(\d+)(?:x(\d+))?(?:\.psf)?(?:\.gz)?$", words[-1] if words else "")
         if match:
             # Names give height x width; a lone number is the height of an 8 pixel wide font.
             self.font = (int(match.group(2) or 8), int(match.group(1)))
         return Finished(0, b"", b"", 0.05)
 
-    def _run_stty(self, words, piped):
+    def _run_stty(self, words: Sequence[str], piped: bytes) -> Finished:
         output = b""
         if words == ["size"]:
             width, height = self.font
             output = "{} {}\n".format(HEIGHT // height, WIDTH // width).encode()
         return Finished(0, output, b"", 0.01)
 
-    def _run_clear(self, words, piped):
+    def _run_clear(self, words: Sequence[str], piped: bytes) -> Finished:
         return Finished(0, b"\x1b[H\x1b[2J", b"", 0.01)
 
-    def _run_echo(self, words, piped):
+    def _run_echo(self, words: Sequence[str], piped: bytes) -> Finished:
         end = "\n"
         if words[:1] == ["-n"]:
             words, end = words[1:], ""
         return Finished(0, (" ".join(words) + end).encode(), b"", 0.01)
 
-    def _run_sleep(self, words, piped):
+    def _run_sleep(self, words: Sequence[str], piped: bytes) -> Finished:
         try:
             return Finished(0, b"", b"", max(0.0, float(words[0].rstrip("s"))))
         except (IndexError, ValueError):
             return done(errors="sleep: seconds are missing\n", status=1)
 
-    def _run_true(self, words, piped):
+    def _run_true(self, words: Sequence[str], piped: bytes) -> Finished:
         return Finished(0, b"", b"", 0.0)
 
-    def _run_hostname(self, words, piped):
+    def _run_hostname(self, words: Sequence[str], piped: bytes) -> Finished:
         return Finished(0, b"ev3dev\n", b"", 0.01)
 
     _run_sync = _run_tput = _run_chvt = _run_true
 
 
-def _split_option(word):
+def _split_option(word: str) -> Sequence[str]:
     """`-l100` as `-l 100`."""
     match = re.match(r"^(-[flrdD])(.+)$", word)
     return match.groups() if match else (word,)

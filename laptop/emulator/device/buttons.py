@@ -4,9 +4,27 @@ import array
 import collections
 import re
 import types
+from typing import Callable, Iterator, List, NamedTuple, Optional
 
 from shared.arm_description import ArmError
 from shared.message_fields import one_line
+
+MYPY = False
+if MYPY:
+    from typing import Deque, Protocol, Set  # noqa: F401
+
+    from laptop.emulator.device.attribute_devices import DeviceWorld  # noqa: F401
+    from laptop.emulator.device.sysfs import Sysfs  # noqa: F401
+
+    class KeyWaiting(Protocol):
+        """What threads wait at for a key."""
+
+        def wait(self) -> object:
+            """Wait until somebody wakes it."""
+
+        def wake(self) -> object:
+            """Let the threads go on."""
+
 
 BUTTONS = {"up": 103, "down": 108, "left": 105, "right": 106, "enter": 28, "backspace": 14}
 """Key codes of the brick's buttons, by the names python-ev3dev2 gives them."""
@@ -23,11 +41,11 @@ class BadPress(ArmError, ValueError):
     """A button press that cannot be understood."""
 
 
-Press = collections.namedtuple("Press", ["button", "t", "duration"])
+Press = NamedTuple("Press", [("button", str), ("t", float), ("duration", float)])
 Press.__doc__ = """A button held down from `t` for `duration`, both in s."""
 
 
-def read_press(text):
+def read_press(text: str) -> Press:
     """Read a Press from `BUTTON@SECONDS` or `BUTTON@SECONDS+SECONDS_HELD`, e.g. `enter@2.0`.
 
     Raises:
@@ -50,12 +68,17 @@ def read_press(text):
     return Press("backspace" if button == "back" else button, t, duration)
 
 
-class InputEvent(collections.namedtuple("InputEvent", "sec usec type code value")):
+class InputEvent(
+    NamedTuple(
+        "InputEvent",
+        [("sec", int), ("usec", int), ("type", int), ("code", int), ("value", int)],
+    )
+):
     """An event of a key, as python-evdev has it."""
 
     __slots__ = ()
 
-    def timestamp(self):
+    def timestamp(self) -> float:
         """Return its time, s."""
         return self.sec + self.usec / 1e6
 
@@ -63,12 +86,12 @@ class InputEvent(collections.namedtuple("InputEvent", "sec usec type code value"
 class ButtonPanel(object):
     """The six buttons; `listeners` are called with each InputEvent."""
 
-    def __init__(self, world):
+    def __init__(self, world: "DeviceWorld") -> None:
         self._world = world
-        self.down = set()
-        self.listeners = []
+        self.down = set()  # type: Set[str]
+        self.listeners = []  # type: List[Callable[[InputEvent], None]]
 
-    def set(self, button, down):
+    def set(self, button: str, down: bool) -> None:
         """Push or release a button."""
         if (button in self.down) == down:
             return
@@ -78,7 +101,7 @@ class ButtonPanel(object):
             listener(InputEvent(sec, usec, EV_KEY, BUTTONS[button], int(down)))
             listener(InputEvent(sec, usec, EV_SYN, 0, 0))
 
-    def bits(self):
+    def bits(self) -> "array.array[int]":
         """The key states as the EVIOCGKEY ioctl hands them out."""
         state = array.array("B", [0] * 96)
         for button in self.down:
@@ -91,10 +114,10 @@ class EventFile(object):
 
     name = "/dev/input/by-path/platform-gpio_keys-event"
 
-    def __init__(self, panel):
+    def __init__(self, panel: ButtonPanel) -> None:
         self.panel = panel
 
-    def close(self):
+    def close(self) -> None:
         """Nothing to let go of."""
 
 
@@ -110,29 +133,29 @@ class KeyDevice(object):
     name = "EV3 Brick Buttons"
     path = fn = "/dev/input/event0"
 
-    def __init__(self, sysfs, panel, waiting):
+    def __init__(self, sysfs: "Sysfs", panel: ButtonPanel, waiting: "KeyWaiting") -> None:
         self._sysfs = sysfs
         self._panel = panel
         self._waiting = waiting
-        self._events = collections.deque()
+        self._events = collections.deque()  # type: Deque[InputEvent]
         panel.listeners.append(self._hear)
 
-    def _hear(self, event):
+    def _hear(self, event: InputEvent) -> None:
         self._events.append(event)
         self._waiting.wake()
 
-    def read_one(self):
+    def read_one(self) -> Optional[InputEvent]:
         """The next event, or None."""
         self._sysfs.touch()
         return self._events.popleft() if self._events else None
 
-    def read(self):
+    def read(self) -> Iterator[InputEvent]:
         """All events so far."""
         self._sysfs.touch()
         while self._events:
             yield self._events.popleft()
 
-    def read_loop(self):
+    def read_loop(self) -> Iterator[InputEvent]:
         """Events for ever, waiting for each."""
         while True:
             self._sysfs.touch()
@@ -140,18 +163,20 @@ class KeyDevice(object):
                 self._waiting.wait()
             yield self._events.popleft()
 
-    def active_keys(self):
+    def active_keys(self) -> List[int]:
         """Codes of the buttons held down."""
         self._sysfs.touch()
         return sorted(BUTTONS[button] for button in self._panel.down)
 
-    def close(self):
+    def close(self) -> None:
         """Hear no more."""
         if self._hear in self._panel.listeners:
             self._panel.listeners.remove(self._hear)
 
 
-def evdev_module(sysfs, panel, waiting_line):
+def evdev_module(
+    sysfs: "Sysfs", panel: ButtonPanel, waiting_line: Callable[[], "KeyWaiting"]
+) -> types.ModuleType:
     """Return a module that stands for `evdev`, as far as python-ev3dev2 and key loops need it.
 
     The package is on the brick, but not on every laptop.
@@ -165,7 +190,7 @@ def evdev_module(sysfs, panel, waiting_line):
     class InputDevice(KeyDevice):
         """The buttons of this brick, whichever path a script opens them by."""
 
-        def __init__(self, path=KeyDevice.path):
+        def __init__(self, path: str = KeyDevice.path) -> None:
             super(InputDevice, self).__init__(sysfs, panel, waiting_line())
 
     ecodes = types.ModuleType("evdev.ecodes")

@@ -12,7 +12,7 @@ class Encoder(object):
     IDLE = 0.05
     FEWEST, MOST = 4, 64
 
-    def __init__(self, phase=0.0):
+    def __init__(self, phase: float = 0.0) -> None:
         self.phase = phase
         self.edges = 0
         self.dead = False
@@ -22,7 +22,7 @@ class Encoder(object):
         self.speed = 0
         """Counts per second over the last 4 to 64 edges that span 20 ms; whole numbers."""
 
-    def update(self, t, shaft):
+    def update(self, t: float, shaft: float) -> None:
         """Take in the shaft's angle (rad) at time `t`."""
         edges = math.floor((math.degrees(shaft) + self.phase) * self.EDGES_PER_COUNT)
         if edges != self.edges and not self.dead:
@@ -33,11 +33,11 @@ class Encoder(object):
         elif t - self.noted >= self.IDLE:
             self.stand(t)
 
-    def stand(self, t):
+    def stand(self, t: float) -> None:
         """Take in that there was no edge for `IDLE` seconds since it was `noted`."""
         self._note(t, self.edges)
 
-    def _note(self, t, edge):
+    def _note(self, t: float, edge: int) -> None:
         times = self._times
         times.append((t, edge))
         while len(times) > self.MOST + 1 or (

@@ -9,8 +9,11 @@ import importlib
 import os
 import re
 import stat
+from typing import Callable, List, NamedTuple, Sequence, Tuple
 
-Finished = collections.namedtuple("Finished", ["status", "output", "errors", "seconds"])
+Finished = NamedTuple(
+    "Finished", [("status", int), ("output", bytes), ("errors", bytes), ("seconds", float)]
+)
 Finished.__doc__ = (
     """What a program of the brick did: exit status, bytes, bytes, and how long, s."""
 )
@@ -35,12 +38,12 @@ NOT_DONE = {
 """Programs that the brick has and the emulated one does not run, and why."""
 
 
-def done(output="", errors="", status=0):
+def done(output: str = "", errors: str = "", status: int = 0) -> Finished:
     """Finished of a small program that wrote these texts."""
     return Finished(status, output.encode(), errors.encode(), RUN_COST)
 
 
-def _each(name, words, act):
+def _each(name: str, words: Sequence[str], act: Callable[[str], str]) -> Finished:
     """Call `act(word)`, which gives text, with each word; what cannot be is told, status 1."""
     output, errors = [], []
     for word in words:
@@ -51,7 +54,7 @@ def _each(name, words, act):
     return done("".join(output), "".join(errors), 1 if errors else 0)
 
 
-def _options(words):
+def _options(words: Sequence[str]) -> Tuple[str, List[str]]:
     """(letters of the options, the other words)."""
     letters = "".join(word[1:] for word in words if re.match("-[a-zA-Z]", word))
     return letters, [word for word in words if not re.match("-[a-zA-Z]", word)]
@@ -60,17 +63,17 @@ def _options(words):
 class FilePrograms(object):
     """Each `_run_NAME(words, piped)` gives Finished; `piped` are the bytes of standard input."""
 
-    def _run_ls(self, words, piped):
+    def _run_ls(self, words: Sequence[str], piped: bytes) -> Finished:
         letters, places = _options(words)
 
-        def line(folder, name):
+        def line(folder: str, name: str) -> str:
             if "l" not in letters:
                 return name + "\n"
             found = os.stat(os.path.join(folder, name))
             mode = stat.filemode(found.st_mode)
             return "{} 1 robot robot {:>8} {}\n".format(mode, found.st_size, name)
 
-        def listed(place):
+        def listed(place: str) -> str:
             if "d" in letters or not os.path.isdir(place):
                 os.stat(place)
                 return line("", place)
@@ -81,23 +84,23 @@ class FilePrograms(object):
 
         return _each("ls", places or ["."], listed)
 
-    def _run_cat(self, words, piped):
+    def _run_cat(self, words: Sequence[str], piped: bytes) -> Finished:
         if not words or words == ["-"]:
             return Finished(0, piped, b"", RUN_COST)
 
-        def read(name):
+        def read(name: str) -> str:
             with open(name) as file:
                 return file.read()
 
         return _each("cat", [word for word in words if not word.startswith("-")], read)
 
-    def _run_chmod(self, words, piped):
+    def _run_chmod(self, words: Sequence[str], piped: bytes) -> Finished:
         wanted, names = (words[0], words[1:]) if len(words) > 1 else ("", [])
         match = re.match(r"([ugoa]*)([+=-])([rwx]+)$", wanted)
         if not match and not re.match("[0-7]{3,4}$", wanted):
             return done(errors="chmod: invalid mode: '{}'\n".format(wanted), status=1)
 
-        def change(name):
+        def change(name: str) -> str:
             mode = stat.S_IMODE(os.stat(name).st_mode)
             if match is None:
                 mode = int(wanted, 8)
@@ -113,10 +116,10 @@ class FilePrograms(object):
 
         return _each("chmod", names, change)
 
-    def _run_mkdir(self, words, piped):
+    def _run_mkdir(self, words: Sequence[str], piped: bytes) -> Finished:
         letters, names = _options(words)
 
-        def make(name):
+        def make(name: str) -> str:
             if "p" in letters:
                 os.makedirs(name, exist_ok=True)
             else:
@@ -125,39 +128,39 @@ class FilePrograms(object):
 
         return _each("mkdir", names, make)
 
-    def _run_touch(self, words, piped):
-        def touch(name):
+    def _run_touch(self, words: Sequence[str], piped: bytes) -> Finished:
+        def touch(name: str) -> str:
             with open(name, "a"):
                 return ""
 
         return _each("touch", words, touch)
 
-    def _run_rm(self, words, piped):
+    def _run_rm(self, words: Sequence[str], piped: bytes) -> Finished:
         letters, names = _options(words)
         if set(letters) & set("rR"):
             return done(errors="rm: -r is not done: it might reach too far here\n", status=1)
 
-        def remove(name):
+        def remove(name: str) -> str:
             if "f" not in letters or os.path.exists(name):
                 os.remove(name)
             return ""
 
         return _each("rm", names, remove)
 
-    def _run_date(self, words, piped):
+    def _run_date(self, words: Sequence[str], piped: bytes) -> Finished:
         form = words[-1][1:] if words and words[-1].startswith("+") else "%a %b %d %H:%M:%S UTC %Y"
         time = importlib.import_module("time")  # the program's own, on the emulated clock
         now = time.time()
         form = form.replace("%s", str(int(now)))
         return done(time.strftime(form, time.gmtime(now)) + "\n")
 
-    def _run_pwd(self, words, piped):
+    def _run_pwd(self, words: Sequence[str], piped: bytes) -> Finished:
         return done(os.getcwd() + "\n")
 
-    def _run_whoami(self, words, piped):
+    def _run_whoami(self, words: Sequence[str], piped: bytes) -> Finished:
         return done("robot\n")
 
-    def _run_uname(self, words, piped):
+    def _run_uname(self, words: Sequence[str], piped: bytes) -> Finished:
         figures = collections.OrderedDict(
             [
                 ("s", "Linux"),
@@ -172,18 +175,18 @@ class FilePrograms(object):
             + "\n"
         )
 
-    def _run_which(self, words, piped):
+    def _run_which(self, words: Sequence[str], piped: bytes) -> Finished:
         found = [word for word in words if self.knows(word)]
         return done("".join("/usr/bin/{}\n".format(w) for w in found), "", int(found != words))
 
-    def _run_test(self, words, piped):
+    def _run_test(self, words: Sequence[str], piped: bytes) -> Finished:
         tests = {"-e": os.path.exists, "-f": os.path.isfile, "-d": os.path.isdir}
         words = [word for word in words if word != "]"]
         if len(words) != 2 or words[0] not in tests:
             return done(errors="test: only -e, -f and -d are known here\n", status=2)
         return done(status=0 if tests[words[0]](words[1]) else 1)
 
-    def _run_grep(self, words, piped):
+    def _run_grep(self, words: Sequence[str], piped: bytes) -> Finished:
         letters, words = _options(words)
         if not words:
             return done(errors="grep: no pattern\n", status=2)
@@ -199,14 +202,14 @@ class FilePrograms(object):
         ]
         return done("".join(lines), status=0 if lines else 1)
 
-    def _run_false(self, words, piped):
+    def _run_false(self, words: Sequence[str], piped: bytes) -> Finished:
         return Finished(1, b"", b"", 0.0)
 
-    def knows(self, name):
+    def knows(self, name: str) -> bool:
         """Return True if there is a program of that name, here or in processes."""
         return hasattr(self, method_of(name)) or name in ("sh", "bash", "python3", "sudo")
 
 
-def method_of(name):
+def method_of(name: str) -> str:
     """Return the name of the method that is a program; `[` is test."""
     return "_run_" + {"[": "test"}.get(name, name).replace("-", "_")

@@ -11,8 +11,29 @@ import shutil
 import sys
 import time as real_time
 import types
+from typing import Callable, Dict, Iterator, List, Optional, Tuple, Union
 
 from laptop.emulator import temporary_folders
+
+MYPY = False
+if MYPY:
+    from typing import Any, Protocol  # noqa: F401
+
+    from laptop.emulator.device.attribute_devices import DeviceWorld  # noqa: F401
+
+    class AttributeDevice(Protocol):
+        """A device whose attributes are files, see `Sysfs.add`."""
+
+        notifications = 0  # type: int
+
+        def read(self, attribute: str) -> Union[str, bytes]:
+            """Return an attribute's text, or bytes of what is no text."""
+
+        def write(self, attribute: str, value: str) -> None:
+            """Set an attribute."""
+
+    Opener = Callable[[Any, str], Any]  # of a library's Device and an attribute's name: its file
+
 
 _REAL_OPEN = open
 """What a program opens in the folder are the devices themselves."""
@@ -21,7 +42,7 @@ POLLPRI = 2
 """Of linux/poll.h: a device has news; not every host's `select` has it."""
 
 
-def _key(device_path):
+def _key(device_path: str) -> Tuple[str, str]:
     """Class and name of a device, the last two parts of its path."""
     class_name, device_name = device_path.split(os.sep)[-2:]
     return class_name, device_name
@@ -30,20 +51,20 @@ def _key(device_path):
 class Attribute(object):
     """A stand-in for the open file of one attribute."""
 
-    def __init__(self, sysfs, device, name):
+    def __init__(self, sysfs: "Sysfs", device: "AttributeDevice", name: str) -> None:
         self.sysfs = sysfs
         self.device = device
         self.name = name
-        self.seen = None
+        self.seen = None  # type: Optional[int]
         """The device's notifications when this was last read."""
 
-    def seek(self, offset):
+    def seek(self, offset: int) -> None:
         """Rewind, as before every access; costs nothing."""
 
-    def flush(self):
+    def flush(self) -> None:
         """Nothing is buffered."""
 
-    def read(self, size=-1):
+    def read(self, size: int = -1) -> bytes:
         """One access: the attribute's text and a newline, or the bytes that it is of; bytes."""
         self.sysfs.touch()
         self.seen = getattr(self.device, "notifications", 0)
@@ -52,7 +73,7 @@ class Attribute(object):
             data = (data + "\n").encode()
         return data if size < 0 else data[:size]
 
-    def write(self, value):
+    def write(self, value: bytes) -> int:
         """One access: store the text, bytes; one newline at its end is none of it."""
         self.sysfs.touch()
         text = value.decode()
@@ -65,15 +86,15 @@ class Poll(object):
 
     TICK = 0.002
 
-    def __init__(self, world):
+    def __init__(self, world: "DeviceWorld") -> None:
         self.world = world
-        self._watched = []
+        self._watched = []  # type: List[Attribute]
 
-    def register(self, attribute, events=0):
+    def register(self, attribute: Attribute, events: int = 0) -> None:
         """Watch one attribute."""
         self._watched.append(attribute)
 
-    def poll(self, timeout=None):
+    def poll(self, timeout: Optional[float] = None) -> List[Tuple[Attribute, int]]:
         """Wait at most `timeout` ms; the attributes that want to be read again."""
         deadline = None if timeout is None else self.world.now() + timeout / 1000.0
         while True:
@@ -96,15 +117,21 @@ class Sysfs(object):
         access_cost: virtual seconds each access takes.
     """
 
-    def __init__(self, world, access_cost=0.001):
+    def __init__(self, world: "DeviceWorld", access_cost: float = 0.001) -> None:
         self.world = world
         self.access_cost = access_cost
         self.accesses = 0
-        self._devices = {}
-        self._discovery = {}
-        self._root = None
+        self._devices = {}  # type: Dict[Tuple[str, str], AttributeDevice]
+        self._discovery = {}  # type: Dict[Tuple[str, str], Dict[str, str]]
+        self._root = None  # type: Optional[str]
 
-    def add(self, class_name, device_name, discovery, device):
+    def add(
+        self,
+        class_name: str,
+        device_name: str,
+        discovery: Dict[str, str],
+        device: "AttributeDevice",
+    ) -> None:
         """Make `device` found as /sys/class/`class_name`/`device_name`.
 
         Args:
@@ -118,41 +145,41 @@ class Sysfs(object):
         if self._root:
             self._lay_out(self._root, class_name, device_name)
 
-    def remove(self, class_name, device_name):
+    def remove(self, class_name: str, device_name: str) -> None:
         """Take the device away from discovery; open attributes keep leading to it."""
         del self._discovery[(class_name, device_name)]
         if self._root:
             shutil.rmtree(os.path.join(self._root, class_name, device_name))
 
-    def touch(self):
+    def touch(self) -> None:
         """Count one access and let it take its time."""
         self.accesses += 1
         self.world.begin()
         self.world.touch(self.access_cost)
 
-    def open(self, device_path, attribute):
+    def open(self, device_path: str, attribute: str) -> Attribute:
         """The file-like object of one attribute of the device at `device_path`."""
         return Attribute(self, self._devices[_key(device_path)], attribute)
 
-    def _opener(self, other):
+    def _opener(self, other: "Opener") -> "Opener":
         """Return how the library opens attributes: ours here, a script's own files as ever."""
 
-        def opened(device, name):
+        def opened(device: "Any", name: str) -> "Any":
             ours = _key(device._path) in self._devices
             return self.open(device._path, name) if ours else other(device, name)
 
         return opened
 
-    def has(self, device_path):
+    def has(self, device_path: str) -> bool:
         """Return True if there is a device at `device_path`, a class and a name."""
         return _key(device_path) in self._discovery
 
-    def names(self, class_name):
+    def names(self, class_name: str) -> List[str]:
         """Return the names of the devices of a class, motor9 before motor10."""
         found = [name for of, name in self._discovery if of == class_name]
         return sorted(found, key=lambda name: (len(name), name))
 
-    def plugged_in(self):
+    def plugged_in(self) -> List[str]:
         """Return what is found at each port, such as `outA lego-ev3-l-motor`."""
         found = [
             "{} {}".format(text["address"].partition(":")[2], text["driver_name"])
@@ -161,11 +188,11 @@ class Sysfs(object):
         ]
         return sorted(found, key=lambda text: (text[:2] == "in", text))
 
-    def is_inside(self, path):
+    def is_inside(self, path: str) -> bool:
         """Return True for a file of a device's folder as the library names it to programs."""
         return self._root is not None and path.startswith(self._root + os.sep)
 
-    def _lay_out(self, root, class_name, device_name):
+    def _lay_out(self, root: str, class_name: str, device_name: str) -> None:
         folder = os.path.join(root, class_name, device_name)
         os.makedirs(folder)
         for name, text in self._discovery[(class_name, device_name)].items():
@@ -175,7 +202,7 @@ class Sysfs(object):
             os.chmod(path, 0o664)
 
     @contextlib.contextmanager
-    def installed(self):
+    def installed(self) -> Iterator["Sysfs"]:
         """Put the library on this sysfs for the length of a `with` block.
 
         The library is the copy that a program would import now.
