@@ -81,19 +81,19 @@ class EmulatedBrick(object):
             self.plant.add_bare_motor(port, kind, (stops or {}).get(port))
         for port in sorted(kinds):
             self._plug(port, kinds[port])
-        self.names = self.plant.names if arm is None else None
+        self.names = self.plant.names if isinstance(self.plant, BarePlant) else None
         for number, port in enumerate(PORTS, len(INPUTS)):
             device = OutputPort(port, self._connect, self._is_loaded)
             found = {key: device.constants[key] for key in ("address", "driver_name")}
             self.sysfs.add("lego-port", "port{}".format(number), found, device)
-        if self.plant.weighs:
+        if arm is not None and self.plant.weighs:
             for joint in arm.joints:
                 self.motors[joint.port].hold()
         self.record = MotionRecord(_time_of_sample)
         self._steps = 0
         self._hand = None  # LeadingHand
         self._pushed = []  # links and bare rotors in a hand, and where that takes them, rad
-        self._tip = self._tip_at = None  # the true tip, and the joint angles of it
+        self._tip_at, self._tip = self.plant.q, self.plant.tip()  # joint angles, and the true tip
         self._sample()
         world.bodies.append(self.advance)
 
@@ -197,13 +197,14 @@ class EmulatedBrick(object):
         Raises:
             BadHand: it cannot.
         """
-        if self.arm is None:
+        if not isinstance(self.plant, ArmPlant):
             raise BadHand("a hand leads an arm, and there is none; leave --hand out")
-        motors = [self.motors[joint.port] for joint in self.arm.joints]
+        arm = self.plant.arm
+        motors = [self.motors[joint.port] for joint in arm.joints]
         coasts, now = (lambda k: motors[k].mode == "coast"), self._steps * STEP
         if self._hand is not None:
             self._hand.let_go()
-        self._hand = LeadingHand(self.arm, self.plant.joints, coasts, places, now)
+        self._hand = LeadingHand(arm, self.plant.links, coasts, places, now)
 
     def kill_encoder(self, port):
         """The encoder at `port` counts no more."""

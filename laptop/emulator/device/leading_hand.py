@@ -72,7 +72,7 @@ class LeadingHand(object):
 
     Args:
         arm: its description, as it was built.
-        drives: the joints' Drives, from the base outwards.
+        links: the joints' DrivenLinks, from the base outwards.
         coasts: tells of each joint by its number whether its motor coasts.
         places: from `read_hand`.
         now: s.
@@ -81,13 +81,13 @@ class LeadingHand(object):
         BadHand: the tip cannot get there, or not in that time.
     """
 
-    def __init__(self, arm, drives, coasts, places, now=0.0):
+    def __init__(self, arm, links, coasts, places, now=0.0):
         if kinematics.coordinates(arm) != 2:
             raise BadHand(
                 "a hand leads an arm in the plane; {} is in space, and drops where its motors let "
                 "go".format(arm.name)
             )
-        self._links = [drive.link for drive in drives]
+        self._links = links
         self._coasts = coasts
         self._led = set()
         q = tuple([link.angle for link in self._links])

@@ -87,7 +87,9 @@ class Peripherals(object):
         return [
             device.measuring
             for port, device in self.inputs.items()
-            if device.kind in TOUCH_KINDS and button in ("touch", "touch:" + port)
+            if device.measuring is not None
+            and device.kind in TOUCH_KINDS
+            and button in ("touch", "touch:" + port)
         ]
 
     def _set(self, button, down):

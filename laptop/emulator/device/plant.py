@@ -28,6 +28,8 @@ class ArmPlant(object):
 
     Attributes:
         drives: port letter -> Drive.
+        joints: the joints' Drives, from the base outwards.
+        links: their DrivenLinks.
         pen_down: whether the pen is on the paper.
     """
 
@@ -36,6 +38,7 @@ class ArmPlant(object):
         self.plant = plant
         self.drives = {}
         self.joints = []
+        self.links = []
         start = [joint.home for joint in arm.joints] if start is None else start
         self._gravity = Gravity(weighed(arm, plant), plant["gravity"])
         self._pen_drag = 0.0 if self.weighs else plant["pen_drag"]  # there is no paper in the air
@@ -56,9 +59,9 @@ class ArmPlant(object):
             )
             self.drives[joint.port] = drive
             self.joints.append(drive)
-        self._links = [drive.link for drive in self.joints]
+            self.links.append(link)
         self._heavy = self.weighs
-        self._pulled_at = self._torques = None  # joint angles, and what gravity does there
+        self._pulled_at, self._torques = None, ()  # joint angles, and what gravity does there
         self.pen_down = not arm.pen  # one without a motor always is
         self._pen = self._pen_at = None  # what lowers it, and where that was at the last step
         if arm.pen:
@@ -81,31 +84,32 @@ class ArmPlant(object):
     @property
     def q(self):
         """The TRUE joint angles (of the links), rad."""
-        return tuple([link.angle for link in self._links])
+        return tuple([link.angle for link in self.links])
 
     def tip(self):
         """The TRUE tip, cm: x, y and z, which is None in the plane."""
-        return (tuple(kinematics.forward(self.arm, self.q)) + (None,))[:3]
+        x, y, *z = kinematics.forward(self.arm, self.q)
+        return x, y, z[0] if z else None
 
     def step(self, h):
         """Advance everything by `h` seconds."""
         pen = self._pen
         if pen is not None and pen.angle != self._pen_at:
             self._pen_at = pen.angle
-            self.pen_down = self._pen_touches()
+            self.pen_down = self._pen_touches(pen.angle)
         self._load_links()
         for drive in self.drives.values():
             if drive.duty or drive.speed or drive.link is not None:
                 drive.step(h)
 
-    def _pen_touches(self):
+    def _pen_touches(self, angle):
         pen = self.arm.pen
-        way = (self._pen_at - pen.up) / (pen.down - pen.up)
+        way = (angle - pen.up) / (pen.down - pen.up)
         return way > (LEAVES_AT if self.pen_down else TOUCHES_AT)
 
     def _load_links(self):
         """Constant load, gravity, and the paper dragging at the pen against its motion."""
-        links, load = self._links, self.plant["load"]
+        links, load = self.links, self.plant["load"]
         if self._heavy:
             q = [link.angle for link in links]
             if q != self._pulled_at:  # mostly it stands
@@ -124,7 +128,7 @@ class ArmPlant(object):
         *axes, (x, y) = kinematics.joint_positions(self.arm, self.q)
         levers = []  # m: each joint moves the tip across its own
         v_x = v_y = 0.0
-        for link, (axis_x, axis_y) in zip(self._links, axes):
+        for link, (axis_x, axis_y) in zip(self.links, axes):
             speed, across, along = link.speed, 0.01 * (axis_y - y), 0.01 * (x - axis_x)
             v_x += across * speed
             v_y += along * speed

@@ -56,8 +56,17 @@ class _Port(Device):
         else:
             super(_Port, self).write(attribute, value)
 
-    # Subclasses: `_detected()` returns the status in `auto`, `_change()` goes over to the mode, and
-    # `_set_device(driver)` loads a driver for what is there.
+    def _detected(self):
+        """The status in `auto`."""
+        raise NotImplementedError
+
+    def _change(self):
+        """Go over to the mode."""
+        raise NotImplementedError
+
+    def _set_device(self, driver):
+        """Load this driver for what is there."""
+        raise NotImplementedError
 
 
 class InputPort(_Port):
@@ -102,18 +111,20 @@ class InputPort(_Port):
             sensor.unplugged = True
             self._sysfs.remove("lego-sensor", name)
             self._device = None
-        if kind is None:
+        if kind is None or self.measuring is None:
             return
         sensor = EmulatedSensor(self._world, self._port, kind, self.measuring)
         found = {key: sensor.constants[key] for key in ("address", "driver_name")}
         # As the system does, a device that comes anew gets a number that none has had.
         number = INPUTS.index(self._port) + len(INPUTS) * self._loads
         self._loads += 1
-        self._device = "sensor{}".format(number), sensor
-        self._sysfs.add("lego-sensor", self._device[0], found, sensor)
+        name = "sensor{}".format(number)
+        self._device = name, sensor
+        self._sysfs.add("lego-sensor", name, found, sensor)
 
     def _detected(self):
-        return self.plugged.connection if self._device else "no-sensor"
+        kind = self.plugged
+        return "no-sensor" if kind is None or self._device is None else kind.connection
 
     def unplug(self):
         """Pull the cable; pulling it again does nothing."""
@@ -128,7 +139,7 @@ class InputPort(_Port):
             self._world.cancel(self._due)
             self._due = None
         if self._mode == NXT_ANALOG:  # this mode asks nobody
-            self._load(kind and kind.volts and generic(kind))
+            self._load(generic(kind) if kind is not None and kind.volts else None)
         elif kind is not None and self._mode in (AUTO, kind.connection):
             found = generic(kind) if kind.driver in UNKNOWN else kind
             self._due = self._world.at(

@@ -2,6 +2,7 @@
 
 import math
 
+from laptop.emulator.device.plant import ArmPlant
 from laptop.emulator.device.sensor_orders import BadSensor
 
 ROBOT, TIP, WALL, LINE = "robot", "tip", "wall", "line"
@@ -43,21 +44,22 @@ def scene_of(brick):
     """
 
     def scene(word, place):
-        if word == TIP and brick.arm is not None:
-            return _tip(brick.plant, place)
-        links = {} if brick.arm is None else _links(brick)
-        if word in links:
-            return _turning(links[word])
-        rolls = brick.arm is None and brick.plant.wheels is not None
-        if rolls and word == ROBOT:
-            return _heading(brick.plant)
-        if rolls and word == WALL:
-            return _wall(brick.plant, place)
-        if rolls and word == LINE:
-            return _line(brick.plant, place)
-        has = (
-            [TIP] + sorted(links) if brick.arm is not None else rolls and [ROBOT, WALL, LINE] or []
-        )
+        plant, has = brick.plant, []
+        if isinstance(plant, ArmPlant):
+            links = _links(plant)
+            has = [TIP] + sorted(links)
+            if word == TIP:
+                return _tip(plant, place)
+            if word in links:
+                return _turning(links[word])
+        elif plant.wheels is not None:
+            has = [ROBOT, WALL, LINE]
+            if word == ROBOT:
+                return _heading(plant)
+            if word == WALL:
+                return _wall(plant, place)
+            if word == LINE:
+                return _line(plant, place)
         raise BadSensor(
             "sensor: there is no {} for it to see here; write a value, or one of {}".format(
                 word, ", ".join(has) or "nothing: this brick has neither arm nor wheels"
@@ -124,20 +126,20 @@ def line_points(steps=60):
     return top + [(-2 * RADIUS - x, -y) for x, y in top] + top[:1]
 
 
-def _links(brick):
-    """Return link name -> the joints that turn it about its own axis, from the base outwards."""
+def _links(plant):
+    """Return link name -> the links that turn it about its own axis, from the base outwards."""
     turned_by, turning = {}, []
-    for joint, drive in zip(brick.arm.joints, brick.plant.joints):
-        turning.append(drive)
+    for joint, link in zip(plant.arm.joints, plant.links):
+        turning.append(link)
         turned_by[joint.name] = list(turning)
         if joint.name == "base":
             turning = []  # about the vertical, which no other joint of an arm in space turns about
     return turned_by
 
 
-def _turning(drives):
+def _turning(links):
     """Angle and rate of a link, clockwise where the joints' angles are counter-clockwise, deg."""
     return _Seen(
-        lambda: -math.degrees(sum(drive.link.angle for drive in drives)),
-        lambda: -math.degrees(sum(drive.link.speed for drive in drives)),
+        lambda: -math.degrees(sum(link.angle for link in links)),
+        lambda: -math.degrees(sum(link.speed for link in links)),
     )

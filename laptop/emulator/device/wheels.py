@@ -71,13 +71,13 @@ class BarePlant(object):
     """
 
     weighs = False
+    heading = None
 
     def __init__(self, plant, wheels=None):
         self.plant = plant
         self.drives = {}
         self.wheels = wheels
         self.pen_down = wheels is not None
-        self.heading = None
         self._x = self._y = 0.0
         if wheels is not None:
             self._x, self._y = wheels["x"], wheels["y"]
@@ -117,8 +117,10 @@ class BarePlant(object):
 
     @property
     def turning(self):
-        """How fast the robot turns, rad/s, counter-clockwise."""
+        """How fast the robot turns, rad/s, counter-clockwise; 0 without wheels."""
         wheels = self.wheels
+        if wheels is None:
+            return 0.0
         left, right = self.drives[wheels["left"]].speed, self.drives[wheels["right"]].speed
         return (right - left) * wheels["diameter"] / 2 / wheels["track"]
 
@@ -128,10 +130,9 @@ class BarePlant(object):
             if drive.duty or drive.speed:
                 drive.step(h)
         if self.wheels is not None:
-            self._roll()
+            self._roll(self.wheels)
 
-    def _roll(self):
-        wheels = self.wheels
+    def _roll(self, wheels):
         rolled = self.drives[wheels["left"]].angle, self.drives[wheels["right"]].angle
         if rolled == self._rolled:
             return  # mostly it stands
