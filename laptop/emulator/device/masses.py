@@ -5,7 +5,7 @@ left out.  Those of an arm in space are of its masses with the arm stretched out
 """
 
 from laptop.emulator.device.plant_constants import at_port
-from shared.arm_description import PULLED_DOWN
+from shared.arm_keys import PULLED_DOWN
 
 MOTOR_MASS = {"large": 76.0, "medium": 36.0}
 """g, as weighed by LEGO's builders."""

@@ -16,12 +16,16 @@ from laptop.emulator.device.brick_programs import BrickPrograms
 from laptop.emulator.device.buttons import INPUTS, BadPress, ButtonPanel, EventFile
 from laptop.emulator.device.ports import InputPort
 from laptop.emulator.device.screen import Screen
-from laptop.emulator.device.sensor_orders import TOUCH_KINDS, read_sensors
+from laptop.emulator.device.sensor_orders import TOUCH_KINDS, BadSensor, read_sensors
 
 LEDS = ("led0:red:brick-status", "led0:green:brick-status",
         "led1:red:brick-status", "led1:green:brick-status")  # fmt: skip
 
 _EVIOCGKEY_NUMBER = ord("E") << 8 | 0x18
+
+
+def _nothing_to_see(word, place):
+    raise BadSensor("sensor: there is no {} for it to see here; write a value".format(word))
 
 
 class Peripherals(object):
@@ -45,7 +49,13 @@ class Peripherals(object):
     """
 
     def __init__(
-        self, world, sysfs, voltage=lambda: 8.0, current=lambda: 0.2, sensors=None, scene=None
+        self,
+        world,
+        sysfs,
+        voltage=lambda: 8.0,
+        current=lambda: 0.2,
+        sensors=None,
+        scene=_nothing_to_see,
     ):
         self._world = world
         self.sysfs = sysfs

@@ -120,7 +120,7 @@ class ArmPlant(object):
         moving = False
         for link in links:
             link.load = load
-            moving = moving or link.speed
+            moving = moving or link.speed != 0.0
         if moving and self.pen_down and self._pen_drag:
             self._drag_pen()
 

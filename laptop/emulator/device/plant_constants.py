@@ -149,8 +149,12 @@ def read_plant(text="", measured=None):
 
 
 def at_port(plant, port):
-    """Return the plant's constants as they are at one port: no two motors are alike if drawn."""
-    own = dict(plant, **plant.get("ports", {}).get(port, {}))
+    """Return the plant's constants as they are at one port: no two motors are alike if drawn.
+
+    Where its encoder starts is always said.
+    """
+    own = dict(plant)
+    own.update(own.get("ports", {}).get(port, {}))
     draw = random.Random("{}/{}".format(plant["seed"], port))
     for key in _DRAW_ORDER:
         luck = draw.uniform(-1, 1)

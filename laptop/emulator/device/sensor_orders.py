@@ -2,6 +2,7 @@
 
 import re
 from collections import namedtuple
+from functools import partial
 
 from laptop.emulator.constants import ConstantTable
 from laptop.emulator.device.buttons import INPUTS
@@ -137,7 +138,7 @@ def _of_file(name, table, file):
         _channelled(key, ""): read_column(
             file,
             column,
-            lambda cell, key=key: table.check(key, cell),
+            partial(table.check, key),
             kind.quantities[key].kind is not float,
             error,
         )

@@ -76,7 +76,8 @@ class _Piece(object):
         """The integral from the first point to `t`."""
         k = max(0, self._segment(t))
         since = t - self._times[k]
-        return self._areas[k] + since * (self._values[k] + self.value(t)) / 2
+        twice = self._values[k] + self.value(t)
+        return self._areas[k] + since * twice / 2
 
 
 class Signal(object):
@@ -179,7 +180,7 @@ def read_column(file, column, read_value, jumps, error):
         column: its name, as in `columns`; None takes the second.
     """
     names, rows = _rows(file, error)
-    index = 1 if column is None else names.index(column)
+    index = 1 if column is None or names is None else names.index(column)
     points = []
     for number, row in rows:
         try:

@@ -79,7 +79,10 @@ class Measuring(object):
     def rate(self, key):
         """Return how fast an angle changes now, deg/s."""
         rate = self._signals[key].slope(self._world.now())
-        return self._sign * rate + self("rate") if key == "angle" else rate
+        if key != "angle":
+            return rate
+        drift = self("rate")
+        return self._sign * rate + drift
 
     def turned(self, key):
         """Return how far it has turned since the origin was set, deg."""
@@ -90,7 +93,8 @@ class Measuring(object):
         angle = self._signals[key].value(t)
         if key != "angle":
             return angle
-        return self._sign * angle + self._signals["rate"].integral(t)
+        drifted = self._signals["rate"].integral(t)
+        return self._sign * angle + drifted
 
     def set_origin(self):
         """Let all angles count from here."""

@@ -325,7 +325,8 @@ class TachoMotor(object):
     @property
     def _deceleration(self):
         """Of a ramp down, counts/s2."""
-        return MAX_SPEED[self.kind] * 1000.0 / self._active["ramp_down_sp"]
+        ramp_down = self._active["ramp_down_sp"]
+        return MAX_SPEED[self.kind] * 1000.0 / ramp_down
 
     def _begin_ramp_down(self):
         self._ramping = True

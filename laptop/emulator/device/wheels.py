@@ -66,19 +66,18 @@ class BarePlant(object):
 
     Attributes:
         drives: port letter -> Drive.
-        heading: where the robot looks, rad, counter-clockwise from x; None without wheels.
+        heading: where the robot looks, rad, counter-clockwise from x; 0 without wheels.
         pen_down: whether the robot leaves a trail.
     """
 
     weighs = False
-    heading = None
 
     def __init__(self, plant, wheels=None):
         self.plant = plant
         self.drives = {}
         self.wheels = wheels
         self.pen_down = wheels is not None
-        self._x = self._y = 0.0
+        self.heading = self._x = self._y = 0.0
         if wheels is not None:
             self._x, self._y = wheels["x"], wheels["y"]
             self.heading = math.radians(wheels["heading"])
