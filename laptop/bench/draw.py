@@ -17,7 +17,7 @@ import re
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -31,6 +31,9 @@ from laptop.record.figures import line_accuracy
 from robot.driver import LINES
 from robot.motion import kinematics, paths, trajectory
 from shared.arm_description import Arm, find_arm, read_arm
+
+if TYPE_CHECKING:
+    from laptop.emulator.device.plant_constants import PlantConstants
 
 Point = tuple[float, float]
 Line = tuple[tuple[float, ...], tuple[float, ...]]
@@ -61,7 +64,7 @@ class Weight(NamedTuple):
 
     words: tuple[str, str] = ("fed forward", "counted on")
     plant: str = ""
-    known: Callable[[Any, Arm, dict[str, float]], Any] = lambda gravity, arm, plant: gravity(arm)
+    known: Callable[[Any, Arm, PlantConstants], Any] = lambda gravity, arm, plant: gravity(arm)
 
 
 WEIGHTS = {

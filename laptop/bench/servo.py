@@ -82,7 +82,7 @@ class TrueJacobian:
 
     def covariance(self) -> list[list[float]]:
         """There is no doubt."""
-        n = len(self._brick.arm.joints)
+        n = len(self._brick.plant.q)
         return [[0.0] * n for _ in range(n)]
 
     def doubt_all(self) -> None:

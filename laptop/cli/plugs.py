@@ -5,11 +5,14 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING
 
 from laptop.emulator.device.wheels import read_wheels
 from laptop.emulator.faults import InvalidSimulationOption
 from shared.arm_description import Arm
+
+if TYPE_CHECKING:
+    from laptop.emulator.device.wheels import Wheels
 
 NO_ARM = "none"
 """Name of no arm: a bare brick."""
@@ -23,7 +26,7 @@ MOST_TURNED = 100000.0
 
 
 def plugged(
-    arm: Arm | None, plugs: Sequence[str], wheels: dict[str, Any] | None
+    arm: Arm | None, plugs: Sequence[str], wheels: Wheels | None
 ) -> tuple[dict[str, str], dict[str, tuple[float, float]]]:
     """Return port -> kind of the motors beside the arm's, and port -> stops of some of them, rad.
 
@@ -81,7 +84,7 @@ def _stops(text: str, limits: str) -> tuple[float, float]:
     return math.radians(lower), math.radians(upper)
 
 
-def wheels_of(text: str | None, arm: Arm | None) -> dict[str, Any] | None:
+def wheels_of(text: str | None, arm: Arm | None) -> Wheels | None:
     """Return the constants of the robot's wheels, None without.
 
     Raises:

@@ -5,10 +5,29 @@ A table declares the constants: the plant's is in `device.plant_constants`, the 
 """
 
 import math
-from collections import namedtuple
+from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple
+
+MYPY = False
+if MYPY:
+    from typing import Collection, Mapping  # noqa: F401
+
+    Value = Any  # as the kind of its Constant says; None: not given
+    Owned = Dict[str, Dict[str, List[Value]]]
+    Reader = Callable[[str, str, str], Any]
 
 
-class Constant(namedtuple("Constant", "default allowed unit meaning kind")):
+class Constant(
+    NamedTuple(
+        "Constant",
+        [
+            ("default", Any),
+            ("allowed", Tuple[Any, ...]),
+            ("unit", str),
+            ("meaning", str),
+            ("kind", type),
+        ],
+    )
+):
     """One constant of a table.
 
     Args:
@@ -21,7 +40,9 @@ class Constant(namedtuple("Constant", "default allowed unit meaning kind")):
 
     __slots__ = ()
 
-    def __new__(cls, default, allowed, unit, meaning, kind=float):
+    def __new__(
+        cls, default: "Value", allowed: Tuple[Any, ...], unit: str, meaning: str, kind: type = float
+    ) -> "Constant":
         """Take what is given; a constant is a number if nothing is said."""
         return super(Constant, cls).__new__(cls, default, allowed, unit, meaning, kind)
 
@@ -45,17 +66,17 @@ class ConstantTable(object):
 
     def __init__(
         self,
-        noun,
-        constants,
-        error,
-        unknown,
-        value="VALUE",
-        limit="{:g}",
-        ranged=(),
-        owners=(),
-        common=(),
-        reader=None,
-    ):
+        noun: str,
+        constants: "Mapping[str, Constant]",
+        error: Callable[[str], Exception],
+        unknown: str,
+        value: str = "VALUE",
+        limit: str = "{:g}",
+        ranged: "Collection[str]" = (),
+        owners: "Collection[str]" = (),
+        common: "Collection[str]" = (),
+        reader: Optional["Reader"] = None,
+    ) -> None:
         self.constants = constants
         self._noun = noun
         self._error = error
@@ -67,7 +88,7 @@ class ConstantTable(object):
         self._common = common
         self._reader = reader
 
-    def parse(self, text):
+    def parse(self, text: str) -> Dict[str, Dict[str, Any]]:
         """Read a text such as `tilt=40,load=-0.1..0.1,B.fps=60`.
 
         Returns:
@@ -77,7 +98,7 @@ class ConstantTable(object):
         Raises:
             the table's error: naming the key, the value and what is allowed.
         """
-        given = {owner: {} for owner in ("",) + tuple(self._owners)}
+        given = {owner: {} for owner in ("",) + tuple(self._owners)}  # type: Owned
         for item in filter(None, (part.strip() for part in text.split(","))):
             written, equals, value = (part.strip() for part in item.partition("="))
             owner, key = self._split(written, item)
@@ -88,7 +109,7 @@ class ConstantTable(object):
             given[owner][key] = self._values(written, key, value)
         return given
 
-    def _split(self, written, item):
+    def _split(self, written: str, item: str) -> Tuple[str, str]:
         """Owner and key of a written key."""
         owner, dot, key = written.rpartition(".") if self._owners else ("", "", written)
         if key not in self.constants:
@@ -108,7 +129,7 @@ class ConstantTable(object):
             )
         return owner, key
 
-    def _values(self, written, key, text):
+    def _values(self, written: str, key: str, text: str) -> Any:
         if self._reader is not None:
             return self._reader(key, text, written)
         if not self._ranged:
@@ -122,7 +143,7 @@ class ConstantTable(object):
             )
         return values
 
-    def check(self, key, text, written=None):
+    def check(self, key: str, text: str, written: Optional[str] = None) -> "Value":
         """Return the value of a constant that is written as `text`.
 
         Args:
@@ -157,7 +178,7 @@ class ConstantTable(object):
             )
         return constant.kind(value)
 
-    def listing(self):
+    def listing(self) -> str:
         """Return what `--help` says of all constants, on one line."""
         return "; ".join(
             "{} ({}{}): {}".format(

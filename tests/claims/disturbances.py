@@ -323,7 +323,7 @@ class _Truth:
     @property
     def speed(self) -> float:
         """Of the fastest link, rad/s."""
-        return max(abs(drive.link.speed) for drive in self._stage.brick.plant.joints)
+        return max(abs(link.speed) for link in self._stage.brick.plant.links)
 
     def blindly(self, end: float) -> tuple[float, float]:
         """(s that a motor was driven, deg that a link turned) when nothing new was to be seen.

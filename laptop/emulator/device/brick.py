@@ -1,6 +1,7 @@
 """The emulated brick: plant, motor drivers and the sysfs they show, on one world's clock."""
 
 import math
+from typing import Dict, List, Optional, Sequence, Tuple, Union
 
 from laptop.emulator.device.buttons import INPUTS
 from laptop.emulator.device.leading_hand import BadHand, LeadingHand
@@ -11,6 +12,18 @@ from laptop.emulator.device.ports import OutputPort
 from laptop.emulator.device.sysfs import Sysfs
 from laptop.emulator.device.tacho_motor import DRIVER, TICK, TachoMotor
 from laptop.emulator.device.wheels import BarePlant
+
+MYPY = False
+if MYPY:
+    from typing import Any, Set  # noqa: F401
+
+    from laptop.emulator.device.attribute_devices import DeviceWorld  # noqa: F401
+    from laptop.emulator.device.leading_hand import HandPlace  # noqa: F401
+    from laptop.emulator.device.motor_and_link import Drive, DrivenLink  # noqa: F401
+    from laptop.emulator.device.plant_constants import PlantConstants  # noqa: F401
+    from laptop.emulator.device.wheels import Wheels  # noqa: F401
+    from shared.arm_description import Arm  # noqa: F401
+
 
 STEP = 0.001
 """Step of the physics, s."""
@@ -33,11 +46,11 @@ MIN_ACCESS_TIME = 0.001
 """Time of an access, with what goes with it, on a brick that computes in no time, s."""
 
 
-def _time_of_sample(number):
+def _time_of_sample(number: int) -> float:
     return number * SAMPLE_STEPS * STEP
 
 
-def _access_of(constants):
+def _access_of(constants: "PlantConstants") -> float:
     """Time of an access, s."""
     if constants["access"] is not None:
         return constants["access"]
@@ -62,18 +75,28 @@ class EmulatedBrick(object):
         names: what the angles in it are of; None: of the arm's joints.
     """
 
-    def __init__(self, world, arm, plant=None, start=None, extra=None, wheels=None, stops=None):
-        self.world = world
+    def __init__(
+        self,
+        world: "DeviceWorld",
+        arm: Optional["Arm"],
+        plant: Optional["PlantConstants"] = None,
+        start: Optional[Sequence[float]] = None,
+        extra: Optional[Dict[str, str]] = None,
+        wheels: Optional["Wheels"] = None,
+        stops: Optional[Dict[str, Tuple[float, float]]] = None,
+    ) -> None:
+        self.world = world  # type: Any  # the host's, of which devices need a DeviceWorld
         self.arm = arm
         constants = read_plant() if plant is None else plant
         self.plant = (
             BarePlant(constants, wheels) if arm is None else ArmPlant(arm, constants, start)
-        )
+        )  # type: Union[ArmPlant, BarePlant]
         self.sysfs = Sysfs(world, _access_of(constants))
         self.slowness = constants["cpu"]
-        self.motors = {}
-        self._names, self._loads = {}, {}  # of a port's device, and how often it has been loaded
-        self._pulled = set()  # ports without their cable
+        self.motors = {}  # type: Dict[str, TachoMotor]
+        self._names = {}  # type: Dict[str, str]  # of a port's device
+        self._loads = {}  # type: Dict[str, int]  # how often it has been loaded
+        self._pulled = set()  # type: Set[str]  # ports without their cable
         moved = () if arm is None else arm.joints + ((arm.pen,) if arm.pen else ())
         kinds = {part.port: part.motor for part in moved}
         for port, kind in (extra or {}).items():
@@ -91,13 +114,13 @@ class EmulatedBrick(object):
                 self.motors[joint.port].hold()
         self.record = MotionRecord(_time_of_sample)
         self._steps = 0
-        self._hand = None  # LeadingHand
-        self._pushed = []  # links and bare rotors in a hand, and where that takes them, rad
+        self._hand = None  # type: Optional[LeadingHand]
+        self._pushed = []  # type: List[Tuple[Union[DrivenLink, Drive], float]]  # links and bare rotors in a hand, and where that takes them, rad
         self._tip_at, self._tip = self.plant.q, self.plant.tip()  # joint angles, and the true tip
         self._sample()
         world.bodies.append(self.advance)
 
-    def _plug(self, port, kind):
+    def _plug(self, port: str, kind: str) -> None:
         motor = TachoMotor(
             port, kind, self.plant.drives[port], at_port(self.plant.plant, port)["phase"]
         )
@@ -109,10 +132,10 @@ class EmulatedBrick(object):
         self._names[port] = "motor{}".format(number)
         self.sysfs.add("tacho-motor", self._names[port], discovery, motor)
 
-    def _is_loaded(self, port):
+    def _is_loaded(self, port: str) -> bool:
         return port in self.motors and not self.motors[port].unplugged
 
-    def _connect(self, port, wanted):
+    def _connect(self, port: str, wanted: bool) -> None:
         """Load or unload the driver of the motor at `port`; it comes anew."""
         if wanted and port in self.motors and port not in self._pulled:
             self._unload(port)
@@ -121,12 +144,12 @@ class EmulatedBrick(object):
         elif self._is_loaded(port):
             self._unload(port)
 
-    def _unload(self, port):
+    def _unload(self, port: str) -> None:
         if self._is_loaded(port):
             self.motors[port].unplug()
             self.sysfs.remove("tacho-motor", self._names[port])
 
-    def advance(self, t):
+    def advance(self, t: float) -> None:
         """Bring physics and drivers up to time `t`, s."""
         step, motors = self.plant.step, self.motors.values()
         while (self._steps + 1) * STEP <= t + 1e-9:
@@ -145,24 +168,24 @@ class EmulatedBrick(object):
             if self._steps % SAMPLE_STEPS == 0:
                 self._sample()
 
-    def _sample(self):
+    def _sample(self) -> None:
         q = self.plant.q
         if q != self._tip_at:  # mostly it stands
             self._tip_at, self._tip = q, self.plant.tip()
         x, y, z = self._tip
         self.record.append(q, x, y, z, int(self.plant.pen_down))
 
-    def reset_motors(self):
+    def reset_motors(self) -> None:
         """Do as brickrun after the Back button: coast, encoders to zero."""
         for motor in self.motors.values():
             if not motor.unplugged:
                 motor.write("command", "reset")
 
-    def driven(self):
+    def driven(self) -> List[str]:
         """Ports of the motors that a command is turning."""
         return [port for port in sorted(self.motors) if self.motors[port].driven]
 
-    def asked(self):
+    def asked(self) -> List[str]:
         """Ports of the motors that a program has given a speed or a duty, or that are gone."""
         return [
             port
@@ -172,26 +195,26 @@ class EmulatedBrick(object):
 
     # Faults
 
-    def unplug(self, port):
+    def unplug(self, port: str) -> None:
         """Pull the cable of the motor at `port`; pulling it again does nothing."""
         self._pulled.add(port)
         self._unload(port)
 
-    def jam(self, port):
+    def jam(self, port: str) -> None:
         """Block what the motor at `port` moves: its link, or the rotor of a bare motor."""
         self._moved(port).jammed = True
 
-    def _moved(self, port):
+    def _moved(self, port: str) -> Union["DrivenLink", "Drive"]:
         drive = self.plant.drives[port]
         return drive.link or drive
 
-    def push(self, port):
+    def push(self, port: str) -> None:
         """A hand turns back what the motor at `port` moves (it lifts a pen), and keeps it there."""
         self.jam(port)
         moved = self._moved(port)
         self._pushed.append((moved, moved.angle - PUSH_ANGLE))
 
-    def lead(self, places):
+    def lead(self, places: Sequence["HandPlace"]) -> None:
         """Let a hand lead the tip through HandPlaces.
 
         Raises:
@@ -206,6 +229,6 @@ class EmulatedBrick(object):
             self._hand.let_go()
         self._hand = LeadingHand(arm, self.plant.links, coasts, places, now)
 
-    def kill_encoder(self, port):
+    def kill_encoder(self, port: str) -> None:
         """The encoder at `port` counts no more."""
         self.motors[port].encoder.dead = True

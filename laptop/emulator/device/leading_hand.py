@@ -6,13 +6,23 @@ play.  A motor that holds, brakes or is driven it leaves alone: then it comes la
 may, which is what a person does before a program that has not let go yet.
 """
 
-import collections
 import math
 import re
+from typing import Callable, List, NamedTuple, Sequence, Tuple
 
 from robot.motion import kinematics
 from shared.arm_description import ArmError
 from shared.message_fields import one_line
+
+MYPY = False
+if MYPY:
+    from typing import Set  # noqa: F401
+
+    from laptop.emulator.device.motor_and_link import DrivenLink  # noqa: F401
+    from shared.arm_description import Arm  # noqa: F401
+
+    Angles = Tuple[float, ...]  # of the joints, rad
+
 
 SPEED, MAX_SPEED = math.radians(60), math.radians(240)
 """Speeds of a joint: with which the hand leads if it has the time, and its greatest, rad/s."""
@@ -25,17 +35,17 @@ class BadHand(ArmError, ValueError):
     """A way of the hand that cannot be understood, or cannot be had."""
 
 
-HandPlace = collections.namedtuple("HandPlace", "p t")
+HandPlace = NamedTuple("HandPlace", [("p", Tuple[float, float]), ("t", float)])
 HandPlace.__doc__ = """Where the tip is led, (x, y), cm, and by when, s."""
 
 
-def read_hand(text):
+def read_hand(text: str) -> List[HandPlace]:
     """Read the places of a hand's way from `X,Y@S X,Y@S ...`.
 
     Raises:
         BadHand: it is none.
     """
-    places = []
+    places = []  # type: List[HandPlace]
     for word in text.split():
         match = re.match(r"^([^,@]+),([^,@]+)@([^,@]+)$", word)
         try:
@@ -61,7 +71,7 @@ def read_hand(text):
     return places
 
 
-def _eased(share):
+def _eased(share: float) -> float:
     """The share of a way at a share of its time: a minimum-jerk motion (Flash and Hogan, 1985)."""
     share = min(max(share, 0.0), 1.0)
     return share * share * share * (10 + share * (6 * share - 15))
@@ -81,7 +91,14 @@ class LeadingHand(object):
         BadHand: the tip cannot get there, or not in that time.
     """
 
-    def __init__(self, arm, links, coasts, places, now=0.0):
+    def __init__(
+        self,
+        arm: "Arm",
+        links: Sequence["DrivenLink"],
+        coasts: Callable[[int], bool],
+        places: Sequence[HandPlace],
+        now: float = 0.0,
+    ) -> None:
         if kinematics.coordinates(arm) != 2:
             raise BadHand(
                 "a hand leads an arm in the plane; {} is in space, and drops where its motors let "
@@ -89,9 +106,9 @@ class LeadingHand(object):
             )
         self._links = links
         self._coasts = coasts
-        self._led = set()
+        self._led = set()  # type: Set[int]
         q = tuple([link.angle for link in self._links])
-        self._ways = []  # (begin, end, from, to): s and rad
+        self._ways = []  # type: List[Tuple[float, float, Angles, Angles]]  # (begin, end, from, to): s and rad
         left = now
         for place in places:
             to = self._pose(arm, place, q)
@@ -107,7 +124,7 @@ class LeadingHand(object):
             q, left = to, place.t
 
     @staticmethod
-    def _pose(arm, place, near):
+    def _pose(arm: "Arm", place: HandPlace, near: "Angles") -> "Angles":
         try:
             return kinematics.inverse(arm, place.p, near=near)
         except ArmError as problem:
@@ -115,7 +132,7 @@ class LeadingHand(object):
                 place.p[0], place.p[1], place.t, problem
             )) from None  # fmt: skip
 
-    def pose(self, t):
+    def pose(self, t: float) -> "Angles":
         """Where the joints are led at the time `t` (s), rad."""
         begin, end, start, goal = self._ways[0]
         for way in self._ways:
@@ -125,7 +142,7 @@ class LeadingHand(object):
         share = _eased((t - begin) / (end - begin))
         return tuple([a + share * (b - a) for a, b in zip(start, goal)])
 
-    def lead(self, t, h):
+    def lead(self, t: float, h: float) -> None:
         """Give the links that it leads their speeds for a step of `h` seconds that ends at `t`."""
         leads = t > self._ways[0][0]
         for k, (link, wanted) in enumerate(zip(self._links, self.pose(t))):
@@ -139,7 +156,7 @@ class LeadingHand(object):
                 link.imposed = None
                 self._led.discard(k)
 
-    def let_go(self):
+    def let_go(self) -> None:
         """Lead no more."""
         for k in self._led:
             if not self._links[k].jammed:

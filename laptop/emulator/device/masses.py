@@ -4,8 +4,18 @@ The links' inertias are constants: the torques that one joint's acceleration put
 left out.  Those of an arm in space are of its masses with the arm stretched out level.
 """
 
+from typing import List, Tuple
+
 from laptop.emulator.device.plant_constants import at_port
 from shared.arm_keys import PULLED_DOWN
+
+MYPY = False
+if MYPY:
+    from laptop.emulator.device.plant_constants import PlantConstants  # noqa: F401
+    from shared.arm_description import Arm  # noqa: F401
+
+    Masses = List[Tuple[float, float]]  # g, and cm from the joint's axis
+
 
 MOTOR_MASS = {"large": 76.0, "medium": 36.0}
 """g, as weighed by LEGO's builders."""
@@ -15,7 +25,7 @@ ELBOW_MOTOR_AT, TIP_MOTOR_AT = 5.5, 5.0
 link, its shaft at the far end."""
 
 
-def _carried(arm, plant):
+def _carried(arm: "Arm", plant: "PlantConstants") -> Tuple["Masses", "Masses", "Masses"]:
     """List the masses that hang on each joint of an arm in space.
 
     Returns:
@@ -33,7 +43,7 @@ def _carried(arm, plant):
     return [], on_upper, on_fore
 
 
-def weighed(arm, plant):
+def weighed(arm: "Arm", plant: "PlantConstants") -> "Arm":
     """Return the Arm as who weighs this plant, and how its joints rub, describes it.
 
     One in the plane is left as it is.
@@ -49,7 +59,7 @@ def weighed(arm, plant):
     return arm._replace(joints=tuple(joints))
 
 
-def inertias(arm, plant):
+def inertias(arm: "Arm", plant: "PlantConstants") -> List[float]:
     """Return the inertia that each joint moves, kg m2; of an arm in space, stretched out level."""
     if arm.chain not in PULLED_DOWN:
         return [plant["shoulder_inertia"], plant["elbow_inertia"]]

@@ -1,10 +1,25 @@
 """What an emulated arm did, sample by sample; of an arm that stands it takes no more memory."""
 
 from bisect import bisect_right
-from collections import namedtuple
-from collections.abc import Sequence
+from typing import Callable, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union, overload
 
-MotionSample = namedtuple("MotionSample", "t q x y z pen")
+MYPY = False
+if MYPY:
+    # Of a sample without its time: joint angles, x, y, z and the pen.
+    Place = Tuple[Tuple[float, ...], float, float, Optional[float], int]
+
+
+MotionSample = NamedTuple(
+    "MotionSample",
+    [
+        ("t", float),
+        ("q", Tuple[float, ...]),
+        ("x", float),
+        ("y", float),
+        ("z", Optional[float]),
+        ("pen", int),
+    ],
+)
 MotionSample.__doc__ = """Where the arm was.
 
 t        s
@@ -14,7 +29,7 @@ pen      1 if it is down
 """
 
 
-class MotionRecord(Sequence):
+class MotionRecord(Sequence[MotionSample]):
     """The MotionSamples of a run, one per period; others can be added.
 
     Only what differs from the sample before is kept; times follow from the number.
@@ -23,12 +38,15 @@ class MotionRecord(Sequence):
         time_of: from a sample's number, from 0 on, to its time, s.
     """
 
-    def __init__(self, time_of):
+    def __init__(self, time_of: Callable[[int], float]) -> None:
         self._time_of = time_of
         self._length = 0
-        self._begins, self._places = [], []  # numbers of the first of samples that are alike
+        self._begins = []  # type: List[int]
+        self._places = []  # type: List[Place]  # numbers of the first of samples that are alike
 
-    def append(self, q, x, y, z, pen):
+    def append(
+        self, q: Tuple[float, ...], x: float, y: float, z: Optional[float], pen: int
+    ) -> None:
         """Add the next sample."""
         place = q, x, y, z, pen
         if not self._places or self._places[-1] != place:
@@ -36,7 +54,7 @@ class MotionRecord(Sequence):
             self._places.append(place)
         self._length += 1
 
-    def since(self, first):
+    def since(self, first: int) -> "MotionRecord":
         """Return the samples from this number on, as a record that does not grow with this one."""
         time_of = self._time_of
         out = MotionRecord(lambda number: time_of(first + number))
@@ -46,10 +64,16 @@ class MotionRecord(Sequence):
         out._places = self._places[k:]
         return out
 
-    def __len__(self):
+    def __len__(self) -> int:
         return self._length
 
-    def __getitem__(self, index):
+    @overload
+    def __getitem__(self, index: int) -> MotionSample: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> List[MotionSample]: ...
+
+    def __getitem__(self, index: Union[int, slice]) -> Union[MotionSample, List[MotionSample]]:
         if isinstance(index, slice):
             numbers = range(*index.indices(self._length))
             if numbers.step > 0:
@@ -61,10 +85,10 @@ class MotionRecord(Sequence):
         place = self._places[bisect_right(self._begins, number) - 1]
         return MotionSample(self._time_of(number), *place)
 
-    def __iter__(self):
+    def __iter__(self) -> Iterator[MotionSample]:
         return self._between(range(self._length))
 
-    def __eq__(self, other):
+    def __eq__(self, other: object) -> bool:
         if not isinstance(other, MotionRecord):
             return NotImplemented
         return (self._length, self._begins, self._places) == (
@@ -75,7 +99,7 @@ class MotionRecord(Sequence):
 
     __hash__ = None  # type: ignore[assignment]  # it grows
 
-    def _between(self, numbers):
+    def _between(self, numbers: range) -> Iterator[MotionSample]:
         """Samples of rising numbers, one after the other."""
         k = bisect_right(self._begins, numbers.start) - 1
         for number in numbers:

@@ -7,9 +7,14 @@ Units are SI: rad, s, Nm, kg m2, V.
 """
 
 import math
+from typing import Optional, Tuple
+
+MYPY = False
+if MYPY:
+    from laptop.emulator.device.plant_constants import MotorConstants  # noqa: F401
 
 
-def _slowed(speed, by):
+def _slowed(speed: float, by: float) -> float:
     """Coulomb friction: `speed` after an impulse that can take away at most `by`."""
     if speed > by:
         return speed - by
@@ -29,7 +34,14 @@ class Drive(object):
         angle: where rotor and link start, rad at the joint; the encoder reads 0 there.
     """
 
-    def __init__(self, motor, voltage, ratio=1.0, link=None, angle=0.0):
+    def __init__(
+        self,
+        motor: "MotorConstants",
+        voltage: float,
+        ratio: float = 1.0,
+        link: Optional["DrivenLink"] = None,
+        angle: float = 0.0,
+    ) -> None:
         self.motor = motor
         self.voltage = voltage
         self.ratio = ratio
@@ -37,14 +49,14 @@ class Drive(object):
         self.angle = angle
         self.speed = 0.0
         self._start = angle
-        self.duty = None
+        self.duty = None  # type: Optional[float]
         """-1 .. 1; 0 shorts the motor (brake), None leaves it open (coast)."""
         self.jammed = False
         """True if a bare motor is blocked; behind a gear the link jams, and the gap stays."""
-        self._step = None  # s, what these are for
-        self._electric = self._per_step = ()
+        self._step = None  # type: Optional[float]  # s, what these are for
+        self._electric = self._per_step = ()  # type: Tuple[float, ...]
 
-    def _prepare(self, h):
+    def _prepare(self, h: float) -> None:
         """Work out once what never changes of a step of `h` seconds: there are thousands."""
         motor, ratio, link = self.motor, self.ratio, self.link
         inertia = motor.inertia * ratio * ratio
@@ -60,11 +72,11 @@ class Drive(object):
         self._per_step = h * ratio, inertia, drag, link_inertia, link_drag, both, both_drag
 
     @property
-    def shaft(self):
+    def shaft(self) -> float:
         """Angle of the motor's shaft since the start, rad."""
         return (self.angle - self._start) * self.ratio
 
-    def step(self, h):
+    def step(self, h: float) -> None:
         """Advance by `h` seconds."""
         duty, speed, link = self.duty, self.speed, self.link
         if not (duty or speed) and (
@@ -124,7 +136,7 @@ FINGER = 1e-5
 """Inertia of what a motor turns against its stops, a small beam, kg m2."""
 
 
-def between(stops):
+def between(stops: Tuple[float, float]) -> "DrivenLink":
     """Return the DrivenLink that a motor turns between its stops, lower and upper, rad."""
     return DrivenLink(0.0, FINGER, 0.0, 0.0, *stops)
 
@@ -136,7 +148,15 @@ class DrivenLink(object):
         imposed: the speed that something far stronger gives it, rad/s; None: it is free.
     """
 
-    def __init__(self, angle, inertia, friction, backlash, lower, upper):
+    def __init__(
+        self,
+        angle: float,
+        inertia: float,
+        friction: float,
+        backlash: float,
+        lower: float,
+        upper: float,
+    ) -> None:
         self.angle = angle
         self.speed = 0.0
         self.inertia = inertia
@@ -145,15 +165,15 @@ class DrivenLink(object):
         self.lower = lower
         self.upper = upper
         self.load = 0.0
-        self.imposed = None
+        self.imposed = None  # type: Optional[float]
         self._jammed = False
 
     @property
-    def jammed(self):
+    def jammed(self) -> bool:
         """Whether it is blocked."""
         return self._jammed
 
     @jammed.setter
-    def jammed(self, blocked):
+    def jammed(self, blocked: bool) -> None:
         self._jammed = blocked
         self.imposed = 0.0 if blocked else None

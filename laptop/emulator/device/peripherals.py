@@ -10,6 +10,7 @@ Simplifications: a touch sensor is plugged into each input of which nothing is s
 
 import errno
 import os
+from typing import Any, Callable, Dict, List, Optional, Union
 
 from laptop.emulator.device.attribute_devices import EmulatedBattery, Led, invalid
 from laptop.emulator.device.brick_programs import BrickPrograms
@@ -18,13 +19,24 @@ from laptop.emulator.device.ports import InputPort
 from laptop.emulator.device.screen import Screen
 from laptop.emulator.device.sensor_orders import TOUCH_KINDS, BadSensor, read_sensors
 
+MYPY = False
+if MYPY:
+    from typing import Collection  # noqa: F401
+
+    from laptop.emulator.device.attribute_devices import DeviceWorld  # noqa: F401
+    from laptop.emulator.device.buttons import Press  # noqa: F401
+    from laptop.emulator.device.sensor_orders import SensorOrder  # noqa: F401
+    from laptop.emulator.device.sensors import Measuring, Scenery, Sensed  # noqa: F401
+    from laptop.emulator.device.sysfs import Attribute, Sysfs  # noqa: F401
+
+
 LEDS = ("led0:red:brick-status", "led0:green:brick-status",
         "led1:red:brick-status", "led1:green:brick-status")  # fmt: skip
 
 _EVIOCGKEY_NUMBER = ord("E") << 8 | 0x18
 
 
-def _nothing_to_see(word, place):
+def _nothing_to_see(word: str, place: Dict[str, float]) -> "Sensed":
     raise BadSensor("sensor: there is no {} for it to see here; write a value".format(word))
 
 
@@ -50,21 +62,21 @@ class Peripherals(object):
 
     def __init__(
         self,
-        world,
-        sysfs,
-        voltage=lambda: 8.0,
-        current=lambda: 0.2,
-        sensors=None,
-        scene=_nothing_to_see,
-    ):
+        world: "DeviceWorld",
+        sysfs: "Sysfs",
+        voltage: Callable[[], float] = lambda: 8.0,
+        current: Callable[[], float] = lambda: 0.2,
+        sensors: Optional[Dict[str, "SensorOrder"]] = None,
+        scene: "Scenery" = _nothing_to_see,
+    ) -> None:
         self._world = world
         self.sysfs = sysfs
         self.buttons = ButtonPanel(world)
         self.screen = Screen()
         self.programs = BrickPrograms(world)
-        self.on_back = None
-        self.inputs = {}
-        self.leds = {}
+        self.on_back = None  # type: Optional[Callable[[], object]]
+        self.inputs = {}  # type: Dict[str, InputPort]
+        self.leds = {}  # type: Dict[str, Led]
         orders = read_sensors(()) if sensors is None else sensors
         for index, port in enumerate(INPUTS):
             device = self.inputs[port] = InputPort(world, sysfs, orders[port], scene)
@@ -76,7 +88,7 @@ class Peripherals(object):
         battery = EmulatedBattery(voltage, current)
         sysfs.add("power_supply", "lego-ev3-battery", {"type": "Battery"}, battery)
 
-    def press(self, press):
+    def press(self, press: "Press") -> None:
         """Schedule a Press.
 
         Raises:
@@ -92,7 +104,7 @@ class Peripherals(object):
         self._world.at(press.t, lambda: self._set(press.button, True))
         self._world.at(press.t + press.duration, lambda: self._set(press.button, False))
 
-    def _pressed_by(self, button):
+    def _pressed_by(self, button: str) -> List["Measuring"]:
         """What a hand on `touch` or `touch:PORT` presses: Measurings."""
         return [
             device.measuring
@@ -102,7 +114,7 @@ class Peripherals(object):
             and button in ("touch", "touch:" + port)
         ]
 
-    def _set(self, button, down):
+    def _set(self, button: str, down: bool) -> None:
         if button.startswith("touch"):
             for measuring in self._pressed_by(button):
                 measuring.pressed = down
@@ -111,7 +123,7 @@ class Peripherals(object):
             if button == "backspace" and down and self.on_back is not None:
                 self.on_back()
 
-    def open(self, path):
+    def open(self, path: str) -> Union[EventFile, "Attribute", None]:
         """Return what the script gets for a device file of the brick, None for any other file."""
         if path.startswith("/dev/input/"):
             return EventFile(self.buttons)
@@ -122,7 +134,7 @@ class Peripherals(object):
             return self.sysfs.open(folder, attribute)
         return None
 
-    def ioctl(self, file, request, argument, screens):
+    def ioctl(self, file: Any, request: int, argument: Any, screens: "Collection[int]") -> bool:
         """Answer an ioctl on the buttons or the framebuffer; False when it is neither.
 
         Args:

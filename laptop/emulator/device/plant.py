@@ -5,12 +5,21 @@ one in the plane.  Units are SI: rad, s, Nm, kg m2, V, N.
 """
 
 import math
+from typing import Optional, Sequence, Tuple
 
 from laptop.emulator.device.masses import inertias, weighed
 from laptop.emulator.device.motor_and_link import Drive, DrivenLink, between
 from laptop.emulator.device.plant_constants import at_port, motor_constants
 from robot.motion import kinematics
 from robot.motion.gravity import Gravity
+
+MYPY = False
+if MYPY:
+    from typing import Dict, List  # noqa: F401
+
+    from laptop.emulator.device.plant_constants import PlantConstants  # noqa: F401
+    from shared.arm_description import Arm  # noqa: F401
+
 
 TOUCHES_AT, LEAVES_AT = 0.8, 0.7
 """Shares of the way from `up` to `down` at which the pen meets the paper and leaves it.
@@ -33,12 +42,14 @@ class ArmPlant(object):
         pen_down: whether the pen is on the paper.
     """
 
-    def __init__(self, arm, plant, start=None):
+    def __init__(
+        self, arm: "Arm", plant: "PlantConstants", start: Optional[Sequence[float]] = None
+    ) -> None:
         self.arm = arm
         self.plant = plant
-        self.drives = {}
-        self.joints = []
-        self.links = []
+        self.drives = {}  # type: Dict[str, Drive]
+        self.joints = []  # type: List[Drive]
+        self.links = []  # type: List[DrivenLink]
         start = [joint.home for joint in arm.joints] if start is None else start
         self._gravity = Gravity(weighed(arm, plant), plant["gravity"])
         self._pen_drag = 0.0 if self.weighs else plant["pen_drag"]  # there is no paper in the air
@@ -61,37 +72,42 @@ class ArmPlant(object):
             self.joints.append(drive)
             self.links.append(link)
         self._heavy = self.weighs
-        self._pulled_at, self._torques = None, ()  # joint angles, and what gravity does there
+        self._pulled_at, self._torques = None, ()  # type: Optional[List[float]], Sequence[float]  # joint angles, and what gravity does there
         self.pen_down = not arm.pen  # one without a motor always is
-        self._pen = self._pen_at = None  # what lowers it, and where that was at the last step
+        self._pen = None  # type: Optional[Drive]  # what lowers it
+        self._pen_at = None  # type: Optional[float]  # where that was at the last step
         if arm.pen:
             self._pen = self._drive(arm.pen.port, arm.pen.motor, 1.0, None, arm.pen.up)
             self.drives[arm.pen.port] = self._pen
 
-    def _drive(self, port, kind, ratio, link, angle):
+    def _drive(
+        self, port: str, kind: str, ratio: float, link: Optional[DrivenLink], angle: float
+    ) -> Drive:
         motor = motor_constants(kind, at_port(self.plant, port))
         return Drive(motor, self.plant["voltage"], ratio, link, angle)
 
-    def add_bare_motor(self, port, kind, stops=None):
+    def add_bare_motor(
+        self, port: str, kind: str, stops: Optional[Tuple[float, float]] = None
+    ) -> None:
         """Plug in a motor that moves nothing, between its stops (rad) if there are any."""
         self.drives[port] = self._drive(port, kind, 1.0, stops and between(stops), 0.0)
 
     @property
-    def weighs(self):
+    def weighs(self) -> bool:
         """True if gravity pulls at the joints."""
         return self._gravity.loaded
 
     @property
-    def q(self):
+    def q(self) -> Tuple[float, ...]:
         """The TRUE joint angles (of the links), rad."""
         return tuple([link.angle for link in self.links])
 
-    def tip(self):
+    def tip(self) -> Tuple[float, float, Optional[float]]:
         """The TRUE tip, cm: x, y and z, which is None in the plane."""
         x, y, *z = kinematics.forward(self.arm, self.q)
         return x, y, z[0] if z else None
 
-    def step(self, h):
+    def step(self, h: float) -> None:
         """Advance everything by `h` seconds."""
         pen = self._pen
         if pen is not None and pen.angle != self._pen_at:
@@ -102,12 +118,12 @@ class ArmPlant(object):
             if drive.duty or drive.speed or drive.link is not None:
                 drive.step(h)
 
-    def _pen_touches(self, angle):
+    def _pen_touches(self, angle: float) -> bool:
         pen = self.arm.pen
         way = (angle - pen.up) / (pen.down - pen.up)
         return way > (LEAVES_AT if self.pen_down else TOUCHES_AT)
 
-    def _load_links(self):
+    def _load_links(self) -> None:
         """Constant load, gravity, and the paper dragging at the pen against its motion."""
         links, load = self.links, self.plant["load"]
         if self._heavy:
@@ -124,7 +140,7 @@ class ArmPlant(object):
         if moving and self.pen_down and self._pen_drag:
             self._drag_pen()
 
-    def _drag_pen(self):
+    def _drag_pen(self) -> None:
         *axes, (x, y) = kinematics.joint_positions(self.arm, self.q)
         levers = []  # m: each joint moves the tip across its own
         v_x = v_y = 0.0

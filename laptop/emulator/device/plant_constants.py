@@ -5,13 +5,71 @@ with the rotor inertia set so that the stopping distances of real motors come ou
 """
 
 import random
-from collections import namedtuple
+from typing import Any, Dict, Mapping, NamedTuple, Optional, cast
 
 from laptop.emulator.constants import Constant, ConstantTable
 from shared.arm_description import ArmError
 
-MotorConstants = namedtuple(
-    "MotorConstants", "torque_constant emf_constant resistance friction inertia"
+MYPY = False
+if MYPY:
+    from typing import TypedDict  # noqa: F401
+
+    # What the plant truly is: constants in the units of their table; None: not given.
+    PlantConstants = TypedDict(
+        "PlantConstants",
+        {
+            "voltage": float,
+            "torque_constant": float,
+            "emf_constant": float,
+            "resistance": float,
+            "rotor_inertia": float,
+            "rotor_friction": float,
+            "link_friction": float,
+            "shoulder_inertia": float,
+            "elbow_inertia": float,
+            "pen_drag": float,
+            "load": float,
+            "backlash": Optional[float],
+            "zero_error": float,
+            "phase": Optional[float],
+            "access": Optional[float],
+            "cpu": float,
+            "spread": float,
+            "seed": Optional[float],
+            "gravity": float,
+            "upper_arm_mass": float,
+            "forearm_mass": float,
+            "motor_mass": float,
+            "tip_mass": float,
+            "base_inertia": float,
+        },
+    )
+    # What of it may differ from port to port, as it is at one of them.
+    PortConstants = TypedDict(
+        "PortConstants",
+        {
+            "torque_constant": float,
+            "emf_constant": float,
+            "resistance": float,
+            "rotor_inertia": float,
+            "rotor_friction": float,
+            "link_friction": float,
+            "backlash": Optional[float],
+            "zero_error": float,
+            "phase": float,
+        },
+    )
+
+
+MotorConstants = NamedTuple(
+    "MotorConstants",
+    [
+        ("torque_constant", float),
+        ("emf_constant", float),
+        ("resistance", float),
+        ("friction", float),
+        ("inertia", float),
+    ],
 )
 """Nm/A, V s/rad, ohm, Nm and kg m2 at the motor's output shaft."""
 
@@ -108,7 +166,7 @@ TABLE = ConstantTable(
 )
 
 
-def read_plant(text="", measured=None):
+def read_plant(text: str = "", measured: Optional[Dict[str, Any]] = None) -> "PlantConstants":
     """Read the plant constants of a text such as `backlash=3,voltage=7.2,load=-0.1..0.1,seed=4`.
 
     `KEY=LOW..HIGH` draws uniformly; `seed` scatters the frictions, inertias and the voltage by up
@@ -130,7 +188,7 @@ def read_plant(text="", measured=None):
     seed = given.get("seed", [None])[0]
     draw = random.Random(int(seed or 0))
     spread = given.get("spread", [CONSTANTS["spread"].default])[0]
-    plant = {}
+    plant = {}  # type: Dict[str, Any]
     for key in _DRAW_ORDER:
         bounds = given.get(key, [measured.get(key, CONSTANTS[key].default)])
         luck = draw.uniform(-1, 1)
@@ -145,27 +203,27 @@ def read_plant(text="", measured=None):
             port: {key: value for key, value in own.items() if key not in given}
             for port, own in measured["ports"].items()
         }
-    return plant
+    return cast("PlantConstants", plant)
 
 
-def at_port(plant, port):
+def at_port(plant: Mapping[str, Any], port: str) -> "PortConstants":
     """Return the plant's constants as they are at one port: no two motors are alike if drawn.
 
     Where its encoder starts is always said.
     """
-    own = dict(plant)
+    own = dict(plant)  # type: Dict[str, Any]
     own.update(own.get("ports", {}).get(port, {}))
     draw = random.Random("{}/{}".format(plant["seed"], port))
     for key in _DRAW_ORDER:
         luck = draw.uniform(-1, 1)
         if plant["seed"] is not None and key in SCATTERED_BY_PORT and key != "phase":
             own[key] *= 1 + plant["spread"] * luck
-        elif key == "phase" and plant[key] is None:
+        elif key == "phase" and plant["phase"] is None:
             own[key] = 0.25 if plant["seed"] is None else 0.25 * (1 + luck)
-    return own
+    return cast("PortConstants", own)
 
 
-def motor_constants(kind, plant):
+def motor_constants(kind: str, plant: "PortConstants") -> MotorConstants:
     """Return the MotorConstants of one motor of this plant."""
     nominal = MOTORS[kind]
     return MotorConstants(

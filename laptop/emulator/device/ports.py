@@ -1,12 +1,24 @@
 """The brick's ports as ev3dev shows them: what is plugged in, and the driver loaded for it."""
 
 import errno
+from typing import Callable, Optional, Sequence, Union
 
 from laptop.emulator.device.attribute_devices import Device, invalid
 from laptop.emulator.device.buttons import INPUTS
 from laptop.emulator.device.sensor_kinds import GENERIC, KINDS, UNKNOWN, generic
 from laptop.emulator.device.sensor_orders import NONE
 from laptop.emulator.device.sensors import EmulatedSensor, Measuring, error
+
+MYPY = False
+if MYPY:
+    from typing import Any, Tuple  # noqa: F401
+
+    from laptop.emulator.device.attribute_devices import DeviceWorld  # noqa: F401
+    from laptop.emulator.device.sensor_kinds import Kind  # noqa: F401
+    from laptop.emulator.device.sensor_orders import SensorOrder  # noqa: F401
+    from laptop.emulator.device.sensors import Scenery  # noqa: F401
+    from laptop.emulator.device.sysfs import Sysfs  # noqa: F401
+
 
 DETECTION_TIME = 0.4
 """Time until the brick has found out what is plugged in, s."""
@@ -29,14 +41,14 @@ class _Port(Device):
         mode: that it begins with.
     """
 
-    def __init__(self, address, driver, modes, mode=AUTO):
+    def __init__(self, address: str, driver: str, modes: Sequence[str], mode: str = AUTO) -> None:
         super(_Port, self).__init__(
             {"address": address, "driver_name": driver, "modes": " ".join(modes)}
         )
         self._modes = modes
         self._mode = mode
 
-    def read(self, attribute):
+    def read(self, attribute: str) -> Union[str, bytes]:
         """Return the attribute's text."""
         if attribute == "mode":
             return self._mode
@@ -44,7 +56,7 @@ class _Port(Device):
             return self._detected() if self._mode == AUTO else self._mode
         return super(_Port, self).read(attribute)
 
-    def write(self, attribute, value):
+    def write(self, attribute: str, value: str) -> None:
         """Set the attribute."""
         if attribute == "mode":
             if value not in self._modes:
@@ -56,15 +68,15 @@ class _Port(Device):
         else:
             super(_Port, self).write(attribute, value)
 
-    def _detected(self):
+    def _detected(self) -> str:
         """The status in `auto`."""
         raise NotImplementedError
 
-    def _change(self):
+    def _change(self) -> None:
         """Go over to the mode."""
         raise NotImplementedError
 
-    def _set_device(self, driver):
+    def _set_device(self, driver: str) -> None:
         """Load this driver for what is there."""
         raise NotImplementedError
 
@@ -83,7 +95,9 @@ class InputPort(_Port):
         measuring: Measuring; None where nothing is plugged in.
     """
 
-    def __init__(self, world, sysfs, order, scene):
+    def __init__(
+        self, world: "DeviceWorld", sysfs: "Sysfs", order: "SensorOrder", scene: "Scenery"
+    ) -> None:
         # What only people can tell the brick they have told it before.
         told = order.kind != NONE and KINDS[order.kind].driver in UNKNOWN
         super(InputPort, self).__init__(
@@ -94,17 +108,17 @@ class InputPort(_Port):
         self._port = order.port
         self.kind = order.kind
         self.measuring = None if self.kind == NONE else Measuring(world, order, scene)
-        self._device = None  # name and EmulatedSensor of what is loaded
+        self._device = None  # type: Optional[Tuple[str, EmulatedSensor]]  # name and EmulatedSensor of what is loaded
         self._loads = 0
-        self._due = None
+        self._due = None  # type: Any
         self._load(None if self.kind == NONE else KINDS[self.kind])
 
     @property
-    def plugged(self):
+    def plugged(self) -> Optional["Kind"]:
         """The Kind that is plugged in; None if there is none."""
         return None if self.kind == NONE else KINDS[self.kind]
 
-    def _load(self, kind):
+    def _load(self, kind: Optional["Kind"]) -> None:
         """Load the driver of a Kind, in place of what was loaded; None: none."""
         if self._device is not None:
             name, sensor = self._device
@@ -122,16 +136,16 @@ class InputPort(_Port):
         self._device = name, sensor
         self._sysfs.add("lego-sensor", name, found, sensor)
 
-    def _detected(self):
+    def _detected(self) -> str:
         kind = self.plugged
         return "no-sensor" if kind is None or self._device is None else kind.connection
 
-    def unplug(self):
+    def unplug(self) -> None:
         """Pull the cable; pulling it again does nothing."""
         self.kind = NONE
         self._change()
 
-    def _change(self):
+    def _change(self) -> None:
         """Take the sensor away; it comes again where the port's mode is for such ones."""
         self._load(None)
         kind = self.plugged
@@ -146,7 +160,7 @@ class InputPort(_Port):
                 self._world.now() + DETECTION_TIME, lambda: self._load(found)
             )
 
-    def _set_device(self, driver):
+    def _set_device(self, driver: str) -> None:
         kind = self.plugged
         if self.read("status") != NXT_ANALOG:
             raise error(errno.EOPNOTSUPP)
@@ -168,19 +182,21 @@ class OutputPort(_Port):
         is_there: `is_there(port)`: whether such a driver is loaded.
     """
 
-    def __init__(self, port, connect, is_there):
+    def __init__(
+        self, port: str, connect: Callable[[str, bool], None], is_there: Callable[[str], bool]
+    ) -> None:
         super(OutputPort, self).__init__("ev3-ports:out" + port, "ev3-output-port", OUTPUT_MODES)
         self._port = port
         self._connect = connect
         self._is_there = is_there
 
-    def _detected(self):
+    def _detected(self) -> str:
         return TACHO_MOTOR if self._is_there(self._port) else "no-motor"
 
-    def _change(self):
+    def _change(self) -> None:
         self._connect(self._port, self._mode in (AUTO, TACHO_MOTOR))
 
-    def _set_device(self, driver):
+    def _set_device(self, driver: str) -> None:
         # It says what is there anyway, or what is not, and then nothing works.
         if self._mode != TACHO_MOTOR:
             raise error(errno.EOPNOTSUPP)

@@ -6,11 +6,34 @@ drivers.  A mode measures with `m`: `m(key)` is a quantity now, `m.rate(key)` ho
 what the sensor's noise is now, `m.given(key)` whether somebody has said what a quantity is.
 """
 
-from collections import namedtuple
+from typing import Any, Callable, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 from laptop.emulator.constants import Constant
 
-Mode = namedtuple("Mode", "name measure count decimals units format lowest highest single")
+MYPY = False
+if MYPY:
+    from typing import Dict  # noqa: F401
+
+    from laptop.emulator.device.sensors import Measuring  # noqa: F401
+
+    Measure = Callable[[Measuring], Sequence[float]]
+    Volts = Optional[Callable[[Measuring], float]]
+
+
+Mode = NamedTuple(
+    "Mode",
+    [
+        ("name", str),
+        ("measure", Optional[Callable[["Measuring"], Sequence[float]]]),
+        ("count", int),
+        ("decimals", int),
+        ("units", str),
+        ("format", str),
+        ("lowest", float),
+        ("highest", float),
+        ("single", bool),
+    ],
+)
 Mode.__doc__ = """One mode of a sensor.
 
 name      as it is written to `mode`
@@ -23,7 +46,18 @@ lowest, highest  value, in units
 single    whether it measures only once, when the mode is written
 """
 
-Kind = namedtuple("Kind", "driver connection quantities main scene modes volts")
+Kind = NamedTuple(
+    "Kind",
+    [
+        ("driver", str),
+        ("connection", str),
+        ("quantities", Mapping[str, Constant]),
+        ("main", Tuple[str, ...]),
+        ("scene", Mapping[str, Tuple[str, ...]]),
+        ("modes", Tuple[Mode, ...]),
+        ("volts", Optional[Callable[["Measuring"], float]]),
+    ],
+)
 Kind.__doc__ = """One kind of sensor.
 
 driver      its name
@@ -83,8 +117,10 @@ _NO_BUTTON, _BEACON_ON = 384, 262
 _NO_BEACON = -128
 
 
-def _mode(name, measure, lowest, highest, **rest):
-    fields = {"count": 1, "decimals": 0, "units": "", "format": "s8", "single": False}
+def _mode(
+    name: str, measure: Optional["Measure"], lowest: float, highest: float, **rest: Any
+) -> Mode:
+    fields = {"count": 1, "decimals": 0, "units": "", "format": "s8", "single": False}  # type: Dict[str, Any]
     fields.update(rest)
     return Mode(name=name, measure=measure, lowest=lowest, highest=highest, **fields)
 
@@ -92,7 +128,7 @@ def _mode(name, measure, lowest, highest, **rest):
 # Measuring
 
 
-def _light_back(m):
+def _light_back(m: "Measuring") -> List[float]:
     """Shares of red, green and blue light that come back, %."""
     whole = m("reflect") if m.given("reflect") else None
     surface = dict(SURFACES)[m("surface")] if whole is None else (whole, whole, whole)
@@ -100,23 +136,23 @@ def _light_back(m):
     return [(m(key) if m.given(key) else share) + m.noise() for key, share in pairs]
 
 
-def _colour(m):
+def _colour(m: "Measuring") -> List[int]:
     """Number of the surface that is nearest."""
     light = _light_back(m)
     distances = [sum((a - b) ** 2 for a, b in zip(light, known)) for _, known in SURFACES]
     return [distances.index(min(distances))]
 
 
-def _raw(m):
+def _raw(m: "Measuring") -> List[float]:
     return [RAW_PER_PERCENT * share for share in _light_back(m)] + [RAW_REFERENCE]
 
 
-def _echo(m):
+def _echo(m: "Measuring") -> float:
     distance = m("distance") + m.noise()
     return distance if distance <= FARTHEST_ECHO else NOTHING
 
 
-def _seek(m):
+def _seek(m: "Measuring") -> List[float]:
     values = []
     for channel in CHANNELS:
         distance = m(channel + ".beacon")
@@ -125,11 +161,11 @@ def _seek(m):
     return values
 
 
-def _remote(m):
+def _remote(m: "Measuring") -> List[int]:
     return [BUTTONS.index(m(channel + ".buttons")) for channel in CHANNELS]
 
 
-def _remote_bits(m):
+def _remote_bits(m: "Measuring") -> List[int]:
     """Buttons of channel 1 as bits, with the checksum that stands below them."""
     word = m("1.buttons")
     if word in ("none", "beacon"):
@@ -140,15 +176,15 @@ def _remote_bits(m):
     return [0x100 | bits | odd << 3 | check]
 
 
-def _one(key):
+def _one(key: str) -> "Measure":
     return lambda m: [m(key)]
 
 
-def _noisy(key):
+def _noisy(key: str) -> "Measure":
     return lambda m: [m(key) + m.noise()]
 
 
-def _rate(m):
+def _rate(m: "Measuring") -> float:
     return m.rate("angle") + m.noise()
 
 
@@ -159,11 +195,11 @@ _YES = (0, 1)
 _PLACE = (-200.0, 200.0)
 
 
-def _noise(unit, what):
+def _noise(unit: str, what: str) -> Constant:
     return Constant(0.0, (0.0, 50.0), unit, "sigma of the noise of " + what)
 
 
-def _axis(name):
+def _axis(name: str) -> Constant:
     return Constant(0.0, _PLACE, "cm", "where the sensor is, " + name)
 
 
@@ -225,16 +261,18 @@ _NXT_LIGHT = {
 # Kinds
 
 
-def _touch(driver, connection, volts=None):
+def _touch(driver: str, connection: str, volts: "Volts" = None) -> Kind:
     modes = (_mode("TOUCH", _one("pressed"), 0, 1, format="s32"),)
     return Kind(driver, connection, _PRESSED, ("pressed",), {}, modes, volts)
 
 
-def _ultrasonic_modes(order, decimals, most_cm, most_in):
-    def centimetres(m):
+def _ultrasonic_modes(
+    order: Sequence[str], decimals: int, most_cm: float, most_in: float
+) -> Tuple[Mode, ...]:
+    def centimetres(m: "Measuring") -> List[float]:
         return [_echo(m)]
 
-    def inches(m):
+    def inches(m: "Measuring") -> List[float]:
         return [_echo(m) / INCH]
 
     modes = {"US-LISTEN": _mode("US-LISTEN", _one("heard"), 0, 1)}
@@ -254,13 +292,13 @@ def _ultrasonic_modes(order, decimals, most_cm, most_in):
     return tuple(modes[name] for name in order)
 
 
-def _ultrasonic(driver, connection, order, decimals, most_in):
+def _ultrasonic(driver: str, connection: str, order: str, decimals: int, most_in: float) -> Kind:
     modes = _ultrasonic_modes(order.split(), decimals, NOTHING, most_in)
     scene = {"distance": ("tip", "wall")}
     return Kind(driver, connection, _DISTANCE, ("distance",), scene, modes, None)
 
 
-def _low_level(m):
+def _low_level(m: "Measuring") -> List[float]:
     return [(m("low") if m.given("low") else m("level")) + m.noise()]
 
 
@@ -380,10 +418,12 @@ UNKNOWN = (KINDS["sound"].driver,)
 """Drivers of what the brick takes for some NXT/Analog sensor; the others it knows by themselves."""
 
 
-def generic(kind):
+def generic(kind: Kind) -> Kind:
     """Return a kind of NXT/Analog sensor as the brick sees it by itself: a voltage."""
+    volts = kind.volts
+    assert volts is not None, "only these show the brick a voltage"
     modes = tuple(
-        _mode(name, lambda m: [kind.volts(m)], 0, 5, decimals=3, units="V", format="s32")
+        _mode(name, lambda m: [volts(m)], 0, 5, decimals=3, units="V", format="s32")
         for name in ("ANALOG-0", "ANALOG-1")
     )
     return kind._replace(driver=GENERIC, modes=modes)

@@ -1,15 +1,24 @@
 """What `--plug in2=ultrasonic:12..80/5s,heard=0:1@3` orders: a kind of sensor and its values."""
 
 import re
-from collections import namedtuple
 from functools import partial
+from typing import Dict, Iterable, NamedTuple, Union
 
 from laptop.emulator.constants import ConstantTable
 from laptop.emulator.device.buttons import INPUTS
 from laptop.emulator.device.sensor_kinds import BY_CHANNEL, CHANNELS, KINDS
-from laptop.emulator.device.sensor_values import columns, is_file, read_column, read_signal
+from laptop.emulator.device.sensor_values import Signal, columns, is_file, read_column, read_signal
 from shared.arm_description import ArmError
 from shared.message_fields import one_line
+
+MYPY = False
+if MYPY:
+    from typing import List, Optional, Tuple  # noqa: F401
+
+    from laptop.emulator.device.sensor_values import Value  # noqa: F401
+
+    Quantities = Dict[str, Union[Signal, str]]  # a word names what the scene has
+
 
 NONE = "none"
 """The kind of an input where nothing is plugged in."""
@@ -17,7 +26,15 @@ NONE = "none"
 TOUCH_KINDS = ("touch", "nxt-touch")
 """What a hand can press."""
 
-SensorOrder = namedtuple("SensorOrder", "port kind quantities text")
+SensorOrder = NamedTuple(
+    "SensorOrder",
+    [
+        ("port", str),
+        ("kind", str),
+        ("quantities", Dict[str, Union[Signal, str]]),
+        ("text", str),
+    ],
+)
 SensorOrder.__doc__ = """A sensor to be plugged in.
 
 port        "in1" to "in4"
@@ -35,7 +52,7 @@ class BadSensor(ArmError, ValueError):
     """A sensor, or a value of it, that cannot be understood."""
 
 
-def read_sensor(text):
+def read_sensor(text: str) -> SensorOrder:
     """Read a SensorOrder from `PORT=KIND[:VALUES][,KEY=VALUES...]`; see `sensor_values` for VALUES.
 
     Raises:
@@ -55,7 +72,7 @@ def read_sensor(text):
     return SensorOrder(port, kind, _quantities(kind, rest, bool(colon)), text)
 
 
-def _quantities(name, text, has_main):
+def _quantities(name: str, text: str, has_main: bool) -> "Quantities":
     kind = KINDS[name]
     main, _, rest = text.partition(",") if has_main else ("", "", text)
     if has_main and not main:
@@ -86,25 +103,25 @@ def _quantities(name, text, has_main):
     return given
 
 
-def _channelled(key, owner):
+def _channelled(key: str, owner: str) -> str:
     """The key of a quantity; of one that every channel has, with the channel's number."""
     return "{}.{}".format(owner or CHANNELS[0], key) if key in BY_CHANNEL else key
 
 
-def _table(name):
+def _table(name: str) -> ConstantTable:
     """The grammar of one kind's quantities."""
     kind = KINDS[name]
     noun = "sensor " + name
     channels = CHANNELS if name == "infrared" else ()
 
-    def read(key, text, written):
+    def read(key: str, text: str, written: str) -> Union[Signal, str]:
         if text in kind.scene.get(key, ()):
             return text
 
-        def error(message):
+        def error(message: str) -> BadSensor:
             return BadSensor("{} {} = {}".format(noun, written, message))
 
-        def value(part):
+        def value(part: str) -> "Value":
             return table.check(key, part, written)
 
         signal = read_signal(text, value, kind.quantities[key].kind is not float, error)
@@ -125,15 +142,15 @@ def _table(name):
     return table
 
 
-def _of_file(name, table, file):
+def _of_file(name: str, table: ConstantTable, file: str) -> "Quantities":
     """Quantities that a file gives: by the names of its columns, or else the main one."""
     kind = KINDS[name]
 
-    def error(message):
+    def error(message: str) -> BadSensor:
         return BadSensor("sensor {}: {}".format(name, message))
 
     named = [key for key in columns(file, error) if key in kind.quantities]
-    pairs = [(key, key) for key in named] or [(kind.main[-1], None)]
+    pairs = [(key, key) for key in named] or [(kind.main[-1], None)]  # type: List[Tuple[str, Optional[str]]]
     return {
         _channelled(key, ""): read_column(
             file,
@@ -146,14 +163,14 @@ def _of_file(name, table, file):
     }
 
 
-def listing():
+def listing() -> str:
     """Return what `--help` says of all kinds, on one line."""
     return "; ".join(
         "{} ({})".format(name, ", ".join(KINDS[name].quantities)) for name in sorted(KINDS)
     )
 
 
-def read_sensors(texts):
+def read_sensors(texts: Iterable[str]) -> Dict[str, SensorOrder]:
     """Read all SensorOrders, at most one for an input; a touch sensor is where nothing is said.
 
     Returns:
@@ -162,7 +179,7 @@ def read_sensors(texts):
     Raises:
         BadSensor
     """
-    orders = {}
+    orders = {}  # type: Dict[str, SensorOrder]
     for text in texts:
         order = read_sensor(text)
         if order.port in orders:

@@ -12,6 +12,17 @@ import bisect
 import csv
 import math
 import re
+from typing import Any, Callable, List, Optional, Sequence, Tuple
+
+MYPY = False
+if MYPY:
+    from typing import Type  # noqa: F401
+
+    Value = Any  # a number, or a word: arithmetic is for those that are numbers
+    ReadValue = Callable[[str], Value]
+    ToError = Callable[[str], Exception]
+    Row = Tuple[int, List[str]]  # number of the line, and its cells
+
 
 LATEST = 1e6
 """Latest time that may be written, s."""
@@ -31,7 +42,9 @@ class _Piece(object):
         repeats: True if it begins anew at the time of its last point, whose value is the first's.
     """
 
-    def __init__(self, points, jumps=False, repeats=False):
+    def __init__(
+        self, points: Sequence[Tuple[float, "Value"]], jumps: bool = False, repeats: bool = False
+    ) -> None:
         self._times = [t for t, _ in points]
         self._values = [value for _, value in points]
         self._jumps = jumps
@@ -42,11 +55,11 @@ class _Piece(object):
                 mean = value if jumps else (value + follows) / 2
                 self._areas.append(self._areas[-1] + (after - t) * mean)
 
-    def _segment(self, t):
+    def _segment(self, t: float) -> int:
         """Index of the point at or before `t`, -1 if there is none."""
         return bisect.bisect_right(self._times, t) - 1
 
-    def value(self, t):
+    def value(self, t: float) -> "Value":
         """The value at `t`, s since it began."""
         if self._period:
             t = math.fmod(t, self._period)
@@ -55,28 +68,28 @@ class _Piece(object):
             return self._values[max(k, 0)]
         return self._values[k] + self.slope(t) * (t - self._times[k])
 
-    def slope(self, t):
+    def slope(self, t: float) -> float:
         """The rate of change at `t`, 1/s; 0 where it jumps."""
         if self._period:
             t = math.fmod(t, self._period)
         k = self._segment(t)
         if k < 0 or k == len(self._times) - 1 or self._jumps:
             return 0.0
-        rise = self._values[k + 1] - self._values[k]
+        rise = self._values[k + 1] - self._values[k]  # type: float
         return rise / (self._times[k + 1] - self._times[k])
 
-    def integral(self, t):
+    def integral(self, t: float) -> float:
         """The integral from 0 to `t`."""
         if self._period:
             rounds, t = divmod(t, self._period)
             return rounds * self._areas[-1] + self._area(t)
         return self._area(t) - self._area(0.0)
 
-    def _area(self, t):
+    def _area(self, t: float) -> float:
         """The integral from the first point to `t`."""
         k = max(0, self._segment(t))
         since = t - self._times[k]
-        twice = self._values[k] + self.value(t)
+        twice = self._values[k] + self.value(t)  # type: float
         return self._areas[k] + since * twice / 2
 
 
@@ -87,25 +100,25 @@ class Signal(object):
         pieces: (s, _Piece) in order of time, the first from 0 s on.
     """
 
-    def __init__(self, pieces):
+    def __init__(self, pieces: Sequence[Tuple[float, _Piece]]) -> None:
         self._starts = [start for start, _ in pieces]
         self._pieces = [piece for _, piece in pieces]
 
-    def _at(self, t):
+    def _at(self, t: float) -> Tuple[_Piece, float]:
         k = max(0, bisect.bisect_right(self._starts, t) - 1)
         return self._pieces[k], t - self._starts[k]
 
-    def value(self, t):
+    def value(self, t: float) -> "Value":
         """The value at `t`, s."""
         piece, since = self._at(t)
         return piece.value(since)
 
-    def slope(self, t):
+    def slope(self, t: float) -> float:
         """How fast it changes at `t`, 1/s."""
         piece, since = self._at(t)
         return piece.slope(since)
 
-    def integral(self, t):
+    def integral(self, t: float) -> float:
         """The integral from 0 s to `t`."""
         total = 0.0
         for start, end, piece in zip(self._starts, self._starts[1:] + [math.inf], self._pieces):
@@ -114,12 +127,12 @@ class Signal(object):
         return total
 
 
-def constant(value):
+def constant(value: "Value") -> Signal:
     """Return the Signal that never changes."""
     return Signal([(0.0, _Piece([(0.0, value)]))])
 
 
-def read_signal(text, read_value, jumps, error):
+def read_signal(text: str, read_value: "ReadValue", jumps: bool, error: "ToError") -> Signal:
     """Read a Signal.
 
     Args:
@@ -130,7 +143,7 @@ def read_signal(text, read_value, jumps, error):
     """
     if is_file(text):
         return read_column(text, None, read_value, jumps, error)
-    pieces = []
+    pieces = []  # type: List[Tuple[float, _Piece]]
     for number, part in enumerate(text.split(":")):
         words, at, when = part.partition("@")
         start = _time(when, part, error) if at else 0.0
@@ -143,12 +156,12 @@ def read_signal(text, read_value, jumps, error):
     return Signal(pieces)
 
 
-def is_file(text):
+def is_file(text: str) -> bool:
     """Return True if the text names a file of values."""
     return text.lower().endswith(".csv")
 
 
-def _piece(text, read_value, jumps, error):
+def _piece(text: str, read_value: "ReadValue", jumps: bool, error: "ToError") -> _Piece:
     ramp = _RAMP.match(text)
     if ramp is None and ".." in text:
         raise error("'{}': write LOW..HIGH/SECONDSs, like 12..80/5s".format(text))
@@ -163,7 +176,7 @@ def _piece(text, read_value, jumps, error):
     return _Piece([(0.0, low), (seconds, high), (2 * seconds, low)], repeats=True)
 
 
-def _time(text, whole, error):
+def _time(text: str, whole: str, error: "ToError") -> float:
     try:
         seconds = float(text)
     except ValueError:
@@ -173,7 +186,9 @@ def _time(text, whole, error):
     return seconds
 
 
-def read_column(file, column, read_value, jumps, error):
+def read_column(
+    file: str, column: Optional[str], read_value: "ReadValue", jumps: bool, error: "ToError"
+) -> Signal:
     """Read the Signal of one column of a file.
 
     Args:
@@ -181,7 +196,7 @@ def read_column(file, column, read_value, jumps, error):
     """
     names, rows = _rows(file, error)
     index = 1 if column is None or names is None else names.index(column)
-    points = []
+    points = []  # type: List[Tuple[float, Value]]
     for number, row in rows:
         try:
             t = float(row[0])
@@ -199,12 +214,12 @@ def read_column(file, column, read_value, jumps, error):
     return Signal([(0.0, _Piece(points, jumps))])
 
 
-def columns(file, error):
+def columns(file: str, error: "ToError") -> List[str]:
     """Return the names of a file's columns behind the time; none if it has no line of names."""
     return (_rows(file, error)[0] or [])[1:]
 
 
-def _rows(file, error):
+def _rows(file: str, error: "ToError") -> Tuple[Optional[List[str]], List["Row"]]:
     """Names of the columns (None: there are none), and the numbered rows below."""
     try:
         with open(file, newline="", encoding="utf-8-sig") as text:
@@ -224,7 +239,7 @@ def _rows(file, error):
     return None, rows
 
 
-def _is_number(text):
+def _is_number(text: str) -> bool:
     try:
         float(text)
     except ValueError:

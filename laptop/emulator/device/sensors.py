@@ -8,10 +8,32 @@ import errno
 import os
 import random
 import struct
+from typing import Callable, Dict, List, Union
 
 from laptop.emulator.device.attribute_devices import Device, invalid
 from laptop.emulator.device.sensor_kinds import BY_CHANNEL, CHANNELS, KINDS
 from laptop.emulator.device.sensor_values import constant
+
+MYPY = False
+if MYPY:
+    from typing import Any, Optional, Protocol  # noqa: F401
+
+    from laptop.emulator.device.attribute_devices import DeviceWorld  # noqa: F401
+    from laptop.emulator.device.sensor_kinds import Kind, Mode  # noqa: F401
+    from laptop.emulator.device.sensor_orders import SensorOrder  # noqa: F401
+    from laptop.emulator.device.sensor_values import Value  # noqa: F401
+
+    class Sensed(Protocol):
+        """A quantity of the emulated world, as a Signal is one that somebody has written."""
+
+        def value(self, t: float) -> Value:
+            """Return what it is at `t`, s."""
+
+        def slope(self, t: float) -> float:
+            """Return how fast it changes at `t`, 1/s."""
+
+    Scenery = Callable[[str, Dict[str, float]], Sensed]  # of a word and the sensor's place, cm
+
 
 SWITCH_TIME = {"ev3-uart": 0.02}
 """Time of a change of mode by how a sensor is connected, s; in no time where nothing is said."""
@@ -25,7 +47,7 @@ RESET_GYRO = "\x11"
 PACKED = {"s8": "b", "u8": "B", "s16": "h", "u16": "H", "s32": "i"}
 
 
-def error(number):
+def error(number: int) -> OSError:
     """Return the system's error of that number."""
     return OSError(number, os.strerror(number))
 
@@ -43,11 +65,11 @@ class Measuring(object):
         pressed: whether a hand presses it.
     """
 
-    def __init__(self, world, order, scene):
+    def __init__(self, world: "DeviceWorld", order: "SensorOrder", scene: "Scenery") -> None:
         self._world = world
         self._name = order.port
         self.pressed = False
-        signals = dict(order.quantities)
+        signals = dict(order.quantities)  # type: Dict[str, Any]
         quantities = KINDS[order.kind].quantities
         place = {
             key: signals[key].value(0.0) if key in signals else quantities[key].default
@@ -64,44 +86,44 @@ class Measuring(object):
                 signals.setdefault(each, constant(quantity.default))
         self._signals = signals
         self._sign = -1 if "flipped" in signals and signals["flipped"].value(0.0) else 1
-        self._origins = {}
+        self._origins = {}  # type: Dict[str, float]
 
-    def given(self, key):
+    def given(self, key: str) -> bool:
         """Return True if somebody has said what it is."""
         return key in self._given
 
-    def __call__(self, key):
+    def __call__(self, key: str) -> "Value":
         """Return a quantity now."""
         if key == "pressed" and self.pressed:
             return 1
         return self._signals[key].value(self._world.now())
 
-    def rate(self, key):
+    def rate(self, key: str) -> float:
         """Return how fast an angle changes now, deg/s."""
-        rate = self._signals[key].slope(self._world.now())
+        rate = self._signals[key].slope(self._world.now())  # type: float
         if key != "angle":
             return rate
-        drift = self("rate")
+        drift = self("rate")  # type: float
         return self._sign * rate + drift
 
-    def turned(self, key):
+    def turned(self, key: str) -> float:
         """Return how far it has turned since the origin was set, deg."""
         return self._turned(key) - self._origins.get(key, 0.0)
 
-    def _turned(self, key):
+    def _turned(self, key: str) -> float:
         t = self._world.now()
-        angle = self._signals[key].value(t)
+        angle = self._signals[key].value(t)  # type: float
         if key != "angle":
             return angle
-        drifted = self._signals["rate"].integral(t)
+        drifted = self._signals["rate"].integral(t)  # type: float
         return self._sign * angle + drifted
 
-    def set_origin(self):
+    def set_origin(self) -> None:
         """Let all angles count from here."""
         for key in {"angle", "tilt"} & set(self._signals):
             self._origins[key] = self._turned(key)
 
-    def noise(self):
+    def noise(self) -> float:
         """Return the noise of a value now: the same for anybody who asks at the same time."""
         sigma = self("noise") if "noise" in self._signals else 0.0
         if not sigma:
@@ -120,7 +142,7 @@ class EmulatedSensor(Device):
         measuring: Measuring.
     """
 
-    def __init__(self, world, port, kind, measuring):
+    def __init__(self, world: "DeviceWorld", port: str, kind: "Kind", measuring: Measuring) -> None:
         address = "ev3-ports:" + port + (":i2c1" if kind.connection == "nxt-i2c" else "")
         super(EmulatedSensor, self).__init__(
             {
@@ -137,21 +159,22 @@ class EmulatedSensor(Device):
         self.unplugged = False
         self._enter(kind.modes[0])
 
-    def _enter(self, mode):
+    def _enter(self, mode: "Mode") -> None:
         self._mode = mode
         self._measuring.set_origin()
-        self._kept = None
+        self._kept = None  # type: Optional[List[int]]
         self._kept = self._raw() if mode.single else None
 
-    def _raw(self):
+    def _raw(self) -> List[int]:
         """The values as whole numbers, in units of their last decimal."""
         if self._kept is not None:
             return self._kept
         mode = self._mode
+        assert mode.measure is not None, "`_switch` enters none that does not come back"
         values = [min(mode.highest, max(mode.lowest, v)) for v in mode.measure(self._measuring)]
         return [int(round(value * 10**mode.decimals)) for value in values]
 
-    def read(self, attribute):
+    def read(self, attribute: str) -> Union[str, bytes]:
         """Return the attribute's text, or bytes."""
         self._check_plugged()
         mode = self._mode
@@ -179,7 +202,7 @@ class EmulatedSensor(Device):
             raise error(errno.EOPNOTSUPP)
         return super(EmulatedSensor, self).read(attribute)
 
-    def write(self, attribute, value):
+    def write(self, attribute: str, value: str) -> None:
         """Set the attribute."""
         self._check_plugged()
         if attribute == "mode":
@@ -199,7 +222,7 @@ class EmulatedSensor(Device):
         else:
             super(EmulatedSensor, self).write(attribute, value)
 
-    def _switch(self, name):
+    def _switch(self, name: str) -> None:
         modes = {mode.name: mode for mode in self._kind.modes}
         if name not in modes:
             raise invalid()
@@ -211,6 +234,6 @@ class EmulatedSensor(Device):
         if name != self._mode.name or self._mode.single:
             self._enter(modes[name])
 
-    def _check_plugged(self):
+    def _check_plugged(self) -> None:
         if self.unplugged:
             raise error(errno.ENODEV)

@@ -11,8 +11,19 @@ import errno
 import math
 import re
 from operator import itemgetter
+from typing import Any, Callable, Dict, Tuple
 
 from laptop.emulator.device.encoder import Encoder
+
+MYPY = False
+if MYPY:
+    from typing import Optional  # noqa: F401
+
+    from laptop.emulator.device.motor_and_link import Drive  # noqa: F401
+
+    Settings = Dict[str, Any]  # attribute -> whole number, or one of its WORDS
+    Gains = Callable[[Settings], Tuple[int, int, int]]  # Kp, Ki and Kd among them
+
 
 TICK = 0.002
 COUNTS_PER_TURN = 360
@@ -53,12 +64,12 @@ _speed_gains = itemgetter("speed_pid/Kp", "speed_pid/Ki", "speed_pid/Kd")
 _hold_gains = itemgetter("hold_pid/Kp", "hold_pid/Ki", "hold_pid/Kd")
 
 
-def _flipped(value, sign):
+def _flipped(value: int, sign: int) -> int:
     """`value` times `sign`, in 32 bits: their least has no positive counterpart."""
     return value if value == -_INT32 - 1 else sign * value
 
 
-def _truncated(a, b):
+def _truncated(a: int, b: int) -> int:
     """Integer division as in C: towards zero."""
     return -(-a // b) if (a < 0) != (b < 0) else a // b
 
@@ -73,14 +84,14 @@ class TachoMotor(object):
         phase: where between two encoder edges the shaft starts, deg.
     """
 
-    def __init__(self, port, kind, drive, phase=0.25):
+    def __init__(self, port: str, kind: str, drive: "Drive", phase: float = 0.25) -> None:
         self.port = port
         self.kind = kind
         self.drive = drive
         self.encoder = Encoder(phase)
         self.notifications = 0
         self.unplugged = False
-        self._fixed = {
+        self._fixed = {  # type: Settings
             "address": "ev3-ports:out" + port,
             "driver_name": DRIVER[kind],
             "commands": " ".join(COMMANDS),
@@ -90,16 +101,16 @@ class TachoMotor(object):
         }
         self._limits = dict(LIMITS, speed_sp=(-MAX_SPEED[kind], MAX_SPEED[kind]))
         self.t = 0.0
-        self._sensed_at = None  # the drive's angle
+        self._sensed_at = None  # type: Optional[float]  # the drive's angle
         self._notified = ""
         self._next_notify = NOTIFY_PERIOD
         self._defaults()
         self._zero = 0
         self._shared_state_defaults()
 
-    def _defaults(self):
+    def _defaults(self) -> None:
         """Set-points and constants as after `reset`."""
-        self._set = {
+        self._set = {  # type: Settings
             "speed_sp": 0,
             "position_sp": 0,
             "duty_cycle_sp": 0,
@@ -116,8 +127,8 @@ class TachoMotor(object):
             "polarity": "normal",
         }
 
-    def _shared_state_defaults(self):
-        self._active = {}
+    def _shared_state_defaults(self) -> None:
+        self._active = {}  # type: Settings
         self._command = "stop"
         self._mode = "coast"
         """coast, brake, hold, speed or direct."""
@@ -127,21 +138,21 @@ class TachoMotor(object):
         """What `hold` keeps."""
         self._direction = 1
         self._is_there = False
-        self._deadline = None
+        self._deadline = None  # type: Optional[float]
         self._goal_speed = 0
         self._ramped = 0.0
         self._ramping = False
-        self._ends = None
+        self._ends = None  # type: Optional[float]
         """When a ramp down is over and with it the command, s; None if there is no such ramp."""
         self._next_ramp = 0.0
         self._clear_pid()
         self._overloaded = False
-        self._still_since = None
+        self._still_since = None  # type: Optional[float]
         self._duty = 0
 
     # What a program sees
 
-    def read(self, attribute):
+    def read(self, attribute: str) -> str:
         """The text of one attribute.
 
         Raises:
@@ -149,7 +160,7 @@ class TachoMotor(object):
         """
         self._plugged()
         if attribute == "position":
-            value = self.position
+            value = self.position  # type: Any
         elif attribute == "speed":
             value = self.encoder.speed
         elif attribute == "duty_cycle":
@@ -164,7 +175,7 @@ class TachoMotor(object):
             raise OSError(errno.ENOENT, "no such attribute", attribute)
         return str(_flipped(value, self._sign) if attribute in SIGNED else value)
 
-    def write(self, attribute, text):
+    def write(self, attribute: str, text: str) -> None:
         """Store one attribute.
 
         Raises:
@@ -203,16 +214,16 @@ class TachoMotor(object):
                 self._active["duty_cycle_sp"] = value
 
     @property
-    def position(self):
+    def position(self) -> int:
         """Counts, truncated towards zero."""
         return _truncated(self.encoder.edges - self._zero, Encoder.EDGES_PER_COUNT)
 
-    def _show_position(self, counts):
+    def _show_position(self, counts: int) -> None:
         """Count on from here as if this were `counts`."""
         self._zero = self.encoder.edges - counts * Encoder.EDGES_PER_COUNT
 
     @property
-    def state(self):
+    def state(self) -> str:
         """The state words, in the driver's order."""
         running = self._mode in ("speed", "direct")
         flags = (
@@ -225,21 +236,21 @@ class TachoMotor(object):
         return " ".join(word for word, on in flags if on)
 
     @property
-    def mode(self):
+    def mode(self) -> str:
         """coast, brake, hold, speed or direct."""
         return self._mode
 
     @property
-    def driven(self):
+    def driven(self) -> bool:
         """True while a command is turning the motor (held and braked motors are stopped)."""
         return self._mode in ("speed", "direct") and not self.unplugged
 
-    def hold(self):
+    def hold(self) -> None:
         """Hold here, as after a program that has ended so; the attributes are as after `reset`."""
         self._active = dict(self._set, stop_action="hold")
         self._stop(self.position)
 
-    def begin_at(self, t):
+    def begin_at(self, t: float) -> None:
         """Count from where the shaft is at `t`, s, as a driver that is loaded then."""
         edges = math.floor((math.degrees(self.drive.shaft) + self.encoder.phase))
         self.encoder.edges = edges * Encoder.EDGES_PER_COUNT
@@ -248,26 +259,26 @@ class TachoMotor(object):
         self._next_notify = t + NOTIFY_PERIOD
         self._show_position(0)
 
-    def unplug(self):
+    def unplug(self) -> None:
         """Pull the cable: the motor coasts, every access fails."""
         self.unplugged = True
         self._stop_as("coast")
 
-    def _plugged(self):
+    def _plugged(self) -> None:
         if self.unplugged:
             raise OSError(errno.ENODEV, "no such device")
 
     @property
-    def _sign(self):
+    def _sign(self) -> int:
         return -1 if self._set["polarity"] == "inversed" else 1
 
     @property
-    def _stalled(self):
+    def _stalled(self) -> bool:
         return self._still_since is not None and self.t - self._still_since >= STALL_TIME
 
     # Commands
 
-    def _start(self, command):
+    def _start(self, command: str) -> None:
         if command == "reset":
             self._defaults()
             self._shared_state_defaults()
@@ -313,7 +324,7 @@ class TachoMotor(object):
         else:
             self._ramped = speed
 
-    def _end(self):
+    def _end(self) -> None:
         """End a command with its stop action, behind a ramp down if one is set."""
         if self._mode == "speed" and self._active["ramp_down_sp"] and self._ramped:
             self._begin_ramp_down()
@@ -323,18 +334,18 @@ class TachoMotor(object):
             self._stop(self.position)
 
     @property
-    def _deceleration(self):
+    def _deceleration(self) -> float:
         """Of a ramp down, counts/s2."""
-        ramp_down = self._active["ramp_down_sp"]
+        ramp_down = self._active["ramp_down_sp"]  # type: int
         return MAX_SPEED[self.kind] * 1000.0 / ramp_down
 
-    def _begin_ramp_down(self):
+    def _begin_ramp_down(self) -> None:
         self._ramping = True
         self._goal_speed = 0
         self._deadline = None
         self._clear_pid()
 
-    def _stop(self, position):
+    def _stop(self, position: int) -> None:
         """Take the stop action; hold keeps `position`."""
         self._held = position
         self._ends = None
@@ -343,7 +354,7 @@ class TachoMotor(object):
         self._clear_pid()
         self._stop_as(self._active["stop_action"])
 
-    def _stop_as(self, action):
+    def _stop_as(self, action: str) -> None:
         # Whoever holds writes nothing to the motor before the count changes: what it last did goes
         # on, though `duty_cycle` is 0.
         self._mode = action
@@ -351,19 +362,19 @@ class TachoMotor(object):
         if action != "hold":
             self.drive.duty = None if action == "coast" else 0.0
 
-    def _put_out(self, duty):
+    def _put_out(self, duty: int) -> None:
         """Let the motor have this duty (percent), if it is another one than before."""
         if duty != self._duty:
             self._duty = duty
             self.drive.duty = duty / 100.0
 
-    def _clear_pid(self):
+    def _clear_pid(self) -> None:
         self._integral = 0
         self._last_error = 0
 
     # What the driver does all the time
 
-    def sense(self, t):
+    def sense(self, t: float) -> None:
         """Let the encoder see the shaft, as it has to every step; `t` is the time, s."""
         encoder, angle = self.encoder, self.drive.angle
         if angle != self._sensed_at:
@@ -372,7 +383,7 @@ class TachoMotor(object):
         elif t - encoder.noted >= encoder.IDLE:
             encoder.stand(t)
 
-    def tick(self, t):
+    def tick(self, t: float) -> None:
         """Regulate once, at 500 Hz; `t` is the time, s."""
         self.t = t
         if not self.unplugged:
@@ -390,7 +401,7 @@ class TachoMotor(object):
                 self._notified = self.state
                 self.notifications += 1
 
-    def _finish_if_due(self):
+    def _finish_if_due(self) -> None:
         if self._deadline is not None and self.t >= self._deadline:
             self._end()
         elif self._ends is not None and self.t >= self._ends:
@@ -399,18 +410,18 @@ class TachoMotor(object):
         elif self._command.endswith("-pos") and self._has_crossed():
             self._stop(self._target)
 
-    def _has_crossed(self):
+    def _has_crossed(self) -> bool:
         if not (self._ramped or self._is_there):
             return False  # at speed 0 it never arrives, not even by hand
         return self._direction * (self.position - self._target) >= 0
 
-    def _watch_for_stall(self):
+    def _watch_for_stall(self) -> None:
         if self.encoder.speed:
             self._still_since = None
         elif self._still_since is None:
             self._still_since = self.t
 
-    def _regulate(self, mode):
+    def _regulate(self, mode: str) -> None:
         if mode == "direct":
             self._put_out(self._active["duty_cycle_sp"])
             return
@@ -423,7 +434,7 @@ class TachoMotor(object):
         else:
             self._put_out(self._pid(_speed_gains, int(self._ramped) - self.encoder.speed))
 
-    def _pid(self, gains, error):
+    def _pid(self, gains: "Gains", error: int) -> int:
         kp, ki, kd = gains(self._set)
         self._integral += error  # also where Ki is 0
         # (A positive Kd drives on, where a textbook's holds back.)
@@ -436,7 +447,7 @@ class TachoMotor(object):
             duty = 100 if duty > 0 else -100
         return duty
 
-    def _ramp(self):
+    def _ramp(self) -> None:
         """Move the regulated speed towards the goal, in steps of 100 ms."""
         if self.t < self._next_ramp:
             return

@@ -1,11 +1,36 @@
 """A brick without an arm: motors that turn freely, and a robot that rolls on two of them."""
 
 import math
+from typing import List, Optional, Tuple, cast
 
 from laptop.emulator.constants import Constant, ConstantTable
 from laptop.emulator.device.motor_and_link import Drive, between
 from laptop.emulator.device.plant_constants import at_port, motor_constants
 from shared.arm_description import ArmError
+
+MYPY = False
+if MYPY:
+    from typing import Any, Dict, TypedDict  # noqa: F401
+
+    from laptop.emulator.device.motor_and_link import DrivenLink  # noqa: F401
+    from laptop.emulator.device.plant_constants import PlantConstants  # noqa: F401
+
+    # Ports of the motors; cm, kg, Nm and deg as in the table.
+    Wheels = TypedDict(
+        "Wheels",
+        {
+            "left": str,
+            "right": str,
+            "diameter": float,
+            "track": float,
+            "mass": float,
+            "friction": float,
+            "x": float,
+            "y": float,
+            "heading": float,
+        },
+    )
+
 
 _PORTS = ("A", "B", "C", "D")
 
@@ -34,7 +59,7 @@ TABLE = ConstantTable(
 )
 
 
-def read_wheels(text):
+def read_wheels(text: str) -> "Wheels":
     """Read the constants of a text such as `left=B,right=C,diameter=5.6`.
 
     Returns:
@@ -47,12 +72,12 @@ def read_wheels(text):
     wheels = {
         key: given[key][0] if key in given else constant.default
         for key, constant in CONSTANTS.items()
-    }
+    }  # type: Dict[str, Any]
     if None in (wheels["left"], wheels["right"]) or wheels["left"] == wheels["right"]:
         raise BadWheels(
             "wheels '{}': write left=PORT,right=PORT, two ports from A to D".format(text)
         )
-    return wheels
+    return cast("Wheels", wheels)
 
 
 class BarePlant(object):
@@ -68,13 +93,15 @@ class BarePlant(object):
         drives: port letter -> Drive.
         heading: where the robot looks, rad, counter-clockwise from x; 0 without wheels.
         pen_down: whether the robot leaves a trail.
+        links: those of an arm: none.
     """
 
     weighs = False
+    links = ()  # type: Tuple[DrivenLink, ...]
 
-    def __init__(self, plant, wheels=None):
+    def __init__(self, plant: "PlantConstants", wheels: Optional["Wheels"] = None) -> None:
         self.plant = plant
-        self.drives = {}
+        self.drives = {}  # type: Dict[str, Drive]
         self.wheels = wheels
         self.pen_down = wheels is not None
         self.heading = self._x = self._y = 0.0
@@ -83,7 +110,9 @@ class BarePlant(object):
             self.heading = math.radians(wheels["heading"])
         self._rolled = 0.0, 0.0  # angles of the wheels, rad
 
-    def add_bare_motor(self, port, kind, stops=None):
+    def add_bare_motor(
+        self, port: str, kind: str, stops: Optional[Tuple[float, float]] = None
+    ) -> None:
         """Plug in a motor; at a wheel's port it moves half of the robot.
 
         Args:
@@ -100,22 +129,22 @@ class BarePlant(object):
         self.drives[port] = Drive(motor, self.plant["voltage"], link=stops and between(stops))
 
     @property
-    def names(self):
+    def names(self) -> List[str]:
         """What `q` holds: the motors' ports in order, and the heading."""
         return sorted(self.drives) + ([] if self.wheels is None else ["heading"])
 
     @property
-    def q(self):
+    def q(self) -> Tuple[float, ...]:
         """The motors' angles since the start and, on wheels, the heading, rad."""
         angles = tuple([self.drives[port].angle for port in sorted(self.drives)])
         return angles if self.wheels is None else angles + (self.heading,)
 
-    def tip(self):
+    def tip(self) -> Tuple[float, float, Optional[float]]:
         """The robot's place, cm: x, y and None, as it rolls in a plane."""
         return self._x, self._y, None
 
     @property
-    def turning(self):
+    def turning(self) -> float:
         """How fast the robot turns, rad/s, counter-clockwise; 0 without wheels."""
         wheels = self.wheels
         if wheels is None:
@@ -123,7 +152,7 @@ class BarePlant(object):
         left, right = self.drives[wheels["left"]].speed, self.drives[wheels["right"]].speed
         return (right - left) * wheels["diameter"] / 2 / wheels["track"]
 
-    def step(self, h):
+    def step(self, h: float) -> None:
         """Advance everything by `h` seconds."""
         for drive in self.drives.values():
             if drive.duty or drive.speed:
@@ -131,7 +160,7 @@ class BarePlant(object):
         if self.wheels is not None:
             self._roll(self.wheels)
 
-    def _roll(self, wheels):
+    def _roll(self, wheels: "Wheels") -> None:
         rolled = self.drives[wheels["left"]].angle, self.drives[wheels["right"]].angle
         if rolled == self._rolled:
             return  # mostly it stands
