@@ -40,7 +40,7 @@ from laptop.emulator.faults import FAULTS, InvalidSimulationOption, read_fault
 from laptop.emulator.host import last_line
 from laptop.emulator.host.guard import guarded
 from laptop.emulator.own_programs import BENCH_BRICK, DRIVER, SERVO, find_script
-from laptop.emulator.rig import Rig
+from laptop.emulator.rig import Plugs, Rig
 from laptop.record.figures.arm_numbers import numbers_of
 from laptop.record.figures.private_paths import without_folders
 from laptop.record.names import TRACE
@@ -273,10 +273,7 @@ def simulate(
             Rig(
                 *(arm, built, plant, watched, start),
                 realtime=realtime,
-                extra=extra,
-                stops=stops,
-                sensors=sensed,
-                wheels=wheels,
+                plugs=Plugs(extra, stops, sensed, wheels),
             ) as rig,
         ):
             run = rig.run(

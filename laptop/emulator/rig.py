@@ -56,6 +56,28 @@ began     when the run began, by the rig's world, s
 """
 
 
+class Plugs(namedtuple("Plugs", "motors stops sensors wheels")):
+    """What is plugged in beside the arm.
+
+    Args:
+        motors: port -> kind of a motor, "large" or "medium".
+        stops: port of such a motor -> lower and upper angle that it can turn to, rad.
+        sensors: port -> what laptop.emulator.device.sensor_orders reads; None: a touch sensor at
+            each.
+        wheels: of a brick without an arm, from laptop.emulator.device.wheels.read_wheels.
+    """
+
+    __slots__ = ()
+
+    def __new__(cls, motors=None, stops=None, sensors=None, wheels=None):
+        """Plug in what is given."""
+        return super(Plugs, cls).__new__(cls, motors, stops, sensors, wheels)
+
+
+_Parts = namedtuple("_Parts", "stack world brick devices state_folder")
+"""What a rig consists of as long as it is open."""
+
+
 class Rig(object):
     """An arm on an emulated brick, for a `with` block.
 
@@ -69,7 +91,8 @@ class Rig(object):
             links; like `arm`.
         plant: the plant's constants, a text as `simulate --plant` takes it, such as
             "cpu=0,backlash=3" (`brickservo simulate --help` lists them), or what
-            laptop.emulator.device.plant_constants.read_plant gives.
+            laptop.emulator.device.plant_constants.read_plant gives.  A `seed` in it draws the
+            scattered constants.
         cameras: the scene, a text as `simulate --scene` takes it, such as "tilt=20" ("" for the
             usual one; laptop.emulator.scene.scene_constants lists the keys): cameras that watch
             the arm as it was built, and a tracker that the programs find.  None: nobody watches.
@@ -77,21 +100,13 @@ class Rig(object):
             on this machine, `code`, `key`, and `pictures` (PictureFaults) by camera in `frames`.
         start: "home", "lost", "unchecked", "after:FOLDER" or one angle in degrees a joint, see
             `simulate --start`; or joint angles, rad, of an arm whose zero is known.
-        seed: draws the plant's scattered constants, as its own `seed` does, before which it goes.
         state_folder: of the brick's memory (zero, tracker, jobs), which stays, and may be that of
             an earlier rig; one for this rig alone if None.
         realtime: keep pace with the wall's clock; cameras in other processes see the arm then.
-        extra, stops: port -> motor kind, motors beside the arm's, and their stops, rad.
-        sensors: port -> what laptop.emulator.device.sensor_orders reads; None: a touch sensor at
-            each.
-        wheels: of a brick without an arm, from laptop.emulator.device.wheels.read_wheels.
+        plugs: Plugs, what else there is.
 
     Attributes:
         arm, built: Arm, or None.
-        world: World, whose `now()` is the time, s.
-        brick: EmulatedBrick.
-        devices: Peripherals: buttons, screen, sensors.
-        state_folder: the folder.
 
     Raises:
         ArmError: there is no such arm.
@@ -100,8 +115,8 @@ class Rig(object):
     """
 
     def __init__(
-        self, arm="planar", built=None, plant="", cameras=None, start="home", seed=None,
-        state_folder=None, realtime=False, extra=None, stops=None, sensors=None, wheels=None
+        self, arm="planar", built=None, plant="", cameras=None, start="home",
+        state_folder=None, realtime=False, plugs=Plugs()  # noqa: B008 (it does not change)
     ):  # fmt: skip
         self.arm = _arm_of(arm)
         self.built = self.arm if built is None else _arm_of(built)
@@ -112,47 +127,77 @@ class Rig(object):
                 )
             )
         if plant is None or isinstance(plant, str):
-            texts = [plant or "", "" if seed is None else "seed={}".format(seed)]
-            plant = read_plant(",".join(filter(None, texts)))
+            plant = read_plant(plant or "")
         self._start = start
         self._q, self._homed = read_start(start, self.arm)
-        self._plant, self._realtime, self._sensors = plant, realtime, sensors
-        self._more = extra, wheels, stops
+        self._plant, self._realtime, self._plugs = plant, realtime, plugs
         self._cameras = cameras
         self._given_folder = state_folder
-        self._stack = self.world = self.brick = self.devices = self.state_folder = None
+        self._parts = None
         self._tracker = self._writer = None
         self._begun = 0  # samples of the record that are of earlier runs
 
     def __enter__(self):
-        self._stack = stack = contextlib.ExitStack()
+        stack, plugs = contextlib.ExitStack(), self._plugs
         with contextlib.ExitStack() as undone:
             undone.callback(stack.close)
             clock = PacedClock() if self._realtime else None
             if clock:
                 stack.callback(clock.close)
-            self.world = World(clock)
-            self.world.tell = _tell
-            self.brick = EmulatedBrick(self.world, self.built, self._plant, self._q, *self._more)
+            world = World(clock)
+            world.tell = _tell
+            brick = EmulatedBrick(
+                world, self.built, self._plant, self._q, plugs.motors, plugs.wheels, plugs.stops
+            )
             if not self._homed:
-                self.brick.reset_motors()  # just switched on: an arm that gravity pulls drops
-            self.devices = Peripherals(
-                self.world,
-                self.brick.sysfs,
-                voltage=lambda: self.brick.plant.plant["voltage"],
-                sensors=self._sensors,
-                scene=scene_of(self.brick),
+                brick.reset_motors()  # just switched on: an arm that gravity pulls drops
+            devices = Peripherals(
+                world,
+                brick.sysfs,
+                voltage=lambda: brick.plant.plant["voltage"],
+                sensors=plugs.sensors,
+                scene=scene_of(brick),
             )
-            _let_joints_touch(self.brick, self.devices)
-            self.state_folder = self._given_folder or stack.enter_context(
-                temporary_folders.made("home")
-            )
-            prepare_home(self.state_folder, self.arm, self._q, self._start, self._homed)
+            _let_joints_touch(brick, devices)
+            folder = self._given_folder or stack.enter_context(temporary_folders.made("home"))
+            prepare_home(folder, self.arm, self._q, self._start, self._homed)
             undone.pop_all()
+        self._parts = _Parts(stack, world, brick, devices, folder)
         return self
 
     def __exit__(self, *error):
-        self._stack.close()
+        self._open.stack.close()
+
+    @property
+    def _open(self):
+        """Its _Parts.
+
+        Raises:
+            InvalidSimulationOption: it has never been open.
+        """
+        if self._parts is None:
+            raise InvalidSimulationOption("the rig is not open; write: with Rig(...) as rig:")
+        return self._parts
+
+    @property
+    def world(self):
+        """The World, whose `now()` is the time, s."""
+        return self._open.world
+
+    @property
+    def brick(self):
+        """The EmulatedBrick."""
+        return self._open.brick
+
+    @property
+    def devices(self):
+        """The Peripherals: buttons, screen, sensors."""
+        return self._open.devices
+
+    @property
+    def state_folder(self):
+        """The folder of the brick's memory."""
+        return self._open.state_folder
 
     def run(
         self, script, *words, faults=(), presses=(), meanwhile=(), person=None, keyboard=None,
@@ -186,24 +231,18 @@ class Rig(object):
                 camera that is not there.
             BadPress: no touch sensor to press.
         """
-        self._check_open()
-        brick, world, script = self.brick, self.world, find_script(str(script))
-        if not os.path.exists(script):
-            raise InvalidSimulationOption(
-                "{}: there is no such script; give its path, or one of the brick's own: "
-                "driver.py, visual_servoing.py, tracking_client.py, bench_brick.py".format(script)
-            )
-        world.name = os.path.basename(script)
+        brick, world, path = self.brick, self.world, _existing(str(script))
+        world.name = os.path.basename(path)
         begun = world.now()
-        faults = [read_fault(one) if isinstance(one, str) else one for one in _listed(faults)]
-        ordered = schedule_faults(brick, self.devices, faults)
+        happening = [read_fault(one) if isinstance(one, str) else one for one in _listed(faults)]
+        ordered = schedule_faults(brick, self.devices, happening)
         for t, act in meanwhile:
             world.at(begun + t, act)
         plan = os.path.join(self.state_folder, "plan")
         before = len(wanted_paths(plan))  # of earlier runs
         self._publish(world.name)
         tracker = self._watch()
-        schedule_pictures(world, tracker, faults)
+        schedule_pictures(world, tracker, happening)
         with contextlib.ExitStack() as stack:
             stack.enter_context(at_home(self.state_folder, world, self.arm, tracker))
             if person:
@@ -212,7 +251,7 @@ class Rig(object):
                 stack.enter_context(_typed_at(keyboard(brick)))
             outcome = run_script(
                 brick,
-                script,
+                path,
                 [str(word) for word in words],
                 self.devices,
                 [press._replace(t=press.t + begun) for press in presses],
@@ -234,7 +273,6 @@ class Rig(object):
         Gives a laptop.emulator.host.program.Program: its modules by name, and its `clock`.  Its
         state is in `state_folder`.
         """
-        self._check_open()
         return program.on(self.brick)
 
     def see(self):
@@ -245,23 +283,19 @@ class Rig(object):
         Raises:
             InvalidSimulationOption: nobody watches.
         """
-        self._check_open()
-        if not isinstance(self._cameras, str):
+        brick, watched = self.brick, self._cameras
+        if not isinstance(watched, str):
             raise InvalidSimulationOption("no camera watches; give cameras, such as tilt=20")
         from laptop.emulator.scene.synthetic_camera import film  # OpenCV is slow to import
         from laptop.emulator.scene.workcell import cameras
 
-        films = {
-            name: film(self.brick, self._cameras, name)
-            for name in cameras(self.built, self._cameras)
-        }
+        films = {name: film(brick, watched, name) for name in cameras(self.built, watched)}
         return {name: one.capture(one.newest(self.world.now())) for name, one in films.items()}
 
     @property
     def q(self):
         """The true joint angles, rad."""
-        self._check_open()
-        return tuple(self.brick.plant.q)
+        return self.brick.plant.q
 
     @property
     def tip(self):
@@ -271,12 +305,7 @@ class Rig(object):
     @property
     def record(self):
         """MotionRecord of all runs: the true links and tip, one sample per 5 ms."""
-        self._check_open()
         return self.brick.record
-
-    def _check_open(self):
-        if self.brick is None:
-            raise InvalidSimulationOption("the rig is not open; write: with Rig(...) as rig:")
 
     def _watch(self):
         """The tracker before the cameras, from the first run on."""
@@ -286,15 +315,15 @@ class Rig(object):
                 from laptop.emulator.watching import watching
 
                 watched = watching(watched, self.built)
-            self._tracker = self._stack.enter_context(watched(self.brick))
+            self._tracker = self._open.stack.enter_context(watched(self.brick))
         return self._tracker
 
     def _publish(self, name):
         """Let cameras in other processes see the arm, in real time."""
         if self._writer is None and self.world.realtime and self.brick.arm is not None:
-            self._writer = PoseWriter(self.brick, name)
-            self._stack.callback(self._writer.close)
-            self.brick.world.bodies.append(self._writer.advance)
+            self._writer = writer = PoseWriter(self.brick, name)
+            self._open.stack.callback(writer.close)
+            self.world.bodies.append(writer.advance)
 
     def _result(self, outcome, wanted, begun):
         brick, built = self.brick, self.built
@@ -327,6 +356,21 @@ def _listed(faults):
     return [faults] if isinstance(faults, (str, Fault)) else faults
 
 
+def _existing(script):
+    """Path of a script as one names it.
+
+    Raises:
+        InvalidSimulationOption: there is none.
+    """
+    path = find_script(script)
+    if not os.path.exists(path):
+        raise InvalidSimulationOption(
+            "{}: there is no such script; give its path, or one of the brick's own: "
+            "driver.py, visual_servoing.py, tracking_client.py, bench_brick.py".format(path)
+        )
+    return path
+
+
 def _arm_of(arm):
     return read_arm(find_arm(arm)) if isinstance(arm, str) else arm
 
@@ -335,11 +379,11 @@ def _let_joints_touch(brick, peripherals):
     """Let the joints of the arm, as it was built, close and open their touch sensors."""
     if brick.arm is None:
         return
-    touching = [
-        (drive.link, joint, peripherals.inputs[joint.touch_port].measuring)
-        for drive, joint in zip(brick.plant.joints, brick.arm.joints)
-        if joint.touch_port and peripherals.inputs[joint.touch_port].measuring
-    ]
+    touching = []
+    for link, joint in zip(brick.plant.links, brick.arm.joints):
+        measuring = peripherals.inputs[joint.touch_port].measuring if joint.touch_port else None
+        if measuring is not None:
+            touching.append((link, joint, measuring))
 
     def look(t):
         for link, joint, sensor in touching:

@@ -15,6 +15,7 @@ from places import ROBOT, ROOT
 from laptop.emulator import measured_brick
 from laptop.emulator.device.plant_constants import MOTORS, BadPlant, at_port, read_plant
 from laptop.emulator.faults import read_fault
+from laptop.emulator.rig import Plugs
 from robot.benching import laps, measuring, system
 from robot.benching.figures import Pass
 from robot.benching.figures import figures as figures_of
@@ -41,7 +42,7 @@ class Shown:
                 script,
                 ["planar", "--json", self.file] + words.split(),
                 plant=plant,
-                extra=extra or {},
+                plugs=Plugs(extra),
                 **options,
             )
         self.outcome, self.motors, self.record = run.outcome, run.motors, run.record

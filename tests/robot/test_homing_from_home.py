@@ -14,6 +14,7 @@ from laptop.emulator.brick_home import read_start
 from laptop.emulator.device.buttons import read_press
 from laptop.emulator.device.sensor_orders import read_sensors
 from laptop.emulator.faults import read_fault
+from laptop.emulator.rig import Plugs
 from shared.arm_description import SEEK_BEYOND, find_arm, read_arm
 
 DRIVER = str(ROBOT / "driver.py")
@@ -240,7 +241,7 @@ def test_a_sensor_that_is_not_there_or_no_more_is_told_in_one_line(
         DRIVER,
         ["home"],
         start="0,0",
-        sensors=read_sensors(gone.get("sensors", ())),
+        plugs=Plugs(sensors=read_sensors(gone.get("sensors", ()))),
         faults=[read_fault(text) for text in gone.get("faults", ())],
     )
     assert out.outcome.status == 1

@@ -7,7 +7,7 @@ import pytest
 from refusals import refused
 
 from laptop.emulator.faults import Fault, InvalidSimulationOption
-from laptop.emulator.rig import Rig
+from laptop.emulator.rig import Plugs, Rig
 from robot.motion import kinematics
 
 LINE = ("driver.py", "line", "10,0", "5,10")
@@ -38,7 +38,7 @@ def test_each_run_wanted_its_own_paths(capsys):
 
 def test_its_runs_are_a_function_of_its_words():
     def drawn(seed):
-        with Rig("geared", plant="cpu=0", seed=seed) as rig:
+        with Rig("geared", plant=f"cpu=0,seed={seed}") as rig:
             return [tuple(sample) for sample in rig.run(*LINE).record]
 
     assert drawn(4) == drawn(4)
@@ -75,7 +75,7 @@ def test_a_brick_without_an_arm(tmp_path):
     script.write_text(
         "from ev3dev2.motor import LargeMotor\nLargeMotor('outB').on_for_degrees(50, 90)\n"
     )
-    with Rig(None, extra={"B": "large"}) as rig:
+    with Rig(None, plugs=Plugs({"B": "large"})) as rig:
         run = rig.run(script)
     assert run.motors["B"]["position"] == pytest.approx(90, abs=2)
     assert run.skeleton == ()

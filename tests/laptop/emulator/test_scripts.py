@@ -13,7 +13,7 @@ from laptop.emulator.device.buttons import read_press
 from laptop.emulator.device.sensor_orders import read_sensors
 from laptop.emulator.device.sensor_scene import line_distance
 from laptop.emulator.device.wheels import read_wheels
-from laptop.emulator.rig import Rig
+from laptop.emulator.rig import Plugs, Rig
 
 WHEELS = "left=B,right=C"
 TANK = {"B": "large", "C": "large"}
@@ -101,7 +101,7 @@ def run(capsys):
             extra = dict(TANK if wheels else {}, **options.get("extra", {}))
             orders = read_sensors(options.get("sensors", ()))
             presses = [read_press(press) for press in options.get("presses", ())]
-            with Rig(None, extra=extra, sensors=orders, wheels=wheels) as rig:
+            with Rig(None, plugs=Plugs(extra, sensors=orders, wheels=wheels)) as rig:
                 run = rig.run(
                     SCRIPTS / name, *options.get("args", ()), presses=presses, timeout=100
                 )

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from laptop.emulator.device.sensor_orders import BadSensor, read_sensors
-from laptop.emulator.rig import Rig
+from laptop.emulator.rig import Plugs, Rig
 from shared.arm_description import find_arm, read_arm
 
 HEAD = "from ev3dev2.motor import *\nfrom ev3dev2.sensor.lego import *\nimport time\n"
@@ -20,7 +20,7 @@ def run(tmp_path, capsys):
         sensors = read_sensors(orders.split())
         script = tmp_path / "script.py"
         script.write_text(HEAD + source)
-        with Rig(arm, plant="cpu=0", start=start, sensors=sensors) as rig:
+        with Rig(arm, plant="cpu=0", start=start, plugs=Plugs(sensors=sensors)) as rig:
             outcome = rig.run(script).outcome
         out, err = capsys.readouterr()
         assert (outcome.status, err) == (0, "")

@@ -8,7 +8,7 @@ from laptop.emulator.device.plant_constants import read_plant
 from laptop.emulator.device.sensor_orders import read_sensors
 from laptop.emulator.device.sensor_scene import line_distance, line_points
 from laptop.emulator.device.wheels import BadWheels, BarePlant, read_wheels
-from laptop.emulator.rig import Rig
+from laptop.emulator.rig import Plugs, Rig
 
 HEAD = "from ev3dev2.motor import *\nfrom ev3dev2.sensor.lego import *\nimport time\n"
 
@@ -23,7 +23,8 @@ def run(tmp_path, capsys):
         orders = read_sensors(sensors.split())
         script = tmp_path / "script.py"
         script.write_text(HEAD + source)
-        with Rig(None, plant="cpu=0", extra=extra, sensors=orders, wheels=pair) as rig:
+        plugs = Plugs(extra, sensors=orders, wheels=pair)
+        with Rig(None, plant="cpu=0", plugs=plugs) as rig:
             outcome = rig.run(script, **options).outcome
         out, err = capsys.readouterr()
         assert (outcome.status, err) == (0, "")
