@@ -120,6 +120,12 @@ class Rig(object):
     ):  # fmt: skip
         self.arm = _arm_of(arm)
         self.built = self.arm if built is None else _arm_of(built)
+        if self.built is not None and self.arm is None:
+            raise InvalidSimulationOption(
+                "{} is built, but programs are told of no arm; give that, too".format(
+                    self.built.name
+                )
+            )
         if self.built is not None and self.built.chain != self.arm.chain:
             raise InvalidSimulationOption(
                 "{} is built as a {} arm, but {} describes a {} one; give two of one chain".format(
@@ -289,7 +295,8 @@ class Rig(object):
         from laptop.emulator.scene.synthetic_camera import film  # OpenCV is slow to import
         from laptop.emulator.scene.workcell import cameras
 
-        films = {name: film(brick, watched, name) for name in cameras(self.built, watched)}
+        names = cameras(self._true_arm, watched)
+        films = {name: film(brick, watched, name) for name in names}
         return {name: one.capture(one.newest(self.world.now())) for name, one in films.items()}
 
     @property
@@ -300,12 +307,23 @@ class Rig(object):
     @property
     def tip(self):
         """The true tip, cm."""
-        return kinematics.forward(self.built, self.q)
+        return kinematics.forward(self._true_arm, self.q)
 
     @property
     def record(self):
         """MotionRecord of all runs: the true links and tip, one sample per 5 ms."""
         return self.brick.record
+
+    @property
+    def _true_arm(self):
+        """The arm as it was built.
+
+        Raises:
+            InvalidSimulationOption: there is none.
+        """
+        if self.built is None:
+            raise InvalidSimulationOption("there is no arm on this brick; name one: Rig(arm)")
+        return self.built
 
     def _watch(self):
         """The tracker before the cameras, from the first run on."""
@@ -314,7 +332,7 @@ class Rig(object):
             if isinstance(watched, str):
                 from laptop.emulator.watching import watching
 
-                watched = watching(watched, self.built)
+                watched = watching(watched, self._true_arm)
             self._tracker = self._open.stack.enter_context(watched(self.brick))
         return self._tracker
 

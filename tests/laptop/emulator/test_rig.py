@@ -85,6 +85,7 @@ def test_a_brick_without_an_arm(tmp_path):
     ("options", "words"),
     [
         ({"built": "spatial"}, ["planar", "spatial", "one chain"]),
+        ({"arm": None, "built": "planar"}, ["planar is built", "told of no arm"]),
         ({"start": "99"}, ["start '99'", "-90..170"]),
         ({"arm": None, "start": "lost"}, ["there is no arm"]),
     ],
@@ -123,6 +124,15 @@ def test_nobody_watches():
     with Rig("planar") as rig, pytest.raises(InvalidSimulationOption) as error:
         rig.see()
     assert refused(error, "no camera watches", "tilt=20")
+
+
+@pytest.mark.parametrize(
+    "ask", [lambda rig: rig.tip, lambda rig: rig.see(), lambda rig: rig.run("driver.py")]
+)
+def test_a_brick_without_an_arm_has_no_tip_and_nothing_to_watch(ask):
+    with Rig(None, cameras="") as rig, pytest.raises(InvalidSimulationOption) as error:
+        ask(rig)
+    assert refused(error, "no arm")
 
 
 def test_nothing_of_it_is_left(tmp_path, monkeypatch):
