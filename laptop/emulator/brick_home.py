@@ -123,9 +123,11 @@ def prepare_home(folder, arm, q, start, homed):
         homed: whether its zero is known.
     """
     _copy_own_arms(folder)
+    if arm is None or q is None:
+        return
     if homed:
         park_on_file(arm, q, folder)
-    elif start != UNCHECKED and arm is not None:
+    elif start != UNCHECKED:
         Checked(arm, folder).save({})
 
 

@@ -2,6 +2,7 @@
 
 import re
 from collections import namedtuple
+from functools import partial
 
 from laptop.emulator.device.buttons import INPUTS, LATEST
 from laptop.emulator.host.linux import Signals
@@ -132,7 +133,7 @@ def schedule_pictures(world, tracker, faults):
         if FAULTS[fault.kind] != "CAMERA":
             continue
         cameras = sorted(tracker.frames) if tracker else []
-        if not cameras:
+        if tracker is None or not cameras:
             raise InvalidSimulationOption(
                 "fault {}: no camera watches; give --scene, too".format(fault.kind)
             )
@@ -142,4 +143,4 @@ def schedule_pictures(world, tracker, faults):
                     fault.kind, fault.what, ", ".join(cameras)
                 )
             )
-        world.at(world.now() + fault.t, lambda camera=fault.what: tracker.pictures.freeze(camera))
+        world.at(world.now() + fault.t, partial(tracker.pictures.freeze, fault.what))

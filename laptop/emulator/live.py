@@ -163,13 +163,14 @@ class PoseWriter(object):
         if self._over:
             return
         try:
-            if self._file is None:
+            file = self._file
+            if file is None:
                 if not self._is_to_be_seen(t):
                     return
-                self._open()
+                file = self._open()
             lines = self._news()
             if lines:
-                self._file.write("".join(lines).encode("ascii"))
+                file.write("".join(lines).encode("ascii"))
         except OSError as error:
             sys.stderr.write(
                 "simulate: cameras no longer see this arm: {}: {}\n".format(
@@ -192,9 +193,11 @@ class PoseWriter(object):
         return not any(map(_is_alive, run_files(self._folder)))
 
     def _open(self):
-        world = self._brick.world
+        """Begin the file; return it."""
+        world, arm = self._brick.world, self._brick.arm
+        assert arm is not None, "cameras see arms"
         header = {
-            "arm": os.path.abspath(self._brick.arm.file),
+            "arm": os.path.abspath(arm.file),
             "pid": os.getpid(),
             "script": self._script,
             "version": VERSION,
@@ -202,16 +205,17 @@ class PoseWriter(object):
         }
         os.makedirs(self._folder, mode=0o700, exist_ok=True)
         left = run_files(self._folder)
-        self._take_number(left)
-        self._file.write(json.dumps(header, sort_keys=True).encode("ascii") + b"\n")
+        file = self._take_number(left)
+        file.write(json.dumps(header, sort_keys=True).encode("ascii") + b"\n")
         for path in left:
             _sweep(path)
+        return file
 
     def _take_number(self, others):
-        """Make a file that is newer than these, and lock it."""
+        """Make a file that is newer than these, lock it, and return it."""
         newest = os.path.basename(others[0]) if others else "0.txt"
         number = int(newest[:-4])
-        while self._file is None:
+        while True:
             number += 1
             path = _path(self._folder, number)
             try:
@@ -221,7 +225,7 @@ class PoseWriter(object):
             # Another run may be sweeping just now, and take it for one that nobody has locked.
             if platforms.lock(file.fileno()) and platforms.is_named(file.fileno(), path):
                 self.path, self._file = path, file
-                return
+                return file
             file.close()
 
     def _news(self):
@@ -248,7 +252,7 @@ class PoseWriter(object):
         """Let go of the file, which without its lock counts for nothing, and remove it."""
         self._over = True
         file, self._file = self._file, None
-        if file is not None:
+        if file is not None and self.path is not None:
             platforms.remove_open(self.path, file.close)
 
 
@@ -303,25 +307,26 @@ class PoseReader(object):
     @property
     def newest(self):
         """Time of the newest pose, s on the world's clock (pace); None before any."""
-        if self._history is None or self._history.newest is None:
+        if self._history is None or self.header is None or self._history.newest is None:
             return None
         return self._history.newest + self.header["zero"]
 
     def poll(self):
         """Read what is new; go over to a newer run if there is one."""
         self._switch()
-        if self._file is None or not self.alive:
+        history = self._history
+        if self._file is None or history is None or not self.alive:
             return
         # Whether it was locked is asked before reading: all it wrote is then there to be read.
         locked = platforms.is_locked(self._file.fileno())
         *lines, self._rest = (self._rest + self._file.read()).split(b"\n")
         for line in lines:
-            self._take(line)
+            self._take(line, history)
         self.alive = locked
 
     def at(self, t):
         """The Pose at t, s on the world's clock (pace), or the newest; None before any run."""
-        if self._history is None:
+        if self._history is None or self.header is None:
             return None
         return self._history.at(t - self.header["zero"])
 
@@ -375,17 +380,17 @@ class PoseReader(object):
         self._rest = rest
         return True
 
-    def _take(self, line):
+    def _take(self, line, history):
         """Add one line's pose; what is not one is left out."""
         try:
             t, *q, pen = (float(word) for word in line.split())
         except ValueError:
             return
-        newest = self._history.newest
-        if len(q) != len(self._history.arm.joints) or not all(map(math.isfinite, [t, pen] + q)):
+        newest = history.newest
+        if len(q) != len(history.arm.joints) or not all(map(math.isfinite, [t, pen] + q)):
             return
         if newest is None or t > newest:
-            self._history.append(t, q, pen)
+            history.append(t, q, pen)
             self.pen = self.pen or bool(pen)
 
 

@@ -114,8 +114,7 @@ def _fill(measured, figures, arm):
         own["emf_constant"] = motor["emf_volts_s_per_rad"] / nominal.emf_constant
         rotor = rotors[motor["kind"]]
         if "joint" not in motor:
-            rotor = _of_rotor(motor, nominal)
-            friction, inertia = rotor
+            friction, inertia = _friction(motor), _inertia(motor)
         else:
             friction, inertia = _share(measured, own, motor, rotor, arm)
         own["rotor_friction"] = friction / nominal.friction
@@ -124,11 +123,20 @@ def _fill(measured, figures, arm):
             own["backlash"] = float(motor["backlash_deg"])
 
 
-def _of_rotor(motor, nominal):
-    """Friction, Nm, and inertia, kg m2, at the shaft of a measured motor; None: not measured."""
-    torque = nominal.torque_constant / nominal.resistance  # Nm/V
-    inertia = motor.get("inertia_volts_s2_per_rad")
-    return torque * motor["friction_volts"], None if inertia is None else torque * inertia
+def _torque(motor):
+    """Torque of such a motor per volt, Nm/V."""
+    nominal = MOTORS[motor["kind"]]
+    return nominal.torque_constant / nominal.resistance
+
+
+def _friction(motor):
+    """Friction at the shaft of a measured motor, Nm."""
+    return _torque(motor) * float(motor["friction_volts"])
+
+
+def _inertia(motor):
+    """Inertia at the shaft of a measured motor, kg m2."""
+    return _torque(motor) * float(motor["inertia_volts_s2_per_rad"])
 
 
 def _rotors(motors):
@@ -136,20 +144,22 @@ def _rotors(motors):
     rotors = {kind: (nominal.friction, nominal.inertia) for kind, nominal in MOTORS.items()}
     bare = [motor for motor in motors if "joint" not in motor]
     for kind in {motor["kind"] for motor in bare}:
-        figures = [_of_rotor(each, MOTORS[kind]) for each in bare if each["kind"] == kind]
-        rotors[kind] = tuple(statistics.mean(values) for values in zip(*figures))
+        alike = [each for each in bare if each["kind"] == kind]
+        rotors[kind] = statistics.mean(map(_friction, alike)), statistics.mean(map(_inertia, alike))
     return rotors
 
 
 def _share(measured, own, motor, rotor, arm):
     """Give a joint's link what is not its rotor's; friction and inertia of the rotor."""
     gear = float(motor["gear"])
-    all_friction, all_inertia = _of_rotor(motor, MOTORS[motor["kind"]])
+    all_friction = _friction(motor)
     friction = min(rotor[0], all_friction)
     own["link_friction"] = gear * (all_friction - friction)
     key = motor["joint"] + "_inertia"
-    if arm.chain != "planar" or all_inertia is None or key not in CONSTANTS:
+    known = motor.get("inertia_volts_s2_per_rad") is not None and key in CONSTANTS
+    if arm is None or arm.chain != "planar" or not known:
         return friction, rotor[1]
+    all_inertia = _inertia(motor)
     least = CONSTANTS[key].allowed[0] / gear**2
     inertia = min(rotor[1], all_inertia - least)
     measured[key] = gear**2 * (all_inertia - inertia)

@@ -41,6 +41,7 @@ class Onlooker(io.TextIOBase):
         if abs(most) < NOTICED:
             return "n\n"
         arm = self._brick.arm
+        assert arm is not None, "a person looks on while an arm moves"
         joint = arm.joints[turns.index(most)]
         ways = "lr" if arm.chain == "planar" or joint.name == "base" else "ud"
         self._way = ways[most < 0] + "\n"

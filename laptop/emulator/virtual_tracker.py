@@ -42,8 +42,8 @@ from typing import Any
 from laptop.emulator.host.world import World
 from laptop.emulator.picture_faults import PictureFaults
 from laptop.see.serve.server import TrackingServer
-from robot.tracker_address import SaltedKey
-from robot.tracking_client import ServerAddress, TrackingClient
+from robot.tracker_address import SaltedKey, ServerAddress
+from robot.tracking_client import TrackingClient
 from shared import pairing
 from shared.messages import Observation
 
