@@ -15,7 +15,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from datetime import date
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -31,6 +31,9 @@ from laptop.record.figures import line_accuracy
 from robot.driver import LINES
 from shared.arm_description import Arm, ArmError, Joint, find_arm, read_arm
 from shared.ini import with_values
+
+if TYPE_CHECKING:
+    from laptop.emulator.device.plant_constants import PlantConstants
 
 LINK_OFF, ZERO_OFF, BACKLASH, OFFSET = 0.05, 1.5, (0.0, 4.0), 0.5
 """Greatest errors of the description: of links, a share; of zeros, deg; the true backlash, deg;
@@ -86,13 +89,13 @@ class DrawnArm:
     table: EmulatedTable
     height: float
 
-    def plant(self, seed: int, zeros: Sequence[float]) -> dict[str, Any]:
+    def plant(self, seed: int, zeros: Sequence[float]) -> PlantConstants:
         """Return the constants of its motors, the zeros off by so much, rad."""
         ports = {
             joint.port: {"zero_error": math.degrees(zero)}
             for joint, zero in zip(self.described.joints, zeros, strict=True)
         }
-        return dict(read_plant(f"cpu=1,seed={seed}", {"ports": ports}))
+        return read_plant(f"cpu=1,seed={seed}", {"ports": ports})
 
 
 def draw_arm(case: CalibrateCase) -> DrawnArm:
@@ -182,7 +185,7 @@ def calibrated(case: CalibrateCase) -> CalibrateResult:
     )
 
 
-def _phase(joint: Joint, plant: dict[str, Any]) -> float:
+def _phase(joint: Joint, plant: PlantConstants) -> float:
     """How much farther the brick takes a joint to be than its shaft is, in the mean, rad.
 
     It counts a shaft's start as the middle between two encoder edges, and it is anywhere there: so

@@ -258,6 +258,7 @@ def _drawn(case: DrawCase) -> tuple[Rig, int, str]:
 def draw(case: DrawCase) -> DrawResult:
     """Draw one line on the emulated brick, and measure the true ink."""
     rig, accesses, error = _drawn(case)
+    assert rig.built is not None, "`_drawn` gives a rig with an arm"
     measure = line_accuracy.measure(rig.record, [case.line])[0]
     return DrawResult(
         case.arm,
@@ -382,7 +383,8 @@ def sag(weight: str, cpu: float = CPU) -> float:
     line = LINES[3][SPACE_LINES.index("level")]
     case = DrawCase("spatial", "smooth", "", "", 0.0, line, "level", weight=weight, cpu=cpu)
     rig, _, _ = _drawn(case)
-    return 10 * max(line[0][2] - sample.z for sample in rig.record if sample.pen)
+    heights = [sample.z for sample in rig.record if sample.pen and sample.z is not None]
+    return 10 * (line[0][2] - min(heights))
 
 
 def _shown(results: list[DrawResult], it: Any) -> Iterator[BenchTable | str]:

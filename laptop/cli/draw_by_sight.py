@@ -7,7 +7,7 @@ import io
 import math
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -71,7 +71,7 @@ class _Watched:
     def __init__(self, rig: EmulatedRig) -> None:
         self.arm = rig.arm
         self._rig = rig
-        self.records: list[list[Any]] = []
+        self.records: list[Sequence[Any]] = []
 
     def measure(self, job: Path, dry: bool = True) -> MeasuredRun:
         run = self._rig.measure(job, dry)

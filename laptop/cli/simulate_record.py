@@ -53,6 +53,7 @@ def files_of(
         from laptop.record.figures import line_plot as picture  # matplotlib is slow to import
 
         assert arm is not None
+        assert run.reach is not None
         notes = f"{arm.name} arm, true tip of the emulated arm"
         picture.write_line_plot(
             file, run.record, wanted, measures, run.skeleton, run.reach, title, notes, axes

@@ -3,6 +3,7 @@
 import contextlib
 import os
 import time
+from typing import Dict, Iterator, Mapping
 
 from laptop.emulator.host import linux
 
@@ -14,7 +15,7 @@ BRICK_STATE = linux.HOME + "/.brickservo"
 
 
 @contextlib.contextmanager
-def brick_environment(variables):
+def brick_environment(variables: Mapping[str, str]) -> Iterator[None]:
     """Have the brick's variables for a `with` block, and its time zone.
 
     Args:
@@ -33,13 +34,13 @@ def brick_environment(variables):
         _set(before)
 
 
-def _set(variables):
+def _set(variables: Mapping[str, str]) -> None:
     os.environ.clear()
     os.environ.update(variables)
     getattr(time, "tzset", lambda: None)()  # not on Windows
 
 
-def brick_folders(state):
+def brick_folders(state: str) -> Dict[str, str]:
     """Return the brick's folders, and where they are here: path there -> path here.
 
     The user's home is the folder that one is in.

@@ -8,16 +8,27 @@ import os
 import random
 import shutil
 import time
+from typing import Iterator, List, Optional, Sequence, Tuple, Union
 
 from laptop.emulator.brick_environment import BRICK_STATE, brick_environment
 from laptop.emulator.faults import InvalidSimulationOption
 from laptop.record.names import RUN, TRACE
 from robot.motion.checked import Checked
 from robot.motion.zero import Zero
-from robot.tracking_client import Memory, ServerAddress
+from robot.tracker_address import Memory, ServerAddress
 from shared.message_fields import one_line
 from shared.messages import PORT
 from shared.state import ARM, LOCK, MOTORS_FILE, OWN_ARMS_FOLDER, PLAN, STATE, state_folder
+
+MYPY = False
+if MYPY:
+    from laptop.emulator.faults import WatchingTracker  # noqa: F401
+    from laptop.emulator.host.world import World  # noqa: F401
+    from shared.arm_description import Arm  # noqa: F401
+
+    Start = Union[str, Sequence[float]]
+    Angles = Tuple[float, ...]  # of the joints, rad
+
 
 AFTER = "after:"
 """Prefix of a start that another run leaves."""
@@ -32,7 +43,7 @@ LAPTOP = "127.0.0.1"
 """Host of a tracker beside the brick."""
 
 
-def read_start(text, arm):
+def read_start(text: "Start", arm: Optional["Arm"]) -> Tuple[Optional["Angles"], bool]:
     """Read joint angles (rad), and whether the zero is known.
 
     Args:
@@ -79,7 +90,7 @@ def read_start(text, arm):
     return angles, True
 
 
-def _end_of(folder, arm):
+def _end_of(folder: str, arm: "Arm") -> "Angles":
     """The joint angles where a run ended, rad, within the limits; waits for its record."""
     while not os.path.exists(os.path.join(folder, RUN)):
         time.sleep(RECORD_POLL_PERIOD)
@@ -96,7 +107,7 @@ def _end_of(folder, arm):
     return tuple(min(max(a, j.lower), j.upper) for a, j in zip(angles, arm.joints))
 
 
-def park_on_file(arm, q, folder):
+def park_on_file(arm: "Arm", q: Sequence[float], folder: str) -> Zero:
     """Leave the state in `folder` of an arm parked at `q` (rad), pen up, where its encoders read 0.
 
     Somebody has looked which motor is where.
@@ -113,7 +124,9 @@ def park_on_file(arm, q, folder):
     return state
 
 
-def prepare_home(folder, arm, q, start, homed):
+def prepare_home(
+    folder: str, arm: Optional["Arm"], q: Optional["Angles"], start: "Start", homed: bool
+) -> None:
     """Leave in `folder` what the brick knows when it is switched on.
 
     Args:
@@ -132,7 +145,9 @@ def prepare_home(folder, arm, q, start, homed):
 
 
 @contextlib.contextmanager
-def at_home(folder, world, arm, tracker):
+def at_home(
+    folder: str, world: "World", arm: Optional["Arm"], tracker: Optional["WatchingTracker"]
+) -> Iterator[None]:
     """Have the environment of a program on the brick, for a `with` block.
 
     Args:
@@ -157,7 +172,7 @@ def at_home(folder, world, arm, tracker):
         yield
 
 
-def _copy_own_arms(folder):
+def _copy_own_arms(folder: str) -> None:
     """Let the brick with its state in `folder` know the arms of one's own; it keeps no others."""
     here, there = (os.path.join(place, OWN_ARMS_FOLDER) for place in (state_folder(), folder))
     os.makedirs(there, 0o700, exist_ok=True)
@@ -169,12 +184,12 @@ def _copy_own_arms(folder):
             shutil.copyfile(file, os.path.join(there, name))
 
 
-def wanted_paths(file):
+def wanted_paths(file: str) -> List[List[Tuple[float, ...]]]:
     """The paths in the file that a script appended to, one JSON line each; [] if there is none."""
     if not os.path.exists(file):
         return []
     with open(file) as lines:
-        paths = []
+        paths = []  # type: List[List[Tuple[float, ...]]]
         for number, line in enumerate(lines, 1):
             try:
                 points = json.loads(line)["path"]

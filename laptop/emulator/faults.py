@@ -1,15 +1,49 @@
 """What is to go wrong on an emulated brick, and when: read, and made to happen."""
 
 import re
-from collections import namedtuple
 from functools import partial
+from typing import Any, Dict, Iterable, NamedTuple, Optional
 
 from laptop.emulator.device.buttons import INPUTS, LATEST
 from laptop.emulator.host.linux import Signals
 from shared.arm_description import ArmError
 from shared.message_fields import one_line
 
-Fault = namedtuple("Fault", "kind what t")
+MYPY = False
+if MYPY:
+    from typing import Collection, Protocol  # noqa: F401
+
+    from laptop.emulator.device.attribute_devices import DeviceWorld  # noqa: F401
+    from laptop.emulator.device.brick import EmulatedBrick  # noqa: F401
+    from laptop.emulator.device.peripherals import Peripherals  # noqa: F401
+    from laptop.emulator.picture_faults import PictureFaults  # noqa: F401
+    from robot.tracker_address import SaltedKey  # noqa: F401
+
+    class WatchingTracker(Protocol):
+        """A tracker before the cameras of a brick, on this machine."""
+
+        @property
+        def port(self) -> int:
+            """Where it listens."""
+
+        @property
+        def code(self) -> str:
+            """Its pairing code."""
+
+        @property
+        def key(self) -> SaltedKey:
+            """That of the code, for bricks that have paired before."""
+
+        @property
+        def frames(self) -> Collection[str]:
+            """Names of its cameras."""
+
+        @property
+        def pictures(self) -> PictureFaults:
+            """What freezes their pictures."""
+
+
+Fault = NamedTuple("Fault", [("kind", str), ("what", Any), ("t", float)])
 """Something that goes wrong: its kind, a port or value (or None), and when (s)."""
 
 CAMERA_NAMES = "ABCDEFGH"
@@ -41,7 +75,7 @@ class InvalidSimulationOption(ArmError, ValueError):
     """A fault, pose or plug that cannot be understood."""
 
 
-def read_fault(text):
+def read_fault(text: str) -> Fault:
     """Read a Fault from `KIND[:WHAT]@SECONDS`, e.g. `unplug:A@1.5` or `term@2`."""
     match = re.match(r"([a-z-]+)(?::([^@]+))?@([0-9.]+)$", text)
     if not match or match.group(1) not in FAULTS:
@@ -49,11 +83,11 @@ def read_fault(text):
             "'{}' is not a fault; write one of {} with a time, like unplug:A@1.5".format(
                 one_line(text),
                 ", ".join(
-                    kind + (":" + FAULTS[kind] if FAULTS[kind] else "") for kind in sorted(FAULTS)
+                    kind + (":" + what if what else "") for kind, what in sorted(FAULTS.items())
                 ),
             )
         )
-    kind, what = match.group(1), match.group(2)
+    kind, what = match.group(1), match.group(2)  # type: str, Any
     try:
         t = float(match.group(3))
         if FAULTS[kind] == "SECONDS":
@@ -86,9 +120,11 @@ def read_fault(text):
     return Fault(kind, what, t)
 
 
-def schedule_faults(brick, devices, faults):
+def schedule_faults(
+    brick: "EmulatedBrick", devices: "Peripherals", faults: Iterable[Fault]
+) -> Dict[str, Any]:
     """Let the faults happen on the brick; those of the program are returned, for run_script."""
-    ordered = {"signals": []}
+    ordered = {"signals": []}  # type: Dict[str, Any]
     for fault in faults:
         if fault.kind not in FAULTS:
             raise InvalidSimulationOption(
@@ -109,7 +145,7 @@ def schedule_faults(brick, devices, faults):
     return ordered
 
 
-def _schedule(brick, fault, ordered):
+def _schedule(brick: "EmulatedBrick", fault: Fault, ordered: Dict[str, Any]) -> None:
     at, t = brick.world.at, brick.world.now() + fault.t
     if fault.kind == "unplug":
         at(t, lambda: brick.unplug(fault.what))
@@ -127,7 +163,9 @@ def _schedule(brick, fault, ordered):
         ordered["signals"].append((t, Signals["SIG" + fault.kind.upper()]))
 
 
-def schedule_pictures(world, tracker, faults):
+def schedule_pictures(
+    world: "DeviceWorld", tracker: Optional["WatchingTracker"], faults: Iterable[Fault]
+) -> None:
     """Let the faults happen that are the cameras'."""
     for fault in faults:
         if FAULTS[fault.kind] != "CAMERA":

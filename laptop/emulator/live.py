@@ -19,13 +19,57 @@ import math
 import os
 import re
 import sys
-from collections import namedtuple
+from typing import IO, List, NamedTuple, Optional, Sequence, Tuple
 
 from laptop.system import platforms
 from robot.motion import kinematics
 from shared.arm_description import ArmError, read_arm
 from shared.small_files import SpoiltFile, number, open_file, parse_json
 from shared.state import LIVE_FOLDER, laptop_program, state_folder
+
+MYPY = False
+if MYPY:
+    from typing import Any, Dict, Protocol, TypedDict  # noqa: F401
+
+    from shared.arm_description import Arm  # noqa: F401
+
+    Segment = Tuple[float, float, float, float]  # x0, y0, x1, y1, cm
+    # Of a run's file: path of the arm's file, the process, and the world's zero on its clock, s.
+    Header = TypedDict("Header", {"arm": str, "pid": int, "script": str, "zero": float})
+
+    class PoseSample(Protocol):
+        """Where an arm was."""
+
+        @property
+        def t(self) -> float:
+            """Of the world's time, s."""
+
+        @property
+        def q(self) -> Tuple[float, ...]:
+            """Joint angles, rad."""
+
+        @property
+        def pen(self) -> int:
+            """Return 1 if it is down."""
+
+    class MovingBrick(Protocol):
+        """An emulated brick in a world in real time."""
+
+        @property
+        def world(self) -> Any:
+            """Whose clock it lives by."""
+
+        @property
+        def arm(self) -> Optional[Arm]:
+            """What it moves."""
+
+        @property
+        def record(self) -> Sequence[PoseSample]:
+            """What it has done."""
+
+        def driven(self) -> Sequence[str]:
+            """Return the ports of the motors that a command is turning."""
+
 
 VERSION = 1
 SAMPLE_PERIOD = 0.005
@@ -47,7 +91,14 @@ NO_RUN = (
     "start one: {} simulate --realtime SCRIPT".format(laptop_program())
 )
 
-Pose = namedtuple("Pose", "arm q ink")
+Pose = NamedTuple(
+    "Pose",
+    [
+        ("arm", "Arm"),
+        ("q", Tuple[float, ...]),
+        ("ink", List[Tuple[float, float, float, float]]),
+    ],
+)
 """Arm, joint angles (rad), segments (x0, y0, x1, y1) in cm drawn so far."""
 
 
@@ -60,26 +111,28 @@ class History(object):
         ink: what is on the paper from the beginning, segments as in Pose.
     """
 
-    def __init__(self, arm, kept=None, ink=()):
+    def __init__(
+        self, arm: "Arm", kept: Optional[float] = None, ink: Sequence["Segment"] = ()
+    ) -> None:
         self.arm = arm
         self._kept = kept
-        self._times = []
-        self._poses = []
+        self._times = []  # type: List[float]
+        self._poses = []  # type: List[Tuple[float, ...]]
         self._ink = list(ink)
         self._ink_times = [-math.inf] * len(self._ink)
-        self._pen_at = None
+        self._pen_at = None  # type: Optional[Tuple[float, float]]
 
     @property
-    def newest(self):
+    def newest(self) -> Optional[float]:
         """Time of the newest pose, s; None before the first."""
         return self._times[-1] if self._times else None
 
     @property
-    def ink(self):
+    def ink(self) -> List["Segment"]:
         """All there is on the paper, segments as in Pose."""
         return self._ink
 
-    def append(self, t, q, pen):
+    def append(self, t: float, q: Sequence[float], pen: float) -> None:
         """The pose at t (s), not before the newest."""
         self._times.append(t)
         self._poses.append(tuple(q))
@@ -100,7 +153,7 @@ class History(object):
             self._ink_times.append(t)
             self._pen_at = p
 
-    def at(self, t):
+    def at(self, t: float) -> Optional[Pose]:
         """The Pose at t, s: between two known ones in proportion, beyond them the nearest.
 
         None before anything is known.
@@ -118,7 +171,7 @@ class History(object):
         return Pose(self.arm, q, self._ink[: bisect.bisect_right(self._ink_times, t)])
 
 
-def run_files(folder):
+def run_files(folder: str) -> List[str]:
     """Return the paths of the runs' files in a folder, which need not exist, the newest first."""
     try:
         names = os.listdir(folder)
@@ -128,7 +181,7 @@ def run_files(folder):
     return [_path(folder, number) for number in sorted(numbers, reverse=True)]
 
 
-def _path(folder, number):
+def _path(folder: str, number: int) -> str:
     return os.path.join(folder, "{}.txt".format(number))
 
 
@@ -146,19 +199,19 @@ class PoseWriter(object):
         path: of the file, None before there is one.
     """
 
-    def __init__(self, brick, script, folder=None):
-        self.path = None
+    def __init__(self, brick: "MovingBrick", script: str, folder: Optional[str] = None) -> None:
+        self.path = None  # type: Optional[str]
         self._folder = os.path.join(folder or state_folder(), LIVE_FOLDER)
         self._brick = brick
         self._script = script
-        self._file = None
+        self._file = None  # type: Optional[IO[bytes]]
         self._over = False
         self._taken = 0
-        self._last = None
-        self._skipped = None
+        self._last = None  # type: Optional[PoseSample]
+        self._skipped = None  # type: Optional[PoseSample]
         self._next_look = -math.inf
 
-    def advance(self, t):
+    def advance(self, t: float) -> None:
         """Write what the brick's record has gained by world time t, s."""
         if self._over:
             return
@@ -179,11 +232,11 @@ class PoseWriter(object):
             )
             self._drop()
 
-    def close(self):
+    def close(self) -> None:
         """End the file: cameras that follow know it, later ones find nothing."""
         self._drop()
 
-    def _is_to_be_seen(self, t):
+    def _is_to_be_seen(self, t: float) -> bool:
         """Return True if it drives a motor, or the cameras see no other run that lives."""
         if self._brick.driven():
             return True
@@ -192,7 +245,7 @@ class PoseWriter(object):
         self._next_look = t + HEARTBEAT_PERIOD
         return not any(map(_is_alive, run_files(self._folder)))
 
-    def _open(self):
+    def _open(self) -> IO[bytes]:
         """Begin the file; return it."""
         world, arm = self._brick.world, self._brick.arm
         assert arm is not None, "cameras see arms"
@@ -211,7 +264,7 @@ class PoseWriter(object):
             _sweep(path)
         return file
 
-    def _take_number(self, others):
+    def _take_number(self, others: Sequence[str]) -> IO[bytes]:
         """Make a file that is newer than these, lock it, and return it."""
         newest = os.path.basename(others[0]) if others else "0.txt"
         number = int(newest[:-4])
@@ -228,7 +281,7 @@ class PoseWriter(object):
                 return file
             file.close()
 
-    def _news(self):
+    def _news(self) -> List[str]:
         """A line per SAMPLE_PERIOD of what moved, with where that began; else a heartbeat."""
         lines = []
         record = self._brick.record
@@ -236,9 +289,8 @@ class PoseWriter(object):
             last = self._last
             if last is not None and sample.t - last.t < SAMPLE_PERIOD - 1e-9:
                 continue
-            moved = last is None or sample.pen != last.pen
-            moved = moved or any(abs(a - b) > MIN_MOTION for a, b in zip(sample.q, last.q))
-            if moved or sample.t - last.t >= HEARTBEAT_PERIOD:
+            moved = _has_moved(last, sample)
+            if moved or last is None or sample.t - last.t >= HEARTBEAT_PERIOD:
                 if moved and self._skipped is not None:
                     lines.append(_line(self._skipped))
                 lines.append(_line(sample))
@@ -248,7 +300,7 @@ class PoseWriter(object):
         self._taken = len(record)
         return lines
 
-    def _drop(self):
+    def _drop(self) -> None:
         """Let go of the file, which without its lock counts for nothing, and remove it."""
         self._over = True
         file, self._file = self._file, None
@@ -256,7 +308,13 @@ class PoseWriter(object):
             platforms.remove_open(self.path, file.close)
 
 
-def _sweep(path):
+def _has_moved(last: "Optional[PoseSample]", now: "PoseSample") -> bool:
+    if last is None or now.pen != last.pen:
+        return True
+    return any(abs(a - b) > MIN_MOTION for a, b in zip(now.q, last.q))
+
+
+def _sweep(path: str) -> None:
     """Remove the file of a run that was killed, if it can be."""
     with contextlib.suppress(OSError, SpoiltFile):
         file = open(open_file(path), "rb")  # noqa: SIM115 (closed before it can be removed)
@@ -266,7 +324,7 @@ def _sweep(path):
             file.close()
 
 
-def _is_alive(path):
+def _is_alive(path: str) -> bool:
     """Return True if the file is of a run that lives."""
     try:
         with open(open_file(path), "rb") as file:
@@ -275,7 +333,7 @@ def _is_alive(path):
         return False
 
 
-def _line(sample):
+def _line(sample: "PoseSample") -> str:
     angles = " ".join("{:.7f}".format(angle) for angle in sample.q)
     return "{:.4f} {} {:d}\n".format(sample.t, angles, sample.pen)
 
@@ -293,25 +351,25 @@ class PoseReader(object):
         refused: why a file that is there is not followed, "" if there is nothing to say.
     """
 
-    def __init__(self, folder=None):
+    def __init__(self, folder: Optional[str] = None) -> None:
         self._folder = os.path.join(folder or state_folder(), LIVE_FOLDER)
-        self.header = None
+        self.header = None  # type: Optional[Header]
         self.alive = False
         self.pen = False
         self.refused = ""
-        self._file = None
+        self._file = None  # type: Optional[IO[bytes]]
         self._rest = b""
-        self._refused = {}  # by path: which file had that name then
-        self._history = None
+        self._refused = {}  # type: Dict[str, Tuple[int, int, float, int]]  # by path: which file had that name then
+        self._history = None  # type: Optional[History]
 
     @property
-    def newest(self):
+    def newest(self) -> Optional[float]:
         """Time of the newest pose, s on the world's clock (pace); None before any."""
         if self._history is None or self.header is None or self._history.newest is None:
             return None
         return self._history.newest + self.header["zero"]
 
-    def poll(self):
+    def poll(self) -> None:
         """Read what is new; go over to a newer run if there is one."""
         self._switch()
         history = self._history
@@ -324,19 +382,19 @@ class PoseReader(object):
             self._take(line, history)
         self.alive = locked
 
-    def at(self, t):
+    def at(self, t: float) -> Optional[Pose]:
         """The Pose at t, s on the world's clock (pace), or the newest; None before any run."""
         if self._history is None or self.header is None:
             return None
         return self._history.at(t - self.header["zero"])
 
-    def close(self):
+    def close(self) -> None:
         """Follow no more."""
         if self._file is not None:
             self._file.close()
             self._file = None
 
-    def _switch(self):
+    def _switch(self) -> None:
         """Follow the newest run that lives, if it is not the one that is followed."""
         for path in run_files(self._folder):
             try:
@@ -357,7 +415,7 @@ class PoseReader(object):
             except OSError as error:
                 self.refused = "{}: {}".format(path, error.strerror)
 
-    def _follow(self, path):
+    def _follow(self, path: str) -> bool:
         """Follow this file, and return True, if it is of a run that lives and has begun it."""
         file = open(open_file(path), "rb", buffering=0)  # noqa: SIM115 (read on and on)
         try:
@@ -380,7 +438,7 @@ class PoseReader(object):
         self._rest = rest
         return True
 
-    def _take(self, line, history):
+    def _take(self, line: bytes, history: History) -> None:
         """Add one line's pose; what is not one is left out."""
         try:
             t, *q, pen = (float(word) for word in line.split())
@@ -394,7 +452,7 @@ class PoseReader(object):
             self.pen = self.pen or bool(pen)
 
 
-def _start(file):
+def _start(file: IO[bytes]) -> Optional[Tuple["Header", "Arm", bytes]]:
     """Read what a file begins with: header (dict), Arm, the bytes behind it.
 
     Returns:
@@ -414,10 +472,10 @@ def _start(file):
     header = parse_json(line.decode("utf-8"))
     if header["version"] != VERSION:
         raise ValueError("it is of version {}, not {}".format(header["version"], VERSION))
-    header = {
+    told = {
         "arm": str(header["arm"]),
         "pid": int(number(header["pid"])),
         "script": str(header["script"]),
         "zero": number(header["zero"]),
-    }
-    return header, read_arm(header["arm"]), rest
+    }  # type: Header
+    return told, read_arm(told["arm"]), rest

@@ -13,12 +13,20 @@ import math
 import os
 import statistics
 import tempfile
+from typing import Any, Dict, Iterable, Optional, Tuple
 
 from laptop.emulator.device.plant_constants import CONSTANTS, MOTORS, TABLE, BadPlant
 from laptop.emulator.own_programs import BENCH_BRICK
 from laptop.emulator.rig import Rig
 from robot.benching.laps import NOTHING
 from robot.benching.measuring import FORMAT, VERSION
+
+MYPY = False
+if MYPY:
+    from shared.arm_description import Arm  # noqa: F401
+
+    Figures = Dict[str, Any]  # as bench_brick.py has written them, whoever has changed them since
+
 
 NOT_COMPUTING = (NOTHING, "start: ", "motor: ", "late ", "read ", "write ")
 """Beginnings of pieces of work that do not tell how slowly a brick computes."""
@@ -36,7 +44,7 @@ class BadConstants(BadPlant):
     """A file of measured constants that is missing, unreadable or implausible."""
 
 
-def read_constants(file, arm):
+def read_constants(file: str, arm: Optional["Arm"]) -> Dict[str, Any]:
     """Read what was measured of a brick, for `read_plant`.
 
     Args:
@@ -50,7 +58,7 @@ def read_constants(file, arm):
         BadConstants: in one line.
     """
     figures = _load(file)
-    measured = {"ports": {}}
+    measured = {"ports": {}}  # type: Dict[str, Any]
     try:
         _fill(measured, figures, arm)
         everywhere = {key: value for key, value in measured.items() if key != "ports"}
@@ -68,7 +76,7 @@ def read_constants(file, arm):
     return measured
 
 
-def _load(file):
+def _load(file: str) -> "Figures":
     try:
         with open(file, encoding="utf-8") as text:
             figures = json.loads(text.read())
@@ -93,7 +101,7 @@ def _load(file):
     return figures
 
 
-def _fill(measured, figures, arm):
+def _fill(measured: Dict[str, Any], figures: "Figures", arm: Optional["Arm"]) -> None:
     measured["cpu"] = _cpu(figures["laps_s"])
     if figures["access_s"] is not None:
         measured["access"] = max(0.0, float(figures["access_s"]))
@@ -109,7 +117,8 @@ def _fill(measured, figures, arm):
         measured["voltage"] = statistics.mean(float(motor["volts"]) for motor in motors.values())
     rotors = _rotors(motors.values())
     for port, motor in motors.items():
-        own = measured["ports"][port] = {}
+        own = {}  # type: Dict[str, float]
+        measured["ports"][port] = own
         nominal = MOTORS[motor["kind"]]
         own["emf_constant"] = motor["emf_volts_s_per_rad"] / nominal.emf_constant
         rotor = rotors[motor["kind"]]
@@ -123,23 +132,23 @@ def _fill(measured, figures, arm):
             own["backlash"] = float(motor["backlash_deg"])
 
 
-def _torque(motor):
+def _torque(motor: "Figures") -> float:
     """Torque of such a motor per volt, Nm/V."""
     nominal = MOTORS[motor["kind"]]
     return nominal.torque_constant / nominal.resistance
 
 
-def _friction(motor):
+def _friction(motor: "Figures") -> float:
     """Friction at the shaft of a measured motor, Nm."""
     return _torque(motor) * float(motor["friction_volts"])
 
 
-def _inertia(motor):
+def _inertia(motor: "Figures") -> float:
     """Inertia at the shaft of a measured motor, kg m2."""
     return _torque(motor) * float(motor["inertia_volts_s2_per_rad"])
 
 
-def _rotors(motors):
+def _rotors(motors: Iterable["Figures"]) -> Dict[str, Tuple[float, float]]:
     """Friction and inertia of a rotor by kind: the mean of the bare ones, or the nominal one."""
     rotors = {kind: (nominal.friction, nominal.inertia) for kind, nominal in MOTORS.items()}
     bare = [motor for motor in motors if "joint" not in motor]
@@ -149,7 +158,13 @@ def _rotors(motors):
     return rotors
 
 
-def _share(measured, own, motor, rotor, arm):
+def _share(
+    measured: Dict[str, Any],
+    own: Dict[str, float],
+    motor: "Figures",
+    rotor: Tuple[float, float],
+    arm: Optional["Arm"],
+) -> Tuple[float, float]:
     """Give a joint's link what is not its rotor's; friction and inertia of the rotor."""
     gear = float(motor["gear"])
     all_friction = _friction(motor)
@@ -169,7 +184,7 @@ def _share(measured, own, motor, rotor, arm):
 # How slowly it computes
 
 
-def _cpu(laps):
+def _cpu(laps: Dict[str, Any]) -> float:
     """Return the median of how many times as long as at cpu=1 the pieces took."""
     reference = _laps_at_true_pace()
     ratios = [
@@ -190,20 +205,21 @@ def _cpu(laps):
     return slowness if slowness > MIN_SLOWNESS else 0.0
 
 
-def _middle(laps, name):
+def _middle(laps: Dict[str, Any], name: str) -> float:
     return statistics.median_high(float(lap) for lap in laps[name])
 
 
-def _laps_at_true_pace():
+def _laps_at_true_pace() -> Dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder:
         file = os.path.join(folder, "brick.json")
         with contextlib.redirect_stdout(io.StringIO()), Rig("planar", plant="cpu=1") as rig:
             rig.run(BENCH_BRICK, "planar", "--json", file)
         with open(file, encoding="utf-8") as text:
-            return json.loads(text.read())["laps_s"]
+            laps = json.loads(text.read())["laps_s"]  # type: Dict[str, Any]
+            return laps
 
 
-def in_words(measured):
+def in_words(measured: Dict[str, Any]) -> str:
     """A line for people."""
     parts = [
         "{} = {:.4g} {}".format(key, value, CONSTANTS[key].unit).rstrip()

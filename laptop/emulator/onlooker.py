@@ -2,6 +2,12 @@
 
 import io
 import math
+from typing import Optional
+
+MYPY = False
+if MYPY:
+    from laptop.emulator.device.brick import EmulatedBrick  # noqa: F401
+
 
 NOTICED = math.radians(0.7)
 """A joint that turns by less is not seen to move, rad."""
@@ -17,13 +23,14 @@ class Onlooker(io.TextIOBase):
         brick: EmulatedBrick.
     """
 
-    def __init__(self, brick):
+    def __init__(self, brick: "EmulatedBrick") -> None:
         super(Onlooker, self).__init__()
         self._brick = brick
-        self._begun = None  # samples of the record at the last answer
-        self._way = None  # the answer to the next question, where that is which way
+        self._begun = None  # type: Optional[int]  # samples of the record at the last answer
+        self._way = None  # type: Optional[str]  # the answer to the next question, where that is which way
 
-    def readline(self, size=-1):
+    # Text, where the base of its base has bytes.
+    def readline(self, size: Optional[int] = -1) -> str:  # type: ignore[override]
         """Return the next line that is typed."""
         record, begun = self._brick.record, self._begun
         self._begun = len(record)

@@ -13,7 +13,7 @@ DRIVER, SERVO, BENCH_BRICK = (
 )
 
 
-def find_script(text):
+def find_script(text: str) -> str:
     """Return the path of a script as typed.
 
     Args:

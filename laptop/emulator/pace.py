@@ -18,10 +18,22 @@ import os
 import struct
 import threading
 import time as wall
+from typing import Iterator, Optional, Tuple
 
 from laptop.system import platforms
 from shared.state import CLOCK_FILE as FILE
 from shared.state import state_folder
+
+MYPY = False
+if MYPY:
+    from typing import Any, Deque, Dict, List, Protocol, Set  # noqa: F401
+
+    class Ticking(Protocol):
+        """What tells the time, s."""
+
+        def now(self) -> float:
+            """Return it."""
+
 
 MAX_CATCH_UP = 0.25
 """Greatest delay that is caught up with, s."""
@@ -48,14 +60,14 @@ _SIZE = _NAMES_AT + MAX_MEMBERS * _NAME_LENGTH
 class _File(object):
     """The mapped file; one for each process, because closing another one would lose its locks."""
 
-    _open = {}  # type: dict
+    _open = {}  # type: Dict[Any, _File]  # by what is on the disk; one of our own by itself
     _opening = threading.Lock()
 
-    def __init__(self, path):
+    def __init__(self, path: str) -> None:
         self.users = 0
-        self.mine = set()
+        self.mine = set()  # type: Set[int]
         self._thread = threading.RLock()
-        self.descriptor = None
+        self.descriptor = None  # type: Optional[int]
         try:
             os.makedirs(os.path.dirname(path), mode=0o700, exist_ok=True)
             self.descriptor = platforms.open_to_share(path)
@@ -75,15 +87,15 @@ class _File(object):
             self.map[:] = self._blank()
 
     @staticmethod
-    def _blank():
+    def _blank() -> bytes:
         promises = _PROMISES.pack(*[math.inf] * MAX_MEMBERS)
         return _MAGIC + _LAG.pack(0.0) + promises + bytes(MAX_MEMBERS * _NAME_LENGTH)
 
     @classmethod
-    def take(cls, path):
+    def take(cls, path: str) -> "_File":
         """The file at `path`, opened if this process has not yet done so."""
         with cls._opening:
-            key = cls._key(path)
+            key = cls._key(path)  # type: Any
             if key is None or key not in cls._open:
                 file = cls(path)
                 key = cls._key(path) if file.descriptor is not None else file
@@ -92,14 +104,14 @@ class _File(object):
             return cls._open[key]
 
     @staticmethod
-    def _key(path):
+    def _key(path: str) -> Optional[Tuple[int, int]]:
         try:
             there = os.stat(path)
         except OSError:
             return None
         return there.st_dev, there.st_ino
 
-    def drop(self):
+    def drop(self) -> None:
         """Close it if nobody in this process uses it any more."""
         with self._opening:
             self.users -= 1
@@ -112,7 +124,7 @@ class _File(object):
                 os.close(self.descriptor)
 
     @contextlib.contextmanager
-    def locked(self):
+    def locked(self) -> Iterator[None]:
         """Nobody else changes anything meanwhile."""
         with self._thread:
             if self.descriptor is not None:
@@ -123,7 +135,7 @@ class _File(object):
                 if self.descriptor is not None:
                     platforms.unlock_byte(self.descriptor, 0)
 
-    def _lives(self, k):
+    def _lives(self, k: int) -> bool:
         """Return True if the process of member `k` lives."""
         if k in self.mine or self.descriptor is None:
             return k in self.mine
@@ -138,20 +150,21 @@ class _File(object):
     # What stands in it
 
     @property
-    def lag(self):
+    def lag(self) -> float:
         """Delay behind the wall's clock, s."""
-        return _LAG.unpack_from(self.map, _LAG_AT)[0]
+        (lag,) = _LAG.unpack_from(self.map, _LAG_AT)  # type: Tuple[float]
+        return lag
 
     @property
-    def promises(self):
+    def promises(self) -> Tuple[float, ...]:
         """Per member, until when nothing more of it happens, s; inf where there is none."""
         return _PROMISES.unpack_from(self.map, _PROMISES_AT)
 
-    def promise(self, k, t):
+    def promise(self, k: int, t: float) -> None:
         """Member `k` does nothing before `t`, s."""
         _LAG.pack_into(self.map, _PROMISES_AT + k * _LAG.size, t)
 
-    def settle(self):
+    def settle(self) -> float:
         """Lose the time that nobody will catch up with; the time now, s.  Call it locked."""
         while True:
             promises = self.promises
@@ -166,7 +179,7 @@ class _File(object):
             _LAG.pack_into(self.map, _LAG_AT, self.lag + now - limit - MAX_CATCH_UP)
             return limit
 
-    def join(self, name):
+    def join(self, name: str) -> Optional[int]:
         """The number of a new member, who has promised nothing; None if there is no room."""
         alive = [k for k in range(MAX_MEMBERS) if self._lives(k)]
         if not alive:
@@ -187,14 +200,14 @@ class _File(object):
         self.mine.add(k)
         return k
 
-    def leave(self, k):
+    def leave(self, k: int) -> None:
         """Member `k` is gone."""
         self.promise(k, math.inf)
         if self.descriptor is not None:
             platforms.unlock_byte(self.descriptor, 1 + k)
         self.mine.discard(k)
 
-    def name(self, k):
+    def name(self, k: int) -> str:
         """Return the name of member `k`, for people."""
         start = _NAMES_AT + k * _NAME_LENGTH
         return self.map[start : start + _NAME_LENGTH].rstrip(b"\0").decode("ascii")
@@ -207,10 +220,10 @@ class PacedClock(object):
         folder: whose processes share it; None takes the state folder.
     """
 
-    def __init__(self, folder=None):
+    def __init__(self, folder: Optional[str] = None) -> None:
         self._file = _File.take(os.path.join(folder or state_folder(), FILE))
 
-    def now(self):
+    def now(self) -> float:
         """Seconds since some moment in the past, for every process of the world the same."""
         file = self._file
         limit = min(file.promises)
@@ -222,16 +235,16 @@ class PacedClock(object):
                 return file.settle()
         return limit
 
-    def sleep_until(self, t):
+    def sleep_until(self, t: float) -> None:
         """Wait until the clock shows `t`, s: for a member, no later than what it has promised."""
         while self.now() < t:
             wall.sleep(self.worth_waiting(t))
 
-    def worth_waiting(self, until):
+    def worth_waiting(self, until: float) -> float:
         """Return the wall seconds that it takes at least until the clock shows `until` (s)."""
         return max(until - (wall.monotonic() - self._file.lag), POLL_PERIOD)
 
-    def join(self, name):
+    def join(self, name: str) -> "Member":
         """Let the world wait for a new Member from now on.
 
         Args:
@@ -241,7 +254,7 @@ class PacedClock(object):
             return Member(self, self._file, self._file.join(name))
 
     @property
-    def latest(self):
+    def latest(self) -> str:
         """Name of whom the clock waits for just now; "" for nobody."""
         promises = self._file.promises
         limit = min(promises)
@@ -249,7 +262,7 @@ class PacedClock(object):
             return ""
         return self._file.name(promises.index(limit))
 
-    def close(self):
+    def close(self) -> None:
         """Look at it no more."""
         self._file.drop()
 
@@ -261,13 +274,13 @@ class Member(object):
         number: None for one who found no room, and whom nobody waits for.
     """
 
-    def __init__(self, clock, file, number):
+    def __init__(self, clock: PacedClock, file: _File, number: Optional[int]) -> None:
         self._clock = clock
         self._file = file
         self._number = number
         self._promised = -math.inf
 
-    def promise(self, t):
+    def promise(self, t: float) -> None:
         """Nothing of mine happens before `t`, s; an earlier promise that is farther is kept."""
         if self._number is None or t <= self._promised:
             return
@@ -276,7 +289,7 @@ class Member(object):
             self._file.settle()
             self._file.promise(self._number, t)
 
-    def leave(self):
+    def leave(self) -> None:
         """Nobody need wait for me any more."""
         if self._number is not None:
             with self._file.locked():
@@ -297,15 +310,15 @@ class PaceMeter(object):
     MIN_INTERVAL, MAX_INTERVAL = 0.1, 1.0
     """Times between two looks that count, wall seconds."""
 
-    def __init__(self, clock, window=PACE_WINDOW):
+    def __init__(self, clock: "Ticking", window: float = PACE_WINDOW) -> None:
         self._clock = clock
         self._window = window
-        self._last = None
-        self._looks = collections.deque()
+        self._last = None  # type: Optional[Tuple[float, float]]
+        self._looks = collections.deque()  # type: Deque[List[float]]
         self._sums = [0.0, 0.0]
         self.latest = 1.0
 
-    def look(self):
+    def look(self) -> float:
         """The pace over the last window; 1 as long as that is not over."""
         now = self._clock.now(), wall.monotonic()
         if self._last is not None and now[1] - self._last[1] < self.MIN_INTERVAL:
@@ -325,11 +338,11 @@ class PaceMeter(object):
         return self.latest
 
     @property
-    def mean(self):
+    def mean(self) -> float:
         """The pace since the first look."""
         return self._sums[0] / self._sums[1] if self._sums[1] else 1.0
 
 
-def in_words(pace):
+def in_words(pace: float) -> str:
     """Return what people are told about a pace below BUSY."""
     return "this computer is busy: running at {:.2g} x".format(pace)

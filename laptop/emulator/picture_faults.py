@@ -5,6 +5,14 @@ whose input is gone, or in front of a driver that hands out its last buffer agai
 """
 
 from collections import deque
+from typing import Callable, Optional
+
+MYPY = False
+if MYPY:
+    from typing import Any, Deque, Dict, TypeVar  # noqa: F401
+
+    Picture = TypeVar("Picture")
+
 
 MAX_LOOP = 120
 """Pictures of a camera that are kept, so that a loop may begin with them."""
@@ -13,13 +21,13 @@ MAX_LOOP = 120
 class PictureFaults(object):
     """What the cameras of one world show instead of what they see."""
 
-    def __init__(self):
-        self._kept = {}  # camera: its last true pictures
-        self._loops = {}  # camera, or None for all: (pictures of the loop, how many were shown)
-        self._times = {}  # camera, or None for all: how often each picture is shown
-        self._shown = {}  # camera: how often its last picture was shown
+    def __init__(self) -> None:
+        self._kept = {}  # type: Dict[str, Deque[Any]]  # camera: its last true pictures
+        self._loops = {}  # type: Dict[Optional[str], int]  # camera, or None for all: (pictures of the loop, how many were shown)
+        self._times = {}  # type: Dict[Optional[str], int]  # camera, or None for all: how often each picture is shown
+        self._shown = {}  # type: Dict[str, int]  # camera: how often its last picture was shown
 
-    def freeze(self, camera=None, frames=1):
+    def freeze(self, camera: Optional[str] = None, frames: int = 1) -> None:
         """From now on the last picture comes again; or the last `frames`, in turn.
 
         Args:
@@ -29,11 +37,11 @@ class PictureFaults(object):
             raise ValueError("a loop of {} pictures; 1 to {}".format(frames, MAX_LOOP))
         self._loops[camera] = frames
 
-    def repeat(self, times, camera=None):
+    def repeat(self, times: int, camera: Optional[str] = None) -> None:
         """From now on each true picture is shown so many times, as at too high a rate."""
         self._times[camera] = times
 
-    def release(self, camera=None):
+    def release(self, camera: Optional[str] = None) -> None:
         """The camera shows again what it sees; all of them if None."""
         for faults in (self._loops, self._times):
             if camera is None:
@@ -41,17 +49,17 @@ class PictureFaults(object):
             faults.pop(camera, None)
 
     @property
-    def frozen(self):
+    def frozen(self) -> bool:
         """Whether any camera shows what it has shown before."""
         return bool(self._loops)
 
-    def shown(self, camera, take):
+    def shown(self, camera: str, take: Callable[[], "Picture"]) -> "Picture":
         """The picture that a camera gives now.
 
         Args:
             take: gives the true one; it is not asked for one that nobody sees.
         """
-        kept = self._kept.setdefault(camera, deque(maxlen=MAX_LOOP))
+        kept = self._kept.setdefault(camera, deque(maxlen=MAX_LOOP))  # type: Deque[Picture]
         frames = self._loops.get(camera, self._loops.get(None))
         if frames is not None and kept:
             # The oldest of the loop comes next, and goes to its end.

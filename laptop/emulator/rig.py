@@ -11,13 +11,27 @@ In virtual time what comes out is a function of what was said, whatever the comp
 import contextlib
 import os
 import sys
-from collections import namedtuple
+from typing import (
+    Any,
+    Callable,
+    ContextManager,
+    Dict,
+    Iterable,
+    Iterator,
+    List,
+    NamedTuple,
+    Optional,
+    Sequence,
+    Tuple,
+    Union,
+)
 
 from laptop.emulator import temporary_folders
 from laptop.emulator.brick_environment import brick_folders
 from laptop.emulator.brick_home import at_home, prepare_home, read_start, wanted_paths
 from laptop.emulator.device.brick import EmulatedBrick
-from laptop.emulator.device.peripherals import Peripherals
+from laptop.emulator.device.motion_record import MotionRecord
+from laptop.emulator.device.peripherals import Peripherals, let_joints_touch
 from laptop.emulator.device.plant_constants import read_plant
 from laptop.emulator.device.sensor_scene import scene_of
 from laptop.emulator.faults import (
@@ -28,16 +42,43 @@ from laptop.emulator.faults import (
     schedule_pictures,
 )
 from laptop.emulator.host import program
-from laptop.emulator.host.runner import run_script
+from laptop.emulator.host.runner import Outcome, run_script
 from laptop.emulator.host.world import World
 from laptop.emulator.live import PoseWriter
 from laptop.emulator.own_programs import find_script
 from laptop.emulator.pace import PacedClock
-from robot.motion import kinematics
+from robot.motion import chains, kinematics
 from shared.arm_description import find_arm, read_arm
 
-SimulationResult = namedtuple(
-    "SimulationResult", "outcome record wanted motors names skeleton reach pace asked began"
+MYPY = False
+if MYPY:
+    from laptop.emulator.brick_home import Start  # noqa: F401
+    from laptop.emulator.device.buttons import Press  # noqa: F401
+    from laptop.emulator.device.plant_constants import PlantConstants  # noqa: F401
+    from laptop.emulator.device.sensor_orders import SensorOrder  # noqa: F401
+    from laptop.emulator.device.wheels import Wheels  # noqa: F401
+    from laptop.emulator.faults import WatchingTracker  # noqa: F401
+    from laptop.see.camera.frames import Frame  # noqa: F401
+    from shared.arm_description import Arm  # noqa: F401
+
+    Watch = Callable[[EmulatedBrick], ContextManager[Optional[WatchingTracker]]]
+    Faults = Union[str, Fault, Iterable[Union[str, Fault]]]
+
+
+SimulationResult = NamedTuple(
+    "SimulationResult",
+    [
+        ("outcome", Outcome),
+        ("record", MotionRecord),
+        ("wanted", List[List[Tuple[float, ...]]]),
+        ("motors", Dict[str, Dict[str, Any]]),
+        ("names", Optional[List[str]]),
+        ("skeleton", Sequence[Tuple[float, ...]]),
+        ("reach", Optional[Tuple[float, float]]),
+        ("pace", Optional[float]),
+        ("asked", List[str]),
+        ("began", float),
+    ],
 )
 SimulationResult.__doc__ = """The result of a run.
 
@@ -56,7 +97,17 @@ began     when the run began, by the rig's world, s
 """
 
 
-class Plugs(namedtuple("Plugs", "motors stops sensors wheels")):
+class Plugs(
+    NamedTuple(
+        "Plugs",
+        [
+            ("motors", Optional[Dict[str, str]]),
+            ("stops", Optional[Dict[str, Tuple[float, float]]]),
+            ("sensors", Optional[Dict[str, "SensorOrder"]]),
+            ("wheels", Optional["Wheels"]),
+        ],
+    )
+):
     """What is plugged in beside the arm.
 
     Args:
@@ -69,12 +120,27 @@ class Plugs(namedtuple("Plugs", "motors stops sensors wheels")):
 
     __slots__ = ()
 
-    def __new__(cls, motors=None, stops=None, sensors=None, wheels=None):
+    def __new__(
+        cls,
+        motors: Optional[Dict[str, str]] = None,
+        stops: Optional[Dict[str, Tuple[float, float]]] = None,
+        sensors: Optional[Dict[str, "SensorOrder"]] = None,
+        wheels: Optional["Wheels"] = None,
+    ) -> "Plugs":
         """Plug in what is given."""
         return super(Plugs, cls).__new__(cls, motors, stops, sensors, wheels)
 
 
-_Parts = namedtuple("_Parts", "stack world brick devices state_folder")
+_Parts = NamedTuple(
+    "_Parts",
+    [
+        ("stack", contextlib.ExitStack),
+        ("world", World),
+        ("brick", EmulatedBrick),
+        ("devices", Peripherals),
+        ("state_folder", str),
+    ],
+)
 """What a rig consists of as long as it is open."""
 
 
@@ -115,23 +181,20 @@ class Rig(object):
     """
 
     def __init__(
-        self, arm="planar", built=None, plant="", cameras=None, start="home",
-        state_folder=None, realtime=False, plugs=Plugs()  # noqa: B008 (it does not change)
-    ):  # fmt: skip
+        self,
+        arm: Union[str, "Arm", None] = "planar",
+        built: Union[str, "Arm", None] = None,
+        plant: Union[str, "PlantConstants", None] = "",
+        cameras: Union[str, "Watch", None] = None,
+        start: "Start" = "home",
+        state_folder: Optional[str] = None,
+        realtime: bool = False,
+        plugs: Plugs = Plugs(),  # noqa: B008 (it does not change)
+    ) -> None:
         self.arm = _arm_of(arm)
         self.built = self.arm if built is None else _arm_of(built)
-        if self.built is not None and self.arm is None:
-            raise InvalidSimulationOption(
-                "{} is built, but programs are told of no arm; give that, too".format(
-                    self.built.name
-                )
-            )
-        if self.built is not None and self.built.chain != self.arm.chain:
-            raise InvalidSimulationOption(
-                "{} is built as a {} arm, but {} describes a {} one; give two of one chain".format(
-                    self.built.name, self.built.chain, self.arm.name, self.arm.chain
-                )
-            )
+        if self.built is not None:
+            _check_chain(self.built, self.arm)
         if plant is None or isinstance(plant, str):
             plant = read_plant(plant or "")
         self._start = start
@@ -139,11 +202,12 @@ class Rig(object):
         self._plant, self._realtime, self._plugs = plant, realtime, plugs
         self._cameras = cameras
         self._given_folder = state_folder
-        self._parts = None
-        self._tracker = self._writer = None
+        self._parts = None  # type: Optional[_Parts]
+        self._tracker = None  # type: Optional[WatchingTracker]
+        self._writer = None  # type: Optional[PoseWriter]
         self._begun = 0  # samples of the record that are of earlier runs
 
-    def __enter__(self):
+    def __enter__(self) -> "Rig":
         stack, plugs = contextlib.ExitStack(), self._plugs
         with contextlib.ExitStack() as undone:
             undone.callback(stack.close)
@@ -164,18 +228,18 @@ class Rig(object):
                 sensors=plugs.sensors,
                 scene=scene_of(brick),
             )
-            _let_joints_touch(brick, devices)
+            let_joints_touch(brick, devices)
             folder = self._given_folder or stack.enter_context(temporary_folders.made("home"))
             prepare_home(folder, self.arm, self._q, self._start, self._homed)
             undone.pop_all()
         self._parts = _Parts(stack, world, brick, devices, folder)
         return self
 
-    def __exit__(self, *error):
+    def __exit__(self, *error: object) -> None:
         self._open.stack.close()
 
     @property
-    def _open(self):
+    def _open(self) -> _Parts:
         """Its _Parts.
 
         Raises:
@@ -186,29 +250,37 @@ class Rig(object):
         return self._parts
 
     @property
-    def world(self):
+    def world(self) -> World:
         """The World, whose `now()` is the time, s."""
         return self._open.world
 
     @property
-    def brick(self):
+    def brick(self) -> EmulatedBrick:
         """The EmulatedBrick."""
         return self._open.brick
 
     @property
-    def devices(self):
+    def devices(self) -> Peripherals:
         """The Peripherals: buttons, screen, sensors."""
         return self._open.devices
 
     @property
-    def state_folder(self):
+    def state_folder(self) -> str:
         """The folder of the brick's memory."""
         return self._open.state_folder
 
     def run(
-        self, script, *words, faults=(), presses=(), meanwhile=(), person=None, keyboard=None,
-        timeout=600.0, patience=10.0
-    ):  # fmt: skip
+        self,
+        script: Any,
+        *words: Any,
+        faults: "Faults" = (),
+        presses: Iterable["Press"] = (),
+        meanwhile: Iterable[Tuple[float, Callable[[], object]]] = (),
+        person: Optional[Callable[[EmulatedBrick, Peripherals], object]] = None,
+        keyboard: Optional[Callable[[EmulatedBrick], Any]] = None,
+        timeout: float = 600.0,
+        patience: float = 10.0
+    ) -> SimulationResult:  # fmt: skip
         """Run a script on the brick until it ends, and let the world go on a little.
 
         What it prints goes to this process's standard output and error.
@@ -269,11 +341,11 @@ class Rig(object):
             wanted = wanted_paths(plan)[before:]
         return self._result(outcome, wanted, begun)
 
-    def job(self, file, *words, **options):
+    def job(self, file: Any, *words: Any, **options: Any) -> SimulationResult:
         """Let driver.py draw a job file; as `run`."""
         return self.run("driver.py", "job", str(file), *words, **options)
 
-    def program(self):
+    def program(self) -> ContextManager[program.Program]:
         """What a program computes in this process, at the brick's pace, for a `with` block.
 
         Gives a laptop.emulator.host.program.Program: its modules by name, and its `clock`.  Its
@@ -281,7 +353,7 @@ class Rig(object):
         """
         return program.on(self.brick)
 
-    def see(self):
+    def see(self) -> Dict[str, "Frame"]:
         """The newest pictures of the cameras, by name ("A", ...).
 
         Each is a laptop.see.camera.frames.Frame: `image`, BGR, and `t`, when it was taken, s.
@@ -300,22 +372,22 @@ class Rig(object):
         return {name: one.capture(one.newest(self.world.now())) for name, one in films.items()}
 
     @property
-    def q(self):
+    def q(self) -> Tuple[float, ...]:
         """The true joint angles, rad."""
         return self.brick.plant.q
 
     @property
-    def tip(self):
+    def tip(self) -> Tuple[float, ...]:
         """The true tip, cm."""
         return kinematics.forward(self._true_arm, self.q)
 
     @property
-    def record(self):
+    def record(self) -> MotionRecord:
         """MotionRecord of all runs: the true links and tip, one sample per 5 ms."""
         return self.brick.record
 
     @property
-    def _true_arm(self):
+    def _true_arm(self) -> "Arm":
         """The arm as it was built.
 
         Raises:
@@ -325,7 +397,7 @@ class Rig(object):
             raise InvalidSimulationOption("there is no arm on this brick; name one: Rig(arm)")
         return self.built
 
-    def _watch(self):
+    def _watch(self) -> Optional["WatchingTracker"]:
         """The tracker before the cameras, from the first run on."""
         if self._tracker is None and self._cameras is not None:
             watched = self._cameras
@@ -336,14 +408,16 @@ class Rig(object):
             self._tracker = self._open.stack.enter_context(watched(self.brick))
         return self._tracker
 
-    def _publish(self, name):
+    def _publish(self, name: str) -> None:
         """Let cameras in other processes see the arm, in real time."""
         if self._writer is None and self.world.realtime and self.brick.arm is not None:
             self._writer = writer = PoseWriter(self.brick, name)
             self._open.stack.callback(writer.close)
             self.world.bodies.append(writer.advance)
 
-    def _result(self, outcome, wanted, begun):
+    def _result(
+        self, outcome: Outcome, wanted: List[List[Tuple[float, ...]]], begun: float
+    ) -> SimulationResult:
         brick, built = self.brick, self.built
         record = brick.record.since(self._begun)
         self._begun = len(brick.record)
@@ -354,7 +428,7 @@ class Rig(object):
         skeleton, reach = (), None
         if built is not None:
             skeleton = kinematics.joint_positions(built, brick.plant.q)
-            reach = kinematics.reach(built)
+            reach = chains.reach(built)
         pace = self.world.pace.mean if self.world.pace else None
         return SimulationResult(
             outcome,
@@ -370,11 +444,25 @@ class Rig(object):
         )
 
 
-def _listed(faults):
+def _listed(faults: "Faults") -> Iterable[Union[str, Fault]]:
     return [faults] if isinstance(faults, (str, Fault)) else faults
 
 
-def _existing(script):
+def _check_chain(built: "Arm", arm: Optional["Arm"]) -> None:
+    """Refuse an arm that is built of other joints than programs are told of."""
+    if arm is None:
+        raise InvalidSimulationOption(
+            "{} is built, but programs are told of no arm; give that, too".format(built.name)
+        )
+    if built.chain != arm.chain:
+        raise InvalidSimulationOption(
+            "{} is built as a {} arm, but {} describes a {} one; give two of one chain".format(
+                built.name, built.chain, arm.name, arm.chain
+            )
+        )
+
+
+def _existing(script: str) -> str:
     """Path of a script as one names it.
 
     Raises:
@@ -389,31 +477,12 @@ def _existing(script):
     return path
 
 
-def _arm_of(arm):
+def _arm_of(arm: Union[str, "Arm", None]) -> Optional["Arm"]:
     return read_arm(find_arm(arm)) if isinstance(arm, str) else arm
 
 
-def _let_joints_touch(brick, peripherals):
-    """Let the joints of the arm, as it was built, close and open their touch sensors."""
-    if brick.arm is None:
-        return
-    touching = []
-    for link, joint in zip(brick.plant.links, brick.arm.joints):
-        measuring = peripherals.inputs[joint.touch_port].measuring if joint.touch_port else None
-        if measuring is not None:
-            touching.append((link, joint, measuring))
-
-    def look(t):
-        for link, joint, sensor in touching:
-            at = joint.touch_at
-            sensor.pressed = link.angle >= at if at >= joint.upper else link.angle <= at
-
-    if touching:
-        brick.world.bodies.append(look)
-
-
 @contextlib.contextmanager
-def _typed_at(keyboard):
+def _typed_at(keyboard: Any) -> Iterator[None]:
     """Let a script read this file as its standard input."""
     before, sys.stdin = sys.stdin, keyboard
     try:
@@ -422,5 +491,5 @@ def _typed_at(keyboard):
         sys.stdin = before
 
 
-def _tell(line):
+def _tell(line: str) -> None:
     sys.stderr.write(line + "\n")

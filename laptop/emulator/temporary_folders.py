@@ -9,18 +9,24 @@ import os
 import shutil
 import tempfile
 from functools import partial
+from typing import Iterable, Iterator, Optional, Tuple
 
 from laptop.system import platforms
+
+MYPY = False
+if MYPY:
+    from typing import Dict  # noqa: F401
+
 
 PREFIX, LOCK = "brickservo-", ".lock"
 """Beginning of the name of each folder, and what the name of its file has behind it."""
 IN_MEMORY = "/dev/shm"
 """Where Linux has files that are on no disk, which takes 50 ms to be rid of a folder of ours."""
 
-_HELD = {}  # type: dict  # path -> descriptor of its lock
+_HELD = {}  # type: Dict[str, int]  # path -> descriptor of its lock
 
 
-def make(name, place=None):
+def make(name: str, place: Optional[str] = None) -> str:
     """Make a folder of this process, to be removed by `remove`; its path.
 
     Args:
@@ -44,23 +50,23 @@ def make(name, place=None):
     return path
 
 
-def _lock_file(name, place):
+def _lock_file(name: str, place: str) -> Tuple[int, str]:
     return tempfile.mkstemp(prefix=PREFIX + name + "-", suffix=LOCK, dir=place)
 
 
-def remove(path):
+def remove(path: str) -> None:
     """Remove a folder that `make` has made."""
     if path in _HELD:
         _remove(path, _HELD.pop(path))
 
 
-def _remove(path, descriptor):
+def _remove(path: str, descriptor: int) -> None:
     shutil.rmtree(path, ignore_errors=True)
     platforms.remove_open(path + LOCK, partial(os.close, descriptor))
 
 
 @contextlib.contextmanager
-def made(name, place=None):
+def made(name: str, place: Optional[str] = None) -> Iterator[str]:
     """The path of a new folder for a `with` block."""
     path = make(name, place)
     try:
@@ -69,7 +75,7 @@ def made(name, place=None):
         remove(path)
 
 
-def sweep(places=None):
+def sweep(places: Optional[Iterable[str]] = None) -> int:
     """Remove the folders of processes that are no more; the number of them.
 
     Args:
@@ -84,7 +90,7 @@ def sweep(places=None):
     return swept
 
 
-def _sweep_one(path):
+def _sweep_one(path: str) -> int:
     try:
         descriptor = os.open(path + LOCK, os.O_RDWR | getattr(os, "O_NOFOLLOW", 0))
     except OSError:  # another user's, or just removed

@@ -43,7 +43,7 @@ from laptop.emulator.host.world import World
 from laptop.emulator.picture_faults import PictureFaults
 from laptop.see.serve.server import TrackingServer
 from robot.tracker_address import SaltedKey, ServerAddress
-from robot.tracking_client import TrackingClient
+from robot.tracking import TrackingClient
 from shared import pairing
 from shared.messages import Observation
 

@@ -12,7 +12,7 @@ import io
 import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -32,6 +32,9 @@ from shared.arm_description import Arm
 from shared.job import Job
 from shared.job_log import read_log
 from shared.messages import EFFECTOR, LEAST_CONFIDENCE
+
+if TYPE_CHECKING:
+    from laptop.emulator.device.plant_constants import PlantConstants
 
 TIMEOUT = 24 * 3600.0
 """A job may take so long, s of the brick's time."""
@@ -68,7 +71,7 @@ class EmulatedRig:
         self,
         arm: Arm,
         built: Arm | None = None,
-        plant: str | dict[str, Any] = "",
+        plant: str | PlantConstants = "",
         cameras: Mapping[str, PointCamera] | None = None,
         height: float = 0.0,
         noise_px: float = 1.0,

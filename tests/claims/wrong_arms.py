@@ -16,13 +16,14 @@ import os
 import random
 import re
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from laptop.bench.bench import BenchRecord, BenchTable, seeds_of
 from laptop.emulator.brick_home import UNCHECKED
+from laptop.emulator.device.brick import EmulatedBrick
 from laptop.emulator.device.plant_constants import CPU
 from laptop.emulator.onlooker import Onlooker
 from laptop.emulator.rig import Rig, SimulationResult
@@ -160,7 +161,12 @@ def _written(arm: Arm, lines: Sequence[dict[str, str]], folder: Path) -> Arm:
 
 
 def _performed(
-    case: WrongArmCase, arm: Arm, built: Arm, words: Sequence[str], start: str, typed: object
+    case: WrongArmCase,
+    arm: Arm,
+    built: Arm,
+    words: Sequence[str],
+    start: str,
+    typed: Callable[[EmulatedBrick], object],
 ) -> tuple[SimulationResult, list[str]]:
     """Run `driver.py WORDS` with somebody at the keyboard; and the lines that it has said."""
     said = io.StringIO()

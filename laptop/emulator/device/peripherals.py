@@ -24,6 +24,7 @@ if MYPY:
     from typing import Collection  # noqa: F401
 
     from laptop.emulator.device.attribute_devices import DeviceWorld  # noqa: F401
+    from laptop.emulator.device.brick import EmulatedBrick  # noqa: F401
     from laptop.emulator.device.buttons import Press  # noqa: F401
     from laptop.emulator.device.sensor_orders import SensorOrder  # noqa: F401
     from laptop.emulator.device.sensors import Measuring, Scenery, Sensed  # noqa: F401
@@ -151,3 +152,22 @@ class Peripherals(object):
             return False
         self.screen.ioctl(request, argument)
         return True
+
+
+def let_joints_touch(brick: "EmulatedBrick", peripherals: Peripherals) -> None:
+    """Let the joints of the arm, as it was built, close and open their touch sensors."""
+    if brick.arm is None:
+        return
+    touching = []
+    for link, joint in zip(brick.plant.links, brick.arm.joints):
+        measuring = peripherals.inputs[joint.touch_port].measuring if joint.touch_port else None
+        if measuring is not None:
+            touching.append((link, joint, measuring))
+
+    def look(t: float) -> None:
+        for link, joint, sensor in touching:
+            at = joint.touch_at
+            sensor.pressed = link.angle >= at if at >= joint.upper else link.angle <= at
+
+    if touching:
+        brick.world.bodies.append(look)

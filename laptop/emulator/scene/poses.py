@@ -62,7 +62,9 @@ class RecordedPoses:
         for sample in record[self._taken :]:
             self._history.append(sample.t, sample.q, sample.pen)
         self._taken = len(record)
-        return self._history.at(t)
+        pose = self._history.at(t)
+        assert pose is not None, "a brick's record begins with where it stands"
+        return pose
 
     def close(self) -> None:
         """Nothing is held."""
