@@ -38,7 +38,7 @@ class InkedGround:
         self._cover = np.zeros(bare.shape[:2], np.float32)
         self._segments: list[Sequence[float]] = []
 
-    def lay(self, ink: Sequence) -> None:
+    def lay(self, ink: Sequence[Sequence[float]]) -> None:
         """Bring the ink to these segments (n, 4), cm; those that are there already stay."""
         known = len(self._segments)
         if len(ink) < known or (known and tuple(ink[known - 1]) != tuple(self._segments[-1])):

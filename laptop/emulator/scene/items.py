@@ -62,13 +62,13 @@ def place_outline(outline: np.ndarray, origin: Point, angle: float, z: float) ->
 
 def cast_shadow(points: np.ndarray) -> np.ndarray:
     """The shadow of points (n, 3), cm, on the table."""
-    return points - points[:, 2:] * (LAMP / LAMP[2])
+    return np.asarray(points - points[:, 2:] * (LAMP / LAMP[2]))
 
 
 def table_hull(points: np.ndarray) -> np.ndarray:
     """The hull of points (n, 3), cm, that all lie on the table."""
     hull = cv2.convexHull(points[:, :2].astype(np.float32)).reshape(-1, 2)
-    return np.c_[hull, np.zeros(len(hull))]
+    return np.asarray(np.c_[hull, np.zeros(len(hull))])
 
 
 def block(outline: np.ndarray, at: Point, angle: float, height: float, light: Any) -> list[Item]:

@@ -34,7 +34,7 @@ def marker_offset(arm: Arm, constants: dict[str, Any]) -> np.ndarray:
     """
     direction = np.random.default_rng([constants["seed"], 4]).uniform(0, 2 * math.pi)
     stray = constants["marker_stray"] * np.array([math.cos(direction), math.sin(direction)])
-    return np.array(arm.marker_offset) + stray
+    return np.asarray(np.array(arm.marker_offset) + stray)
 
 
 def outer_radius(constants: dict[str, Any]) -> float:
@@ -78,7 +78,7 @@ def limb(centre: np.ndarray, radius: float, camera: Pinhole) -> np.ndarray:
     one = np.cross(view, (1.0, 0.0, 0.0) if abs(view[0]) < 0.8 else (0.0, 1.0, 0.0))
     one = one / np.linalg.norm(one)
     flat = circle(radius * math.sqrt(1 - share**2), 128)
-    return centre + radius * share * view + flat @ np.array([one, np.cross(view, one)])
+    return np.asarray(centre + radius * share * view + flat @ np.array([one, np.cross(view, one)]))
 
 
 _bit_rings = functools.lru_cache(maxsize=2)(bit_rings)

@@ -54,7 +54,7 @@ def to_linear(srgb: np.ndarray | Sequence[float]) -> np.ndarray:
 def to_srgb(linear: np.ndarray | Sequence[float]) -> np.ndarray:
     """SRGB values 0 .. 255, not rounded, of light 0 .. 1; any shape."""
     c = np.clip(np.asarray(linear, float), 0, 1)
-    return 255 * np.where(c <= 0.0031308, 12.92 * c, 1.055 * c ** (1 / 2.4) - 0.055)
+    return np.asarray(255 * np.where(c <= 0.0031308, 12.92 * c, 1.055 * c ** (1 / 2.4) - 0.055))
 
 
 def light_of(colour: str) -> np.ndarray:
@@ -154,7 +154,7 @@ class Pinhole:
 
     def seen(self, points: np.ndarray) -> np.ndarray:
         """Points (n, 3), cm, in the camera's own frame."""
-        return (np.asarray(points, float) - self.position) @ self.rotation.T
+        return np.asarray((np.asarray(points, float) - self.position) @ self.rotation.T)
 
     def project(self, points: np.ndarray) -> np.ndarray:
         """Project points (n, 3), cm, into the picture: (n, 2), px.
@@ -165,13 +165,15 @@ class Pinhole:
         z = np.maximum(z, MIN_DEPTH)
         x, y = x / z, y / z
         factor = self._factor(np.hypot(x, y))
-        return np.stack([x * factor, y * factor], axis=1) * self.focal + self.centre
+        return np.asarray(np.stack([x * factor, y * factor], axis=1) * self.focal + self.centre)
 
     def _factor(self, r: np.ndarray) -> np.ndarray:
         """Return the factor of distortion at each radius."""
         inside = np.minimum(r, self.widest)
         factor = 1 + self.k1 * inside**2 + self.k2 * inside**4
-        return np.where(r > inside, (inside * factor + r - inside) / np.maximum(r, 1e-12), factor)
+        return np.asarray(
+            np.where(r > inside, (inside * factor + r - inside) / np.maximum(r, 1e-12), factor)
+        )
 
     def rays(self) -> np.ndarray:
         """Return (height, width, 2): x, y of each pixel's ray (x, y, 1) in the camera's frame."""
@@ -383,7 +385,9 @@ def ball_light(
     half = half / np.linalg.norm(half, axis=2, keepdims=True)
     lambert = np.maximum(normals @ to_lamp, 0)
     gloss = np.maximum((normals * half).sum(axis=2), 0) ** 60
-    return np.asarray(light) * (0.25 + 0.85 * lambert)[..., None] + 0.5 * gloss[..., None]
+    return np.asarray(
+        np.asarray(light) * (0.25 + 0.85 * lambert)[..., None] + 0.5 * gloss[..., None]
+    )
 
 
 def marker_light(

@@ -39,7 +39,7 @@ from laptop.emulator.scene.marker_items import (
 )
 from laptop.emulator.scene.optics import Pinhole, circle, light_of, rectangle
 from laptop.emulator.scene.scene_constants import BadScene
-from robot.motion import kinematics
+from robot.motion import chains, kinematics
 from shared.arm_description import Arm
 
 MAX_TILT = 85.0
@@ -106,7 +106,7 @@ class PlanarWorkcell:
     @functools.cached_property
     def reach(self) -> float:
         """Greatest distance of the tip from the base, cm."""
-        return float(kinematics.reach(self.arm)[1])
+        return float(chains.reach(self.arm)[1])
 
     @functools.cached_property
     def _beam_light(self) -> np.ndarray:
@@ -156,7 +156,7 @@ class PlanarWorkcell:
     @staticmethod
     def aim_step(step: np.ndarray, tilt: float) -> np.ndarray:
         """The step (3,), cm, of the aim for one across the picture; `tilt` in rad."""
-        return step / np.array([1.0, max(0.2, math.cos(tilt)), math.inf])
+        return np.asarray(step / np.array([1.0, max(0.2, math.cos(tilt)), math.inf]))
 
     @staticmethod
     def can_aim(camera: Pinhole, points: np.ndarray, distance: float) -> bool:

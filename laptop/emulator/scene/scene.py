@@ -116,7 +116,9 @@ class Scene:
 
     # What the camera sees
 
-    def image(self, q: Sequence[float], ink: Sequence = (), t: float = 0.0) -> np.ndarray:
+    def image(
+        self, q: Sequence[float], ink: Sequence[Sequence[float]] = (), t: float = 0.0
+    ) -> np.ndarray:
         """Return the light (height, width, 3) that falls on the sensor.
 
         Args:
@@ -129,7 +131,9 @@ class Scene:
         patch.outer.cut(image)[:] = patch.pixels
         return image
 
-    def patch(self, poses: Sequence[Sequence[float]], ink: Sequence, t: float) -> Patch:
+    def patch(
+        self, poses: Sequence[Sequence[float]], ink: Sequence[Sequence[float]], t: float
+    ) -> Patch:
         """Return what moves, as the mean of several poses q (rad) of one exposure."""
         self._inked.lay(ink)
         painter = self.painter

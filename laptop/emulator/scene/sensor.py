@@ -158,7 +158,7 @@ class Sensor:
 
     def _encoded(self, light: np.ndarray, box: Box, lamp: float) -> np.ndarray:
         exposed = cv2.multiply(light, box.cut(self._light), scale=lamp, dtype=cv2.CV_16U)
-        return ENCODED[exposed]
+        return np.asarray(ENCODED[exposed])
 
     def _read_out(self, values: np.ndarray, luck: random.Random) -> np.ndarray:
         if not len(self._noise):

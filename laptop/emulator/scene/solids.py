@@ -167,7 +167,9 @@ def in_order(solids: Sequence[Solid], camera: Pinhole) -> list[Solid]:
     def nearest(a: np.ndarray, b: np.ndarray) -> np.ndarray:
         """The points of the boxes a nearest to the centres of b."""
         off = np.einsum("pij,pj->pi", axes[a], centres[b] - centres[a])
-        return centres[a] + np.einsum("pi,pij->pj", np.clip(off, -half[a], half[a]), axes[a])
+        return np.asarray(
+            centres[a] + np.einsum("pi,pij->pj", np.clip(off, -half[a], half[a]), axes[a])
+        )
 
     # Normals of planes that may part two boxes: those of their sides, those along two of their
     # edges, and those across the shortest way from one to the other.
@@ -181,7 +183,7 @@ def in_order(solids: Sequence[Solid], camera: Pinhole) -> list[Solid]:
 
     def extent(which: np.ndarray) -> np.ndarray:
         along = np.abs(np.einsum("pki,pji->pkj", normals, axes[which]))
-        return np.einsum("pkj,pj->pk", along, half[which]) + radius[which][:, None]
+        return np.asarray(np.einsum("pkj,pj->pk", along, half[which]) + radius[which][:, None])
 
     upper = np.einsum("pki,pi->pk", normals, centres[one]) + extent(one)
     lower = np.einsum("pki,pi->pk", normals, centres[other]) - extent(other)

@@ -28,7 +28,7 @@ from laptop.emulator.scene.planar import sampled_tips
 from laptop.emulator.scene.scene_constants import CAMERAS, BadScene
 from laptop.emulator.scene.skeleton import Skeleton, ball_stand
 from laptop.emulator.scene.solids import Solid, ball, in_order
-from robot.motion import kinematics
+from robot.motion import chains, kinematics
 from shared.arm_description import Arm
 
 _AZIMUTHS = (60.0, -60.0, 120.0, -120.0, 180.0, 0.0)
@@ -90,7 +90,7 @@ class SpatialWorkcell:
     @functools.cached_property
     def reach(self) -> float:
         """Greatest distance of the tip from the base, cm."""
-        return float(kinematics.reach(self.arm)[1])
+        return float(chains.reach(self.arm)[1])
 
     @property
     def table_half_side(self) -> float:
@@ -116,7 +116,7 @@ class SpatialWorkcell:
         out = along * math.cos(pitch) - up * math.sin(pitch)
         raised = along * math.sin(pitch) + up * math.cos(pitch)
         off = out * math.cos(base), out * math.sin(base), raised
-        return np.array(kinematics.forward(self.arm, q)) + off
+        return np.asarray(np.array(kinematics.forward(self.arm, q)) + off)
 
     def goal_marker(self) -> np.ndarray:
         """Centre (3,), cm, of the ball on the stand."""
@@ -133,7 +133,7 @@ class SpatialWorkcell:
         directions = np.random.default_rng(0).normal(size=(300, 3))
         tips = tips[np.unique((tips @ directions.T).argmax(axis=0))]
         cube = [np.c_[corners, np.full(4, z)] for z in (-wide, wide)]
-        return (tips[:, None] + np.concatenate(cube)).reshape(-1, 3)
+        return np.asarray((tips[:, None] + np.concatenate(cube)).reshape(-1, 3))
 
     # How a camera aims at it: at the middle of the workspace
 

@@ -112,7 +112,7 @@ class SyntheticCamera:
         c = self.constants
         frames = RATE_DRIFT_PERIOD * c["fps"]
         stray = math.sin(2 * math.pi * index / frames) * frames / (2 * math.pi)
-        return self._start + (index + c["fps_wander"] * stray) / c["fps"]
+        return float(self._start + (index + c["fps_wander"] * stray) / c["fps"])
 
     def due(self, index: int) -> float:
         """Time at which a frame is handed over, s; frames never overtake one another."""
@@ -126,13 +126,13 @@ class SyntheticCamera:
 
     @property
     def _least_delay(self) -> float:
-        return max(self.constants["delay"], self._whole)
+        return float(max(self.constants["delay"], self._whole))
 
     def _arrival(self, index: int) -> float:
         late = (
             min(self._luck(index, 0).expovariate(1.0), MAX_JITTER_MEANS) * self.constants["jitter"]
         )
-        return self.time_of(index) + self._least_delay + late
+        return float(self.time_of(index) + self._least_delay + late)
 
     def _luck(self, index: int, what: int) -> random.Random:
         c = self.constants
@@ -147,7 +147,7 @@ class SyntheticCamera:
         index = math.floor((taken_by - self._start + ahead) * self.fps) + 1
         while index >= 0 and (self.time_of(index) > taken_by or self.due(index) > t):
             index -= 1
-        return max(index, -1)
+        return int(max(index, -1))
 
     # Pictures
 
@@ -210,7 +210,7 @@ class SyntheticCamera:
         rate = 2 * math.pi * 2 * c["mains"]
         half = rate * c["exposure"] / 2
         swing = math.sin(half) / half if half else 1.0
-        return 1 + c["flicker"] * swing * math.cos(rate * (t - self._start))
+        return float(1 + c["flicker"] * swing * math.cos(rate * (t - self._start)))
 
     # As a camera
 
