@@ -17,8 +17,9 @@ import numpy as np
 from laptop.bench import track_dot2
 from laptop.bench.track_methods import DOT2, LIMIT, OURS, methods
 from laptop.bench.track_score import Point, Score, TrackResult, judge, unlearned
-from laptop.emulator.scene.optics import light_of, marker_light, to_linear, to_srgb
-from laptop.emulator.scene.sensor import blurred, marker_frame
+from laptop.emulator.scene.marker_pictures import marker_frame, marker_light
+from laptop.emulator.scene.optics import light_of, to_linear, to_srgb
+from laptop.emulator.scene.sensor import blurred
 from laptop.see.markers.learning import learn
 from laptop.see.markers.markers import BadMarker, Marker
 from laptop.see.markers.tracker import Sighting

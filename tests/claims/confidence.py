@@ -16,13 +16,13 @@ import numpy as np
 
 from laptop.bench.bench import BenchRecord, BenchTable, flat, seeds_of
 from laptop.bench.track_precision import wood
+from laptop.emulator.scene.marker_pictures import marker_light
 from laptop.emulator.scene.optics import (
     LAMP,
     Box,
     box_of,
     coverage,
     light_of,
-    marker_light,
     to_srgb,
 )
 from laptop.emulator.scene.sensor import blurred, through_jpeg

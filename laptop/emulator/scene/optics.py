@@ -1,4 +1,4 @@
-"""Optics: colours as light, the pinhole camera, the area of polygons in pixels, one marker.
+"""Optics: colours as light, the pinhole camera, the area of polygons in pixels.
 
 Colours are amounts of light (linear, 1 = as bright as the sensor can say at gain 1), never sRGB.
 Pixel centres have integer coordinates, u right, v down, as OpenCV has them.
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import cv2
@@ -388,80 +388,3 @@ def ball_light(
     return np.asarray(
         np.asarray(light) * (0.25 + 0.85 * lambert)[..., None] + 0.5 * gloss[..., None]
     )
-
-
-def marker_light(
-    kind: str,
-    u: float,
-    v: float,
-    radius: float,
-    light: Any,
-    background: np.ndarray,
-    motion: tuple[float, float] = (0.0, 0.0),
-    number: int = 0,
-    lamp: np.ndarray | None = None,
-) -> np.ndarray:
-    """One marker alone, seen straight on, on a background.
-
-    Args:
-        kind: "disc", "ball" or "aruco".
-        u, v: px, its centre; of a moving one, in the middle of the exposure.
-        radius: px; of an ArUco, half the side of its black square.
-        light: (3,) B, G, R of disc and ball.
-        background: light (height, width, 3).
-        motion: px that it moves during the exposure, (u, v).
-        number: of the ArUco.
-        lamp: of a ball, the unit vector towards it (u, v, away from the camera); None: the scene's.
-
-    Returns:
-        light (height, width, 3)
-    """
-    # The lamp of the scene as a camera sees it that looks straight down.
-    lamp = LAMP * (1, -1, -1) if lamp is None else lamp
-    image = np.array(background, np.float32)
-    frame = Box(0, 0, image.shape[1], image.shape[0])
-    count = max(1, math.ceil(4 * math.hypot(*motion)))
-    margin = radius * 4 / 3 + max(abs(motion[0]), abs(motion[1])) / 2 + 2
-    box = box_of(np.array([(u - margin, v - margin), (u + margin, v + margin)]), frame)
-    if box.empty:
-        return image
-    pixels = box.cut(image)
-    total = np.zeros(pixels.shape)
-    for k in range(count):
-        share = (k + 0.5) / count - 0.5
-        place = np.array([u + share * motion[0], v + share * motion[1]])
-        reach = radius * (4 / 3 if kind == "aruco" else 1) + 1
-        own = box_of(np.array([place - reach, place + reach]), frame)
-        layers: Iterable[tuple[list[np.ndarray], Any]]
-        if kind == "aruco":
-            white, black = light_of("white"), light_of("black")
-            bits = [place + radius * ring * (1, -1) for ring in bit_rings(number)]
-            layers = [
-                ([place + rectangle(-s, -s, s, s, 1)], tone)
-                for s, tone in ((radius * 4 / 3, white), (radius, black))
-            ]
-            layers = [*layers, (bits, white)]
-        elif kind == "ball":
-            layers = [
-                ([place + circle(radius, 256)], _ball_straight_on(place, radius, light, own, lamp))
-            ]
-        else:
-            layers = [([place + circle(radius, 256)], np.asarray(light))]
-        painted = pixels.astype(float)
-        if not own.empty:
-            covered = own.seen_from(box).cut(painted)
-            for rings, tone in layers:
-                covered += coverage(rings, own)[..., None] * (tone - covered)
-        total += painted
-    pixels[:] = total / count
-    return image
-
-
-def _ball_straight_on(
-    place: np.ndarray, radius: float, light: Any, box: Box, lamp: np.ndarray
-) -> np.ndarray:
-    x = (np.arange(box.left, box.right) - place[0]) / radius
-    y = (np.arange(box.top, box.bottom) - place[1]) / radius
-    x, y = np.meshgrid(x, y)
-    normals = np.dstack([x, y, -np.sqrt(np.maximum(1 - x**2 - y**2, 0))])
-    return ball_light(light, normals, np.array([[(0.0, 0.0, -1.0)]]), lamp)

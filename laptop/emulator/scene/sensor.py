@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Sequence
 from typing import Any
 
 import cv2
 import numpy as np
 
-from laptop.emulator.scene.optics import Box, light_of, marker_light, to_linear, to_srgb
+from laptop.emulator.scene.optics import Box, to_srgb
 from laptop.emulator.scene.scene import Patch, Scene
 
 LEVELS = 64
@@ -40,57 +39,6 @@ def blurred(light: np.ndarray, sigma: float) -> np.ndarray:
         return light
     size = 2 * math.ceil(3.5 * sigma) + 1
     return cv2.GaussianBlur(light, (size, size), sigma, borderType=cv2.BORDER_REPLICATE)
-
-
-def marker_frame(
-    kind: str,
-    u: float,
-    v: float,
-    radius: float,
-    colour: str = "red",
-    background: str | np.ndarray = "#808080",
-    size: tuple[int, int] = (128, 128),
-    motion: tuple[float, float] = (0.0, 0.0),
-    blur: float = 0.7,
-    noise: float = 3.0,
-    jpeg: int = 0,
-    chroma: str = "420",
-    gain: float = 1.0,
-    warm: float = 0.0,
-    number: int = 0,
-    seed: int | Sequence[int] = 0,
-) -> np.ndarray:
-    """A picture of one marker with its centre at (u, v), through the sensor of the camera.
-
-    Args:
-        kind: "disc", "ball" or "aruco".
-        u, v, radius: px; of an ArUco the radius is half the side of its black square.
-        colour: of disc and ball, a word of `optics.COLOURS` or #rrggbb.
-        background: a word, #rrggbb, or a picture (BGR, uint8), which then gives the size.
-        size: (width, height), px.
-        motion: px (u, v) that it moves during the exposure, centred on (u, v).
-        blur: sigma of the point spread, px.
-        noise: sigma, DN.
-        jpeg: quality; 0 for none.
-        chroma: of the JPEG, "420", "422" or "444".
-        gain, warm: as in `scene_constants.CONSTANTS`.
-        number: of the ArUco.
-        seed: of the noise.
-
-    Returns:
-        BGR, uint8.
-    """
-    if isinstance(background, str):
-        ground = np.broadcast_to(light_of(background), (size[1], size[0], 3))
-    else:
-        ground = to_linear(background)
-    light = marker_light(kind, u, v, radius, light_of(colour), ground, motion, number)
-    exposed = blurred(light, blur) * (gain * np.array([1 - warm, 1.0, 1 + warm], np.float32))
-    values = to_srgb(exposed)
-    if noise:
-        values = values + noise * np.random.default_rng(seed).standard_normal(values.shape)
-    image = np.clip(np.round(values), 0, 255).astype(np.uint8)
-    return through_jpeg(image, jpeg, chroma) if jpeg else image
 
 
 class Sensor:

@@ -16,7 +16,7 @@ from laptop.bench.track_precision import LOOKS, PrecisionCase
 from laptop.bench.track_rims import RimCase
 from laptop.bench.track_score import Score, TrackResult, judge
 from laptop.cli.main import laptop
-from laptop.emulator.scene.sensor import marker_frame
+from laptop.emulator.scene.marker_pictures import marker_frame
 from laptop.see.markers.markers import BadMarker, Color, Marker
 from laptop.see.markers.tracker import Sighting
 

@@ -8,6 +8,7 @@ import pytest
 
 from laptop.emulator.rendered_tracker import marker_specs
 from laptop.emulator.scene.camera_placement import place_camera
+from laptop.emulator.scene.marker_pictures import marker_light
 from laptop.emulator.scene.optics import (
     BadLens,
     Box,
@@ -15,7 +16,6 @@ from laptop.emulator.scene.optics import (
     coverage,
     coverages,
     light_of,
-    marker_light,
     rectangle,
     to_linear,
     to_srgb,

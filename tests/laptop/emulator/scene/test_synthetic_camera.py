@@ -13,11 +13,12 @@ from rig import Rig
 from laptop.emulator import pace
 from laptop.emulator.live import NO_RUN, Pose, PoseWriter
 from laptop.emulator.pace import PacedClock
+from laptop.emulator.scene.marker_pictures import marker_frame
 from laptop.emulator.scene.optics import light_of, to_linear, to_srgb
 from laptop.emulator.scene.poses import ScriptedPoses
 from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.scene_constants import read_scene
-from laptop.emulator.scene.sensor import marker_frame, through_jpeg
+from laptop.emulator.scene.sensor import through_jpeg
 from laptop.emulator.scene.synthetic_camera import SyntheticCamera, film, open_live
 from shared.arm_description import find_arm, read_arm
 from shared.state import LIVE_FOLDER

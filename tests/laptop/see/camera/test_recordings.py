@@ -11,7 +11,7 @@ from hostile_files import jpeg_of, png_of
 from numbered_frames import FPS, everything, number_of, picture, write_film
 from waiting import PATIENCE
 
-from laptop.emulator.scene.sensor import marker_frame
+from laptop.emulator.scene.marker_pictures import marker_frame
 from laptop.see.camera import recordings
 from laptop.see.camera.cameras import open_camera
 from laptop.see.camera.frames import NoCamera

@@ -10,8 +10,9 @@ import cv2
 import numpy as np
 import pytest
 
+from laptop.emulator.scene.marker_pictures import marker_frame
 from laptop.emulator.scene.optics import COLOURS, light_of, to_srgb
-from laptop.emulator.scene.sensor import marker_frame, through_jpeg
+from laptop.emulator.scene.sensor import through_jpeg
 from laptop.see.markers.learning import learn
 from laptop.see.markers.markers import (
     BadMarker,

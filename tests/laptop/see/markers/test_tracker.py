@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 from arms import PLANAR as ARM
 
+from laptop.emulator.scene.marker_pictures import marker_frame
 from laptop.emulator.scene.optics import Box, coverage, light_of, to_srgb
 from laptop.emulator.scene.poses import ScriptedPoses
 from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.scene_constants import read_scene
-from laptop.emulator.scene.sensor import marker_frame, through_jpeg
+from laptop.emulator.scene.sensor import through_jpeg
 from laptop.emulator.scene.synthetic_camera import SyntheticCamera
 from laptop.see.markers.kinds import KINDS
 from laptop.see.markers.learning import learn
