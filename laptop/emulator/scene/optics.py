@@ -261,6 +261,43 @@ def coverages(groups: Sequence[tuple[Sequence[np.ndarray], Box]]) -> list[np.nda
     """
     if not groups:
         return []
+    begins, ends, sign, group = _edges(groups)
+    # Of each group: where its pixels begin, how many there are, where in one long row they lie; two
+    # columns more than asked for take what is right of them.
+    boxes = np.array([box for _, box in groups])
+    spans = boxes[:, 2:] - boxes[:, :2]
+    cells = (spans[:, 0] + 2) * spans[:, 1]
+    bases = np.cumsum(cells) - cells
+    origin = boxes[group, :2] - 0.5
+    used, a, way = _between_rows(begins - origin, ends - origin, spans[group, 1])
+    sign, group = sign[used], group[used]
+    limits = spans[group]
+    owner, t, until = _pieces(a, way, limits)
+    middle = a[owner] + (0.5 * (t + until))[:, None] * way[owner]
+    weight = (until - t) * way[owner, 1] * sign[owner]
+    limit = limits[owner]
+    x = np.clip(middle[:, 0], 0, limit[:, 0])
+    column = np.floor(x).astype(int)
+    row = np.clip(np.floor(middle[:, 1]).astype(int), 0, limit[:, 1] - 1)
+    place = bases[group[owner]] + row * (limit[:, 0] + 2) + column
+    share = weight * (x - column)
+    total = int(cells.sum())
+    steps = np.bincount(place, weight - share, total) + np.bincount(place + 1, share, total)
+    # A polygon is closed, so every row sums to nothing and the next one starts afresh.
+    covered = np.clip(np.cumsum(steps), 0, 1).astype(np.float32)
+    return [
+        covered[base : base + size].reshape(height, width + 2)[:, :width]
+        for base, size, (width, height) in zip(bases, cells, spans)
+    ]
+
+
+def _edges(groups: Sequence[tuple[Sequence[np.ndarray], Box]]) -> tuple[np.ndarray, ...]:
+    """The edges of all polygons of all groups.
+
+    Returns:
+        Where each begins and ends, (n, 2), px; -1 where its polygon goes round with the clock's
+        hands, else 1; and the number of its group.
+    """
     rings = [ring for own, _ in groups for ring in own]
     sizes = np.array([len(ring) for ring in rings])
     a = np.concatenate(rings)
@@ -270,27 +307,40 @@ def coverages(groups: Sequence[tuple[Sequence[np.ndarray], Box]]) -> list[np.nda
     b = a[following]
     area = np.add.reduceat(a[:, 0] * b[:, 1] - b[:, 0] * a[:, 1], firsts)
     sign = np.repeat(np.where(area > 0, -1.0, 1.0), sizes)
-    # Of each group: where its pixels begin, how many there are, where in one long row they lie; two
-    # columns more than asked for take what is right of them.
-    boxes = np.array([box for _, box in groups])
-    spans = boxes[:, 2:] - boxes[:, :2]
-    cells = (spans[:, 0] + 2) * spans[:, 1]
-    bases = np.cumsum(cells) - cells
     group = np.repeat(np.repeat(np.arange(len(groups)), [len(own) for own, _ in groups]), sizes)
-    origin = boxes[group, :2] - 0.5
-    a, b = a - origin, b - origin
-    # Only what crosses rows of the box counts.
-    bottom = spans[group, 1]
-    rise = b[:, 1] - a[:, 1]
+    return a, b, sign, group
+
+
+def _between_rows(
+    begins: np.ndarray, ends: np.ndarray, bottom: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """What edges (n, 2) have between row 0 and the bottom row of each, (n,), px.
+
+    Returns:
+        Which edges cross rows there; and of those, where that begins, and the way to its end.
+    """
+    rise = ends[:, 1] - begins[:, 1]
     slope = np.where(rise == 0, 1.0, rise)
-    ends = np.stack([-a[:, 1] / slope, (bottom - a[:, 1]) / slope])
-    low, high = np.clip(ends.min(axis=0), 0, 1), np.clip(ends.max(axis=0), 0, 1)
+    shares = np.stack([-begins[:, 1] / slope, (bottom - begins[:, 1]) / slope])
+    low, high = np.clip(shares.min(axis=0), 0, 1), np.clip(shares.max(axis=0), 0, 1)
     used = (rise != 0) & (high > low)
-    way = (b - a)[used]
-    a = a[used] + low[used, None] * way
-    way = (high - low)[used, None] * way
-    b, sign, group = a + way, sign[used], group[used]
-    limits = spans[group]
+    way = (ends - begins)[used]
+    return used, begins[used] + low[used, None] * way, (high - low)[used, None] * way
+
+
+def _pieces(a: np.ndarray, way: np.ndarray, limits: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Cut edges at the borders of the pixels.
+
+    Args:
+        a: where each edge begins, (n, 2), px from its box's corner.
+        way: from there to its end.
+        limits: columns and rows of its box.
+
+    Returns:
+        Of each piece, edge by edge and in order: the number of its edge, and the shares of the way
+        at which it begins and ends.
+    """
+    b = a + way
     number = np.arange(len(a))
     owners, cuts = [number], [np.zeros(len(a))]
     for axis in (0, 1):
@@ -312,22 +362,7 @@ def coverages(groups: Sequence[tuple[Sequence[np.ndarray], Box]]) -> list[np.nda
     until = np.ones_like(t)
     same = owner[1:] == owner[:-1]
     until[:-1][same] = t[1:][same]
-    middle = a[owner] + (0.5 * (t + until))[:, None] * way[owner]
-    weight = (until - t) * way[owner, 1] * sign[owner]
-    limit = limits[owner]
-    x = np.clip(middle[:, 0], 0, limit[:, 0])
-    column = np.floor(x).astype(int)
-    row = np.clip(np.floor(middle[:, 1]).astype(int), 0, limit[:, 1] - 1)
-    place = bases[group[owner]] + row * (limit[:, 0] + 2) + column
-    share = weight * (x - column)
-    total = int(cells.sum())
-    steps = np.bincount(place, weight - share, total) + np.bincount(place + 1, share, total)
-    # A polygon is closed, so every row sums to nothing and the next one starts afresh.
-    covered = np.clip(np.cumsum(steps), 0, 1).astype(np.float32)
-    return [
-        covered[base : base + size].reshape(height, width + 2)[:, :width]
-        for base, size, (width, height) in zip(bases, cells, spans)
-    ]
+    return owner, t, until
 
 
 def coverage(rings: Sequence[np.ndarray], box: Box) -> np.ndarray:
