@@ -17,9 +17,9 @@ import numpy as np
 from laptop.bench import track_dot2
 from laptop.bench.track_methods import DOT2, LIMIT, OURS, methods
 from laptop.bench.track_score import Point, Score, TrackResult, judge, unlearned
-from laptop.emulator.scene.marker_pictures import marker_frame, marker_light
+from laptop.emulator.scene.marker_pictures import LoneMarker, marker_frame, marker_light
 from laptop.emulator.scene.optics import light_of, to_linear, to_srgb
-from laptop.emulator.scene.sensor import blurred
+from laptop.emulator.scene.sensor import Development, blurred
 from laptop.see.markers.learning import learn
 from laptop.see.markers.markers import BadMarker, Marker
 from laptop.see.markers.tracker import Sighting
@@ -105,8 +105,7 @@ def values(look: Look, u: float, v: float, background: str | np.ndarray) -> np.n
         behind = np.broadcast_to(light_of(background), (SIZE[1], SIZE[0], 3))
     else:
         behind = to_linear(background)
-    red = light_of("red")
-    light = marker_light(look.kind, u, v, look.radius, red, behind, look.motion)
+    light = marker_light(LoneMarker(look.kind, look.radius), (u, v), behind, look.motion)
     return to_srgb(blurred(light, LENS_BLUR))
 
 
@@ -145,17 +144,13 @@ class PrecisionCase:
         clip = [
             (
                 marker_frame(
-                    look.kind,
-                    u,
-                    v,
-                    look.radius,
-                    background=behind,
-                    size=SIZE,
-                    motion=(0.0, 0.0) if smeared and not k else look.motion,
-                    blur=LENS_BLUR,
-                    noise=look.noise,
-                    jpeg=look.jpeg,
-                    seed=[self.seed, k],
+                    LoneMarker(look.kind, look.radius),
+                    (u, v),
+                    behind,
+                    SIZE,
+                    (0.0, 0.0) if smeared and not k else look.motion,
+                    Development(LENS_BLUR, look.noise, look.jpeg),
+                    [self.seed, k],
                 ),
                 (u, v),
             )

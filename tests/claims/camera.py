@@ -8,12 +8,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from laptop.emulator.scene.board_photographs import Lens, Stand, draw_lens, photograph
+from laptop.emulator.scene.board_photographs import (
+    WEBCAM,
+    Lens,
+    PrintedSheet,
+    Stand,
+    draw_lens,
+    photograph,
+)
+from laptop.emulator.scene.sensor import Development
 from laptop.see.markers.board import BOARDS
 from laptop.see.markers.finders.board import BoardView, find_board
 from laptop.see.table.camera_fit import BadCalibration, Calibration, calibrate
@@ -35,7 +42,7 @@ class Condition:
     """What is photographed.
 
     tilts    of the views, degrees from straight down
-    options  of `photograph`, for the last view
+    sheet, development  of `photograph`, for the last view
     bar      length that is given, mm
     shown    share of the picture that the board fills
     paper    the sheet is not perfect: by what its print is longer and it is bent, each view draws
@@ -43,7 +50,8 @@ class Condition:
 
     name: str
     tilts: tuple[float, ...] = (30.0,)
-    options: dict[str, Any] = field(default_factory=dict)
+    sheet: PrintedSheet = PrintedSheet()
+    development: Development = WEBCAM
     bar: float | None = None
     shown: float = SHOWN
     paper: bool = False
@@ -61,16 +69,16 @@ CONDITIONS = (
     Condition("tilted by 30 degrees, one picture"),
     Condition("tilted by 55 degrees, one picture", (55.0,)),
     Condition("three pictures, the last one straight down", (35.0, 30.0, 3.0)),
-    Condition("half covered", options={"free": (-20, -20, 0, 20)}),
-    Condition("all but a strip covered", options={"free": (-20, -20, -6.5, 20)}),
+    Condition("half covered", sheet=PrintedSheet(free=(-20, -20, 0, 20))),
+    Condition("all but a strip covered", sheet=PrintedSheet(free=(-20, -20, -6.5, 20))),
     Condition("small: half as large in the picture", shown=SHOWN / 2),
-    Condition("blurred by 1.8 px", options={"blur": 1.8}),
-    Condition("noise 8, JPEG 60", options={"noise": 8.0, "jpeg": 60}),
-    Condition("letter paper", options={"paper": "letter"}),
-    Condition("printed at 97 %, bar measured", options={"scale": 0.97}, bar=97.0),
-    Condition("printed at 97 %, nothing measured", options={"scale": 0.97}),
-    Condition("blurred by 4 px", options={"blur": 4.0}),
-    Condition("covered but for one corner", options={"free": (-20, 7.0, -6.5, 20)}),
+    Condition("blurred by 1.8 px", development=Development(1.8, jpeg=90)),
+    Condition("noise 8, JPEG 60", development=Development(noise=8.0, jpeg=60)),
+    Condition("letter paper", sheet=PrintedSheet("letter")),
+    Condition("printed at 97 %, bar measured", sheet=PrintedSheet(scale=0.97), bar=97.0),
+    Condition("printed at 97 %, nothing measured", sheet=PrintedSheet(scale=0.97)),
+    Condition("blurred by 4 px", development=Development(4.0, jpeg=90)),
+    Condition("covered but for one corner", sheet=PrintedSheet(free=(-20, 7.0, -6.5, 20))),
     Condition("from the side, 80 degrees", (80.0,)),
 )
 
@@ -160,11 +168,13 @@ class CameraCase:
             luck = np.random.default_rng([self.seed, k, 22])
             stand = draw_stand(lens, tilt, self.condition.shown, luck)
             last = k == len(self.condition.tilts) - 1
-            options = dict(self.condition.options) if last else {}
+            sheet = self.condition.sheet if last else PrintedSheet()
+            development = self.condition.development if last else WEBCAM
             if self.condition.paper:
                 bend = BEND * np.random.default_rng([self.seed, k, 29]).standard_normal()
-                options |= {"stretch": stretch, "bend": bend}
-            views.append(find_board(photograph(lens, stand, seed=[self.seed, k, 23], **options)))
+                sheet = replace(sheet, stretch=stretch, bend=bend)
+            seed = [self.seed, k, 23]
+            views.append(find_board(photograph(lens, stand, sheet, development, seed)))
         return views, stand
 
 

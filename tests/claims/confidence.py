@@ -16,7 +16,7 @@ import numpy as np
 
 from laptop.bench.bench import BenchRecord, BenchTable, flat, seeds_of
 from laptop.bench.track_precision import wood
-from laptop.emulator.scene.marker_pictures import marker_light
+from laptop.emulator.scene.marker_pictures import LoneMarker, marker_light
 from laptop.emulator.scene.optics import (
     LAMP,
     Box,
@@ -110,9 +110,8 @@ class RenderCase:
                 circle, light = None, leaves(luck, tone, SIZE)
             else:
                 circle = u, v, radius
-                light = marker_light(
-                    self.stress.kind, u, v, radius, tone, ground, (*motion,), lamp=lamp
-                ).astype(float)
+                marker = LoneMarker(self.stress.kind, radius, tone)
+                light = marker_light(marker, (u, v), ground, (*motion,), lamp).astype(float)
                 rings = []
                 if harm == EDGE and share:
                     rings = [half_plane(0.8 * share, circle, direction)]

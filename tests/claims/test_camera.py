@@ -3,6 +3,7 @@ import numpy as np
 import pytest
 
 from laptop.emulator.scene import board_photographs as camera_renders
+from laptop.emulator.scene.sensor import Development
 from laptop.see.markers.board import BOARDS, MARKER
 from laptop.see.markers.finders.board import find_board
 from tests.claims import camera, camera_table, camera_touch
@@ -14,7 +15,7 @@ def straight():
     """A picture from straight above through a plain lens: 12 px/cm."""
     lens = camera_renders.Lens(600.0, (319.5, 239.5), (0, 0, 0, 0, 0))
     where = camera_renders.Stand.looking(50, 0.0, 0.0, 0.0, (0, 0))
-    return lens, where, camera_renders.photograph(lens, where, noise=0, jpeg=0)
+    return lens, where, camera_renders.photograph(lens, where, development=Development(noise=0))
 
 
 @pytest.mark.claims
@@ -41,7 +42,8 @@ def test_a_photograph_shows_each_marker_where_geometry_has_it(straight):
 def test_a_photograph_shows_a_sheet_that_is_stretched_and_bent_where_it_is():
     lens = camera_renders.Lens(600.0, (319.5, 239.5), (0, 0, 0, 0, 0))
     where = camera_renders.Stand.looking(45, 0.5, 0.3, 0.0, (0, 0))
-    image = camera_renders.photograph(lens, where, noise=0, jpeg=0, stretch=0.01, bend=0.2)
+    sheet = camera_renders.PrintedSheet(stretch=0.01, bend=0.2)
+    image = camera_renders.photograph(lens, where, sheet, Development(noise=0))
     seen = find_board(image)
     x, y, _ = seen.points.T
     shown = where.pixels(lens, np.column_stack([x, 1.01 * y, 0.2 * (x / 10) ** 2]))
@@ -76,7 +78,8 @@ def test_a_calibration_is_judged_against_the_truth():
 
 @pytest.mark.long
 def test_what_cannot_be_calibrated_is_a_result_too():
-    result = CameraCase(Condition("corner", options={"free": (-20, 9.0, -6.5, 20)}), 777).run()
+    sheet = camera_renders.PrintedSheet(free=(-20, 9.0, -6.5, 20))
+    result = CameraCase(Condition("corner", sheet=sheet), 777).run()
     assert "markers are seen" in result.refused or "no marker" in result.refused
 
 

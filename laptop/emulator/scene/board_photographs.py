@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import tempfile
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -15,8 +16,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from laptop.emulator.scene.optics import to_linear, to_srgb
-from laptop.emulator.scene.sensor import blurred, through_jpeg
+from laptop.emulator.scene.optics import to_linear
+from laptop.emulator.scene.sensor import Development
 from laptop.see.markers.board import BOARDS
 from laptop.see.markers.board_sheet import write_board
 
@@ -150,60 +151,75 @@ def _rays(lens: Lens) -> np.ndarray:
     return np.stack([down @ rays[..., k] @ across.T for k in (0, 1)], axis=-1).astype(np.float32)
 
 
+@dataclass(frozen=True)
+class PrintedSheet:
+    """A sheet with the board, as it lies on the table.
+
+    paper    of the board
+    scale    of the print: 0.97 for one whose bar is 97 mm long
+    stretch  by what share the print is longer up the page
+    bend     how far the sheet is off the table 10 cm to the left and right of its middle, cm
+    free     all but x0, y0, x1, y1, cm, of the board is under a cloth; None: nothing is
+    """
+
+    paper: str = "a4"
+    scale: float = 1.0
+    stretch: float = 0.0
+    bend: float = 0.0
+    free: tuple[float, float, float, float] | None = None
+
+    def met(self, stand: Stand, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Where rays (..., 2) of a camera at a stand meet the sheet: x and y, cm."""
+        rotation = stand.rotation.astype(np.float32)
+        position = -stand.rotation.T @ stand.translation
+        ways = rays[..., 0, None] * rotation[0] + rays[..., 1, None] * rotation[1] + rotation[2]
+        above: np.ndarray | float = 0.0
+        for _ in range(BEND_STEPS if self.bend else 1):
+            depth = (above - position[2]) / np.minimum(ways[..., 2], -1e-4)
+            x = (position[0] + depth * ways[..., 0]).astype(np.float32)
+            y = (position[1] + depth * ways[..., 1]).astype(np.float32)
+            above = self.bend * np.clip(x / 10, -1.1, 1.1) ** 2
+        return x, y
+
+    def light(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Light (..., 3) of the sheet, and of the table around it, at places, cm."""
+        board, up = BOARDS[self.paper], 1 + self.stretch
+        print_x = (x / self.scale + board.width / 2) * PER_CM - 0.5
+        print_y = (board.height / 2 - y / self.scale / up) * PER_CM - 0.5
+        grey = cv2.remap(
+            page(self.paper), print_x, print_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT,
+            borderValue=-1.0,
+        )  # fmt: skip
+        on_paper = (abs(x) < self.scale * board.width / 2) & (
+            abs(y) < self.scale * up * board.height / 2
+        )
+        light = np.where(on_paper[..., None], np.maximum(grey, 0.03)[..., None], TABLE)
+        if self.free is not None:
+            x0, y0, x1, y1 = self.free
+            light[(x < x0) | (y < y0) | (x > x1) | (y > y1)] = CLOTH
+        return light.astype(np.float32)
+
+
+WEBCAM = Development(jpeg=90)
+"""How a webcam takes a photograph if nothing is said."""
+
+
 def photograph(
     lens: Lens,
     stand: Stand,
-    paper: str = "a4",
-    scale: float = 1.0,
-    stretch: float = 0.0,
-    bend: float = 0.0,
-    free: tuple[float, float, float, float] | None = None,
-    blur: float = 0.7,
-    noise: float = 3.0,
-    jpeg: int = 90,
-    seed: int | list[int] = 0,
+    sheet: PrintedSheet = PrintedSheet(),  # noqa: B008 (it does not change)
+    development: Development = WEBCAM,
+    seed: int | Sequence[int] = 0,
 ) -> np.ndarray:
     """A picture of the board on a table, BGR, uint8.
 
     Args:
         lens: of the camera.
         stand: where that is; its board is as large as it should be.
-        paper: of the board.
-        scale: of the print: 0.97 for one whose bar is 97 mm long.
-        stretch: by what share the print is longer up the page.
-        bend: how far the sheet is off the table 10 cm to the left and right of its middle, cm.
-        free: all but x0, y0, x1, y1, cm, of the board is under a cloth; None: nothing is.
-        blur: sigma of the point spread, px.
-        noise: sigma, DN.
-        jpeg: quality; 0 for none.
+        sheet: what lies there.
+        development: of the picture.
         seed: of the noise.
     """
-    rays = _rays(lens)
-    rotation = stand.rotation.astype(np.float32)
-    position = -stand.rotation.T @ stand.translation
-    ways = rays[..., 0, None] * rotation[0] + rays[..., 1, None] * rotation[1] + rotation[2]
-    above: np.ndarray | float = 0.0
-    for _ in range(BEND_STEPS if bend else 1):
-        depth = (above - position[2]) / np.minimum(ways[..., 2], -1e-4)
-        x = (position[0] + depth * ways[..., 0]).astype(np.float32)
-        y = (position[1] + depth * ways[..., 1]).astype(np.float32)
-        above = bend * np.clip(x / 10, -1.1, 1.1) ** 2
-    board = BOARDS[paper]
-    print_x = (x / scale + board.width / 2) * PER_CM - 0.5
-    print_y = (board.height / 2 - y / scale / (1 + stretch)) * PER_CM - 0.5
-    grey = cv2.remap(
-        page(paper), print_x, print_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT,
-        borderValue=-1.0,
-    )  # fmt: skip
-    on_paper = (abs(x) < scale * board.width / 2) & (
-        abs(y) < scale * (1 + stretch) * board.height / 2
-    )
-    light = np.where(on_paper[..., None], np.maximum(grey, 0.03)[..., None], TABLE)
-    if free is not None:
-        light[(x < free[0]) | (y < free[1]) | (x > free[2]) | (y > free[3])] = CLOTH
-    width, height = lens.size
-    small = cv2.resize(light.astype(np.float32), (width, height), interpolation=cv2.INTER_AREA)
-    values = to_srgb(blurred(small, blur))
-    values = values + noise * np.random.default_rng(seed).standard_normal(values.shape)
-    image = np.clip(np.round(values), 0, 255).astype(np.uint8)
-    return through_jpeg(image, jpeg) if jpeg else image
+    light = sheet.light(*sheet.met(stand, _rays(lens)))
+    small = cv2.resize(light, lens.size, interpolation=cv2.INTER_AREA)
+    return development.picture(np.asarray(small), seed)

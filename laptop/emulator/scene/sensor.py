@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import random
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import cv2
@@ -39,6 +41,34 @@ def blurred(light: np.ndarray, sigma: float) -> np.ndarray:
         return light
     size = 2 * math.ceil(3.5 * sigma) + 1
     return cv2.GaussianBlur(light, (size, size), sigma, borderType=cv2.BORDER_REPLICATE)
+
+
+@dataclass(frozen=True)
+class Development:
+    """How the light of one picture alone becomes its bytes.
+
+    blur    sigma of the point spread, px
+    noise   sigma, DN
+    jpeg    quality; 0 for none
+    chroma  of the JPEG, a key of CHROMA
+    gain, warm  as in `scene_constants.CONSTANTS`
+    """
+
+    blur: float = 0.7
+    noise: float = 3.0
+    jpeg: int = 0
+    chroma: str = "420"
+    gain: float = 1.0
+    warm: float = 0.0
+
+    def picture(self, light: np.ndarray, seed: int | Sequence[int] = 0) -> np.ndarray:
+        """The picture (BGR, uint8) of light (height, width, 3); `seed` draws its noise."""
+        tint = self.gain * np.array([1 - self.warm, 1.0, 1 + self.warm], np.float32)
+        values = to_srgb(blurred(light, self.blur) * tint)
+        if self.noise:
+            values = values + self.noise * np.random.default_rng(seed).standard_normal(values.shape)
+        image = np.clip(np.round(values), 0, 255).astype(np.uint8)
+        return through_jpeg(image, self.jpeg, self.chroma) if self.jpeg else image
 
 
 class Sensor:

@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from marker_views import marker_frame
 
 from laptop.bench import track, track_cost, track_light, track_methods, track_precision, track_table
 from laptop.bench.track_cost import Cost
@@ -16,7 +17,6 @@ from laptop.bench.track_precision import LOOKS, PrecisionCase
 from laptop.bench.track_rims import RimCase
 from laptop.bench.track_score import Score, TrackResult, judge
 from laptop.cli.main import laptop
-from laptop.emulator.scene.marker_pictures import marker_frame
 from laptop.see.markers.markers import BadMarker, Color, Marker
 from laptop.see.markers.tracker import Sighting
 

@@ -8,7 +8,7 @@ import pytest
 
 from laptop.emulator.rendered_tracker import marker_specs
 from laptop.emulator.scene.camera_placement import place_camera
-from laptop.emulator.scene.marker_pictures import marker_light
+from laptop.emulator.scene.marker_pictures import LoneMarker, marker_light
 from laptop.emulator.scene.optics import (
     BadLens,
     Box,
@@ -312,7 +312,7 @@ def test_without_a_goal_there_is_none():
 @pytest.mark.parametrize(("u", "v"), [(40.0, 35.0), (41.3, 33.8), (38.5, 36.25)])
 def test_a_lonely_disc_is_where_it_is_put(u, v):
     ground = np.full((70, 80, 3), 0.3)
-    weight = np.abs(marker_light("disc", u, v, 12, light_of("red"), ground) - ground).sum(axis=2)
+    weight = np.abs(marker_light(LoneMarker("disc", 12), (u, v), ground) - ground).sum(axis=2)
     y, x = np.mgrid[:70, :80]
     assert (weight * x).sum() / weight.sum() == pytest.approx(u, abs=1e-3)
     assert (weight * y).sum() / weight.sum() == pytest.approx(v, abs=1e-3)
@@ -321,7 +321,9 @@ def test_a_lonely_disc_is_where_it_is_put(u, v):
 
 def test_a_moving_marker_is_drawn_out_around_its_middle():
     ground = np.zeros((60, 80, 3))
-    light = marker_light("disc", 40.2, 30.0, 8, np.ones(3), ground, motion=(9, 0))[..., 0]
+    light = marker_light(LoneMarker("disc", 8, np.ones(3)), (40.2, 30.0), ground, motion=(9, 0))[
+        ..., 0
+    ]
     y, x = np.mgrid[:60, :80]
     assert (light * x).sum() / light.sum() == pytest.approx(40.2, abs=1e-3)
     assert light.sum() == pytest.approx(math.pi * 64, rel=1e-3)

@@ -8,12 +8,12 @@ import cv2
 import numpy as np
 import pytest
 from clocks import FakeClock
+from marker_views import marker_frame
 from rig import Rig
 
 from laptop.emulator import pace
 from laptop.emulator.live import NO_RUN, Pose, PoseWriter
 from laptop.emulator.pace import PacedClock
-from laptop.emulator.scene.marker_pictures import marker_frame
 from laptop.emulator.scene.optics import light_of, to_linear, to_srgb
 from laptop.emulator.scene.poses import ScriptedPoses
 from laptop.emulator.scene.scene import Scene

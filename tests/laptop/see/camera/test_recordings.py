@@ -8,10 +8,10 @@ import pytest
 from captures import EndlessCapture
 from clocks import FakeClock
 from hostile_files import jpeg_of, png_of
+from marker_views import marker_frame
 from numbered_frames import FPS, everything, number_of, picture, write_film
 from waiting import PATIENCE
 
-from laptop.emulator.scene.marker_pictures import marker_frame
 from laptop.see.camera import recordings
 from laptop.see.camera.cameras import open_camera
 from laptop.see.camera.frames import NoCamera

@@ -9,8 +9,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from marker_views import marker_frame
 
-from laptop.emulator.scene.marker_pictures import marker_frame
 from laptop.emulator.scene.optics import COLOURS, light_of, to_srgb
 from laptop.emulator.scene.sensor import through_jpeg
 from laptop.see.markers.learning import learn

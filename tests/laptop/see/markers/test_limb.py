@@ -5,8 +5,8 @@ import math
 import cv2
 import numpy as np
 import pytest
+from marker_views import marker_frame
 
-from laptop.emulator.scene.marker_pictures import marker_frame
 from laptop.see.markers.learning import learn
 from laptop.see.markers.limb import fit_limb, rim_width, scaled_misfit
 

@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 import pytest
 from arms import PLANAR as ARM
+from marker_views import marker_frame
 
-from laptop.emulator.scene.marker_pictures import marker_frame
 from laptop.emulator.scene.optics import Box, coverage, light_of, to_srgb
 from laptop.emulator.scene.poses import ScriptedPoses
 from laptop.emulator.scene.scene import Scene
