@@ -5,7 +5,7 @@ A table declares the constants: the plant's is in `device.plant_constants`, the 
 """
 
 import math
-from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple
+from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 MYPY = False
 if MYPY:
@@ -47,6 +47,33 @@ class Constant(
         return super(Constant, cls).__new__(cls, default, allowed, unit, meaning, kind)
 
 
+class Wording(NamedTuple("Wording", [("unknown", str), ("value", str), ("limit", str)])):
+    """How a table speaks to people.
+
+    Args:
+        unknown: message about an unknown key, with the fields {key}, {item} and {known}.
+        value: placeholder for a value in advice.
+        limit: format of the limits of a number.
+    """
+
+    __slots__ = ()
+
+    def __new__(cls, unknown: str, value: str = "VALUE", limit: str = "{:g}") -> "Wording":
+        """Take what is given."""
+        return super(Wording, cls).__new__(cls, unknown, value, limit)
+
+
+class Owners(NamedTuple("Owners", [("names", Sequence[str]), ("common", Sequence[str])])):
+    """Single things that may have constants of their own.
+
+    Args:
+        names: of the things; KEY with such a name and a dot before it is that one's own.
+        common: keys that all of them share.
+    """
+
+    __slots__ = ()
+
+
 class ConstantTable(object):
     """The constants of one thing, as people write and read them.
 
@@ -54,12 +81,9 @@ class ConstantTable(object):
         noun: the thing, with which every message begins.
         constants: key -> Constant, in the order of the listing.
         error: exception to raise, with one line for people.
-        unknown: message about an unknown key, with the fields {key}, {item} and {known}.
-        value: placeholder for a value in advice.
-        limit: format of the limits of a number.
+        wording: of the messages.
         ranged: keys that may be written LOW..HIGH, to draw from.
-        owners: names of single things; KEY with such a name and a dot before it is that one's own.
-        common: keys that all owners share.
+        owners: things with constants of their own.
         reader: `reader(key, text, written)` gives the list of a key's values in place of the one
             that `check` allows, as where values change with time.
     """
@@ -69,23 +93,18 @@ class ConstantTable(object):
         noun: str,
         constants: "Mapping[str, Constant]",
         error: Callable[[str], Exception],
-        unknown: str,
-        value: str = "VALUE",
-        limit: str = "{:g}",
+        wording: Wording,
         ranged: "Collection[str]" = (),
-        owners: "Collection[str]" = (),
-        common: "Collection[str]" = (),
+        owners: Owners = Owners((), ()),  # noqa: B008 (it does not change)
         reader: Optional["Reader"] = None,
     ) -> None:
         self.constants = constants
         self._noun = noun
         self._error = error
-        self._unknown = unknown
-        self._value = value
-        self._limit = limit
+        self._wording = wording
         self._ranged = ranged
-        self._owners = owners
-        self._common = common
+        self._owners = owners.names
+        self._common = owners.common
         self._reader = reader
 
     def parse(self, text: str) -> Dict[str, Dict[str, Any]]:
@@ -104,7 +123,7 @@ class ConstantTable(object):
             owner, key = self._split(written, item)
             if not equals:
                 raise self._error(
-                    "{} '{}': write {}={}".format(self._noun, item, written, self._value)
+                    "{} '{}': write {}={}".format(self._noun, item, written, self._wording.value)
                 )
             given[owner][key] = self._values(written, key, value)
         return given
@@ -114,7 +133,7 @@ class ConstantTable(object):
         owner, dot, key = written.rpartition(".") if self._owners else ("", "", written)
         if key not in self.constants:
             known = ", ".join(self.constants)
-            raise self._error(self._unknown.format(key=written, item=item, known=known))
+            raise self._error(self._wording.unknown.format(key=written, item=item, known=known))
         if bool(dot) != bool(owner) or owner and owner not in self._owners:
             raise self._error(
                 "{0} '{1}': no {0} '{2}'; known: {3}".format(
@@ -124,7 +143,7 @@ class ConstantTable(object):
         if owner and key in self._common:
             raise self._error(
                 "{0} '{1}': all {0}s see the same {2}; write {2}={3}".format(
-                    self._noun, written, key, self._value
+                    self._noun, written, key, self._wording.value
                 )
             )
         return owner, key
@@ -165,7 +184,7 @@ class ConstantTable(object):
         except ValueError:
             value = math.nan
         if not lower <= value <= upper or (constant.kind is int and value != int(value)):
-            lower, upper = (self._limit.format(limit) for limit in constant.allowed)
+            lower, upper = (self._wording.limit.format(limit) for limit in constant.allowed)
             raise self._error(
                 "{}: must be a {} from {} to {}{} ({})".format(
                     subject,

@@ -62,6 +62,9 @@ if MYPY:
     from shared.arm_description import Arm  # noqa: F401
 
     Watch = Callable[[EmulatedBrick], ContextManager[Optional[WatchingTracker]]]
+    Meanwhile = Iterable[Tuple[float, Callable[[], object]]]  # s, and what is called then
+    Person = Callable[[EmulatedBrick, Peripherals], object]
+    Keyboard = Callable[[EmulatedBrick], Any]
     Faults = Union[str, Fault, Iterable[Union[str, Fault]]]
 
 
@@ -270,16 +273,9 @@ class Rig(object):
         return self._open.state_folder
 
     def run(
-        self,
-        script: Any,
-        *words: Any,
-        faults: "Faults" = (),
-        presses: Iterable["Press"] = (),
-        meanwhile: Iterable[Tuple[float, Callable[[], object]]] = (),
-        person: Optional[Callable[[EmulatedBrick, Peripherals], object]] = None,
-        keyboard: Optional[Callable[[EmulatedBrick], Any]] = None,
-        timeout: float = 600.0,
-        patience: float = 10.0
+        self, script: Any, *words: Any, faults: "Faults" = (), presses: Iterable["Press"] = (),
+        meanwhile: "Meanwhile" = (), person: Optional["Person"] = None,
+        keyboard: Optional["Keyboard"] = None, timeout: float = 600.0, patience: float = 10.0
     ) -> SimulationResult:  # fmt: skip
         """Run a script on the brick until it ends, and let the world go on a little.
 
@@ -321,12 +317,8 @@ class Rig(object):
         self._publish(world.name)
         tracker = self._watch()
         schedule_pictures(world, tracker, happening)
-        with contextlib.ExitStack() as stack:
-            stack.enter_context(at_home(self.state_folder, world, self.arm, tracker))
-            if person:
-                person(brick, self.devices)
-            if keyboard:
-                stack.enter_context(_typed_at(keyboard(brick)))
+        home = at_home(self.state_folder, world, self.arm, tracker)
+        with home, self._attended(person, keyboard):
             outcome = run_script(
                 brick,
                 path,
@@ -396,6 +388,21 @@ class Rig(object):
         if self.built is None:
             raise InvalidSimulationOption("there is no arm on this brick; name one: Rig(arm)")
         return self.built
+
+    @contextlib.contextmanager
+    def _attended(
+        self, person: Optional["Person"], keyboard: Optional["Keyboard"]
+    ) -> Iterator[None]:
+        """Have somebody at the brick, and at the keyboard of its script, for a `with` block."""
+        if person:
+            person(self.brick, self.devices)
+        before = sys.stdin
+        if keyboard:
+            sys.stdin = keyboard(self.brick)
+        try:
+            yield
+        finally:
+            sys.stdin = before
 
     def _watch(self) -> Optional["WatchingTracker"]:
         """The tracker before the cameras, from the first run on."""
@@ -479,16 +486,6 @@ def _existing(script: str) -> str:
 
 def _arm_of(arm: Union[str, "Arm", None]) -> Optional["Arm"]:
     return read_arm(find_arm(arm)) if isinstance(arm, str) else arm
-
-
-@contextlib.contextmanager
-def _typed_at(keyboard: Any) -> Iterator[None]:
-    """Let a script read this file as its standard input."""
-    before, sys.stdin = sys.stdin, keyboard
-    try:
-        yield
-    finally:
-        sys.stdin = before
 
 
 def _tell(line: str) -> None:

@@ -7,7 +7,7 @@ with the rotor inertia set so that the stopping distances of real motors come ou
 import random
 from typing import Any, Dict, Mapping, NamedTuple, Optional, cast
 
-from laptop.emulator.constants import Constant, ConstantTable
+from laptop.emulator.constants import Constant, ConstantTable, Wording
 from shared.arm_description import ArmError
 
 MYPY = False
@@ -159,9 +159,7 @@ TABLE = ConstantTable(
     "plant",
     CONSTANTS,
     BadPlant,
-    unknown="no plant constant '{key}' in '{item}'; known: {known}",
-    value="NUMBER",
-    limit="{}",
+    Wording("no plant constant '{key}' in '{item}'; known: {known}", "NUMBER", "{}"),
     ranged=set(CONSTANTS) - {"seed", "spread"},
 )
 

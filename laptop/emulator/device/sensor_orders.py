@@ -4,7 +4,7 @@ import re
 from functools import partial
 from typing import Dict, Iterable, NamedTuple, Union
 
-from laptop.emulator.constants import ConstantTable
+from laptop.emulator.constants import ConstantTable, Owners, Wording
 from laptop.emulator.device.buttons import INPUTS
 from laptop.emulator.device.sensor_kinds import BY_CHANNEL, CHANNELS, KINDS
 from laptop.emulator.device.sensor_values import Signal, columns, is_file, read_column, read_signal
@@ -133,10 +133,8 @@ def _table(name: str) -> ConstantTable:
         noun,
         kind.quantities,
         BadSensor,
-        unknown=noun + ": no quantity '{key}' in '{item}'; known: {known}",
-        value="VALUES",
-        owners=channels,
-        common=[key for key in kind.quantities if key not in BY_CHANNEL],
+        Wording(noun + ": no quantity '{key}' in '{item}'; known: {known}", "VALUES"),
+        owners=Owners(channels, [key for key in kind.quantities if key not in BY_CHANNEL]),
         reader=read,
     )
     return table

@@ -3,7 +3,7 @@
 import math
 from typing import List, Optional, Tuple, cast
 
-from laptop.emulator.constants import Constant, ConstantTable
+from laptop.emulator.constants import Constant, ConstantTable, Wording
 from laptop.emulator.device.motor_and_link import Drive, between
 from laptop.emulator.device.plant_constants import at_port, motor_constants
 from shared.arm_description import ArmError
@@ -55,7 +55,7 @@ TABLE = ConstantTable(
     "wheels",
     CONSTANTS,
     BadWheels,
-    unknown="no wheels' constant '{key}' in '{item}'; known: {known}",
+    Wording("no wheels' constant '{key}' in '{item}'; known: {known}"),
 )
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from laptop.emulator.constants import Constant, ConstantTable
+from laptop.emulator.constants import Constant, ConstantTable, Owners, Wording
 from laptop.emulator.scene.optics import COLOURS
 from laptop.see.markers.board import BOARDS
 from shared.arm_description import ArmError
@@ -93,9 +93,8 @@ TABLE = ConstantTable(
     "camera",
     CONSTANTS,
     BadScene,
-    unknown="camera: no constant '{key}'; known: {known}",
-    owners=CAMERAS,
-    common=COMMON,
+    Wording("camera: no constant '{key}'; known: {known}"),
+    owners=Owners(CAMERAS, COMMON),
 )
 
 

@@ -4,7 +4,7 @@ from collections import OrderedDict
 
 import pytest
 
-from laptop.emulator.constants import Constant, ConstantTable
+from laptop.emulator.constants import Constant, ConstantTable, Owners, Wording
 
 
 class BadLamp(ValueError):
@@ -21,10 +21,9 @@ LAMP = ConstantTable(
         ]
     ),
     BadLamp,
-    unknown="lamp: no '{key}' in '{item}'; known: {known}",
+    Wording("lamp: no '{key}' in '{item}'; known: {known}"),
     ranged={"power"},
-    owners="AB",
-    common=("colour",),
+    owners=Owners("AB", ("colour",)),
 )
 
 
