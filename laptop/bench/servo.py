@@ -36,7 +36,7 @@ from laptop.emulator.host.program import Program
 from laptop.emulator.rendered_tracker import rendered
 from laptop.emulator.rig import Rig
 from laptop.emulator.scene import scene as pictured
-from laptop.emulator.virtual_tracker import Markers, See, VirtualTracker
+from laptop.emulator.virtual_tracker import FrameChain, Markers, See, VirtualTracker
 from robot.motion import kinematics
 from robot.servoing.image_model import LinearImageModel, straight
 
@@ -173,7 +173,7 @@ def run_one(case: ServoCase, method: str) -> ServoResult:
         def goal(t: float) -> Pixels:
             return fixed
 
-    camera = 30.0, scene.latency, scene.jitter, scene.drops, tuple(cameras), case.seed
+    chain = FrameChain(30.0, scene.latency, scene.jitter, scene.drops)
     bounds = {
         "budget": FOLLOW_WINDOW[1] if moves else TIME_BUDGET,
         "most_moves": None if moves else MAX_MOVES,
@@ -185,7 +185,7 @@ def run_one(case: ServoCase, method: str) -> ServoResult:
         world, brick = rig.world, rig.brick
         see = rendered(shown, brick) if shown else points(cameras, brick, goal, scene, case.seed)
         with (
-            VirtualTracker(world, see, *camera) as tracker,
+            VirtualTracker(world, see, chain, tuple(cameras), case.seed) as tracker,
             servo_loop(case, method, setting, cameras, tracker, rig, **bounds) as loop,
         ):
             began = world.now()

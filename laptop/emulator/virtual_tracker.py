@@ -37,6 +37,7 @@ import select as real_select
 import socket
 import struct
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from laptop.emulator.host.world import World
@@ -83,6 +84,22 @@ GARBAGE = (
 """Lines of a flood: too long, not JSON, or a lie."""
 
 
+@dataclass(frozen=True)
+class FrameChain:
+    """How frames come from the cameras to the brick.
+
+    fps      frames/s
+    latency  from capture until the brick can read it, s; of all cameras, or by camera
+    jitter   mean of what comes on top (exponential, at most MAX_JITTER_MEANS times as much), s
+    drops    share of the frames that get lost, 0..1
+    """
+
+    fps: float = 30.0
+    latency: float | Mapping[str, float] = 0.06
+    jitter: float = 0.0
+    drops: float = 0.0
+
+
 class VirtualTracker:
     """A camera, a tracker and its server for one brick in a World.
 
@@ -94,10 +111,7 @@ class VirtualTracker:
         see: `see(camera, index, t)` is called when the world is AT the capture time t (s) of a
             frame, and gives {name: (u, v, confidence) or None where not seen}, px; None drops
             the frame. It must not let time pass.
-        fps: frames/s.
-        latency: from capture until the brick can read it, s; of all cameras, or by camera.
-        jitter: mean of what comes on top (exponential, at most MAX_JITTER_MEANS times as much), s.
-        drops: share of the frames that get lost, 0..1.
+        chain: how they come.
         cameras: names.
         seed: draws phases, jitter and drops.
         pictures: where `see` asks for its pictures, see `rendered`; None: what it shows is a
@@ -116,10 +130,7 @@ class VirtualTracker:
         self,
         world: World,
         see: See,
-        fps: float = 30.0,
-        latency: float | Mapping[str, float] = 0.06,
-        jitter: float = 0.0,
-        drops: float = 0.0,
+        chain: FrameChain = FrameChain(),  # noqa: B008 (it does not change)
         cameras: Sequence[str] = ("A",),
         seed: int = 0,
         pictures: PictureFaults | None = None,
@@ -128,12 +139,11 @@ class VirtualTracker:
         self.pictures = pictures or PictureFaults()
         self._whole = pictures is None  # the picture is what `see` gives
         self.see = see
-        self.fps = fps
-        self.latency = (
-            dict(latency) if isinstance(latency, Mapping) else dict.fromkeys(cameras, latency)
-        )
-        self.jitter = jitter
-        self.drops = drops
+        self.fps = chain.fps
+        late = chain.latency
+        self.latency = dict(late) if isinstance(late, Mapping) else dict.fromkeys(cameras, late)
+        self.jitter = chain.jitter
+        self.drops = chain.drops
         self.code = CODE
         self.key = SaltedKey(SALT, pairing.key_of(CODE, SALT))
         self.frames = dict.fromkeys(cameras, 0)
@@ -152,7 +162,7 @@ class VirtualTracker:
         self._start = world.now()
         for camera in self.frames:
             luck = random.Random(f"{seed}/{camera}")
-            self._expose(camera, luck, world.now() + luck.random() / fps, 0.0)
+            self._expose(camera, luck, world.now() + luck.random() / self.fps, 0.0)
         self._at(world.now() + POLL_PERIOD, self._poll)
         world.select = self.select
 

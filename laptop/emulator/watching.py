@@ -11,7 +11,7 @@ from laptop.emulator.rendered_tracker import rendered
 from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.scene_constants import read_scene
 from laptop.emulator.scene.workcell import cameras
-from laptop.emulator.virtual_tracker import VirtualTracker
+from laptop.emulator.virtual_tracker import FrameChain, VirtualTracker
 from shared.arm_description import Arm
 
 if TYPE_CHECKING:
@@ -31,20 +31,20 @@ def watching(text: str, arm: Arm) -> Callable[[EmulatedBrick], VirtualTracker]:
         name: Scene(arm, {**read_scene(text, name), "fps_wander": 0.0})
         for name in cameras(arm, text)
     }
-    chain = {key: scenes["A"].constants[key] for key in ("fps", "jitter", "delay", "seed")}
+    shared = {key: scenes["A"].constants[key] for key in ("fps", "jitter", "delay", "seed")}
     for name, scene in scenes.items():
-        for key, value in chain.items():
+        for key, value in shared.items():
             if scene.constants[key] != value:
                 raise InvalidSimulationOption(
                     f"scene {name}.{key}: cameras in virtual time share it; write {key}=VALUE"
                 )
-    latency = chain.pop("delay")
+    chain = FrameChain(shared["fps"], shared["delay"], shared["jitter"])
 
     def watch(brick: EmulatedBrick) -> VirtualTracker:
         pictures = PictureFaults()
         see = rendered(scenes, brick, pictures)
         return VirtualTracker(
-            brick.world, see, latency=latency, cameras=list(scenes), pictures=pictures, **chain
+            brick.world, see, chain, list(scenes), seed=shared["seed"], pictures=pictures
         )
 
     return watch

@@ -14,7 +14,7 @@ from places import ROBOT
 from rig import Terminal
 
 from laptop.emulator.host.clocks import UPTIME
-from laptop.emulator.virtual_tracker import HOST, VirtualTracker
+from laptop.emulator.virtual_tracker import HOST, FrameChain, VirtualTracker
 from robot.tracking_client import Memory, ServerAddress
 
 PROGRAM = str(ROBOT / "visual_servoing.py")
@@ -115,7 +115,7 @@ class Watched(Terminal):
         self._luck = random.Random(seed)
         self.world.bodies.append(self._note)
         self.tracker = VirtualTracker(
-            self.world, self._see, cameras=tuple(self.cameras), **(tracker or {})
+            self.world, self._see, FrameChain(**(tracker or {})), tuple(self.cameras)
         )
         address = ServerAddress(HOST, self.tracker.port, self.tracker.code)
         Memory(self.state_folder).save(address, self.tracker.key)

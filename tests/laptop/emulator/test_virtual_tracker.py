@@ -15,7 +15,7 @@ from laptop.emulator.device.brick import EmulatedBrick
 from laptop.emulator.host.clocks import UPTIME
 from laptop.emulator.host.runner import run_script
 from laptop.emulator.host.world import World
-from laptop.emulator.virtual_tracker import HOST, LINK_TIMEOUT, VirtualTracker
+from laptop.emulator.virtual_tracker import HOST, LINK_TIMEOUT, FrameChain, VirtualTracker
 from laptop.see.serve.server import TrackingServer
 from robot import tracking_client
 from robot.tracking import FIRST_PAUSE, MAX_PAUSE
@@ -44,10 +44,10 @@ client.close()
 class Watched:
     """A world with a tracker, and when each frame was taken."""
 
-    def __init__(self, **options):
+    def __init__(self, cameras=("A",), seed=0, **chain):
         self.world = World()
         self.taken = {}
-        self.tracker = VirtualTracker(self.world, self.see, **options)
+        self.tracker = VirtualTracker(self.world, self.see, FrameChain(**chain), cameras, seed)
 
     def see(self, camera, index, t):
         assert self.world.now() == t
