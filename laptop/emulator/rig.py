@@ -14,7 +14,6 @@ import sys
 from typing import (
     Any,
     Callable,
-    ContextManager,
     Dict,
     Iterable,
     Iterator,
@@ -52,6 +51,8 @@ from shared.arm_description import find_arm, read_arm
 
 MYPY = False
 if MYPY:
+    from typing import ContextManager  # noqa: F401
+
     from laptop.emulator.brick_home import Start  # noqa: F401
     from laptop.emulator.device.buttons import Press  # noqa: F401
     from laptop.emulator.device.plant_constants import PlantConstants  # noqa: F401
@@ -337,7 +338,7 @@ class Rig(object):
         """Let driver.py draw a job file; as `run`."""
         return self.run("driver.py", "job", str(file), *words, **options)
 
-    def program(self) -> ContextManager[program.Program]:
+    def program(self) -> "ContextManager[program.Program]":
         """What a program computes in this process, at the brick's pace, for a `with` block.
 
         Gives a laptop.emulator.host.program.Program: its modules by name, and its `clock`.  Its

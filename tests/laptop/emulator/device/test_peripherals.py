@@ -7,7 +7,8 @@ import wave
 import pytest
 
 from laptop.emulator.device import peripherals
-from laptop.emulator.device.buttons import BadPress, Press, read_press
+from laptop.emulator.device.buttons import EV_KEY, BadPress, KeyDevice, Press, read_press
+from laptop.emulator.device.sensor_orders import BadSensor, read_sensors
 from laptop.emulator.device.sysfs import Sysfs
 from laptop.emulator.host.runner import run_script
 from laptop.emulator.host.world import World
@@ -298,3 +299,24 @@ def test_no_program_of_the_laptop_is_started(tmp_path, run):
         "sh: 1: tee: not found", "127", "refused", "refused", "b'hi\\n' 8 22",
         "sh: 1: exit_or_so: not found", "127",
     ]  # fmt: skip
+
+
+def test_a_key_device_hears_from_its_opening_to_its_closing(brick, devices):
+    woken = []
+    devices.buttons.set("up", True)
+    keys = KeyDevice(
+        brick.sysfs, devices.buttons, types.SimpleNamespace(wake=lambda: woken.append(1))
+    )
+    assert keys.active_keys() == [103]
+    devices.buttons.set("up", False)
+    keys.close()
+    devices.buttons.set("enter", True)
+    assert [(e.code, e.value) for e in keys.read() if e.type == EV_KEY] == [(103, 0)]
+    assert keys.read_one() is None
+    assert woken
+
+
+def test_a_sensor_outside_any_scene_has_nothing_to_see(brick):
+    orders = read_sensors(["in1=ultrasonic:tip"])
+    with pytest.raises(BadSensor, match="no tip for it to see here; write a value"):
+        peripherals.Peripherals(brick.world, Sysfs(brick.world, COST), sensors=orders)
