@@ -359,7 +359,8 @@ class PoseReader(object):
         self.refused = ""
         self._file = None  # type: Optional[IO[bytes]]
         self._rest = b""
-        self._refused = {}  # type: Dict[str, Tuple[int, int, float, int]]  # by path: which file had that name then
+        # By path: which file had that name then.
+        self._refused = {}  # type: Dict[str, Tuple[int, int, float, int]]
         self._history = None  # type: Optional[History]
 
     @property

@@ -27,7 +27,8 @@ class Onlooker(io.TextIOBase):
         super(Onlooker, self).__init__()
         self._brick = brick
         self._begun = None  # type: Optional[int]  # samples of the record at the last answer
-        self._way = None  # type: Optional[str]  # the answer to the next question, where that is which way
+        # The answer to the next question, where that is which way.
+        self._way = None  # type: Optional[str]
 
     # Text, where the base of its base has bytes.
     def readline(self, size: Optional[int] = -1) -> str:  # type: ignore[override]

@@ -22,10 +22,12 @@ class PictureFaults(object):
     """What the cameras of one world show instead of what they see."""
 
     def __init__(self) -> None:
-        self._kept = {}  # type: Dict[str, Deque[Any]]  # camera: its last true pictures
-        self._loops = {}  # type: Dict[Optional[str], int]  # camera, or None for all: (pictures of the loop, how many were shown)
-        self._times = {}  # type: Dict[Optional[str], int]  # camera, or None for all: how often each picture is shown
-        self._shown = {}  # type: Dict[str, int]  # camera: how often its last picture was shown
+        # By camera: its last true pictures, and how often the last one was shown.
+        self._kept = {}  # type: Dict[str, Deque[Any]]
+        self._shown = {}  # type: Dict[str, int]
+        # By camera, or None for all: pictures of the loop, and how often each picture is shown.
+        self._loops = {}  # type: Dict[Optional[str], int]
+        self._times = {}  # type: Dict[Optional[str], int]
 
     def freeze(self, camera: Optional[str] = None, frames: int = 1) -> None:
         """From now on the last picture comes again; or the last `frames`, in turn.

@@ -115,7 +115,8 @@ class EmulatedBrick(object):
         self.record = MotionRecord(_time_of_sample)
         self._steps = 0
         self._hand = None  # type: Optional[LeadingHand]
-        self._pushed = []  # type: List[Tuple[Union[DrivenLink, Drive], float]]  # links and bare rotors in a hand, and where that takes them, rad
+        # Links and bare rotors in a hand, and where that takes them, rad.
+        self._pushed = []  # type: List[Tuple[Union[DrivenLink, Drive], float]]
         self._tip_at, self._tip = self.plant.q, self.plant.tip()  # joint angles, and the true tip
         self._sample()
         world.bodies.append(self.advance)

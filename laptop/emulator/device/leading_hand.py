@@ -108,7 +108,8 @@ class LeadingHand(object):
         self._coasts = coasts
         self._led = set()  # type: Set[int]
         q = tuple([link.angle for link in self._links])
-        self._ways = []  # type: List[Tuple[float, float, Angles, Angles]]  # (begin, end, from, to): s and rad
+        # (begin, end, from, to): s and rad
+        self._ways = []  # type: List[Tuple[float, float, Angles, Angles]]
         left = now
         for place in places:
             to = self._pose(arm, place, q)

@@ -72,7 +72,8 @@ class ArmPlant(object):
             self.joints.append(drive)
             self.links.append(link)
         self._heavy = self.weighs
-        self._pulled_at, self._torques = None, ()  # type: Optional[List[float]], Sequence[float]  # joint angles, and what gravity does there
+        # Joint angles, and what gravity does there.
+        self._pulled_at, self._torques = None, ()  # type: Optional[List[float]], Sequence[float]
         self.pen_down = not arm.pen  # one without a motor always is
         self._pen = None  # type: Optional[Drive]  # what lowers it
         self._pen_at = None  # type: Optional[float]  # where that was at the last step

@@ -108,7 +108,7 @@ class InputPort(_Port):
         self._port = order.port
         self.kind = order.kind
         self.measuring = None if self.kind == NONE else Measuring(world, order, scene)
-        self._device = None  # type: Optional[Tuple[str, EmulatedSensor]]  # name and EmulatedSensor of what is loaded
+        self._device = None  # type: Optional[Tuple[str, EmulatedSensor]]  # what is loaded
         self._loads = 0
         self._due = None  # type: Any
         self._load(None if self.kind == NONE else KINDS[self.kind])

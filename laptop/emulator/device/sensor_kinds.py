@@ -120,7 +120,13 @@ _NO_BEACON = -128
 def _mode(
     name: str, measure: Optional["Measure"], lowest: float, highest: float, **rest: Any
 ) -> Mode:
-    fields = {"count": 1, "decimals": 0, "units": "", "format": "s8", "single": False}  # type: Dict[str, Any]
+    fields = {
+        "count": 1,
+        "decimals": 0,
+        "units": "",
+        "format": "s8",
+        "single": False,
+    }  # type: Dict[str, Any]
     fields.update(rest)
     return Mode(name=name, measure=measure, lowest=lowest, highest=highest, **fields)
 

@@ -148,7 +148,9 @@ def _of_file(name: str, table: ConstantTable, file: str) -> "Quantities":
         return BadSensor("sensor {}: {}".format(name, message))
 
     named = [key for key in columns(file, error) if key in kind.quantities]
-    pairs = [(key, key) for key in named] or [(kind.main[-1], None)]  # type: List[Tuple[str, Optional[str]]]
+    # Quantities and the columns that give them; None: the only one.
+    pairs = [(key, key) for key in named]  # type: List[Tuple[str, Optional[str]]]
+    pairs = pairs or [(kind.main[-1], None)]
     return {
         _channelled(key, ""): read_column(
             file,
