@@ -5,6 +5,11 @@ Neither side lets the other fill its memory: both ends here are bounded.
 
 import collections
 
+MYPY = False
+if MYPY:
+    import socket  # noqa: F401
+    from typing import Callable, Deque, List, Optional  # noqa: F401
+
 MAX_LINE = 2048
 """Bytes of a message, without its newline."""
 
@@ -23,16 +28,19 @@ class LineBuffer(object):
     """
 
     def __init__(self):
+        # type: () -> None
         self.overlong = 0
         self._rest = b""
         self._skipping = False
 
     @property
     def size(self):
+        # type: () -> int
         """Bytes of the unfinished line."""
         return len(self._rest)
 
     def feed(self, data):
+        # type: (bytes) -> List[bytes]
         """The lines that `data` completes, without their newlines: a list of bytes."""
         lines = (self._rest + data).split(b"\n")
         self._rest = lines.pop()
@@ -58,31 +66,37 @@ class SendQueue(object):
     """
 
     def __init__(self, sock):
+        # type: (socket.socket) -> None
         self._sock = sock
-        self._sign = bytes  # as it is
+        self._sign = bytes  # type: Callable[[bytes], bytes]  # as it is
         self._unsent = b""  # the rest of a line that has begun to go out
-        self._queue = collections.deque()
-        self._newest = collections.OrderedDict()  # camera: line
-        self._blocked_since = None
+        self._queue = collections.deque()  # type: Deque[bytes]
+        # camera: line
+        self._newest = collections.OrderedDict()  # type: collections.OrderedDict[str, bytes]
+        self._blocked_since = None  # type: Optional[float]
 
     @property
     def waits(self):
+        # type: () -> bool
         """Whether something has not gone out yet."""
         return bool(self._unsent or self._queue or self._newest)
 
     @property
     def size(self):
+        # type: () -> int
         """Bytes that wait."""
         lines = list(self._queue) + list(self._newest.values())
         return len(self._unsent) + sum([len(line) for line in lines])
 
     def sign_with(self, sign):
+        # type: (Callable[[bytes], bytes]) -> None
         """Have all lines go through `sign` when they begin to go out, but for those that wait."""
         self._unsent += b"".join(self._queue)
         self._queue.clear()
         self._sign = sign
 
     def put(self, line):
+        # type: (bytes) -> bool
         """Append a line; False if there are too many already."""
         if len(self._queue) >= MAX_QUEUE:
             return False
@@ -90,12 +104,14 @@ class SendQueue(object):
         return True
 
     def put_newest(self, camera, line):
+        # type: (str, bytes) -> bool
         """Put a camera's line in the place of its last one; whether that was still waiting."""
         replaced = camera in self._newest
         self._newest[camera] = line
         return replaced
 
     def write(self, now):
+        # type: (Callable[[], float]) -> None
         """Send as much as the other side takes now.
 
         Args:
@@ -120,9 +136,11 @@ class SendQueue(object):
             self._blocked_since = None
 
     def blocked_for(self, t):
+        # type: (float) -> float
         """Return how long, at the time `t` (s), the other side has been taking nothing, s."""
         return 0.0 if self._blocked_since is None else t - self._blocked_since
 
     def shift_to(self, t):
+        # type: (float) -> None
         """Count from `t` (s) on: our clock has jumped."""
         self._blocked_since = None if self._blocked_since is None else t

@@ -8,6 +8,10 @@ Pure: lines in, values out.
 
 from collections import OrderedDict
 
+MYPY = False
+if MYPY:
+    from typing import Dict, Mapping, Optional, Sequence, Tuple  # noqa: F401
+
 
 class BadIni(ValueError):
     """A line that cannot be.
@@ -18,35 +22,38 @@ class BadIni(ValueError):
     """
 
     def __init__(self, section, key, problem):
+        # type: (Optional[str], Optional[str], str) -> None
         super(BadIni, self).__init__(problem)
         self.section, self.key, self.problem = section, key, problem
 
 
 def read_ini(lines):
+    # type: (Sequence[str]) -> Dict[str, Dict[str, str]]
     """The values by section and key, both in the order of the lines: OrderedDicts of texts.
 
     Raises:
         BadIni: a section or key is there twice, or a line is neither.
     """
-    sections = OrderedDict()
-    section = key = None
+    sections = OrderedDict()  # type: Dict[str, Dict[str, str]]
+    section = key = None  # type: Optional[str]
+    values = OrderedDict()  # type: Dict[str, str]
     depth = 0
     for number, line in enumerate(lines, 1):
         text = _without_comment(line)
         if not text:
             if key and line.strip() == "":
-                sections[section][key] += "\n"
+                values[key] += "\n"
             continue
         indent = len(line) - len(line.lstrip())
         if key and indent > depth:
-            sections[section][key] += "\n" + text
+            values[key] += "\n" + text
             continue
         depth = indent
         if text[0] == "[" and text.find("]") > 1:
             section, key = text[1 : text.index("]")], None
             if section in sections:
                 raise BadIni(section, None, "is there twice (line {})".format(number))
-            sections[section] = OrderedDict()
+            values = sections[section] = OrderedDict()
             continue
         if section is None:
             raise BadIni(None, None, "line {} is outside any [section]".format(number))
@@ -54,9 +61,9 @@ def read_ini(lines):
         if not 0 < end < len(text):
             raise BadIni(None, None, "line {} is not of the form key = value".format(number))
         key = text[:end].rstrip().lower()
-        if key in sections[section]:
+        if key in values:
             raise BadIni(section, key, "is there twice (line {})".format(number))
-        sections[section][key] = text[end + 1 :].strip()
+        values[key] = text[end + 1 :].strip()
     for values in sections.values():
         for key in values:
             values[key] = values[key].rstrip()
@@ -64,6 +71,7 @@ def read_ini(lines):
 
 
 def with_values(text, values):
+    # type: (str, Mapping[Tuple[str, str], str]) -> str
     """The text of a file with other values, all else as it was: comments, order, ends of lines.
 
     A comment behind a value stays in its column where it can.
@@ -75,7 +83,7 @@ def with_values(text, values):
         BadIni: one is not, or goes over several lines.
     """
     mark = text[: text.startswith("\ufeff")]
-    lines, section, left = text[len(mark) :].splitlines(True), None, dict(values)
+    lines, section, left = text[len(mark) :].splitlines(True), "", dict(values)
     for number, line in enumerate(lines):
         plain = _without_comment(line)
         if plain.startswith("[") and plain.find("]") > 1 and not line[0].isspace():
@@ -104,6 +112,7 @@ def with_values(text, values):
 
 
 def _without_comment(line):
+    # type: (str) -> str
     """What stands before `;` or `#` at the line's begin or after a blank; stripped."""
     if ";" in line or "#" in line:
         for at, letter in enumerate(line):

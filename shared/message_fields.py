@@ -6,6 +6,15 @@ The same checks hold on the way out and on the way in.
 import functools
 import re
 
+MYPY = False
+if MYPY:
+    from typing import Any, Callable, Dict, Optional, Pattern, Tuple, TypeVar  # noqa: F401
+
+    Key = TypeVar("Key")
+    Clean = TypeVar("Clean")
+    # Takes what JSON holds, returns it clean, or raises WrongValue.
+    Check = Callable[[Any], Clean]
+
 MAX_JOINTS = 8
 MAX_TEXT = 200
 
@@ -15,10 +24,12 @@ class WrongValue(Exception):
 
 
 def whole_number(lowest, highest):
+    # type: (int, int) -> Check[int]
     """A check for whole numbers of a range."""
     allowed = "a whole number from {} to {}".format(lowest, highest)
 
     def check(value):
+        # type: (Any) -> int
         if type(value) is not int:
             from numbers import Integral  # not above: only the laptop has others than int
 
@@ -32,10 +43,12 @@ def whole_number(lowest, highest):
 
 
 def number(lowest, highest, unit, decimals):
+    # type: (float, float, str, int) -> Check[float]
     """A check for numbers of a range (in `unit`), rounded to so many decimals."""
     allowed = "a number from {:g} to {:g} {}".format(lowest, highest, unit).rstrip()
 
     def check(value):
+        # type: (object) -> float
         if type(value) is not float:
             from numbers import Real
 
@@ -54,14 +67,17 @@ def number(lowest, highest, unit, decimals):
 
 @functools.lru_cache(maxsize=None)
 def _compiled(pattern):
+    # type: (str) -> Pattern[str]
     """The pattern, compiled where it is first needed: it takes the brick a while."""
     return re.compile(pattern)
 
 
 def matching(pattern, allowed):
+    # type: (str, str) -> Check[str]
     """A check for texts of a pattern."""
 
     def check(value):
+        # type: (object) -> str
         if not isinstance(value, str) or not _compiled(pattern).match(value):
             raise WrongValue(allowed)
         return value
@@ -70,17 +86,20 @@ def matching(pattern, allowed):
 
 
 def printable(text):
+    # type: (str) -> str
     """A text that may be anything, without line ends and all else that would steer a terminal."""
     return "".join([letter if letter.isprintable() else " " for letter in text])
 
 
 def one_line(text):
+    # type: (str) -> str
     """A text that may be anything, as one that a message takes: printable, and cut to MAX_TEXT."""
     text = printable(text)
     return text if len(text) <= MAX_TEXT else text[: MAX_TEXT - 3] + "..."
 
 
 def text(value):
+    # type: (object) -> str
     """Check a line for people."""
     # Printable: no line ends, no lone surrogates, nothing that would steer a terminal.
     if not isinstance(value, str) or len(value) > MAX_TEXT or not value.isprintable():
@@ -89,6 +108,7 @@ def text(value):
 
 
 def flag(value):
+    # type: (object) -> bool
     """Check true or false."""
     if not isinstance(value, bool):
         raise WrongValue("true or false")
@@ -96,6 +116,7 @@ def flag(value):
 
 
 def or_none(check):
+    # type: (Check[Clean]) -> Check[Optional[Clean]]
     """The same check, for what may be unknown, too."""
     return lambda value: None if value is None else check(value)
 
@@ -119,12 +140,14 @@ VOLTS = number(0, 100, "V", 2)
 
 
 def compile_patterns():
+    # type: () -> None
     """Compile what observations are checked by: later that would make the first of them late."""
     CAMERA_NAME("A")
     MARKER_NAME("A")
 
 
 def angles(value):
+    # type: (object) -> Tuple[float, ...]
     """Check a list of joint angles, rad."""
     if not isinstance(value, (list, tuple)) or len(value) > MAX_JOINTS:
         raise WrongValue("a list of at most {} angles, rad".format(MAX_JOINTS))
@@ -132,9 +155,11 @@ def angles(value):
 
 
 def table(most, what, key, check):
+    # type: (int, str, Check[Key], Check[Clean]) -> Check[Dict[Key, Clean]]
     """A check for a dict of at most so many items, by checks for its keys and values."""
 
     def check_all(value):
+        # type: (object) -> Dict[Key, Clean]
         if not isinstance(value, dict) or len(value) > most:
             raise WrongValue("a table of at most {} {}".format(most, what))
         return {key(name): check(item) for name, item in value.items()}
@@ -143,6 +168,7 @@ def table(most, what, key, check):
 
 
 def pixels(value):
+    # type: (object) -> Tuple[float, float]
     """Check (u, v), px."""
     if not isinstance(value, (list, tuple)) or len(value) != 2:
         raise WrongValue("u and v for each camera")
@@ -150,6 +176,7 @@ def pixels(value):
 
 
 def sighting(value):
+    # type: (object) -> Optional[Tuple[float, float, float]]
     """Check (u, v, confidence), or None."""
     if value is None:
         return None

@@ -8,6 +8,14 @@ from shared.messages import (
     seq_of,
 )
 
+MYPY = False
+if MYPY:
+    from typing import Dict, Iterable, List, Sequence, Set, Tuple  # noqa: F401
+
+    from shared.peer_clock import Pings  # noqa: F401
+
+    Line = Tuple[bytes, float]  # without its newline; when it came in, s
+
 FUTURE_SLACK = 0.01
 """How far from the future an observation may seem to come, beyond what the clocks explain, s."""
 
@@ -16,6 +24,7 @@ MAX_NAMES = 64
 
 
 def by_camera(lines):
+    # type: (Sequence[Line]) -> Tuple[List[Line], Iterable[List[Line]]]
     """Sort lines that came together, without parsing them.
 
     Args:
@@ -24,7 +33,7 @@ def by_camera(lines):
     Returns:
         Those that are no observations, in order; and of each camera's a list, the newest last.
     """
-    others, cameras = [], {}
+    others, cameras = [], {}  # type: List[Line], Dict[bytes, List[Line]]
     for entry in lines:
         line = entry[0]
         if line.startswith(OBSERVATION_BEGINS):
@@ -51,20 +60,25 @@ class NewestObservations(object):
     """
 
     def __init__(self, pings, counters):
+        # type: (Pings, Dict[str, int]) -> None
         self._pings, self._counters = pings, counters
-        self._latest = {}  # camera: (seq, t on their clock) of the newest observation accepted
-        self._slots = {}  # camera: the observation to hand over
-        self.names, self.late = set(), {}
+        # camera: (seq, t on their clock) of the newest observation accepted
+        self._latest = {}  # type: Dict[str, Tuple[int, float]]
+        self._slots = {}  # type: Dict[str, Observation]  # camera: the observation to hand over
+        self.names, self.late = set(), {}  # type: Set[str], Dict[str, float]
 
     def __len__(self):
+        # type: () -> int
         return len(self._latest)
 
     def forget_times(self):
+        # type: () -> None
         """Forget what was dated by a clock that is no more."""
         self._slots.clear()
         self._latest = {camera: (seq, 0.0) for camera, (seq, _) in self._latest.items()}
 
     def hand_over(self, now, max_age):
+        # type: (float, float) -> Dict[str, Observation]
         """{camera: Observation} of those that are at most so old (s) at the time `now`, once."""
         fresh = {camera: seen for camera, seen in self._slots.items() if now - seen.t <= max_age}
         for camera, seen in self._slots.items():
@@ -77,6 +91,7 @@ class NewestObservations(object):
         return fresh
 
     def take(self, seen, t):
+        # type: (Observation, float) -> bool
         """Put an observation that came in at t into its slot, if it is newer and can be dated."""
         seq, last = self._latest.get(seen.camera, (-1, -1.0))
         if seq < 0 and len(self._latest) == MAX_CAMERAS:

@@ -18,6 +18,11 @@ import os
 from shared.arm_description import ArmError
 from shared.messages import BRICK, LAPTOP, VERSION
 
+MYPY = False
+if MYPY:
+    import hmac  # noqa: F401
+    from typing import List, Tuple  # noqa: F401
+
 ALPHABET = "23456789ABCDEFGHJKMNPQRSTUVWXYZ"
 """Without 0 O 1 I L, which people take for each other."""
 
@@ -40,8 +45,9 @@ class OldCode(BadCode):
 
 
 def new_code():
+    # type: () -> str
     """A pairing code by the system's random generator."""
-    letters = []
+    letters = []  # type: List[str]
     while len(letters) < CODE_LENGTH:
         number = ord(os.urandom(1))
         if number < 256 // len(ALPHABET) * len(ALPHABET):  # or some letters would come more often
@@ -50,6 +56,7 @@ def new_code():
 
 
 def read_code(text):
+    # type: (str) -> str
     """The pairing code that a person typed; case, dashes and blanks do not matter.
 
     Raises:
@@ -73,12 +80,14 @@ def read_code(text):
 
 
 def show_code(code):
+    # type: (str) -> str
     """The code as people read it, in groups."""
     return "-".join(code[at : at + GROUP] for at in range(0, CODE_LENGTH, GROUP))
 
 
 @functools.lru_cache(maxsize=16)  # a program may pair often
 def key_of(code, salt):
+    # type: (str, str) -> bytes
     """The key for `proof`: 32 bytes.
 
     Args:
@@ -92,16 +101,19 @@ def key_of(code, salt):
 
 
 def new_nonce():
+    # type: () -> str
     """32 hex digits that nobody has seen before."""
     return binascii.hexlify(os.urandom(16)).decode("ascii")
 
 
 def proof(key, role, brick_nonce, laptop_nonce):
+    # type: (bytes, str, str, str) -> str
     """What the side with this role sends to show that it has the key: 64 hex digits."""
     return _keyed(key, role, brick_nonce, laptop_nonce).hexdigest()
 
 
 def is_proof(given, key, role, brick_nonce, laptop_nonce):
+    # type: (str, bytes, str, str, str) -> bool
     """Whether `given` is that proof; takes the same time wherever the two differ."""
     import hmac
 
@@ -109,6 +121,7 @@ def is_proof(given, key, role, brick_nonce, laptop_nonce):
 
 
 def session_keys(key, brick_nonce, laptop_nonce):
+    # type: (bytes, str, str) -> Tuple[bytes, ...]
     """The keys of one connection: what signs the brick's lines, and the laptop's; 32 bytes each."""
     session = _keyed(key, "session", brick_nonce, laptop_nonce).digest()
     return tuple(
@@ -117,6 +130,7 @@ def session_keys(key, brick_nonce, laptop_nonce):
 
 
 def _keyed(key, what, brick_nonce, laptop_nonce):
+    # type: (bytes, str, str, str) -> hmac.HMAC
     import hashlib
     import hmac
 

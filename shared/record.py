@@ -8,20 +8,29 @@ import sys
 from operator import itemgetter
 
 MYPY = False  # which a type checker takes for true
+if MYPY:
+    from typing import Any, Dict, Iterable, Sequence, Tuple, Type, TypeVar  # noqa: F401
+
+    Self = TypeVar("Self", bound="Record")
+    Values = Tuple[Any, ...]
+else:
+    Values = tuple
 
 
-class Record(tuple):
+class Record(Values):
     """Base of what `record` makes: a tuple whose elements also have names."""
 
     __slots__ = ()
-    _fields = ()
+    _fields = ()  # type: Tuple[str, ...]
 
     @classmethod
     def _make(cls, values):
+        # type: (Type[Self], Iterable[Any]) -> Self
         """One of these from its values in order."""
         return cls(*values)
 
     def _replace(self, **changed):
+        # type: (Self, **Any) -> Self
         """The same with other values for some fields."""
         result = self._make([changed.pop(field, own) for field, own in zip(self._fields, self)])
         if changed:
@@ -29,26 +38,32 @@ class Record(tuple):
         return result
 
     def _asdict(self):
+        # type: () -> Dict[str, Any]
         """An OrderedDict of names and values."""
         from collections import OrderedDict  # not above: few ask for it
 
         return OrderedDict(zip(self._fields, self))
 
     def __repr__(self):
+        # type: () -> str
         pairs = zip(self._fields, self)
         return "{}({})".format(
             type(self).__name__, ", ".join("{}={!r}".format(*pair) for pair in pairs)
         )
 
     def __getnewargs__(self):  # for copying and pickling
+        # type: () -> Values
         return tuple(self)
 
 
 if MYPY:
     from collections import namedtuple as record
+
+    __all__ = ["Record", "record"]
 else:
 
     def record(name, fields, defaults=()):
+        # type: (str, str, Sequence[object]) -> type
         """A class of tuples with named elements, as `collections.namedtuple` makes.
 
         Args:

@@ -2,6 +2,10 @@
 
 from shared.arm_description import ArmError
 
+MYPY = False
+if MYPY:
+    from shared.messages import Start  # noqa: F401
+
 METHODS = ("report", "broyden", "kalman", "chain")
 """How the image Jacobian is known."""
 MODES = ("look", "stream")
@@ -18,6 +22,7 @@ class TooFewPixels(ArmError):
 
 
 def check_options(options, joints):
+    # type: (Start, int) -> None
     """Refuse what no run can be made of.
 
     Args:

@@ -9,6 +9,12 @@ both sides count. Each direction has a key of its own, so that no line can be se
 
 from shared.framing import TAG_LENGTH
 
+MYPY = False
+if MYPY:
+    from typing import Deque, List, Tuple, TypeVar  # noqa: F401
+
+    Arrival = TypeVar("Arrival")  # what is told of a line beside it
+
 BLOCK = 64
 """Of SHA-256, bytes."""
 
@@ -26,21 +32,24 @@ class LineSigner(object):
     """
 
     def __init__(self, key):
+        # type: (bytes) -> None
         import hashlib  # not above: on the brick the arm is ready sooner without
         import hmac
 
-        key = bytearray(key.ljust(BLOCK, b"\0"))
-        self._inner = hashlib.sha256(bytes([value ^ 0x36 for value in key]))
-        self._outer = hashlib.sha256(bytes([value ^ 0x5C for value in key]))
+        padded = bytearray(key.ljust(BLOCK, b"\0"))
+        self._inner = hashlib.sha256(bytes([value ^ 0x36 for value in padded]))
+        self._outer = hashlib.sha256(bytes([value ^ 0x5C for value in padded]))
         self._is_same = hmac.compare_digest
         self._count = 0
 
     def sign(self, line):
+        # type: (bytes) -> bytes
         """The next line, which ends in a newline, with its signature."""
         message = line[:-1]
         return message + self._tag(message) + b"\n"
 
     def checked(self, lines):
+        # type: (Deque[Tuple[bytes, Arrival]]) -> List[Tuple[bytes, Arrival]]
         """Take out of a deque of (line without its newline, x) those that are the next ones.
 
         Returns:
@@ -57,6 +66,7 @@ class LineSigner(object):
         return found
 
     def _tag(self, message):
+        # type: (bytes) -> bytes
         inner, outer = self._inner.copy(), self._outer.copy()
         inner.update(b"%d %s" % (self._count, message))
         outer.update(inner.digest())

@@ -9,6 +9,12 @@ import math
 import os
 import stat
 
+MYPY = False
+if MYPY:
+    from typing import Any, Dict, NoReturn, Union  # noqa: F401
+
+    AnyPath = Union[str, os.PathLike[str]]
+
 MAX_SIZE = 65536
 """Greatest size of such a file, bytes; they have some hundred."""
 
@@ -24,6 +30,7 @@ class SpoiltFile(ValueError):
 
 
 def open_file(path):
+    # type: (AnyPath) -> int
     """Open a file, never waiting; its descriptor.
 
     Raises:
@@ -41,6 +48,7 @@ def open_file(path):
 
 
 def open_to_write(path, how=os.O_TRUNC):
+    # type: (AnyPath, int) -> int
     """Make a file, or take the one that is there, never waiting; its descriptor.
 
     Args:
@@ -54,6 +62,7 @@ def open_to_write(path, how=os.O_TRUNC):
 
 
 def check_replaceable(path):
+    # type: (AnyPath) -> None
     """Let a file be put where none is, or a regular one: what a rename does, it does to anything.
 
     Raises:
@@ -68,12 +77,14 @@ def check_replaceable(path):
 
 
 def _check_regular(found):
+    # type: (os.stat_result) -> None
     if not stat.S_ISREG(found.st_mode):
         words = [words for is_kind, words in KINDS if is_kind(found.st_mode)]
         raise SpoiltFile("{}, not a file".format((words or ["is a device"])[0]))
 
 
 def read_text(path, most=MAX_SIZE, encoding="utf-8"):
+    # type: (AnyPath, int, str) -> str
     """The text in a file, its lines ended by a newline.
 
     Args:
@@ -93,6 +104,7 @@ def read_text(path, most=MAX_SIZE, encoding="utf-8"):
 
 
 def read_json(path):
+    # type: (AnyPath) -> Dict[str, Any]
     """The object (a dict) in a file of JSON.
 
     Raises:
@@ -102,6 +114,7 @@ def read_json(path):
 
 
 def parse_json(text):
+    # type: (str) -> Dict[str, Any]
     """The object (a dict) in a text.
 
     Raises:
@@ -119,10 +132,12 @@ def parse_json(text):
 
 
 def _refuse(word):
+    # type: (str) -> NoReturn
     raise ValueError(word)
 
 
 def number(value):
+    # type: (Any) -> float
     """A number that was read, as a float.
 
     Raises:

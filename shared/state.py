@@ -85,15 +85,18 @@ LEARNED_FOLDER = "learned"
 
 
 def state_folder():
+    # type: () -> str
     """Return the state folder of this user's programs; it need not exist yet."""
     return os.environ.get(STATE) or os.path.expanduser("~/.brickservo")
 
 
 def laptop_program():
+    # type: () -> str
     """Return what people type for the laptop's commands, to be told what to type next."""
     return os.environ.get(PROGRAM, "brickservo")
 
 
 def default_arm(otherwise="planar"):
+    # type: (str) -> str
     """Return the name or file of the arm where none is given."""
     return os.environ.get(ARM, otherwise)
