@@ -4,6 +4,16 @@ import collections
 
 from shared.record import record
 
+MYPY = False
+if MYPY:
+    from typing import Deque, NamedTuple, Optional  # noqa: F401
+
+    from shared.messages import Pong  # noqa: F401
+
+    _Sample = NamedTuple("_Sample", [("t", float), ("lowest", float), ("highest", float)])
+else:
+    _Sample = record("_Sample", "t lowest highest")
+
 FIRST_PINGS = 20
 FAST_PING = 0.25
 SLOW_PING = 0.5
@@ -21,8 +31,6 @@ MAX_DRIFT = 100e-6
 TIME_RESOLUTION = 1e-5
 """What rounding may do to an interval between time stamps, s."""
 
-_Sample = record("_Sample", "t lowest highest")
-
 
 class PeerClock(object):
     """The other side's clock, seen from ours: theirs = ours + offset.
@@ -34,14 +42,22 @@ class PeerClock(object):
 
     Attributes:
         jumps: how often a clock has jumped.
+        is_known: whether anything is known.
+        offset: their clock minus ours, s; 0 while nothing is known.
+        round_trip: of the ping that is believed, s; None while there is none.
     """
 
     def __init__(self):
+        # type: () -> None
         self.jumps = 0
-        self._samples = collections.deque(maxlen=MAX_SAMPLES)
-        self._best = None
+        self.is_known = False
+        self.offset = 0.0
+        self.round_trip = None  # type: Optional[float]
+        self._samples = collections.deque(maxlen=MAX_SAMPLES)  # type: Deque[_Sample]
+        self._uncertainty, self._best_at = float("inf"), 0.0
 
     def add(self, ping_sent, ping_received, pong_sent, pong_received):
+        # type: (float, float, float, float) -> bool
         """Learn from one ping and its pong; the first and last time are ours, the others theirs.
 
         Returns:
@@ -58,29 +74,19 @@ class PeerClock(object):
                 break
         self._samples.append(new)
         # All grow less certain at the same rate, so the best now stays the best.
-        self._best = min(
+        best = min(
             self._samples, key=lambda s: (s.highest - s.lowest) / 2 + MAX_DRIFT * (new.t - s.t)
         )
+        self.is_known = True
+        self.offset = (best.lowest + best.highest) / 2
+        self.round_trip = max(0.0, best.highest - best.lowest)
+        self._uncertainty, self._best_at = self.round_trip / 2, best.t
         return True
 
-    @property
-    def is_known(self):
-        """Whether anything is known."""
-        return self._best is not None
-
-    @property
-    def offset(self):
-        """Their clock minus ours, s."""
-        return (self._best.lowest + self._best.highest) / 2
-
-    @property
-    def round_trip(self):
-        """Of the ping that is believed, s; None while there is none."""
-        return max(0.0, self._best.highest - self._best.lowest) if self._best else None
-
     def uncertainty(self, now):
-        """By how much the offset may be wrong, s."""
-        return self.round_trip / 2 + MAX_DRIFT * abs(now - self._best.t)
+        # type: (float) -> float
+        """By how much the offset may be wrong, s; infinite while nothing is known."""
+        return self._uncertainty + MAX_DRIFT * abs(now - self._best_at)
 
 
 class Pings(object):
@@ -95,16 +101,21 @@ class Pings(object):
     """
 
     def __init__(self, t):
+        # type: (float) -> None
         self.clock = PeerClock()
         self.next_at = t
         self._sent = 0
-        self._in_flight = collections.OrderedDict()  # number of a ping: when it was sent
-        self._doubted_at = None  # pings sent when a clock came under suspicion
+        # number of a ping: when it was sent
+        self._in_flight = collections.OrderedDict()  # type: collections.OrderedDict[int, float]
+        # pings sent when a clock came under suspicion
+        self._doubted_at = None  # type: Optional[int]
 
     def __len__(self):
+        # type: () -> int
         return len(self._in_flight)
 
     def begin(self, t):
+        # type: (float) -> int
         """Note that a ping goes out at `t` (s); its number."""
         self._sent += 1
         self.next_at = t + (FAST_PING if self._sent <= FIRST_PINGS else SLOW_PING)
@@ -114,10 +125,12 @@ class Pings(object):
         return self._sent
 
     def awaits(self, number):
+        # type: (int) -> bool
         """Whether a ping is not answered yet."""
         return number in self._in_flight
 
     def take(self, pong, t):
+        # type: (Pong, float) -> bool
         """Learn from a Pong that came in at `t` (s); whether it can be true."""
         sent = self._in_flight.pop(pong.id, None)
         if sent is None or not self.clock.add(sent, pong.received, pong.sent, t):
@@ -127,6 +140,7 @@ class Pings(object):
         return True
 
     def can_date(self, t):
+        # type: (float) -> bool
         """Whether at `t` (s) the other side's times can be told in ours."""
         return (
             self._doubted_at is None
@@ -135,11 +149,13 @@ class Pings(object):
         )
 
     def doubt(self, t):
+        # type: (float) -> None
         """A time that cannot be: has a clock jumped? Nothing is dated until a new ping has told."""
         self._doubted_at = self._sent
         self.next_at = min(self.next_at, t + FAST_PING / 2)
 
     def restart(self, t):
+        # type: (float) -> None
         """Our own clock has jumped back, to `t` (s): what is on its way tells nothing."""
         self.next_at = t
         self._in_flight.clear()
