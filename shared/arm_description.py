@@ -6,13 +6,11 @@ any way is refused in one line that names the file, the section, the key, the va
 and the next step.
 """
 
-import math
 import os
 
-from shared.arm_keys import (
+from shared.arm_keys import (  # noqa: F401 (some are for those who have an arm)
     ARM_KEYS,
     CHAINS,
-    FIND_HOME,
     HOMING_KEYS,
     JOINT_KEYS,
     MARKER_KEYS,
@@ -23,11 +21,36 @@ from shared.arm_keys import (
     SEEK_BEYOND,
     STOPS_TOUCHED,
     WEIGHT_KEYS,
+    check_joint,
+    stops_to_seek,
 )
 from shared.ini import BadIni, read_ini
 from shared.record import record
 from shared.small_files import SpoiltFile, read_text
 from shared.state import OWN_ARMS_FOLDER, state_folder
+
+MYPY = False
+if MYPY:
+    from typing import Any, Dict, List, Mapping, NoReturn, Optional, Sequence, Tuple  # noqa: F401  # noqa: F401
+
+    from shared.arm_keys import Keys  # noqa: F401
+    from shared.records import Arm, Joint, Pen
+    from shared.small_files import AnyPath  # noqa: F401
+
+    Sections = Mapping[str, Mapping[str, str]]  # values by section and key
+    __all__ = ["Arm", "Joint", "Pen"]
+    __all__ += ["MOTOR_SPEEDS", "PULLED_DOWN", "SEEK_BEYOND", "STOPS_TOUCHED"]
+else:
+    Pen = record("Pen", "port motor up down")
+    Joint = record(
+        "Joint",
+        "name link port motor gear direction lower upper stop_lower stop_upper"
+        " backlash max_speed home find_home touch_port touch_at seek mass centre friction"
+        " park_angle",
+    )
+    Arm = record(
+        "Arm", "name chain joints pen elbow speed file marker_offset", defaults=((0.0, 0.0),)
+    )
 
 ARMS_FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "arms")
 
@@ -40,7 +63,6 @@ class BadArmFile(ArmError, ValueError):
     """An arm file that is missing, unreadable or wrong."""
 
 
-Arm = record("Arm", "name chain joints pen elbow speed file marker_offset", defaults=((0.0, 0.0),))
 Arm.__doc__ = """One arm.
 
 name    the file's name without its ending
@@ -55,11 +77,6 @@ marker_offset  of the marker that cameras look for from the pen's tip, (x, y) in
         frame, cm: x along the link, y to its left; spatial: y upwards of it
 """
 
-Joint = record(
-    "Joint",
-    "name link port motor gear direction lower upper stop_lower stop_upper"
-    " backlash max_speed home find_home touch_port touch_at seek mass centre friction park_angle",
-)
 Joint.__doc__ = """One joint; angles are relative to the link before it, counter-clockwise, those of
 a spatial arm's shoulder and elbow upwards.
 
@@ -90,11 +107,11 @@ friction    of the link in its bearings, Nm
 park_angle  angle at which the arm is parked low, rad, or None: wherever it is
 """
 
-Pen = record("Pen", "port motor up down")
 Pen.__doc__ = """The pen's motor: port, "large" | "medium", its shaft's angles up and down, rad."""
 
 
 def find_arm(name_or_path):
+    # type: (AnyPath) -> str
     """Path of an arm file, given as a path or as the bare name of an arm.
 
     An existing file wins. Otherwise `planar` and `planar.ini` both mean the one in the folder of
@@ -112,16 +129,19 @@ def find_arm(name_or_path):
 
 
 def users_file(name):
+    # type: (str) -> str
     """Path of the user's own file of an arm of this name; it need not be there."""
     return os.path.join(_own_arms(), name + ".ini")
 
 
 def comes_along(arm):
+    # type: (Arm) -> bool
     """Whether an Arm was read from one of the files that come with the programs."""
     return os.path.dirname(os.path.realpath(arm.file)) == os.path.realpath(ARMS_FOLDER)
 
 
 def read_arm(path):
+    # type: (AnyPath) -> Arm
     """The Arm described by the INI file at `path`; raises BadArmFile in one line."""
     path = str(path)
     sections = _parse(path)
@@ -148,6 +168,7 @@ def read_arm(path):
 
 
 def _parse(path):
+    # type: (str) -> Sections
     """The file's values by section and key."""
     try:
         return read_ini(read_text(path, encoding="utf-8-sig").split("\n"))
@@ -166,12 +187,14 @@ def _parse(path):
 
 
 def _known_sections(sections):
-    chain = sections.get("arm", {}).get("chain")
+    # type: (Sections) -> Tuple[str, ...]
+    chain = sections.get("arm", {}).get("chain", "")
     joints = CHAINS.get(chain) or sorted(set(sum(CHAINS.values(), ())))
     return ("arm",) + tuple(joints) + ("pen",)
 
 
 def _read_section(path, sections, section, keys, others=()):
+    # type: (str, Sections, str, Keys, Keys) -> Dict[str, Any]
     """Dict of the section's values, every key read by its rule; of the others those that are there.
 
     Args:
@@ -207,88 +230,27 @@ def _read_section(path, sections, section, keys, others=()):
 
 
 def _read_joint(path, sections, name, chain):
+    # type: (str, Sections, str, str) -> Joint
     others = HOMING_KEYS + (WEIGHT_KEYS + REST_KEYS if chain in PULLED_DOWN else ())
     unsaid = {"mass": 0.0, "centre": 0.0, "friction": 0.0, "park_angle": None, "touch_at": None}
     values = _read_section(path, sections, name, JOINT_KEYS, others)
     if "rest" in values:
         values["park_angle"] = values.pop("rest")
     way, port = values.pop("find_home", ("here", None))
-    values.setdefault("seek", _stops_to_seek(values, way))
+    values.setdefault("seek", stops_to_seek(values, way))
     joint = Joint(name=name, find_home=way, touch_port=port, **dict(unsaid, **values))
 
     def refuse(key, problem, *others):
+        # type: (str, str, *str) -> NoReturn
         texts = [sections[name][other] for other in others]
         raise _bad(path, name, key, problem.format(*texts), sections)
 
-    if joint.lower >= joint.upper:
-        refuse("lower", "must be below upper = {}", "upper")
-    if joint.stop_lower is not None and joint.lower < joint.stop_lower:
-        refuse("lower", "must not be beyond the hard stop, stop_lower = {}", "stop_lower")
-    if joint.stop_upper is not None and joint.upper > joint.stop_upper:
-        refuse("upper", "must not be beyond the hard stop, stop_upper = {}", "stop_upper")
-    if not joint.lower <= joint.home <= joint.upper:
-        refuse("home", "must be within the limits, from {} to {}", "lower", "upper")
-    if joint.park_angle is not None and not joint.lower <= joint.park_angle <= joint.upper:
-        refuse("rest", "must be within the limits, from {} to {}", "lower", "upper")
-    weight = [key for key, _ in WEIGHT_KEYS]
-    given = [key for key in weight if key in values]
-    if given and given != weight:
-        refuse(given[0], "is only a part of the weight; give {}".format(", ".join(weight)))
-    for key in ("find_home", "seek"):
-        for stop in STOPS_TOUCHED[getattr(joint, key) or "here"]:
-            if getattr(joint, stop) is None:
-                refuse(
-                    key,
-                    "touches a stop that is not there, {} = none; without it use {}".format(
-                        stop, " or ".join(_ways_home(joint, key)) or "no such line"
-                    ),
-                )
-    if way != "touch" and joint.touch_at is not None:
-        refuse("touch_at", "is of a touch sensor; give its port, too: find_home = touch in1")
-    if way == "touch":
-        at = joint.touch_at
-        if at is None:
-            refuse("find_home", "give the angle at which the sensor closes, too: touch_at = -95")
-        if not (
-            0 <= joint.lower - at <= SEEK_BEYOND + 1e-9
-            or 0 <= at - joint.upper <= SEEK_BEYOND + 1e-9
-        ):
-            refuse(
-                "touch_at",
-                "must be at a limit or up to {:g} beyond it: lower = {{}}, upper = {{}}".format(
-                    math.degrees(SEEK_BEYOND)
-                ),
-                "lower",
-                "upper",
-            )
-    fastest = MOTOR_SPEEDS[joint.motor] / joint.gear
-    if joint.max_speed > math.radians(fastest):
-        refuse(
-            "max_speed",
-            "must be a number from 1 to {:g} for this motor with gear = {{}}".format(fastest),
-            "gear",
-        )
+    check_joint(joint, values, refuse)
     return joint
 
 
-def _stops_to_seek(values, way):
-    """What `seek` is where the file does not say it."""
-    if STOPS_TOUCHED[way]:
-        return way
-    there = [side for side in ("lower", "upper") if values["stop_" + side] is not None]
-    return "both" if len(there) == 2 else there[0] if there else None
-
-
-def _ways_home(joint, key):
-    return [
-        way
-        for way in FIND_HOME
-        if all(getattr(joint, stop) is not None for stop in STOPS_TOUCHED[way])
-        and (key, way) != ("seek", "here")
-    ]
-
-
 def _read_pen(path, sections):
+    # type: (str, Sections) -> Pen
     pen = Pen(**_read_section(path, sections, "pen", PEN_KEYS))
     if pen.up == pen.down:
         raise _bad(path, "pen", "down", "must differ from up", sections)
@@ -296,7 +258,8 @@ def _read_pen(path, sections):
 
 
 def _check_ports(path, sections, names):
-    taken = {}
+    # type: (str, Sections, Sequence[str]) -> None
+    taken = {}  # type: Dict[str, str]
     for section in names:
         port = sections[section]["port"]
         if port in taken:
@@ -314,18 +277,20 @@ def _check_ports(path, sections, names):
 
 
 def _bad(path, section, key, problem, sections=None):
+    # type: (str, Optional[str], Optional[str], str, Optional[Sections]) -> BadArmFile
     where = _shown_path(path) + ":"
     if section is not None:
         where += " [{}]".format(_one_line(section))
-    if key is not None:
-        where += " " + _one_line(key)
-        if sections is not None and key in sections[section]:
-            where += " = " + _one_line(sections[section][key])
-        where += ":"
+        if key is not None:
+            where += " " + _one_line(key)
+            if sections is not None and key in sections[section]:
+                where += " = " + _one_line(sections[section][key])
+            where += ":"
     return BadArmFile("{} {}; correct the file".format(where, problem))
 
 
 def _no_such_file(path):
+    # type: (str) -> BadArmFile
     return BadArmFile(
         "{}: there is no such arm file; give the path of one or a known name: {}".format(
             _shown_path(path), ", ".join(sorted({n for f in _arm_folders() for n in _arms_in(f)}))
@@ -334,15 +299,18 @@ def _no_such_file(path):
 
 
 def _arm_folders():
+    # type: () -> Tuple[str, str]
     """One's own arms come first: who changes one that comes along means the changed one."""
     return _own_arms(), ARMS_FOLDER
 
 
 def _own_arms():
+    # type: () -> str
     return os.path.join(state_folder(), OWN_ARMS_FOLDER)
 
 
 def _arms_in(folder):
+    # type: (str) -> List[str]
     try:
         entries = os.listdir(folder)
     except OSError:
@@ -351,11 +319,13 @@ def _arms_in(folder):
 
 
 def _shown_path(path):
+    # type: (str) -> str
     """Short where it can be: relative to the folder in which the program was started."""
     here = os.getcwd() + os.sep
     return _one_line(path[len(here) :] if path.startswith(here) else path, 200)
 
 
 def _one_line(text, longest=60):
+    # type: (str, int) -> str
     text = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
     return text if len(text) <= longest else text[:longest] + "..."

@@ -1,15 +1,37 @@
 """The keys of an arm's file: each has a rule, text -> value, that raises ValueError saying why.
 
+What they say of a joint is held against each other here, too.
 Files hold degrees and centimetres; the values are in radians, centimetres and seconds.
 """
 
 import math
 
+MYPY = False
+if MYPY:
+    from typing import (  # noqa: F401
+        Any,
+        Callable,
+        Container,
+        Dict,
+        List,
+        Mapping,
+        NoReturn,
+        Optional,
+        Sequence,
+        Tuple,
+    )
+
+    from shared.records import Joint  # noqa: F401
+
+    Refuse = Callable[..., NoReturn]  # of a key, a problem, other keys
+    Keys = Tuple[Tuple[str, Callable[[str], object]], ...]  # a key and its rule, in order
+
+
 # The joints of each kinematic chain, from the base outwards: these are the names of their sections.
 CHAINS = {
     "planar": ("shoulder", "elbow"),
     "spatial": ("base", "shoulder", "elbow"),
-}
+}  # type: Dict[str, Tuple[str, ...]]
 
 # The speed in deg/s beyond which the motor's driver refuses a set-point.
 MOTOR_SPEEDS = {"large": 1050.0, "medium": 1560.0}
@@ -25,7 +47,7 @@ STOPS_TOUCHED = {
     "upper": ("stop_upper",),
     "here": (),
     "touch": (),
-}
+}  # type: Dict[str, Tuple[str, ...]]
 
 TOUCH_PORTS = ("in1", "in2", "in3", "in4")
 
@@ -35,7 +57,9 @@ zero, rad; and so exactly is it to be put there."""
 
 
 def _number(low, high, scale=1.0):
+    # type: (float, float, float) -> Callable[[str], float]
     def read(text):
+        # type: (str) -> float
         try:
             value = float(text)
         except ValueError:
@@ -48,7 +72,9 @@ def _number(low, high, scale=1.0):
 
 
 def _one_of(words):
+    # type: (Sequence[str]) -> Callable[[str], str]
     def read(text):
+        # type: (str) -> str
         if text not in words:
             raise ValueError("must be one of {}".format(", ".join(words)))
         return text
@@ -57,6 +83,7 @@ def _one_of(words):
 
 
 def _angle_or_none(text):
+    # type: (str) -> Optional[float]
     if text == "none":
         return None
     try:
@@ -66,6 +93,7 @@ def _angle_or_none(text):
 
 
 def _way_home(text):
+    # type: (str) -> Tuple[str, Optional[str]]
     """("here" | "both" | "lower" | "upper" | "touch", port of the touch sensor or None)."""
     way, _, port = text.partition(" ")
     if way == "touch" and port.strip() in TOUCH_PORTS:
@@ -80,6 +108,7 @@ def _way_home(text):
 
 
 def _two_lengths(text):
+    # type: (str) -> Tuple[float, ...]
     """(x, y), cm."""
     parts = text.replace(",", " ").split()
     try:
@@ -91,6 +120,7 @@ def _two_lengths(text):
 
 
 def _sign(text):
+    # type: (str) -> int
     return int(_one_of(("1", "+1", "-1"))(text))
 
 
@@ -105,9 +135,9 @@ ARM_KEYS = (
     ("chain", _one_of(tuple(sorted(CHAINS)))),
     ("elbow", _one_of(("up", "down"))),
     ("speed", _number(0.1, 50)),
-)
+)  # type: Keys
 # What need not be said: where the marker that cameras look for sits beside the pen.
-MARKER_KEYS = (("marker_offset", _two_lengths),)
+MARKER_KEYS = (("marker_offset", _two_lengths),)  # type: Keys
 JOINT_KEYS = (
     ("link", _number(1, 100)),
     ("port", _PORT),
@@ -121,23 +151,127 @@ JOINT_KEYS = (
     ("backlash", _number(0, 20, _DEGREE)),
     ("max_speed", _number(1, max(MOTOR_SPEEDS.values()), _DEGREE)),
     ("home", _ANGLE),
-)
+)  # type: Keys
 # What need not be said: how the zero is found.
 HOMING_KEYS = (
     ("find_home", _way_home),
     ("touch_at", _ANGLE),
     ("seek", _one_of(("both", "lower", "upper"))),
-)
+)  # type: Keys
 # Only of an arm that gravity pulls down: what it weighs, and where it rests.
 WEIGHT_KEYS = (
     ("mass", _number(1, 2000, 0.001)),
     ("centre", _number(0.1, 100)),
     ("friction", _number(0, 50, 0.01)),
-)
-REST_KEYS = (("rest", _ANGLE),)
+)  # type: Keys
+REST_KEYS = (("rest", _ANGLE),)  # type: Keys
 PEN_KEYS = (
     ("port", _PORT),
     ("motor", _MOTOR),
     ("up", _ANGLE),
     ("down", _ANGLE),
-)
+)  # type: Keys
+
+
+def stops_to_seek(values, way):
+    # type: (Mapping[str, Any], str) -> Optional[str]
+    """What a joint's `seek` is where the file does not say it.
+
+    Args:
+        values: of the joint, by key.
+        way: in which it finds its zero.
+    """
+    if STOPS_TOUCHED[way]:
+        return way
+    there = [side for side in ("lower", "upper") if values["stop_" + side] is not None]
+    return "both" if len(there) == 2 else there[0] if there else None
+
+
+def check_joint(joint, given, refuse):
+    # type: (Joint, Container[str], Refuse) -> None
+    """Refuse a Joint whose values, each of them right, do not go together.
+
+    Args:
+        given: keys that are in its section.
+        refuse: raises an error about a key, of a problem in words, and of the keys whose values
+            are put into these.
+    """
+    _check_limits(joint, refuse)
+    _check_weight(given, refuse)
+    for key in ("find_home", "seek"):
+        _check_stops(joint, key, refuse)
+    _check_touch(joint, refuse)
+    fastest = MOTOR_SPEEDS[joint.motor] / joint.gear
+    if joint.max_speed > math.radians(fastest):
+        refuse(
+            "max_speed",
+            "must be a number from 1 to {:g} for this motor with gear = {{}}".format(fastest),
+            "gear",
+        )
+
+
+def _check_limits(joint, refuse):
+    # type: (Joint, Refuse) -> None
+    if joint.lower >= joint.upper:
+        refuse("lower", "must be below upper = {}", "upper")
+    if joint.stop_lower is not None and joint.lower < joint.stop_lower:
+        refuse("lower", "must not be beyond the hard stop, stop_lower = {}", "stop_lower")
+    if joint.stop_upper is not None and joint.upper > joint.stop_upper:
+        refuse("upper", "must not be beyond the hard stop, stop_upper = {}", "stop_upper")
+    if not joint.lower <= joint.home <= joint.upper:
+        refuse("home", "must be within the limits, from {} to {}", "lower", "upper")
+    if joint.park_angle is not None and not joint.lower <= joint.park_angle <= joint.upper:
+        refuse("rest", "must be within the limits, from {} to {}", "lower", "upper")
+
+
+def _check_weight(given, refuse):
+    # type: (Container[str], Refuse) -> None
+    whole = [key for key, _ in WEIGHT_KEYS]
+    said = [key for key in whole if key in given]
+    if said and said != whole:
+        refuse(said[0], "is only a part of the weight; give {}".format(", ".join(whole)))
+
+
+def _check_stops(joint, key, refuse):
+    # type: (Joint, str, Refuse) -> None
+    """Of "find_home" or "seek": the stops that it touches are there."""
+    for stop in STOPS_TOUCHED[getattr(joint, key) or "here"]:
+        if getattr(joint, stop) is None:
+            refuse(
+                key,
+                "touches a stop that is not there, {} = none; without it use {}".format(
+                    stop, " or ".join(_ways_home(joint, key)) or "no such line"
+                ),
+            )
+
+
+def _ways_home(joint, key):
+    # type: (Joint, str) -> List[str]
+    return [
+        way
+        for way in FIND_HOME
+        if all(getattr(joint, stop) is not None for stop in STOPS_TOUCHED[way])
+        and (key, way) != ("seek", "here")
+    ]
+
+
+def _check_touch(joint, refuse):
+    # type: (Joint, Refuse) -> None
+    at = joint.touch_at
+    if joint.find_home != "touch":
+        if at is not None:
+            refuse("touch_at", "is of a touch sensor; give its port, too: find_home = touch in1")
+        return
+    if at is None:
+        refuse("find_home", "give the angle at which the sensor closes, too: touch_at = -95")
+    if not (
+        0 <= joint.lower - at <= SEEK_BEYOND + 1e-9 or 0 <= at - joint.upper <= SEEK_BEYOND + 1e-9
+    ):
+        refuse(
+            "touch_at",
+            "must be at a limit or up to {:g} beyond it: lower = {{}}, upper = {{}}".format(
+                math.degrees(SEEK_BEYOND)
+            ),
+            "lower",
+            "upper",
+        )

@@ -111,8 +111,8 @@ def draw_arm(case: CalibrateCase) -> DrawnArm:
             )
         )
         zeros.append(math.radians(luck.uniform(-ZERO_OFF, ZERO_OFF)))
-    offset = tuple(map(float, luck.uniform(-OFFSET, OFFSET, 2)))
-    built = described._replace(joints=tuple(joints), marker_offset=offset)
+    along, aside = map(float, luck.uniform(-OFFSET, OFFSET, 2))
+    built = described._replace(joints=tuple(joints), marker_offset=(along, aside))
     focal = 640 / 2 / math.tan(math.radians(luck.uniform(50, 75)) / 2)
     camera = camera_over(
         focal,

@@ -165,7 +165,7 @@ class ArmModel:
     def _rows(self) -> list[tuple[str, float, float]]:
         """Name, mean and standard deviation of each number but the cameras'."""
         joints, known = self.arm.joints, self.known
-        rows = []
+        rows: list[tuple[str, float, float]] = []
         for k, joint in enumerate(joints):
             link, link_spread = joint.link, LINK_SPREAD * joint.link
             if self.spatial and k == 0:  # that one is a height
@@ -180,7 +180,8 @@ class ArmModel:
                 (f"{joint.name}.gear", 1.0, GEAR_SPREAD),
                 (
                     f"{joint.name}.lag",
-                    *(share * COUNT / joint.gear for share in (LAG[0], lag_spread)),
+                    LAG[0] * COUNT / joint.gear,
+                    lag_spread * COUNT / joint.gear,
                 ),
             ]
         along, aside = self.arm.marker_offset
