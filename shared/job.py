@@ -20,13 +20,33 @@ import os
 import zlib
 from array import array
 
+from shared.job_header import (
+    MAX_CM,
+    MAX_SECONDS,
+    VERSION,
+    JobHeader,
+    check_arm,
+    cut,
+    header_of,  # noqa: F401 (for who writes a job)
+    read_header,
+    word,
+)
 from shared.job_pieces import BadJob, check_joined, check_joints, go_on, read_piece
-from shared.message_fields import printable
 from shared.record import record
 from shared.small_files import SpoiltFile, check_replaceable, number, open_file, open_to_write
 
-VERSION = 1
-"""Of the format; it rises when something in it changes its meaning."""
+MYPY = False
+if MYPY:
+    from typing import Any, Dict, Iterable, Iterator, NoReturn, Optional, Tuple  # noqa: F401
+
+    from shared.arm_description import Arm  # noqa: F401
+    from shared.job_pieces import Between  # noqa: F401
+    from shared.records import Offsets, Stroke
+    from shared.small_files import AnyPath  # noqa: F401
+
+    __all__ = ["BadJob", "JobHeader", "Offsets", "Stroke", "header_of"]
+else:
+    Stroke = record("Stroke", "layer cm start_s pieces offsets", defaults=((),))
 
 CM = b'{"cm":'
 """So the line of a stroke begins, which then need not be read for its length."""
@@ -40,15 +60,6 @@ MAX_STROKES = 100000
 MAX_DIGITS = 15
 """Greatest length of a whole number: to read one of a whole line would take the brick minutes."""
 
-MAX_SECONDS = 1e6
-"""Greatest time that a job may take, s: 11 days."""
-
-MAX_CM = 1e6
-"""Greatest length that a job may have, cm: the ink of a thousand pens."""
-
-MAX_LINKS = 10
-"""No arm has more."""
-
 PIECE_SECONDS = 0.05
 """A piece takes at the least so long, s: the arm stands before the next."""
 
@@ -56,44 +67,10 @@ MORE, MORE_SECONDS = 1.1, 10.0
 """All strokes together are planned to take at the most so many times, and s, what the header says
 of the whole job."""
 
-MAX_NAME = 60
-"""Greatest length of a name, characters."""
-
 JOINED = 0.02
 """A stroke begins where the last one ended, and the pen stays down, if no joint differs by more,
 rad: it is no more than an encoder shows."""
 
-LINK_TOLERANCE = 1e-6
-"""Links differ where they differ by more, cm."""
-
-PENS = ("", "change", "touch-up")
-"""How a job of several pens, one for each layer, has them changed: not; it waits before the next;
-and waits over its first point, too, where it can be nudged."""
-
-LOG_PERIODS, MAX_REST = (0.01, 10.0), 30.0
-"""Bounds of a log's period, and greatest rest after a stroke, s."""
-
-JobHeader = record(
-    "JobHeader", "name arm chain links speed strokes cm pen_up_cm seconds log rest pens",
-    defaults=(0.0, 0.0, ""),
-)  # fmt: skip
-JobHeader.__doc__ = """What a job is.
-
-name        for people
-arm         name of the arm that it was planned for
-chain       name of its kinematic chain
-links       lengths of its links, cm
-speed       greatest of the tip, cm/s
-strokes     how many there are
-cm          length of them all
-pen_up_cm   length of the ways between them
-seconds     that the brick is to take for all of it
-log         the brick logs so often where its motors are, s (shared.job_log); 0: never
-rest        after each stroke the arm stands so long, pen up, and that is logged, s; 0: it does not
-pens        one of PENS
-"""
-
-Stroke = record("Stroke", "layer cm start_s pieces offsets", defaults=((),))
 Stroke.__doc__ = """From pen down to pen up.
 
 layer       name of its layer, "" where it has none
@@ -105,15 +82,8 @@ offsets     of each piece (ways, joints): lengths of the way from its beginning,
 """
 
 
-def header_of(arm, name, speed, strokes, pen_up_cm, seconds, log=0.0, rest=0.0, pens=""):
-    """The JobHeader of Strokes for an Arm."""
-    return JobHeader(
-        _cut(name), arm.name, arm.chain, tuple(joint.link for joint in arm.joints), speed,
-        len(strokes), sum(stroke.cm for stroke in strokes), pen_up_cm, seconds, log, rest, pens,
-    )  # fmt: skip
-
-
 def write_job(path, header, strokes):
+    # type: (str, JobHeader, Iterable[Stroke]) -> None
     """Write a job, whole or not at all.
 
     Raises:
@@ -146,13 +116,14 @@ def write_job(path, header, strokes):
 
 
 def _lines(header, strokes):
+    # type: (JobHeader, Iterable[Stroke]) -> Iterator[bytes]
     told = dict(header._asdict(), job=VERSION)
     for key in ("log", "rest", "pens"):
         if not told[key]:
             del told[key]
     yield _line(told)
     for k, stroke in enumerate(strokes, 1):
-        told = dict(stroke._asdict(), stroke=k, layer=_cut(stroke.layer))
+        told = dict(stroke._asdict(), stroke=k, layer=cut(stroke.layer))
         line = _line({key: part for key, part in told.items() if key != "offsets" or part})
         if len(line) > MAX_LINE:
             raise BadJob(
@@ -163,6 +134,7 @@ def _lines(header, strokes):
 
 
 def _line(value):
+    # type: (Dict[str, Any]) -> bytes
     return (json.dumps(value, sort_keys=True, separators=(",", ":")) + "\n").encode("ascii")
 
 
@@ -184,20 +156,22 @@ class Job(object):
     """
 
     def __init__(self, path, arm=None):
+        # type: (str, Optional[Arm]) -> None
         self.path = path
         self._arm = arm
-        self.between = go_on
+        self.between = go_on  # type: Between
         try:
             self._offsets, self._lengths, self.crc = self._scan()
-            self.header = self._read_header()
+            self.header = read_header(self._parsed(0), len(self._offsets) - 2)
         except OSError as error:
             raise BadJob("{}: {}; give a job's file".format(path, error.strerror)) from None
         except (SpoiltFile, ValueError, KeyError, TypeError, RecursionError) as error:
             raise self._bad(error) from None
         if arm:
-            self._check_arm(arm)
+            check_arm(path, self.header, arm)
 
     def stroke(self, k):
+        # type: (int) -> Stroke
         """The k-th Stroke, from 1 on.
 
         Raises:
@@ -218,7 +192,7 @@ class Job(object):
             cm, start_s = number(value["cm"]), number(value["start_s"])
             if not 0 <= start_s <= MAX_SECONDS:
                 raise SpoiltFile("has a stroke that begins after {:g} s".format(start_s))
-            stroke = Stroke(_word(value["layer"]), cm, start_s, pieces, offsets)
+            stroke = Stroke(word(value["layer"]), cm, start_s, pieces, offsets)
             check_joined(pieces, self.between)
         except OSError as error:
             raise BadJob("{}: {}; send it again".format(self.path, error.strerror)) from None
@@ -229,6 +203,7 @@ class Job(object):
         return stroke
 
     def strokes(self):
+        # type: () -> Iterator[Stroke]
         """Yield all Strokes in turn, each read and checked as by `stroke`.
 
         Raises:
@@ -246,10 +221,12 @@ class Job(object):
             yield stroke
 
     def cm_before(self, k):
+        # type: (int) -> float
         """Length of all strokes before the k-th, cm; k from 1 on, also one past the last."""
         return sum(self._lengths[: k - 1])
 
     def stroke_at(self, share):
+        # type: (float) -> int
         """Number of the stroke that lies at this share, 0 to 1, of the length of all."""
         sought, k = share * self.cm_before(self.header.strokes + 1), 1
         while k < self.header.strokes and self.cm_before(k + 1) <= sought:
@@ -257,14 +234,17 @@ class Job(object):
         return k
 
     def size(self, k):
+        # type: (int) -> int
         """What the k-th stroke takes of the file, bytes."""
         return self._offsets[k + 1] - self._offsets[k]
 
     def _bad(self, error):
+        # type: (Exception) -> BadJob
         what = str(error) if isinstance(error, SpoiltFile) else "does not hold what a job holds"
         return BadJob("{} is no job, or is damaged: it {}; make it again".format(self.path, what))
 
     def _scan(self):
+        # type: () -> Tuple[array[int], array[float], int]
         """(offset of each line, lengths of the strokes, checksum of all but the last line)."""
         # (As lists they would take the brick more memory than it has.)
         offsets, lengths = array("L"), array("d")
@@ -293,60 +273,14 @@ class Job(object):
         return offsets, lengths, end["crc"]
 
     def _parsed(self, k):
+        # type: (int) -> Dict[str, Any]
         with open(open_file(self.path), "rb") as file:
             file.seek(self._offsets[k])
             return _object(file.readline(MAX_LINE))
 
-    def _read_header(self):
-        value = self._parsed(0)
-        if value["job"] != VERSION:
-            raise SpoiltFile("has another format than {}, which this program knows".format(VERSION))
-        words = [_word(value[key]) for key in ("name", "arm", "chain")]
-        if len(value["links"]) > MAX_LINKS:
-            raise SpoiltFile("has {} links, and {} are the most".format(
-                len(value["links"]), MAX_LINKS
-            ))  # fmt: skip
-        links = tuple(number(link) for link in value["links"])
-        numbers = [number(value[key]) for key in ("speed", "strokes", "cm", "pen_up_cm", "seconds")]
-        if numbers[1] != len(self._offsets) - 2 or numbers[1] < 1 or min(numbers) < 0:
-            raise SpoiltFile("has another number of strokes than it says")
-        if numbers[4] > MAX_SECONDS:
-            raise SpoiltFile("takes {:.0f} s, and {:.0f} are the most".format(
-                numbers[4], MAX_SECONDS
-            ))  # fmt: skip
-        if max(numbers[2:4]) > MAX_CM:
-            raise SpoiltFile("has {:.3g} cm to go, and {:g} are the most".format(
-                max(numbers[2:4]), MAX_CM
-            ))  # fmt: skip
-        numbers[1] = int(numbers[1])
-        # (Programs that know none of these leave them out, and all others where there is none.)
-        log, rest = [number(value.get(key, 0)) for key in ("log", "rest")]
-        if log and not LOG_PERIODS[0] <= log <= LOG_PERIODS[1] or not 0 <= rest <= MAX_REST:
-            raise SpoiltFile("asks for a log or a rest as no brick keeps it")
-        pens = value.get("pens", "")
-        if pens not in PENS:
-            raise SpoiltFile("asks for a change of pens as no brick knows it")
-        return JobHeader(*(words + [links] + numbers + [log, rest, pens]))
-
-    def _check_arm(self, arm):
-        links = tuple(joint.link for joint in arm.joints)
-        header = self.header
-        same = (
-            header.chain == arm.chain
-            and len(links) == len(header.links)
-            and all(abs(a - b) <= LINK_TOLERANCE for a, b in zip(links, header.links))
-        )
-        if not same:
-            raise BadJob(
-                "{} was planned for {} ({}, links {} cm), and this arm is {} ({}, links {} cm); "
-                "plan it for this one".format(
-                    self.path, header.arm, header.chain, _listed(header.links),
-                    arm.name, arm.chain, _listed(links),
-                )
-            )  # fmt: skip
-
 
 def _length(line):
+    # type: (bytes) -> float
     """The length, cm, with which the line of a stroke begins."""
     length = number(float(line[len(CM) : line.index(b",")])) if line.startswith(CM) else -1.0
     if length < 0:
@@ -354,22 +288,8 @@ def _length(line):
     return length
 
 
-def _word(value):
-    """A name, for people."""
-    if not isinstance(value, str):
-        raise SpoiltFile("has a name that is no text")
-    return printable(_cut(value))
-
-
-def _cut(name):
-    return name[:MAX_NAME]
-
-
-def _listed(values):
-    return ", ".join("{:g}".format(value) for value in values)
-
-
 def _object(line):
+    # type: (bytes) -> Dict[str, Any]
     value = json.loads(line.decode("ascii"), parse_constant=_refuse, parse_int=_whole)
     if not isinstance(value, dict):
         raise SpoiltFile("holds something else")
@@ -377,16 +297,19 @@ def _object(line):
 
 
 def _refuse(word):
+    # type: (str) -> NoReturn
     raise SpoiltFile("holds " + word)
 
 
 def _whole(digits):
+    # type: (str) -> int
     if len(digits) > MAX_DIGITS:
         raise SpoiltFile("has a number beyond all bounds")
     return int(digits)
 
 
 def _offsets(value, joints):
+    # type: (Any, int) -> Offsets
     """(ways, joints) as a Stroke has them, of numbers only."""
     ways, *by_joint = [[number(x) for x in own] for own in (value[0], *value[1])]
     if len(by_joint) != joints or any(len(own) != len(ways) for own in by_joint):

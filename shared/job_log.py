@@ -10,7 +10,17 @@ from shared.arm_description import ArmError
 from shared.record import record
 from shared.small_files import SpoiltFile, read_text
 
-LogRow = record("LogRow", "stroke plan t rest q")
+MYPY = False
+if MYPY:
+    from typing import List  # noqa: F401
+
+    from shared.records import LogRow
+    from shared.small_files import AnyPath  # noqa: F401
+
+    __all__ = ["LogRow"]
+else:
+    LogRow = record("LogRow", "stroke plan t rest q")
+
 LogRow.__doc__ = """Where the motors were.
 
 stroke  of the job, from 1 on
@@ -29,12 +39,14 @@ class BadLog(ArmError, ValueError):
 
 
 def heading(joints):
+    # type: (int) -> str
     """The first line."""
     names = ["q{}".format(k) for k in range(1, joints + 1)]
     return ",".join(["stroke", "plan", "t", "rest"] + names) + "\n"
 
 
 def line_of(row):
+    # type: (LogRow) -> str
     """The line of a LogRow."""
     values = ["{:.6f}".format(angle) for angle in row.q]
     told = "{:d},{:.4f},{:.4f},{:d},".format(row.stroke, row.plan, row.t, bool(row.rest))
@@ -42,6 +54,7 @@ def line_of(row):
 
 
 def read_log(path):
+    # type: (AnyPath) -> List[LogRow]
     """The LogRows of a file.
 
     Raises:
@@ -61,6 +74,7 @@ def read_log(path):
 
 
 def _row(line, joints):
+    # type: (str, int) -> LogRow
     values = line.split(",")
     try:
         stroke, rest = int(values[0]), int(values[3])

@@ -11,8 +11,26 @@ import binascii
 
 from shared import message_fields as fields
 from shared.arm_description import ArmError
-from shared.job import MAX_NAME, MAX_SIZE
+from shared.job import MAX_SIZE
+from shared.job_header import MAX_NAME
 from shared.record import record
+
+MYPY = False
+if MYPY:
+    from typing import Any, Callable, Dict, List, Sequence, Tuple  # noqa: F401
+
+    from shared.records import Draw, JobLog, JobPart, JobStatus, Message, Order, Want
+
+    __all__ = ["Draw", "JobLog", "JobPart", "JobStatus", "Order", "Want"]
+    # A message's class, and its fields in the order of the line: (key, check).
+    Kind = Tuple[Callable[..., Message], Tuple[Tuple[str, Callable[[Any], Any]], ...]]
+else:
+    Draw = record("Draw", "name size parts crc first alone dry", defaults=(1, False, False))
+    Want = record("Want", "crc part")
+    JobPart = record("JobPart", "crc part data")
+    Order = record("Order", "what value")
+    JobStatus = record("JobStatus", "t crc name state stroke strokes cm cm_all seconds down reason")
+    JobLog = record("JobLog", "crc rows")
 
 PART_SIZE = 1425
 """Bytes of a job's file, compressed, in one JobPart."""
@@ -40,40 +58,27 @@ STATES = FETCHING, DRAWING, PAUSED, DONE, ABORTED, FAILED
 ENDS = DONE, ABORTED, FAILED
 """States after which nothing more comes of it."""
 
+Draw.__doc__ = """The laptop offers a job, to be drawn at once.
 
-class Draw(record("Draw", "name size parts crc first alone dry")):
-    """The laptop offers a job, to be drawn at once.
+name   for people
+size   of its file, bytes
+parts  in which it comes
+crc    CRC-32 of its file; it is called by this from here on
+first  stroke to begin with, from 1 on
+alone  it goes on when the link is lost; else it pauses until that is back
+dry    the pen stays up all the time
+"""
 
-    name   for people
-    size   of its file, bytes
-    parts  in which it comes
-    crc    CRC-32 of its file; it is called by this from here on
-    first  stroke to begin with, from 1 on
-    alone  it goes on when the link is lost; else it pauses until that is back
-    dry    the pen stays up all the time
-    """
-
-    __slots__ = ()
-
-    def __new__(cls, name, size, parts, crc, first=1, alone=False, dry=False):
-        """A job from its beginning, unless something else is said."""
-        return super(Draw, cls).__new__(cls, name, size, parts, crc, first, alone, dry)
-
-
-Want = record("Want", "crc part")
 Want.__doc__ = """The brick asks for a part of the job that was offered, from 0 on."""
 
-JobPart = record("JobPart", "crc part data")
 JobPart.__doc__ = """A part of a job's file, zlib's stream cut into pieces: see part_of."""
 
-Order = record("Order", "what value")
 Order.__doc__ = """The laptop orders something while a job is on.
 
 what   one of ORDERS
 value  for SPEED and PEN: RELATIVE_SPEED, PEN_STEP; else None
 """
 
-JobStatus = record("JobStatus", "t crc name state stroke strokes cm cm_all seconds down reason")
 JobStatus.__doc__ = """How far the brick is with a job; sent only while there is one.
 
 t          s on the sender's clock
@@ -88,7 +93,6 @@ down       whether the pen is on the paper
 reason     of the state, one line for people; "" for none
 """
 
-JobLog = record("JobLog", "crc rows")
 JobLog.__doc__ = """What the brick logs of a job that asks for it.
 
 crc   of the job
@@ -104,14 +108,17 @@ _base64 = fields.matching(r"[A-Za-z0-9+/]{2,1900}={0,2}\Z", "at most 1900 letter
 
 
 def _name(value):
-    value = fields.text(value)
-    if len(value) > MAX_NAME:
+    # type: (object) -> str
+    name = fields.text(value)
+    if len(name) > MAX_NAME:
         raise fields.WrongValue("at most {} printable characters".format(MAX_NAME))
-    return value
+    return name
 
 
 def _one_of(words):
+    # type: (Sequence[str]) -> Callable[[object], str]
     def check(value):
+        # type: (object) -> str
         if not isinstance(value, str) or value not in words:
             raise fields.WrongValue("one of {}".format(", ".join(words)))
         return value
@@ -120,12 +127,14 @@ def _one_of(words):
 
 
 def _rows(value):
+    # type: (object) -> List[List[object]]
     if not isinstance(value, (list, tuple)) or len(value) > ROWS:
         raise fields.WrongValue("a list of at most {} rows".format(ROWS))
     return [_row(row) for row in value]
 
 
 def _row(row):
+    # type: (object) -> List[object]
     if not isinstance(row, (list, tuple)) or len(row) != 5:
         raise fields.WrongValue("rows of stroke, plan, t, rest and angles")
     stroke, plan, t, rest, q = row
@@ -133,12 +142,13 @@ def _row(row):
 
 
 def _data(value):
-    value = _base64(value)
+    # type: (object) -> str
+    data = _base64(value)
     try:
-        base64.b64decode(value.encode("ascii"))
+        base64.b64decode(data.encode("ascii"))
     except binascii.Error:
         raise fields.WrongValue("base64") from None
-    return value
+    return data
 
 
 KINDS = {
@@ -180,7 +190,7 @@ KINDS = {
             ("reason", fields.text),
         ),
     ),
-}
+}  # type: Dict[str, Kind]
 """Each kind's class and fields, as in shared.messages."""
 
 
@@ -189,6 +199,7 @@ class InvalidOrder(ArmError, ValueError):
 
 
 def check_order(order):
+    # type: (Order) -> None
     """Refuse an Order whose value is none for it.
 
     Raises:
@@ -207,11 +218,13 @@ def check_order(order):
 
 
 def part_of(packed, crc, part):
+    # type: (bytes, int, int) -> JobPart
     """A JobPart of a job's compressed file (bytes)."""
     data = packed[part * PART_SIZE : (part + 1) * PART_SIZE]
     return JobPart(crc, part, base64.b64encode(data).decode("ascii"))
 
 
 def bytes_of(part):
+    # type: (JobPart) -> bytes
     """What a JobPart holds of the compressed file."""
     return base64.b64decode(part.data.encode("ascii"))

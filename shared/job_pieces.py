@@ -8,6 +8,29 @@ import math
 from shared.arm_description import ArmError
 from shared.small_files import SpoiltFile, number
 
+MYPY = False
+if MYPY:
+    from typing import (  # noqa: F401
+        Any,
+        Callable,
+        Iterator,
+        List,
+        NoReturn,
+        Optional,
+        Sequence,
+        Tuple,
+    )
+
+    from shared.arm_description import Joint  # noqa: F401
+
+    Cubic = Sequence[float]  # an angle, rad, by the way s, cm: c0 + c1 s + c2 s^2 + c3 s^3
+    # The tip's speed, cm/s, and acceleration, cm/s^2; a Cubic per joint; across: see Trajectory
+    Segment = Tuple[float, float, Sequence[Cubic], Optional[Sequence[float]]]
+    # Times at which segments begin, and the last ends, s; these; the joints' angles at the end, rad
+    Piece = Tuple[Sequence[float], Sequence[Segment], Sequence[float]]
+    Between = Callable[[], object]
+    Refuse = Callable[..., NoReturn]
+
 MAX_JUMP = 0.01
 """Greatest difference of a joint's angle from where a segment ends to where the next begins, rad;
 and of all of a stroke together: many would be a speed that no segment has."""
@@ -38,6 +61,7 @@ class BadJob(ArmError, ValueError):
 
 
 def read_piece(value, joints):
+    # type: (Any, int) -> Piece
     """(times, segments, end) as a Trajectory takes them, of numbers only."""
     times, segments, end = value
     times = [_bounded(t) for t in times]
@@ -66,13 +90,15 @@ def read_piece(value, joints):
 
 
 def _bounded(value):
-    value = number(value)
-    if not -GREATEST <= value <= GREATEST:
+    # type: (Any) -> float
+    bounded = number(value)
+    if not -GREATEST <= bounded <= GREATEST:
         raise SpoiltFile("has a number beyond all bounds")
-    return value
+    return bounded
 
 
 def _ends(times, segments):
+    # type: (Sequence[float], Sequence[Segment]) -> Iterator[List[Tuple[float, float]]]
     """Per segment, per joint: angle at its beginning and end, rad."""
     for t, t_end, (v, a, cubics, _) in zip(times, times[1:], segments):
         dt = t_end - t
@@ -81,16 +107,19 @@ def _ends(times, segments):
 
 
 def go_on():
+    # type: () -> None
     """What is called between two pieces of work where nobody wants to be."""
 
 
 def check_joined(pieces, between):
+    # type: (Sequence[Piece], Between) -> None
     """Refuse angles that jump."""
-    before, jumped = None, 0.0
+    before = ()  # type: Sequence[float]
+    jumped = 0.0
     for times, segments, end in pieces:
         between()
         for joints in _ends(times, segments):
-            if before is not None:
+            if before:
                 jumped = _jumped(jumped, before, [joint[0] for joint in joints])
             before = [joint[1] for joint in joints]
         jumped = _jumped(jumped, before, end)
@@ -98,6 +127,7 @@ def check_joined(pieces, between):
 
 
 def _jumped(jumped, before, after):
+    # type: (float, Sequence[float], Sequence[float]) -> float
     jumped += max([abs(a - b) for a, b in zip(before, after)])
     if not jumped <= MAX_JUMP:
         raise SpoiltFile("has a joint that jumps by {:.1f} deg".format(math.degrees(jumped)))
@@ -105,6 +135,7 @@ def _jumped(jumped, before, after):
 
 
 def check_joints(path, k, pieces, joints, between=go_on, more=0.0):
+    # type: (str, int, Sequence[Piece], Sequence[Joint], Between, float) -> None
     """Refuse, by BadJob, what the joints may not do, wherever on the way.
 
     Args:
@@ -117,6 +148,7 @@ def check_joints(path, k, pieces, joints, between=go_on, more=0.0):
     hardest = MAX_ACCELERATION + more
 
     def refuse(joint, what, *numbers):
+        # type: (Joint, str, *float) -> NoReturn
         raise BadJob(
             "{}: stroke {} needs the {} {}; plan it for this arm as it is".format(
                 path, k, joint.name, what.format(*[math.degrees(number) for number in numbers])
@@ -160,11 +192,13 @@ def check_joints(path, k, pieces, joints, between=go_on, more=0.0):
 
 
 def _check_no_leap(refuse, joint, leap):
+    # type: (Refuse, Joint, float) -> None
     if not -MAX_SPEED_JUMP <= leap <= MAX_SPEED_JUMP:
         refuse(joint, "to change its speed by {:.0f} deg/s at once", abs(leap))
 
 
 def _span(cubic, s):
+    # type: (Cubic, float) -> Tuple[float, float, float]
     """Bounds of a joint's angle, rad, and of its slope, rad/cm, on a way `s` (cm) by its cubic.
 
     They are those of the points by which P. Bezier gave his curves, between which these stay.
@@ -184,6 +218,7 @@ def _span(cubic, s):
 
 
 def _range(cubic, s):
+    # type: (Cubic, float) -> Tuple[float, float]
     """Least and greatest angle of a joint on a way `s` (cm) by its cubic, rad."""
     c0, c1, c2, c3 = cubic
     places = [0.0, s] + _roots(3.0 * c3, c2 + c2, c1, s)  # there it turns round
@@ -192,6 +227,7 @@ def _range(cubic, s):
 
 
 def _fastest(cubic, v, a, s):
+    # type: (Cubic, float, float, float) -> float
     """Greatest speed of a joint on a way `s` (cm) by its cubic, at the tip's v and a, rad/s.
 
     It is dq/ds sqrt(v^2 + 2 a x), greatest where the derivative of its square is 0.
@@ -206,6 +242,7 @@ def _fastest(cubic, v, a, s):
 
 
 def _hardest(cubic, v, a, s):
+    # type: (Cubic, float, float, float) -> float
     """Greatest acceleration of a joint on a way `s` (cm) by its cubic, rad/s^2.
 
     It is V d^2q/ds^2 + a dq/ds, with V = v^2 + 2 a x: a parabola.
@@ -220,6 +257,7 @@ def _hardest(cubic, v, a, s):
 
 
 def _roots(a, b, c, s):
+    # type: (float, float, float, float) -> List[float]
     """Where a x^2 + b x + c is 0 between 0 and s."""
     below = b * b - 4.0 * a * c
     if below < 0:

@@ -242,7 +242,7 @@ def write(
         )
     ]
     header: job.JobHeader = job.header_of(
-        arm, name, speed, lines, round(pen_up_cm, 3), round(seconds, 2), log, pens=pens
-    )
+        arm, name, speed, lines, round(pen_up_cm, 3), round(seconds, 2)
+    )._replace(log=log, pens=pens)
     job.write_job(str(file), header, lines)
     return header

@@ -16,7 +16,8 @@ def length(points):
 def write(folder, strokes=CROSSES, arm="planar", name="crosses", layers=None, **header):
     """Plan strokes (points, cm) and write a job, as text its path.
 
-    The times in it are rough ones; `layers` has a name for each stroke; `header` goes to header_of.
+    The times in it are rough ones; `layers` has a name for each stroke; `header` has other values
+    of the JobHeader.
     """
     arm = read_arm(find_arm(arm)) if isinstance(arm, str) else arm
     planned, t, pen_up, last = [], 3.0, 0.0, None
@@ -28,5 +29,6 @@ def write(folder, strokes=CROSSES, arm="planar", name="crosses", layers=None, **
         pen_up += kinematics.distance(last, points[0]) if last else 0.0
         last = points[-1]
     path = str(folder / f"{name}.job")
-    write_job(path, header_of(arm, name, arm.speed, planned, pen_up, t, **header), planned)
+    told = header_of(arm, name, arm.speed, planned, pen_up, t)._replace(**header)
+    write_job(path, told, planned)
     return path

@@ -22,10 +22,10 @@ def job_file(folder, seed=1):
     return path
 
 
-def planned_job(path, arm, polylines, name="lines", speed=None, **header):
+def planned_job(path, arm, polylines, name="lines", speed=None, **asked):
     """A job that draws these polylines (cm) with the arm, written to a path.
 
-    `header` goes to header_of.
+    `asked` has other values of the JobHeader.
     """
     strokes, t = [], 0.0
     for points in polylines:
@@ -33,6 +33,6 @@ def planned_job(path, arm, polylines, name="lines", speed=None, **header):
         cm = sum(math.dist(a, b) for a, b in zip(points, points[1:], strict=False))
         strokes.append(Stroke("", round(cm, 3), t, [plan.numbers() for plan in plans]))
         t += sum(plan.duration for plan in plans) + 1.0
-    header = header_of(arm, name, speed or arm.speed, strokes, 1.0, t, **header)
+    header = header_of(arm, name, speed or arm.speed, strokes, 1.0, t)._replace(**asked)
     write_job(str(path), header, strokes)
     return path

@@ -182,9 +182,8 @@ class AccuracyPlan:
         """
         strokes, seconds = self._planned(ways)
         header: job.JobHeader = job.header_of(
-            *(self.arm, f"accuracy: {name}", self.arm.speed, strokes, 0.0, round(seconds, 1)),
-            *(LOG, rest_of(ways)),
-        )
+            self.arm, f"accuracy: {name}", self.arm.speed, strokes, 0.0, round(seconds, 1)
+        )._replace(log=LOG, rest=rest_of(ways))
         job.write_job(str(file), header, strokes)
         return header
 

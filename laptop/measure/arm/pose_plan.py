@@ -219,7 +219,8 @@ def pose_job(arm: Arm, poses: Sequence[ApproachedPose], file: Path) -> job.JobHe
         piece = joint_way(begin, pose.q)
         strokes.append(job.Stroke("", round(piece[1][-1][0] + 1.0, 3), round(t, 2), [piece]))
         t += piece[0][-1] + REST + 2.0
-    header: job.JobHeader = job.header_of(arm, NAME, arm.speed, strokes, 0.0, t, LOG, REST)
+    header: job.JobHeader = job.header_of(arm, NAME, arm.speed, strokes, 0.0, t)
+    header = header._replace(log=LOG, rest=REST)
     job.write_job(str(file), header, strokes)
     return header
 
