@@ -178,7 +178,7 @@ class TrackingClient(object):
             self._reported = now, (run, verdict)
             reason = one_line(reason)
             status = Status(
-                now, q, error, verdict, reason, e, condition, moves, run, self._battery()
+                now, q, error, verdict, reason, e or {}, condition, moves, run, self._battery()
             )  # fmt: skip
             try:
                 self._link.send(status)

@@ -16,6 +16,50 @@ from shared.arm_description import ArmError
 from shared.framing import MAX_LINE
 from shared.record import record
 
+MYPY = False
+if MYPY:
+    from typing import Any, Callable, Container, Dict, NoReturn, Optional  # noqa: F401
+
+    from shared.job_messages import Kind  # noqa: F401
+    from shared.records import (
+        Bye,
+        Challenge,
+        Hello,
+        Message,
+        Observation,
+        Ping,
+        Pong,
+        Proof,
+        Refused,
+        Sighting,
+        Start,
+        Status,
+        Stop,
+        Welcome,
+    )
+
+    __all__ = ["Bye", "Challenge", "Hello", "Message", "Observation", "Ping", "Pong", "Proof"]
+    __all__ += ["Refused", "Sighting", "Start", "Status", "Stop", "Welcome"]
+else:
+    Hello = record("Hello", "version role nonce")
+    Challenge = record("Challenge", "nonce salt")
+    Proof = record("Proof", "proof")
+    Welcome = record("Welcome", "proof")
+    Refused = record("Refused", "cause reason wait")
+    Ping = record("Ping", "id")
+    Pong = record("Pong", "id received sent")
+    Observation = record("Observation", "seq camera t markers")
+    Status = record(
+        "Status", "t q error verdict reason e condition moves run battery",
+        defaults=("", {}, None, 0, 0, None),
+    )  # fmt: skip
+    Start = record(
+        "Start", "method mode rows tolerance budget follow goals",
+        defaults=("chain", "look", "stereo", 5.0, 60.0, False, {}),
+    )  # fmt: skip
+    Stop = record("Stop", "reason")
+    Bye = record("Bye", "reason")
+
 VERSION = 4
 """Raised whenever the other side would misunderstand; `hello` keeps its form in every version."""
 
@@ -48,7 +92,6 @@ class BadMessage(ArmError, ValueError):
     """A line that is no message, or a message that must not be sent."""
 
 
-Hello = record("Hello", "version role nonce")
 Hello.__doc__ = """The first line of the side that connects.
 
 version  VERSION of the sender
@@ -56,20 +99,16 @@ role     BRICK
 nonce    32 hex digits, new for every connection
 """
 
-Challenge = record("Challenge", "nonce salt")
 Challenge.__doc__ = """The answer to a Hello.
 
 nonce  32 hex digits, new for every connection
 salt   32 hex digits, the laptop's for its pairing code
 """
 
-Proof = record("Proof", "proof")
 Proof.__doc__ = """That the brick knows the pairing code: 64 hex digits (shared.pairing)."""
 
-Welcome = record("Welcome", "proof")
 Welcome.__doc__ = """That the laptop knows it too, and serves the brick from now on."""
 
-Refused = record("Refused", "cause reason wait")
 Refused.__doc__ = """The laptop does not serve the sender.
 
 cause   "version" | "code" (trying again is no use) | "busy" | "wait"
@@ -77,13 +116,10 @@ reason  one line for people
 wait    trying again sooner is no use, s
 """
 
-Ping = record("Ping", "id")
 Ping.__doc__ = """Asks for a Pong of the same id."""
 
-Pong = record("Pong", "id received sent")
 Pong.__doc__ = """When the Ping came in and when this went out, s on the sender's clock."""
 
-Observation = record("Observation", "seq camera t markers")
 Observation.__doc__ = """What one frame of one camera shows.
 
 seq      rises from frame to frame
@@ -92,61 +128,35 @@ t        capture time, s on the sender's clock
 markers  {name: (u, v, confidence), or None when it is not seen}; u, v in px, confidence 0..1
 """
 
+Status.__doc__ = """How the brick is doing.
 
-class Status(record("Status", "t q error verdict reason e condition moves run battery")):
-    """How the brick is doing.
+t          when q was read, s on the sender's clock
+q          joint angles, rad
+error      distance of effector and goal in the image, px; None while not known
+verdict    how the run ended; "" while it goes on, READY before the first Start
+reason     of the verdict, or why the arm is held in mid-run, one line for people; "" for none
+e          components of the error by row, {"A.u": px}; {} while not known
+condition  of the image Jacobian; None while not known, and where it is infinite
+moves      that the run has made
+run        its number, from 1 on; a Start that is taken or refused raises it
+battery    of the brick, V; None while not known
+"""
 
-    t          when q was read, s on the sender's clock
-    q          joint angles, rad
-    error      distance of effector and goal in the image, px; None while not known
-    verdict    how the run ended; "" while it goes on, READY before the first Start
-    reason     of the verdict, or why the arm is held in mid-run, one line for people; "" for none
-    e          components of the error by row, {"A.u": px}; {} while not known
-    condition  of the image Jacobian; None while not known, and where it is infinite
-    moves      that the run has made
-    run        its number, from 1 on; a Start that is taken or refused raises it
-    battery    of the brick, V; None while not known
-    """
+Start.__doc__ = """The laptop asks the brick for a run, and orders how it is to be done.
 
-    __slots__ = ()
+method     how the image Jacobian is known
+mode       "look", then move, or "stream"
+rows       of the cameras' u and v: "stereo" | "xyz"
+tolerance  px
+budget     s
+follow     go on after a goal that moves
+goals      {camera: (u, v)}, px; {} for the goal marker
 
-    def __new__(
-        cls, t, q, error, verdict, reason="", e=None, condition=None, moves=0, run=0, battery=None
-    ):  # fmt: skip
-        """A Status of which no more is known than what is said."""
-        e = {} if e is None else e
-        return super(Status, cls).__new__(
-            cls, t, q, error, verdict, reason, e, condition, moves, run, battery
-        )
+The defaults are those of the brick's command line.
+"""
 
-
-class Start(record("Start", "method mode rows tolerance budget follow goals")):
-    """The laptop asks the brick for a run, and orders how it is to be done.
-
-    method     how the image Jacobian is known
-    mode       "look", then move, or "stream"
-    rows       of the cameras' u and v: "stereo" | "xyz"
-    tolerance  px
-    budget     s
-    follow     go on after a goal that moves
-    goals      {camera: (u, v)}, px; {} for the goal marker
-    """
-
-    __slots__ = ()
-
-    def __new__(
-        cls, method="chain", mode="look", rows="stereo", tolerance=5.0, budget=60.0, follow=False,
-        goals=None
-    ):  # fmt: skip
-        """The usual run, but for what is said; the brick's command line has the same defaults."""
-        goals = {} if goals is None else goals
-        return super(Start, cls).__new__(cls, method, mode, rows, tolerance, budget, follow, goals)
-
-
-Stop = record("Stop", "reason")
 Stop.__doc__ = """The laptop asks the brick to stop, and why."""
 
-Bye = record("Bye", "reason")
 Bye.__doc__ = """The last line before the sender closes the connection, and why."""
 
 
@@ -208,7 +218,7 @@ _KINDS = {
     ),
     "stop": (Stop, (("reason", fields.text),)),
     "bye": (Bye, (("reason", fields.text),)),
-}
+}  # type: Dict[str, Kind]
 _KINDS.update(job_messages.KINDS)
 _LATER = {("status", "battery")}
 """What may be missing in a line: earlier senders of this version do not know it."""
@@ -220,6 +230,7 @@ OBSERVATION_BEGINS, _SEQ = b'{"kind":"observation","camera":"', b'","seq":'
 
 
 def _refuse_constant(name):
+    # type: (str) -> NoReturn
     raise BadMessage("{} is not a number; send null or leave the message out".format(name))
 
 
@@ -230,15 +241,16 @@ _ENCODER = json.JSONEncoder(separators=(",", ":"), ensure_ascii=False, allow_nan
 
 
 def encode(message):
+    # type: (Message) -> bytes
     """The line of a message, with its newline: bytes.
 
     Raises:
         BadMessage: some value would not be accepted on the other side.
     """
-    kind = _KIND_OF[type(message)]
-    if kind == "ping" and type(message.id) is int and 0 <= message.id <= 2**53:
+    if type(message) is Ping and type(message.id) is int and 0 <= message.id <= 2**53:
         return b'{"kind":"ping","id":%d}\n' % message.id  # so often that it is worth a short way
-    line = collections.OrderedDict(kind=kind)
+    kind = _KIND_OF[type(message)]
+    line = collections.OrderedDict(kind=kind)  # type: Dict[str, object]
     for key, check in _KINDS[kind][1]:
         line[key] = _checked(kind, key, check, getattr(message, key))
     data = _ENCODER.encode(line).encode("utf-8")
@@ -248,6 +260,7 @@ def encode(message):
 
 
 def decode(line, known_names=()):
+    # type: (bytes, Container[str]) -> Message
     """The message in a line of bytes, with or without its newline.
 
     Args:
@@ -292,6 +305,7 @@ def decode(line, known_names=()):
 
 
 def seq_of(line):
+    # type: (bytes) -> int
     """The number of an observation's line, read without parsing it; -1 if it has none."""
     begin = line.find(_SEQ, len(OBSERVATION_BEGINS)) + len(_SEQ)
     number = line[begin : line.find(b",", begin)]
@@ -299,6 +313,7 @@ def seq_of(line):
 
 
 def _plain_observation(values, known_names, type=type, float=float):
+    # type: (Dict[str, Any], Container[str], Any, Any) -> Optional[Observation]
     """The Observation that `values` are if nothing about them is unusual; else None.
 
     The checks of _KINDS would come to the same, but they take the brick twice as long, which hears
@@ -317,7 +332,7 @@ def _plain_observation(values, known_names, type=type, float=float):
         return None
     if len(seen) > MAX_MARKERS:
         return None
-    markers = {}
+    markers = {}  # type: Dict[str, Optional[Sighting]]
     for name, sighting in seen.items():
         if name not in known_names:
             return None
@@ -335,6 +350,7 @@ def _plain_observation(values, known_names, type=type, float=float):
 
 
 def _checked(kind, key, check, value):
+    # type: (str, str, Callable[[Any], object], object) -> object
     try:
         return check(value)
     except fields.WrongValue as allowed:
@@ -344,6 +360,7 @@ def _checked(kind, key, check, value):
 
 
 def _shown(value):
+    # type: (object) -> str
     """A value as one short printable line; never more than a glance at what is nested."""
     if isinstance(value, (list, tuple, dict)):
         return "a {} of {}".format(type(value).__name__, len(value))
