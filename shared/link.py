@@ -5,14 +5,12 @@ long as it is told to. What cannot be sent yet waits in one slot per camera, whe
 """
 
 import collections
-import contextlib
 import select
-import socket
 
-from shared.framing import MAX_QUEUE, LineBuffer, SendQueue
+from shared.connection import MAX_READS, READ_SIZE, Connection
+from shared.framing import MAX_LINE, MAX_QUEUE, LineBuffer
 from shared.message_fields import compile_patterns
 from shared.messages import (
-    MAX_LINE,
     BadMessage,
     Bye,
     Challenge,
@@ -30,6 +28,17 @@ from shared.newest_observations import NewestObservations, by_camera
 from shared.peer_clock import Pings
 from shared.signing import LineSigner
 
+MYPY = False
+if MYPY:
+    import socket  # noqa: F401
+    from typing import Callable, Deque, Dict, List, Optional, Sequence, Tuple  # noqa: F401
+
+    from shared.connection import Wait  # noqa: F401
+    from shared.messages import Message  # noqa: F401
+    from shared.newest_observations import Line  # noqa: F401
+    from shared.peer_clock import PeerClock  # noqa: F401
+
+
 SILENCE_TIMEOUT = 2.0
 """A side that says nothing, or takes nothing, for so long is gone, s."""
 
@@ -44,10 +53,6 @@ FOREIGN = "it does not speak our language"
 
 FORGED = "a message was changed or repeated on the way"
 """Why a link has ended on which a line came that the other side did not sign as the next one."""
-
-READ_SIZE = 16384
-MAX_READS = 4
-"""Of READ_SIZE bytes, at most, in one poll: a flood must not keep us."""
 
 MAX_TRIES = 4
 """Observations of a camera that came at once are looked at, from the newest on, until one is good;
@@ -66,7 +71,7 @@ COUNTERS = (
 _HANDSHAKE = (Hello, Challenge, Proof, Welcome, Refused)
 
 
-class Link(object):
+class Link(Connection):
     """One connection; it ends by itself when the other side falls silent or talks nonsense.
 
     As long as it is not known who is there only the handshake passes, message by message, and one
@@ -92,54 +97,51 @@ class Link(object):
             by newer ones before they could go out; messages that nobody took, and were `dropped`.
     """
 
-    def __init__(self, sock, now, keys=None, patience=0.0, max_age=MAX_AGE, select=select.select):
-        self.reason, self.counters = "", dict.fromkeys(COUNTERS, 0)
-        self._sock, self._now, self._select = sock, now, select
+    def __init__(
+        self,
+        sock,  # type: socket.socket
+        now,  # type: Callable[[], float]
+        keys=None,  # type: Optional[Sequence[bytes]]
+        patience=0.0,  # type: float
+        max_age=MAX_AGE,  # type: float
+        select=select.select,  # type: Wait
+    ):
+        # type: (...) -> None
+        super(Link, self).__init__(sock, select)
+        self.counters = dict.fromkeys(COUNTERS, 0)
+        self._now = now
         self.proven = False
-        self._theirs = None  # LineSigner of what comes in, once it is proven
+        # of what comes in, once it is proven
+        self._theirs = None  # type: Optional[LineSigner]
         self._patience, self._max_age = patience, max_age
-        self._is_open = True
 
         self._buffer = LineBuffer()
-        self._lines = collections.deque()  # not looked at yet; (line, time it came in)
-        self._inbox, self._bad_in_a_row = collections.deque(maxlen=MAX_QUEUE), 0
-        self._outgoing = SendQueue(sock)
+        # not looked at yet; (line, time it came in)
+        self._lines = collections.deque()  # type: Deque[Line]
+        self._inbox = collections.deque(maxlen=MAX_QUEUE)  # type: Deque[Message]
+        self._bad_in_a_row = 0
 
         self._polled = self._heard = now()
         self._pings = Pings(self._polled)
         self._newest = NewestObservations(self._pings, self.counters)
-
-        sock.setblocking(False)
-        if sock.family in (socket.AF_INET, socket.AF_INET6):
-            try:
-                sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            except OSError as error:  # it has gone already
-                self._fail(error.strerror)
         if keys is not None:
             self.trust(*keys)
 
     @property
     def clock(self):
+        # type: () -> PeerClock
         """PeerClock of the other side."""
         return self._pings.clock
 
     @property
-    def closed(self):
-        """Whether it has ended; `reason` says why."""
-        return bool(self.reason)
-
-    @property
-    def blocked(self):
-        """Whether something waits until the other side takes more."""
-        return self._outgoing.waits
-
-    @property
     def late(self):
+        # type: () -> Dict[str, float]
         """{camera: age, s} of the cameras whose last observation was too old to be handed over."""
         return self._newest.late
 
     @property
     def held(self):
+        # type: () -> Dict[str, int]
         """What is kept in memory, by name; all of it is bounded, whatever the other side sends."""
         return {
             "unfinished bytes": self._buffer.size, "lines": len(self._lines),
@@ -148,11 +150,8 @@ class Link(object):
             "unsent bytes": self._outgoing.size,
         }  # fmt: skip
 
-    def fileno(self):
-        """The socket's number, for `select`; -1 once it is closed."""
-        return self._sock.fileno()
-
     def trust(self, own_key, their_key):
+        # type: (bytes, bytes) -> None
         """The other side has proven who it is: from here on everything passes, and pings go out.
 
         Args:
@@ -167,6 +166,7 @@ class Link(object):
     # Sending
 
     def send(self, message):
+        # type: (Message) -> None
         """Send a message, at once or as soon as the other side takes it; never waits.
 
         A newer observation replaces an unsent one of its camera.
@@ -184,6 +184,7 @@ class Link(object):
         self._write()
 
     def _write(self):
+        # type: () -> None
         if not self.closed:
             try:
                 self._outgoing.write(self._now)
@@ -194,6 +195,7 @@ class Link(object):
     # Receiving
 
     def poll(self, timeout=0.0):
+        # type: (float) -> None
         """Read and send what there is, answer and send pings, notice silence.
 
         Args:
@@ -214,22 +216,22 @@ class Link(object):
             self.abort()
 
     def receive(self):
+        # type: () -> Optional[Message]
         """The next message other than pings and observations, or None."""
         if not self._inbox:
             self._digest()
         return self._inbox.popleft() if self._inbox else None
 
     def newest(self):
+        # type: () -> Dict[str, Observation]
         """The newest Observation of each camera, unless it was handed over before: {camera: it}.
 
         Their t is on our clock.
         """
         return self._newest.hand_over(self._now(), self._max_age)
 
-    def _wait(self, seconds):
-        self._select([self._sock], [self._sock] if self.blocked else [], [], seconds)
-
     def _read(self):
+        # type: () -> None
         if self._lines:
             return  # a stranger is heard one message at a time
         for _ in range(MAX_READS if self.proven else 1):
@@ -253,8 +255,9 @@ class Link(object):
         self._digest()
 
     def _digest(self):
+        # type: () -> None
         """Look at the lines that came in; at a stranger's, one message at a time."""
-        if not self.proven:
+        if self._theirs is None:
             while self._lines and not self._inbox and not self.closed:
                 self._take(*self._lines.popleft())
             return
@@ -268,6 +271,7 @@ class Link(object):
             self._refuse_line()
 
     def _take_newest(self, lines):
+        # type: (List[Line]) -> None
         """Act on lines that came together; of each camera's observations on the newest good one."""
         others, cameras = by_camera(lines)
         for entry in others:
@@ -282,6 +286,7 @@ class Link(object):
             self.counters["skipped"] += len(entries)
 
     def _take(self, line, t):
+        # type: (bytes, float) -> Optional[bool]
         """Act on one line that came in at t.
 
         Returns:
@@ -305,6 +310,7 @@ class Link(object):
         return kept
 
     def _act(self, message, t):
+        # type: (Message, float) -> bool
         if isinstance(message, Ping):
             if not self.blocked:  # late, a pong is worth nothing
                 self.send(Pong(message.id, t, self._now()))
@@ -318,6 +324,7 @@ class Link(object):
         return False
 
     def _learn(self, pong, t):
+        # type: (Pong, float) -> None
         jumps = self.clock.jumps
         if not self._pings.take(pong, t):
             raise BadMessage("an answer to no ping of ours, or one with impossible times")
@@ -327,6 +334,7 @@ class Link(object):
     # Keeping watch
 
     def _check_own_clock(self):
+        # type: () -> None
         t = self._now()
         if t < self._polled:  # what is due by its old times would come late
             self._heard = t
@@ -335,6 +343,7 @@ class Link(object):
         self._polled = t
 
     def _ping(self):
+        # type: () -> None
         t = self._now()
         if t < self._pings.next_at or self.blocked:
             return
@@ -350,6 +359,7 @@ class Link(object):
             self._write()
 
     def _notice_silence(self):
+        # type: () -> None
         t = self._now()
         if t - self._heard > SILENCE_TIMEOUT:
             self._fail("nothing heard for {:.1f} s".format(t - self._heard))
@@ -357,6 +367,7 @@ class Link(object):
             self._fail("the other side takes no data")
 
     def _refuse_line(self):
+        # type: () -> None
         """End the connection: this line is not what the other side has sent."""
         if self.closed:
             return
@@ -366,6 +377,7 @@ class Link(object):
         self._fail(FORGED if self.proven else FOREIGN)
 
     def _count_bad(self):
+        # type: () -> None
         if not self.proven:
             return self._refuse_line()
         self.counters["bad"] += 1
@@ -373,28 +385,11 @@ class Link(object):
         if self._bad_in_a_row >= MAX_BAD_LINES:
             self._fail("{} bad lines in a row".format(self._bad_in_a_row))
 
-    def _fail(self, reason):
-        self.reason = self.reason or reason
-
-    # Closing
-
     def close(self, reason=""):
+        # type: (str) -> None
         """Say bye, if the other side has proven itself, and close the socket."""
         if not self.closed:
             if self.proven:
                 self.send(Bye(reason))
             self._fail(reason or "closed")
         self.abort()
-
-    def abort(self):
-        """Close the socket without a word, as if the program were killed."""
-        if not self._is_open:
-            return
-        self._is_open = False
-        with contextlib.suppress(OSError):  # it has gone, or there is nothing to read
-            # What lies unread would make TCP throw away what we have just sent.
-            self._sock.shutdown(socket.SHUT_WR)
-            for _ in range(MAX_READS):
-                if not self._sock.recv(READ_SIZE):
-                    break
-        self._sock.close()
