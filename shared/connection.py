@@ -39,7 +39,7 @@ class Connection(object):
             try:
                 sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             except OSError as error:  # it has gone already
-                self._fail(error.strerror)
+                self._fail(error.strerror or str(error))
 
     @property
     def closed(self):

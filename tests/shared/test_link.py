@@ -163,6 +163,21 @@ def raw():
     other.close()
 
 
+def test_a_link_ends_whose_socket_refuses_and_gives_no_reason_of_the_system():
+    class Gone:
+        family = socket.AF_INET
+
+        def setblocking(self, blocking):
+            pass
+
+        def setsockopt(self, *option):
+            raise OSError("gone")
+
+    link = Link(Gone(), FakeClock(100.0).now)
+    assert link.closed
+    assert link.reason == "gone"
+
+
 def say(sock, link, *lines):
     """Send lines or messages to a link, and let it look."""
     sock.sendall(b"".join(line if isinstance(line, bytes) else encode(line) for line in lines))
