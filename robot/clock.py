@@ -7,10 +7,12 @@ class Clock(object):
     """Monotonic time: the image's wall clock jumps when it finds a time server."""
 
     def now(self):
+        # type: () -> float
         """Seconds since some moment in the past."""
         return time.monotonic()
 
     def sleep(self, seconds):
+        # type: (float) -> None
         """Wait; returns at once for times that have passed."""
         if seconds > 0:
             time.sleep(seconds)

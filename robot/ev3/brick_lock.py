@@ -17,21 +17,30 @@ from shared.arm_description import ArmError
 from shared.record import record
 from shared.state import LOCK
 
+MYPY = False
+if MYPY:
+    from typing import Callable, Dict, List, NamedTuple, Optional, Sequence  # noqa: F401
+
+    from robot.clock import Clock  # noqa: F401
+
+    Holder = NamedTuple("Holder", [("name", str), ("pid", int), ("age", float), ("begun", int)])
+else:
+    Holder = record("Holder", "name pid age begun")
+
 TAKE_TIMEOUT = 15.0
 """Who is asked to stop has so long to do it, s: stop, go on record, end Python on a busy brick."""
 
 POLL_PERIOD = 0.05
 """Period of looks at whether it has, s."""
 
-_held = {}  # type: dict  # path -> descriptor, which keeps the lock until this program ends
-_movers = {}  # type: dict  # path -> the BrickLock of that arm of this program which moves
+_held = {}  # type: Dict[str, int]  # path -> descriptor, which keeps the lock until this program ends
+_movers = {}  # type: Dict[str, BrickLock]  # path -> that of the arm of this program which moves
 
 
 class BrickInUse(ArmError):
     """Another program may be moving the motors, or another arm of it; nothing of ours has moved."""
 
 
-Holder = record("Holder", "name pid age begun")
 Holder.__doc__ = """The program that may move the motors.
 
 name   of its script
@@ -49,11 +58,13 @@ class BrickLock(object):
     """
 
     def __init__(self, path):
+        # type: (str) -> None
         stand_in = os.environ.get(LOCK)
         self._path = stand_in or path
         self._flags = os.O_RDWR | os.O_CREAT if stand_in else os.O_RDONLY
 
     def acquire(self, advice=""):
+        # type: (str) -> None
         """Take it, unless this program has it.
 
         Args:
@@ -67,6 +78,7 @@ class BrickLock(object):
         raise BrickInUse(_in_use(self.holder()) + advice)
 
     def begin(self):
+        # type: () -> None
         """Take it for the one arm whose this is, until `end`.
 
         Raises:
@@ -77,6 +89,7 @@ class BrickLock(object):
         _movers[self._path] = self
 
     def begin_anew(self):
+        # type: () -> None
         """Take it; what another arm of this program knows of the motors is worth nothing now.
 
         Raises:
@@ -87,11 +100,13 @@ class BrickLock(object):
             _movers.pop(self._path, None)
 
     def end(self):
+        # type: () -> None
         """The arm is parked: another one of this program may move the motors."""
         if _movers.get(self._path) is self:
             del _movers[self._path]
 
     def _check_mover(self):
+        # type: () -> None
         if _movers.get(self._path, self) is not self:
             raise BrickInUse(
                 "another RobotArm of this program has moved the motors and is not parked; move "
@@ -99,6 +114,7 @@ class BrickLock(object):
             )
 
     def check_free(self):
+        # type: () -> None
         """Raise BrickInUse if it is known that another program has it, or another arm."""
         self._check_mover()
         holder = self.holder()
@@ -106,6 +122,7 @@ class BrickLock(object):
             raise BrickInUse(_in_use(holder))
 
     def take_over(self, clock, say=print):
+        # type: (Clock, Callable[[str], object]) -> None
         """Take it; if another program has it, ask that to stop, as `kill PID` does, and wait.
 
         Args:
@@ -115,14 +132,16 @@ class BrickLock(object):
         Raises:
             BrickInUse: that program cannot be asked, or has not ended in TAKE_TIMEOUT.
         """
-        asked, end = None, clock.now() + TAKE_TIMEOUT
+        asked = None  # type: Optional[Holder]
+        end = clock.now() + TAKE_TIMEOUT
         while self._path not in _held and not self._taken():
             holder = self.holder()  # None: it has just ended, or the system does not tell
-            if holder and asked is None:
-                asked = holder
-                self._ask(holder, say)
-            elif holder and holder.pid != asked.pid:
-                self.check_free()  # another one was faster
+            if holder is not None:
+                if asked is None:
+                    asked = holder
+                    self._ask(holder, say)
+                elif holder.pid != asked.pid:
+                    self.check_free()  # another one was faster
             if clock.now() >= end:
                 if asked is None:
                     raise BrickInUse(_in_use(None))
@@ -135,6 +154,7 @@ class BrickLock(object):
             clock.sleep(POLL_PERIOD)
 
     def _ask(self, holder, say):
+        # type: (Holder, Callable[[str], object]) -> None
         """Ask a program to stop that still holds it."""
         say("asking {} to stop".format(_described(holder)))
         number = _orderly_signal(holder.pid)
@@ -153,6 +173,7 @@ class BrickLock(object):
             ) from None
 
     def holder(self):
+        # type: () -> Optional[Holder]
         """The Holder that is another program; None if there is none or the system does not tell."""
         if self._path in _held:
             return None
@@ -172,6 +193,7 @@ class BrickLock(object):
         return None
 
     def _taken(self):
+        # type: () -> bool
         """Whether it was free, and is ours now."""
         try:
             import fcntl  # not above: not every system has it
@@ -188,6 +210,7 @@ class BrickLock(object):
 
 
 def release():
+    # type: () -> None
     """Give it back, as the end of the program does: for who runs programs inside another."""
     _movers.clear()
     while _held:
@@ -195,6 +218,7 @@ def release():
 
 
 def _in_use(holder):
+    # type: (Optional[Holder]) -> str
     """Words for people about who has it."""
     if holder is None:
         return (
@@ -207,11 +231,13 @@ def _in_use(holder):
 
 
 def _described(holder):
+    # type: (Holder) -> str
     """Words for people; a clock on the wall may be wrong on a brick, how long is right."""
     return "{} (process {}, running for {})".format(holder.name, holder.pid, _span(holder.age))
 
 
 def _span(seconds):
+    # type: (float) -> str
     for unit, size in (("h", 3600), ("min", 60)):
         if seconds >= 2 * size:
             return "{:.0f} {}".format(seconds // size, unit)
@@ -222,6 +248,7 @@ def _span(seconds):
 
 
 def _holds(pid, there, device):
+    # type: (int, os.stat_result, str) -> bool
     """Whether a process has the file open; for another user's, whether the device is the file's."""
     folder = "/proc/{}/fd".format(pid)
     try:
@@ -241,6 +268,7 @@ def _holds(pid, there, device):
 
 
 def _holder(pid):
+    # type: (int) -> Optional[Holder]
     """The Holder with that number; None if it has just ended."""
     try:
         with open("/proc/{}/cmdline".format(pid)) as file:
@@ -256,6 +284,7 @@ def _holder(pid):
 
 
 def _script(words):
+    # type: (Sequence[str]) -> str
     """The name of the script in a command line; of a module that is run, or of the program."""
     for word in words:
         if word.endswith(".py"):
@@ -266,17 +295,19 @@ def _script(words):
 
 
 def _orderly_signal(pid):
+    # type: (int) -> int
     """The signal at which a process ends in its own way: SIGTERM; or Ctrl-C's, if only that.
 
     Python ends at SIGTERM without a `finally` unless a script sees to it, but not at Ctrl-C.
     """
     import _signal as signal  # type: ignore[import-not-found] # not above, see robot.program
 
+    end, interrupt = signal.SIGTERM, signal.SIGINT  # type: int, int
     try:
         with open("/proc/{}/status".format(pid)) as file:
             caught = [line.split()[1] for line in file if line.startswith("SigCgt:")]
-        caught = int(caught[0], 16)
+        mask = int(caught[0], 16)
     except (OSError, IndexError, ValueError):
-        return signal.SIGTERM
-    catches = [bool(caught >> (number - 1) & 1) for number in (signal.SIGTERM, signal.SIGINT)]
-    return signal.SIGINT if catches == [False, True] else signal.SIGTERM
+        return end
+    catches = [bool(mask >> (number - 1) & 1) for number in (end, interrupt)]
+    return interrupt if catches == [False, True] else end

@@ -5,8 +5,13 @@ import sys
 
 from shared.state import laptop_program
 
+MYPY = False
+if MYPY:
+    from typing import Iterator, Optional  # noqa: F401
+
 
 def what_is_missing(error):
+    # type: (ImportError) -> Optional[str]
     """Return what to do about an ImportError, for people; None if the library is not its cause."""
     if getattr(error, "name", "") != "ev3dev2":
         return None
@@ -16,6 +21,7 @@ def what_is_missing(error):
 
 @contextlib.contextmanager
 def motors_shown_in(root):
+    # type: (str) -> Iterator[None]
     """Have motors looked for in another folder than the system's, for a `with` block."""
     from ev3dev2.motor import Device
 

@@ -4,8 +4,14 @@
 `motors.JointMotor` is the brick's own.  Nothing here is imported by a program.
 """
 
+MYPY = False
+if MYPY:
+    from typing import Protocol, Tuple  # noqa: F401
+else:
+    Protocol = object
 
-class Motor(object):
+
+class Motor(Protocol):
     """One motor and the gear behind it; angles are the joint's, rad, speeds rad/s.
 
     Whatever it does not obey raises an ArmError, at best `motors.MotorNotFound`.
@@ -25,32 +31,51 @@ class Motor(object):
             set it.
     """
 
-    ATTRIBUTES = ("name", "port", "zero", "resolution", "falls", "device")
+    if MYPY:
+        name = ""  # type: str
+        port = ""  # type: str
+        zero = 0.0  # type: float
+        resolution = 0.0  # type: float
+        falls = False  # type: bool
+
+        @property
+        def device(self):
+            # type: () -> str
+            """The system's name of the motor: another one whenever it is plugged in."""
+    else:
+        ATTRIBUTES = ("name", "port", "zero", "resolution", "falls", "device")
 
     def __init__(self, name, port, kind, gear, direction):
+        # type: (str, str, str, float, int) -> None
         raise NotImplementedError
 
     def counts(self):
+        # type: () -> int
         """The encoder's reading, a whole number."""
         raise NotImplementedError
 
     def bounds(self):
+        # type: () -> Tuple[float, float]
         """Least and greatest angle that the encoder's reading allows, ascending."""
         raise NotImplementedError
 
     def angle(self):
+        # type: () -> float
         """The middle of `bounds`."""
         raise NotImplementedError
 
     def duty(self):
+        # type: () -> float
         """What drives it now, %; positive where the joint's angle rises."""
         raise NotImplementedError
 
     def in_counts(self, radians):
+        # type: (float) -> float
         """A difference of angles at the joint as counts."""
         raise NotImplementedError
 
     def engage(self, stiffness):
+        # type: (float) -> None
         """Make it ready for `drive`.
 
         Args:
@@ -59,33 +84,41 @@ class Motor(object):
         raise NotImplementedError
 
     def drive(self, speed):
+        # type: (float) -> None
         """Set the speed; it stops by itself if that is not said again within DEAD_MAN."""
         raise NotImplementedError
 
     def go(self, angle, speed):
+        # type: (float, float) -> int
         """Start towards an angle, hold there, and return the target in counts."""
         raise NotImplementedError
 
     def disengage(self):
+        # type: () -> None
         """Take back what `engage` has set; it is stopped."""
         raise NotImplementedError
 
     def hold(self):
+        # type: () -> None
         """Stop here and hold."""
         raise NotImplementedError
 
     def brake(self):
+        # type: () -> None
         """Stop; nothing needs to hold it then."""
         raise NotImplementedError
 
     def clamp(self):
+        # type: () -> None
         """Hold where it is, once it was braked."""
         raise NotImplementedError
 
     def let_go(self):
+        # type: () -> None
         """Let somebody turn it by hand."""
         raise NotImplementedError
 
     def check_plugged_in(self):
+        # type: () -> None
         """Raise MotorNotFound if it is gone; without asking it, for this is done every tick."""
         raise NotImplementedError

@@ -19,6 +19,10 @@ import ev3dev2.motor
 from shared.arm_description import ArmError
 from shared.state import laptop_program
 
+MYPY = False
+if MYPY:
+    from typing import IO, List, Optional, Tuple, Union  # noqa: F401
+
 DEAD_MAN = 0.2
 """A motor whose set-point is not renewed stops after this time, s."""
 
@@ -33,11 +37,13 @@ class MotorNotFound(ArmError, OSError):
 
 
 def motors_folder():
+    # type: () -> str
     """The folder in which the system shows the motors."""
     return os.path.join(ev3dev2.motor.Device.DEVICE_ROOT_PATH, "tacho-motor")
 
 
 def plugged_in():
+    # type: () -> List[Tuple[str, ...]]
     """The motors that are there: sorted pairs of address ("outA") and driver's name."""
     folder, found = motors_folder(), []
     for name in ev3dev2.motor.list_device_names(folder, "*"):
@@ -69,6 +75,7 @@ class JointMotor(object):
     """
 
     def __init__(self, name, port, kind, gear, direction):
+        # type: (str, str, str, float, int) -> None
         self.name = name
         self.port = port
         try:
@@ -87,24 +94,26 @@ class JointMotor(object):
                 )
             ) from None
         self._undo_settings()
-        self._per_radian = direction * gear * self._motor.count_per_rot / (2 * math.pi)
+        per_turn = self._motor.count_per_rot  # type: int
+        self._per_radian = direction * gear * per_turn / (2 * math.pi)
         self.resolution = 1 / abs(self._per_radian)
         self.zero = 0.0
         self.falls = False
-        self._max_speed = self._motor.max_speed
+        self._max_speed = self._motor.max_speed  # type: int
         # What the loop reads and writes all the time, on the library's own handles: through its
         # properties, a tick would take twice as long.
         self._position, self._speed_sp, self._command = (
             self._opened(name) for name in ("position", "speed_sp", "command")
         )
-        self._set_speed = None
+        self._set_speed = None  # type: Optional[int]
         self._carry = 0.0
-        self._stiffness = None
+        self._stiffness = None  # type: Optional[float]
         """By what it is engaged; 0: the driver has its own constants; None: not known."""
-        self._action = None
+        self._action = None  # type: Optional[str]
         """The stop action that is set; None: not known."""
 
     def _undo_settings(self):
+        # type: () -> None
         """Undo what another program may have left: its polarity would reverse counts and speeds.
 
         With its ramps no stop would be one at once.
@@ -118,16 +127,21 @@ class JointMotor(object):
 
     @property
     def device(self):
+        # type: () -> str
         """The system's name of the motor: another one whenever it is plugged in."""
-        return os.path.basename(self._motor._path)
+        path = self._motor._path  # type: str
+        return os.path.basename(path)
 
     def _opened(self, attribute):
+        # type: (str) -> IO[bytes]
         try:
-            return self._motor._attribute_file_open(attribute)
+            opened = self._motor._attribute_file_open(attribute)  # type: IO[bytes]
+            return opened
         except OSError as error:
             raise self._lost(error) from None
 
     def counts(self):
+        # type: () -> int
         """The encoder's reading."""
         try:
             self._position.seek(0)
@@ -136,6 +150,7 @@ class JointMotor(object):
             raise self._lost(error) from None
 
     def bounds(self):
+        # type: () -> Tuple[float, float]
         """Least and greatest angle that the encoder's reading allows, rad, ascending.
 
         Counts are halves of the encoder's steps, truncated towards zero, and the zero lies anywhere
@@ -150,21 +165,26 @@ class JointMotor(object):
         return high / self._per_radian, low / self._per_radian
 
     def angle(self):
+        # type: () -> float
         """The middle of `bounds`, rad."""
         return sum(self.bounds()) / 2
 
     def duty(self):
+        # type: () -> float
         """What the driver gives the motor now, %; positive where the joint's angle rises."""
         try:
-            return math.copysign(1.0, self._per_radian) * self._motor.duty_cycle
+            duty = self._motor.duty_cycle  # type: int
+            return math.copysign(1.0, self._per_radian) * duty
         except (ev3dev2.DeviceNotFound, OSError) as error:
             raise self._lost(error) from None
 
     def in_counts(self, radians):
+        # type: (float) -> float
         """A difference of angles at the joint as counts."""
         return radians * self._per_radian
 
     def engage(self, stiffness):
+        # type: (float) -> None
         """Make the motor ready for `drive`.
 
         Args:
@@ -182,6 +202,7 @@ class JointMotor(object):
         self._set("speed_p", int(round(stiffness * 10000)))
 
     def drive(self, speed):
+        # type: (float) -> None
         """Set the speed, rad/s at the joint, for at most DEAD_MAN; rounding is carried over."""
         wanted = speed * self._per_radian + self._carry
         rounded = int(wanted + 0.5 if wanted > 0 else wanted - 0.5)
@@ -203,6 +224,7 @@ class JointMotor(object):
             raise self._lost(error) from None
 
     def go(self, angle, speed):
+        # type: (float, float) -> int
         """Start towards `angle` (rad) at `speed` (rad/s at the joint); then hold there.
 
         Returns:
@@ -221,6 +243,7 @@ class JointMotor(object):
         return target
 
     def disengage(self):
+        # type: () -> None
         """Give the driver its own speed constants back, as after a reset; the motor is stopped."""
         if self._stiffness != 0:
             self._set("speed_p", SPEED_P)
@@ -228,32 +251,39 @@ class JointMotor(object):
             self._stiffness = 0
 
     def hold(self):
+        # type: () -> None
         """Stop here and hold."""
         self.brake()
         self.clamp()
 
     def brake(self):
+        # type: () -> None
         """Stop by a short circuit of the windings: nothing holds it then."""
         self._stop("brake")
 
     def clamp(self):
+        # type: () -> None
         """Hold where a braked motor is."""
         self._stop("hold")
 
     def let_go(self):
+        # type: () -> None
         """Let somebody turn it by hand."""
         self._stop("coast")
 
     def _stop(self, action):
+        # type: (str) -> None
         self._set_action(action)
         self._set("command", "stop")
 
     def _set_action(self, action):
+        # type: (str) -> None
         if action != self._action:
             self._set("stop_action", action)
             self._action = action
 
     def check_plugged_in(self):
+        # type: () -> None
         """Notice a pulled cable without an access.
 
         Raises:
@@ -264,12 +294,14 @@ class JointMotor(object):
             raise self._lost("it is not connected")
 
     def _set(self, attribute, value):
+        # type: (str, Union[int, str]) -> None
         try:
             setattr(self._motor, attribute, value)
         except (ev3dev2.DeviceNotFound, OSError) as error:
             raise self._lost(error) from None
 
     def _lost(self, error):
+        # type: (object) -> MotorNotFound
         return MotorNotFound(
             "the {} motor at port {} no longer answers ({}); plug it in again, then home".format(
                 self.name, self.port, str(error).strip().rstrip(".")

@@ -1,11 +1,16 @@
 """Touch sensors at the brick's inputs."""
 
+MYPY = False
+if MYPY:
+    from typing import Callable  # noqa: F401
+
 
 class NoTouchSensor(OSError):
     """None is there, then or no longer."""
 
 
 def touch_sensor(port):
+    # type: (str) -> Callable[[], bool]
     """Return a function that tells whether the touch sensor at an input is pressed.
 
     Args:
@@ -23,8 +28,9 @@ def touch_sensor(port):
         raise NoTouchSensor(str(error)) from None
 
     def is_pressed():
+        # type: () -> bool
         try:
-            return sensor.is_pressed
+            return bool(sensor.is_pressed)
         except (DeviceNotFound, OSError) as error:
             raise NoTouchSensor(str(error)) from None
 
