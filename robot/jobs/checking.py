@@ -8,6 +8,14 @@ from robot.motion import kinematics
 from shared.job import JOINED
 from shared.job_pieces import BadJob
 
+MYPY = False
+if MYPY:
+    from typing import Iterator, List, Optional, Sequence  # noqa: F401
+
+    from shared.arm_description import Arm  # noqa: F401
+    from shared.job import Job, Stroke  # noqa: F401
+    from shared.job_pieces import Piece  # noqa: F401
+
 DEEPEST = 0.5
 """So far below the table on which the arm stands its elbow and tip may come, cm: it knows no better
 how high it stands, and paper may lie lower."""
@@ -18,6 +26,7 @@ there the arm goes no deeper than a centimetre."""
 
 
 def check_strokes(job, arm):
+    # type: (Job, Arm) -> Iterator[int]
     """Yield the number of each stroke, from 1 on, once it is found to be fit for the arm.
 
     Args:
@@ -27,7 +36,8 @@ def check_strokes(job, arm):
     Raises:
         BadJob: saying what the first one that is not would need.
     """
-    before, pieces = None, []
+    before = None  # type: Optional[Stroke]
+    pieces = []  # type: Sequence[Piece]
     for k, stroke in enumerate(job.strokes(), 1):
         pieces = pieces if before is not None and joined(before, stroke) else []
         learned = merged(job.path, k, stroke, arm.joints, job.between)
@@ -39,12 +49,14 @@ def check_strokes(job, arm):
 
 
 def joined(stroke, after):
+    # type: (Stroke, Stroke) -> bool
     """Whether a stroke begins where the one before ended."""
     begin = [cubic[0] for cubic in after.pieces[0][1][0][2]]
     return max([abs(a - b) for a, b in zip(stroke.pieces[-1][2], begin)]) <= JOINED
 
 
 def _check_table(job, k, pieces, arm):
+    # type: (Job, int, Sequence[Piece], Arm) -> None
     """Refuse pieces on which the elbow or the tip goes into the table."""
     for times, segments, end in pieces:
         job.between()

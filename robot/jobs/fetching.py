@@ -7,6 +7,12 @@ from shared.arm_description import ArmError
 from shared.job_messages import Want, bytes_of
 from shared.small_files import open_to_write
 
+MYPY = False
+if MYPY:
+    from typing import IO, Optional  # noqa: F401
+
+    from shared.job_messages import Draw, JobPart  # noqa: F401
+
 ASK_AGAIN = 1.0
 """A part that has not come so long after it was asked for is asked for again, s."""
 
@@ -36,6 +42,7 @@ class JobFetching(object):
     """
 
     def __init__(self, draw, file, t):
+        # type: (Draw, str, float) -> None
         self.draw = draw
         self.part = 0
         self.whole = False
@@ -43,8 +50,8 @@ class JobFetching(object):
         self._draft = file + ".part"
         self._unpacker = zlib.decompressobj()
         self._size = self._crc = 0
-        self._asked, self._asked_at, self._came_at = None, t, t
-        self._out = None
+        self._asked, self._asked_at, self._came_at = None, t, t  # type: Optional[int], float, float
+        self._out = None  # type: Optional[IO[bytes]]
         if self._is_there():
             self.whole = True
             return
@@ -56,6 +63,7 @@ class JobFetching(object):
             raise self._no_room(error) from None
 
     def _is_there(self):
+        # type: () -> bool
         """Whether the file is this job already."""
         try:
             if os.path.getsize(self._file) != self.draw.size:
@@ -69,6 +77,7 @@ class JobFetching(object):
             return False
 
     def due(self, t, linked):
+        # type: (float, bool) -> Optional[Want]
         """The Want that is to be sent at `t` (s), or None.
 
         Raises:
@@ -92,12 +101,14 @@ class JobFetching(object):
         return Want(self.draw.crc, self.part)
 
     def take(self, part, t):
+        # type: (JobPart, float) -> None
         """Take a JobPart that came at `t` (s); any other than the next is left.
 
         Raises:
             NotFetched: it is not what was offered, or there is no room for it.
         """
-        if self.whole or (part.crc, part.part) != (self.draw.crc, self.part):
+        out = self._out
+        if self.whole or out is None or (part.crc, part.part) != (self.draw.crc, self.part):
             return
         room = self.draw.size - self._size
         try:
@@ -107,13 +118,13 @@ class JobFetching(object):
         if len(data) > room:
             raise self._changed()
         try:
-            self._out.write(data)
+            out.write(data)
             self._size += len(data)
             self._crc = zlib.crc32(data, self._crc)
             self.part += 1
             self._came_at = t
             if self.part == self.draw.parts:
-                self._out.close()
+                out.close()
                 if (self._size, self._crc & 0xFFFFFFFF) != (self.draw.size, self.draw.crc):
                     raise self._changed()
                 os.replace(self._draft, self._file)
@@ -122,6 +133,7 @@ class JobFetching(object):
             raise self._no_room(error) from None
 
     def close(self):
+        # type: () -> None
         """End it; what is not whole is thrown away."""
         if self._out is not None and not self.whole:
             self._out.close()
@@ -129,11 +141,13 @@ class JobFetching(object):
                 os.remove(self._draft)
 
     def _changed(self):
+        # type: () -> NotFetched
         return NotFetched(
             "'{}' did not come as it was offered; press Start again".format(self.draw.name)
         )
 
     def _no_room(self, error):
+        # type: (OSError) -> NotFetched
         return NotFetched(
             "cannot write {}: {}; make room on the brick".format(self._draft, error.strerror)
         )

@@ -10,6 +10,14 @@ import math
 from shared.job import JOINED
 from shared.job_pieces import GREATEST, LEAST_WAY, MAX_JUMP, BadJob, check_joints, go_on
 
+MYPY = False
+if MYPY:
+    from typing import List, Sequence, Tuple  # noqa: F401
+
+    from shared.arm_description import Joint  # noqa: F401
+    from shared.job import Stroke  # noqa: F401
+    from shared.job_pieces import Between, Piece, Segment  # noqa: F401
+
 MAX_OFFSET = math.radians(20)
 """Greatest offset of a joint, rad: a link that is 5 % too long makes 3 degrees of it, and near the
 arm's full reach five times as much."""
@@ -26,6 +34,7 @@ SAME_WAY = 0.05
 
 
 def merged(job, k, stroke, joints, between=go_on):
+    # type: (str, int, Stroke, Sequence[Joint], Between) -> Sequence[Piece]
     """The pieces of a stroke with its offsets merged into them.
 
     Args:
@@ -45,7 +54,7 @@ def merged(job, k, stroke, joints, between=go_on):
         raise _bad(job, k, "it has {} for {} pieces".format(
             len(stroke.offsets), len(stroke.pieces)
         ))  # fmt: skip
-    out = []
+    out = []  # type: List[Piece]
     for piece, (ways, offsets) in zip(stroke.pieces, stroke.offsets):
         between()
         _check(job, k, piece, ways, offsets)
@@ -57,6 +66,7 @@ def merged(job, k, stroke, joints, between=go_on):
 
 
 def check_way(job, k, pieces, after, jump=JOINED + MAX_JUMP):
+    # type: (str, int, Sequence[Piece], Sequence[Piece], float) -> None
     """Refuse, by BadJob, pieces that do not begin where those before end.
 
     Args:
@@ -72,6 +82,7 @@ def check_way(job, k, pieces, after, jump=JOINED + MAX_JUMP):
 
 
 def _bad(job, k, what):
+    # type: (str, int, str) -> BadJob
     return BadJob(
         "{}: what was learned of stroke {} does not fit: {}; draw it without, or learn it "
         "anew".format(job, k, what)
@@ -79,6 +90,7 @@ def _bad(job, k, what):
 
 
 def _check(job, k, piece, ways, offsets):
+    # type: (str, int, Piece, Sequence[float], Sequence[Sequence[float]]) -> None
     if not 2 <= len(ways) <= MAX_KNOTS:
         raise _bad(job, k, "{} offsets of a piece, and it takes 2 to {}".format(
             len(ways), MAX_KNOTS
@@ -98,6 +110,7 @@ def _check(job, k, piece, ways, offsets):
 
 
 def _lengths(piece):
+    # type: (Piece) -> List[float]
     """Of each segment's way, cm."""
     times, segments, _ = piece
     return [
@@ -107,6 +120,7 @@ def _lengths(piece):
 
 
 def _with(job, k, piece, ways, offsets):
+    # type: (str, int, Piece, Sequence[float], Sequence[Sequence[float]]) -> Piece
     """A piece with offsets."""
     times, segments, end = piece
     slopes = [_slopes(ways, own) for own in offsets]
@@ -114,7 +128,7 @@ def _with(job, k, piece, ways, offsets):
     for length in _lengths(piece):
         places.append(places[-1] + length)
     at = [_values(ways, own, slope, places) for own, slope in zip(offsets, slopes)]
-    out = []
+    out = []  # type: List[Segment]
     for n, (v, a, cubics, across) in enumerate(segments):
         length, moved = places[n + 1] - places[n], []
         v_end = v + a * (times[n + 1] - times[n])
@@ -137,6 +151,7 @@ def _with(job, k, piece, ways, offsets):
 
 
 def _slopes(ways, values):
+    # type: (Sequence[float], Sequence[float]) -> List[float]
     """Of the offsets at their places, rad/cm."""
     means = [(b - a) / (w - v) for a, b, v, w in zip(values, values[1:], ways, ways[1:])]
     out = [means[0]]
@@ -146,7 +161,13 @@ def _slopes(ways, values):
     return out
 
 
-def _values(ways, values, slopes, places):
+def _values(
+    ways,  # type: Sequence[float]
+    values,  # type: Sequence[float]
+    slopes,  # type: Sequence[float]
+    places,  # type: Sequence[float]
+):
+    # type: (...) -> List[Tuple[float, float]]
     """[(offset, its slope)] at places, which go on, rad and rad/cm."""
     out, k = [], 0
     for s in places:

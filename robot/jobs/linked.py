@@ -36,6 +36,71 @@ from shared.job_messages import (
 from shared.message_fields import one_line
 from shared.messages import STATUS_PERIOD, Start, Stop
 
+MYPY = False
+if MYPY:
+    from typing import (  # noqa: F401
+        Any,
+        Callable,
+        Dict,
+        Iterable,
+        List,
+        Optional,
+        Protocol,
+        Sequence,
+        Tuple,
+        Union,
+    )
+
+    from robot.clock import Clock  # noqa: F401
+    from robot.jobs.orders import Presses  # noqa: F401
+    from robot.jobs.report import Place  # noqa: F401
+    from robot.motion.arm import RobotArm  # noqa: F401
+    from robot.motion.trajectory import Trajectory  # noqa: F401
+    from shared.arm_description import Joint  # noqa: F401
+    from shared.job import JobHeader, Stroke  # noqa: F401
+    from shared.job_log import LogRow  # noqa: F401
+    from shared.messages import Message  # noqa: F401
+
+    class JobClient(Protocol):
+        """What is asked of a robot.tracking.TrackingClient."""
+
+        @property
+        def linked(self):
+            # type: () -> bool
+            """Whether the tracker hears what is sent."""
+
+        @property
+        def refused(self):
+            # type: () -> bool
+            """Whether it will never serve us."""
+
+        @property
+        def why(self):
+            # type: () -> str
+            """It is not linked."""
+
+        def poll(self, timeout=0.0):
+            # type: (float) -> object
+            """Do what is due."""
+
+        def commands(self):
+            # type: () -> Sequence[Union[Start, Stop, Draw]]
+            """Those since the last call."""
+
+        def of_job(self):
+            # type: () -> Sequence[Union[JobPart, Order]]
+            """Those since the last call."""
+
+        def send(self, message):
+            # type: (Message) -> None
+            """Send it if linked."""
+
+        def report(self, q, **told):
+            # type: (Sequence[float], **Any) -> None
+            """Tell where the arm is, and how the last servo run ended."""
+
+    Where = Callable[[], Sequence[float]]  # the joints' angles, rad; none where not known
+
 FILE = "from-the-laptop.job"
 """In the folder of jobs: the last one that the laptop offered."""
 
@@ -69,10 +134,10 @@ class LinkedJob(object):
     """
 
     def __init__(self, arm, client, clock, draw, told, say):
+        # type: (RobotArm, JobClient, Clock, Draw, Dict[str, Any], Callable[[str], object]) -> None
         self._arm, self._client, self._clock = arm, client, clock
         self._draw, self._told, self._say = draw, told, say
-        self._header = None
-        self._lost_at = None
+        self._lost_at = None  # type: Optional[float]
         self._paused_by_link = False
         self._why = ""  # it is paused, or has ended
         self._next = 0.0  # when the laptop is to be told again, s
@@ -82,6 +147,7 @@ class LinkedJob(object):
         )
 
     def run(self):
+        # type: () -> None
         """Fetch and draw it; what became of it is told, and the arm held.
 
         Raises:
@@ -104,6 +170,7 @@ class LinkedJob(object):
     # Fetching
 
     def _fetch(self):
+        # type: () -> Optional[str]
         """The job's file, once it is whole; None if it was aborted."""
         file = os.path.join(jobs_folder(), FILE)
         fetching = JobFetching(self._draw, file, self._clock.now())
@@ -138,6 +205,7 @@ class LinkedJob(object):
     # Drawing
 
     def _draw_file(self, path):
+        # type: (str) -> None
         description = self._arm.description
         job = Job(path, description)
         self._header = job.header
@@ -157,6 +225,7 @@ class LinkedJob(object):
             self.hear(orders, self._where)  # to check a long job takes the brick a while
 
             def listen():
+                # type: () -> None
                 if self._is_due(False):
                     self.hear(orders, self._where)
 
@@ -175,6 +244,7 @@ class LinkedJob(object):
     # What the parts of it below ask for
 
     def hear(self, orders, where):
+        # type: (JobOrders, Where) -> None
         """Take in what the laptop has said, and tell it where the arm is, if that is due.
 
         Args:
@@ -208,6 +278,7 @@ class LinkedJob(object):
             self._send()
 
     def _watch_link(self, orders):
+        # type: (JobOrders) -> None
         now = self._clock.now()
         if self._client.linked:
             self._lost_at = None
@@ -225,6 +296,7 @@ class LinkedJob(object):
             self._why = "no link for {:.0f} s".format(lost)
 
     def tell(self, state, place, reason=""):
+        # type: (str, Place, str) -> None
         """Take in how it goes: a word of the runner's, and a Place or None; told when it is due."""
         now = self._clock.now()
         state = ABORTED if state == STOPPED else state
@@ -239,10 +311,12 @@ class LinkedJob(object):
             self._send()
 
     def tell_left(self, seconds):
+        # type: (float) -> None
         """Take in how long it still takes, s."""
         self.progress = self.progress._replace(seconds=max(0.0, min(seconds, 1e6)))
 
     def tell_pen(self, down):
+        # type: (bool) -> None
         """Tell at once that the pen is down, or up."""
         if down != self.down:
             self.down = down
@@ -250,6 +324,7 @@ class LinkedJob(object):
             self._send()
 
     def _is_due(self, taken=True):
+        # type: (bool) -> bool
         now = self._clock.now()
         if now < self._next:
             return False
@@ -258,13 +333,16 @@ class LinkedJob(object):
         return True
 
     def _send(self):
+        # type: () -> None
         self.progress = self.progress._replace(t=self._clock.now())
         self._client.send(self.progress)
 
     def _report_where(self, q):
+        # type: (Sequence[float]) -> None
         self._client.report(q, **self._told)
 
     def _where(self):
+        # type: () -> Sequence[float]
         """The joints' angles, rad; none if a motor does not answer, which is told elsewhere."""
         try:
             return self._arm.angles()
@@ -272,6 +350,7 @@ class LinkedJob(object):
             return ()
 
     def _end(self, state, reason=""):
+        # type: (str, str) -> None
         self.down = False
         self.progress = self.progress._replace(
             state=state, down=False, reason=one_line(reason or self._why), seconds=None
@@ -289,15 +368,17 @@ class LinkedOrders(JobOrders):
     """
 
     def __init__(self, linked, clock):
-        presses = []
+        # type: (LinkedJob, Clock) -> None
+        presses = []  # type: List[Presses]
         with contextlib.suppress(ImportError, OSError, ValueError, AttributeError):
             presses.append(Buttons())  # there are some
         super(LinkedOrders, self).__init__(presses=presses, path=orders_file())
         self._linked, self._clock = linked, clock
         self._hear_at = clock.now()
-        self.where = tuple
+        self.where = tuple  # type: Where
 
     def look(self, now):
+        # type: (float) -> float
         """As JobOrders.look."""
         if now >= self._hear_at:
             self._hear_at = now + HEAR_PERIOD
@@ -309,10 +390,12 @@ class LinkedReport(JobReport):
     """What is told of it, on file and to people as ever, and over the link."""
 
     def __init__(self, linked, job, clock, say):
+        # type: (LinkedJob, Job, Clock, Callable[[str], object]) -> None
         super(LinkedReport, self).__init__(job.header, job.crc, clock, say=say, path=status_file())
         self._linked = linked
 
     def tell(self, state, place, orders, tip=None, moving=False, reason=""):
+        # type: (str, Place, JobOrders, Optional[Sequence[float]], bool, str) -> None
         """As JobReport.tell."""
         super(LinkedReport, self).tell(state, place, orders, tip, moving, reason)
         self._linked.tell_left(self.left(place, orders.share))
@@ -328,9 +411,11 @@ class LinkedLog(object):
     """
 
     def __init__(self, client, crc):
+        # type: (JobClient, int) -> None
         self._client, self._crc = client, crc
 
     def add(self, rows):
+        # type: (Sequence[LogRow]) -> None
         """Send LogRows."""
         for k in range(0, len(rows), ROWS):
             self._client.send(JobLog(self._crc, [list(row) for row in rows[k : k + ROWS]]))
@@ -339,9 +424,10 @@ class LinkedLog(object):
 class WatchedFeed(LoggingFeed):
     """A LoggingFeed that keeps what the control loop saw last: `seen`, (t, motors' angles)."""
 
-    seen = None
+    seen = None  # type: Optional[Tuple[float, Sequence[float]]]
 
     def tick(self, t, now, angles):
+        # type: (float, float, Sequence[float]) -> Optional[object]
         """As LoggingFeed.tick."""
         self.seen = t, angles
         return super(WatchedFeed, self).tick(t, now, angles)
@@ -350,13 +436,25 @@ class WatchedFeed(LoggingFeed):
 class LinkedRunner(JobRunner):
     """Draws it; tells where links and pen are."""
 
-    def __init__(self, linked, arm, clock, job, orders, report, log, dry):
+    def __init__(
+        self,
+        linked,  # type: LinkedJob
+        arm,  # type: RobotArm
+        clock,  # type: Clock
+        job,  # type: Job
+        orders,  # type: LinkedOrders
+        report,  # type: LinkedReport
+        log,  # type: LinkedLog
+        dry,  # type: bool
+    ):
+        # type: (...) -> None
         super(LinkedRunner, self).__init__(arm, clock, job, orders, report, log, dry)
         self._linked = linked
-        self._feed = WatchedFeed(self._look, job.header.log)
+        self._feed = self._watched = WatchedFeed(self._look, job.header.log)
         orders.where = self._where
 
     def _look(self, now):
+        # type: (float) -> float
         rate = super(LinkedRunner, self)._look(now)
         if rate:
             place = self._way.place(self._feed.index, self._feed.reached)
@@ -364,32 +462,37 @@ class LinkedRunner(JobRunner):
         return rate
 
     def _move_pen(self, down):
+        # type: (bool) -> None
         super(LinkedRunner, self)._move_pen(down)
         self._linked.tell_pen(down and not self._dry)
 
     def _chain(self, k, stroke):
+        # type: (int, Stroke) -> Tuple[List[Stroke], Optional[Stroke]]
         self._linked.hear(self._orders, self._where)  # to read a stroke takes the brick a while
         return super(LinkedRunner, self)._chain(k, stroke)
 
     def _is_ready(self, motion, joints, is_there):
-        self._feed.seen = None  # from here on the arm itself knows
+        # type: (Trajectory, Sequence[Joint], bool) -> bool
+        self._watched.seen = None  # from here on the arm itself knows
         self._linked.hear(self._orders, self._where)
         return super(LinkedRunner, self)._is_ready(motion, joints, is_there)
 
     def _draw_from(self, k):
+        # type: (int) -> bool
         try:
             return super(LinkedRunner, self)._draw_from(k)
         finally:
-            self._feed.seen = None
+            self._watched.seen = None
 
     def _where(self):
+        # type: () -> Sequence[float]
         """The links' angles, rad; in mid-stroke by where the backlash is at that moment."""
-        if self._feed.seen is None:
+        if self._watched.seen is None:
             try:
                 return self._arm.angles()
             except ArmError:
                 return ()
-        t, angles = self._feed.seen
+        t, angles = self._watched.seen
         joints = self._arm.description.joints
         return [
             angle - side * joint.backlash / 2

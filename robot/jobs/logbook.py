@@ -8,6 +8,24 @@ from robot.motion.feed import FeedOverride
 from shared.job_log import BadLog, LogRow, heading, line_of
 from shared.small_files import open_to_write
 
+MYPY = False
+if MYPY:
+    from typing import (  # noqa: F401
+        IO,
+        Callable,
+        Iterable,
+        Iterator,
+        List,
+        Optional,
+        Sequence,
+        Tuple,
+    )
+
+    from robot.jobs.report import Place  # noqa: F401
+
+    # The plan's index and own time, s; the clock's time, s; the motors' angles, rad.
+    Note = Tuple[int, float, float, Sequence[float]]
+
 
 class LoggingFeed(FeedOverride):
     """A FeedOverride that notes now and then where the motors are.
@@ -21,12 +39,14 @@ class LoggingFeed(FeedOverride):
     """
 
     def __init__(self, look, period):
+        # type: (Callable[[float], float], float) -> None
         super(LoggingFeed, self).__init__(look)
-        self.notes = []
+        self.notes = []  # type: List[Note]
         self._period = period
         self._note_at = -math.inf if period else math.inf
 
     def tick(self, t, now, angles):
+        # type: (float, float, Sequence[float]) -> Optional[object]
         """As FeedOverride.tick."""
         if now >= self._note_at:
             self._note_at = now + self._period
@@ -34,6 +54,7 @@ class LoggingFeed(FeedOverride):
         return super(LoggingFeed, self).tick(t, now, angles)
 
     def rows(self, place):
+        # type: (Callable[[int, float], Place]) -> List[LogRow]
         """The LogRows of what was noted since the last time.
 
         Args:
@@ -59,14 +80,18 @@ class LogFile(object):
     """
 
     def __init__(self, path, joints):
+        # type: (str, int) -> None
         self._path = path
-        self._file = None
-        with self._told():
+        try:
             self._file = os.fdopen(open_to_write(path), "w")
+        except OSError as error:
+            raise self._bad(error) from None
+        with self._told():
             self._file.write(heading(joints))
             self._file.flush()
 
     def add(self, rows):
+        # type: (Iterable[LogRow]) -> None
         """Write LogRows; BadLog where there is no room."""
         with self._told():
             for row in rows:
@@ -74,15 +99,21 @@ class LogFile(object):
             self._file.flush()
 
     def close(self):
+        # type: () -> None
         """Write no more."""
         with self._told():
             self._file.close()
 
     @contextlib.contextmanager
     def _told(self):
+        # type: () -> Iterator[None]
         try:
             yield
         except OSError as error:
-            with contextlib.suppress(OSError, AttributeError):
+            with contextlib.suppress(OSError):
                 self._file.close()  # what could not be written is not tried again
-            raise BadLog("{}: {}; log to another file".format(self._path, error.strerror)) from None
+            raise self._bad(error) from None
+
+    def _bad(self, error):
+        # type: (OSError) -> BadLog
+        return BadLog("{}: {}; log to another file".format(self._path, error.strerror))

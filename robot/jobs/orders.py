@@ -19,6 +19,18 @@ from shared.arm_description import ArmError
 from shared.message_fields import printable
 from shared.state import JOB_ORDERS_FILE, state_folder
 
+MYPY = False
+if MYPY:
+    from typing import Any, Dict, List, Optional, Protocol, Sequence, Tuple  # noqa: F401
+
+    class Presses(Protocol):
+        """Buttons, or what stands for them."""
+
+        def pressed(self):
+            # type: () -> List[str]
+            """Names of the buttons that were pressed since it was last asked, in turn."""
+
+
 LOOK_PERIOD = 0.06
 """Period of looks at the buttons and at the file, s."""
 
@@ -43,6 +55,7 @@ class BadOrder(ArmError, ValueError):
 
 
 def read_order(text):
+    # type: (str) -> Tuple[str, List[float]]
     """(word, numbers) of one order.
 
     Raises:
@@ -73,6 +86,7 @@ def read_order(text):
 
 
 def orders_file():
+    # type: () -> str
     """Path of the file that orders are appended to."""
     return os.path.join(state_folder(), JOB_ORDERS_FILE)
 
@@ -94,13 +108,14 @@ class JobOrders(object):
     """
 
     def __init__(self, share=1.0, paused=False, presses=(), path=None):
+        # type: (float, bool, Sequence[Presses], Optional[str]) -> None
         self.share, self.paused, self.aborted = share, paused, False
         self.pen = 0.0
-        self.notes = []
+        self.notes = []  # type: List[str]
         self._presses = presses
         self._nudge = [0.0, 0.0]
         self._due = -math.inf
-        self._file = None
+        self._file = None  # type: Optional[int]
         self._begin, self._read = 0, b""
         if path is not None:
             os.makedirs(os.path.dirname(path), exist_ok=True)
@@ -108,12 +123,14 @@ class JobOrders(object):
             self._file = os.open(path, flags, 0o666)
 
     def close(self):
+        # type: () -> None
         """Take no more."""
         if self._file is not None:
             os.close(self._file)
             self._file = None
 
     def look(self, now):
+        # type: (float) -> float
         """Take what has come; the rate at which the plan is to go: 0 where it is to stand.
 
         Args:
@@ -125,10 +142,11 @@ class JobOrders(object):
                 for button in source.pressed():
                     self._press(button)
             if self._file is not None:
-                self._take_lines()
+                self._take_lines(self._file)
         return 0.0 if self.paused or self.aborted else self.share
 
     def take(self, line):
+        # type: (str) -> None
         """Take one order; what is none goes to the notes."""
         try:
             word, numbers = read_order(line)
@@ -149,11 +167,13 @@ class JobOrders(object):
             self.notes.append("nudge: the job is not paused; pause it first")
 
     def taken_nudge(self):
+        # type: () -> Optional[Tuple[float, ...]]
         """(x, y) of how far to shift what follows, cm, told once; None: not at all."""
         nudge, self._nudge = self._nudge, [0.0, 0.0]
         return tuple(nudge) if any(nudge) else None
 
     def _press(self, button):
+        # type: (str) -> None
         if button == "enter":
             self.paused = not self.paused
         elif button in NUDGES and self.paused:
@@ -163,9 +183,10 @@ class JobOrders(object):
             low, high = (x / 100 for x in SPEEDS)
             self.share = min(max(round(self.share + step, 2), low), high)
 
-    def _take_lines(self):
-        os.lseek(self._file, self._begin, os.SEEK_SET)
-        data = os.read(self._file, MAX_FILE)
+    def _take_lines(self, file):
+        # type: (int) -> None
+        os.lseek(file, self._begin, os.SEEK_SET)
+        data = os.read(file, MAX_FILE)
         if data == self._read:
             return
         # Who writes by ">" and not by ">>" begins the file anew.
@@ -198,17 +219,20 @@ class Buttons(object):
     """
 
     def __init__(self):
+        # type: () -> None
         from robot.ev3.buttons import brick_buttons  # not above: few draw without a terminal
 
         self._events = brick_buttons().evdev_device
 
     def close(self):
+        # type: () -> None
         """Hear no more of them."""
         self._events.close()
 
     def pressed(self):
+        # type: () -> List[str]
         """Names of those that were pressed since, in turn."""
-        found = []
+        found = []  # type: List[str]
         while True:
             event = self._events.read_one()
             if event is None:
@@ -218,6 +242,7 @@ class Buttons(object):
 
 
 def _in_background(terminal):
+    # type: (int) -> bool
     """Whether the program would be stopped if it asked this terminal for anything."""
     try:
         return os.tcgetpgrp(terminal) != os.getpgrp()
@@ -242,9 +267,10 @@ class Keys(object):
         OSError, ImportError: there is none.
     """
 
-    names = KEYS
+    names = KEYS  # type: Dict[bytes, str]
 
     def __init__(self):
+        # type: () -> None
         import select
         import sys
         import termios
@@ -258,10 +284,12 @@ class Keys(object):
         tty.setcbreak(self._terminal, termios.TCSADRAIN)
 
     def close(self):
+        # type: () -> None
         """Let the terminal treat keys as before."""
         self._termios.tcsetattr(self._terminal, self._termios.TCSADRAIN, self._before)
 
     def pressed(self):
+        # type: () -> List[str]
         """As of Buttons."""
         if not self._select([self._terminal], [], [], 0)[0]:
             return []

@@ -9,10 +9,20 @@ from shared.record import record
 from shared.small_files import SpoiltFile, number, open_to_write, read_json
 from shared.state import JOBS_FOLDER, state_folder
 
+MYPY = False
+if MYPY:
+    from typing import Dict, NamedTuple  # noqa: F401
+
+    SavedProgress = NamedTuple(
+        "SavedProgress",
+        [("stroke", int), ("repeat", int), ("zeros", Dict[str, float]), ("pen", float)],
+    )
+else:
+    SavedProgress = record("SavedProgress", "stroke repeat zeros pen")
+
 SUFFIX = ".job"
 """Of the files in the folder of jobs."""
 
-SavedProgress = record("SavedProgress", "stroke repeat zeros pen")
 SavedProgress.__doc__ = """How far a job has come.
 
 stroke  the next one to draw, from 1 on; one more than there are: all of this time's are drawn
@@ -27,11 +37,13 @@ class NoJob(ArmError, OSError):
 
 
 def jobs_folder():
+    # type: () -> str
     """Where jobs are kept, and how far they have come."""
     return os.path.join(state_folder(), JOBS_FOLDER)
 
 
 def find_job(name):
+    # type: (str) -> str
     """Path of a job's file, given so, or by its name in the folder of jobs.
 
     Raises:
@@ -47,11 +59,13 @@ def find_job(name):
 
 
 def progress_file(crc):
+    # type: (int) -> str
     """Path of the file of a job, by the checksum of its contents."""
     return os.path.join(jobs_folder(), "{:08x}.progress".format(crc))
 
 
 def write_whole(path, text):
+    # type: (str, str) -> None
     """Write a small file, whole or not at all; OSError where there is no room."""
     draft, data = path + ".part", text.encode("utf-8")
     file = open_to_write(draft)
@@ -64,6 +78,7 @@ def write_whole(path, text):
 
 
 def save_progress(crc, progress):
+    # type: (int, SavedProgress) -> None
     """Put it on file; raises OSError."""
     path = progress_file(crc)
     os.makedirs(os.path.dirname(path), exist_ok=True)
@@ -71,12 +86,14 @@ def save_progress(crc, progress):
 
 
 def forget_progress(crc):
+    # type: (int) -> None
     """The job is done, or begins anew."""
     if os.path.exists(progress_file(crc)):
         os.remove(progress_file(crc))
 
 
 def load_progress(crc, strokes):
+    # type: (int, int) -> SavedProgress
     """The SavedProgress on file of a job of so many strokes.
 
     Raises:

@@ -22,6 +22,20 @@ from robot.jobs.progress import write_whole
 from shared.record import record
 from shared.state import JOB_STATUS_FILE, state_folder
 
+MYPY = False
+if MYPY:
+    from typing import Callable, NamedTuple, Optional, Sequence  # noqa: F401
+
+    from robot.clock import Clock  # noqa: F401
+    from robot.jobs.orders import JobOrders  # noqa: F401
+    from shared.job import JobHeader  # noqa: F401
+
+    Place = NamedTuple(
+        "Place", [("repeat", int), ("stroke", int), ("cm", float), ("planned", float)]
+    )
+else:
+    Place = record("Place", "repeat stroke cm planned")
+
 SAY_PERIOD, WRITE_PERIOD = 5.0, 2.0
 """Least times between two lines for people, and between two writes in motion, s."""
 
@@ -34,7 +48,6 @@ TEXT = (
 )
 """Of the file."""
 
-Place = record("Place", "repeat stroke cm planned")
 Place.__doc__ = """Where in its job the arm is.
 
 repeat   which time it is drawn, from 1 on
@@ -45,6 +58,7 @@ planned  time from the job's start to there, as planned, s
 
 
 def status_file():
+    # type: () -> str
     """Path of the file of whichever job is drawn, or was last."""
     return os.path.join(state_folder(), JOB_STATUS_FILE)
 
@@ -65,6 +79,7 @@ class JobReport(object):
     """
 
     def __init__(self, header, crc, clock, repeats=1, say=print, path=None):
+        # type: (JobHeader, int, Clock, int, Callable[[str], object], Optional[str]) -> None
         self._header, self._clock, self._repeats = header, clock, repeats
         self._fixed = json.dumps(
             {
@@ -78,17 +93,19 @@ class JobReport(object):
         self._battery = Battery(clock)
         self._volts = self._battery.volts()
         self.state = ""
-        self._place = None
-        self._tip = None
+        self._place = None  # type: Optional[Place]
+        self._tip = None  # type: Optional[Sequence[float]]
         self._said_at = self._wrote_at = -math.inf
         self._worked = self._planned = 0.0
-        self._at = None
+        self._at = 0.0  # when it was told last, s
 
     def due(self, now):
+        # type: (float) -> bool
         """Whether it is time to tell in motion where it is."""
         return now - self._wrote_at >= WRITE_PERIOD
 
     def tell(self, state, place, orders, tip=None, moving=False, reason=""):
+        # type: (str, Place, JobOrders, Optional[Sequence[float]], bool, str) -> None
         """Tell how it goes.
 
         Args:
@@ -106,7 +123,7 @@ class JobReport(object):
             self._volts = self._battery.volts()
         if self._path is not None:
             try:
-                write_whole(self._path, self._text(orders, reason))
+                write_whole(self._path, self._text(place, orders, reason))
             except OSError as error:
                 self._path = None
                 orders.notes.append(
@@ -118,9 +135,10 @@ class JobReport(object):
                 self.say(note)
             if changed or now - self._said_at >= SAY_PERIOD:
                 self._said_at = now
-                self.say(self._line(orders, reason))
+                self.say(self._line(place, orders, reason))
 
     def _keep_time(self, now, place, orders):
+        # type: (float, Place, JobOrders) -> None
         """Note what was worked since the last time, as if at the planned speed, s."""
         before = self._place
         if before and self.state == "drawing" and before.repeat == place.repeat:
@@ -129,6 +147,7 @@ class JobReport(object):
         self._at = now
 
     def left(self, place, share):
+        # type: (Place, float) -> float
         """How long it still takes, s."""
         pace = 1.0
         if self._planned > TRUSTED_TIME:
@@ -137,8 +156,9 @@ class JobReport(object):
         planned = max(0.0, seconds - place.planned) + seconds * (self._repeats - place.repeat)
         return planned * pace / share
 
-    def _line(self, orders, reason):
-        place, header = self._place, self._header
+    def _line(self, place, orders, reason):
+        # type: (Place, JobOrders, str) -> str
+        header = self._header
         where = "{:.0f} %, stroke {} of {}".format(
             100 * place.cm / header.cm if header.cm else 100, place.stroke, header.strokes
         )
@@ -149,9 +169,10 @@ class JobReport(object):
             return "{}, {}:{:02d} left".format(where, left // 60, left % 60)
         return "{} at {}{}".format(self.state, where, ": " + reason if reason else "")
 
-    def _text(self, orders, reason):
+    def _text(self, place, orders, reason):
+        # type: (Place, JobOrders, str) -> str
         # (By hand: the brick takes 3 ms longer for a dictionary, and this is done in motion.)
-        place, tip = self._place, self._tip
+        tip = self._tip
         return TEXT % (
             self.state, self._fixed, place.stroke, place.cm, self.left(place, orders.share),
             place.repeat, "[%s]" % ", ".join(["%.2f" % x for x in tip]) if tip else "null",

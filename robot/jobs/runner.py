@@ -23,6 +23,27 @@ from robot.program import ignore_signals
 from shared.job_log import LogRow
 from shared.state import PLAN
 
+MYPY = False
+if MYPY:
+    from typing import List, Optional, Protocol, Sequence, Tuple  # noqa: F401
+
+    from robot.clock import Clock  # noqa: F401
+    from robot.ev3.motor import Motor  # noqa: F401
+    from robot.jobs.orders import JobOrders  # noqa: F401
+    from robot.jobs.report import JobReport  # noqa: F401
+    from robot.motion.arm import RobotArm  # noqa: F401
+    from robot.motion.trajectory import Trajectory  # noqa: F401
+    from shared.arm_description import Arm, Joint  # noqa: F401
+    from shared.job import Job, Stroke  # noqa: F401
+
+    class LogTaker(Protocol):
+        """Who takes what a job logs."""
+
+        def add(self, rows):
+            # type: (Sequence[LogRow]) -> None
+            """Take what was logged."""
+
+
 LONGEST_CHAIN = 100000
 """So many bytes of strokes that are joined are read before the pen comes down on the first: the
 brick has room for them. Where more are joined, it lifts."""
@@ -55,23 +76,28 @@ class JobRunner(object):
     """
 
     def __init__(self, arm, clock, job, orders, report, log=None, dry=False):
+        # type: (RobotArm, Clock, Job, JobOrders, JobReport, Optional[LogTaker], bool) -> None
         self._arm, self._clock, self._job = arm, clock, job
         self._orders, self._report = orders, report
         self._log, self._dry = log, dry
         # (One that logs costs every tick two calls more.)
-        logs = log and job.header.log
-        self._feed = LoggingFeed(self._look, logs) if logs else FeedOverride(self._look)
-        self._pen_is_down = None
+        logs = job.header.log if log else 0.0
+        self._feed = FeedOverride(self._look)
+        if logs:
+            self._feed = LoggingFeed(self._look, logs)
+        self._pen_is_down = None  # type: Optional[bool]
         self._repeat, self._place = 1, Place(1, 1, 0.0, 0.0)
-        # What is drawn now, and at which share of its speed it was planned.
-        self._way, self._motions, self._share = None, [], 1.0
+        # At which share of its speed what is drawn now was planned.
+        self._share = 1.0
         # A job that is begun paused waits over its first point, one that is paused where it is.
         self._begun = False
         # The layer whose pen is in the holder; why the job is paused, for people; and whether it is
         # to be paused once more, over the first point of a new pen.
-        self._pen, self._why, self._touch_up = None, "", False
+        self._pen = None  # type: Optional[str]
+        self._why, self._touch_up = "", False
 
     def run(self, first=1, repeat=1, repeats=1):
+        # type: (int, int, int) -> bool
         """Draw from the stroke `first` (from 1 on) on, then all again until the last of `repeats`.
 
         Args:
@@ -108,9 +134,10 @@ class JobRunner(object):
     # Strokes
 
     def _draw_from(self, k):
+        # type: (int) -> bool
         """Draw the strokes from the k-th on; False if that is aborted."""
         joints = self._arm.description.joints
-        stroke = self._job.stroke(k)
+        stroke = self._job.stroke(k)  # type: Optional[Stroke]
         self._place = self._before(k, stroke)
         self._save(k, self._repeat)
         self._tell("drawing")
@@ -130,6 +157,7 @@ class JobRunner(object):
         return True
 
     def _chain(self, k, stroke):
+        # type: (int, Stroke) -> Tuple[List[Stroke], Optional[Stroke]]
         """The strokes from the k-th on, given, that are drawn in one go; and the one after them."""
         chain, size = [stroke], self._job.size(k)
         for n in range(k + 1, self._job.header.strokes + 1):
@@ -144,6 +172,7 @@ class JobRunner(object):
         return chain, None
 
     def _follow(self, way, joints):
+        # type: (Way, Sequence[Joint]) -> bool
         """Draw from pen down to pen up; False if that is aborted."""
         is_there = False
         while way.pieces:
@@ -157,16 +186,18 @@ class JobRunner(object):
             self._feed.begin_at(1.0)
             self._arm.follow_fed(self._motions, self._feed, self._pen_down)
             self._pen_up()
-            if self._log and self._job.header.log:
-                self._log.add(self._feed.rows(way.place))
-            if not self._feed.held:
+            feed = self._feed
+            if self._log and self._job.header.log and isinstance(feed, LoggingFeed):
+                self._log.add(feed.rows(way.place))
+            if not feed.held:
                 self._rest(way)
                 break
-            self._place = way.place(self._feed.index, self._feed.tau)
-            way.cut(self._feed.index, self._feed.tau)
+            self._place = way.place(feed.index, feed.tau)
+            way.cut(feed.index, feed.tau)
         return not self._orders.aborted
 
     def _rest(self, way):
+        # type: (Way) -> None
         """Stand for a while at the end of a way, and log where that is."""
         rest, clock = self._job.header.rest, self._clock
         until = clock.now() + rest
@@ -181,6 +212,7 @@ class JobRunner(object):
             self._log.add([LogRow(end.stroke, end.planned, clock.now(), True, q)])
 
     def _look(self, now):
+        # type: (float) -> float
         """The rate that is wanted, in motion."""
         if not self._orders.look(now):
             return 0.0
@@ -198,6 +230,7 @@ class JobRunner(object):
     # With the pen up
 
     def _is_ready(self, motion, joints, is_there):
+        # type: (Trajectory, Sequence[Joint], bool) -> bool
         """Be where a motion begins, its backlash taken up, and not paused; False if aborted."""
         while not self._orders.aborted:
             if not is_there and not (self._orders.paused and self._begun):
@@ -220,6 +253,7 @@ class JobRunner(object):
         return False
 
     def _change_pen(self, layer):
+        # type: (str) -> None
         """Have the pen of a layer put in, if another is in the holder."""
         pens = self._job.header.pens
         if not pens or self._dry or layer == self._pen:
@@ -229,13 +263,16 @@ class JobRunner(object):
         self._why = "put in the pen for {}, then resume".format(_quoted(layer))
 
     def _approach(self, motion, joints):
+        # type: (Trajectory, Sequence[Joint]) -> bool
         """Go there from behind, as RobotArm.pre_approach; False if an order came between."""
         orders, was_paused = self._orders, self._orders.paused
 
         def is_over():
+            # type: () -> bool
             return orders.aborted or (orders.paused and not was_paused)
 
         def look(now, links):
+            # type: (float, Sequence[float]) -> Optional[object]
             orders.look(now)
             return STOP if is_over() else None
 
@@ -246,6 +283,7 @@ class JobRunner(object):
         return not is_over()
 
     def _stand(self, motion, joints, is_there):
+        # type: (Trajectory, Sequence[Joint], bool) -> bool
         """Hold until the job is resumed or aborted; whether the arm is still where it was."""
         orders, clock = self._orders, self._clock
         check_at = clock.now() + CHECK_PERIOD
@@ -268,6 +306,7 @@ class JobRunner(object):
                     motor.check_plugged_in()
 
     def _nudge(self, nudge, motion):
+        # type: (Sequence[float], Trajectory) -> None
         """Correct the joints' zero so that the tip comes down so much farther, cm.
 
         So an arm that was homed anew, a little off, draws on where it left off, and not only there.
@@ -287,12 +326,15 @@ class JobRunner(object):
             motor.zero += motor.in_counts(b - a)
 
     def _pen_up(self):
+        # type: () -> None
         self._move_pen(False)
 
     def _pen_down(self):
+        # type: () -> None
         self._move_pen(True)
 
     def _move_pen(self, down):
+        # type: (bool) -> None
         pen = self._arm.description.pen
         down = down and not self._dry
         if pen and self._pen_is_down is not down:
@@ -303,15 +345,18 @@ class JobRunner(object):
     # Telling
 
     def _before(self, k, stroke):
+        # type: (int, Optional[Stroke]) -> Place
         """The Place where the k-th stroke begins; where there is none, the end."""
         header = self._job.header
         planned = stroke.start_s if stroke else header.seconds
         return Place(self._repeat, min(k, header.strokes), self._job.cm_before(k), planned)
 
     def _tell(self, state, reason=""):
+        # type: (str, str) -> None
         self._report.tell(state, self._place, self._orders, reason=reason)
 
     def _save(self, k, repeat):
+        # type: (int, int) -> None
         zeros = self._arm.motors.zeros()
         try:
             save_progress(self._job.crc, SavedProgress(k, repeat, zeros, self._orders.pen))
@@ -323,10 +368,12 @@ class JobRunner(object):
 
 
 def _quoted(layer):
+    # type: (str) -> str
     return "'{}'".format(layer) if layer else "what has no layer"
 
 
 def apart(arm, motors, stroke, same_zero):
+    # type: (Arm, Sequence[Motor], Stroke, bool) -> float
     """How far what is drawn now may lie from what was drawn before, at the most, cm.
 
     Args:

@@ -6,6 +6,14 @@ from robot.motion import kinematics
 from robot.motion.feed import rest_of, same_place, slowed
 from robot.motion.trajectory import Trajectory
 
+MYPY = False
+if MYPY:
+    from typing import List, Optional, Sequence, Tuple  # noqa: F401
+
+    from shared.arm_description import Arm, Joint  # noqa: F401
+    from shared.job import Job, Stroke  # noqa: F401
+    from shared.job_pieces import Piece  # noqa: F401
+
 PIECES_PER_SEGMENT = 2
 """Straight parts of the wanted path, told to whoever watches, between two knots."""
 
@@ -28,9 +36,12 @@ class Way(object):
     """
 
     def __init__(self, job, k, chain, repeat, joints):
+        # type: (Job, int, Sequence[Stroke], int, Sequence[Joint]) -> None
         self._repeat = repeat
-        self.pieces, self._starts = [], []  # of each piece its stroke's number, and s and cm there
-        self._planned = []  # the pieces without what was learned
+        self.pieces = []  # type: List[Piece]
+        # of each piece its stroke's number, s and cm there, and its speed, cm/s
+        self._starts = []  # type: List[Tuple[int, float, float, float]]
+        self._planned = []  # type: List[Piece]  # the pieces without what was learned
         for n, stroke in enumerate(chain, k):
             self._planned += stroke.pieces
             learned = merged(job.path, n, stroke, joints, job.between)
@@ -44,40 +55,47 @@ class Way(object):
                 planned, cm = planned + piece[0][-1], cm + piece[0][-1] * speed
 
     def motions(self, share):
+        # type: (float) -> List[Trajectory]
         """Trajectories of what is not drawn yet, at a share of the planned speed."""
-        self._drawn = [slowed(p, share) for p in self.pieces] if share < 1.0 else self.pieces
+        drawn = [slowed(p, share) for p in self.pieces] if share < 1.0 else self.pieces
+        self._drawn = drawn  # type: List[Piece]
         return [
             Trajectory(*drawn, turning=None if planned is piece else _in_time_of(drawn, planned)[1])
             for drawn, piece, planned in zip(self._drawn, self.pieces, self._planned)
         ]
 
     def place(self, index, tau):
+        # type: (int, float) -> Place
         """The Place at the time `tau` (s) of a motion."""
         n, planned, cm, speed = self._starts[index]
         tau = max(same_place(self.pieces[index], self._drawn[index], tau), 0.0)
         return Place(self._repeat, n, cm + speed * tau, planned + tau)
 
     def end(self):
+        # type: () -> Place
         """The Place where all of it is drawn."""
         return self.place(len(self.pieces) - 1, self._drawn[-1][0][-1])
 
     def cut(self, index, tau):
+        # type: (int, float) -> None
         """All before the time `tau` (s) of a motion is drawn."""
         tau = same_place(self.pieces[index], self._drawn[index], tau)
-        rest, rest_planned = rest_of(self.pieces[index], tau), None
-        if rest:
-            same = self.pieces[index] is self._planned[index]
-            rest_planned = rest
-            if not same:
-                rest_planned = _in_time_of(rest, rest_of(self._planned[index], tau))
-        n, planned, cm, speed = self._starts[index]
+        piece, planned = self.pieces[index], self._planned[index]
+        rest = rest_of(piece, tau)  # type: Optional[Piece]
+        n, seconds, cm, speed = self._starts[index]
+        self._starts = self._starts[index + 1 :]
+        self.pieces = self.pieces[index + 1 :]
+        self._planned = self._planned[index + 1 :]
+        if rest is None:
+            return
+        whole = None if planned is piece else rest_of(planned, tau)  # type: Optional[Piece]
         tau = max(tau, 0.0)
-        first = [(n, planned + tau, cm + speed * tau, speed)] if rest else []
-        self._starts = first + self._starts[index + 1 :]
-        self.pieces = ([rest] if rest else []) + self.pieces[index + 1 :]
-        self._planned = ([rest_planned] if rest else []) + self._planned[index + 1 :]
+        self._starts.insert(0, (n, seconds + tau, cm + speed * tau, speed))
+        self.pieces.insert(0, rest)
+        self._planned.insert(0, rest if whole is None else _in_time_of(rest, whole))
 
     def points(self, arm):
+        # type: (Arm) -> List[Tuple[float, ...]]
         """The tip's way, cm, as it is wished."""
         out = []
         for times, segments, _ in self._planned:
@@ -91,6 +109,7 @@ class Way(object):
 
 
 def _in_time_of(piece, planned):
+    # type: (Piece, Piece) -> Piece
     """What a piece was without what was learned, at the speeds at which the piece is drawn."""
     times, segments, _ = piece
     now = [
