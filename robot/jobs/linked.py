@@ -10,11 +10,8 @@ import os
 
 from robot.jobs.checking import check_strokes
 from robot.jobs.fetching import JobFetching
-from robot.jobs.logbook import LoggingFeed
-from robot.jobs.orders import Buttons, JobOrders, orders_file
+from robot.jobs.linked_drawing import LinkedLog, LinkedOrders, LinkedReport, LinkedRunner
 from robot.jobs.progress import forget_progress, jobs_folder
-from robot.jobs.report import JobReport, status_file
-from robot.jobs.runner import JobRunner
 from robot.tracker_address import Refusal
 from shared.arm_description import ArmError
 from shared.job import BadJob, Job
@@ -24,10 +21,8 @@ from shared.job_messages import (
     DRAWING,
     FAILED,
     FETCHING,
-    ROWS,
     Draw,
     InvalidOrder,
-    JobLog,
     JobPart,
     JobStatus,
     Order,
@@ -38,74 +33,16 @@ from shared.messages import STATUS_PERIOD, Start, Stop
 
 MYPY = False
 if MYPY:
-    from typing import (  # noqa: F401
-        Any,
-        Callable,
-        Dict,
-        Iterable,
-        List,
-        Optional,
-        Protocol,
-        Sequence,
-        Tuple,
-        Union,
-    )
+    from typing import Any, Callable, Dict, Optional, Sequence  # noqa: F401
 
     from robot.clock import Clock  # noqa: F401
-    from robot.jobs.orders import Presses  # noqa: F401
+    from robot.jobs.linked_drawing import JobClient, Where  # noqa: F401
+    from robot.jobs.orders import JobOrders  # noqa: F401
     from robot.jobs.report import Place  # noqa: F401
     from robot.motion.arm import RobotArm  # noqa: F401
-    from robot.motion.trajectory import Trajectory  # noqa: F401
-    from shared.arm_description import Joint  # noqa: F401
-    from shared.job import JobHeader, Stroke  # noqa: F401
-    from shared.job_log import LogRow  # noqa: F401
-    from shared.messages import Message  # noqa: F401
-
-    class JobClient(Protocol):
-        """What is asked of a robot.tracking.TrackingClient."""
-
-        @property
-        def linked(self):
-            # type: () -> bool
-            """Whether the tracker hears what is sent."""
-
-        @property
-        def refused(self):
-            # type: () -> bool
-            """Whether it will never serve us."""
-
-        @property
-        def why(self):
-            # type: () -> str
-            """It is not linked."""
-
-        def poll(self, timeout=0.0):
-            # type: (float) -> object
-            """Do what is due."""
-
-        def commands(self):
-            # type: () -> Sequence[Union[Start, Stop, Draw]]
-            """Those since the last call."""
-
-        def of_job(self):
-            # type: () -> Sequence[Union[JobPart, Order]]
-            """Those since the last call."""
-
-        def send(self, message):
-            # type: (Message) -> None
-            """Send it if linked."""
-
-        def report(self, q, **told):
-            # type: (Sequence[float], **Any) -> None
-            """Tell where the arm is, and how the last servo run ended."""
-
-    Where = Callable[[], Sequence[float]]  # the joints' angles, rad; none where not known
 
 FILE = "from-the-laptop.job"
 """In the folder of jobs: the last one that the laptop offered."""
-
-HEAR_PERIOD = 0.08
-"""Between two times of listening while it is drawn, s."""
 
 LINK_PATIENCE = 3.0
 """A link that is back sooner was not lost: it mends by itself within a second, s."""
@@ -357,144 +294,3 @@ class LinkedJob(object):
         )
         self._say("'{}': {}{}".format(self._draw.name, state, reason and ": " + reason))
         self._send()
-
-
-class LinkedOrders(JobOrders):
-    """Orders that come over the link, beside those of buttons and the file.
-
-    Args:
-        linked: LinkedJob.
-        clock: has `now()`.
-    """
-
-    def __init__(self, linked, clock):
-        # type: (LinkedJob, Clock) -> None
-        presses = []  # type: List[Presses]
-        with contextlib.suppress(ImportError, OSError, ValueError, AttributeError):
-            presses.append(Buttons())  # there are some
-        super(LinkedOrders, self).__init__(presses=presses, path=orders_file())
-        self._linked, self._clock = linked, clock
-        self._hear_at = clock.now()
-        self.where = tuple  # type: Where
-
-    def look(self, now):
-        # type: (float) -> float
-        """As JobOrders.look."""
-        if now >= self._hear_at:
-            self._hear_at = now + HEAR_PERIOD
-            self._linked.hear(self, self.where)
-        return super(LinkedOrders, self).look(now)
-
-
-class LinkedReport(JobReport):
-    """What is told of it, on file and to people as ever, and over the link."""
-
-    def __init__(self, linked, job, clock, say):
-        # type: (LinkedJob, Job, Clock, Callable[[str], object]) -> None
-        super(LinkedReport, self).__init__(job.header, job.crc, clock, say=say, path=status_file())
-        self._linked = linked
-
-    def tell(self, state, place, orders, tip=None, moving=False, reason=""):
-        # type: (str, Place, JobOrders, Optional[Sequence[float]], bool, str) -> None
-        """As JobReport.tell."""
-        super(LinkedReport, self).tell(state, place, orders, tip, moving, reason)
-        self._linked.tell_left(self.left(place, orders.share))
-        self._linked.tell(state, place, reason)
-
-
-class LinkedLog(object):
-    """Tells the laptop what a job logs.
-
-    Args:
-        client: as for VisualServoing.
-        crc: of the job.
-    """
-
-    def __init__(self, client, crc):
-        # type: (JobClient, int) -> None
-        self._client, self._crc = client, crc
-
-    def add(self, rows):
-        # type: (Sequence[LogRow]) -> None
-        """Send LogRows."""
-        for k in range(0, len(rows), ROWS):
-            self._client.send(JobLog(self._crc, [list(row) for row in rows[k : k + ROWS]]))
-
-
-class WatchedFeed(LoggingFeed):
-    """A LoggingFeed that keeps what the control loop saw last: `seen`, (t, motors' angles)."""
-
-    seen = None  # type: Optional[Tuple[float, Sequence[float]]]
-
-    def tick(self, t, now, angles):
-        # type: (float, float, Sequence[float]) -> Optional[object]
-        """As LoggingFeed.tick."""
-        self.seen = t, angles
-        return super(WatchedFeed, self).tick(t, now, angles)
-
-
-class LinkedRunner(JobRunner):
-    """Draws it; tells where links and pen are."""
-
-    def __init__(
-        self,
-        linked,  # type: LinkedJob
-        arm,  # type: RobotArm
-        clock,  # type: Clock
-        job,  # type: Job
-        orders,  # type: LinkedOrders
-        report,  # type: LinkedReport
-        log,  # type: LinkedLog
-        dry,  # type: bool
-    ):
-        # type: (...) -> None
-        super(LinkedRunner, self).__init__(arm, clock, job, orders, report, log, dry)
-        self._linked = linked
-        self._feed = self._watched = WatchedFeed(self._look, job.header.log)
-        orders.where = self._where
-
-    def _look(self, now):
-        # type: (float) -> float
-        rate = super(LinkedRunner, self)._look(now)
-        if rate:
-            place = self._way.place(self._feed.index, self._feed.reached)
-            self._linked.tell("drawing", place)
-        return rate
-
-    def _move_pen(self, down):
-        # type: (bool) -> None
-        super(LinkedRunner, self)._move_pen(down)
-        self._linked.tell_pen(down and not self._dry)
-
-    def _chain(self, k, stroke):
-        # type: (int, Stroke) -> Tuple[List[Stroke], Optional[Stroke]]
-        self._linked.hear(self._orders, self._where)  # to read a stroke takes the brick a while
-        return super(LinkedRunner, self)._chain(k, stroke)
-
-    def _is_ready(self, motion, joints, is_there):
-        # type: (Trajectory, Sequence[Joint], bool) -> bool
-        self._watched.seen = None  # from here on the arm itself knows
-        self._linked.hear(self._orders, self._where)
-        return super(LinkedRunner, self)._is_ready(motion, joints, is_there)
-
-    def _draw_from(self, k):
-        # type: (int) -> bool
-        try:
-            return super(LinkedRunner, self)._draw_from(k)
-        finally:
-            self._watched.seen = None
-
-    def _where(self):
-        # type: () -> Sequence[float]
-        """The links' angles, rad; in mid-stroke by where the backlash is at that moment."""
-        if self._watched.seen is None:
-            try:
-                return self._arm.angles()
-            except ArmError:
-                return ()
-        t, angles = self._watched.seen
-        joints = self._arm.description.joints
-        return [
-            angle - side * joint.backlash / 2
-            for angle, side, joint in zip(angles, self._feed.sides_at(t), joints)
-        ]
