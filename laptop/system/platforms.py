@@ -11,12 +11,20 @@ import signal
 import subprocess
 import sys
 import time
+from types import FrameType
+from typing import Any, Callable, Dict, Iterable, Iterator, Optional, Union
+
+MYPY = False
+if MYPY:
+    from typing import NoReturn  # noqa: F401
 
 try:
     import fcntl
 except ImportError:  # Windows
     fcntl = None  # type: ignore[assignment]
     import msvcrt
+
+    _windows = msvcrt  # type: Any  # (elsewhere type checkers see nothing in it)
 
 try:
     import termios
@@ -40,6 +48,8 @@ STOPS_PROCESSES = hasattr(signal, "SIGSTOP")
 OPENS_FOLDERS = hasattr(os, "O_DIRECTORY")
 """Whether a folder can be open, and locked, while it is renamed."""
 
+AnyPath = Union[str, "os.PathLike[str]"]
+
 _LOCK_AT = 1 << 30
 """The first byte that is locked; Windows lets nobody read one, so it is beyond all data."""
 _LOCK_POLL_PERIOD = 0.001
@@ -49,7 +59,7 @@ _LOCK_POLL_PERIOD = 0.001
 # Locks, which the system frees with the process that holds them, however it ends
 
 
-def lock(descriptor):
+def lock(descriptor: int) -> bool:
     """Lock an open file for others, through whatever descriptor, if it is free.
 
     Args:
@@ -70,7 +80,7 @@ def lock(descriptor):
     return True
 
 
-def is_locked(descriptor):
+def is_locked(descriptor: int) -> bool:
     """Return True if somebody else has locked an open file."""
     if fcntl is None:
         free = _try(descriptor, 0)
@@ -85,7 +95,7 @@ def is_locked(descriptor):
     return False
 
 
-def lock_byte(descriptor, k, wait=False):
+def lock_byte(descriptor: int, k: int, wait: bool = False) -> bool:
     """Lock one of a file's bytes for other processes, if it is free.
 
     Args:
@@ -112,26 +122,26 @@ def lock_byte(descriptor, k, wait=False):
     return True
 
 
-def unlock_byte(descriptor, k):
+def unlock_byte(descriptor: int, k: int) -> None:
     """Free a byte that `lock_byte` has locked."""
     if fcntl is not None:
         fcntl.lockf(descriptor, fcntl.LOCK_UN, 1, _LOCK_AT + k)
     else:
         with _at(descriptor, k):
-            msvcrt.locking(descriptor, msvcrt.LK_UNLCK, 1)
+            _windows.locking(descriptor, _windows.LK_UNLCK, 1)
 
 
-def _try(descriptor, k):
+def _try(descriptor: int, k: int) -> bool:
     with _at(descriptor, k):
         try:
-            msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
+            _windows.locking(descriptor, _windows.LK_NBLCK, 1)
         except OSError:
             return False
         return True
 
 
 @contextlib.contextmanager
-def _at(descriptor, k):
+def _at(descriptor: int, k: int) -> Iterator[None]:
     """Be at a byte for a `with` block: Windows locks where the next read would be."""
     where = os.lseek(descriptor, 0, os.SEEK_CUR)
     os.lseek(descriptor, _LOCK_AT + k, os.SEEK_SET)
@@ -141,7 +151,7 @@ def _at(descriptor, k):
         os.lseek(descriptor, where, os.SEEK_SET)
 
 
-def is_named(descriptor, path):
+def is_named(descriptor: int, path: AnyPath) -> bool:
     """Return True if this is the open file that has a name now."""
     try:
         return os.path.samestat(os.fstat(descriptor), os.stat(path))
@@ -149,7 +159,7 @@ def is_named(descriptor, path):
         return False
 
 
-def remove_open(path, close):
+def remove_open(path: AnyPath, close: Callable[[], object]) -> None:
     """Remove a file that is open here, as far as it can be, and close it.
 
     Args:
@@ -168,17 +178,17 @@ def remove_open(path, close):
     close()
 
 
-def is_ours(descriptor):
+def is_ours(descriptor: int) -> bool:
     """Return True if an open file is this user's, as far as the system has users."""
     return not hasattr(os, "getuid") or os.fstat(descriptor).st_uid == os.getuid()
 
 
-def open_to_share(path):
+def open_to_share(path: AnyPath) -> int:
     """Return a descriptor to read and write bytes by; the file is made if it is not there."""
     return os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_BINARY", 0), 0o600)
 
 
-def open_folder(path):
+def open_folder(path: AnyPath) -> int:
     """Return a descriptor to lock a folder by, which is no link to one.
 
     Raises:
@@ -192,19 +202,19 @@ def open_folder(path):
 # Processes
 
 
-def own_group():
+def own_group() -> Dict[str, Any]:
     """Return the arguments by which a subprocess.Popen is not told of this terminal's Ctrl-C."""
     if hasattr(os, "killpg"):
         return {"start_new_session": True}
     return {"creationflags": getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)}
 
 
-def interrupt(process):
+def interrupt(process: "subprocess.Popen[Any]") -> None:
     """Ask a subprocess.Popen with `own_group` to end, as Ctrl-C does."""
     process.send_signal(getattr(signal, "CTRL_BREAK_EVENT", signal.SIGINT))
 
 
-def kill_group(process):
+def kill_group(process: "subprocess.Popen[Any]") -> None:
     """End a subprocess.Popen with `own_group` at once, and all it has started if the system can."""
     if hasattr(os, "killpg"):
         with contextlib.suppress(ProcessLookupError):
@@ -213,7 +223,7 @@ def kill_group(process):
         process.kill()
 
 
-def end_in_order():
+def end_in_order() -> None:
     """Let the main thread of this process have SIGTERM; for its other threads."""
     if hasattr(os, "killpg"):
         os.kill(os.getpid(), signal.SIGTERM)  # it wakes one who waits
@@ -221,7 +231,7 @@ def end_in_order():
         _thread.interrupt_main(signal.SIGTERM)
 
 
-def let_ctrl_c_interrupt():
+def let_ctrl_c_interrupt() -> None:
     """Let Ctrl-C, and `interrupt`, raise KeyboardInterrupt if they would end this process."""
     if signal.getsignal(signal.SIGINT) is signal.SIG_DFL:
         signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -229,18 +239,18 @@ def let_ctrl_c_interrupt():
         signal.signal(signal.SIGBREAK, signal.default_int_handler)
 
 
-def let_others_end_in_order():
+def let_others_end_in_order() -> None:
     """Let whoever ends this process, but by Ctrl-C, raise SystemExit: what it has made goes."""
     for number in ENDING[1:]:
         if signal.getsignal(number) is signal.SIG_DFL:
             signal.signal(number, _exit)
 
 
-def _exit(number, frame):
+def _exit(number: int, frame: Optional[FrameType]) -> "NoReturn":
     raise SystemExit(128 + number)
 
 
-def obey(numbers):
+def obey(numbers: Iterable[int]) -> None:
     """Let this process have signals that somebody took for another program, in order.
 
     Args:
@@ -253,7 +263,7 @@ def obey(numbers):
         signal.raise_signal(number)
 
 
-def is_stopped(pid):
+def is_stopped(pid: int) -> bool:
     """Return True if a signal has stopped a process, which does nothing then; False if unknown.
 
     Args:
@@ -267,7 +277,7 @@ def is_stopped(pid):
     return text.rpartition(")")[2].split()[0] == "T"  # (its name may hold anything)
 
 
-def give_way(niceness, pid=0):
+def give_way(niceness: int, pid: int = 0) -> None:
     """Let other processes go before this one, or another, where the system knows how.
 
     Args:
@@ -280,7 +290,7 @@ def give_way(niceness, pid=0):
             os.setpriority(os.PRIO_PROCESS, pid, now + niceness)
 
 
-def limit_memory(size):
+def limit_memory(size: int) -> None:
     """Give this process no more than so many bytes, where the system knows how."""
     with contextlib.suppress(ImportError, OSError, ValueError):
         import resource  # not above: Windows has none
@@ -292,7 +302,7 @@ def limit_memory(size):
 
 
 @contextlib.contextmanager
-def keys_one_by_one():
+def keys_one_by_one() -> Iterator[None]:
     """Let a terminal hand over each key as it is typed, Ctrl-C too, unseen, for a `with` block.
 
     It is as before then, also where a signal ends this process meanwhile.  Windows does so where it
@@ -303,7 +313,7 @@ def keys_one_by_one():
         return
     before = termios.tcgetattr(sys.stdin)
 
-    def end(number, frame):
+    def end(number: int, frame: Optional[FrameType]) -> None:
         with contextlib.suppress(termios.error):  # it may be the terminal that has gone
             termios.tcsetattr(sys.stdin, termios.TCSANOW, before)
         signal.signal(number, signal.SIG_DFL)
@@ -321,7 +331,7 @@ def keys_one_by_one():
             signal.signal(number, signal.SIG_DFL)
 
 
-def read_typed():
+def read_typed() -> bytes:
     """Return the next bytes of standard input, b"" at its end; they are waited for.
 
     Raises:
@@ -334,6 +344,6 @@ def read_typed():
     return os.read(sys.stdin.fileno(), 4096)
 
 
-def is_root():
+def is_root() -> bool:
     """Return True if this is the user who may do everything, as far as the system has one."""
     return hasattr(os, "geteuid") and os.geteuid() == 0
