@@ -49,10 +49,7 @@ class Arm(NamedTuple):
     file: str
     marker_offset: tuple[float, float] = ...
 
-# shared.job
-
-# Of a piece: lengths of the way from its beginning, cm; per joint by how much it is moved, rad
-Offsets = tuple[Sequence[float], Sequence[Sequence[float]]]
+# shared.job_header
 
 class JobHeader(NamedTuple):
     name: str
@@ -67,6 +64,11 @@ class JobHeader(NamedTuple):
     log: float = ...
     rest: float = ...
     pens: str = ...
+
+# shared.job
+
+# Of a piece: lengths of the way from its beginning, cm; per joint by how much it is moved, rad
+Offsets = tuple[Sequence[float], Sequence[Sequence[float]]]
 
 class Stroke(NamedTuple):
     layer: str
