@@ -42,7 +42,6 @@ if MYPY:
     from shared.arm_description import Arm  # noqa: F401
     from shared.job_pieces import Between  # noqa: F401
     from shared.records import Offsets, Stroke
-    from shared.small_files import AnyPath  # noqa: F401
 
     __all__ = ["BadJob", "JobHeader", "Offsets", "Stroke", "header_of"]
 else:

@@ -10,7 +10,7 @@ from shared.small_files import SpoiltFile, number
 
 MYPY = False
 if MYPY:
-    from typing import Any, Dict, Iterable, List, Sequence  # noqa: F401
+    from typing import Any, Dict, Iterable, Sequence  # noqa: F401
 
     from shared.arm_description import Arm  # noqa: F401
     from shared.records import JobHeader, Stroke  # noqa: F401

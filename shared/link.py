@@ -31,7 +31,7 @@ from shared.signing import LineSigner
 MYPY = False
 if MYPY:
     import socket  # noqa: F401
-    from typing import Callable, Deque, Dict, List, Optional, Sequence, Tuple  # noqa: F401
+    from typing import Callable, Deque, Dict, List, Optional, Sequence  # noqa: F401
 
     from shared.connection import Wait  # noqa: F401
     from shared.messages import Message  # noqa: F401

@@ -19,7 +19,7 @@ from shared.state import LOCK
 
 MYPY = False
 if MYPY:
-    from typing import Callable, Dict, List, NamedTuple, Optional, Sequence  # noqa: F401
+    from typing import Callable, Dict, NamedTuple, Optional, Sequence  # noqa: F401
 
     from robot.clock import Clock  # noqa: F401
 

@@ -10,7 +10,7 @@ from shared.job_pieces import BadJob
 
 MYPY = False
 if MYPY:
-    from typing import Iterator, List, Optional, Sequence  # noqa: F401
+    from typing import Iterator, Optional, Sequence  # noqa: F401
 
     from shared.arm_description import Arm  # noqa: F401
     from shared.job import Job, Stroke  # noqa: F401

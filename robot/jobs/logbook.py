@@ -10,16 +10,7 @@ from shared.small_files import open_to_write
 
 MYPY = False
 if MYPY:
-    from typing import (  # noqa: F401
-        IO,
-        Callable,
-        Iterable,
-        Iterator,
-        List,
-        Optional,
-        Sequence,
-        Tuple,
-    )
+    from typing import Callable, Iterable, Iterator, List, Optional, Sequence, Tuple  # noqa: F401
 
     from robot.jobs.report import Place  # noqa: F401
 

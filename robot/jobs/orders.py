@@ -21,7 +21,7 @@ from shared.state import JOB_ORDERS_FILE, state_folder
 
 MYPY = False
 if MYPY:
-    from typing import Any, Dict, List, Optional, Protocol, Sequence, Tuple  # noqa: F401
+    from typing import Dict, List, Optional, Protocol, Sequence, Tuple  # noqa: F401
 
     class Presses(Protocol):
         """Buttons, or what stands for them."""
