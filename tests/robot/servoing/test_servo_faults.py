@@ -137,12 +137,13 @@ STAYING = {
     "elbow unplugged": Staying(
         lambda w: w.brick.unplug("B"), "stalled", "the elbow motor at port B no longer", 1
     ),
-    # An access takes 50 ms, and stopping all motors some ten of them.
+    # An access takes 50 ms: stopping all motors some ten of them, a control tick seven; and the
+    # first of these tells nothing, whatever is left of it.
     "slow brick": Staying(
         lambda w: setattr(w.brick.sysfs, "access_cost", 0.05),
         "too slow",
         "a control tick took",
-        1,
+        1.25,
         1.0,
     ),
     "the laptop says stop": Staying(
