@@ -12,7 +12,11 @@ if MYPY:
         """What devices ask of the world that they live in; all times are virtual, s."""
 
         @property
-        def bodies(self) -> List[Callable[[float], None]]:
+        def exit(self) -> Any:
+            """How the program has ended; None while it goes on."""
+
+        @property
+        def bodies(self) -> List[Callable[[float], object]]:
             """What is to be advanced to a time."""
 
         def now(self) -> float:

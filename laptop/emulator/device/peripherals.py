@@ -161,13 +161,12 @@ def let_joints_touch(brick: "EmulatedBrick", peripherals: Peripherals) -> None:
     touching = []
     for link, joint in zip(brick.plant.links, brick.arm.joints):
         measuring = peripherals.inputs[joint.touch_port].measuring if joint.touch_port else None
-        if measuring is not None:
-            touching.append((link, joint, measuring))
+        if measuring is not None and joint.touch_at is not None:
+            touching.append((link, joint.touch_at, joint.upper, measuring))
 
     def look(t: float) -> None:
-        for link, joint, sensor in touching:
-            at = joint.touch_at
-            sensor.pressed = link.angle >= at if at >= joint.upper else link.angle <= at
+        for link, at, upper, sensor in touching:
+            sensor.pressed = link.angle >= at if at >= upper else link.angle <= at
 
     if touching:
         brick.world.bodies.append(look)

@@ -18,7 +18,7 @@ if MYPY:
     from typing import Dict, List  # noqa: F401
 
     from laptop.emulator.device.plant_constants import PlantConstants  # noqa: F401
-    from shared.arm_description import Arm  # noqa: F401
+    from shared.arm_description import Arm, Pen  # noqa: F401
 
 
 TOUCHES_AT, LEAVES_AT = 0.8, 0.7
@@ -111,16 +111,15 @@ class ArmPlant(object):
     def step(self, h: float) -> None:
         """Advance everything by `h` seconds."""
         pen = self._pen
-        if pen is not None and pen.angle != self._pen_at:
+        if pen is not None and pen.angle != self._pen_at and self.arm.pen:
             self._pen_at = pen.angle
-            self.pen_down = self._pen_touches(pen.angle)
+            self.pen_down = self._pen_touches(self.arm.pen, pen.angle)
         self._load_links()
         for drive in self.drives.values():
             if drive.duty or drive.speed or drive.link is not None:
                 drive.step(h)
 
-    def _pen_touches(self, angle: float) -> bool:
-        pen = self.arm.pen
+    def _pen_touches(self, pen: "Pen", angle: float) -> bool:
         way = (angle - pen.up) / (pen.down - pen.up)
         return way > (LEAVES_AT if self.pen_down else TOUCHES_AT)
 
