@@ -12,19 +12,13 @@ Pure: no clock, no socket, no motor.
 import math
 from operator import sub
 
-from robot.motion import kinematics
 from robot.servoing.camera_selection import CameraSelection
+from robot.servoing.courses import Courses
 from robot.servoing.doubts import DOES_NOT_MOVE, Doubts
 from robot.servoing.image_models import ImageModels
 from robot.servoing.linear_algebra import apart, length
 from robot.servoing.measurement import MedianEstimator, error_of
-from robot.servoing.pose_search import (
-    NEARLY_THERE,
-    at_shares,
-    best_pose,
-    best_posture,
-    descent,
-)
+from robot.servoing.pose_search import at_shares, best_pose, best_posture, descent
 from robot.servoing.progress import (
     EXPLORE_ANEW,
     FIRST_STEP,
@@ -38,7 +32,7 @@ from robot.servoing.progress import (
 from robot.servoing.rows import Rows
 from robot.servoing.stall_witness import Known
 from shared.record import record
-from shared.verdicts import CONVERGED, LIMIT, SINGULAR, UNREACHABLE
+from shared.verdicts import CONVERGED, SINGULAR, UNREACHABLE
 
 STOP_MARGIN = 0.7
 """Share of the tolerance at which it ends; what is off by more is corrected once."""
@@ -57,9 +51,6 @@ WAYPOINT_DISTANCE = 150.0
 MIN_STEP_SIGMAS = 6.0
 """A step that moved the marker by less, in standard deviations, tells nothing of the models."""
 
-LIMIT_MARGIN = math.radians(1)
-"""Distance kept from joint limits, rad: nobody knows the backlash exactly."""
-
 LINEAR_ITERATIONS = 4
 """Steps of a search by an image that is linear in the joints' angles."""
 
@@ -71,6 +62,7 @@ AIM_TOLERANCE_SHARE = 0.3
 
 RESTART_RANGE = 0.25, 0.75
 """Where in their ranges joints start anew."""
+
 Decision = record("Decision", "action q verdict reason")
 Decision.__doc__ = """What to do.
 
@@ -107,12 +99,9 @@ class Servo(object):
         self.rows = rows or Rows("stereo", len(arm.joints))
         self.estimator = MedianEstimator(tolerance, self.rows)
         self.models = ImageModels(models, arm.joints, self.estimator.sigma_of)
-        self._arm = arm
         self.tolerance, self._known = tolerance, known
-        self._box = (
-            [joint.lower + LIMIT_MARGIN for joint in arm.joints],
-            [joint.upper - LIMIT_MARGIN for joint in arm.joints],
-        )
+        self._courses = Courses(arm, tolerance)
+        self._box = self._courses.box
         self._selection = CameraSelection(self.rows, len(arm.joints), known)
         self._progress = Progress(tolerance, known)
         self._doubts = Doubts(tolerance)
@@ -148,7 +137,7 @@ class Servo(object):
             an iterator over slices of the work; None if it is too early.
         """
         measurements = self.estimator.glance(frames)
-        return measurements and self.models.prepare(q, measurements)
+        return self.models.prepare(q, measurements) if measurements else None
 
     def decide(self, q, measurements, chase=()):
         """What to do now that the arm stands at q (rad) and [Measurement] is what is seen.
@@ -161,9 +150,10 @@ class Servo(object):
         """
         q = list(q)
         seen = {measurement.camera: measurement.s for measurement in measurements}
-        before, begins = self._looked, self._looked is None
-        if not begins and self._selection.explored:
-            self._judge(q, seen)
+        before = self._looked
+        begins = before is None
+        if before is not None and self._selection.explored:
+            self._judge(q, seen, *before)
         self.models.update(q, measurements)
         self._choose_cameras(q, sorted(seen))
         unknown = begins or self._known or not self._selection.explored
@@ -179,7 +169,7 @@ class Servo(object):
                 progress.flat = True  # false sightings may say so, too: look again
                 return self._explore_anew(q, goal, measurements)
             led = self.using is not None or self._known  # by a model
-            if not begins and self._doubts.arise(used, chase, led, before, self.J):
+            if before is not None and self._doubts.arise(used, chase, led, before, self.J):
                 return self._ask(q, goal, measurements)
             self._progress = Progress(self.tolerance, self._known)  # should the goal move on
             return _end(CONVERGED)
@@ -199,9 +189,8 @@ class Servo(object):
             return self._explore_anew(q, goal, measurements)
         return self._move(q, goal, off, measurements)
 
-    def _judge(self, q, seen):
+    def _judge(self, q, seen, q_before, seen_before):
         """Fit the trust region to how well the step that led here was predicted."""
-        q_before, seen_before = self._looked
         self._doubts.missed = 0.0
         both = [c for c in self.cameras if c in seen_before and c in seen]
         before, now = ({c: s[c] for c in both} for s in (seen_before, seen))
@@ -275,8 +264,7 @@ class Servo(object):
 
     def _go(self, action, q):
         """The Decision to go to q, as far as the limits allow."""
-        low, high = self._box
-        return Decision(action, list(map(min, map(max, q, low), high)), None, "")
+        return Decision(action, self._courses.inside(q), None, "")
 
     def _move(self, q, goal, off, measurements):
         name = self.using = self.models.best()
@@ -286,7 +274,7 @@ class Servo(object):
         penalty = self.models.penalty(name, self._selection, len(q))
         self._progress.detours = False
         if name == "chain":
-            to, left = self._course(image, goal, q, penalty, off)
+            to, left = self._courses.course(image, goal, q, penalty, off, self._progress)
             if self._progress.stalls(off, left):
                 # The penalty keeps it here, or geometry does: what if all were known?
                 here = best_pose(image, goal, q, *self._box)
@@ -295,9 +283,9 @@ class Servo(object):
                 if action == EXPLORE_ANEW:
                     return self._explore_anew(q, goal, measurements)
                 if action == TRY_POSTURE:
-                    other = self._other_posture(q)
+                    other = self._courses.other_posture(q, self._progress.postures)
                     if other is None:
-                        return self._out_of_reach(to, left)
+                        return _end(*self._courses.out_of_reach(to, left))
                     return self._start_from(other)
                 if apart(to, q) > FIRST_STEP:
                     self._progress.detour()
@@ -309,54 +297,11 @@ class Servo(object):
             low = [max(wall, a - self._region) for wall, a in zip(self._box[0], q)]
             high = [min(wall, a + self._region) for wall, a in zip(self._box[1], q)]
             nearer = min(1.0, WAYPOINT_DISTANCE / off)
-            here = self._selection.together(self._looked[1])
+            here = self._selection.together({m.camera: m.s for m in measurements})
             waypoint = [y + nearer * (g - y) for y, g in zip(here, goal)]
             to, _ = best_pose(image, waypoint, q, low, high, q, penalty, LINEAR_ITERATIONS)
         gain = self._progress.gain
         return self._go("move", [a + gain * (b - a) for a, b in zip(q, to)])
-
-    def _out_of_reach(self, to, left):
-        for joint, a, low, high in zip(self._arm.joints, to, *self._box):
-            if min(a - low, high - a) < LIMIT_MARGIN:
-                return _end(
-                    LIMIT, "the {} is at its limit, {:.0f} px short".format(joint.name, left)
-                )
-        return _end(UNREACHABLE, "the arm ends {:.0f} px short".format(left))
-
-    def _other_posture(self, q):
-        """One not yet tried in which the tip would be where it is, or nearly, rad; or None.
-
-        Two joints have two, and _best_posture has looked for both; in space it would have to know
-        what half a turn of the base away looks like.
-        """
-        if len(q) < 3:
-            return None
-        tried = self._progress.postures
-        tried.append(q)
-        q = map(min, map(max, q, self._box[0]), self._box[1])
-        for other in kinematics.branches(self._arm, kinematics.forward(self._arm, tuple(q))):
-            if min(apart(other, p) for p in tried) > FIRST_STEP:
-                return other
-        return None
-
-    def _course(self, image, goal, q, penalty, off):
-        """(q, px left over): straight to the goal, or on to where it is bound for, or anywhere."""
-        straight = best_pose(image, goal, q, *self._box, here=q, penalty=penalty)
-        left = straight[1]
-        bound = self._progress.bound
-        if left <= (self.tolerance if bound else max(self.tolerance, NEARLY_THERE * off)):
-            return straight
-        if bound is None:
-            course = best_posture(
-                image, goal, q, self._box, straight, left, self.tolerance, penalty
-            )
-        else:
-            course = best_pose(image, goal, bound, *self._box, here=q, penalty=penalty)
-            if course[1] >= left - 1:
-                course = straight
-        self._progress.bound = course[0]
-        self._progress.detours = course is not straight
-        return course
 
     # For those that go by the models, too
 
@@ -368,6 +313,7 @@ class Servo(object):
         if self._looked and camera in self._looked[1]:
             model = self.models.of(self._in_use(), camera)
             return Known(model.shape(), model.covariance(), self.estimator.sigma_of(camera))
+        return None
 
     def shape(self, camera):
         """How the image of a camera changes with the joints, as far as known: see models."""

@@ -7,6 +7,7 @@ import math
 
 import pytest
 
+from robot.servoing import courses
 from robot.servoing import servo as servo_module
 from robot.servoing.image_model import straight
 from robot.servoing.measurement import Measurement
@@ -147,7 +148,8 @@ def test_another_posture_is_looked_for_where_three_tenths_would_be_left(
         looked.append(left)
         return best if other is None else (list(other), 0.0)
 
-    monkeypatch.setattr(servo_module, "best_posture", best_posture)
+    for module in (courses, servo_module):
+        monkeypatch.setattr(module, "best_posture", best_posture)
     most = ARM.joints[0].upper - DEG
     beyond = 60 * DEG * share / (1 - share)  # what a goal beyond the limit leaves over
     look(one, (most - 60 * DEG, 0.4), (SCALE * (most + beyond), SCALE * 0.4))

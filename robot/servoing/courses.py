@@ -1,0 +1,90 @@
+"""Where a model of the image says that joints should go, within their limits.  Pure."""
+
+import math
+
+from robot.motion import kinematics
+from robot.servoing.linear_algebra import apart
+from robot.servoing.pose_search import NEARLY_THERE, best_pose, best_posture
+from robot.servoing.progress import FIRST_STEP
+from shared.verdicts import LIMIT, UNREACHABLE
+
+LIMIT_MARGIN = math.radians(1)
+"""Distance kept from joint limits, rad: nobody knows the backlash exactly."""
+
+
+class Courses(object):
+    """The courses of one arm.
+
+    Args:
+        arm: shared.arm_description.Arm.
+        tolerance: px.
+
+    Attributes:
+        box: (least, greatest) angles of the joints, rad.
+    """
+
+    def __init__(self, arm, tolerance):
+        self._arm, self._tolerance = arm, tolerance
+        self.box = (
+            [joint.lower + LIMIT_MARGIN for joint in arm.joints],
+            [joint.upper - LIMIT_MARGIN for joint in arm.joints],
+        )
+
+    def inside(self, q):
+        """The joint angles in the box that are next to q, rad."""
+        low, high = self.box
+        return list(map(min, map(max, q, low), high))
+
+    def course(self, image, goal, q, penalty, off, progress):
+        """Straight to the goal, or on to where it is bound for, or to another posture.
+
+        Args:
+            image, goal, penalty: as for best_pose.
+            q: where the joints are, rad.
+            off: the error there, px.
+            progress: Progress, which notes where the arm is bound for, and whether by a detour.
+
+        Returns:
+            (q, px left over)
+        """
+        straight = best_pose(image, goal, q, *self.box, here=q, penalty=penalty)
+        left = straight[1]
+        bound = progress.bound
+        if left <= (self._tolerance if bound else max(self._tolerance, NEARLY_THERE * off)):
+            return straight
+        if bound is None:
+            course = best_posture(
+                image, goal, q, self.box, straight, left, self._tolerance, penalty
+            )
+        else:
+            course = best_pose(image, goal, bound, *self.box, here=q, penalty=penalty)
+            if course[1] >= left - 1:
+                course = straight
+        progress.bound = course[0]
+        progress.detours = course is not straight
+        return course
+
+    def other_posture(self, q, tried):
+        """One not yet tried in which the tip would be where it is, or nearly, rad; or None.
+
+        Two joints have two, and best_posture has looked for both; in space it would have to know
+        what half a turn of the base away looks like.
+
+        Args:
+            tried: joint angles of those that were, rad; q is added.
+        """
+        if len(q) < 3:
+            return None
+        tried.append(q)
+        tip = kinematics.forward(self._arm, tuple(self.inside(q)))
+        for other in kinematics.branches(self._arm, tip):
+            if min(apart(other, p) for p in tried) > FIRST_STEP:
+                return other
+        return None
+
+    def out_of_reach(self, q, left):
+        """(verdict, reason) where the course to q, the best there is, leaves over so much (px)."""
+        for joint, a, low, high in zip(self._arm.joints, q, *self.box):
+            if min(a - low, high - a) < LIMIT_MARGIN:
+                return LIMIT, "the {} is at its limit, {:.0f} px short".format(joint.name, left)
+        return UNREACHABLE, "the arm ends {:.0f} px short".format(left)
