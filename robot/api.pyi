@@ -556,6 +556,8 @@ class ReportServo:
         """What is seen in motion is not used."""
     def known(self, camera: str) -> None:
         """As Servo.known: the report asks no camera why a joint stands."""
+    def learn_shape(self, camera: str, q: _Pose, s: Sequence[float]) -> Iterator[Any]:
+        """As Servo.learn_shape; there is nothing to learn."""
     def prepare(self, q: _Pose, frames: Any) -> Any:
         """As Servo.prepare; there is nothing to prepare."""
     def decide(self, q: _Pose, measurements: Sequence[Any], chase: Sequence[Any] = ()) -> Any:

@@ -154,9 +154,10 @@ def _precision(axes):
 
 
 _CHAINS = {
-    "planar": Chain(_planar_terms, _planar_slopes, _planar_jacobian, _planar_axes),
-    "spatial": Chain(_spatial_terms, _spatial_slopes, _spatial_jacobian, _spatial_axes),
+    "planar": (Chain(_planar_terms, _planar_jacobian), _planar_slopes, _planar_axes),
+    "spatial": (Chain(_spatial_terms, _spatial_jacobian), _spatial_slopes, _spatial_axes),
 }
+"""Each kind's Chain, and functions of the derivatives of its terms and of the axes of space."""
 
 
 class _Key(object):
@@ -192,8 +193,8 @@ class ChainModel(object):
 
     def __init__(self, rows, chain, links):
         self._rows = rows
-        self._chain = _CHAINS[chain]
-        self._axes = self._chain.axes(links)
+        self._chain, self._slopes_at, axes = _CHAINS[chain]
+        self._axes = axes(links)
         precision = _precision(self._axes)
         size = len(precision)
         whole = size * (size + 1) // 2
@@ -203,8 +204,9 @@ class ChainModel(object):
         self._sides = [slice(whole + k * size, whole + (k + 1) * size) for k in range(rows)]
         self._keys = []
         self._fits = self._refits = 0
-        self._fitted = self._shape = None  # W
-        self._here = self._covariance = None  # where the slopes are known, and the doubt of J there
+        self._fitted = None  # W
+        self._shape = None
+        self._here, self._covariance = None, None  # where the slopes are known; doubt of J there
         self._prepared = None  # (q, s, variance) of what is in it before it has been observed
         self._waiting = False  # are there key-frames that are not in W?
 
@@ -262,7 +264,7 @@ class ChainModel(object):
         if self._here != tuple(q):
             self._here, self._covariance = tuple(q), None
             self._terms = self._chain.terms(q)
-            self._slopes = self._chain.slopes(self._terms)
+            self._slopes = self._slopes_at(self._terms)
 
     def refit(self):
         """Fit anew if there is enough that is new: an iterator, each step a slice of the work."""

@@ -130,7 +130,9 @@ class Doubts(object):
             return not self._answered
         if self.missed <= self._limit:
             return False
-        if not chase:  # what was learned in a chase may know better than what was known before it
+        if (
+            J is None or not chase
+        ):  # what was learned in a chase may know better than what was known before it
             return True
         size = math.sqrt(sum(x * x for row in J for x in row))
         q, seen = before

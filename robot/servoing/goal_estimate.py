@@ -47,8 +47,9 @@ class GoalEstimate(object):
         unclear = confidence < self.CLEAR and self._seen and not any(self._velocity)
         if unclear and length([a - b for a, b in zip(g, s)]) < self.HIDES:
             return
-        self._seen.append((t,) + tuple(g))
-        if self._has_jumped(t, *g):
+        u, v = g
+        self._seen.append((t, u, v))
+        if self._has_jumped(t, u, v):
             self._seen, self._strays, self._refreshed_at = self._strays, [], -math.inf
         # A busy brick looks at few pictures: it takes as many, then, from somewhat longer ago.
         few = 3 * self.FEWEST

@@ -22,7 +22,8 @@ class LinearImageModel(object):
     def __init__(self, chain, W, offset):
         self._chain = chain
         self.W, self.offset = W, offset
-        self._q = self._terms = self._J = None  # where it was asked for last, which it is again
+        # Where it was asked for last, which it is again.
+        self._q, self._terms, self._J = None, (), None
 
     def with_rows(self, W, offset):
         """One of other rows, by the same chain."""
@@ -50,17 +51,14 @@ class LinearImageModel(object):
         return self._J
 
 
-Chain = record("Chain", "terms slopes jacobian axes")
+Chain = record("Chain", "terms jacobian")
 Chain.__doc__ = """Functions in whose results the image is linear.
 
 terms(q)            of joint angles (rad): a list of numbers, the first of which is 1
-slopes(terms)       their derivatives by q: a list for each joint
 jacobian(terms, W)  the image Jacobian there, m rows, that comes of it
-axes(links)         of the links' lengths (cm): the tip's place along the axes of space, cm, as
-                    coefficients of the terms
 """
 
-_STRAIGHT = Chain(list, None, lambda q, W: W, None)
+_STRAIGHT = Chain(list, lambda q, W: W)
 """Joints of which nothing is known but J: the image is linear in their angles."""
 
 

@@ -75,7 +75,7 @@ class ImageModels(object):
         self.wrong = dict.fromkeys(make, 0.5)
         self._models = {}  # (name, camera): model
         self._images = {}  # (name, camera): what it knew when the arm stood last
-        self._q = None  # there
+        self._q = ()  # there
         self._blurs = {}
         self._last_frames = {}  # camera: [(q, s)] of the last three
 
@@ -99,7 +99,7 @@ class ImageModels(object):
 
     def best(self):
         """The name of the model that was the least wrong lately."""
-        return min(self.names, key=self.wrong.get)
+        return min(self.names, key=self.wrong.__getitem__)
 
     # Learning
 
@@ -193,7 +193,10 @@ class ImageModels(object):
         """
         if len(cameras) == 1 or "chain" not in self:
             return False
-        by_space = {camera: self.of("chain", camera).by_space() for camera in cameras}
+        models = {camera: self.of("chain", camera) for camera in cameras}
+        by_space = {
+            c: model.by_space() for c, model in models.items() if isinstance(model, ChainModel)
+        }
         return condition(rows.values(by_space)) > MAX_STEREO_CONDITION
 
     def penalty(self, name, selection, n):

@@ -57,10 +57,11 @@ class LocalJacobian(object):
         if not (standing or self._noise_aware):
             return
         if self._prepared is not None:
-            if standing and agrees(self._prepared[0], q, s):
-                self._prepared = None
+            early, before = self._prepared
+            self._prepared = None
+            if standing and agrees(early, q, s):
                 return
-            self._take_back()
+            self.J, self._P, self._last = before
         if self._last is not None:
             q_before, s_before, variance_before = self._last
             dq, ds = list(map(sub, q, q_before)), list(map(sub, s, s_before))
@@ -112,10 +113,6 @@ class LocalJacobian(object):
         self._prepared = (tuple(q), s, variance), before
         yield
 
-    def _take_back(self):
-        """What was learned early."""
-        (self.J, self._P, self._last), self._prepared = self._prepared[1], None
-
     def seen_from(self, q, s):
         """The image model of an arm that is at q, where s is seen."""
         return straight(self.J, [y - dot(row, q) for row, y in zip(self.J, s)])
@@ -134,8 +131,9 @@ class LocalJacobian(object):
 
     def doubt_all(self):
         """The camera was moved, or the like: J is kept, but half of it may be wrong."""
-        if self._prepared is not None:
-            self._take_back()
+        if self._prepared is not None:  # what was learned early is taken back
+            _, (self.J, self._P, self._last) = self._prepared
+            self._prepared = None
         size = sum(dot(row, row) for row in self.J) / len(self.J)
         for k in range(len(self._P)):
             self._P[k][k] = max(self._P[k][k], 0.25 * size)

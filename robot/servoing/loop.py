@@ -99,7 +99,7 @@ class VisualServoing(object):
         self._chased, self._chase_began = [], None
         self._chasing_now = False
         self._pause = MIN_PAUSE  # between two times of listening, s
-        self._learning = LearningInMotion(servo, stream, clock)
+        self._learning = LearningInMotion(servo, clock)
         self._reported_at = -math.inf
         self._enough = {}  # cameras: whether what they see determines where the joints go
         self._moves = self._measurements = self._frames = self._heard = 0
@@ -163,7 +163,7 @@ class VisualServoing(object):
             speed = self._speed * (BLIND_SPEED_SHARE if self._sightings.any_blind else 1.0)
             far = self._follow or apart(decision.q, q) > CHASE_THRESHOLD
             self._chasing_now = self._stream is not None and decision.action == "move" and far
-            self._learning.begin(self._chasing_now)
+            self._learning.begin(self._stream if self._chasing_now else None)
             if self._chasing_now:
                 self._stream.begin(decision.q, self._servo.bound)
                 self._chased, self._chase_began = [], self._clock.now()
@@ -229,7 +229,7 @@ class VisualServoing(object):
     def _sees_enough(self, now):
         """Whether what was lately seen determines the motion; keeps in mind when it last was."""
         cameras, seen_by = [], self._sightings.seen_by
-        for camera in sorted(seen_by, key=seen_by.get, reverse=True):
+        for camera in sorted(seen_by, key=seen_by.__getitem__, reverse=True):
             cameras.append(camera)
             if self._suffice(cameras):
                 self._seen_at = max(self._seen_at, seen_by[camera])

@@ -23,13 +23,12 @@ class LearningInMotion(object):
 
     Args:
         servo: Servo, or what learns in its stead.
-        stream: the Stream that aims in a chase; None: there are no chases.
         clock: has `now()`.
     """
 
-    def __init__(self, servo, stream, clock):
-        self._servo, self._stream, self._clock = servo, stream, clock
-        self._chasing = False
+    def __init__(self, servo, clock):
+        self._servo, self._clock = servo, clock
+        self._stream = None  # that aims in a chase
         self._unlearned = deque(maxlen=MAX_WAITING_FRAMES)  # frames of a motion
         self._kept_at = {}  # camera: where the joints were in the last of these
         self._learned_at = {}  # camera: when the last was taken that was learned from in a chase, s
@@ -41,9 +40,9 @@ class LearningInMotion(object):
         """Whether there is something to learn from."""
         return bool(self._unlearned)
 
-    def begin(self, chasing):
-        """A motion begins; whether it is a chase."""
-        self._chasing, self._slices = chasing, iter(())
+    def begin(self, stream=None):
+        """A motion begins; in a chase `stream` aims."""
+        self._stream, self._slices = stream, iter(())
 
     def take(self, frames):
         """Keep those MarkerFrames, seen in motion, that tell something new."""
@@ -52,7 +51,7 @@ class LearningInMotion(object):
             if frame.q is not None and (before is None or apart(frame.q, before) > LEARNING_STEP):
                 self._kept_at[frame.camera] = frame.q
                 self._unlearned.append(frame)
-        while self._chasing and len(self._unlearned) > MAX_CHASE_WAITING:
+        while self._stream and len(self._unlearned) > MAX_CHASE_WAITING:
             self._unlearned.popleft()
 
     def learn(self):
@@ -82,7 +81,7 @@ class LearningInMotion(object):
             if next(self._slices, self) is self:
                 if begun:
                     return  # there is nothing to do
-                self._slices = self._chase() if self._chasing else self._learn_all()
+                self._slices = self._chase(self._stream) if self._stream else self._learn_all()
                 begun = True
                 continue
             begun = False
@@ -96,9 +95,9 @@ class LearningInMotion(object):
         while self.learn():
             yield
 
-    def _chase(self):
+    def _chase(self, stream):
         """Aim by what was seen; then learn from a frame and make use of it: slice by slice."""
-        for _ in self._stream.reaim():
+        for _ in stream.reaim():
             yield
         if self._unlearned:  # each camera in its turn: they come in the same order every time
             frame = min(self._unlearned, key=lambda frame: self._learned_at.get(frame.camera, 0.0))

@@ -109,13 +109,12 @@ class Progress(object):
             self._diverging + 1 if off > DIVERGED_SHARE * self._best + DIVERGED_ERROR else 0
         )
         if self._stagnant >= (STAGNANT_MOVES_NEAR if self.near else STAGNANT_MOVES):
-            return self._give_up_or(START_ELSEWHERE)
+            return self._give_up_or(self._best, START_ELSEWHERE)
         if self._diverging >= DIVERGING_MOVES and not self._known:
             return EXPLORE_ANEW
         return GO_ON
 
-    def _give_up_or(self, action):
-        best = self._best
+    def _give_up_or(self, best, action):
         self._stuck_at.append(best)
         alike = [off for off in self._stuck_at if abs(off - best) < EQUAL_END_SHARE * best]
         if len(self._stuck_at) > MAX_RESTARTS or (

@@ -27,6 +27,8 @@ class ReportServo(object):
     Attributes:
         using: the model in use, for the log.  J: px/rad, None at first.
         rows: Rows.
+        cameras: those that it goes by; none at first.
+        bound: None: it knows no other postures.
     """
 
     EXPLORE = math.radians(10)
@@ -37,16 +39,16 @@ class ReportServo(object):
         self.using, self.J = "report", None
         self.rows = rows or Rows("stereo", len(joints))
         self.estimator = ReportEstimator(robust)
-        self.cameras = None
+        self.cameras, self.bound = (), None
         self._low = [joint.lower for joint in joints]
         self._high = [joint.upper for joint in joints]
         self._tolerance = tolerance
         self._columns = []  # of J as explored, by camera
-        self._seen = self._dx = self._x = None
+        self._seen, self._dx, self._x = None, [], []
 
     def suffices(self, cameras):
         """As Servo.suffices."""
-        if self.cameras is None:
+        if not self.cameras:
             return self.rows.suffice(cameras)
         return set(self.cameras) <= set(cameras)
 
@@ -56,17 +58,21 @@ class ReportServo(object):
     def known(self, camera):
         """As Servo.known: the report asks no camera why a joint stands."""
 
+    def learn_shape(self, camera, q, s):
+        """As Servo.learn_shape; there is nothing to learn."""
+        return iter(())
+
     def prepare(self, q, frames):
         """As Servo.prepare; there is nothing to prepare."""
         return iter(())
 
     def decide(self, q, measurements, chase=()):
         """As Servo.decide; the report has no chases."""
-        if self.cameras is None:
+        if not self.cameras:
             self.cameras = [measurement.camera for measurement in measurements]
         measurements = [m for m in measurements if m.camera in self.cameras]
         n = len(q)
-        self._x = list(q) if self._x is None else self._x
+        self._x = self._x or list(q)
         seen = {measurement.camera: measurement.s for measurement in measurements}
         before, self._seen = self._seen, seen
         if before is not None and self.J is None:

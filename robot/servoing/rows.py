@@ -39,7 +39,7 @@ class Rows(object):
         if self._all or self._chosen or len(J) < 2:
             return
         first, second = sorted(J)[:2]
-        third = self.ONE.get(self._third)
+        third = self.ONE[self._third] if self._third else None
         if third is None:
             # Of the second camera's rows, the one with more that is not in the span of the first's.
             left = [length(_rejected(row, J[first])) for row in J[second]]

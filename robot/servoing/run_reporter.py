@@ -78,9 +78,9 @@ class RunReporter(object):
         self._say(text)
         self.line("note", t, text=text)
 
-    def frame(self, frame):
-        """Log a MarkerFrame."""
-        self.line("seen", frame.t, camera=frame.camera, q=frame.q, s=frame.s, goal=frame.goal)
+    def frame(self, camera, t, q, s, goal):
+        """Log what a MarkerFrame has; None is what is not known."""
+        self.line("seen", t, camera=camera, q=q, s=s, goal=goal)
 
     def verdict(self, t, verdict):
         """Log how it ended."""

@@ -58,7 +58,7 @@ class Sightings(object):
         Args:
             now: s.
             moving: whether the arm moves.
-            tell: called with the MarkerFrame, also where something of it is not known (None).
+            tell: called with what a MarkerFrame has, also where something is not known (None).
         """
         camera = seen.camera
         self._heard_of.add(camera)
@@ -81,13 +81,12 @@ class Sightings(object):
             estimate = self.goals[camera]
             # In motion nothing is made of where it is, unless it is steered for.
             where = estimate.latest if moving and not self._streaming else estimate.at(seen.t)
-        frame = MarkerFrame(camera, seen.t, q, s, where)
         if tell:
-            tell(frame)
+            tell(camera, seen.t, q, s, where)
         if s is None or where is None:
             return None
         self.seen_by[camera] = now
-        return frame
+        return MarkerFrame(camera, seen.t, q, s, where)
 
     def smooth(self, frame):
         """Take in how far off it is, for `behind`."""

@@ -42,13 +42,13 @@ class Stream(object):
 
     def begin(self, q, bound=None):
         """Begin with the first aim, rad; if it leads to another posture, that is `bound`."""
-        self._aim, self._drift, self._aimed_at = tuple(q), None, None
+        self._aim, self._drift, self._aimed_at = tuple(q), None, 0.0
         self._better = bound or self._aim  # so far; on the way it may be found to be another
         self._uncertainty_penalty = self._servo.uncertainty_penalty(q)
         self._recent = {}  # camera: the last frames, [(q, s, shape, what the shape missed, px)]
         self._seen = {}  # camera: (t, goal, its speed) in the last one
         self._news_at = None  # time of the newest frame that has not been aimed by
-        self._still_at = self._still_since = None
+        self._still_at, self._still_since = (), None
         self._confirmed = False
         self._aims = 0
 
@@ -58,7 +58,7 @@ class Stream(object):
         if q is None or camera not in self._servo.cameras:
             return
         recent = self._recent.setdefault(camera, [])
-        recent.append((q, s, None, None))
+        recent.append((q, s, None, ()))
         del recent[: -self.MOST]
         speed = STANDING
         if goal is not None:
@@ -136,7 +136,7 @@ class Stream(object):
         Args:
             follow: do not end near a goal that moves.
         """
-        if self._still_at is None or apart(q, self._still_at) > self.STILL:
+        if self._still_since is None or apart(q, self._still_at) > self.STILL:
             self._still_at, self._still_since, self._confirmed = q, t, False
         stands_for = t - self._still_since
         near = apart(q, self._aim) < self.ARRIVED and self._aims >= self.SURE
