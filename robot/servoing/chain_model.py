@@ -14,7 +14,8 @@ J there; `doubt_all` is for when the world has changed.
 import math
 from operator import mul
 
-from robot.servoing.image_model import Chain, LinearImageModel
+from robot.servoing.chain_terms import CHAINS
+from robot.servoing.image_model import LinearImageModel
 from robot.servoing.linear_algebra import (
     apart,
     back_substituted,
@@ -50,84 +51,6 @@ MOVED_WORLD_SIGMA = 40.0
 """What was seen before the world changed is doubted by so many px from then on."""
 
 
-def _planar_terms(q):
-    """1, and the cosine and sine of each link's heading: in a planar chain the angles add up."""
-    first, second = q
-    second += first
-    return [1.0, math.cos(first), math.sin(first), math.cos(second), math.sin(second)]
-
-
-def _planar_slopes(terms):
-    """d terms / dq, a list for each joint: the first one turns both links."""
-    _, cos1, sin1, cos2, sin2 = terms
-    return [0.0, -sin1, cos1, -sin2, cos2], [0.0, 0.0, 0.0, -sin2, cos2]
-
-
-def _planar_jacobian(terms, W):
-    """W d terms / dq, without its zeros."""
-    _, cos1, sin1, cos2, sin2 = terms
-    J = []
-    for _, a, b, c, d in W:
-        forearm = d * cos2 - c * sin2
-        J.append([b * cos1 - a * sin1 + forearm, forearm])
-    return J
-
-
-def _planar_axes(links):
-    """The place of the tip along each axis of space, as coefficients of the terms."""
-    ahead, aside = [0.0], [0.0]
-    for link in links:
-        ahead += [link, 0.0]
-        aside += [0.0, link]
-    return [ahead, aside]
-
-
-def _spatial_terms(q):
-    """1, cosine and sine of the yaw; of both links that pitch their reach up, ahead and aside."""
-    yaw, first, second = q
-    second += first
-    cos, sin = math.cos(yaw), math.sin(yaw)
-    out1, out2 = math.cos(first), math.cos(second)
-    return [
-        1.0, cos, sin, math.sin(first), out1 * cos, out1 * sin,
-        math.sin(second), out2 * cos, out2 * sin,
-    ]  # fmt: skip
-
-
-def _spatial_slopes(terms):
-    """d terms / dq, a list for each joint: the yaw turns what reaches out, a pitch its links."""
-    _, cos, sin, up1, ahead1, aside1, up2, ahead2, aside2 = terms
-    forearm = [ahead2 * cos + aside2 * sin, -up2 * cos, -up2 * sin]
-    return (
-        [0.0, -sin, cos, 0.0, -aside1, ahead1, 0.0, -aside2, ahead2],
-        [0.0, 0.0, 0.0, ahead1 * cos + aside1 * sin, -up1 * cos, -up1 * sin] + forearm,
-        [0.0] * 6 + forearm,
-    )
-
-
-def _spatial_jacobian(terms, W):
-    """W d terms / dq, without its zeros."""
-    _, cos, sin, up1, ahead1, aside1, up2, ahead2, aside2 = terms
-    out1, out2 = ahead1 * cos + aside1 * sin, ahead2 * cos + aside2 * sin
-    J = []
-    for _, a, b, c, d, e, f, g, h in W:
-        forearm = f * out2 - (g * cos + h * sin) * up2
-        both = c * out1 - (d * cos + e * sin) * up1 + forearm
-        yawed = b * cos - a * sin + e * ahead1 - d * aside1 + h * ahead2 - g * aside2
-        J.append([yawed, both, forearm])
-    return J
-
-
-def _spatial_axes(links):
-    """As _planar_axes: out from the base's axis, ahead and aside; and upwards."""
-    ahead, aside, up = [0.0] * 3, [0.0] * 3, [0.0] * 3
-    for link in links[1:]:
-        up += link, 0.0, 0.0
-        ahead += 0.0, link, 0.0
-        aside += 0.0, 0.0, link
-    return [ahead, aside, up]
-
-
 def _precision(axes):
     """Of the terms' coefficients, px^-2, before anything was seen; the lower triangle.
 
@@ -151,13 +74,6 @@ def _precision(axes):
             ]
         )
     return precision
-
-
-_CHAINS = {
-    "planar": (Chain(_planar_terms, _planar_jacobian), _planar_slopes, _planar_axes),
-    "spatial": (Chain(_spatial_terms, _spatial_jacobian), _spatial_slopes, _spatial_axes),
-}
-"""Each kind's Chain, and functions of the derivatives of its terms and of the axes of space."""
 
 
 class _Key(object):
@@ -193,7 +109,7 @@ class ChainModel(object):
 
     def __init__(self, rows, chain, links):
         self._rows = rows
-        self._chain, self._slopes_at, axes = _CHAINS[chain]
+        self._chain, self._slopes_at, axes = CHAINS[chain]
         self._axes = axes(links)
         precision = _precision(self._axes)
         size = len(precision)

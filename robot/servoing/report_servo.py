@@ -4,10 +4,10 @@ import math
 from operator import sub
 
 from robot.motion.linear_systems import Singular, broyden_update, damped_solve, solve
+from robot.servoing.decision import Decision, end_of_run
 from robot.servoing.linear_algebra import length
 from robot.servoing.measurement import ReportEstimator, error_of
 from robot.servoing.rows import Rows
-from robot.servoing.servo import Decision
 from shared.verdicts import CONVERGED, SINGULAR
 
 
@@ -89,7 +89,7 @@ class ReportServo(object):
                 self.J, before = tuple(self.rows.values(J)), None
         e = error_of(measurements, self.rows)
         if length(e) < self._tolerance or not any(e):
-            return Decision("end", None, CONVERGED, "")
+            return end_of_run(CONVERGED)
         if self.J is None:
             dx = [self.EXPLORE * (k == len(self._columns)) for k in range(n)]
             return self._step("explore", dx)
@@ -101,7 +101,7 @@ class ReportServo(object):
             square = len(self.J) == n
             dx = solve(self.J, wanted) if square else damped_solve(self.J, wanted, 0.0)
         except Singular:
-            return Decision("end", None, SINGULAR, "the Jacobian has no inverse")
+            return end_of_run(SINGULAR, "the Jacobian has no inverse")
         mu = self.STEPS[0 if length(e) >= self.FAR else 1 if length(e) >= self.NEAR else 2]
         return self._step("move", [mu * d / length(dx) for d in dx])
 

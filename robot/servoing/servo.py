@@ -14,6 +14,7 @@ from operator import sub
 
 from robot.servoing.camera_selection import CameraSelection
 from robot.servoing.courses import Courses
+from robot.servoing.decision import Decision, end_of_run
 from robot.servoing.doubts import DOES_NOT_MOVE, Doubts
 from robot.servoing.image_models import ImageModels
 from robot.servoing.linear_algebra import apart, length
@@ -31,7 +32,6 @@ from robot.servoing.progress import (
 )
 from robot.servoing.rows import Rows
 from robot.servoing.stall_witness import Known
-from shared.record import record
 from shared.verdicts import CONVERGED, SINGULAR, UNREACHABLE
 
 STOP_MARGIN = 0.7
@@ -62,16 +62,6 @@ AIM_TOLERANCE_SHARE = 0.3
 
 RESTART_RANGE = 0.25, 0.75
 """Where in their ranges joints start anew."""
-
-Decision = record("Decision", "action q verdict reason")
-Decision.__doc__ = """What to do.
-
-action   "explore" | "move" | "restart": go to q (rad); "end": with a verdict and its reason
-"""
-
-
-def _end(verdict, reason=""):
-    return Decision("end", None, verdict, reason)
 
 
 class Servo(object):
@@ -165,23 +155,23 @@ class Servo(object):
         if off < self.tolerance * (1 if progress.refined else STOP_MARGIN):
             if not unknown and self.models.see_flat(self.cameras, self.rows):
                 if progress.flat:
-                    return _end(SINGULAR, FLAT_VIEW.format(" and ".join(self.cameras)))
+                    return end_of_run(SINGULAR, FLAT_VIEW.format(" and ".join(self.cameras)))
                 progress.flat = True  # false sightings may say so, too: look again
                 return self._explore_anew(q, goal, measurements)
             led = self.using is not None or self._known  # by a model
             if before is not None and self._doubts.arise(used, chase, led, before, self.J):
                 return self._ask(q, goal, measurements)
             self._progress = Progress(self.tolerance, self._known)  # should the goal move on
-            return _end(CONVERGED)
+            return end_of_run(CONVERGED)
         self._doubts.note_elsewhere()
         if not unknown and self.using is None and not self._marker_moved(q):
-            return _end(SINGULAR, DOES_NOT_MOVE)
+            return end_of_run(SINGULAR, DOES_NOT_MOVE)
         progress.refined = progress.refined or off < self.tolerance
         if not self._selection.explored:
             return self._explore(q, goal)
         action = progress.note(off)
         if action == GIVE_UP:
-            return _end(UNREACHABLE, "no nearer than {:.1f} px".format(progress.nearest))
+            return end_of_run(UNREACHABLE, "no nearer than {:.1f} px".format(progress.nearest))
         if action == START_ELSEWHERE:
             shares = [self._uniform(*RESTART_RANGE) for _ in q]
             return self._start_from(at_shares(shares, *self._box))
@@ -243,7 +233,7 @@ class Servo(object):
             return self._explore_anew(q, goal, measurements)
         if not self._selection.explored:
             return self._explore(q, goal)
-        return _end(SINGULAR, DOES_NOT_MOVE)
+        return end_of_run(SINGULAR, DOES_NOT_MOVE)
 
     def _explore_anew(self, q, goal, measurements):
         """What is known of the image does not lead to the goal: it may have moved."""
@@ -285,7 +275,7 @@ class Servo(object):
                 if action == TRY_POSTURE:
                     other = self._courses.other_posture(q, self._progress.postures)
                     if other is None:
-                        return _end(*self._courses.out_of_reach(to, left))
+                        return end_of_run(*self._courses.out_of_reach(to, left))
                     return self._start_from(other)
                 if apart(to, q) > FIRST_STEP:
                     self._progress.detour()

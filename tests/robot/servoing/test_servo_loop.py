@@ -5,11 +5,11 @@ from types import SimpleNamespace
 
 import pytest
 
+from robot.servoing.decision import Decision
 from robot.servoing.joint_history import JointHistory
 from robot.servoing.loop import VisualServoing
 from robot.servoing.measurement import Measurement
 from robot.servoing.rows import Rows
-from robot.servoing.servo import Decision
 from shared.messages import Observation
 
 DEG = math.radians(1)
