@@ -47,7 +47,7 @@ class Courses(object):
         Returns:
             (q, px left over)
         """
-        straight = best_pose(image, goal, q, *self.box, here=q, penalty=penalty)
+        straight = best_pose(image, goal, q, self.box, q, penalty)
         left = straight[1]
         bound = progress.bound
         if left <= (self._tolerance if bound else max(self._tolerance, NEARLY_THERE * off)):
@@ -57,7 +57,7 @@ class Courses(object):
                 image, goal, q, self.box, straight, left, self._tolerance, penalty
             )
         else:
-            course = best_pose(image, goal, bound, *self.box, here=q, penalty=penalty)
+            course = best_pose(image, goal, bound, self.box, q, penalty)
             if course[1] >= left - 1:
                 course = straight
         progress.bound = course[0]

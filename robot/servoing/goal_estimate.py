@@ -105,9 +105,9 @@ class GoalEstimate(object):
         times, us, vs = zip(*[seen for seen, far in zip(lately, off) if far <= limit])
         n = len(times)
         t0 = sum(times) / n
-        times = [t - t0 for t in times]
-        spread = dot(times, times) or 1.0
-        self._velocity = dot(times, us) / spread, dot(times, vs) / spread
+        late = [t - t0 for t in times]
+        spread = dot(late, late) or 1.0
+        self._velocity = dot(late, us) / spread, dot(late, vs) / spread
         self._place = t0, sum(us) / n, sum(vs) / n
 
     @property

@@ -6,7 +6,7 @@ Pure.
 import math
 from operator import mul, sub
 
-from robot.motion.linear_systems import dot
+from robot.motion.linear_systems import dot as dot
 
 
 def length(e):
@@ -16,7 +16,8 @@ def length(e):
 
 def apart(a, b):
     """Greatest difference of two lists of angles, rad."""
-    return max(map(abs, map(sub, a, b)))
+    greatest = max(map(abs, map(sub, a, b)))
+    return greatest
 
 
 def median(values):

@@ -24,8 +24,8 @@ GLANCE_ITERATIONS, FINALISTS = 3, 2
 """Each start is followed for so many steps; so many that are then the best, to their ends."""
 
 
-def best_pose(image, goal, start, low, high, here=None, penalty=None, iterations=12):
-    """The joint angles in the box low..high at which the goal is expected to be nearest.
+def best_pose(image, goal, start, walls, here=(), penalty=None, iterations=12):
+    """The joint angles within the walls at which the goal is expected to be nearest.
 
     Makes |s(q) - goal|^2 + (q - here)' penalty (q - here) least, by Levenberg and Marquardt; a
     joint that would leave the box is set to its wall, and the others are solved again for what that
@@ -33,13 +33,15 @@ def best_pose(image, goal, start, low, high, here=None, penalty=None, iterations
 
     Args:
         image: an image model.
-        start, low, high, here: rad.
+        start: rad.
+        walls: the least angles, and the greatest, rad.
+        here: rad; for the penalty.
         penalty: n x n, px^2/rad^2: covariance of s per square radian away from `here`; None: none.
 
     Returns:
         (q, distance that is left, px)
     """
-    *_, found = descent(image, goal, start, low, high, here, penalty, iterations)
+    *_, found = descent(image, goal, start, walls, here, penalty, iterations)
     return found
 
 
@@ -48,20 +50,18 @@ def best_posture(image, goal, q, walls, best, left, tolerance, penalty=None):
 
     Args:
         q: where the joints are, rad.
-        walls: (low, high) of the box, rad.
         best: (q, px left over) of the one that was found from there.
         left: what is left over without another posture, px; see CLEARLY_BETTER.
         tolerance: px; less is not asked for.
         The others as for best_pose.
     """
-    box = walls + (q, penalty)
     begun = [
-        best_pose(image, goal, at_shares(shares, *walls), *box, iterations=GLANCE_ITERATIONS)
+        best_pose(image, goal, at_shares(shares, *walls), walls, q, penalty, GLANCE_ITERATIONS)
         for shares in itertools.product(START_SHARES[len(q) > 2], repeat=len(q))
     ]
     begun.sort(key=itemgetter(1))
     for start, _ in begun[:FINALISTS]:
-        to, off = best_pose(image, goal, start, *box)
+        to, off = best_pose(image, goal, start, walls, q, penalty)
         if off < min(best[1], max(tolerance, CLEARLY_BETTER * left)):
             best = to, off
     return best
@@ -72,20 +72,19 @@ def at_shares(shares, low, high):
     return [a + (b - a) * share for a, b, share in zip(low, high, shares)]
 
 
-def descent(
-    image, goal, start, low, high, here=None, penalty=None, iterations=12, sharp=MIN_RESIDUAL
-):
+def descent(image, goal, start, walls, here=(), penalty=None, iterations=12, sharp=MIN_RESIDUAL):
     """Iterate over the steps of `best_pose`: (q, distance that is left, px), from the start on."""
 
     def cost(q):
         e = list(map(sub, goal, image.predict(q)))
         square = sum(map(mul, e, e))
         if penalty is None:
-            return square, square, e, None
+            return square, square, e, ()
         away = list(map(sub, q, here))
         pull = [sum(map(mul, row, away)) for row in penalty]
         return square + sum(map(mul, pull, away)), square, e, pull
 
+    low, high = walls
     q = list(map(min, map(max, start, low), high))
     least, square, e, pull = cost(q)
     damping = 1e-4
@@ -96,7 +95,7 @@ def descent(
         for k, a in enumerate(columns):
             row = [sum(map(mul, a, b)) for b in columns[: k + 1]]
             downhill.append(sum(map(mul, a, e)))
-            if pull:
+            if penalty:
                 row = list(map(add, row, penalty[k]))
                 downhill[k] -= pull[k]
             H.append(row)

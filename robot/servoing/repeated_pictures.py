@@ -45,14 +45,13 @@ class _Camera(object):
     """What is known of one camera."""
 
     def __init__(self):
-        self.pictures = (
-            OrderedDict()
-        )  # the markers' places, px: (when it was right, where the joints were, rad)
-        self.last = self.last_q = None
+        # The markers' places, px: (when it was right, where the joints were, rad).
+        self.pictures = OrderedDict()
+        self.last, self.last_q = None, None
         self.same = self.different = 0  # pairs of pictures of a still arm
-        self.score, self.since = 0, None  # of repeated ones; the time of the first, s
+        self.score, self.since = 0, 0.0  # of repeated ones; the time of the first, s
         self.frozen = False
-        self.new, self.repeated_at = 0, None  # since and when the last repeated one was taken
+        self.new, self.repeated_at = 0, 0.0  # since and when the last repeated one was taken
         self.turn = 0.0  # of the joints while the picture was the same, at most, rad
 
 
@@ -100,7 +99,7 @@ class RepeatedPictures(object):
             camera.pictures[places] = seen.t, before[1]
         if not (moved or camera.score):  # most often by far
             return True
-        self._judge(seen.camera, camera, seen.t, moved, before)
+        self._judge(seen.camera, camera, seen.t, moved, before[0] if before else seen.t)
         return not (moved or camera.frozen)
 
     def _note_noise(self, camera, places):
@@ -120,12 +119,12 @@ class RepeatedPictures(object):
         turn = apart(q, before)
         return turn if turn > (self._quiet_turn if quiet else MIN_TURN) else 0.0
 
-    def _judge(self, name, camera, t, moved, before):
+    def _judge(self, name, camera, t, moved, right_at):
         """Whether it is frozen, by its picture of the time t.
 
         Args:
             moved: by how much a joint has turned since it was right, rad; 0 if that is none.
-            before: (t, q) of then; None if it is new.
+            right_at: the time of then; t if it is new.
         """
         if moved:
             if not camera.score:
@@ -143,7 +142,7 @@ class RepeatedPictures(object):
                 self.frozen -= {name}
         elif (
             moved
-            and (moved > FROZEN_TURN or t - before[0] > FROZEN_AGE)
+            and (moved > FROZEN_TURN or t - right_at > FROZEN_AGE)
             or (camera.score >= FROZEN_SCORE and t - camera.since >= FROZEN_TIME)
         ):
             camera.frozen = True

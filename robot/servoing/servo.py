@@ -224,7 +224,7 @@ class Servo(object):
             for row in penalty:
                 row[k] = 0.0
             image = self.models.together(name, self._selection)
-            to, _ = best_pose(image, goal, to, low, high, to, penalty, LINEAR_ITERATIONS)
+            to, _ = best_pose(image, goal, to, (low, high), to, penalty, LINEAR_ITERATIONS)
         return self._go("explore", to)
 
     def _ask(self, q, goal, measurements):
@@ -267,7 +267,7 @@ class Servo(object):
             to, left = self._courses.course(image, goal, q, penalty, off, self._progress)
             if self._progress.stalls(off, left):
                 # The penalty keeps it here, or geometry does: what if all were known?
-                here = best_pose(image, goal, q, *self._box)
+                here = best_pose(image, goal, q, self._box)
                 to, left = best_posture(image, goal, q, self._box, here, left, self.tolerance)
                 action = self._progress.note_stalled(left, self.models.wrong[name])
                 if action == EXPLORE_ANEW:
@@ -289,7 +289,7 @@ class Servo(object):
             nearer = min(1.0, WAYPOINT_DISTANCE / off)
             here = self._selection.together({m.camera: m.s for m in measurements})
             waypoint = [y + nearer * (g - y) for y, g in zip(here, goal)]
-            to, _ = best_pose(image, waypoint, q, low, high, q, penalty, LINEAR_ITERATIONS)
+            to, _ = best_pose(image, waypoint, q, (low, high), q, penalty, LINEAR_ITERATIONS)
         gain = self._progress.gain
         return self._go("move", [a + gain * (b - a) for a, b in zip(q, to)])
 
@@ -333,4 +333,4 @@ class Servo(object):
     def nearing(self, image, goal, start, q, penalty):
         """The steps from `start` to where joints that are at `q` should be (rad): see `descent`."""
         sharp = (AIM_TOLERANCE_SHARE * self.tolerance) ** 2
-        return descent(image, goal, start, *self._box, here=q, penalty=penalty, sharp=sharp)
+        return descent(image, goal, start, self._box, q, penalty, sharp=sharp)

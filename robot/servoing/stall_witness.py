@@ -92,14 +92,14 @@ def turn_seen(rests, least):
     Returns:
         its turn, rad; 0.0: it stands; None: they do not tell
     """
-    told = [rest for rest in rests if rest.column is not None]
+    told = [(rest, rest.column) for rest in rests if rest.column is not None]
     if not told:
         return None
-    weight = sum([dot(rest.column, rest.column) / rest.doubt**2 for rest in told])
-    turn = sum([dot(rest.off, rest.column) / rest.doubt**2 for rest in told]) / weight
+    weight = sum([dot(column, column) / rest.doubt**2 for rest, column in told])
+    turn = sum([dot(rest.off, column) / rest.doubt**2 for rest, column in told]) / weight
     doubt = 1 / math.sqrt(weight)
-    for rest in told:
-        misfit = length([o - turn * c for o, c in zip(rest.off, rest.column)])
+    for rest, column in told:
+        misfit = length([o - turn * c for o, c in zip(rest.off, column)])
         if misfit > rest.doubt * max(1.0, MISFIT * abs(turn) / doubt):
             return None
     if abs(turn) > max(doubt, least):

@@ -48,7 +48,8 @@ class Stream(object):
         self._recent = {}  # camera: the last frames, [(q, s, shape, what the shape missed, px)]
         self._seen = {}  # camera: (t, goal, its speed) in the last one
         self._news_at = None  # time of the newest frame that has not been aimed by
-        self._still_at, self._still_since = (), None
+        self._still_at = ()
+        self._still_since = None
         self._confirmed = False
         self._aims = 0
 
@@ -62,7 +63,7 @@ class Stream(object):
         del recent[: -self.MOST]
         speed = STANDING
         if goal is not None:
-            where, speed = goal.at(t), goal.velocity
+            where, speed = goal.at(t) or where, goal.velocity
         self._seen[camera] = t, where, speed
         self._q, self._news_at = q, t
 
@@ -111,8 +112,9 @@ class Stream(object):
 
     def _nearing(self, image, wanted, start, q):
         """Go through the steps of Servo.nearing, each in a slice of its own; the last one."""
-        for found in self._servo.nearing(image, wanted, start, q, self._uncertainty_penalty):
-            yield found
+        steps = self._servo.nearing(image, wanted, start, q, self._uncertainty_penalty)
+        for found in steps:  # noqa: B007 - the last one is returned
+            yield
         return found
 
     def _settle_on(self, q, image, speed, t):

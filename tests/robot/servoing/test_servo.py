@@ -407,14 +407,14 @@ NO_CAUTION = ((0.0, 0.0), (0.0, 0.0))
 def test_inside_the_box_the_best_pose_reaches_the_goal():
     picture = straight(((100.0, 20.0), (-30.0, 80.0)))
     # 100 * 0.4 + 20 * -0.3 = 34; -30 * 0.4 + 80 * -0.3 = -36
-    q, left = best_pose(picture, (34, -36), (0, 0), (-1, -1), (1, 1), (0, 0), NO_CAUTION)
+    q, left = best_pose(picture, (34, -36), (0, 0), ((-1, -1), (1, 1)), (0, 0), NO_CAUTION)
     assert q == pytest.approx([0.4, -0.3], abs=2e-3)
     assert left < 0.2
 
 
 def test_a_joint_at_its_wall_lets_the_other_do_what_is_left():
     J = ((100.0, 60.0), (0.0, 80.0))
-    q, left = best_pose(straight(J), (200, 40), (0, 0), (-1, -1), (1, 2), (0, 0), NO_CAUTION)
+    q, left = best_pose(straight(J), (200, 40), (0, 0), ((-1, -1), (1, 2)), (0, 0), NO_CAUTION)
     # joint 1 at 1: least squares of (60, 80) q2 = (100, 40) is 9200 / 10000
     assert q == pytest.approx([1.0, 0.92], abs=2e-3)
     assert left == pytest.approx(math.hypot(100 - 60 * 0.92, 40 - 80 * 0.92), abs=0.1)
@@ -422,7 +422,7 @@ def test_a_joint_at_its_wall_lets_the_other_do_what_is_left():
 
 def test_one_iteration_is_enough_for_a_plane_with_a_wall():
     J = ((100.0, 60.0), (0.0, 80.0))
-    q, _ = best_pose(straight(J), (200, 40), (0, 0), (-1, -1), (1, 2), (0, 0), NO_CAUTION, 1)
+    q, _ = best_pose(straight(J), (200, 40), (0, 0), ((-1, -1), (1, 2)), (0, 0), NO_CAUTION, 1)
     assert q == pytest.approx([1.0, 0.92], abs=0.01)
 
 
@@ -435,7 +435,7 @@ def test_the_best_pose_never_leaves_the_box():
         goal = [luck.uniform(-500, 500) for _ in range(4)]
         start = [luck.uniform(-2, 2) for _ in range(3)]
         caution = [[0.0] * 3 for _ in range(3)]
-        q, left = best_pose(straight(J, (0,) * 4), goal, start, low, high, start, caution)
+        q, left = best_pose(straight(J, (0,) * 4), goal, start, (low, high), start, caution)
         assert all(least <= a <= most for least, a, most in zip(low, q, high))
         assert left == pytest.approx(
             length([g - y for g, y in zip(goal, straight(J, (0,) * 4).predict(q))])
@@ -444,9 +444,9 @@ def test_the_best_pose_never_leaves_the_box():
 
 def test_caution_shortens_the_step_that_it_doubts():
     picture, box = straight(((100.0, 0.0), (0.0, 100.0))), ((-1, -1), (1, 1))
-    bold, _ = best_pose(picture, (50, 50), (0, 0), box[0], box[1], (0, 0), NO_CAUTION)
+    bold, _ = best_pose(picture, (50, 50), (0, 0), box, (0, 0), NO_CAUTION)
     doubt = ((10000.0, 0.0), (0.0, 0.0))
-    careful, left = best_pose(picture, (50, 50), (0, 0), box[0], box[1], (0, 0), doubt)
+    careful, left = best_pose(picture, (50, 50), (0, 0), box, (0, 0), doubt)
     assert bold == pytest.approx([0.5, 0.5], abs=2e-3)
     # (100 q - 50)^2 + 10000 q^2 is least at 0.25
     assert careful == pytest.approx([0.25, 0.5], abs=2e-3)
@@ -456,7 +456,9 @@ def test_caution_shortens_the_step_that_it_doubts():
 def test_the_best_pose_before_a_bent_camera_is_the_true_one():
     picture = SimpleNamespace(predict=oblique, jacobian=lambda q: slopes(oblique, q))
     low, high = (-1.5, -2.5), (2.5, 2.5)
-    q, left = best_pose(picture, oblique((0.8, 0.7)), (0.2, 1.4), low, high, (0.2, 1.4), NO_CAUTION)
+    q, left = best_pose(
+        picture, oblique((0.8, 0.7)), (0.2, 1.4), (low, high), (0.2, 1.4), NO_CAUTION
+    )
     assert left < 0.3
     assert q == pytest.approx([0.8, 0.7], abs=0.01)
 

@@ -144,8 +144,8 @@ def test_the_best_pose_is_that_of_every_set_of_walls_tried(joints):
                 best = min(best, cost(q))
 
         found, left = best_pose(
-            straight(J.tolist()), goal.tolist(), here.tolist(), low.tolist(), high.tolist(),
-            here.tolist(), caution.tolist(),
+            straight(J.tolist()), goal.tolist(), here.tolist(),
+            (low.tolist(), high.tolist()), here.tolist(), caution.tolist(),
         )  # fmt: skip
         assert np.all(found >= low)
         assert np.all(found <= high)
@@ -179,7 +179,7 @@ def test_the_best_pose_before_a_bent_camera_is_the_one_of_a_grid():
     for goal in ([400, 60], [500, 120], [330, 140], [620, 240], [380, 300]):
         far = np.hypot(pixels[0] - goal[0], pixels[1] - goal[1])
         start = [0.4, 1.0]
-        q, left = best_pose(picture, goal, start, low.tolist(), high.tolist(), start, zeros, 40)
+        q, left = best_pose(picture, goal, start, (low.tolist(), high.tolist()), start, zeros, 40)
         assert np.all(q >= low)
         assert np.all(q <= high)
         assert left <= far.min() + 1.5
