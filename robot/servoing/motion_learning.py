@@ -29,7 +29,7 @@ class LearningInMotion(object):
     def __init__(self, servo, clock):
         self._servo, self._clock = servo, clock
         self._stream = None  # that aims in a chase
-        self._unlearned = deque(maxlen=MAX_WAITING_FRAMES)  # frames of a motion
+        self._unlearned = deque(maxlen=MAX_WAITING_FRAMES)  # frames of a motion, and q of each
         self._kept_at = {}  # camera: where the joints were in the last of these
         self._learned_at = {}  # camera: when the last was taken that was learned from in a chase, s
         self._slices = iter(())
@@ -47,10 +47,10 @@ class LearningInMotion(object):
     def take(self, frames):
         """Keep those MarkerFrames, seen in motion, that tell something new."""
         for frame in frames:
-            before = self._kept_at.get(frame.camera)
-            if frame.q is not None and (before is None or apart(frame.q, before) > LEARNING_STEP):
-                self._kept_at[frame.camera] = frame.q
-                self._unlearned.append(frame)
+            before, q = self._kept_at.get(frame.camera), frame.q
+            if q is not None and (before is None or apart(q, before) > LEARNING_STEP):
+                self._kept_at[frame.camera] = q
+                self._unlearned.append((frame, q))
         while self._stream and len(self._unlearned) > MAX_CHASE_WAITING:
             self._unlearned.popleft()
 
@@ -58,8 +58,8 @@ class LearningInMotion(object):
         """Learn from one frame; whether there was one."""
         if not self._unlearned:
             return False
-        frame = self._unlearned.popleft()
-        self._servo.observe_in_motion(frame.camera, frame.q, frame.s)
+        frame, q = self._unlearned.popleft()
+        self._servo.observe_in_motion(frame.camera, q, frame.s)
         return True
 
     def finish(self):
@@ -100,8 +100,9 @@ class LearningInMotion(object):
         for _ in stream.reaim():
             yield
         if self._unlearned:  # each camera in its turn: they come in the same order every time
-            frame = min(self._unlearned, key=lambda frame: self._learned_at.get(frame.camera, 0.0))
-            self._unlearned.remove(frame)
+            waited = min(self._unlearned, key=lambda one: self._learned_at.get(one[0].camera, 0.0))
+            self._unlearned.remove(waited)
+            frame, q = waited
             self._learned_at[frame.camera] = frame.t
-            for _ in self._servo.learn_shape(frame.camera, frame.q, frame.s):
+            for _ in self._servo.learn_shape(frame.camera, q, frame.s):
                 yield

@@ -12,7 +12,7 @@ from shared.record import record
 STANDING = 0.0, 0.0
 """The velocity of a goal that stands, px/s."""
 
-_Sight = record("_Sight", "t shape offset goal speed")
+Sight = record("Sight", "t shape offset goal speed")
 
 
 class Stream(object):
@@ -82,7 +82,7 @@ class Stream(object):
         if apart(recent[0][0], recent[-1][0]) >= self.NEAR:
             off = off[-self.FEWEST :]
         t, where, speed = self._seen[camera]
-        return _Sight(t, shape, [median(column) for column in zip(*off)], where, speed)
+        return Sight(t, shape, [median(column) for column in zip(*off)], where, speed)
 
     def reaim(self):
         """Aim by what was seen since the last time: an iterator, each step a slice of the work."""
