@@ -6,6 +6,16 @@ Pure.
 from robot.servoing.image_model import stacked
 from robot.servoing.measurement import MIN_SIGMA
 
+MYPY = False  # which a type checker takes for true
+if MYPY:
+    from typing import Callable, Dict, List, Mapping, Sequence, Tuple, TypeVar  # noqa: F401
+
+    from robot.servoing.image_model import Features, LinearImageModel  # noqa: F401
+    from robot.servoing.rows import Rows  # noqa: F401
+    from robot.servoing.stream import Sight  # noqa: F401
+
+    _T = TypeVar("_T")
+
 
 class CameraSelection(object):
     """The cameras of a run.
@@ -21,25 +31,30 @@ class CameraSelection(object):
     """
 
     def __init__(self, rows, joints, known=False):
+        # type: (Rows, int, bool) -> None
         self._rows = rows
         self._joints = joints
         self._known = known
-        self.used, self.weights = [], {}
-        self._looks = {}  # camera: how often it was looked through since exploring began
+        self.used, self.weights = [], {}  # type: Sequence[str], Dict[str, float]
+        # Camera: how often it was looked through since exploring began.
+        self._looks = {}  # type: Dict[str, int]
         self._explored = [known] * joints
 
     def forget(self):
+        # type: () -> None
         """Nothing counts as explored any more."""
         self._explored = [self._known] * self._joints
         self._looks.clear()
 
     def look(self, cameras):
+        # type: (Sequence[str]) -> List[str]
         """Take in that these were looked through; those that have seen every joint move."""
         for camera in cameras:
             self._looks[camera] = self._looks.get(camera, 0) + 1
         return [c for c in cameras if self._known or self._looks[c] > self._joints]
 
     def choose(self, cameras, known, sigma_of):
+        # type: (Sequence[str], Sequence[str], Callable[[str], float]) -> bool
         """Go by those that are known well enough, or by all if these are too few.
 
         Args:
@@ -61,10 +76,12 @@ class CameraSelection(object):
 
     @property
     def explored(self):
+        # type: () -> bool
         """Whether every joint has been moved."""
         return all(self._explored)
 
     def next_joint(self):
+        # type: () -> Tuple[int, List[bool]]
         """(the joint that is explored next, which joints were explored before)."""
         before = list(self._explored)
         k = before.index(False)
@@ -72,16 +89,19 @@ class CameraSelection(object):
         return k, before
 
     def parts(self, by_camera):
+        # type: (Mapping[str, _T]) -> List[Tuple[_T, slice, float]]
         """[(its value, the slice of its rows that counts, its weight)] of the cameras in use."""
         return [
             (by_camera[c], self._rows.of(c), self.weights[c]) for c in self.used if c in by_camera
         ]
 
     def together(self, by_camera):
+        # type: (Mapping[str, Features]) -> List[float]
         """Of {camera: its u and v}: all that counts, by its weight, in turn."""
         return [weight * x for pair, rows, weight in self.parts(by_camera) for x in pair[rows]]
 
     def moving(self, sights, t):
+        # type: (Mapping[str, Sight], float) -> Tuple[LinearImageModel, List[float], List[float]]
         """(image model, goal at time t, its velocity), of all that counts.
 
         Args:

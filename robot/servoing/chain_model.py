@@ -25,6 +25,14 @@ from robot.servoing.linear_algebra import (
 )
 from robot.servoing.robust import RESIDUAL_SCALE, agrees, trust
 
+MYPY = False  # which a type checker takes for true
+if MYPY:
+    from typing import Iterator, List, Optional, Sequence, Tuple  # noqa: F401
+
+    from robot.servoing.image_model import Features, Pose  # noqa: F401
+    from robot.servoing.linear_algebra import Matrix, Vector  # noqa: F401
+    from robot.servoing.robust import Learned  # noqa: F401
+
 LINK_SIGMA = 400.0
 """Standard deviation of how far, in px, the sum of the links' directions can move the marker."""
 
@@ -52,6 +60,7 @@ MOVED_WORLD_SIGMA = 40.0
 
 
 def _precision(axes):
+    # type: (Matrix) -> List[List[float]]
     """Of the terms' coefficients, px^-2, before anything was seen; the lower triangle.
 
     Each axis of space may be seen in any way (LINK_SIGMA px along the whole arm); each term by
@@ -86,6 +95,7 @@ class _Key(object):
     __slots__ = ("q", "terms", "s", "variance", "products", "weight")
 
     def __init__(self, q, terms, s, variance):
+        # type: (Tuple[float, ...], Vector, Features, float) -> None
         self.q, self.terms, self.s, self.variance = q, terms, s, variance
         self.weight = 0.0
         products = [a * b for i, a in enumerate(terms, 1) for b in terms[:i]]
@@ -108,6 +118,7 @@ class ChainModel(object):
     """
 
     def __init__(self, rows, chain, links):
+        # type: (int, str, Vector) -> None
         self._rows = rows
         self._chain, self._slopes_at, axes = CHAINS[chain]
         self._axes = axes(links)
@@ -115,18 +126,22 @@ class ChainModel(object):
         size = len(precision)
         whole = size * (size + 1) // 2
         # The normal equations: the lower triangle row by row, then the right sides.
-        self._prior = self._sums = sum(precision, []) + [0.0] * (rows * size)
+        self._prior = self._sums = sum(precision, []) + [0.0] * (rows * size)  # type: List[float]
         self._triangle = [slice(i * (i + 1) // 2, (i + 1) * (i + 2) // 2) for i in range(size)]
         self._sides = [slice(whole + k * size, whole + (k + 1) * size) for k in range(rows)]
-        self._keys = []
+        self._keys = []  # type: List[_Key]
         self._fits = self._refits = 0
-        self._fitted = None  # W
-        self._shape = None
-        self._here, self._covariance = None, None  # where the slopes are known; doubt of J there
-        self._prepared = None  # (q, s, variance) of what is in it before it has been observed
+        self._fitted = None  # type: Optional[Matrix]  # W
+        self._shape = None  # type: Optional[LinearImageModel]
+        # Where the slopes are known; doubt of J there.
+        self._here = None  # type: Optional[Tuple[float, ...]]
+        self._covariance = None  # type: Optional[Matrix]
+        # (q, s, variance) of what is in it before it has been observed.
+        self._prepared = None  # type: Optional[Learned]
         self._waiting = False  # are there key-frames that are not in W?
 
     def observe(self, q, s, variance, standing=True):
+        # type: (Pose, Features, float, bool) -> None
         """Keep what was seen as a key-frame, in place of one that is nearly the same.
 
         Args:
@@ -157,6 +172,7 @@ class ChainModel(object):
         self._waiting = True
 
     def prepare(self, q, s, variance):
+        # type: (Pose, Features, float) -> Iterator[None]
         """Learn from what is seen so far of an arm that stands at q: an iterator over slices.
 
         `observe`, `seen_from` and `covariance` have little left to do then, if that was right.
@@ -170,6 +186,7 @@ class ChainModel(object):
         self.covariance()
 
     def seen_from(self, q, s):
+        # type: (Pose, Features) -> LinearImageModel
         """The image model of an arm that is at q, where s is seen."""
         W = self._fit(q)
         self._stand_at(q)
@@ -177,12 +194,14 @@ class ChainModel(object):
         return LinearImageModel(self._chain, W, offset)
 
     def _stand_at(self, q):
+        # type: (Pose) -> None
         if self._here != tuple(q):
             self._here, self._covariance = tuple(q), None
             self._terms = self._chain.terms(q)
             self._slopes = self._slopes_at(self._terms)
 
     def refit(self):
+        # type: () -> Iterator[None]
         """Fit anew if there is enough that is new: an iterator, each step a slice of the work."""
         if self._fitted is not None and not self._waiting:
             return
@@ -202,6 +221,7 @@ class ChainModel(object):
         self._waiting = True
 
     def shape(self):
+        # type: () -> LinearImageModel
         """The same but for its place in the image, as last fitted; the same as long as that."""
         if self._fitted is None or self._shape is None or self._shape.W is not self._fitted:
             W = self._fitted or self._solve()
@@ -209,12 +229,14 @@ class ChainModel(object):
         return self._shape
 
     def _weigh(self, key, weight):
+        # type: (_Key, float) -> None
         """Let a key-frame count for so much in the normal equations."""
         more = weight - key.weight
         self._sums = [total + more * p for total, p in zip(self._sums, key.products)]
         key.weight = weight
 
     def _replace(self, old, new):
+        # type: (_Key, _Key) -> None
         """Let a new key-frame count in place of an old one."""
         less, more = old.weight, 1 / new.variance
         products = zip(self._sums, old.products, new.products)
@@ -222,6 +244,7 @@ class ChainModel(object):
         old.weight, new.weight = 0.0, more
 
     def _solve(self):
+        # type: () -> Matrix
         """Fit W (m x terms) by least squares, and return it."""
         sums = self._sums
         self._L = L = cholesky([sums[part] for part in self._triangle])
@@ -230,6 +253,7 @@ class ChainModel(object):
         return W
 
     def _fit(self, q):
+        # type: (Pose) -> Matrix
         """W, with all that was learned in it."""
         W = self._solve() if self._fitted is None or self._waiting else self._fitted
         self._fits += 1
@@ -238,6 +262,7 @@ class ChainModel(object):
         return W
 
     def _weigh_all(self, q, W):
+        # type: (Pose, Matrix) -> None
         """By how well they agree with W, and by their distance from q.
 
         Together: weighed one by one, what is right would be doubted before what is false is.
@@ -250,6 +275,7 @@ class ChainModel(object):
         self._sums = [p + sum(map(mul, weights, column)) for p, column in zip(self._prior, columns)]
 
     def _deserved(self, key, q, W):
+        # type: (_Key, Pose, Matrix) -> float
         """The weight of a key-frame."""
         doubt = key.variance
         for a, b in zip(key.q, q):
@@ -262,6 +288,7 @@ class ChainModel(object):
         return trust(excess / (doubt * self._rows * RESIDUAL_SCALE**2)) / doubt
 
     def covariance(self):
+        # type: () -> Matrix
         """Of each row of J, n x n, (px/rad)^2, where it was last seen from."""
         if self._covariance is None:
             # slope' N^-1 slope, from one side: N^-1 = L'^-1 L^-1
@@ -270,11 +297,13 @@ class ChainModel(object):
         return self._covariance
 
     def by_space(self):
+        # type: () -> Matrix
         """How the image moves with the tip's place in space, px/cm: m rows, W along the axes."""
         W = self._fit(self._keys[-1].q)
         return [[dot(w, axis) / dot(axis, axis) for axis in self._axes] for w in W]
 
     def doubt_all(self):
+        # type: () -> None
         """The camera was moved, or the like: what was seen before counts little from now on."""
         for key in self._keys:
             key.variance += MOVED_WORLD_SIGMA**2

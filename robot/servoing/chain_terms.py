@@ -9,8 +9,18 @@ import math
 
 from robot.servoing.image_model import Chain
 
+MYPY = False  # which a type checker takes for true
+if MYPY:
+    from typing import Callable, Dict, List, Tuple  # noqa: F401
+
+    from robot.servoing.image_model import Pose  # noqa: F401
+    from robot.servoing.linear_algebra import Matrix, Vector  # noqa: F401
+
+    _Found = Callable[[Vector], Matrix]
+
 
 def _planar_terms(q):
+    # type: (Pose) -> List[float]
     """1, and the cosine and sine of each link's heading: in a planar chain the angles add up."""
     first, second = q
     second += first
@@ -18,12 +28,14 @@ def _planar_terms(q):
 
 
 def _planar_slopes(terms):
+    # type: (Vector) -> Matrix
     """d terms / dq, a list for each joint: the first one turns both links."""
     _, cos1, sin1, cos2, sin2 = terms
     return [0.0, -sin1, cos1, -sin2, cos2], [0.0, 0.0, 0.0, -sin2, cos2]
 
 
 def _planar_jacobian(terms, W):
+    # type: (Vector, Matrix) -> Matrix
     """W d terms / dq, without its zeros."""
     _, cos1, sin1, cos2, sin2 = terms
     J = []
@@ -34,6 +46,7 @@ def _planar_jacobian(terms, W):
 
 
 def _planar_axes(links):
+    # type: (Vector) -> Matrix
     """The place of the tip along each axis of space, as coefficients of the terms."""
     ahead, aside = [0.0], [0.0]
     for link in links:
@@ -43,6 +56,7 @@ def _planar_axes(links):
 
 
 def _spatial_terms(q):
+    # type: (Pose) -> List[float]
     """1, cosine and sine of the yaw; of both links that pitch their reach up, ahead and aside."""
     yaw, first, second = q
     second += first
@@ -55,6 +69,7 @@ def _spatial_terms(q):
 
 
 def _spatial_slopes(terms):
+    # type: (Vector) -> Matrix
     """d terms / dq, a list for each joint: the yaw turns what reaches out, a pitch its links."""
     _, cos, sin, up1, ahead1, aside1, up2, ahead2, aside2 = terms
     forearm = [ahead2 * cos + aside2 * sin, -up2 * cos, -up2 * sin]
@@ -66,6 +81,7 @@ def _spatial_slopes(terms):
 
 
 def _spatial_jacobian(terms, W):
+    # type: (Vector, Matrix) -> Matrix
     """W d terms / dq, without its zeros."""
     _, cos, sin, up1, ahead1, aside1, up2, ahead2, aside2 = terms
     out1, out2 = ahead1 * cos + aside1 * sin, ahead2 * cos + aside2 * sin
@@ -79,6 +95,7 @@ def _spatial_jacobian(terms, W):
 
 
 def _spatial_axes(links):
+    # type: (Vector) -> Matrix
     """As _planar_axes: out from the base's axis, ahead and aside; and upwards."""
     ahead, aside, up = [0.0] * 3, [0.0] * 3, [0.0] * 3
     for link in links[1:]:
@@ -88,7 +105,7 @@ def _spatial_axes(links):
     return [ahead, aside, up]
 
 
-CHAINS = {
+CHAINS = {  # type: Dict[str, Tuple[Chain, _Found, _Found]]
     "planar": (Chain(_planar_terms, _planar_jacobian), _planar_slopes, _planar_axes),
     "spatial": (Chain(_spatial_terms, _spatial_jacobian), _spatial_slopes, _spatial_axes),
 }

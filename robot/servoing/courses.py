@@ -8,6 +8,16 @@ from robot.servoing.pose_search import NEARLY_THERE, best_pose, best_posture
 from robot.servoing.progress import FIRST_STEP
 from shared.verdicts import LIMIT, UNREACHABLE
 
+MYPY = False  # which a type checker takes for true
+if MYPY:
+    from typing import List, Optional, Sequence, Tuple  # noqa: F401
+
+    from robot.servoing.image_model import Features, LinearImageModel, Pose  # noqa: F401
+    from robot.servoing.linear_algebra import Matrix  # noqa: F401
+    from robot.servoing.pose_search import Course, Walls  # noqa: F401
+    from robot.servoing.progress import Progress  # noqa: F401
+    from shared.arm_description import Arm  # noqa: F401
+
 LIMIT_MARGIN = math.radians(1)
 """Distance kept from joint limits, rad: nobody knows the backlash exactly."""
 
@@ -24,6 +34,7 @@ class Courses(object):
     """
 
     def __init__(self, arm, tolerance):
+        # type: (Arm, float) -> None
         self._arm, self._tolerance = arm, tolerance
         self.box = (
             [joint.lower + LIMIT_MARGIN for joint in arm.joints],
@@ -31,11 +42,13 @@ class Courses(object):
         )
 
     def inside(self, q):
+        # type: (Pose) -> List[float]
         """The joint angles in the box that are next to q, rad."""
         low, high = self.box
         return list(map(min, map(max, q, low), high))
 
     def course(self, image, goal, q, penalty, off, progress):
+        # type: (LinearImageModel, Features, List[float], Matrix, float, Progress) -> Course
         """Straight to the goal, or on to where it is bound for, or to another posture.
 
         Args:
@@ -65,6 +78,7 @@ class Courses(object):
         return course
 
     def other_posture(self, q, tried):
+        # type: (Pose, List[Pose]) -> Optional[Pose]
         """One not yet tried in which the tip would be where it is, or nearly, rad; or None.
 
         Two joints have two, and best_posture has looked for both; in space it would have to know
@@ -83,6 +97,7 @@ class Courses(object):
         return None
 
     def out_of_reach(self, q, left):
+        # type: (Pose, float) -> Tuple[str, str]
         """(verdict, reason) where the course to q, the best there is, leaves over so much (px)."""
         for joint, a, low, high in zip(self._arm.joints, q, *self.box):
             if min(a - low, high - a) < LIMIT_MARGIN:

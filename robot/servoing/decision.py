@@ -2,7 +2,27 @@
 
 from shared.record import record
 
-Decision = record("Decision", "action q verdict reason")
+MYPY = False  # which a type checker takes for true
+if MYPY:
+    from typing import List, NamedTuple, Optional, Union  # noqa: F401
+
+    from robot.servoing.report_servo import ReportServo  # noqa: F401
+    from robot.servoing.servo import Servo  # noqa: F401
+
+    AnyServo = Union[Servo, ReportServo]
+
+if MYPY:
+    Decision = NamedTuple(
+        "Decision",
+        [
+            ("action", str),
+            ("q", Optional[List[float]]),
+            ("verdict", Optional[str]),
+            ("reason", str),
+        ],
+    )
+else:
+    Decision = record("Decision", "action q verdict reason")
 Decision.__doc__ = """What to do.
 
 action   "explore" | "move" | "restart": go to q (rad); "end": with a verdict and its reason
@@ -10,5 +30,6 @@ action   "explore" | "move" | "restart": go to q (rad); "end": with a verdict an
 
 
 def end_of_run(verdict, reason=""):
+    # type: (str, str) -> Decision
     """The Decision to end."""
     return Decision("end", None, verdict, reason)

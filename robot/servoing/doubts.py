@@ -9,6 +9,20 @@ import math
 
 from robot.servoing.linear_algebra import apart
 
+MYPY = False  # which a type checker takes for true
+if MYPY:
+    from typing import List, Optional, Sequence, Tuple  # noqa: F401
+
+    from robot.servoing.image_model import Features, Pose  # noqa: F401
+    from robot.servoing.linear_algebra import Matrix  # noqa: F401
+    from robot.servoing.measurement import Measurement  # noqa: F401
+    from robot.servoing.servo import Looked  # noqa: F401
+    from robot.servoing.sightings import MarkerFrame  # noqa: F401
+
+    TrackFrame = Tuple[
+        float, Pose, Features
+    ]  # when it was taken, s; where the joints were; the tip
+
 SURPRISE_TOLERANCES, MIN_SURPRISE = 1.5, 6.0
 """So many tolerances, and no less (px), from where all models had it at last: a surprise."""
 
@@ -34,6 +48,7 @@ DOES_NOT_MOVE = (
 
 
 def jumped(frames, size):
+    # type: (Sequence[TrackFrame], float) -> bool
     """Whether the tip has left its track for good.
 
     Args:
@@ -41,7 +56,7 @@ def jumped(frames, size):
             the arm as it stood, and right.
         size: of the image Jacobian, px/rad.
     """
-    track, away = [frames[0]], []
+    track, away = [frames[0]], []  # type: List[TrackFrame], List[TrackFrame]
     for frame in frames[1:]:
         if not _leaves(track, frame, size):
             track.append(frame)
@@ -57,6 +72,7 @@ def jumped(frames, size):
 
 
 def stayed(frames):
+    # type: (Sequence[TrackFrame]) -> bool
     """Whether what is taken for the tip has stood at its end while the joints still turned.
 
     Args:
@@ -72,10 +88,12 @@ def stayed(frames):
 
 
 def _distance(a, b):
+    # type: (Features, Features) -> float
     return math.hypot(a[0] - b[0], a[1] - b[1])
 
 
 def _leaves(track, frame, size):
+    # type: (Sequence[TrackFrame], TrackFrame, float) -> bool
     """Whether a frame cannot be the next one of a track."""
     t, q, s = frame
     last_t, last_q, last_s = track[-1]
@@ -102,21 +120,32 @@ class Doubts(object):
     """
 
     def __init__(self, tolerance):
+        # type: (float) -> None
         self.missed = 0.0
         self._asked = self._answered = False
         self._limit = max(SURPRISE_TOLERANCES * tolerance, MIN_SURPRISE)
 
     def begin_asking(self):
+        # type: () -> bool
         """The joints are about to be turned; whether they were not yet."""
         first, self._asked = not self._asked, True
         return first
 
     def note_elsewhere(self):
+        # type: () -> None
         """The tip, or what is taken for it, is not at the goal."""
         self._answered = self._answered or self._asked
         self._asked = False
 
-    def arise(self, measurements, chase, led, before, J):
+    def arise(
+        self,
+        measurements,  # type: Sequence[Measurement]
+        chase,  # type: Sequence[MarkerFrame]
+        led,  # type: bool
+        before,  # type: Looked
+        J,  # type: Optional[Matrix]
+    ):
+        # type: (...) -> bool
         """Whether to ask if what is at the goal is the tip, or to go on asking.
 
         Args:
@@ -139,7 +168,7 @@ class Doubts(object):
         still = []
         for measurement in measurements:
             camera = measurement.camera
-            frames = [
+            frames = [  # type: List[TrackFrame]
                 (frame.t, frame.q, frame.s)
                 for frame in chase
                 if frame.camera == camera and frame.q is not None

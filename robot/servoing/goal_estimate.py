@@ -4,6 +4,14 @@ import math
 
 from robot.servoing.linear_algebra import dot, length, median
 
+MYPY = False  # which a type checker takes for true
+if MYPY:
+    from typing import List, Optional, Sequence, Tuple  # noqa: F401
+
+    from robot.servoing.image_model import Pixel  # noqa: F401
+
+    _Sighting = Tuple[float, float, float]  # t, s; u and v, px
+
 
 class GoalEstimate(object):
     """Where a goal marker is in one camera's image, also while the arm hides it."""
@@ -25,24 +33,29 @@ class GoalEstimate(object):
     stands, s: to do so takes a third of a tick."""
 
     def __init__(self):
+        # type: () -> None
         self._velocity = (0.0, 0.0)
-        self._seen = []  # (t, u, v)
-        self._strays = []  # the last sightings in a row that were elsewhere
-        self._place = None
+        self._seen = []  # type: List[_Sighting]  # (t, u, v)
+        # The last sightings in a row that were elsewhere.
+        self._strays = []  # type: List[_Sighting]
+        self._place = None  # type: Optional[_Sighting]
         self._refreshed_at = -math.inf
 
     @property
     def velocity(self):
+        # type: () -> Pixel
         """px/s; zeros while it stands."""
         self._refresh()
         return self._velocity
 
     @property
     def moving(self):
+        # type: () -> bool
         """Whether it moves, and is not only noisy."""
         return any(self.velocity)
 
     def add(self, t, g, confidence, s):
+        # type: (float, Pixel, float, Pixel) -> None
         """It was seen at g (px) at time t (s), the tip at s."""
         unclear = confidence < self.CLEAR and self._seen and not any(self._velocity)
         if unclear and length([a - b for a, b in zip(g, s)]) < self.HIDES:
@@ -57,6 +70,7 @@ class GoalEstimate(object):
             del self._seen[0]
 
     def _has_jumped(self, t, u, v):
+        # type: (float, float, float) -> bool
         """Whether the last sightings are all elsewhere, and near one another."""
         if self._place is None:
             return False
@@ -73,6 +87,7 @@ class GoalEstimate(object):
         return len(self._strays) == self.FEWEST
 
     def _refresh(self):
+        # type: () -> None
         """Work out place and velocity anew, where it is time for that."""
         good = self.STANDING if not any(self._velocity) else self.REFRESHED
         if not self._seen:
@@ -96,6 +111,7 @@ class GoalEstimate(object):
             self._fit(*velocity)
 
     def _fit(self, ut, vt):
+        # type: (float, float) -> None
         """A line through the last sightings that lie near the one by medians."""
         since = self._seen[-1][0] - self.LATELY
         lately = [seen for seen in self._seen if seen[0] >= since]
@@ -112,10 +128,12 @@ class GoalEstimate(object):
 
     @property
     def latest(self):
+        # type: () -> Optional[Pixel]
         """Where it was seen last, px; None if it never was."""
         return self._seen[-1][1:] if self._seen else None
 
     def at(self, t):
+        # type: (float) -> Optional[Pixel]
         """Where it is at time t, px; None if it was never seen, or moves and was not lately."""
         self._refresh()
         if self._place is None:
@@ -130,6 +148,7 @@ class GoalEstimate(object):
 
 
 def _middle(seen):
+    # type: (Sequence[_Sighting]) -> _Sighting
     """Of sightings in order of time: the middle one's time, the medians of u and v."""
     times, us, vs = zip(*seen)
     half = len(times) // 2

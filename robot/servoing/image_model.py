@@ -9,6 +9,16 @@ from operator import mul
 
 from shared.record import record
 
+MYPY = False  # which a type checker takes for true
+if MYPY:
+    from typing import Callable, List, NamedTuple, Optional, Sequence, Tuple  # noqa: F401
+
+    from robot.servoing.linear_algebra import Matrix, Vector  # noqa: F401
+
+    Pose = Sequence[float]  # joint angles q, rad (n)
+    Features = Sequence[float]  # image features s, px (m)
+    Pixel = Tuple[float, float]  # u and v of one camera, px
+
 
 class LinearImageModel(object):
     """What a model knows at one moment, linear in the terms of a chain: s = W terms(q) + offset.
@@ -20,30 +30,38 @@ class LinearImageModel(object):
     """
 
     def __init__(self, chain, W, offset):
+        # type: (Chain, Matrix, Vector) -> None
         self._chain = chain
         self.W, self.offset = W, offset
         # Where it was asked for last, which it is again.
-        self._q, self._terms, self._J = None, (), None
+        self._q = None  # type: Optional[List[float]]
+        self._terms = ()  # type: Vector
+        self._J = None  # type: Optional[Matrix]
 
     def with_rows(self, W, offset):
+        # type: (Matrix, Vector) -> LinearImageModel
         """One of other rows, by the same chain."""
         return LinearImageModel(self._chain, W, offset)
 
     def moved(self, offset):
+        # type: (Vector) -> LinearImageModel
         """The same, elsewhere in the image."""
         return LinearImageModel(self._chain, self.W, offset)
 
     def _at(self, q):
+        # type: (Pose) -> None
         if self._q != q:
             self._q, self._terms, self._J = list(q), self._chain.terms(q), None
 
     def predict(self, q):
+        # type: (Pose) -> List[float]
         """s that will be seen at q, px."""
         self._at(q)
         terms = self._terms
         return [sum(map(mul, w, terms), o) for w, o in zip(self.W, self.offset)]
 
     def jacobian(self, q):
+        # type: (Pose) -> Matrix
         """J at q, px/rad."""
         self._at(q)
         if self._J is None:
@@ -51,7 +69,13 @@ class LinearImageModel(object):
         return self._J
 
 
-Chain = record("Chain", "terms jacobian")
+if MYPY:
+    Chain = NamedTuple(
+        "Chain",
+        [("terms", Callable[[Pose], Vector]), ("jacobian", Callable[[Vector, Matrix], Matrix])],
+    )
+else:
+    Chain = record("Chain", "terms jacobian")
 Chain.__doc__ = """Functions in whose results the image is linear.
 
 terms(q)            of joint angles (rad): a list of numbers, the first of which is 1
@@ -63,11 +87,13 @@ _STRAIGHT = Chain(list, lambda q, W: W)
 
 
 def straight(J, offset=None):
+    # type: (Matrix, Optional[Vector]) -> LinearImageModel
     """A LinearImageModel of the joints' angles themselves: s = J q + offset (0 if None), px."""
     return LinearImageModel(_STRAIGHT, J, offset or [0.0] * len(J))
 
 
 def stacked(images):
+    # type: (Sequence[Tuple[LinearImageModel, slice, float]]) -> LinearImageModel
     """One LinearImageModel of several cameras, their rows in turn.
 
     Args:
@@ -76,7 +102,7 @@ def stacked(images):
     first, rows, weight = images[0]
     if len(images) == 1 and rows == slice(0, 2) and weight == 1.0:
         return first
-    W, offset = [], []
+    W, offset = [], []  # type: List[Vector], List[float]
     for image, rows, weight in images:
         W += [[weight * a for a in w] for w in image.W[rows]]
         offset += [weight * o for o in image.offset[rows]]

@@ -8,6 +8,31 @@ from robot.servoing.image_model import stacked
 from robot.servoing.linear_algebra import condition, length
 from robot.servoing.local_jacobian import LocalJacobian
 
+MYPY = False  # which a type checker takes for true
+if MYPY:
+    from typing import (  # noqa: F401
+        Callable,
+        Dict,
+        Iterable,
+        Iterator,
+        List,
+        Mapping,
+        Optional,
+        Sequence,
+        Tuple,
+        Union,
+    )
+
+    from robot.servoing.camera_selection import CameraSelection  # noqa: F401
+    from robot.servoing.image_model import Features, LinearImageModel, Pixel, Pose  # noqa: F401
+    from robot.servoing.linear_algebra import Matrix  # noqa: F401
+    from robot.servoing.measurement import Measurement  # noqa: F401
+    from robot.servoing.rows import Rows  # noqa: F401
+    from shared.arm_description import Arm, Joint  # noqa: F401
+
+    CameraModel = Union[ChainModel, LocalJacobian]
+    ModelMakers = Mapping[str, Callable[[str], CameraModel]]  # of a camera's name, by their own
+
 MOTION_SIGMA = 2.0
 """A frame that was taken in motion is doubted by so much more, px: the shutter, the two clocks."""
 
@@ -36,9 +61,11 @@ WORLD_CHANGE_ERROR = 25.0
 
 
 def models_of(method, arm):
+    # type: (str, Arm) -> ModelMakers
     """{name: a function of a camera's name that makes its model}."""
 
     def local(noise_aware):
+        # type: (bool) -> Callable[[str], CameraModel]
         return lambda camera: LocalJacobian(2, len(arm.joints), noise_aware)
 
     if method == "broyden":
@@ -64,6 +91,7 @@ class ImageModels(object):
     """
 
     def __init__(self, make, joints, sigma_of):
+        # type: (ModelMakers, Iterable[Joint], Callable[[str], float]) -> None
         self._make = make
         self._sigma_of = sigma_of
         self._joint_variance = [
@@ -73,37 +101,45 @@ class ImageModels(object):
         self.names = sorted(make)
         self.local = next((name for name in self.names if name != "chain"), "chain")
         self.wrong = dict.fromkeys(make, 0.5)
-        self._models = {}  # (name, camera): model
-        self._images = {}  # (name, camera): what it knew when the arm stood last
-        self._q = ()  # there
-        self._blurs = {}
-        self._last_frames = {}  # camera: [(q, s)] of the last three
+        self._models = {}  # type: Dict[Tuple[str, str], CameraModel]  # (name, camera): model
+        # (name, camera): what it knew when the arm stood last.
+        self._images = {}  # type: Dict[Tuple[str, str], LinearImageModel]
+        self._q = ()  # type: Pose  # there
+        self._blurs = {}  # type: Dict[Tuple[str, str], float]
+        # Camera: [(q, s)] of the last three.
+        self._last_frames = {}  # type: Dict[str, List[Tuple[Pose, Pixel]]]
 
     def __contains__(self, name):
+        # type: (str) -> bool
         return name in self._make
 
     def of(self, name, camera):
+        # type: (str, str) -> CameraModel
         """The model of that name."""
         if (name, camera) not in self._models:
             self._models[name, camera] = self._make[name](camera)
         return self._models[name, camera]
 
     def image(self, name, camera):
+        # type: (str, str) -> LinearImageModel
         """What the model knew when the arm stood last."""
         return self._images[name, camera]
 
     def doubt_all(self):
+        # type: () -> None
         """The world has changed, or the arm goes on elsewhere."""
         for model in self._models.values():
             model.doubt_all()
 
     def best(self):
+        # type: () -> str
         """The name of the model that was the least wrong lately."""
         return min(self.names, key=self.wrong.__getitem__)
 
     # Learning
 
     def observe_in_motion(self, camera, q, s, only=None):
+        # type: (str, Pose, Pixel, Optional[str]) -> None
         """Learn from a frame that was taken in motion, when the joints were at q.
 
         All models do, or `only` the one of this name.  Each frame waits for the next one: what does
@@ -125,6 +161,7 @@ class ImageModels(object):
             self.of(name, camera).observe(q, s, variance, standing=False)
 
     def prepare(self, q, measurements):
+        # type: (Pose, Iterable[Measurement]) -> Iterator[None]
         """Learn ahead of `update` from what is seen so far: an iterator over slices of the work."""
         for measurement in measurements:
             camera, s = measurement.camera, measurement.s
@@ -134,6 +171,7 @@ class ImageModels(object):
                     yield
 
     def update(self, q, measurements):
+        # type: (Pose, Iterable[Measurement]) -> None
         """Learn from [Measurement] of an arm that stands at q (rad)."""
         self._last_frames = {}
         for measurement in measurements:
@@ -145,6 +183,7 @@ class ImageModels(object):
         self._q, self._blurs = q, {}
 
     def _blur(self, name, camera):
+        # type: (str, str) -> float
         """What the joints' own uncertainty makes of a row of this camera, px^2."""
         if (name, camera) not in self._blurs:
             image = self._images.get((name, camera))
@@ -157,6 +196,7 @@ class ImageModels(object):
         return self._blurs[name, camera]
 
     def judge(self, q, before, seen):
+        # type: (Pose, Mapping[str, Features], Mapping[str, Features]) -> Dict[str, float]
         """Compare what was predicted of the step that led to q with what is seen.
 
         A surprise for all of them makes all of them doubt.
@@ -182,11 +222,13 @@ class ImageModels(object):
     # Telling
 
     def together(self, name, selection):
+        # type: (str, CameraSelection) -> LinearImageModel
         """One image model of all that counts."""
         cameras = {c: self._images[name, c] for c in selection.used}
         return stacked(selection.parts(cameras))
 
     def see_flat(self, cameras, rows):
+        # type: (Sequence[str], Rows) -> bool
         """Whether several cameras see all but the same, and leave the depth untold.
 
         Only the chain knows more than its last few steps have told.
@@ -200,6 +242,7 @@ class ImageModels(object):
         return condition(rows.values(by_space)) > MAX_STEREO_CONDITION
 
     def penalty(self, name, selection, n):
+        # type: (str, CameraSelection, int) -> List[List[float]]
         """What is not known of J, as a penalty on the way: n x n, px^2/rad^2."""
         total = [[0.0] * n for _ in range(n)]
         for model, rows, weight in selection.parts({c: self.of(name, c) for c in selection.used}):

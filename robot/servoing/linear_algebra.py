@@ -8,19 +8,29 @@ from operator import mul, sub
 
 from robot.motion.linear_systems import dot as dot
 
+MYPY = False  # which a type checker takes for true
+if MYPY:
+    from typing import List, Sequence  # noqa: F401
+
+    Vector = Sequence[float]
+    Matrix = Sequence[Sequence[float]]  # rows
+
 
 def length(e):
+    # type: (Vector) -> float
     """Euclidean."""
     return math.sqrt(sum(map(mul, e, e)))
 
 
 def apart(a, b):
+    # type: (Vector, Vector) -> float
     """Greatest difference of two lists of angles, rad."""
-    greatest = max(map(abs, map(sub, a, b)))
+    greatest = max(map(abs, map(sub, a, b)))  # type: float
     return greatest
 
 
 def median(values):
+    # type: (Vector) -> float
     """Of a list of numbers."""
     values = sorted(values)
     half = len(values) // 2
@@ -28,10 +38,11 @@ def median(values):
 
 
 def cholesky(N):
+    # type: (Matrix) -> List[List[float]]
     """Rows of the lower triangle L with L L' = N, for a positive definite N (its lower part)."""
-    L = []
+    L = []  # type: List[List[float]]
     for row in N:
-        new, left = [], row[len(L)]
+        new, left = [], row[len(L)]  # type: List[float], float
         for value, other in zip(row, L):
             for a, b in zip(new, other):
                 value -= a * b
@@ -44,8 +55,9 @@ def cholesky(N):
 
 
 def forward_substituted(L, b):
+    # type: (Matrix, Vector) -> List[float]
     """y with L y = b."""
-    y = []
+    y = []  # type: List[float]
     for row, value in zip(L, b):
         for a, known in zip(row, y):
             value -= a * known
@@ -54,6 +66,7 @@ def forward_substituted(L, b):
 
 
 def back_substituted(L, y):
+    # type: (Matrix, Vector) -> List[float]
     """x with L' x = y."""
     x = list(y)
     for i in range(len(L) - 1, -1, -1):
@@ -65,6 +78,7 @@ def back_substituted(L, y):
 
 
 def solve_definite(H, b):
+    # type: (Matrix, Vector) -> List[float]
     """x with H x = b, for a positive definite H (its lower triangle)."""
     if len(b) == 2:  # these two most often by far, and several times as fast
         (a,), (c, d) = H
@@ -86,6 +100,7 @@ def solve_definite(H, b):
 
 
 def condition(J):
+    # type: (Matrix) -> float
     """Greatest over least singular value of J (m x n, n 2 or 3); inf where the least is 0.
 
     By the roots of the characteristic polynomial of J'J, in closed form (Smith 1961): beyond some

@@ -12,6 +12,16 @@ from robot.servoing.image_model import straight
 from robot.servoing.linear_algebra import dot
 from robot.servoing.robust import RESIDUAL_SCALE, agrees, trust
 
+MYPY = False  # which a type checker takes for true
+if MYPY:
+    from typing import Iterator, List, Optional, Tuple  # noqa: F401
+
+    from robot.servoing.image_model import Features, LinearImageModel, Pose  # noqa: F401
+    from robot.servoing.linear_algebra import Matrix, Vector  # noqa: F401
+    from robot.servoing.robust import Learned  # noqa: F401
+
+    _State = Tuple[Matrix, List[List[float]], Optional[Learned]]  # J, P and what was observed last
+
 FIRST_SIGMA = 2000.0
 """Standard deviation of an element of J before anything was seen, and the greatest, px/rad."""
 
@@ -41,13 +51,16 @@ class LocalJacobian(object):
     """
 
     def __init__(self, rows, joints, noise_aware=True):
-        self.J = tuple((0.0,) * joints for _ in range(rows))
+        # type: (int, int, bool) -> None
+        self.J = tuple((0.0,) * joints for _ in range(rows))  # type: Matrix
         self._P = [[FIRST_SIGMA**2 * (i == j) for j in range(joints)] for i in range(joints)]
         self._noise_aware = noise_aware
-        self._last = None
-        self._prepared = None  # (q, s, variance) that is in it already, and (J, P, last) before
+        self._last = None  # type: Optional[Learned]
+        # (q, s, variance) that is in it already, and (J, P, last) before.
+        self._prepared = None  # type: Optional[Tuple[Learned, _State]]
 
     def observe(self, q, s, variance, standing=True):
+        # type: (Pose, Features, float, bool) -> None
         """Learn from the step that led here from what was observed before.
 
         Args:
@@ -70,11 +83,13 @@ class LocalJacobian(object):
         self._last = tuple(q), tuple(s), variance
 
     def _tells(self, dq, ds, variance):
+        # type: (Vector, Vector, float) -> bool
         """Whether a step is long enough for plain Broyden, which takes noise for truth."""
         expected = [dot(row, dq) for row in self.J]
         return max(dot(ds, ds), dot(expected, expected)) > MIN_STEP_SIGMAS**2 * variance
 
     def _update(self, dq, ds, variance):
+        # type: (Vector, Vector, float) -> None
         P, n = self._P, len(dq)
         square = dot(dq, dq)
         if self._noise_aware:
@@ -107,6 +122,7 @@ class LocalJacobian(object):
         self._P = P
 
     def prepare(self, q, s, variance):
+        # type: (Pose, Features, float) -> Iterator[None]
         """Learn from what is seen so far of an arm that stands at q: an iterator over slices."""
         before = self.J, [list(row) for row in self._P], self._last
         self.observe(q, s, variance)
@@ -114,22 +130,27 @@ class LocalJacobian(object):
         yield
 
     def seen_from(self, q, s):
+        # type: (Pose, Features) -> LinearImageModel
         """The image model of an arm that is at q, where s is seen."""
         return straight(self.J, [y - dot(row, q) for row, y in zip(self.J, s)])
 
     def refit(self):
+        # type: () -> Iterator[None]
         """There is nothing to fit."""
         return iter(())
 
     def shape(self):
+        # type: () -> LinearImageModel
         """The same but for its place in the image."""
         return straight(self.J)
 
     def covariance(self):
+        # type: () -> Matrix
         """Of each row of J, n x n, (px/rad)^2."""
         return [list(row) for row in self._P]
 
     def doubt_all(self):
+        # type: () -> None
         """The camera was moved, or the like: J is kept, but half of it may be wrong."""
         if self._prepared is not None:  # what was learned early is taken back
             _, (self.J, self._P, self._last) = self._prepared

@@ -13,13 +13,70 @@ from shared.verdicts import (
     REFUSED,
 )
 
+MYPY = False  # which a type checker takes for true
+if MYPY:
+    from typing import List, Mapping, NamedTuple, Optional, Protocol  # noqa: F401
+
+    from robot.servoing.linear_algebra import Vector  # noqa: F401
+    from robot.servoing.sightings import Sightings  # noqa: F401
+    from shared.messages import Observation  # noqa: F401
+
+    class SightsClient(Protocol):
+        """A TrackingClient, or what looks like one."""
+
+        @property
+        def linked(self):
+            # type: () -> bool
+            """Whether observations can come in."""
+
+        @property
+        def refused(self):
+            # type: () -> bool
+            """Whether it has given up."""
+
+        @property
+        def why(self):
+            # type: () -> str
+            """Why there is no link."""
+
+        @property
+        def late(self):
+            # type: () -> Mapping[str, float]
+            """The cameras that come too late, and how late, s."""
+
+        def poll(self, timeout):
+            # type: (float) -> Mapping[str, Observation]
+            """What is new, waited for so long, s."""
+
+        def commands(self):
+            # type: () -> List[object]
+            """The messages that order something."""
+
+        def report(
+            self,
+            q,  # type: Vector
+            error,  # type: Optional[float]
+            verdict="",  # type: str
+            reason="",  # type: str
+            e=None,  # type: Optional[Mapping[str, float]]
+            condition=None,  # type: Optional[float]
+            moves=0,  # type: int
+            run=1,  # type: int
+        ):
+            # type: (...) -> None
+            """Tell the laptop how it goes."""
+
+
 SIGHT_PATIENCE, LINK_PATIENCE = 10.0, 20.0
 """The run is given up when what is to be seen, or the link, has not come back for so long, s."""
 
 NEEDED_RATE = math.ceil(2 / SIGHT_TIMEOUT)
 """Pictures a second of which one may be lost."""
 
-Halt = record("Halt", "word reason")
+if MYPY:
+    Halt = NamedTuple("Halt", [("word", str), ("reason", str)])
+else:
+    Halt = record("Halt", "word reason")
 Halt.__doc__ = "Why a motion or a run is over: a verdict's word and its reason."
 
 COMES_BACK = {LINK_LOST: "linked", PICTURE_FROZEN: "the picture changes"}
@@ -36,9 +93,11 @@ class LossOfSight(object):
     """
 
     def __init__(self, client, sightings, joints):
+        # type: (SightsClient, Sightings, int) -> None
         self._client, self._sightings, self._joints = client, sightings, joints
 
     def word(self, now):
+        # type: (float) -> str
         """The verdict's word that this comes to if it stays."""
         if not self._client.linked:
             return LINK_LOST
@@ -49,14 +108,17 @@ class LossOfSight(object):
         return CAMERA_SLOW if self._sightings.rates.slow(now) else MARKER_LOST
 
     def word_of(self, camera):
+        # type: (str) -> str
         """The same of one camera, while the others go on."""
         return PICTURE_FROZEN if camera in self._sightings.pictures.frozen else MARKER_LOST
 
     def what_came_back(self, word):
+        # type: (str) -> str
         """What is told when it is over."""
         return COMES_BACK.get(word, "seen")
 
     def end(self, now, seen_at, unlinked_at):
+        # type: (float, float, float) -> Optional[Halt]
         """The Halt if it has lasted too long, or will; None.
 
         Args:
@@ -71,6 +133,7 @@ class LossOfSight(object):
         return None if patient else Halt(word, self.why(word, now))
 
     def why(self, word, now):
+        # type: (str, float) -> str
         """The reason that belongs to such a word."""
         if word == LINK_LOST:
             return self._client.why
@@ -83,6 +146,7 @@ class LossOfSight(object):
         return self._sightings.what_is_missing(now, self._joints, SIGHT_PATIENCE)
 
     def refusal(self):
+        # type: () -> Optional[Halt]
         """The Halt if nothing may begin, since a camera shows where no goal is; None."""
         cameras = self._sightings.without_goal
         if not cameras:
@@ -96,6 +160,7 @@ class LossOfSight(object):
         )
 
     def too_few(self, rate):
+        # type: (float) -> str
         """What is added to a reason where so few pictures (1/s) had the marker in them."""
         if rate >= 2 / SIGHT_TIMEOUT:
             return ""
@@ -104,6 +169,7 @@ class LossOfSight(object):
         )
 
     def _why_frozen(self):
+        # type: () -> str
         pictures = self._sightings.pictures
         cameras = sorted(pictures.frozen)
         turn = max([pictures.turn(camera) for camera in cameras])
@@ -115,6 +181,7 @@ class LossOfSight(object):
         )
 
     def _why_late(self):
+        # type: () -> str
         return "; ".join(
             [
                 "the pictures of camera {} come {:.1f} s late, and at most 1 s is allowed; end "
@@ -124,6 +191,7 @@ class LossOfSight(object):
         )
 
     def _why_slow(self, now):
+        # type: (float) -> str
         camera, (came, given) = min(self._sightings.rates.slow(now).items())
         if given < NEEDED_RATE:
             return (

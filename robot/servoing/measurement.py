@@ -9,6 +9,16 @@ from operator import sub
 from robot.servoing.linear_algebra import length, median
 from shared.record import record
 
+MYPY = False  # which a type checker takes for true
+if MYPY:
+    from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple  # noqa: F401
+
+    from robot.servoing.image_model import Features  # noqa: F401
+    from robot.servoing.rows import Rows  # noqa: F401
+
+    Frames = Mapping[str, Sequence[Tuple[float, Features, Features]]]
+    # By camera, in order of time, of an arm that stands: when it was taken (s); tip and goal (px).
+
 MIN_FRAMES, MAX_FRAMES = 6, 12
 """Frames of a measurement; where noise might decide whether it has arrived, up to MAX_FRAMES."""
 
@@ -24,7 +34,19 @@ FIRST_SIGMA, MIN_SIGMA = 1.0, 0.2
 MAX_SCATTER = 3.0
 """Frames that scatter so much more than usual are not enough yet."""
 
-Measurement = record("Measurement", "camera s goal variance frames")
+if MYPY:
+    Measurement = NamedTuple(
+        "Measurement",
+        [
+            ("camera", str),
+            ("s", Features),
+            ("goal", Features),
+            ("variance", float),
+            ("frames", int),
+        ],
+    )
+else:
+    Measurement = record("Measurement", "camera s goal variance frames")
 Measurement.__doc__ = """What one camera has measured while the arm stood.
 
 s, goal    px;  variance  of each element of s, px^2;  frames  that it took
@@ -32,6 +54,7 @@ s, goal    px;  variance  of each element of s, px^2;  frames  that it took
 
 
 def robust_mean(frames):
+    # type: (Sequence[Features]) -> Tuple[Tuple[float, ...], float, int]
     """Median of what was seen, after far-off frames were left out.
 
     Args:
@@ -52,6 +75,7 @@ def robust_mean(frames):
 
 
 def error_of(measurements, rows):
+    # type: (Sequence[Measurement], Rows) -> List[float]
     """e = s - s_star, the Rows that count of all cameras in turn, px."""
     return rows.values(
         {
@@ -65,20 +89,24 @@ class MedianEstimator(object):
     """Collects frames of an arm that stands until they are enough; the median, robustly."""
 
     def __init__(self, tolerance, rows):
-        self._sigmas = {}
+        # type: (float, Rows) -> None
+        self._sigmas = {}  # type: Dict[str, float]
         self._tolerance = tolerance
         self._rows = rows
 
     def sigma_of(self, camera):
+        # type: (str) -> float
         """Noise of a frame of a camera, px."""
         return self._sigmas.get(camera, FIRST_SIGMA)
 
     @property
     def sigma(self):
+        # type: () -> float
         """The same of the noisiest camera."""
         return max(self._sigmas.values()) if self._sigmas else FIRST_SIGMA
 
     def glance(self, frames):
+        # type: (Frames) -> Optional[List[Measurement]]
         """[Measurement] by the first frames; None while they are too few.  Args: as below."""
         if min(map(len, frames.values())) < GLANCE_FRAMES:
             return None
@@ -91,6 +119,7 @@ class MedianEstimator(object):
         return glances
 
     def measurements(self, frames):
+        # type: (Frames) -> Optional[List[Measurement]]
         """[Measurement], or None while more frames are needed.
 
         Args:
@@ -98,7 +127,7 @@ class MedianEstimator(object):
         """
         if not frames or min(len(seen) for seen in frames.values()) < MIN_FRAMES:
             return None
-        measurements, spreads = [], {}
+        measurements, spreads = [], {}  # type: List[Measurement], Dict[str, float]
         scattered = False
         for camera in sorted(frames):
             s, spread, kept = robust_mean([s for _, s, _ in frames[camera]])
@@ -126,14 +155,16 @@ class ReportEstimator(object):
     POINTS, PERIOD = 20, 0.1
 
     def __init__(self, robust=False):
+        # type: (bool) -> None
         self.sigma = FIRST_SIGMA
         self._robust = robust
 
     def measurements(self, frames):
+        # type: (Frames) -> Optional[List[Measurement]]
         """As MedianEstimator.measurements."""
         measurements = []
         for camera in sorted(frames):
-            points, due = [], None
+            points, due = [], None  # type: List[Features], Optional[float]
             for t, s, _ in frames[camera]:
                 if due is None or t >= due - 1e-6:
                     points.append(s)

@@ -5,6 +5,23 @@ from collections import deque
 
 from robot.servoing.linear_algebra import apart
 
+MYPY = False  # which a type checker takes for true
+if MYPY:
+    from typing import Deque, Dict, Iterable, Iterator, Optional, Protocol, Tuple  # noqa: F401
+
+    from robot.servoing.decision import AnyServo  # noqa: F401
+    from robot.servoing.image_model import Pose  # noqa: F401
+    from robot.servoing.sightings import MarkerFrame  # noqa: F401
+    from robot.servoing.stream import Stream  # noqa: F401
+
+    class Timepiece(Protocol):
+        """A Clock, or what tells the time in its stead."""
+
+        def now(self):
+            # type: () -> float
+            """Seconds."""
+
+
 LEARNING_STEP = math.radians(0.5)
 """Frames in motion are learned from if a joint has moved by so much in between, rad."""
 
@@ -27,24 +44,31 @@ class LearningInMotion(object):
     """
 
     def __init__(self, servo, clock):
+        # type: (AnyServo, Timepiece) -> None
         self._servo, self._clock = servo, clock
-        self._stream = None  # that aims in a chase
-        self._unlearned = deque(maxlen=MAX_WAITING_FRAMES)  # frames of a motion, and q of each
-        self._kept_at = {}  # camera: where the joints were in the last of these
-        self._learned_at = {}  # camera: when the last was taken that was learned from in a chase, s
-        self._slices = iter(())
+        self._stream = None  # type: Optional[Stream]  # that aims in a chase
+        # Frames of a motion, and q of each.
+        self._unlearned = deque(maxlen=MAX_WAITING_FRAMES)  # type: Deque[Tuple[MarkerFrame, Pose]]
+        # Camera: where the joints were in the last of these.
+        self._kept_at = {}  # type: Dict[str, Pose]
+        # Camera: when the last was taken that was learned from in a chase, s.
+        self._learned_at = {}  # type: Dict[str, float]
+        self._slices = iter(())  # type: Iterator[None]
         self._slice, self._skipped = 0.0, 0  # how long the last slice took, s
 
     @property
     def waits(self):
+        # type: () -> bool
         """Whether there is something to learn from."""
         return bool(self._unlearned)
 
     def begin(self, stream=None):
+        # type: (Optional[Stream]) -> None
         """A motion begins; in a chase `stream` aims."""
         self._stream, self._slices = stream, iter(())
 
     def take(self, frames):
+        # type: (Iterable[MarkerFrame]) -> None
         """Keep those MarkerFrames, seen in motion, that tell something new."""
         for frame in frames:
             before, q = self._kept_at.get(frame.camera), frame.q
@@ -55,6 +79,7 @@ class LearningInMotion(object):
             self._unlearned.popleft()
 
     def learn(self):
+        # type: () -> bool
         """Learn from one frame; whether there was one."""
         if not self._unlearned:
             return False
@@ -63,11 +88,13 @@ class LearningInMotion(object):
         return True
 
     def finish(self):
+        # type: () -> None
         """Learn from all that there is."""
         while self.learn():
             pass
 
     def work(self, now, until):
+        # type: (float, float) -> None
         """Do slices from the time `now` to `until`, s; the first one if there is room for it.
 
         What takes a slow brick longer than there is has its turn now and then all the same.
@@ -91,11 +118,13 @@ class LearningInMotion(object):
                 return
 
     def _learn_all(self):
+        # type: () -> Iterator[None]
         """Learn from frames, one in a slice."""
         while self.learn():
             yield
 
     def _chase(self, stream):
+        # type: (Stream) -> Iterator[None]
         """Aim by what was seen; then learn from a frame and make use of it: slice by slice."""
         for _ in stream.reaim():
             yield

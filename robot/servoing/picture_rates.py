@@ -2,6 +2,12 @@
 
 from collections import deque
 
+MYPY = False  # which a type checker takes for true
+if MYPY:
+    from typing import Deque, Dict, Tuple  # noqa: F401
+
+    from shared.messages import Observation  # noqa: F401
+
 WINDOW, MIN_PICTURES = 3.2, 3
 """Pictures are counted over so long, s; of fewer nothing is said."""
 
@@ -14,12 +20,15 @@ class PictureRates(object):
     """
 
     def __init__(self, gap):
+        # type: (float) -> None
         self._gap = gap
         self._most = int(WINDOW / gap) + 2  # more, and some of them are nearer than the gap
-        self._came = {}  # camera: (when each came, s; its number)
-        self._began = {}  # camera: when the first came, s
+        # Camera: (when each came, s; its number).
+        self._came = {}  # type: Dict[str, Deque[Tuple[float, int]]]
+        self._began = {}  # type: Dict[str, float]  # camera: when the first came, s
 
     def add(self, seen, now):
+        # type: (Observation, float) -> None
         """Take in that an Observation came."""
         came = self._came.get(seen.camera)
         if came is None:
@@ -28,6 +37,7 @@ class PictureRates(object):
         came.append((now, seen.seq))
 
     def slow(self, now):
+        # type: (float) -> Dict[str, Tuple[float, float]]
         """The cameras whose pictures are too few: {camera: (pictures that come, it gives, 1/s)}."""
         found = {}
         for camera, came in self._came.items():

@@ -6,6 +6,16 @@ from operator import add, itemgetter, mul, sub
 
 from robot.servoing.linear_algebra import solve_definite
 
+MYPY = False  # which a type checker takes for true
+if MYPY:
+    from typing import Iterator, List, Optional, Tuple  # noqa: F401
+
+    from robot.servoing.image_model import Features, LinearImageModel, Pose  # noqa: F401
+    from robot.servoing.linear_algebra import Matrix, Vector  # noqa: F401
+
+    Walls = Tuple[Pose, Pose]  # least and greatest angle of each joint, rad
+    Course = Tuple[List[float], float]  # where it leads, rad, and what it leaves over, px
+
 MIN_RESIDUAL, MIN_GAIN_SHARE = 0.25, 0.05
 """A pose is searched until this little is left (px^2), or a step gains no more and this share."""
 
@@ -25,6 +35,7 @@ GLANCE_ITERATIONS, FINALISTS = 3, 2
 
 
 def best_pose(image, goal, start, walls, here=(), penalty=None, iterations=12):
+    # type: (LinearImageModel, Features, Pose, Walls, Pose, Optional[Matrix], int) -> Course
     """The joint angles within the walls at which the goal is expected to be nearest.
 
     Makes |s(q) - goal|^2 + (q - here)' penalty (q - here) least, by Levenberg and Marquardt; a
@@ -45,7 +56,17 @@ def best_pose(image, goal, start, walls, here=(), penalty=None, iterations=12):
     return found
 
 
-def best_posture(image, goal, q, walls, best, left, tolerance, penalty=None):
+def best_posture(
+    image,  # type: LinearImageModel
+    goal,  # type: Features
+    q,  # type: Pose
+    walls,  # type: Walls
+    best,  # type: Course
+    left,  # type: float
+    tolerance,  # type: float
+    penalty=None,  # type: Optional[Matrix]
+):
+    # type: (...) -> Course
     """The best of `best` and of the poses that are found from all over the box, as best_pose.
 
     Args:
@@ -68,14 +89,26 @@ def best_posture(image, goal, q, walls, best, left, tolerance, penalty=None):
 
 
 def at_shares(shares, low, high):
+    # type: (Vector, Pose, Pose) -> List[float]
     """Joint angles by their shares of their ranges, rad."""
     return [a + (b - a) * share for a, b, share in zip(low, high, shares)]
 
 
-def descent(image, goal, start, walls, here=(), penalty=None, iterations=12, sharp=MIN_RESIDUAL):
+def descent(
+    image,  # type: LinearImageModel
+    goal,  # type: Features
+    start,  # type: Pose
+    walls,  # type: Walls
+    here=(),  # type: Pose
+    penalty=None,  # type: Optional[Matrix]
+    iterations=12,  # type: int
+    sharp=MIN_RESIDUAL,  # type: float
+):
+    # type: (...) -> Iterator[Course]
     """Iterate over the steps of `best_pose`: (q, distance that is left, px), from the start on."""
 
     def cost(q):
+        # type: (Pose) -> Tuple[float, float, List[float], Vector]
         e = list(map(sub, goal, image.predict(q)))
         square = sum(map(mul, e, e))
         if penalty is None:
@@ -121,6 +154,7 @@ def descent(image, goal, start, walls, here=(), penalty=None, iterations=12, sha
 
 
 def _step_in_box(H, b, q, low, high):
+    # type: (Matrix, Vector, Pose, Pose, Pose) -> List[float]
     """q + x with H x = b for a positive definite H (its lower triangle), kept in the box."""
     there = list(map(add, q, solve_definite(H, b)))
     for a, least, most in zip(there, low, high):

@@ -8,6 +8,13 @@ at a dead end      explore anew, then try another posture; none is left: out of 
 
 import math
 
+MYPY = False  # which a type checker takes for true
+if MYPY:
+    from random import Random  # noqa: F401
+    from typing import Callable, List, Optional  # noqa: F401
+
+    from robot.servoing.image_model import Pose  # noqa: F401
+
 GO_ON, EXPLORE_ANEW, START_ELSEWHERE, TRY_POSTURE, GIVE_UP = (
     "go on", "explore anew", "start elsewhere", "try another posture", "give up",
 )  # fmt: skip
@@ -46,10 +53,12 @@ so many times the step."""
 
 
 def drawing(seed):
+    # type: (int) -> Callable[[float, float], float]
     """Random(seed).uniform; random is imported only where it is needed."""
-    luck = []
+    luck = []  # type: List[Random]
 
     def uniform(low, high):
+        # type: (float, float) -> float
         if not luck:
             import random
 
@@ -60,6 +69,7 @@ def drawing(seed):
 
 
 def next_region(region, step, wrong):
+    # type: (float, float, float) -> float
     """The greatest next step of a joint, rad.
 
     Args:
@@ -89,17 +99,19 @@ class Progress(object):
     """
 
     def __init__(self, tolerance, known=False):
+        # type: (float, bool) -> None
         self._tolerance = tolerance
         self._known = known
-        self._best, self._stagnant, self._diverging = None, 0, 0
-        self._stuck_at = []  # the errors at which starts have ended, px
+        self._best, self._stagnant, self._diverging = None, 0, 0  # type: Optional[float], int, int
+        self._stuck_at = []  # type: List[float]  # the errors at which starts have ended, px
         self._stalled = 0
         self._checked = False  # by exploring anew, that it is out of reach
-        self.bound = None
-        self.postures = []
+        self.bound = None  # type: Optional[Pose]
+        self.postures = []  # type: List[Pose]
         self.refined = self.flat = self.detours = False
 
     def note(self, off):
+        # type: (float) -> str
         """Take in that a measurement is so far off (px); what to do: one of the actions above."""
         if self._best is None or off < IMPROVED_SHARE * self._best:
             self._best, self._stagnant = off, 0
@@ -115,6 +127,7 @@ class Progress(object):
         return GO_ON
 
     def _give_up_or(self, best, action):
+        # type: (float, str) -> str
         self._stuck_at.append(best)
         alike = [off for off in self._stuck_at if abs(off - best) < EQUAL_END_SHARE * best]
         if len(self._stuck_at) > MAX_RESTARTS or (
@@ -124,10 +137,12 @@ class Progress(object):
         return action
 
     def stalls(self, off, left):
+        # type: (float, float) -> bool
         """Whether a course from `off` that leaves over `left` (px) is none."""
         return left > max(self._tolerance, STALLED_SHARE * off)
 
     def note_stalled(self, left, wrong):
+        # type: (float, float) -> str
         """Take in such a course; what to do.
 
         Args:
@@ -144,27 +159,33 @@ class Progress(object):
 
     @property
     def near(self):
+        # type: () -> bool
         """Whether the best so far was near the goal."""
         return self._best is not None and self._best < NEAR_TOLERANCES * self._tolerance
 
     @property
     def nearest(self):
+        # type: () -> float
         """The least error at which a start has ended, px."""
         return min(self._stuck_at)
 
     @property
     def gain(self):
+        # type: () -> float
         """Share of a step to make: near the goal, to and fro without end means unknown backlash."""
         return 1.0 / (1.0 + 0.5 * self._stagnant) if self.near else 1.0
 
     def detour(self):
+        # type: () -> None
         """The way may lead farther off at first."""
         self._best, self.detours = float("inf"), True
 
     def begin_elsewhere(self):
+        # type: () -> None
         """Start from another posture."""
         self._best, self._stagnant, self._stalled, self.bound = None, 0, 0, None
 
     def begin_exploring(self):
+        # type: () -> None
         """Explore anew."""
         self._best, self._diverging, self.bound = None, 0, None

@@ -11,6 +11,17 @@ from collections import OrderedDict
 from robot.servoing.linear_algebra import apart
 from shared.messages import EFFECTOR, GOAL
 
+MYPY = False  # which a type checker takes for true
+if MYPY:
+    from typing import Dict, FrozenSet, Iterable, Optional, Tuple  # noqa: F401
+
+    from robot.servoing.image_model import Pixel, Pose  # noqa: F401
+    from shared.arm_description import Joint  # noqa: F401
+    from shared.messages import Observation  # noqa: F401
+
+    _Places = Tuple[Pixel, Optional[Pixel]]  # of the tip and of the goal
+    _Right = Tuple[float, Pose]  # when a picture was right, s, and where the joints were
+
 MAX_PICTURES = 128
 """Pictures of a camera that are kept in mind: a loop may be as long, and come whenever it will."""
 
@@ -45,9 +56,10 @@ class _Camera(object):
     """What is known of one camera."""
 
     def __init__(self):
+        # type: () -> None
         # The markers' places, px: (when it was right, where the joints were, rad).
-        self.pictures = OrderedDict()
-        self.last, self.last_q = None, None
+        self.pictures = OrderedDict()  # type: OrderedDict[_Places, _Right]
+        self.last, self.last_q = None, None  # type: Optional[_Places], Optional[Pose]
         self.same = self.different = 0  # pairs of pictures of a still arm
         self.score, self.since = 0, 0.0  # of repeated ones; the time of the first, s
         self.frozen = False
@@ -66,15 +78,18 @@ class RepeatedPictures(object):
     """
 
     def __init__(self, joints):
-        self.frozen = frozenset()
+        # type: (Iterable[Joint]) -> None
+        self.frozen = frozenset()  # type: FrozenSet[str]
         self._quiet_turn = QUIET_TURN + max([joint.backlash for joint in joints])
-        self._cameras = {}
+        self._cameras = {}  # type: Dict[str, _Camera]
 
     def turn(self, camera):
+        # type: (str) -> float
         """By how much a joint has turned, at most, while the picture was the same, rad."""
         return self._cameras[camera].turn
 
     def is_new(self, seen, q):
+        # type: (Observation, Optional[Pose]) -> bool
         """Take in an Observation of joints at q (rad; None: not known); whether to go by it.
 
         One in which the tip is not seen says nothing, and is let pass.
@@ -103,6 +118,7 @@ class RepeatedPictures(object):
         return not (moved or camera.frozen)
 
     def _note_noise(self, camera, places):
+        # type: (_Camera, _Places) -> None
         """Take in two pictures of a still arm, in turn."""
         if places == camera.last:
             camera.same += 1
@@ -113,6 +129,7 @@ class RepeatedPictures(object):
             camera.different //= 2
 
     def _moved(self, camera, places, q, before):
+        # type: (_Camera, _Places, Pose, Pose) -> float
         """By how much the joints have turned since they were `before`, rad; 0 if that is none."""
         camera.pictures.move_to_end(places)
         quiet = camera.same >= QUIET_RATIO * camera.different
@@ -120,6 +137,7 @@ class RepeatedPictures(object):
         return turn if turn > (self._quiet_turn if quiet else MIN_TURN) else 0.0
 
     def _judge(self, name, camera, t, moved, right_at):
+        # type: (str, _Camera, float, float, float) -> None
         """Whether it is frozen, by its picture of the time t.
 
         Args:

@@ -10,6 +10,16 @@ from robot.servoing.measurement import ReportEstimator, error_of
 from robot.servoing.rows import Rows
 from shared.verdicts import CONVERGED, SINGULAR
 
+MYPY = False  # which a type checker takes for true
+if MYPY:
+    from typing import Dict, Iterable, Iterator, List, Optional, Sequence  # noqa: F401
+
+    from robot.servoing.image_model import Features, Pixel, Pose  # noqa: F401
+    from robot.servoing.linear_algebra import Matrix, Vector  # noqa: F401
+    from robot.servoing.measurement import Frames, Measurement  # noqa: F401
+    from robot.servoing.sightings import MarkerFrame  # noqa: F401
+    from shared.arm_description import Joint  # noqa: F401
+
 
 class ReportServo(object):
     """The report's algorithm, to the letter (Broyden with gamma = 1, steps of 10, 5 and 2 degrees).
@@ -36,37 +46,45 @@ class ReportServo(object):
     STEPS = tuple(math.radians(x) for x in (10, 5, 2))
 
     def __init__(self, joints, tolerance, rows=None, robust=False):
-        self.using, self.J = "report", None
+        # type: (Sequence[Joint], float, Optional[Rows], bool) -> None
+        self.using, self.J = "report", None  # type: Optional[str], Optional[Matrix]
         self.rows = rows or Rows("stereo", len(joints))
         self.estimator = ReportEstimator(robust)
-        self.cameras, self.bound = (), None
+        self.cameras, self.bound = (), None  # type: Sequence[str], Optional[Pose]
         self._low = [joint.lower for joint in joints]
         self._high = [joint.upper for joint in joints]
         self._tolerance = tolerance
-        self._columns = []  # of J as explored, by camera
-        self._seen, self._dx, self._x = None, [], []
+        self._columns = []  # type: List[Dict[str, List[float]]]  # of J as explored, by camera
+        self._seen = None  # type: Optional[Dict[str, Features]]
+        self._dx, self._x = [], []  # type: Vector, List[float]
 
     def suffices(self, cameras):
+        # type: (Iterable[str]) -> bool
         """As Servo.suffices."""
         if not self.cameras:
             return self.rows.suffice(cameras)
         return set(self.cameras) <= set(cameras)
 
     def observe_in_motion(self, camera, q, s):
+        # type: (str, Pose, Pixel) -> None
         """What is seen in motion is not used."""
 
     def known(self, camera):
+        # type: (str) -> None
         """As Servo.known: the report asks no camera why a joint stands."""
 
     def learn_shape(self, camera, q, s):
+        # type: (str, Pose, Pixel) -> Iterator[None]
         """As Servo.learn_shape; there is nothing to learn."""
         return iter(())
 
     def prepare(self, q, frames):
+        # type: (Pose, Frames) -> Iterator[None]
         """As Servo.prepare; there is nothing to prepare."""
         return iter(())
 
     def decide(self, q, measurements, chase=()):
+        # type: (Pose, Sequence[Measurement], Sequence[MarkerFrame]) -> Decision
         """As Servo.decide; the report has no chases."""
         if not self.cameras:
             self.cameras = [measurement.camera for measurement in measurements]
@@ -106,6 +124,7 @@ class ReportServo(object):
         return self._step("move", [mu * d / length(dx) for d in dx])
 
     def _step(self, action, dx):
+        # type: (str, Vector) -> Decision
         self._dx = dx
         moved = [a + d for a, d in zip(self._x, dx)]
         box = zip(moved, self._low, self._high)

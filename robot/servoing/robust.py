@@ -2,6 +2,14 @@
 
 from operator import sub
 
+MYPY = False  # which a type checker takes for true
+if MYPY:
+    from typing import Tuple  # noqa: F401
+
+    from robot.servoing.image_model import Features, Pose  # noqa: F401
+
+    Learned = Tuple[Tuple[float, ...], Features, float]  # q, s, and the variance of s, px^2
+
 RESIDUAL_SCALE = 3.0
 """Residuals beyond so many standard deviations count ever less (Geman and McClure)."""
 
@@ -10,11 +18,13 @@ MAX_DISAGREEMENT = 3.0
 
 
 def trust(excess):
+    # type: (float) -> float
     """Weight of a residual by its square, as a share of what is still believed."""
     return 1.0 if excess <= 1 else (1.0 + excess) ** -2
 
 
 def agrees(early, q, s):
+    # type: (Learned, Pose, Features) -> bool
     """Whether what was learned early, (q, s, variance), is of the arm at q, and s what was seen."""
     at, seen, variance = early
     square = sum([d * d for d in map(sub, seen, s)])

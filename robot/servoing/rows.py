@@ -2,6 +2,14 @@
 
 from robot.servoing.linear_algebra import dot, length
 
+MYPY = False  # which a type checker takes for true
+if MYPY:
+    from typing import Dict, Iterable, List, Mapping, Optional, Sequence, TypeVar  # noqa: F401
+
+    from robot.servoing.linear_algebra import Matrix, Vector  # noqa: F401
+
+    _T = TypeVar("_T")
+
 
 class Rows(object):
     """Which rows of the image count: u and v of every camera, or some of them.
@@ -19,18 +27,21 @@ class Rows(object):
     ONE = {"u": slice(0, 1), "v": slice(1, 2)}
 
     def __init__(self, kind, joints, third=None):
+        # type: (str, int, Optional[str]) -> None
         self._joints = joints
         self._all = kind == "stereo"
         self._third = third
-        self._chosen = {}  # camera: slice
+        self._chosen = {}  # type: Dict[str, slice]  # camera: slice
 
     def of(self, camera):
+        # type: (str) -> slice
         """The slice of (u, v) of a camera that counts."""
         if self._all or not self._chosen:
             return self.BOTH
         return self._chosen.get(camera, self.NONE)
 
     def choose(self, J):
+        # type: (Mapping[str, Matrix]) -> None
         """Settle on three rows, once that is possible.
 
         Args:
@@ -47,26 +58,31 @@ class Rows(object):
         self._chosen = {first: self.BOTH, second: third}
 
     def values(self, by_camera):
+        # type: (Mapping[str, Sequence[_T]]) -> List[_T]
         """What counts of {camera: a value for u and one for v}, of all cameras in turn."""
         return [x for camera in sorted(by_camera) for x in by_camera[camera][self.of(camera)]]
 
     def names(self, cameras):
+        # type: (Iterable[str]) -> List[str]
         """As "A.u"."""
         return self.values({camera: (camera + ".u", camera + ".v") for camera in cameras})
 
     def count(self, cameras):
+        # type: (Iterable[str]) -> int
         """How many of these cameras' rows count."""
         parts = [self.of(camera) for camera in cameras]
         return sum([part.stop - part.start for part in parts])
 
     def suffice(self, cameras):
+        # type: (Iterable[str]) -> bool
         """Whether there are as many as joints."""
         return self.count(cameras) >= self._joints
 
 
 def _rejected(row, others):
+    # type: (Vector, Matrix) -> List[float]
     """What is left of a row (n) without what lies in the span of two others."""
-    basis = []
+    basis = []  # type: List[List[float]]
     for other in list(others) + [row]:
         left = list(other)
         for unit in basis:

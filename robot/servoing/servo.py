@@ -34,6 +34,30 @@ from robot.servoing.rows import Rows
 from robot.servoing.stall_witness import Known
 from shared.verdicts import CONVERGED, SINGULAR, UNREACHABLE
 
+MYPY = False  # which a type checker takes for true
+if MYPY:
+    from typing import (  # noqa: F401
+        Dict,
+        Iterable,
+        Iterator,
+        List,
+        Mapping,
+        Optional,
+        Sequence,
+        Tuple,
+    )
+
+    from robot.servoing.image_model import Features, LinearImageModel, Pixel, Pose  # noqa: F401
+    from robot.servoing.image_models import ModelMakers  # noqa: F401
+    from robot.servoing.linear_algebra import Matrix  # noqa: F401
+    from robot.servoing.measurement import Frames, Measurement  # noqa: F401
+    from robot.servoing.pose_search import Course  # noqa: F401
+    from robot.servoing.sightings import MarkerFrame  # noqa: F401
+    from robot.servoing.stream import Sight  # noqa: F401
+    from shared.arm_description import Arm  # noqa: F401
+
+    Looked = Tuple[List[float], Dict[str, Features]]  # where the joints were; what each camera saw
+
 STOP_MARGIN = 0.7
 """Share of the tolerance at which it ends; what is off by more is corrected once."""
 
@@ -85,7 +109,8 @@ class Servo(object):
     """
 
     def __init__(self, arm, models, tolerance, seed=0, known=False, rows=None):
-        self.using, self.J = None, None
+        # type: (Arm, ModelMakers, float, int, bool, Optional[Rows]) -> None
+        self.using, self.J = None, None  # type: Optional[str], Optional[Matrix]
         self.rows = rows or Rows("stereo", len(arm.joints))
         self.estimator = MedianEstimator(tolerance, self.rows)
         self.models = ImageModels(models, arm.joints, self.estimator.sigma_of)
@@ -97,27 +122,32 @@ class Servo(object):
         self._doubts = Doubts(tolerance)
         self._region = FIRST_STEP
         self._uniform = drawing(seed)
-        self._looked = None  # (q, {camera: s}) of the last measurement
+        self._looked = None  # type: Optional[Looked]  # (q, {camera: s}) of the last measurement
 
     @property
     def cameras(self):
+        # type: () -> Sequence[str]
         """Those that it goes by."""
         return self._selection.used
 
     @property
     def bound(self):
+        # type: () -> Optional[Pose]
         """The posture that the last move leads to, at first perhaps farther off, rad; or None."""
         return self._progress.bound if self._progress.detours else None
 
     def suffices(self, cameras):
+        # type: (Iterable[str]) -> bool
         """Whether what these cameras see determines where the joints go."""
         return self.rows.suffice(cameras)
 
     def observe_in_motion(self, camera, q, s):
+        # type: (str, Pose, Pixel) -> None
         """As ImageModels.observe_in_motion, of all models."""
         self.models.observe_in_motion(camera, q, s)
 
     def prepare(self, q, frames):
+        # type: (Pose, Frames) -> Optional[Iterator[None]]
         """Learn ahead of `decide`, while the arm stands at q and is still being looked at.
 
         Args:
@@ -130,6 +160,7 @@ class Servo(object):
         return self.models.prepare(q, measurements) if measurements else None
 
     def decide(self, q, measurements, chase=()):
+        # type: (Pose, Sequence[Measurement], Sequence[MarkerFrame]) -> Decision
         """What to do now that the arm stands at q (rad) and [Measurement] is what is seen.
 
         Args:
@@ -180,6 +211,7 @@ class Servo(object):
         return self._move(q, goal, off, measurements)
 
     def _judge(self, q, seen, q_before, seen_before):
+        # type: (Pose, Dict[str, Features], Pose, Dict[str, Features]) -> None
         """Fit the trust region to how well the step that led here was predicted."""
         self._doubts.missed = 0.0
         both = [c for c in self.cameras if c in seen_before and c in seen]
@@ -194,6 +226,7 @@ class Servo(object):
         self._region = next_region(self._region, apart(q, q_before), wrong[self.using])
 
     def _choose_cameras(self, q, cameras):
+        # type: (Pose, Sequence[str]) -> None
         known = self._selection.look(cameras)
         name = self._in_use()
         self.rows.choose({c: self.models.image(name, c).jacobian(q) for c in known})
@@ -201,12 +234,14 @@ class Servo(object):
             self._progress = Progress(self.tolerance, self._known)
 
     def _marker_moved(self, q):
+        # type: (Pose) -> bool
         """Whether exploring has shown that any joint moves the marker."""
         columns = zip(*self.models.together(self.models.local, self._selection).jacobian(q))
         moved = max(map(length, columns)) * EXPLORING_STEP
         return moved > MIN_EXPLORED_SIGMAS * self.estimator.sigma
 
     def _explore(self, q, goal):
+        # type: (List[float], Features) -> Decision
         """Move a joint of which nothing is known; those that are known go on meanwhile."""
         self.using = None
         k, explored = self._selection.next_joint()
@@ -228,6 +263,7 @@ class Servo(object):
         return self._go("explore", to)
 
     def _ask(self, q, goal, measurements):
+        # type: (List[float], Features, Sequence[Measurement]) -> Decision
         """What seems to be the tip is at the goal: does it leave it with the joints?"""
         if self._doubts.begin_asking():
             return self._explore_anew(q, goal, measurements)
@@ -236,6 +272,7 @@ class Servo(object):
         return end_of_run(SINGULAR, DOES_NOT_MOVE)
 
     def _explore_anew(self, q, goal, measurements):
+        # type: (List[float], Features, Sequence[Measurement]) -> Decision
         """What is known of the image does not lead to the goal: it may have moved."""
         self.models.doubt_all()
         self.models.update(q, measurements)
@@ -245,6 +282,7 @@ class Servo(object):
         return self._explore(q, goal)
 
     def _start_from(self, q):
+        # type: (Pose) -> Decision
         """Go there, and begin as if nothing were known for certain."""
         self.using, self._region = None, FIRST_STEP
         self._progress.begin_elsewhere()
@@ -253,10 +291,12 @@ class Servo(object):
         return self._go("restart", q)
 
     def _go(self, action, q):
+        # type: (str, Pose) -> Decision
         """The Decision to go to q, as far as the limits allow."""
         return Decision(action, self._courses.inside(q), None, "")
 
     def _move(self, q, goal, off, measurements):
+        # type: (List[float], Features, float, Sequence[Measurement]) -> Decision
         name = self.using = self.models.best()
         image = self.models.together(name, self._selection)
         J = {c: self.models.image(name, c).jacobian(q) for c in self.cameras}
@@ -287,8 +327,8 @@ class Servo(object):
             low = [max(wall, a - self._region) for wall, a in zip(self._box[0], q)]
             high = [min(wall, a + self._region) for wall, a in zip(self._box[1], q)]
             nearer = min(1.0, WAYPOINT_DISTANCE / off)
-            here = self._selection.together({m.camera: m.s for m in measurements})
-            waypoint = [y + nearer * (g - y) for y, g in zip(here, goal)]
+            tip = self._selection.together({m.camera: m.s for m in measurements})
+            waypoint = [y + nearer * (g - y) for y, g in zip(tip, goal)]
             to, _ = best_pose(image, waypoint, q, (low, high), q, penalty, LINEAR_ITERATIONS)
         gain = self._progress.gain
         return self._go("move", [a + gain * (b - a) for a, b in zip(q, to)])
@@ -296,9 +336,11 @@ class Servo(object):
     # For those that go by the models, too
 
     def _in_use(self):
+        # type: () -> str
         return "chain" if "chain" in self.models else self.using or self.models.names[0]
 
     def known(self, camera):
+        # type: (str) -> Optional[Known]
         """Known of a camera; None before the arm has stood before it."""
         if self._looked and camera in self._looked[1]:
             model = self.models.of(self._in_use(), camera)
@@ -306,10 +348,12 @@ class Servo(object):
         return None
 
     def shape(self, camera):
+        # type: (str) -> LinearImageModel
         """How the image of a camera changes with the joints, as far as known: see models."""
         return self.models.of(self._in_use(), camera).shape()
 
     def learn_shape(self, camera, q, s):
+        # type: (str, Pose, Pixel) -> Iterator[None]
         """Learn from a frame taken in motion: an iterator, each step a slice of the work."""
         name = self._in_use()
         self.models.observe_in_motion(camera, q, s, name)
@@ -318,6 +362,7 @@ class Servo(object):
             yield
 
     def together(self, sights, t):
+        # type: (Mapping[str, Sight], float) -> Tuple[LinearImageModel, List[float], List[float]]
         """(image model, goal at time t, its velocity), of all that counts.
 
         Args:
@@ -326,11 +371,13 @@ class Servo(object):
         return self._selection.moving(sights, t)
 
     def uncertainty_penalty(self, q):
+        # type: (Pose) -> List[List[float]]
         """What is not known of J where the joints stand, at q (rad): a penalty for `nearing`."""
         penalty = self.models.penalty(self._in_use(), self._selection, len(q))
         return [[CHASE_UNCERTAINTY_SHARE * value for value in row] for row in penalty]
 
     def nearing(self, image, goal, start, q, penalty):
+        # type: (LinearImageModel, Features, Pose, Pose, Matrix) -> Iterator[Course]
         """The steps from `start` to where joints that are at `q` should be (rad): see `descent`."""
         sharp = (AIM_TOLERANCE_SHARE * self.tolerance) ** 2
         return descent(image, goal, start, self._box, q, penalty, sharp=sharp)

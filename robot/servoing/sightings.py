@@ -9,6 +9,28 @@ from robot.servoing.picture_rates import PictureRates
 from shared.messages import EFFECTOR, GOAL, LEAST_CONFIDENCE
 from shared.record import record
 
+MYPY = False  # which a type checker takes for true
+if MYPY:
+    from typing import (  # noqa: F401
+        Callable,
+        Deque,
+        Dict,
+        List,
+        Mapping,
+        NamedTuple,
+        Optional,
+        Sequence,
+        Set,
+        Tuple,
+    )
+
+    from robot.servoing.image_model import Pixel  # noqa: F401
+    from robot.servoing.repeated_pictures import RepeatedPictures  # noqa: F401
+    from shared.messages import Observation  # noqa: F401
+
+    _Angles = Tuple[float, ...]  # rad
+    Tell = Callable[[str, float, Optional[_Angles], Optional[Pixel], Optional[Pixel]], object]
+
 SIGHT_TIMEOUT = 0.3
 """What was not seen for so long is lost, s: nothing moves on old data."""
 
@@ -18,7 +40,19 @@ SMOOTHING_TIME = 0.5
 MAX_SEEN = 128
 """Places of the tip that are kept in mind."""
 
-MarkerFrame = record("MarkerFrame", "camera t q s goal")
+if MYPY:
+    MarkerFrame = NamedTuple(
+        "MarkerFrame",
+        [
+            ("camera", str),
+            ("t", float),
+            ("q", Optional[Tuple[float, ...]]),
+            ("s", Pixel),
+            ("goal", Pixel),
+        ],
+    )
+else:
+    MarkerFrame = record("MarkerFrame", "camera t q s goal")
 MarkerFrame.__doc__ = "One frame of one camera: when it was taken (s), where the joints were, px."
 
 
@@ -41,16 +75,20 @@ class Sightings(object):
     """
 
     def __init__(self, fixed_goals, streaming, pictures):
+        # type: (Mapping[str, Pixel], bool, RepeatedPictures) -> None
         self.history, self.pictures = JointHistory(), pictures
         self.rates = PictureRates(SIGHT_TIMEOUT)
-        self.goals, self.seen_by, self.behind = {}, {}, {}
-        self.seen = deque(maxlen=MAX_SEEN)
+        self.goals = {}  # type: Dict[str, GoalEstimate]
+        self.seen_by = {}  # type: Dict[str, float]
+        self.behind = {}  # type: Dict[str, Tuple[float, ...]]
+        self.seen = deque(maxlen=MAX_SEEN)  # type: Deque[Tuple[str, float, Pixel, bool]]
         self._fixed_goals, self._streaming = fixed_goals, streaming
-        self._heard_of = set()  # cameras that send, whatever they see
-        self._blind = set()  # those that were told of as blind
-        self._smoothed_at = {}
+        self._heard_of = set()  # type: Set[str]  # cameras that send, whatever they see
+        self._blind = set()  # type: Set[str]  # those that were told of as blind
+        self._smoothed_at = {}  # type: Dict[str, float]
 
     def frame(self, seen, now, moving, tell=None):
+        # type: (Observation, float, bool, Optional[Tell]) -> Optional[MarkerFrame]
         """The MarkerFrame of an Observation; None unless the tip is seen and the goal known.
 
         None, too, of a picture that has come before, with the joints elsewhere.
@@ -89,6 +127,7 @@ class Sightings(object):
         return MarkerFrame(camera, seen.t, q, s, where)
 
     def smooth(self, frame):
+        # type: (MarkerFrame) -> None
         """Take in how far off it is, for `behind`."""
         e = tuple([a - b for a, b in zip(frame.s, frame.goal)])
         camera = frame.camera
@@ -98,17 +137,20 @@ class Sightings(object):
         self.behind[camera] = tuple([b + share * (x - b) for b, x in zip(before, e)])
 
     def seeing(self, now):
+        # type: (float) -> List[str]
         """The cameras that have lately seen what is to be seen."""
         return [
             camera for camera in sorted(self.seen_by) if now - self.seen_by[camera] <= SIGHT_TIMEOUT
         ]
 
     def goal_moves(self, now):
+        # type: (float) -> bool
         """Whether it does, as far as known."""
         seeing = self.seeing(now) or self.goals
         return any(goal.moving for camera, goal in self.goals.items() if camera in seeing)
 
     def changes(self, now):
+        # type: (float) -> Tuple[Sequence[str], Sequence[str]]
         """(cameras that have lost sight of the marker, those that see it again) since last time."""
         if not self._blind and len(self.seeing(now)) == len(self.seen_by):
             return (), ()
@@ -119,15 +161,18 @@ class Sightings(object):
 
     @property
     def without_goal(self):
+        # type: () -> List[str]
         """The cameras that send although a pixel is the goal of others only."""
         return sorted(self._heard_of - set(self._fixed_goals)) if self._fixed_goals else []
 
     @property
     def any_blind(self):
+        # type: () -> bool
         """Whether some camera has lost sight of the marker."""
         return bool(self._blind)
 
     def what_is_missing(self, now, joints, seconds):
+        # type: (float, int, float) -> str
         """One line for people: why it does not go on.
 
         Args:

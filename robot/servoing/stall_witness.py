@@ -12,6 +12,18 @@ from robot.servoing.linear_algebra import dot, length, median
 from shared.arm_description import ArmError
 from shared.record import record
 
+MYPY = False  # which a type checker takes for true
+if MYPY:
+    from typing import Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple  # noqa: F401
+
+    from robot.motion.arm import RobotArm  # noqa: F401
+    from robot.servoing.decision import AnyServo  # noqa: F401
+    from robot.servoing.image_model import Features, LinearImageModel, Pose  # noqa: F401
+    from robot.servoing.linear_algebra import Matrix, Vector  # noqa: F401
+    from robot.servoing.sightings import Sightings  # noqa: F401
+
+    _Seen = List[Tuple[Pose, Features]]  # of one camera: where the joints were, and the tip
+
 LOOK_TIME, LOOK_PAUSE, REST_TIME, MIN_FRAMES = 0.6, 0.1, 0.15, 3
 """So long the arm is looked at after it was stopped, pausing so long, s; what was seen after
 REST_TIME is of an arm that rests; so many frames of it are needed."""
@@ -40,7 +52,12 @@ TURNS = (
 )
 STANDS = "{}, and {} it stand: it is blocked or overloaded; free it, then home"
 
-Known = record("Known", "image covariance sigma")
+if MYPY:
+    Known = NamedTuple(
+        "Known", [("image", LinearImageModel), ("covariance", Matrix), ("sigma", float)]
+    )
+else:
+    Known = record("Known", "image covariance sigma")
 Known.__doc__ = """What a servo knows of a camera.
 
 image       LinearImageModel, wherever in the image
@@ -48,7 +65,10 @@ covariance  of each row of its J, n x n, (px/rad)^2
 sigma       noise of a frame, px
 """
 
-Rest = record("Rest", "off doubt column")
+if MYPY:
+    Rest = NamedTuple("Rest", [("off", Vector), ("doubt", float), ("column", Optional[Vector])])
+else:
+    Rest = record("Rest", "off doubt column")
 Rest.__doc__ = """What the counts do not explain of what a camera saw, px.
 
 off     u and v;  doubt  how much of it may be chance
@@ -57,6 +77,7 @@ column  of J, what the joint does to the image, px/rad; None where that is not k
 
 
 def unexplained(known, frames, moving, q, s, k, backlash):
+    # type: (Known, Sequence[Tuple[Pose, Features]], bool, Pose, Features, int, Vector) -> Rest
     """Rest of what was seen since `frames` when the arm rests.
 
     Args:
@@ -83,6 +104,7 @@ def unexplained(known, frames, moving, q, s, k, backlash):
 
 
 def turn_seen(rests, least):
+    # type: (Sequence[Rest], float) -> Optional[float]
     """What cameras say of a joint that does not count, if they agree.
 
     Args:
@@ -107,7 +129,15 @@ def turn_seen(rests, least):
     return 0.0 if LEAST_RATIO * least - abs(turn) > doubt else None
 
 
-def witnessed(error, arm, servo, sightings, now, receive):
+def witnessed(
+    error,  # type: ArmError
+    arm,  # type: RobotArm
+    servo,  # type: AnyServo
+    sightings,  # type: Sightings
+    now,  # type: Callable[[], float]
+    receive,  # type: Callable[[float], object]
+):
+    # type: (...) -> str
     """What an ArmError says; of a joint that does not count with the cameras' word for the cause.
 
     Args:
@@ -137,14 +167,15 @@ def witnessed(error, arm, servo, sightings, now, receive):
     while now() < stopped_at + LOOK_TIME:
         receive(LOOK_PAUSE)
     backlash = [joint.backlash for joint in joints]
-    rests = {}
+    rests = {}  # type: Dict[str, Rest]
     for camera in sorted({place[0] for place in seen}):
         known = servo.known(camera)
         ends = [s for c, t, s, _ in sightings.seen if c == camera and t > stopped_at + REST_TIME]
         if known is None or len(ends) < MIN_FRAMES:
             continue
         s = [median(column) for column in zip(*ends)]
-        befores = {}  # the last frames before it moved, and the last before it did not count
+        # The last frames before it moved, and the last before it did not count.
+        befores = {}  # type: Dict[bool, _Seen]
         for c, t, place, moving in seen:
             before = history.at(t)
             if c == camera and (not moving or t <= counted_at) and before:

@@ -9,10 +9,44 @@ from robot.servoing.linear_algebra import apart, dot, length, median
 from robot.servoing.pose_search import CLEARLY_BETTER, NEARLY_THERE
 from shared.record import record
 
+MYPY = False  # which a type checker takes for true
+if MYPY:
+    from typing import (  # noqa: F401
+        Dict,
+        Generator,
+        Iterator,
+        List,
+        NamedTuple,
+        Optional,
+        Tuple,
+        Union,
+    )
+
+    from robot.servoing.goal_estimate import GoalEstimate  # noqa: F401
+    from robot.servoing.image_model import Features, LinearImageModel, Pixel, Pose  # noqa: F401
+    from robot.servoing.linear_algebra import Vector  # noqa: F401
+    from robot.servoing.pose_search import Course  # noqa: F401
+    from robot.servoing.servo import Servo  # noqa: F401
+    from robot.servoing.sightings import MarkerFrame  # noqa: F401
+
+    _Recent = Tuple[Pose, Features, Optional[LinearImageModel], Vector]
+
 STANDING = 0.0, 0.0
 """The velocity of a goal that stands, px/s."""
 
-Sight = record("Sight", "t shape offset goal speed")
+if MYPY:
+    Sight = NamedTuple(
+        "Sight",
+        [
+            ("t", float),
+            ("shape", LinearImageModel),
+            ("offset", List[float]),
+            ("goal", Pixel),
+            ("speed", Pixel),
+        ],
+    )
+else:
+    Sight = record("Sight", "t shape offset goal speed")
 
 
 class Stream(object):
@@ -37,23 +71,30 @@ class Stream(object):
     """What a camera has not seen for so long is not gone by, s."""
 
     def __init__(self, servo):
+        # type: (Servo) -> None
         self._servo = servo
-        self._still_since = None
+        self._still_since = None  # type: Optional[float]
 
     def begin(self, q, bound=None):
+        # type: (Pose, Optional[Pose]) -> None
         """Begin with the first aim, rad; if it leads to another posture, that is `bound`."""
-        self._aim, self._drift, self._aimed_at = tuple(q), None, 0.0
+        self._aim, self._aimed_at = tuple(q), 0.0  # type: Pose, float
+        self._drift = None  # type: Optional[Vector]
         self._better = bound or self._aim  # so far; on the way it may be found to be another
         self._uncertainty_penalty = self._servo.uncertainty_penalty(q)
-        self._recent = {}  # camera: the last frames, [(q, s, shape, what the shape missed, px)]
-        self._seen = {}  # camera: (t, goal, its speed) in the last one
-        self._news_at = None  # time of the newest frame that has not been aimed by
-        self._still_at = ()
+        # Camera: the last frames, [(q, s, shape, what the shape missed, px)].
+        self._recent = {}  # type: Dict[str, List[_Recent]]
+        # Camera: (t, goal, its speed) in the last one.
+        self._seen = {}  # type: Dict[str, Tuple[float, Pixel, Pixel]]
+        # Time of the newest frame that has not been aimed by.
+        self._news_at = None  # type: Optional[float]
+        self._still_at = ()  # type: Pose
         self._still_since = None
         self._confirmed = False
         self._aims = 0
 
     def see(self, frame, goal):
+        # type: (MarkerFrame, Optional[GoalEstimate]) -> None
         """Take in a MarkerFrame; `goal` is its GoalEstimate, None if that is a fixed pixel."""
         camera, t, q, s, where = frame
         if q is None or camera not in self._servo.cameras:
@@ -68,6 +109,7 @@ class Stream(object):
         self._q, self._news_at = q, t
 
     def _sight(self, camera):
+        # type: (str) -> Sight
         """What the last frames of a camera say, and by how much its model is off."""
         shape = self._servo.shape(camera)
         recent = self._recent[camera]
@@ -85,6 +127,7 @@ class Stream(object):
         return Sight(t, shape, [median(column) for column in zip(*off)], where, speed)
 
     def reaim(self):
+        # type: () -> Iterator[None]
         """Aim by what was seen since the last time: an iterator, each step a slice of the work."""
         t, self._news_at = self._news_at, None
         if t is None:
@@ -111,6 +154,7 @@ class Stream(object):
         self._settle_on(better, image, speed, t)
 
     def _nearing(self, image, wanted, start, q):
+        # type: (LinearImageModel, Features, Pose, Pose) -> Generator[None, None, Course]
         """Go through the steps of Servo.nearing, each in a slice of its own; the last one."""
         steps = self._servo.nearing(image, wanted, start, q, self._uncertainty_penalty)
         for found in steps:  # noqa: B007 - the last one is returned
@@ -118,6 +162,7 @@ class Stream(object):
         return found
 
     def _settle_on(self, q, image, speed, t):
+        # type: (Pose, LinearImageModel, Vector, float) -> None
         """Make it the aim, unless it is all but the same."""
         self._aims += 1
         if any(speed):
@@ -133,6 +178,7 @@ class Stream(object):
             self._confirmed = True
 
     def aim(self, t, q, follow=False):
+        # type: (float, Pose, bool) -> Union[Pose, Moving, Landing, None]
         """Where the joints, at q (rad) at time t, should be, as RobotArm.chase takes it.
 
         Args:
