@@ -246,7 +246,7 @@ def servo_loop(
     """Provide what servoes on a rig, before a tracker.
 
     Args:
-        options: of VisualServoing.
+        options: of RunTerms.
     """
     with rig.program() as program:
         state = program["robot.motion.zero"].Zero(setting.configured, rig.state_folder)
@@ -256,9 +256,10 @@ def servo_loop(
         arm.load_zero()
         servo, stream = _servo(program, method, setting, cameras, rig.brick, case)
         client = tracker.client(program.clock, make=program["robot.tracking_client"].TrackingClient)
-        loop = program["robot.servoing.loop"].VisualServoing(
-            arm, client, program.clock, servo, stream=stream, say=lambda line: None, **options
-        )
+        reporter = program["robot.servoing.run_reporter"].RunReporter(say=lambda line: None)
+        servoing = program["robot.servoing.loop"]
+        terms = servoing.RunTerms(**options)
+        loop = servoing.VisualServoing(arm, client, program.clock, servo, terms, stream, reporter)
         yield ServoLoop(loop, servo, arm, program)
 
 

@@ -20,6 +20,7 @@ from robot.motion.arm import RobotArm
 from robot.motion.arm_motors import ArmMotors
 from robot.motion.joint_controller import GAINS
 from robot.servoing.loop import VisualServoing
+from robot.servoing.run_reporter import RunReporter
 from robot.servoing.runs import make_servo
 from shared.arm_description import find_arm, read_arm
 from shared.messages import decode
@@ -276,7 +277,8 @@ def measure_servoing(description, mode, laps, pieces):
         if stream:
             stream.see = laps.timed(name + ": steering by a frame", stream.see)
     eyes = MadeUpCameras(arm, clock, goal)
-    loop = VisualServoing(arm, eyes, clock, servo, stream=stream, say=lambda line: None)
+    reporter = RunReporter(say=lambda line: None)
+    loop = VisualServoing(arm, eyes, clock, servo, stream=stream, reporter=reporter)
     if not pieces:
         clock.tick = name + ": tick"
         laps.begin()

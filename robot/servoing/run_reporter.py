@@ -3,7 +3,8 @@
 import math
 from collections import OrderedDict
 
-from robot.servoing.linear_algebra import condition
+from robot.servoing.linear_algebra import condition, length
+from robot.servoing.measurement import error_of
 from shared.record import record
 from shared.verdicts import STALLED, STOPPED, TOO_SLOW
 
@@ -19,21 +20,39 @@ moves, measurements, frames, seconds   what it took
 
 
 class RunReporter(object):
-    """Tells of one run.
+    """Tells of one run, and keeps its figures.
 
     Args:
         log: called with a dict per line of the log; None for none.
         say: called with each line of progress.
+        number: of the run, for the laptop.
 
     Attributes:
         began: when the run began, s: times of the log are since then.
         logs: whether there is a log.
+        moves: that the run has made.
+        error: when last measured, px; None before.
     """
 
-    def __init__(self, log, say):
-        self._log, self._say = log, say
+    def __init__(self, log=None, say=print, number=1):
+        self._log, self._say, self._number = log, say, number
         self.began = 0.0
         self.logs = log is not None
+        self.moves = self._measurements = self._frames = 0
+        self.error = None
+        self._condition, self._e = None, {}
+
+    def progress(self):
+        """What the laptop is told of the run so far, as TrackingClient.report takes it."""
+        return {
+            "error": self.error, "e": self._e, "condition": self._condition,
+            "moves": self.moves, "run": self._number,
+        }  # fmt: skip
+
+    def note_measured(self, frames):
+        """Take in that so many frames made a measurement."""
+        self._measurements += 1
+        self._frames += frames
 
     def line(self, kind, t, **values):
         """Write a line of the log: what happened at t (s)."""
@@ -42,26 +61,24 @@ class RunReporter(object):
             line.update(sorted(values.items()))
             self._log(line)
 
-    def step(self, t, servo, q, measurements, decision, error, frames, computing, number):
+    def step(self, t, servo, q, measurements, decision, frames, computing):
         """Log what was measured at q (rad) and decided at `t` (s), and say what the next move is.
 
         Args:
-            error: px.
+            measurements: of the cameras that the servo goes by.
             frames: how many it took.
             computing: how long the decision took, s.
-            number: of the next move.
-
-        Returns:
-            (condition of the image Jacobian or None, components of the error by row, px)
         """
+        self.error = length(error_of(measurements, servo.rows))
         unequal = servo.J and condition(servo.J)
         unequal = None if unequal == math.inf else unequal  # JSON knows no infinity
         names = servo.rows.names(m.camera for m in measurements)
         s = servo.rows.values({m.camera: m.s for m in measurements})
         goal = servo.rows.values({m.camera: m.goal for m in measurements})
+        self._condition, self._e = unequal, {name: a - b for name, a, b in zip(names, s, goal)}
         self.line(
             "step", t, q=q, rows=names, s=s, goal=goal,
-            error=error, sigma=servo.estimator.sigma, frames=frames,
+            error=self.error, sigma=servo.estimator.sigma, frames=frames,
             J=servo.J, condition=unequal, model=servo.using,
             action="hold" if decision.action == "end" else decision.action,
             q_wanted=decision.q, computing=computing,
@@ -70,8 +87,9 @@ class RunReporter(object):
             how = servo.using if decision.action == "move" else decision.action
             step = [b - a for a, b in zip(q, decision.q)]
             angles = " ".join("{:+.1f}".format(math.degrees(a)) for a in step)
-            self._say("move {}: {:.1f} px off, {}, {} deg".format(number, error, how, angles))
-        return unequal, {name: a - b for name, a, b in zip(names, s, goal)}
+            self._say(
+                "move {}: {:.1f} px off, {}, {} deg".format(self.moves + 1, self.error, how, angles)
+            )
 
     def note(self, t, text):
         """Say a line, and log it."""
@@ -82,13 +100,18 @@ class RunReporter(object):
         """Log what a MarkerFrame has; None is what is not known."""
         self.line("seen", t, camera=camera, q=q, s=s, goal=goal)
 
-    def verdict(self, t, verdict):
-        """Log how it ended."""
+    def verdict(self, t, end, q):
+        """Log how it ended at t (s), by a Halt, the joints being at q (rad); the Verdict."""
+        verdict = Verdict(
+            end.word, end.reason, self.error, q, self.moves, self._measurements, self._frames,
+            t - self.began,
+        )  # fmt: skip
         self.line(
             "verdict", t, verdict=verdict.word, reason=verdict.reason, error=verdict.error,
             q=verdict.q, moves=verdict.moves, measurements=verdict.measurements,
             frames=verdict.frames,
         )  # fmt: skip
+        return verdict
 
 
 def verdict_text(verdict):

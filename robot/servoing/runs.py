@@ -5,10 +5,10 @@ import json
 from collections import OrderedDict
 
 from robot.servoing.image_models import models_of
-from robot.servoing.loop import POLL_TIMEOUT, VisualServoing
+from robot.servoing.loop import POLL_TIMEOUT, RunTerms, VisualServoing
 from robot.servoing.repeated_pictures import RepeatedPictures
 from robot.servoing.rows import Rows
-from robot.servoing.run_reporter import verdict_text
+from robot.servoing.run_reporter import RunReporter, verdict_text
 from robot.servoing.servo import Servo
 from robot.servoing.stream import Stream
 from robot.tracker_address import Refusal
@@ -111,10 +111,12 @@ class Runs(object):
     def _run(self, options, number, log):
         description = self._arm.description
         servo, stream = self._servo(options)
+        follow = options.tolerance if options.follow else None
+        reporter = RunReporter(log, say, number)
         loop = VisualServoing(
-            self._arm, self._client, self._clock, servo, options.goals, stream, options.budget,
-            follow=options.tolerance if options.follow else None, log=log, say=say,
-            number=number, pictures=self._pictures,
+            self._arm, self._client, self._clock, servo,
+            RunTerms(options.goals, options.budget, follow=follow),
+            stream, reporter, self._pictures,
         )  # fmt: skip
         log(
             OrderedDict(
@@ -129,7 +131,7 @@ class Runs(object):
             )
         )  # fmt: skip
         verdict = loop.run()
-        self._told = dict(loop.progress(), verdict=verdict.word, reason=verdict.reason)
+        self._told = dict(reporter.progress(), verdict=verdict.word, reason=verdict.reason)
         success = verdict.word == CONVERGED and options.method != "report"
         self._learned = (_kind(options), (servo, stream)) if success else None
         return verdict

@@ -200,3 +200,32 @@ class Sightings(object):
             "the effector, or the goal, which moves," if self.goal_moves(now) else "the effector",
             seconds,
         )
+
+
+class StandingFrames(object):
+    """What is seen of an arm while it stands.
+
+    Args:
+        since: what was taken before is left out, s.
+
+    Attributes:
+        seen: {camera: [(t, s, goal)]}, as the estimators take it.
+        count: of the frames.
+    """
+
+    def __init__(self, since):
+        self._since = since
+        self._heard = {}  # camera: when a frame came last, s
+        self.seen, self.count = {}, 0
+
+    def add(self, frames, now):
+        """Take in MarkerFrames that came at the time `now`; the others do not wait for the lost."""
+        for frame in frames:
+            self._heard[frame.camera] = now
+            if frame.t >= self._since:
+                of_camera = self.seen.setdefault(frame.camera, [])
+                of_camera.append((frame.t, frame.s, frame.goal))
+                self.count += 1
+        for camera in list(self.seen):
+            if now - self._heard[camera] > SIGHT_TIMEOUT:
+                del self.seen[camera]

@@ -116,7 +116,7 @@ def test_a_turtle_of_ones_own_does_not_either(simulate, tmp_path):
 
 
 SERVO = """
-from robot.api import Clock, RobotArm, TrackingClient, VisualServoing
+from robot.api import Clock, RobotArm, RunReporter, RunTerms, TrackingClient, VisualServoing
 from robot.api import find_arm, find_tracker, make_servo, read_arm
 
 description, clock = read_arm(find_arm("planar")), Clock()
@@ -124,7 +124,8 @@ arm = RobotArm(description, clock)
 client = TrackingClient(*find_tracker(), clock=clock, say=str)
 servo, stream = make_servo(description, "chain", {mode!r}, tolerance=5)
 goals = {{"A": (400, 200)}}
-print(VisualServoing(arm, client, clock, servo, goals, stream, say=str).run().reason)
+terms, reporter = RunTerms(goals), RunReporter(say=str)
+print(VisualServoing(arm, client, clock, servo, terms, stream, reporter).run().reason)
 client.close()
 """
 

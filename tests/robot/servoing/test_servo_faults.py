@@ -143,7 +143,7 @@ STAYING = {
         lambda w: setattr(w.brick.sysfs, "access_cost", 0.05),
         "too slow",
         "a control tick took",
-        1.25,
+        1.3,  # by where in a tick, which takes 0.33 s then, it is struck
         1.0,
     ),
     "the laptop says stop": Staying(

@@ -10,6 +10,7 @@ from robot.servoing.joint_history import JointHistory
 from robot.servoing.loop import VisualServoing
 from robot.servoing.measurement import Measurement
 from robot.servoing.rows import Rows
+from robot.servoing.run_reporter import RunReporter
 from shared.messages import Observation
 
 DEG = math.radians(1)
@@ -129,7 +130,8 @@ def servo(way, cameras="A", bound=None):
     world, stream = World(way, cameras), NotingStream()
     noting = NotingServo(world)
     noting.bound = bound
-    loop = VisualServoing(world, world, world, noting, stream=stream, say=lambda line: None)
+    reporter = RunReporter(say=lambda line: None)
+    loop = VisualServoing(world, world, world, noting, stream=stream, reporter=reporter)
     assert loop.run().word == "converged"
     return noting, stream
 

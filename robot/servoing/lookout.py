@@ -1,0 +1,169 @@
+"""What comes in while the arm servoes: sightings, orders, and the Halts that come of either."""
+
+import math
+
+from robot.servoing.linear_algebra import length
+from robot.servoing.loss_of_sight import Halt, LossOfSight
+from robot.servoing.sightings import SIGHT_TIMEOUT
+from shared.messages import STATUS_PERIOD, Stop
+from shared.verdicts import BUDGET_SPENT, CONVERGED, LINK_LOST, STOPPED
+
+
+class Lookout(object):
+    """Listens for one run, and reports to the laptop how that goes.
+
+    Args:
+        client, clock, servo: as for VisualServoing.
+        sightings: Sightings of the run.
+        joints: how many the arm has.
+        terms: RunTerms.
+        reporter: RunReporter.
+
+    Attributes:
+        heard_at: when it was listened last, s.
+        reported_at: when the laptop was told last, s.
+    """
+
+    def __init__(self, client, clock, servo, sightings, joints, terms, reporter):
+        self._client, self._clock, self._servo = client, clock, servo
+        self._sightings = sightings
+        self._loss = LossOfSight(client, sightings, joints)
+        self._budget, self._follow = terms.budget, terms.follow
+        self._reporter = reporter
+        self._began = self._seen_at = self._unlinked_at = self.heard_at = clock.now()
+        self.reported_at = -math.inf
+        self._held_for = None  # the word of the verdict that this would come to
+        self._enough = {}  # cameras: whether what they see determines where the joints go
+        self._heard = 0  # frames
+
+    def begin(self):
+        """The run begins; when that is, s."""
+        self._began = self._seen_at = self._unlinked_at = self._clock.now()
+        return self._began
+
+    def receive(self, timeout, moving=False):
+        """(the new MarkerFrames, camera by camera; a Halt that is an end, or None)."""
+        new = self._client.poll(timeout)
+        now = self.heard_at = self._clock.now()
+        end = self._end_due(now)
+        if not moving and now - self.reported_at >= STATUS_PERIOD:
+            self.report()
+        frames = []
+        for camera in sorted(new):
+            frame = self._sightings.frame(
+                new[camera], now, moving, self._reporter.frame if self._reporter.logs else None
+            )
+            if frame is not None:
+                frames.append(frame)
+                if self._follow:
+                    self._sightings.smooth(frame)
+        self._heard += len(frames)
+        if frames and self._sees_enough(now):
+            self._note_changes(now)
+            if self._held_for is not None:
+                self._note("{} again".format(self._loss.what_came_back(self._held_for)))
+                self._held_for = None
+        return frames, end
+
+    def tell_end(self, end):
+        """Tell the laptop of the Halt that the run has ended with."""
+        q = self.where() or ()
+        self._client.report(q, verdict=end.word, reason=end.reason, **self._reporter.progress())
+
+    def report(self):
+        """Tell the laptop how it goes, now and then."""
+        self._client.report(
+            self.where() or (), reason=self._held_for or "", **self._reporter.progress()
+        )
+        self.reported_at = self._clock.now()  # after it, that it is due there when it is here
+
+    def where(self):
+        """The joints' angles when last seen, rad; None before."""
+        last = self._sightings.history.last
+        return last and last[1]
+
+    def _end_due(self, now):
+        """The Halt that is due whatever is seen; None."""
+        for command in self._client.commands():
+            if isinstance(command, Stop):
+                return self._end_from_outside(STOPPED, command.reason or "by the laptop")
+            self._note("a start of the laptop is ignored: this run is not over; stop it first")
+        if self._client.refused:
+            return Halt(LINK_LOST, self._client.why)
+        if now - self._began > self._budget:
+            rate = self._heard / (now - self._began) / max(1, len(self._sightings.seen_by))
+            why = "{:g} s{}".format(self._budget, self._loss.too_few(rate))
+            return self._end_from_outside(BUDGET_SPENT, why)
+        if not self._client.linked:
+            self._unlinked_at = now
+        return None
+
+    def _sees_enough(self, now):
+        """Whether what was lately seen determines the motion; keeps in mind when it last was."""
+        cameras, seen_by = [], self._sightings.seen_by
+        for camera in sorted(seen_by, key=seen_by.__getitem__, reverse=True):
+            cameras.append(camera)
+            if self.suffice(cameras):
+                self._seen_at = max(self._seen_at, seen_by[camera])
+                return now - self._seen_at <= SIGHT_TIMEOUT
+        return False
+
+    def suffice(self, cameras):
+        """Servo.suffices, which between two decisions does not change."""
+        key = frozenset(cameras)
+        if key not in self._enough:
+            self._enough[key] = self._servo.suffices(cameras)
+        return self._enough[key]
+
+    def _note_changes(self, now):
+        """Tell of cameras that have lost sight of the marker, and see it again."""
+        lost, found = self._sightings.changes(now)
+        seeing = " and ".join(self._sightings.seeing(now)) if lost else ""
+        for camera in lost:
+            why = self._loss.word_of(camera)
+            self._note("camera {}: {}; on with {}".format(camera, why, seeing))
+        for camera in found:
+            self._note("camera {}: marker seen again".format(camera))
+
+    def _end_from_outside(self, word, reason):
+        """End, though the servo has not decided so; who follows a goal has converged if near it."""
+        now = self._clock.now()
+        behind = self._sightings.behind
+        if self._follow and behind and now - self._seen_at <= SIGHT_TIMEOUT:
+            lately = {c: behind[c] for c in self._sightings.seeing(now) if c in behind}
+            error = self._reporter.error = length(self._servo.rows.values(lately))
+            if error < self._follow:
+                word = CONVERGED
+        return Halt(word, reason)
+
+    def decided(self):
+        """The servo has decided: what suffices may be otherwise now."""
+        self._enough = {}
+
+    def goes_on_seeing(self):
+        """Whether the cameras that it is gone by see enough."""
+        seeing = self._sightings.seeing(self.heard_at)
+        going_by = [camera for camera in seeing if camera in self._servo.cameras]
+        return bool(going_by) and self.suffice(going_by)
+
+    def is_lost(self, now):
+        """Whether too little has been seen for a while."""
+        return now - self._seen_at > SIGHT_TIMEOUT
+
+    def give_up(self, now):
+        """The Halt if that has lasted too long, or will; None."""
+        return self._loss.end(now, self._seen_at, self._unlinked_at)
+
+    def refusal(self):
+        """As LossOfSight.refusal."""
+        return self._loss.refusal()
+
+    def note_lost(self):
+        """Too little is seen, and the arm is held: say so."""
+        why = self._loss.word(self._clock.now())
+        if self._held_for != why:
+            self._held_for = why
+            self._note("{}: held".format(why))
+
+    def _note(self, text):
+        self._reporter.note(self._clock.now(), text)
