@@ -13,8 +13,8 @@ from laptop.bench.servo_scenarios import DEFAULT
 from laptop.bench.servo_setups import Pixel
 from robot.motion import kinematics
 from robot.servoing.chain_model import REWEIGH_PERIOD
+from robot.servoing.image_models import models_of
 from robot.servoing.measurement import Measurement
-from robot.servoing.runs import make_servo
 from robot.servoing.servo import Servo
 from shared.arm_description import find_arm, read_arm
 
@@ -42,10 +42,10 @@ def step_cost(arm_name: str = "planar", keys: int = 24) -> str:
         return [Measurement(name, seen(q, name), seen(goal, name), 0.1, 6) for name in cameras]
 
     def prepared(fits: int) -> Servo:
-        servo, _ = make_servo(arm, DEFAULT, "look", 5.0)
+        servo = Servo(arm, models_of(DEFAULT, arm), 5.0)
         here: Sequence[float] = start
         for _ in arm.joints:  # all are explored
-            here = servo.decide(here, measured(here)).q
+            here = servo.decide(here, measured(here)).q or here
         for _ in range(6 * keys):
             around = [a + draw.uniform(-0.8, 0.8) for a in start]
             for name in cameras:

@@ -17,7 +17,7 @@ if MYPY:
         [
             ("action", str),
             ("q", Optional[List[float]]),
-            ("verdict", Optional[str]),
+            ("verdict", str),
             ("reason", str),
         ],
     )

@@ -8,6 +8,17 @@ from robot.servoing.sightings import SIGHT_TIMEOUT
 from shared.messages import STATUS_PERIOD, Stop
 from shared.verdicts import BUDGET_SPENT, CONVERGED, LINK_LOST, STOPPED
 
+MYPY = False  # which a type checker takes for true
+if MYPY:
+    from typing import Dict, FrozenSet, Iterable, List, Optional, Tuple  # noqa: F401
+
+    from robot.servoing.decision import AnyServo  # noqa: F401
+    from robot.servoing.loop import RunTerms  # noqa: F401
+    from robot.servoing.loss_of_sight import SightsClient  # noqa: F401
+    from robot.servoing.motion_learning import Timepiece  # noqa: F401
+    from robot.servoing.run_reporter import RunReporter  # noqa: F401
+    from robot.servoing.sightings import MarkerFrame, Sightings  # noqa: F401
+
 
 class Lookout(object):
     """Listens for one run, and reports to the laptop how that goes.
@@ -25,6 +36,7 @@ class Lookout(object):
     """
 
     def __init__(self, client, clock, servo, sightings, joints, terms, reporter):
+        # type: (SightsClient, Timepiece, AnyServo, Sightings, int, RunTerms, RunReporter) -> None
         self._client, self._clock, self._servo = client, clock, servo
         self._sightings = sightings
         self._loss = LossOfSight(client, sightings, joints)
@@ -32,16 +44,19 @@ class Lookout(object):
         self._reporter = reporter
         self._began = self._seen_at = self._unlinked_at = self.heard_at = clock.now()
         self.reported_at = -math.inf
-        self._held_for = None  # the word of the verdict that this would come to
-        self._enough = {}  # cameras: whether what they see determines where the joints go
+        self._held_for = None  # type: Optional[str]  # the verdict's word that this would come to
+        # Cameras: whether what they see determines where the joints go.
+        self._enough = {}  # type: Dict[FrozenSet[str], bool]
         self._heard = 0  # frames
 
     def begin(self):
+        # type: () -> float
         """The run begins; when that is, s."""
         self._began = self._seen_at = self._unlinked_at = self._clock.now()
         return self._began
 
     def receive(self, timeout, moving=False):
+        # type: (float, bool) -> Tuple[List[MarkerFrame], Optional[Halt]]
         """(the new MarkerFrames, camera by camera; a Halt that is an end, or None)."""
         new = self._client.poll(timeout)
         now = self.heard_at = self._clock.now()
@@ -66,11 +81,13 @@ class Lookout(object):
         return frames, end
 
     def tell_end(self, end):
+        # type: (Halt) -> None
         """Tell the laptop of the Halt that the run has ended with."""
         q = self.where() or ()
         self._client.report(q, verdict=end.word, reason=end.reason, **self._reporter.progress())
 
     def report(self):
+        # type: () -> None
         """Tell the laptop how it goes, now and then."""
         self._client.report(
             self.where() or (), reason=self._held_for or "", **self._reporter.progress()
@@ -78,11 +95,13 @@ class Lookout(object):
         self.reported_at = self._clock.now()  # after it, that it is due there when it is here
 
     def where(self):
+        # type: () -> Optional[Tuple[float, ...]]
         """The joints' angles when last seen, rad; None before."""
         last = self._sightings.history.last
         return last and last[1]
 
     def _end_due(self, now):
+        # type: (float) -> Optional[Halt]
         """The Halt that is due whatever is seen; None."""
         for command in self._client.commands():
             if isinstance(command, Stop):
@@ -99,8 +118,9 @@ class Lookout(object):
         return None
 
     def _sees_enough(self, now):
+        # type: (float) -> bool
         """Whether what was lately seen determines the motion; keeps in mind when it last was."""
-        cameras, seen_by = [], self._sightings.seen_by
+        cameras, seen_by = [], self._sightings.seen_by  # type: List[str], Dict[str, float]
         for camera in sorted(seen_by, key=seen_by.__getitem__, reverse=True):
             cameras.append(camera)
             if self.suffice(cameras):
@@ -109,6 +129,7 @@ class Lookout(object):
         return False
 
     def suffice(self, cameras):
+        # type: (Iterable[str]) -> bool
         """Servo.suffices, which between two decisions does not change."""
         key = frozenset(cameras)
         if key not in self._enough:
@@ -116,6 +137,7 @@ class Lookout(object):
         return self._enough[key]
 
     def _note_changes(self, now):
+        # type: (float) -> None
         """Tell of cameras that have lost sight of the marker, and see it again."""
         lost, found = self._sightings.changes(now)
         seeing = " and ".join(self._sightings.seeing(now)) if lost else ""
@@ -126,6 +148,7 @@ class Lookout(object):
             self._note("camera {}: marker seen again".format(camera))
 
     def _end_from_outside(self, word, reason):
+        # type: (str, str) -> Halt
         """End, though the servo has not decided so; who follows a goal has converged if near it."""
         now = self._clock.now()
         behind = self._sightings.behind
@@ -137,28 +160,34 @@ class Lookout(object):
         return Halt(word, reason)
 
     def decided(self):
+        # type: () -> None
         """The servo has decided: what suffices may be otherwise now."""
         self._enough = {}
 
     def goes_on_seeing(self):
+        # type: () -> bool
         """Whether the cameras that it is gone by see enough."""
         seeing = self._sightings.seeing(self.heard_at)
         going_by = [camera for camera in seeing if camera in self._servo.cameras]
         return bool(going_by) and self.suffice(going_by)
 
     def is_lost(self, now):
+        # type: (float) -> bool
         """Whether too little has been seen for a while."""
         return now - self._seen_at > SIGHT_TIMEOUT
 
     def give_up(self, now):
+        # type: (float) -> Optional[Halt]
         """The Halt if that has lasted too long, or will; None."""
         return self._loss.end(now, self._seen_at, self._unlinked_at)
 
     def refusal(self):
+        # type: () -> Optional[Halt]
         """As LossOfSight.refusal."""
         return self._loss.refusal()
 
     def note_lost(self):
+        # type: () -> None
         """Too little is seen, and the arm is held: say so."""
         why = self._loss.word(self._clock.now())
         if self._held_for != why:
@@ -166,4 +195,5 @@ class Lookout(object):
             self._note("{}: held".format(why))
 
     def _note(self, text):
+        # type: (str) -> None
         self._reporter.note(self._clock.now(), text)

@@ -24,6 +24,23 @@ from shared.arm_description import ArmError
 from shared.messages import STATUS_PERIOD
 from shared.verdicts import BUDGET_SPENT, CONVERGED, STOPPED
 
+MYPY = False  # which a type checker takes for true
+if MYPY:
+    from typing import List, Mapping, Optional, Sequence, Tuple, Union  # noqa: F401
+
+    from robot.motion.arm import RobotArm  # noqa: F401
+    from robot.motion.online_trajectory import Landing, Moving  # noqa: F401
+    from robot.servoing.decision import AnyServo  # noqa: F401
+    from robot.servoing.image_model import Pixel, Pose  # noqa: F401
+    from robot.servoing.loss_of_sight import SightsClient  # noqa: F401
+    from robot.servoing.measurement import Measurement  # noqa: F401
+    from robot.servoing.motion_learning import Timepiece  # noqa: F401
+    from robot.servoing.run_reporter import Verdict  # noqa: F401
+    from robot.servoing.sightings import MarkerFrame  # noqa: F401
+    from robot.servoing.stream import Stream  # noqa: F401
+
+    _Measured = Tuple[Optional[Halt], Tuple[float, ...], Sequence[Measurement], int]
+
 MAX_CHASE_FRAMES = 200
 """Frames of a chase that are kept: some may have been seen at rest."""
 
@@ -69,6 +86,7 @@ class RunTerms(object):
     """
 
     def __init__(self, goals=None, budget=60.0, most_moves=None, follow=None):
+        # type: (Optional[Mapping[str, Pixel]], float, Optional[int], Optional[float]) -> None
         self.goals = goals or {}
         self.budget, self.most_moves, self.follow = budget, most_moves, follow
 
@@ -87,11 +105,18 @@ class VisualServoing(object):
         pictures: RepeatedPictures of earlier runs before the same cameras; None for none.
     """
 
-    _chaser = None  # the Stream of a chase while that goes on
-
     def __init__(
-        self, arm, client, clock, servo, terms=None, stream=None, reporter=None, pictures=None
+        self,
+        arm,  # type: RobotArm
+        client,  # type: SightsClient
+        clock,  # type: Timepiece
+        servo,  # type: AnyServo
+        terms=None,  # type: Optional[RunTerms]
+        stream=None,  # type: Optional[Stream]
+        reporter=None,  # type: Optional[RunReporter]
+        pictures=None,  # type: Optional[RepeatedPictures]
     ):
+        # type: (...) -> None
         self._arm, self._clock, self._servo, self._stream = arm, clock, servo, stream
         terms = terms or RunTerms()
         self._most_moves, self._follow = terms.most_moves, terms.follow
@@ -104,13 +129,14 @@ class VisualServoing(object):
         self._lookout = Lookout(
             client, clock, servo, self._sightings, len(joints), terms, self._reporter
         )
-        self._halt = None  # why the motion is over
-        self._chased, self._chase_began = [], 0.0
+        self._halt = None  # type: Optional[Halt]  # why the motion is over
+        self._chased, self._chase_began = [], 0.0  # type: List[MarkerFrame], float
         self._chasing_now = False
         self._pause = MIN_PAUSE  # between two times of listening, s
         self._learning = LearningInMotion(servo, clock)
 
     def run(self):
+        # type: () -> Verdict
         """Servo until a verdict.
 
         Returns:
@@ -135,8 +161,9 @@ class VisualServoing(object):
         return self._conclude(end)
 
     def _serve(self):
+        # type: () -> Halt
         """Look, decide and move until a Halt that is an end."""
-        seen = []
+        seen = []  # type: List[MarkerFrame]
         while True:
             end, q, measurements, frames = self._measure(seen)
             if end:
@@ -189,6 +216,7 @@ class VisualServoing(object):
     # Seeing
 
     def _measure(self, seen):
+        # type: (List[MarkerFrame]) -> _Measured
         """Stand, and look until it is enough; holds as long as nothing is seen.
 
         Args:
@@ -202,7 +230,7 @@ class VisualServoing(object):
         self._sightings.history.add(now, q)
         since = self._sightings.history.still_since(STANDSTILL_ANGLE) if seen else now
         since += SETTLING_DELAY
-        frames = StandingFrames(since)
+        frames = StandingFrames(since)  # type: StandingFrames
         preparing, done = None, False
         while True:
             if preparing is not None:
@@ -237,6 +265,7 @@ class VisualServoing(object):
     # Moving
 
     def _listen(self):
+        # type: () -> Tuple[List[MarkerFrame], Optional[Halt]]
         """Take in what has come in, in motion: (MarkerFrames, Halt or None)."""
         frames, halt = self._lookout.receive(0.0, moving=True)
         self._learning.take(frames)
@@ -245,11 +274,13 @@ class VisualServoing(object):
         return frames, halt
 
     def _watch(self, t, q):
+        # type: (float, Pose) -> object
         """What is done in every control tick of a motion: None to go on, or STOP."""
         self._sightings.history.add(t, q)
         return STOP if self._halt else None
 
     def _steer(self, t, q):
+        # type: (float, Pose) -> object
         """The same of a chase: where the joints should be, None to come to rest, or STOP."""
         self._sightings.history.add(t, q)
         if self._halt:
@@ -259,6 +290,7 @@ class VisualServoing(object):
         return None if late else aim
 
     def _spare(self, until):
+        # type: (float) -> None
         """What is done in the rest of a tick: listen or report if it is time, else learn and aim.
 
         What takes a slow brick longer than there is has its turn now and then all the same.
@@ -281,6 +313,7 @@ class VisualServoing(object):
         self._learning.work(now, until)
 
     def _conclude(self, end):
+        # type: (Halt) -> Verdict
         now, q = self._clock.now(), self._lookout.where()
         self._lookout.tell_end(end)
         return self._reporter.verdict(now, end, q)

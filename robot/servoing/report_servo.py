@@ -129,4 +129,4 @@ class ReportServo(object):
         moved = [a + d for a, d in zip(self._x, dx)]
         box = zip(moved, self._low, self._high)
         self._x = [min(max(a, low), high) for a, low, high in box]
-        return Decision(action, list(self._x), None, "")
+        return Decision(action, list(self._x), "", "")

@@ -8,7 +8,56 @@ from robot.servoing.measurement import error_of
 from shared.record import record
 from shared.verdicts import STALLED, STOPPED, TOO_SLOW
 
-Verdict = record("Verdict", "word reason error q moves measurements frames seconds")
+MYPY = False  # which a type checker takes for true
+if MYPY:
+    from typing import (  # noqa: F401
+        Callable,
+        Dict,
+        Iterable,
+        List,
+        Mapping,
+        NamedTuple,
+        Optional,
+        Sequence,
+        Tuple,
+        TypedDict,
+    )
+
+    from robot.servoing.decision import AnyServo, Decision  # noqa: F401
+    from robot.servoing.image_model import Pixel, Pose  # noqa: F401
+    from robot.servoing.loss_of_sight import Halt  # noqa: F401
+    from robot.servoing.measurement import Measurement  # noqa: F401
+    from shared.arm_description import ArmError  # noqa: F401
+
+    Angles = Tuple[float, ...]  # rad
+    Log = Callable[[Dict[str, object]], object]
+    RunProgress = TypedDict(
+        "RunProgress",
+        {
+            "error": Optional[float],
+            "e": Dict[str, float],
+            "condition": Optional[float],
+            "moves": int,
+            "run": int,
+        },
+    )
+
+if MYPY:
+    Verdict = NamedTuple(
+        "Verdict",
+        [
+            ("word", str),
+            ("reason", str),
+            ("error", Optional[float]),
+            ("q", Optional[Tuple[float, ...]]),
+            ("moves", int),
+            ("measurements", int),
+            ("frames", int),
+            ("seconds", float),
+        ],
+    )
+else:
+    Verdict = record("Verdict", "word reason error q moves measurements frames seconds")
 Verdict.__doc__ = """How a run ended.
 
 word          "converged", or why not
@@ -35,14 +84,16 @@ class RunReporter(object):
     """
 
     def __init__(self, log=None, say=print, number=1):
+        # type: (Optional[Log], Callable[[str], object], int) -> None
         self._log, self._say, self._number = log, say, number
         self.began = 0.0
         self.logs = log is not None
         self.moves = self._measurements = self._frames = 0
-        self.error = None
-        self._condition, self._e = None, {}
+        self.error = None  # type: Optional[float]
+        self._condition, self._e = None, {}  # type: Optional[float], Dict[str, float]
 
     def progress(self):
+        # type: () -> RunProgress
         """What the laptop is told of the run so far, as TrackingClient.report takes it."""
         return {
             "error": self.error, "e": self._e, "condition": self._condition,
@@ -50,18 +101,22 @@ class RunReporter(object):
         }  # fmt: skip
 
     def note_measured(self, frames):
+        # type: (int) -> None
         """Take in that so many frames made a measurement."""
         self._measurements += 1
         self._frames += frames
 
     def line(self, kind, t, **values):
+        # type: (str, float, **object) -> None
         """Write a line of the log: what happened at t (s)."""
-        if self.logs:
-            line = OrderedDict([("kind", kind), ("t", round(t - self.began, 4))])
+        if self._log is not None:
+            line = OrderedDict(kind=kind)  # type: OrderedDict[str, object]
+            line["t"] = round(t - self.began, 4)
             line.update(sorted(values.items()))
             self._log(line)
 
     def step(self, t, servo, q, measurements, decision, frames, computing):
+        # type: (float, AnyServo, Pose, Sequence[Measurement], Decision, int, float) -> None
         """Log what was measured at q (rad) and decided at `t` (s), and say what the next move is.
 
         Args:
@@ -70,7 +125,7 @@ class RunReporter(object):
             computing: how long the decision took, s.
         """
         self.error = length(error_of(measurements, servo.rows))
-        unequal = servo.J and condition(servo.J)
+        unequal = condition(servo.J) if servo.J else None
         unequal = None if unequal == math.inf else unequal  # JSON knows no infinity
         names = servo.rows.names(m.camera for m in measurements)
         s = servo.rows.values({m.camera: m.s for m in measurements})
@@ -92,15 +147,18 @@ class RunReporter(object):
             )
 
     def note(self, t, text):
+        # type: (float, str) -> None
         """Say a line, and log it."""
         self._say(text)
         self.line("note", t, text=text)
 
     def frame(self, camera, t, q, s, goal):
+        # type: (str, float, Optional[Angles], Optional[Pixel], Optional[Pixel]) -> None
         """Log what a MarkerFrame has; None is what is not known."""
         self.line("seen", t, camera=camera, q=q, s=s, goal=goal)
 
     def verdict(self, t, end, q):
+        # type: (float, Halt, Optional[Angles]) -> Verdict
         """Log how it ended at t (s), by a Halt, the joints being at q (rad); the Verdict."""
         verdict = Verdict(
             end.word, end.reason, self.error, q, self.moves, self._measurements, self._frames,
@@ -115,6 +173,7 @@ class RunReporter(object):
 
 
 def verdict_text(verdict):
+    # type: (Verdict) -> str
     """A Verdict as one line."""
     text = verdict.word
     if verdict.error is not None:
@@ -126,6 +185,7 @@ def verdict_text(verdict):
 
 
 def word_for(error):
+    # type: (ArmError) -> str
     """The verdict that an ArmError comes to."""
     # Not above: the laptop, which has no motors, is to be told so in one line.
     from robot.ev3.motors import MotorNotFound

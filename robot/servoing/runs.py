@@ -18,6 +18,21 @@ from shared.messages import Start
 from shared.run_options import check_options
 from shared.verdicts import CONVERGED, READY, REFUSED
 
+MYPY = False  # which a type checker takes for true
+if MYPY:
+    from typing import IO, Any, Dict, Iterator, Mapping, Optional, Tuple  # noqa: F401
+
+    from robot.clock import Clock  # noqa: F401
+    from robot.motion.arm import RobotArm  # noqa: F401
+    from robot.servoing.decision import AnyServo  # noqa: F401
+    from robot.servoing.run_reporter import Verdict  # noqa: F401
+    from robot.tracking import TrackingClient  # noqa: F401
+    from shared.arm_description import Arm  # noqa: F401
+    from shared.job_messages import JobStatus  # noqa: F401
+
+    _Kind = Tuple[str, str, str, float]  # method, mode, rows, tolerance (px)
+    _Made = Tuple[AnyServo, Optional[Stream]]
+
 
 class LogLost(ArmError):
     """The log cannot be written."""
@@ -31,11 +46,14 @@ class RunLog(object):
     """
 
     def __init__(self, path):
-        self._path, self._file = path, None
+        # type: (Optional[str]) -> None
+        self._path = path
+        self._file = None  # type: Optional[IO[str]]
         with self._telling():
-            self._file = path and open(path, "w")  # noqa: SIM115 - it stays open
+            self._file = open(path, "w") if path else None  # noqa: SIM115 - it stays open
 
     def __call__(self, line):
+        # type: (Mapping[str, object]) -> None
         """Write one line, given as a dict."""
         if self._file:
             with self._telling():
@@ -45,6 +63,7 @@ class RunLog(object):
                     self._file.flush()
 
     def close(self):
+        # type: () -> None
         """Write what is left."""
         if self._file:
             with self._telling():
@@ -52,6 +71,7 @@ class RunLog(object):
 
     @contextlib.contextmanager
     def _telling(self):
+        # type: () -> Iterator[None]
         try:
             yield
         except OSError as error:
@@ -67,18 +87,20 @@ class RunLog(object):
 
 
 def say(line):
+    # type: (str) -> None
     """Print a line at once."""
     print(line, flush=True)
 
 
 def make_servo(arm, method, mode, tolerance, seed=0, rows="stereo", third=None):
+    # type: (Arm, str, str, float, int, str, Optional[str]) -> _Made
     """(servo, stream or None) by the names of the command line."""
-    rows = Rows(rows, len(arm.joints), third)
+    counted = Rows(rows, len(arm.joints), third)
     if method == "report":
         from robot.servoing.report_servo import ReportServo  # not above: few runs need it
 
-        return ReportServo(arm.joints, tolerance, rows), None
-    servo = Servo(arm, models_of(method, arm), tolerance, seed, rows=rows)
+        return ReportServo(arm.joints, tolerance, counted), None
+    servo = Servo(arm, models_of(method, arm), tolerance, seed, rows=counted)
     return servo, Stream(servo) if mode == "stream" else None
 
 
@@ -92,13 +114,16 @@ class Runs(object):
     """
 
     def __init__(self, arm, client, clock, log=None, third=None):
+        # type: (RobotArm, TrackingClient, Clock, Optional[str], Optional[str]) -> None
         self._arm, self._client, self._clock = arm, client, clock
         self._log, self._third = log, third
         self._pictures = RepeatedPictures(arm.description.joints)  # a frozen one stays so
-        self._told = {"error": None, "verdict": READY, "run": 0}
-        self._learned = None  # options and servo of a run that was a success
+        self._told = {"error": None, "verdict": READY, "run": 0}  # type: Dict[str, Any]
+        # Options and servo of a run that was a success.
+        self._learned = None  # type: Optional[Tuple[_Kind, _Made]]
 
     def run(self, options, number=1):
+        # type: (Start, int) -> Verdict
         """Do one run; its Verdict.
 
         Raises:
@@ -109,6 +134,7 @@ class Runs(object):
             return self._run(options, number, log)
 
     def _run(self, options, number, log):
+        # type: (Start, int, RunLog) -> Verdict
         description = self._arm.description
         servo, stream = self._servo(options)
         follow = options.tolerance if options.follow else None
@@ -137,6 +163,7 @@ class Runs(object):
         return verdict
 
     def _servo(self, options):
+        # type: (Start) -> _Made
         """As make_servo; the one that has just been a success knows the way, and goes on."""
         if self._learned and self._learned[0] == _kind(options):
             return self._learned[1]
@@ -146,6 +173,7 @@ class Runs(object):
         )  # fmt: skip
 
     def wait(self):
+        # type: () -> None
         """Do a run for every Start of the laptop, and draw for every Draw, one after the other.
 
         Never returns. Between them the arm is held, and the laptop is told where it is and how the
@@ -177,6 +205,7 @@ class Runs(object):
             self._client.report(self._where(), **self._told)
 
     def _draw(self, draw):
+        # type: (Draw) -> JobStatus
         """Draw the job that is offered, if that is possible; the arm is held. Its JobStatus."""
         from robot.jobs.linked import LinkedJob  # not above: a servo run needs none of it
 
@@ -193,6 +222,7 @@ class Runs(object):
         return job.progress
 
     def _handle_start(self, options, number):
+        # type: (Start, int) -> None
         """Do the run that is ordered, if that is possible; the arm is held."""
         try:
             check_options(options, len(self._arm.description.joints))
@@ -210,6 +240,7 @@ class Runs(object):
             say("{}: {}".format(self._told["verdict"], error))
 
     def _where(self):
+        # type: () -> Tuple[float, ...]
         """The joints' angles, rad; none if a motor does not answer, of which a run would tell."""
         try:
             return self._arm.angles()
@@ -218,5 +249,6 @@ class Runs(object):
 
 
 def _kind(options):
+    # type: (Start) -> _Kind
     """What a servo is made for."""
     return options.method, options.mode, options.rows, options.tolerance

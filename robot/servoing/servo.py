@@ -293,7 +293,7 @@ class Servo(object):
     def _go(self, action, q):
         # type: (str, Pose) -> Decision
         """The Decision to go to q, as far as the limits allow."""
-        return Decision(action, self._courses.inside(q), None, "")
+        return Decision(action, self._courses.inside(q), "", "")
 
     def _move(self, q, goal, off, measurements):
         # type: (List[float], Features, float, Sequence[Measurement]) -> Decision

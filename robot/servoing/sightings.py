@@ -15,6 +15,7 @@ if MYPY:
         Callable,
         Deque,
         Dict,
+        Iterable,
         List,
         Mapping,
         NamedTuple,
@@ -214,11 +215,13 @@ class StandingFrames(object):
     """
 
     def __init__(self, since):
+        # type: (float) -> None
         self._since = since
-        self._heard = {}  # camera: when a frame came last, s
-        self.seen, self.count = {}, 0
+        self._heard = {}  # type: Dict[str, float]  # camera: when a frame came last, s
+        self.seen, self.count = {}, 0  # type: Dict[str, List[Tuple[float, Pixel, Pixel]]], int
 
     def add(self, frames, now):
+        # type: (Iterable[MarkerFrame], float) -> None
         """Take in MarkerFrames that came at the time `now`; the others do not wait for the lost."""
         for frame in frames:
             self._heard[frame.camera] = now

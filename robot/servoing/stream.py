@@ -178,7 +178,7 @@ class Stream(object):
             self._confirmed = True
 
     def aim(self, t, q, follow=False):
-        # type: (float, Pose, bool) -> Union[Pose, Moving, Landing, None]
+        # type: (float, Pose, object) -> Union[Pose, Moving, Landing, None]
         """Where the joints, at q (rad) at time t, should be, as RobotArm.chase takes it.
 
         Args:
