@@ -6,6 +6,7 @@ the command lines of its programs.
 
 import binascii
 import contextlib
+import errno
 import json
 import os
 import re
@@ -17,7 +18,7 @@ from shared.arm_description import ArmError
 from shared.messages import PORT
 from shared.record import record
 from shared.small_files import SpoiltFile, number, read_json
-from shared.state import CODE, TRACKER_FILE, state_folder
+from shared.state import CODE, TRACKER_FILE, laptop_program, state_folder
 
 MAX_TYPED = 80
 """Letters of a line that is typed."""
@@ -66,7 +67,7 @@ class Memory(object):
             if not isinstance(host, str) or not isinstance(code, str) or number(port) % 1:
                 raise SpoiltFile("has something of another kind")
             host, port = read_place(host, int(port))
-            if not host:
+            if not host or port is None:
                 raise SpoiltFile("names no host")
             return ServerAddress(host, port, pairing.read_code(code))
         except FileNotFoundError:
@@ -76,7 +77,7 @@ class Memory(object):
         except KeyError:
             problem = "lacks something"
         except SpoiltFile as error:
-            problem = error
+            problem = str(error)
         except ArmError as error:
             problem = "cannot be used ({})".format(error)
         raise SpoiltMemory(
@@ -184,6 +185,43 @@ def find_tracker(place="", code=None, environ=None, memory=None, ask=None):
     if port is None:
         port = known.port if known and known.host == host else PORT
     return ServerAddress(host, port, code)
+
+
+def addresses_of(host, port):
+    """What a host's name stands for: a list of (family, address).
+
+    Raises:
+        NotPaired: nothing is known of such a host.
+    """
+    import socket  # not above: who asks for the pairing code needs none
+
+    try:
+        found = socket.getaddrinfo(host, port, 0, socket.SOCK_STREAM)
+    except (OSError, UnicodeError):
+        raise NotPaired(
+            "there is no host '{}'; give the laptop's address as the tracker prints it: "
+            "HOST".format(shortened(host))
+        ) from None
+    return [(family, address) for family, _, _, _, address in found]
+
+
+def why_unreachable(place, port, number, waited):
+    """One line for people: why no connection came about.
+
+    Args:
+        place: HOST:PORT.
+        number: of the system's error; None: nobody has answered.
+        waited: for so long, s.
+    """
+    if number is None:
+        return (
+            "no answer from {} within {:g} s; is it on the same network, and does its firewall let "
+            "port {} in?".format(place, waited, port)
+        )
+    why = "cannot reach {}: {}; start the tracker there: {} track".format(
+        place, os.strerror(number).lower(), laptop_program()
+    )
+    return why + ", or check the port that it prints" * (number == errno.ECONNREFUSED)
 
 
 def at_terminal():

@@ -1,17 +1,16 @@
 """The brick's end of the link to the tracker: where the camera sees the markers, newest only."""
 
-import errno
-import os
+import math
 import select
 import socket
 
 from robot.tracker_address import (
     Memory,
-    NotPaired,
     SaltedKey,
     ServerAddress,
+    addresses_of,
     remembered,
-    shortened,
+    why_unreachable,
 )
 from shared import pairing
 from shared.job_messages import Draw, JobPart, Order
@@ -32,7 +31,6 @@ from shared.messages import (
     Stop,
     Welcome,
 )
-from shared.state import laptop_program
 
 CONNECT_TIMEOUT = 3.0
 """For TCP to connect, s; after that it is the link that notices silence."""
@@ -88,7 +86,7 @@ class TrackingClient(object):
         self.lost_since = clock.now()
         self._tracker = ServerAddress(host, port, code)
         self._place = ("[{}]:{}" if ":" in host else "{}:{}").format(host, port)
-        self._addresses = _addresses(host, port)
+        self._addresses = addresses_of(host, port)
         self._clock = clock
         self._memory = memory or Memory()
         self._key = self._memory.load_key(code)  # a SaltedKey
@@ -100,14 +98,15 @@ class TrackingClient(object):
 
         self._connecting = None  # a socket on its way
         self._link = None
-        self._nonces = None  # ours, theirs
-        self._limit = None  # until when it may take
+        self._nonces = "", ""  # ours, theirs; "" before they are known
+        self._limit = 0.0  # until when it may take
         self._tries = 0
         self._pause = FIRST_PAUSE
         self._next_try = clock.now()
         self._seen = {}  # camera: capture time of the newest observation handed over
         self._commands, self._of_job = [], []
-        self._reported = None  # (when, (run, verdict)) of the last report
+        # When the last report was made on this link, s, and of which run and verdict.
+        self._reported_at, self._reported = -math.inf, (0, "")
 
     def poll(self, timeout=0.0):
         """Do what is due, and hand over what is new; better wait here than sleep elsewhere.
@@ -126,12 +125,12 @@ class TrackingClient(object):
                 return {}
             self._connect()
         if self._connecting is not None:
-            self._finish_connecting(timeout)
+            self._finish_connecting(self._connecting, timeout)
             timeout = 0.0
         if self._link is None:
             return {}
         self._link.poll(timeout)
-        self._listen()
+        self._listen(self._link)
         if not self.linked:
             return {}
         new = {}
@@ -159,7 +158,7 @@ class TrackingClient(object):
 
     def send(self, message):
         """Send a Want or JobStatus; whether there is a link."""
-        if self.linked:
+        if self._link is not None and self.linked:
             self._link.send(message)
         return self.linked
 
@@ -173,29 +172,27 @@ class TrackingClient(object):
             reason: cut to one line.  e, condition, moves, run: as in Status.
         """
         now = self._clock.now()
-        due = self._reported is None or now - self._reported[0] >= STATUS_PERIOD
-        if self.linked and (due or (run, verdict) != self._reported[1]):
-            self._reported = now, (run, verdict)
+        link, due = self._link, now - self._reported_at >= STATUS_PERIOD
+        if link is not None and self.linked and (due or (run, verdict) != self._reported):
+            self._reported_at, self._reported = now, (run, verdict)
             reason = one_line(reason)
             status = Status(
                 now, q, error, verdict, reason, e or {}, condition, moves, run, self._battery()
             )  # fmt: skip
             try:
-                self._link.send(status)
+                link.send(status)
             except BadMessage:
-                self._link.send(
-                    status._replace(q=(), error=None, e={}, condition=None, battery=None)
-                )
+                link.send(status._replace(q=(), error=None, e={}, condition=None, battery=None))
 
     @property
     def late(self):
         """{camera: age, s} of the cameras whose last observation came too late to be used."""
-        return self._link.late if self.linked else {}
+        return self._link.late if self._link is not None and self.linked else {}
 
     @property
     def round_trip(self):
         """Of the ping that the clock offset rests on, s; None while there is none."""
-        return self._link.clock.round_trip if self.linked else None
+        return self._link.clock.round_trip if self._link is not None and self.linked else None
 
     @property
     def counters(self):
@@ -228,8 +225,7 @@ class TrackingClient(object):
         except OSError as error:
             self._not_connected(error.errno)
 
-    def _finish_connecting(self, timeout):
-        sock = self._connecting
+    def _finish_connecting(self, sock, timeout):
         if self._select([], [sock], [], timeout)[1]:
             number = sock.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
             if number:
@@ -237,7 +233,7 @@ class TrackingClient(object):
                 return
             self._connecting = None
             self._link = Link(sock, self._clock.now, patience=PATIENCE, select=self._select)
-            self._nonces = [pairing.new_nonce(), None]
+            self._nonces = pairing.new_nonce(), ""
             self._link.send(Hello(VERSION, BRICK, self._nonces[0]))
         elif self._clock.now() > self._limit:
             self._not_connected(None)
@@ -246,25 +242,13 @@ class TrackingClient(object):
         if self._connecting is not None:  # the system has perhaps no socket of this kind
             self._connecting.close()
             self._connecting = None
-        if number is None:
-            why = (
-                "no answer from {} within {:g} s; is it on the same network, "
-                "and does its firewall let port {} in?".format(
-                    self._place, CONNECT_TIMEOUT, self._tracker.port
-                )
-            )
-        else:
-            why = "cannot reach {}: {}; start the tracker there: {} track".format(
-                self._place, os.strerror(number).lower(), laptop_program()
-            )
-            if number == errno.ECONNREFUSED:
-                why += ", or check the port that it prints"
+        why = why_unreachable(self._place, self._tracker.port, number, CONNECT_TIMEOUT)
         self._lose(why, self._clock.now())
 
     # The handshake, and what comes after it
 
-    def _listen(self):
-        message = self._link.receive()
+    def _listen(self, link):
+        message = link.receive()
         while message is not None:
             if self.linked:
                 if isinstance(message, (Start, Stop, Draw)):
@@ -274,7 +258,7 @@ class TrackingClient(object):
                     self._of_job.append(message)
                     del self._of_job[:-MAX_COMMANDS]
             else:
-                self._shake_hands(message)
+                self._shake_hands(link, message)
             message = self._link.receive() if self._link else None
         if self._link is None:
             return
@@ -288,14 +272,16 @@ class TrackingClient(object):
                 )
             self._lose(why, now)
 
-    def _shake_hands(self, message):
-        if isinstance(message, Challenge) and self._nonces[1] is None:
-            if self._has_key(message.salt):
-                self._nonces[1] = message.nonce
-                self._link.send(Proof(pairing.proof(self._key.key, BRICK, *self._nonces)))
-        elif isinstance(message, Welcome) and self._nonces[1] is not None:
-            if pairing.is_proof(message.proof, self._key.key, LAPTOP, *self._nonces):
-                self._welcome()
+    def _shake_hands(self, link, message):
+        ours, theirs = self._nonces
+        if isinstance(message, Challenge) and not theirs:
+            key = self._key_for(message.salt)
+            if key is not None:
+                self._nonces = ours, message.nonce
+                link.send(Proof(pairing.proof(key.key, BRICK, ours, message.nonce)))
+        elif isinstance(message, Welcome) and theirs and self._key is not None:
+            if pairing.is_proof(message.proof, self._key.key, LAPTOP, ours, theirs):
+                self._welcome(link, self._key)
             else:
                 self._give_up(
                     "{} does not know the pairing code, so it is not your tracker; "
@@ -311,14 +297,15 @@ class TrackingClient(object):
         else:
             self._lose("{} does not keep to the handshake".format(self._place), self._clock.now())
 
-    def _has_key(self, salt):
-        """Whether the key is at hand; if not, it is worked out now, and the connection is over.
+    def _key_for(self, salt):
+        """The SaltedKey, if it is at hand; else it is worked out now, and the connection is over.
 
         That happens once per program at most: an arm that moves is never kept waiting by it.
         """
         if self._key is not None and self._key.salt == salt:
             self._is_key_checked = True
-        elif self._is_key_checked:
+            return self._key
+        if self._is_key_checked:
             self._give_up(
                 "the tracker at {} has another pairing code now; "
                 "type the command that it prints".format(self._place)
@@ -329,26 +316,26 @@ class TrackingClient(object):
             self._tell("pairing with {}: a moment, this once".format(self._place))
             self._key = SaltedKey(salt, pairing.key_of(self._tracker.code, salt))
             self._next_try = self._clock.now()
-        return self._link is not None
+        return None
 
-    def _welcome(self):
-        self._link.trust(*pairing.session_keys(self._key.key, *self._nonces))
+    def _welcome(self, link, key):
+        link.trust(*pairing.session_keys(key.key, *self._nonces))
         self.linked = True
         self.why = ""
         self.lost_since = None
         self._pause = FIRST_PAUSE
         self._tell("linked to {}".format(self._place))
         known = remembered(self._memory), self._memory.load_key(self._tracker.code)
-        if known != (self._tracker, self._key):
+        if known != (self._tracker, key):
             try:
-                self._memory.save(self._tracker, self._key)
+                self._memory.save(self._tracker, key)
             except OSError as error:
                 self._tell(
                     "{} cannot be written ({}), so host and code must be told again".format(
                         self._memory.file, error.strerror
                     )
                 )
-        self._link.poll()  # the first ping
+        link.poll()  # the first ping
 
     def _give_up(self, why):
         self.refused = True
@@ -363,7 +350,7 @@ class TrackingClient(object):
         self.linked = False
         self.why = why
         self._commands, self._of_job = [], []
-        self._reported = None
+        self._reported_at = -math.inf
         self._next_try = now + self._pause
         self._pause = min(2 * self._pause, MAX_PAUSE)
         if not quietly and not self.refused:
@@ -373,15 +360,3 @@ class TrackingClient(object):
         if line != self._said:
             self._said = line
             self._say(line)
-
-
-def _addresses(host, port):
-    """What the name stands for: a list of (family, address)."""
-    try:
-        found = socket.getaddrinfo(host, port, 0, socket.SOCK_STREAM)
-    except (OSError, UnicodeError):
-        raise NotPaired(
-            "there is no host '{}'; give the laptop's address as the tracker prints it: "
-            "HOST".format(shortened(host))
-        ) from None
-    return [(family, address) for family, _, _, _, address in found]
