@@ -1,12 +1,12 @@
 """`driver.py touch`: the arm is led by hand, and a press takes the point where its tip is."""
 
 import contextlib
-import os
 import re
 import sys
 
 from robot import program
 from robot.command_line import BadArgument, Parser
+from robot.touch_presses import END, TAKE, hands_of
 from shared.arm_description import PULLED_DOWN, ArmError
 from shared.state import default_arm
 
@@ -22,12 +22,6 @@ LOOK_PERIOD = 0.03
 """Between two looks at encoders and buttons, s."""
 
 MAX_POINTS = 10000
-
-TAKE, END = "enter", "down"
-"""Buttons of the brick: a point is taken; that was the last one."""
-
-LINE_TAKES, LINE_ENDS = b"", (b"q", b"e", b"end")
-"""Lines of an input that is no terminal."""
 
 
 class TouchRefused(ArmError):
@@ -78,113 +72,6 @@ def _parser():
         "(cm); what is for people goes to the standard error",
     )  # fmt: skip
     return parser
-
-
-# ---- who presses
-
-
-class TouchSensors(object):
-    """The touch sensors at inputs where no joint has its own.
-
-    Args:
-        arm: shared.arm_description.Arm.
-
-    Attributes:
-        ports: of those that are there.
-    """
-
-    def __init__(self, arm):
-        from robot.ev3.touch_sensor import NoTouchSensor, touch_sensor  # not above: it is slow
-
-        self._sensors = {}
-        taken = [joint.touch_port for joint in arm.joints if joint.find_home == "touch"]
-        for port in ("in1", "in2", "in3", "in4"):
-            if port not in taken:
-                try:
-                    self._sensors[port] = touch_sensor(port)
-                except NoTouchSensor:
-                    continue  # there is none, or another kind of sensor
-        self.ports = sorted(self._sensors)
-        self._before = self._down()
-
-    def _down(self):
-        down = set()
-        for port in self.ports:
-            try:
-                if self._sensors[port]():
-                    down.add(port)
-            except OSError:  # its cable was pulled: the others are still there
-                self.ports = [one for one in self.ports if one != port]
-        return down
-
-    def close(self):
-        """Nothing to let go of."""
-
-    def pressed(self):
-        """TAKE, once for a press of any of them."""
-        down = self._down()
-        fresh, self._before = down - self._before, down
-        return [TAKE] if fresh else []
-
-
-class Lines(object):
-    """The lines of an input that is no terminal, as of a program that runs this one.
-
-    Raises:
-        OSError, ValueError: there is no such input.
-    """
-
-    def __init__(self):
-        import select
-
-        self._select = select.select
-        self._file = sys.stdin.fileno()
-        self._rest = b""
-        self._select([self._file], [], [], 0)  # Windows waits for sockets only: told now
-
-    def close(self):
-        """Nothing to let go of."""
-
-    def pressed(self):
-        """TAKE for an empty line, END for one that says so; nothing once it has ended."""
-        if self._file is None or not self._select([self._file], [], [], 0)[0]:
-            return []
-        data = os.read(self._file, 4096)
-        if not data:
-            self._file = None  # sensor and buttons still take points
-        lines = (self._rest + data).split(b"\n")
-        self._rest = lines.pop()[-64:]
-        words = [line.strip().lower() for line in lines]
-        return [TAKE if word == LINE_TAKES else END for word in words
-                if word == LINE_TAKES or word in LINE_ENDS]  # fmt: skip
-
-
-def _hands(arm, say):
-    """Whoever may press, and a line on how."""
-    from robot.asking import Person
-    from robot.jobs.orders import KEYS, Buttons, Keys
-
-    class TouchKeys(Keys):
-        names = {key: TAKE for key, name in KEYS.items() if name == TAKE}
-        names.update({b"q": END, b"e": END, b"\x04": END})
-
-    sensors, found = TouchSensors(arm), []
-    ways = ["sensor at " + ", ".join(sensors.ports)] if sensors.ports else []
-    for kind, way in ((Buttons, "CENTRE"), (TouchKeys, "Enter"), (Lines, "")):
-        if kind is Lines and len(ways) > 1 and ways[-1] == "Enter":
-            break
-        try:
-            found.append(kind())
-        except (ImportError, OSError, ValueError, AttributeError):
-            continue  # not on a brick; no terminal
-        if way:
-            ways.append(way)
-    end = "q" if "Enter" in ways and not Person(None).at_brick else "the button DOWN"
-    say("lead the arm by hand;\na press takes a point:\n{}\n{} ends".format(",\n".join(ways), end))
-    return [sensors] + found
-
-
-# ---- what comes of it
 
 
 class Touching(object):
@@ -319,7 +206,7 @@ def _touch(args, tell):
         arm.load_zero()
         if description.pen and args.pen:
             _put_pen(arm, args.pen)
-        hands = _hands(description, say)
+        hands = hands_of(description, say)
         touching = Touching(arm, clock, hands, say, tell)
         try:
             with arm.lend_motors():
@@ -354,6 +241,11 @@ def main(argv=None):
             out = sys.stdout
             if args.json:  # all that is for people, whoever says it, goes elsewhere
                 stack.enter_context(contextlib.redirect_stdout(sys.stderr))
-            _touch(args, lambda *taken: args.json and _tell_json(out, *taken))
+
+            def tell(point, play):
+                if args.json:
+                    _tell_json(out, point, play)
+
+            _touch(args, tell)
 
     return program.run(parser.prog, command)

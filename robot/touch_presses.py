@@ -1,0 +1,112 @@
+"""Who may press to take a point: touch sensors, the brick's buttons, a terminal's keys, a program."""
+
+import os
+import sys
+
+TAKE, END = "enter", "down"
+"""Buttons of the brick: a point is taken; that was the last one."""
+
+LINE_TAKES, LINE_ENDS = b"", (b"q", b"e", b"end")
+"""Lines of an input that is no terminal."""
+
+
+class TouchSensors(object):
+    """The touch sensors at inputs where no joint has its own.
+
+    Args:
+        arm: shared.arm_description.Arm.
+
+    Attributes:
+        ports: of those that are there.
+    """
+
+    def __init__(self, arm):
+        from robot.ev3.touch_sensor import NoTouchSensor, touch_sensor  # not above: it is slow
+
+        self._sensors = {}
+        taken = [joint.touch_port for joint in arm.joints if joint.find_home == "touch"]
+        for port in ("in1", "in2", "in3", "in4"):
+            if port not in taken:
+                try:
+                    self._sensors[port] = touch_sensor(port)
+                except NoTouchSensor:
+                    continue  # there is none, or another kind of sensor
+        self.ports = sorted(self._sensors)
+        self._before = self._down()
+
+    def _down(self):
+        down = set()
+        for port in self.ports:
+            try:
+                if self._sensors[port]():
+                    down.add(port)
+            except OSError:  # its cable was pulled: the others are still there
+                self.ports = [one for one in self.ports if one != port]
+        return down
+
+    def close(self):
+        """Nothing to let go of."""
+
+    def pressed(self):
+        """TAKE, once for a press of any of them."""
+        down = self._down()
+        fresh, self._before = down - self._before, down
+        return [TAKE] if fresh else []
+
+
+class Lines(object):
+    """The lines of an input that is no terminal, as of a program that runs this one.
+
+    Raises:
+        OSError, ValueError: there is no such input.
+    """
+
+    def __init__(self):
+        import select
+
+        self._select = select.select
+        self._file = sys.stdin.fileno()
+        self._rest = b""
+        self._select([self._file], [], [], 0)  # Windows waits for sockets only: told now
+
+    def close(self):
+        """Nothing to let go of."""
+
+    def pressed(self):
+        """TAKE for an empty line, END for one that says so; nothing once it has ended."""
+        if self._file is None or not self._select([self._file], [], [], 0)[0]:
+            return []
+        data = os.read(self._file, 4096)
+        if not data:
+            self._file = None  # sensor and buttons still take points
+        lines = (self._rest + data).split(b"\n")
+        self._rest = lines.pop()[-64:]
+        words = [line.strip().lower() for line in lines]
+        return [TAKE if word == LINE_TAKES else END for word in words
+                if word == LINE_TAKES or word in LINE_ENDS]  # fmt: skip
+
+
+def hands_of(arm, say):
+    """Whoever may press, and a line on how."""
+    from robot.asking import Person
+    from robot.jobs.orders import KEYS, Buttons, Keys
+
+    class TouchKeys(Keys):
+        names = {key: TAKE for key, name in KEYS.items() if name == TAKE}
+        names.update({b"q": END, b"e": END, b"\x04": END})
+
+    sensors = TouchSensors(arm)
+    found = [sensors]
+    ways = ["sensor at " + ", ".join(sensors.ports)] if sensors.ports else []
+    for kind, way in ((Buttons, "CENTRE"), (TouchKeys, "Enter"), (Lines, "")):
+        if kind is Lines and len(ways) > 1 and ways[-1] == "Enter":
+            break
+        try:
+            found.append(kind())
+        except (ImportError, OSError, ValueError, AttributeError):
+            continue  # not on a brick; no terminal
+        if way:
+            ways.append(way)
+    end = "q" if "Enter" in ways and not Person(None).at_brick else "the button DOWN"
+    say("lead the arm by hand;\na press takes a point:\n{}\n{} ends".format(",\n".join(ways), end))
+    return found
