@@ -1,4 +1,4 @@
-"""Who may press to take a point: touch sensors, the brick's buttons, a terminal's keys, a program."""
+"""Who may press to take a point: touch sensors, the brick's buttons, keys, another program."""
 
 import os
 import sys
