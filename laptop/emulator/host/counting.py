@@ -19,6 +19,7 @@ from typing import Iterator, List, Optional, Sequence, Set, Union
 from laptop.emulator.host.prices import CALLS, METHODS, PRICES, imports
 from laptop.emulator.host.syntax_tree import (
     any_whole_number,
+    as_run,
     assigned_names,
     default_values,
     first_statement,
@@ -28,6 +29,7 @@ from laptop.emulator.host.syntax_tree import (
     parameter_names,
     stored_names,
     walk_scope,
+    without_types,
 )
 
 MYPY = False
@@ -39,8 +41,8 @@ if MYPY:
 COUNT, SPEND, LOAD, ENROL = "_count_", "_spend_", "_load_", "_enrol_"
 """The names of a module's own count, of what adds to it where no statement can stand, of what a
 function calls with the modules of the standard library that it is about to import, and of the
-builtin that each module calls first: with its names, the length of its source, and what it imports
-itself; see processor.Processor.enrol."""
+builtin that each module calls first: with its names, the length of its source (but for types), and
+what it imports itself; see processor.Processor.enrol."""
 
 DUE, LOOK = "_due_", "_look_"
 """Names of the count from which on each turn of a `while` calls a function, and of that: who goes
@@ -56,7 +58,7 @@ _WALRUS = sys.version_info >= (3, 8)
 
 def compiled(source: bytes, file: str) -> CodeType:
     """The code object of a module's `source` (bytes), with its count."""
-    tree = _Counting().module(ast.parse(source, file), len(source))
+    tree = _Counting().module(as_run(ast.parse(source, file)), len(without_types(source)))
     return compile(tree, file, "exec", dont_inherit=True)
 
 

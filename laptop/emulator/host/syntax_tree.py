@@ -1,10 +1,15 @@
 """Questions about the syntax tree of a module: scopes, names, imports, constants."""
 
 import ast
+import re
 from typing import Iterable, Iterator, List, Set
 
 _SCOPES = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda, ast.ClassDef)
 _LEAVES = (ast.Return, ast.Raise, ast.Break, ast.Continue)
+_FOR_CHECKERS = re.compile(rb"^if MYPY:\n(?:(?:[ \t]+.*)?\n)+?(?=\S|\Z)", re.MULTILINE)
+_TYPE_COMMENT = re.compile(
+    rb"(?:^[ \t]+# type: (?!ignore).*\n|  # type: (?!ignore).*)", re.MULTILINE
+)
 
 
 def first_statement(body: List[ast.stmt]) -> int:
@@ -23,6 +28,19 @@ def walk_scope(body: Iterable[ast.AST]) -> Iterator[ast.AST]:
         yield node
         if not isinstance(node, _SCOPES):
             left.extend(ast.iter_child_nodes(node))
+
+
+def as_run(tree: ast.Module) -> ast.Module:
+    """Take out of a module's tree what stands under `if MYPY:`, which is never done; return it."""
+    for node in tree.body:
+        if isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "MYPY":
+            node.body = [ast.copy_location(ast.Pass(), node.body[0])]
+    return tree
+
+
+def without_types(source: bytes) -> bytes:
+    """Return a module's source (bytes) without what type checkers alone read: it is not loaded."""
+    return _TYPE_COMMENT.sub(b"", _FOR_CHECKERS.sub(b"", source))
 
 
 def may_leave(statement: ast.stmt) -> bool:

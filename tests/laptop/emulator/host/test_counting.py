@@ -207,6 +207,21 @@ def test_a_module_tells_what_it_imports_and_how_long_it_is(monkeypatch):
     assert counted(source, monkeypatch)[1] == [(len(source), ["ev3dev2", "json"])]
 
 
+def test_what_type_checkers_alone_read_costs_nothing(monkeypatch):
+    plain = "import json\n\nMYPY = False\nif MYPY:\n    pass\n\n\n"
+    plain += "def f(a):\n    return a\n\n\nB = f(1)\n"
+    typed = plain.replace(
+        "    pass\n", "    import argparse\n\n    from typing import List\n\n    Bs = List[int]\n"
+    ).replace("f(a):\n", "f(a):\n    # type: (Bs) -> Bs\n")
+    typed = typed.replace("B = f(1)", "B = f(1)  # type: Bs")
+    counts = []
+    for source in (plain, typed):
+        space, told = counted(source, monkeypatch)
+        counts.append((space["_count_"], told))
+    assert counts[0] == counts[1]
+    assert counts[0][1][0][1] == ["json"]
+
+
 def test_imports_are_known_with_all_that_they_bring():
     table = imports()
     for name, (price, others) in table.items():
