@@ -31,6 +31,11 @@ if __name__ == "__main__":
 from robot.command_line import Parser  # noqa: E402
 from shared.state import default_arm  # noqa: E402
 
+MYPY = False  # which a type checker takes for true
+if MYPY:
+    from argparse import Namespace  # noqa: F401
+    from typing import Optional, Sequence  # noqa: F401
+
 ARMS = ("planar", "spatial")
 EXAMPLES = """\
   bench_brick.py planar
@@ -39,12 +44,14 @@ EXAMPLES = """\
 
 
 def _run(args):
+    # type: (Namespace) -> None
     from robot.benching.measuring import run  # not above: how long imports take is measured
 
     run(args, BEGUN)
 
 
 def main(argv=None):
+    # type: (Optional[Sequence[str]]) -> int
     """The command line; the exit status."""
     parser = Parser("bench_brick.py", "Measure this brick.", EXAMPLES)
     parser.add_argument("arms", nargs="*", metavar="ARM", help="planar or spatial (default: both)")

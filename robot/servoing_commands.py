@@ -18,6 +18,13 @@ from shared.run_options import METHODS, MODES, ROWS, InvalidRunOptions, check_op
 from shared.state import default_arm
 from shared.verdicts import CONVERGED
 
+MYPY = False  # which a type checker takes for true
+if MYPY:
+    from argparse import Namespace  # noqa: F401
+    from typing import Dict, Optional, Sequence, Tuple  # noqa: F401
+
+    from robot.servoing.image_model import Pixel  # noqa: F401
+
 CAMERA = "A"
 """A goal that is given as a pixel, and no more, is one of this camera."""
 
@@ -35,6 +42,7 @@ class NotReached(ArmError):
 
 
 def _goal(text):
+    # type: (str) -> Optional[Tuple[str, Pixel]]
     """(camera, (u, v)); None for the marker."""
     if text == "marker":
         return None
@@ -45,10 +53,12 @@ def _goal(text):
             "'{}' is no goal; write marker, or a pixel U,V like 400,200, or B:U,V if it is one of"
             " camera B".format(text.strip()[:40])
         )
-    return match.group(1) or CAMERA, tuple(float(x) for x in match.groups()[1:])
+    u, v = (float(x) for x in match.groups()[1:])
+    return match.group(1) or CAMERA, (u, v)
 
 
 def _fixed_goals(goals):
+    # type: (Sequence[Optional[Tuple[str, Pixel]]]) -> Dict[str, Pixel]
     """{camera: (u, v)} of what was given with --goal.
 
     Raises:
@@ -61,6 +71,7 @@ def _fixed_goals(goals):
 
 
 def _parser():
+    # type: () -> Parser
     parser = Parser("visual_servoing.py", "Bring the tip where the camera sees the goal.", EXAMPLES)
     parser.add_argument(
         "place", nargs="?", default="", metavar="HOST",
@@ -112,6 +123,7 @@ def _parser():
 
 
 def _run(parser, args):
+    # type: (Parser, Namespace) -> None
     description = read_arm(find_arm(args.arm))
     goals = _fixed_goals(args.goal)
     if args.third and args.rows != "xyz":
@@ -164,6 +176,7 @@ def _run(parser, args):
 
 
 def main(argv=None):
+    # type: (Optional[Sequence[str]]) -> int
     """Run one servo run; the exit status."""
     argv = sys.argv[1:] if argv is None else argv
     argv = [" " + word if re.match(r"-\d", word) else word for word in argv]

@@ -7,8 +7,22 @@ import sys
 from robot import program
 from robot.command_line import BadArgument, Parser
 from robot.touch_presses import END, TAKE, hands_of
-from shared.arm_description import PULLED_DOWN, ArmError
+from shared.arm_description import ArmError
+from shared.arm_keys import PULLED_DOWN
 from shared.state import default_arm
+
+MYPY = False  # which a type checker takes for true
+if MYPY:
+    from argparse import Namespace  # noqa: F401
+    from typing import IO, Callable, List, Optional, Sequence, Tuple  # noqa: F401
+
+    from robot.clock import Clock  # noqa: F401
+    from robot.motion.arm import RobotArm  # noqa: F401
+    from robot.touch_presses import PressSource  # noqa: F401
+    from robot.touching import TouchPoint  # noqa: F401
+
+    _Say = Callable[[str], object]
+    _TellPoint = Callable[[TouchPoint, float], object]  # and its play, cm
 
 COMMAND = "touch"
 
@@ -29,6 +43,7 @@ class TouchRefused(ArmError):
 
 
 def _count(text):
+    # type: (str) -> int
     try:
         number = int(text)
     except ValueError:
@@ -41,6 +56,7 @@ def _count(text):
 
 
 def _parser():
+    # type: () -> Parser
     parser = Parser(
         "driver.py",
         "Touch points with the arm, led by hand: where they are, their distance, angle, midpoint.\n"
@@ -89,11 +105,13 @@ class Touching(object):
     """
 
     def __init__(self, arm, clock, hands, say, tell):
+        # type: (RobotArm, Clock, Sequence[PressSource], _Say, _TellPoint) -> None
         self._arm, self._clock, self._hands = arm, clock, hands
         self._say, self._tell = say, tell
-        self.points = []
+        self.points = []  # type: List[TouchPoint]
 
     def take(self, most=None):
+        # type: (Optional[int]) -> bool
         """Take points until somebody ends it, or there are so many; whether it was that many."""
         from robot.touching import StillWatch
 
@@ -114,12 +132,14 @@ class Touching(object):
         return True
 
     def presses(self):
+        # type: () -> List[str]
         """What was pressed in the next moment; a pulled cable and a pen that slips are noticed."""
         self._clock.sleep(LOOK_PERIOD)
         self._arm.motors.check()
         return [one for hand in self._hands for one in hand.pressed() if one in (TAKE, END)]
 
     def _note(self, q, now):
+        # type: (Tuple[float, ...], float) -> None
         from robot.motion import kinematics
         from robot.touching import TouchPoint, play_at, told
 
@@ -133,12 +153,14 @@ class Touching(object):
 
 
 def _sayer():
+    # type: () -> _Say
     """A function that says short lines: one below the other on the brick's screen, else in one."""
     from robot.asking import Person
 
     below = Person(None).at_brick
 
     def say(text):
+        # type: (str) -> None
         if not below:
             text = re.sub("([:,;])\n", "\\1 ", text).replace("\n", "; ")
         print(text, flush=True)
@@ -147,6 +169,7 @@ def _sayer():
 
 
 def _tell_json(out, point, play):
+    # type: (IO[str], TouchPoint, float) -> None
     import json
 
     told = {"p": [round(x, 4) for x in point.p], "q": [round(x, 6) for x in point.q],
@@ -155,6 +178,7 @@ def _tell_json(out, point, play):
 
 
 def _go(arm, touching, go, say):
+    # type: (RobotArm, Touching, str, _Say) -> None
     """Go to the last point or the midpoint, once somebody has pressed."""
     from robot.drawing import Driver
     from robot.touching import midpoint
@@ -170,7 +194,7 @@ def _go(arm, touching, go, say):
     say("take your hands off; a press goes to {}".format(
         ",".join("{:.2f}".format(x + 0.0) for x in place)
     ))  # fmt: skip
-    presses = []
+    presses = []  # type: List[str]
     while not presses:
         presses = touching.presses()
     if END in presses:
@@ -184,6 +208,7 @@ def _go(arm, touching, go, say):
 
 
 def _touch(args, tell):
+    # type: (Namespace, _TellPoint) -> None
     from robot.clock import Clock
     from shared.arm_description import find_arm, read_arm
 
@@ -224,11 +249,13 @@ def _touch(args, tell):
 
 
 def _put_pen(arm, where):
+    # type: (RobotArm, str) -> None
     pen = arm.description.pen
     arm.move_pen(pen.down if where == "down" else pen.up)
 
 
 def main(argv=None):
+    # type: (Optional[Sequence[str]]) -> int
     """Run the command; the exit status."""
     argv = sys.argv[1:] if argv is None else argv
     # A leading space tells argparse that "-5" is a number and not an option.
@@ -237,12 +264,14 @@ def main(argv=None):
     args = parser.parse_args(argv)
 
     def command():
+        # type: () -> None
         with contextlib.ExitStack() as stack:
             out = sys.stdout
             if args.json:  # all that is for people, whoever says it, goes elsewhere
                 stack.enter_context(contextlib.redirect_stdout(sys.stderr))
 
             def tell(point, play):
+                # type: (TouchPoint, float) -> None
                 if args.json:
                     _tell_json(out, point, play)
 

@@ -3,6 +3,24 @@
 import os
 import sys
 
+MYPY = False  # which a type checker takes for true
+if MYPY:
+    from typing import Callable, Dict, List, Optional, Protocol, Sequence, Set  # noqa: F401
+
+    from shared.arm_description import Arm  # noqa: F401
+
+    class PressSource(Protocol):
+        """What tells of presses: TouchSensors, Lines, and the keys and buttons of orders."""
+
+        def pressed(self):
+            # type: () -> Sequence[str]
+            """What was pressed since it was asked last."""
+
+        def close(self):
+            # type: () -> object
+            """Let go."""
+
+
 TAKE, END = "enter", "down"
 """Buttons of the brick: a point is taken; that was the last one."""
 
@@ -21,9 +39,10 @@ class TouchSensors(object):
     """
 
     def __init__(self, arm):
+        # type: (Arm) -> None
         from robot.ev3.touch_sensor import NoTouchSensor, touch_sensor  # not above: it is slow
 
-        self._sensors = {}
+        self._sensors = {}  # type: Dict[str, Callable[[], bool]]
         taken = [joint.touch_port for joint in arm.joints if joint.find_home == "touch"]
         for port in ("in1", "in2", "in3", "in4"):
             if port not in taken:
@@ -35,7 +54,8 @@ class TouchSensors(object):
         self._before = self._down()
 
     def _down(self):
-        down = set()
+        # type: () -> Set[str]
+        down = set()  # type: Set[str]
         for port in self.ports:
             try:
                 if self._sensors[port]():
@@ -45,9 +65,11 @@ class TouchSensors(object):
         return down
 
     def close(self):
+        # type: () -> None
         """Nothing to let go of."""
 
     def pressed(self):
+        # type: () -> List[str]
         """TAKE, once for a press of any of them."""
         down = self._down()
         fresh, self._before = down - self._before, down
@@ -62,17 +84,20 @@ class Lines(object):
     """
 
     def __init__(self):
+        # type: () -> None
         import select
 
         self._select = select.select
-        self._file = sys.stdin.fileno()
+        self._file = sys.stdin.fileno()  # type: Optional[int]
         self._rest = b""
         self._select([self._file], [], [], 0)  # Windows waits for sockets only: told now
 
     def close(self):
+        # type: () -> None
         """Nothing to let go of."""
 
     def pressed(self):
+        # type: () -> List[str]
         """TAKE for an empty line, END for one that says so; nothing once it has ended."""
         if self._file is None or not self._select([self._file], [], [], 0)[0]:
             return []
@@ -87,6 +112,7 @@ class Lines(object):
 
 
 def hands_of(arm, say):
+    # type: (Arm, Callable[[str], object]) -> List[PressSource]
     """Whoever may press, and a line on how."""
     from robot.asking import Person
     from robot.jobs.orders import KEYS, Buttons, Keys
@@ -96,7 +122,7 @@ def hands_of(arm, say):
         names.update({b"q": END, b"e": END, b"\x04": END})
 
     sensors = TouchSensors(arm)
-    found = [sensors]
+    found = [sensors]  # type: List[PressSource]
     ways = ["sensor at " + ", ".join(sensors.ports)] if sensors.ports else []
     for kind, way in ((Buttons, "CENTRE"), (TouchKeys, "Enter"), (Lines, "")):
         if kind is Lines and len(ways) > 1 and ways[-1] == "Enter":

@@ -10,6 +10,23 @@ from collections import deque
 from robot.motion import kinematics
 from shared.record import record
 
+MYPY = False  # which a type checker takes for true
+if MYPY:
+    from typing import (  # noqa: F401
+        Deque,
+        List,
+        Literal,
+        NamedTuple,
+        Optional,
+        Sequence,
+        Tuple,
+        Union,
+    )
+
+    from shared.arm_description import Arm  # noqa: F401
+
+    Point = Sequence[float]  # the tip, (x, y), cm
+
 STILL_TIME = 0.3
 """The arm is to stand for so long after a press, s."""
 
@@ -19,7 +36,12 @@ STILL_COUNTS = 1.6
 SAME_PLACE = 0.05
 """Points nearer together than this span no angle, cm."""
 
-TouchPoint = record("TouchPoint", "p q t")
+if MYPY:
+    TouchPoint = NamedTuple(
+        "TouchPoint", [("p", Tuple[float, ...]), ("q", Tuple[float, ...]), ("t", float)]
+    )
+else:
+    TouchPoint = record("TouchPoint", "p q t")
 TouchPoint.__doc__ = """A point that was taken.
 
 p   the tip, (x, y), cm
@@ -36,17 +58,20 @@ class StillWatch(object):
     """
 
     def __init__(self, resolutions):
+        # type: (Sequence[float]) -> None
         self._limits = [STILL_COUNTS * one for one in resolutions]
-        self._since = None
-        self._seen = deque()
+        self._since = None  # type: Optional[float]
+        self._seen = deque()  # type: Deque[Sequence[float]]
 
     def press(self, now):
+        # type: (float) -> None
         """Somebody wants a point, at the time `now`, s; what was read before counts no more."""
         if self._since is None:
             self._since = now
             self._seen.clear()
 
     def see(self, now, angles):
+        # type: (float, Sequence[float]) -> Union[None, Literal[False], Tuple[float, ...]]
         """Take in the joints' angles (rad) at the time `now`, s.
 
         Returns:
@@ -67,6 +92,7 @@ class StillWatch(object):
 
 
 def play_at(arm, q):
+    # type: (Arm, Sequence[float]) -> float
     """How far the tip may be from where the encoders have it, cm: half of each joint's play.
 
     Args:
@@ -80,11 +106,13 @@ def play_at(arm, q):
 
 
 def midpoint(a, b):
+    # type: (Point, Point) -> Tuple[float, ...]
     """The point halfway between two, cm."""
     return tuple([(x + y) / 2 for x, y in zip(a, b)])
 
 
 def angle_at(a, b, c):
+    # type: (Point, Point, Point) -> Optional[float]
     """The angle at `b` between the ways to `a` and to `c`, rad, 0 to pi; None where there is none.
 
     By the arc tangent of cross and dot product, which is as exact near 0 and pi as between.
@@ -96,6 +124,7 @@ def angle_at(a, b, c):
 
 
 def told(points, play, number):
+    # type: (Sequence[Point], float, int) -> List[str]
     """Short lines on the last of some points, which fit the brick's screen.
 
     Args:
@@ -122,4 +151,5 @@ def told(points, play, number):
 
 
 def _pair(point):
+    # type: (Point) -> str
     return ",".join("{:.2f}".format(value + 0.0) for value in point)

@@ -20,6 +20,12 @@ from shared.record import record
 from shared.small_files import SpoiltFile, number, read_json
 from shared.state import CODE, TRACKER_FILE, laptop_program, state_folder
 
+MYPY = False  # which a type checker takes for true
+if MYPY:
+    from typing import Any, Callable, List, Mapping, NamedTuple, Optional, Tuple  # noqa: F401
+
+    _Address = Tuple[Any, ...]  # as the system's family of sockets has it
+
 MAX_TYPED = 80
 """Letters of a line that is typed."""
 
@@ -36,10 +42,16 @@ class Refusal(ArmError):
     """The tracker will not serve this client however often it tries."""
 
 
-SaltedKey = record("SaltedKey", "salt key")
+if MYPY:
+    SaltedKey = NamedTuple("SaltedKey", [("salt", str), ("key", bytes)])
+else:
+    SaltedKey = record("SaltedKey", "salt key")
 SaltedKey.__doc__ = """The key of the pairing code, and the laptop's salt that it was made with."""
 
-ServerAddress = record("ServerAddress", "host port code")
+if MYPY:
+    ServerAddress = NamedTuple("ServerAddress", [("host", str), ("port", int), ("code", str)])
+else:
+    ServerAddress = record("ServerAddress", "host port code")
 ServerAddress.__doc__ = (
     """Where the tracker is, and the code that it printed (as pairing.read_code)."""
 )
@@ -53,9 +65,11 @@ class Memory(object):
     """
 
     def __init__(self, folder=None):
+        # type: (Optional[str]) -> None
         self.file = os.path.join(folder or state_folder(), TRACKER_FILE)
 
     def load(self):
+        # type: () -> Optional[ServerAddress]
         """The ServerAddress; None if none is remembered.
 
         Raises:
@@ -86,6 +100,7 @@ class Memory(object):
         )
 
     def load_key(self, code):
+        # type: (str) -> Optional[SaltedKey]
         """The SaltedKey of a code; None if none is remembered."""
         try:
             kept = read_json(self.file)
@@ -95,6 +110,7 @@ class Memory(object):
             return None
 
     def save(self, tracker, key):
+        # type: (ServerAddress, SaltedKey) -> None
         """Remember a ServerAddress and the SaltedKey of its code, for this user's eyes only.
 
         Raises:
@@ -116,6 +132,7 @@ class Memory(object):
 
 
 def read_place(text, port=None):
+    # type: (str, Optional[int]) -> Tuple[Optional[str], Optional[int]]
     """Host and port from HOST, HOST:PORT, [IPV6]:PORT or :PORT; None for what is not said.
 
     Raises:
@@ -138,7 +155,14 @@ def read_place(text, port=None):
     return host or None, port
 
 
-def find_tracker(place="", code=None, environ=None, memory=None, ask=None):
+def find_tracker(
+    place="",  # type: str
+    code=None,  # type: Optional[str]
+    environ=None,  # type: Optional[Mapping[str, str]]
+    memory=None,  # type: Optional[Memory]
+    ask=None,  # type: Optional[Callable[[str], str]]
+):
+    # type: (...) -> ServerAddress
     """Which tracker to go to: as said, else where ssh came from, else as remembered.
 
     Args:
@@ -188,6 +212,7 @@ def find_tracker(place="", code=None, environ=None, memory=None, ask=None):
 
 
 def addresses_of(host, port):
+    # type: (str, int) -> List[Tuple[int, _Address]]
     """What a host's name stands for: a list of (family, address).
 
     Raises:
@@ -206,6 +231,7 @@ def addresses_of(host, port):
 
 
 def why_unreachable(place, port, number, waited):
+    # type: (str, int, Optional[int], float) -> str
     """One line for people: why no connection came about.
 
     Args:
@@ -225,6 +251,7 @@ def why_unreachable(place, port, number, waited):
 
 
 def at_terminal():
+    # type: () -> Optional[Callable[[str], str]]
     """What asks somebody a question in this terminal; None where nobody is there."""
     if not (sys.stdin and sys.stdin.isatty() and sys.stderr and sys.stderr.isatty()):
         return None
@@ -232,18 +259,22 @@ def at_terminal():
 
 
 def _typed(question):
+    # type: (str) -> str
     sys.stderr.write(question)
     sys.stderr.flush()
     return sys.stdin.readline(MAX_TYPED).strip()
 
 
 def remembered(memory):
+    # type: (Memory) -> Optional[ServerAddress]
     """The ServerAddress on file; None if there is none, or the file is of no use."""
     with contextlib.suppress(SpoiltMemory):
         return memory.load()
+    return None
 
 
 def check_is_no_code(word):
+    # type: (str) -> None
     """Raise NotPaired if a word that stands alone reads as a pairing code."""
     with contextlib.suppress(pairing.BadCode):
         pairing.read_code(word)
@@ -251,6 +282,7 @@ def check_is_no_code(word):
 
 
 def shortened(text):
+    # type: (str) -> str
     """A text that may be anything, as one short printable line."""
     shown = ascii(text)[1:-1]
     return shown if len(shown) <= 40 else shown[:37] + "..."

@@ -32,6 +32,22 @@ from shared.messages import (
     Welcome,
 )
 
+MYPY = False  # which a type checker takes for true
+if MYPY:
+    from typing import Callable, Dict, List, Mapping, Optional, Sequence, Tuple, Union  # noqa: F401
+
+    from robot.clock import Clock  # noqa: F401
+    from shared.job_messages import JobStatus, Want  # noqa: F401
+    from shared.messages import Observation  # noqa: F401
+
+    Command = Union[Start, Stop, Draw]
+    OfJob = Union[JobPart, Order]
+    Select = Callable[..., Tuple[Sequence[object], Sequence[object], Sequence[object]]]
+    _Say = Callable[[str], object]
+    _Volts = Callable[[], Optional[float]]  # of the battery, V
+    _Errors = Optional[Mapping[str, float]]  # by row, px
+    _OrNone = Optional[float]
+
 CONNECT_TIMEOUT = 3.0
 """For TCP to connect, s; after that it is the link that notices silence."""
 
@@ -80,10 +96,11 @@ class TrackingClient(object):
         self, host, port, code, clock, memory=None, say=print, select=select.select,
         battery=lambda: None
     ):  # fmt: skip
+        # type: (str, int, str, Clock, Optional[Memory], _Say, Select, _Volts) -> None
         self.linked = False
         self.why = "not connected yet"
         self.refused = False
-        self.lost_since = clock.now()
+        self.lost_since = clock.now()  # type: Optional[float]
         self._tracker = ServerAddress(host, port, code)
         self._place = ("[{}]:{}" if ":" in host else "{}:{}").format(host, port)
         self._addresses = addresses_of(host, port)
@@ -92,23 +109,25 @@ class TrackingClient(object):
         self._key = self._memory.load_key(code)  # a SaltedKey
         self._is_key_checked = False  # against the salt that the tracker has today
         self._say = say
-        self._said = None
+        self._said = None  # type: Optional[str]
         self._select = select
         self._battery = battery
 
-        self._connecting = None  # a socket on its way
-        self._link = None
+        self._connecting = None  # type: Optional[socket.socket]  # a socket on its way
+        self._link = None  # type: Optional[Link]
         self._nonces = "", ""  # ours, theirs; "" before they are known
         self._limit = 0.0  # until when it may take
         self._tries = 0
         self._pause = FIRST_PAUSE
         self._next_try = clock.now()
-        self._seen = {}  # camera: capture time of the newest observation handed over
-        self._commands, self._of_job = [], []
+        # Camera: capture time of the newest observation handed over.
+        self._seen = {}  # type: Dict[str, float]
+        self._commands, self._of_job = [], []  # type: List[Command], List[OfJob]
         # When the last report was made on this link, s, and of which run and verdict.
         self._reported_at, self._reported = -math.inf, (0, "")
 
     def poll(self, timeout=0.0):
+        # type: (float) -> Dict[str, Observation]
         """Do what is due, and hand over what is new; better wait here than sleep elsewhere.
 
         Args:
@@ -143,26 +162,31 @@ class TrackingClient(object):
         return new
 
     def age(self, camera):
+        # type: (str) -> float
         """How long ago the newest observation of a camera was taken, s; inf if there was none."""
         return self._clock.now() - self._seen.get(camera, -float("inf"))
 
     def commands(self):
+        # type: () -> List[Command]
         """The Start, Stop and Draw messages since the last call; a lost link takes them back."""
         commands, self._commands = self._commands, []
         return commands
 
     def of_job(self):
+        # type: () -> List[OfJob]
         """The JobParts and Orders since the last call; a lost link takes them back."""
         of_job, self._of_job = self._of_job, []
         return of_job
 
     def send(self, message):
+        # type: (Union[Want, JobStatus]) -> bool
         """Send a Want or JobStatus; whether there is a link."""
         if self._link is not None and self.linked:
             self._link.send(message)
         return self.linked
 
     def report(self, q, error, verdict="", reason="", e=None, condition=None, moves=0, run=1):
+        # type: (Sequence[float], _OrNone, str, str, _Errors, _OrNone, int, int) -> None
         """Tell the laptop how it goes; more often than every STATUS_PERIOD, only what is final.
 
         What is not finite, or too large for a message, is told as not known: no angles, no error.
@@ -186,20 +210,24 @@ class TrackingClient(object):
 
     @property
     def late(self):
+        # type: () -> Dict[str, float]
         """{camera: age, s} of the cameras whose last observation came too late to be used."""
         return self._link.late if self._link is not None and self.linked else {}
 
     @property
     def round_trip(self):
+        # type: () -> Optional[float]
         """Of the ping that the clock offset rests on, s; None while there is none."""
         return self._link.clock.round_trip if self._link is not None and self.linked else None
 
     @property
     def counters(self):
+        # type: () -> Dict[str, int]
         """What the present link has counted (see Link); {} without one."""
         return dict(self._link.counters) if self._link else {}
 
     def close(self, reason=""):
+        # type: (str) -> None
         """Say bye and end; `poll` would connect again."""
         if self._connecting is not None:
             self._connecting.close()
@@ -212,6 +240,7 @@ class TrackingClient(object):
     # Connecting
 
     def _connect(self):
+        # type: () -> None
         family, address = self._addresses[self._tries % len(self._addresses)]
         self._tries += 1
         self._limit = self._clock.now() + CONNECT_TIMEOUT
@@ -226,6 +255,7 @@ class TrackingClient(object):
             self._not_connected(error.errno)
 
     def _finish_connecting(self, sock, timeout):
+        # type: (socket.socket, float) -> None
         if self._select([], [sock], [], timeout)[1]:
             number = sock.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
             if number:
@@ -239,6 +269,7 @@ class TrackingClient(object):
             self._not_connected(None)
 
     def _not_connected(self, number):
+        # type: (Optional[int]) -> None
         if self._connecting is not None:  # the system has perhaps no socket of this kind
             self._connecting.close()
             self._connecting = None
@@ -248,6 +279,7 @@ class TrackingClient(object):
     # The handshake, and what comes after it
 
     def _listen(self, link):
+        # type: (Link) -> None
         message = link.receive()
         while message is not None:
             if self.linked:
@@ -273,6 +305,7 @@ class TrackingClient(object):
             self._lose(why, now)
 
     def _shake_hands(self, link, message):
+        # type: (Link, object) -> None
         ours, theirs = self._nonces
         if isinstance(message, Challenge) and not theirs:
             key = self._key_for(message.salt)
@@ -298,6 +331,7 @@ class TrackingClient(object):
             self._lose("{} does not keep to the handshake".format(self._place), self._clock.now())
 
     def _key_for(self, salt):
+        # type: (str) -> Optional[SaltedKey]
         """The SaltedKey, if it is at hand; else it is worked out now, and the connection is over.
 
         That happens once per program at most: an arm that moves is never kept waiting by it.
@@ -319,6 +353,7 @@ class TrackingClient(object):
         return None
 
     def _welcome(self, link, key):
+        # type: (Link, SaltedKey) -> None
         link.trust(*pairing.session_keys(key.key, *self._nonces))
         self.linked = True
         self.why = ""
@@ -338,10 +373,12 @@ class TrackingClient(object):
         link.poll()  # the first ping
 
     def _give_up(self, why):
+        # type: (str) -> None
         self.refused = True
         self._lose(why, self._clock.now())
 
     def _lose(self, why, now, quietly=False):
+        # type: (str, float, bool) -> None
         if self._link is not None:
             self._link.close()
             self._link = None
@@ -357,6 +394,7 @@ class TrackingClient(object):
             self._tell("not linked: {}".format(why))
 
     def _tell(self, line):
+        # type: (str) -> None
         if line != self._said:
             self._said = line
             self._say(line)

@@ -13,6 +13,13 @@ from robot.tracker_address import (
 )
 from robot.tracking import TrackingClient
 
+MYPY = False  # which a type checker takes for true
+if MYPY:
+    from argparse import Namespace  # noqa: F401
+    from typing import Dict, Optional, Sequence  # noqa: F401
+
+    from shared.messages import Observation  # noqa: F401
+
 LINE_PERIOD = 0.1
 """Between two looks that are printed, s: a person reads no faster, and printing costs the brick."""
 
@@ -23,6 +30,7 @@ EXAMPLES = """\
 
 
 def _line(seen, now):
+    # type: (Observation, float) -> str
     words = ["camera {}: {:4.0f} ms ago".format(seen.camera, 1000 * (now - seen.t))]
     for name in sorted(seen.markers):
         place = seen.markers[name]
@@ -35,10 +43,12 @@ def _line(seen, now):
 
 
 def _say(line):
+    # type: (str) -> None
     print(line, flush=True)
 
 
 def _seconds(text):
+    # type: (str) -> float
     try:
         value = float(text)
     except ValueError:
@@ -49,6 +59,7 @@ def _seconds(text):
 
 
 def _parser():
+    # type: () -> Parser
     parser = Parser("tracking_client.py", "Show what the tracker on the laptop sees.", EXAMPLES)
     parser.add_argument(
         "place",
@@ -63,6 +74,7 @@ def _parser():
 
 
 def _run(args):
+    # type: (Namespace) -> None
     clock = Clock()
     tracker = find_tracker(args.place, args.code, ask=at_terminal())
     client = TrackingClient(*tracker, clock=clock, say=_say)
@@ -72,7 +84,7 @@ def _run(args):
     try:
         while clock.now() < end:
             pause = min(end, clock.now() + LINE_PERIOD)
-            newest = {}
+            newest = {}  # type: Dict[str, Observation]
             while clock.now() < pause and not client.refused:
                 newest.update(client.poll(max(0.0, pause - clock.now())))
                 if not client.linked:
@@ -94,6 +106,7 @@ def _run(args):
 
 
 def main(argv=None):
+    # type: (Optional[Sequence[str]]) -> int
     """Show what the tracker sees; the exit status."""
     parser = _parser()
     args, others = parser.parse_known_args(argv)

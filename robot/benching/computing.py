@@ -23,9 +23,28 @@ from robot.servoing.loop import VisualServoing
 from robot.servoing.run_reporter import RunReporter
 from robot.servoing.runs import make_servo
 from shared.arm_description import find_arm, read_arm
-from shared.messages import decode
-from shared.record import record
+from shared.messages import Observation, decode
 from shared.signing import LineSigner
+
+MYPY = False  # which a type checker takes for true
+if MYPY:
+    from typing import (  # noqa: F401
+        Any,
+        Callable,
+        Dict,
+        Iterator,
+        List,
+        Mapping,
+        NamedTuple,
+        Optional,
+        Sequence,
+        Tuple,
+        Union,
+    )
+
+    from robot.benching.laps import Laps  # noqa: F401
+    from robot.motion.joint_controller import JointController  # noqa: F401
+    from shared.arm_description import Arm, Joint  # noqa: F401
 
 ARMS = ("planar", "spatial")
 
@@ -46,8 +65,6 @@ OBSERVATION = (
     b'"markers":{"effector":[320.123,240.456,0.98],"goal":[400.123,200.456,0.97]}}'
 )
 
-Seen = record("Seen", "camera seq t markers")
-
 
 class JumpingClock(object):
     """A clock that jumps over all waiting; each jump is the end of a tick.
@@ -58,17 +75,20 @@ class JumpingClock(object):
     """
 
     def __init__(self, laps):
+        # type: (Laps) -> None
         self._laps = laps
         self._t = 100.0
-        self.tick = None
+        self.tick = None  # type: Optional[str]
         self.on_jump = lambda seconds: None
 
     def now(self):
+        # type: () -> float
         """Seconds; a look takes a moment."""
         self._t += 1e-5
         return self._t
 
     def sleep(self, seconds):
+        # type: (float) -> None
         """Go on to then."""
         if self.tick:
             self._laps.end(self.tick)
@@ -83,27 +103,32 @@ class ModelMotor(JointMotor):
     """A motor that turns as the observer of a JointController takes it to; nothing real does."""
 
     def __init__(self, *args):
+        # type: (*Any) -> None
         JointMotor.__init__(self, *args)
         self.counted = 0.0
-        self.driven = None
+        self.driven = None  # type: Optional[float]
         self._turns = 0.0
 
     def counts(self):
+        # type: () -> int
         """As the model has it; the attribute is read all the same."""
         JointMotor.counts(self)
         return int(self.counted)
 
     def drive(self, speed):
+        # type: (float) -> None
         """Set the speed, rad/s at the joint."""
         self.driven = speed
         JointMotor.drive(self, speed)
 
     def brake(self):
+        # type: () -> None
         """Stop here."""
         self.driven = None
         JointMotor.brake(self)
 
     def advance(self, seconds, follower):
+        # type: (float, JointController) -> None
         """Turn on for so long, s."""
         if self.driven is None:
             self._turns = 0.0
@@ -126,12 +151,15 @@ class _KnownZero(object):
     file = ""  # nothing is kept
 
     def confirmed(self, counts):
+        # type: (Mapping[str, float]) -> Dict[str, float]
         return dict.fromkeys(counts, 0.0)
 
     def check_angles(self, angles, pen=None):
+        # type: (Sequence[float], Optional[float]) -> None
         """Nothing is wrong."""
 
     def save(self, zero, parked):
+        # type: (object, object) -> None
         """Nothing is kept."""
 
     forget = save
@@ -140,9 +168,11 @@ class _KnownZero(object):
 class MadeUpCameras(object):
     """What a tracking client would have heard: A looks down, in space B looks from the side."""
 
-    linked, refused, why, late = True, False, "", ()
+    linked, refused, why = True, False, ""
+    late = {}  # type: Dict[str, float]
 
     def __init__(self, arm, clock, goal):
+        # type: (RobotArm, JumpingClock, Sequence[float]) -> None
         self._arm, self._clock, self._goal = arm, clock, goal
         self._luck = random.Random(3)
         self._seq = 0
@@ -151,6 +181,7 @@ class MadeUpCameras(object):
         self._due = {name: now + 0.01 * k for k, name in enumerate(names)}
 
     def poll(self, timeout):
+        # type: (float) -> Dict[str, Observation]
         """The frames that are due, waited for at most so long, s."""
         first = min(self._due.values()) - self._clock.now()
         if first > 0 and timeout > 0:
@@ -159,6 +190,7 @@ class MadeUpCameras(object):
         return {name: self._frame(name, now) for name, due in self._due.items() if due <= now}
 
     def _frame(self, name, now):
+        # type: (str, float) -> Observation
         self._due[name] += FRAME
         self._seq += 1
         arm = self._arm
@@ -167,9 +199,10 @@ class MadeUpCameras(object):
             "effector": self._pixel(name, kinematics.forward(arm.description, q)),
             "goal": self._pixel(name, self._goal),
         }
-        return Seen(name, self._seq, now - 0.005, markers)
+        return Observation(self._seq, name, now - 0.005, markers)
 
     def _pixel(self, name, point):
+        # type: (str, Sequence[float]) -> Tuple[float, float, float]
         x, y, z = (tuple(point) + (0.0,))[:3]
         along, depth = (y - 4, 55 + 0.15 * y - z) if name == "A" else (z - 8, 60 + y)
         noise = self._luck.gauss
@@ -180,15 +213,18 @@ class MadeUpCameras(object):
         )
 
     def commands(self):
+        # type: () -> List[object]
         """None."""
         return []
 
     def report(self, *args, **more):
+        # type: (*object, **object) -> None
         """Nobody is told."""
 
 
 @contextlib.contextmanager
 def folder_of_motors(joints):
+    # type: (Sequence[Joint]) -> Iterator[None]
     """Have python-ev3dev2 find these joints' motors in a temporary folder, for a `with` block."""
     root = tempfile.mkdtemp()
     try:
@@ -220,6 +256,7 @@ def folder_of_motors(joints):
 
 
 def arm_of_files(description, clock):
+    # type: (Arm, JumpingClock) -> RobotArm
     """A RobotArm on model motors, parked in its home pose, its zero known."""
     motors = ArmMotors(description, clock, GAINS, lambda line: None, ModelMotor)
     arm = RobotArm(description, clock, zero=_KnownZero(), motors=motors)
@@ -229,6 +266,7 @@ def arm_of_files(description, clock):
         motor.counted = motor.in_counts(joint.home)
 
     def advance(seconds):
+        # type: (float) -> None
         for motor in arm.joints:
             motor.advance(seconds, motors.controllers[motor])
 
@@ -237,6 +275,7 @@ def arm_of_files(description, clock):
 
 
 def measure_drawing(description, laps):
+    # type: (Arm, Laps) -> None
     """Planning a line, the ticks of moves and lines, an inverse, single accesses."""
     name = description.name
     ends = LINES[kinematics.coordinates(description)]
@@ -261,6 +300,7 @@ def measure_drawing(description, laps):
 
 
 def measure_servoing(description, mode, laps, pieces):
+    # type: (Arm, str, Laps, bool) -> None
     """A run to a goal; of its ticks, or with `pieces` of what is worked out in them and between."""
     name = "{}, {}".format(description.name, mode)
     clock = JumpingClock(laps)
@@ -268,14 +308,10 @@ def measure_servoing(description, mode, laps, pieces):
     goal = GOALS[kinematics.coordinates(description)]
     servo, stream = make_servo(description, "chain", mode, tolerance=5)
     if pieces:
-        servo.decide = laps.timed(
-            lambda decision: "{}: decision, {}".format(name, decision.action), servo.decide
-        )
-        servo.observe_in_motion = laps.timed(
-            name + ": learning from a frame", servo.observe_in_motion
-        )
+        _time(laps, servo, "decide", lambda told: "{}: decision, {}".format(name, told.action))
+        _time(laps, servo, "observe_in_motion", name + ": learning from a frame")
         if stream:
-            stream.see = laps.timed(name + ": steering by a frame", stream.see)
+            _time(laps, stream, "see", name + ": steering by a frame")
     eyes = MadeUpCameras(arm, clock, goal)
     reporter = RunReporter(say=lambda line: None)
     loop = VisualServoing(arm, eyes, clock, servo, stream=stream, reporter=reporter)
@@ -290,11 +326,19 @@ def measure_servoing(description, mode, laps, pieces):
         raise AssertionError("{}: {}".format(name, verdict))
 
 
+def _time(laps, owner, method, name):
+    # type: (Laps, object, str, Union[str, Callable[[Any], str]]) -> None
+    """Let each call of a method be a piece; its name as Laps.timed takes it."""
+    setattr(owner, method, laps.timed(name, getattr(owner, method)))
+
+
 def measure_link(laps):
+    # type: (Laps) -> None
     """What each observation takes before anything is done by it, its names being known."""
     laptop, brick = LineSigner(b"key"), LineSigner(b"key")
 
     def hear():
+        # type: () -> List[object]
         return [decode(line, ("A", "effector", "goal")) for line, _ in brick.checked(lines)]
 
     for _ in range(5):
@@ -303,6 +347,7 @@ def measure_link(laps):
 
 
 def measure(names, laps):
+    # type: (Sequence[str], Laps) -> None
     """All of it, on the arms of these names."""
     measure_link(laps)
     for name in names:

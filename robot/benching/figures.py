@@ -15,7 +15,26 @@ import math
 from shared.arm_description import ArmError
 from shared.record import record
 
-Pass = record("Pass", "speed duty volts behind extra braked")
+MYPY = False  # which a type checker takes for true
+if MYPY:
+    from typing import Any, Dict, NamedTuple, Optional, Sequence, Tuple  # noqa: F401
+
+    Figures = Dict[str, Any]  # as they stand in the file: words and numbers
+
+if MYPY:
+    Pass = NamedTuple(
+        "Pass",
+        [
+            ("speed", float),
+            ("duty", float),
+            ("volts", float),
+            ("behind", float),
+            ("extra", float),
+            ("braked", Optional[float]),
+        ],
+    )
+else:
+    Pass = record("Pass", "speed duty volts behind extra braked")
 """One pass, at the motor's shaft and positive the way it went.
 
 speed, duty  when steady, rad/s and %
@@ -27,6 +46,7 @@ braked       from where it was braked to where it stood, rad; None: it was held
 
 
 def figures(pairs, kind):
+    # type: (Sequence[Sequence[Pass]], str) -> Figures
     """What a motor is, from pairs of Passes there and back.
 
     Returns:
@@ -56,13 +76,13 @@ def figures(pairs, kind):
             ("friction_volts", friction),
             ("friction_duty_percent", 100 * friction / volts),
         )
-    )
-    braked = [each for each in passes if each.braked is not None]
+    )  # type: Figures
+    braked = [(each, each.braked) for each in passes if each.braked is not None]
     if braked:
-        inertia = _inertia(braked, emf)
-        fastest = max(braked, key=lambda each: each.speed)
+        inertia = _inertia([each for each, _ in braked], emf)
+        fastest, way = max(braked, key=lambda pair: pair[0].speed)
         found["brake_from_deg_per_s"] = math.degrees(fastest.speed)
-        found["brake_deg"] = math.degrees(fastest.braked)
+        found["brake_deg"] = math.degrees(way)
         found["brake_time_s"] = inertia / emf
         found["inertia_volts_s2_per_rad"] = inertia
     for name, value in found.items():
@@ -72,6 +92,7 @@ def figures(pairs, kind):
 
 
 def _inertia(passes, emf):
+    # type: (Sequence[Pass], float) -> float
     """J from speeding up, the fast passes counting for more."""
     momenta = [each.volts * each.extra / 100 + emf * each.behind for each in passes]
     return sum(p * each.speed for p, each in zip(momenta, passes)) / sum(
@@ -80,6 +101,7 @@ def _inertia(passes, emf):
 
 
 def _line(points):
+    # type: (Sequence[Tuple[float, float]]) -> Tuple[float, float]
     """(slope, height at 0) of the straight line nearest to points (x, y)."""
     n = float(len(points))
     x_mean, y_mean = sum(x for x, _ in points) / n, sum(y for _, y in points) / n

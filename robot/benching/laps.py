@@ -5,6 +5,10 @@ import os
 
 from robot.clock import Clock
 
+MYPY = False  # which a type checker takes for true
+if MYPY:
+    from typing import Any, Callable, Dict, Iterator, List, Sequence, Union  # noqa: F401
+
 NOTHING = "an empty lap"
 """The name of the piece that taking the time itself is."""
 
@@ -19,28 +23,34 @@ class Laps(object):
     """
 
     def __init__(self):
-        self.taken = collections.OrderedDict()
-        self.marks = []
+        # type: () -> None
+        self.taken = collections.OrderedDict()  # type: Dict[str, List[float]]
+        self.marks = []  # type: List[str]
         self._clock = Clock()
 
     def begin(self):
+        # type: () -> None
         """Work begins."""
         self._mark("")
         self._since = self._clock.now()
 
     def end(self, name):
+        # type: (str) -> None
         """It was a piece of that name."""
         self.taken.setdefault(name, []).append(self._clock.now() - self._since)
         self._mark(name)
 
     def _mark(self, name):
+        # type: (str) -> None
         self.marks.append(name)
         os.getppid()
 
     def timed(self, name, work):
+        # type: (Union[str, Callable[[Any], str]], Callable[..., Any]) -> Callable[..., Any]
         """`work`, but each call is a piece; `name` may be worked out of what it returns."""
 
         def timed(*args):
+            # type: (*Any) -> Any
             self.begin()
             result = work(*args)
             self.end(name(result) if callable(name) else name)
@@ -50,11 +60,13 @@ class Laps(object):
 
 
 def middle(values):
+    # type: (Sequence[float]) -> float
     """The median; of an even number the higher of the two in the middle."""
     return sorted(values)[len(values) // 2]
 
 
 def table(taken):
+    # type: (Dict[str, List[float]]) -> Iterator[str]
     """Lines for people: of each piece how many, the median and the greatest, ms."""
     yield "{:<42}{:>6}{:>10}{:>10}".format("what, ms", "n", "median", "greatest")
     for name, laps in taken.items():

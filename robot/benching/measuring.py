@@ -13,6 +13,16 @@ from robot.clock import Clock
 from robot.ev3.library import what_is_missing
 from shared.arm_description import ArmError, find_arm, read_arm
 
+MYPY = False  # which a type checker takes for true
+if MYPY:
+    from argparse import Namespace  # noqa: F401
+    from typing import Callable, Dict, Iterator, List, Optional  # noqa: F401
+
+    from robot.benching.figures import Figures  # noqa: F401
+    from robot.benching.moving import Bench  # noqa: F401
+    from robot.motion.arm import RobotArm  # noqa: F401
+    from shared.arm_description import Arm  # noqa: F401
+
 FORMAT, VERSION = "brickservo brick", 1
 """What the file says that it is; the version rises when a figure changes its meaning."""
 
@@ -34,6 +44,7 @@ class CannotMeasure(ArmError):
 
 
 def run(args, begun):
+    # type: (Namespace, float) -> None
     """Measure all that the command line `args` asks for; tables, and a file.
 
     Args:
@@ -45,8 +56,9 @@ def run(args, begun):
     clock, laps = Clock(), Laps()
     _check_room(args.json)
     description = read_arm(find_arm(args.arm)) if args.move or args.bare else None
-    for port in args.bare:
-        _check_bare(port, description)
+    if description is not None:
+        for port in args.bare:
+            _check_bare(port, description)
     try:
         with _lap(laps, "start: import python-ev3dev2"):
             import robot.ev3.motors  # noqa: F401
@@ -96,12 +108,14 @@ def run(args, begun):
 
 @contextlib.contextmanager
 def _lap(laps, name):
+    # type: (Laps, str) -> Iterator[None]
     laps.begin()
     yield
     laps.end(name)
 
 
 def _check_room(file):
+    # type: (str) -> None
     """Refuse a file that cannot be written before three minutes have gone by."""
     there = os.path.exists(file)
     try:
@@ -116,6 +130,7 @@ def _check_room(file):
 
 
 def _check_bare(port, description):
+    # type: (str, Arm) -> None
     for part in description.joints + ((description.pen,) if description.pen else ()):
         if part.port == port:
             raise CannotMeasure(
@@ -125,6 +140,7 @@ def _check_bare(port, description):
 
 
 def _access(taken):
+    # type: (Dict[str, List[float]]) -> float
     """What the kernel takes for an access, s: that of a motor, without what a mere file takes."""
     return (
         sum(
@@ -139,6 +155,7 @@ def _access(taken):
 
 
 def _volts():
+    # type: () -> Callable[[], float]
     """A function that looks at the battery, V.
 
     Raises:
@@ -151,7 +168,7 @@ def _volts():
         if supply.measured_volts > 0:
             return lambda: supply.measured_volts
     except Exception as error:  # whatever a driver may have
-        why = error
+        why = str(error)
     else:
         why = "0 V"
     raise CannotMeasure(
@@ -160,6 +177,7 @@ def _volts():
 
 
 def _move(args, description, clock):
+    # type: (Namespace, Arm, Clock) -> Dict[str, Figures]
     """Turn what is to be turned; dict, port -> figures."""
     from robot.benching import moving, system
     from robot.ev3.brick_lock import BrickLock
@@ -184,7 +202,7 @@ def _move(args, description, clock):
         print("the {} motor at port {} will turn at full speed".format(kind, port))
     print("in {:.0f} s; Ctrl-C stops it".format(GRACE))
     clock.sleep(GRACE)
-    motors = collections.OrderedDict()
+    motors = collections.OrderedDict()  # type: Dict[str, Figures]
     collecting = gc.isenabled()
     gc.disable()  # a collection takes as long as a motor to speed up
     try:
@@ -199,6 +217,7 @@ def _move(args, description, clock):
 
 
 def _measure_arm(arm, bench, motors):
+    # type: (RobotArm, Bench, Dict[str, Figures]) -> None
     with program.parking(arm):
         arm.go_to([joint.home for joint in arm.description.joints])
         for k, joint in enumerate(arm.description.joints):
@@ -211,6 +230,7 @@ def _measure_arm(arm, bench, motors):
 
 
 def motor_table(motors):
+    # type: (Dict[str, Figures]) -> Iterator[str]
     """Lines for people, of the motors' figures by port; a joint's backlash is that of the joint."""
     if not motors:
         return

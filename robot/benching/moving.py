@@ -11,7 +11,16 @@ from robot.motion import kinematics, stops
 from robot.motion.backlash import APPROACH_ACCELERATION, APPROACH_SPEED
 from robot.motion.control_loop import Stalled
 from robot.motion.joint_controller import GAINS
-from shared.arm_description import MOTOR_SPEEDS, PULLED_DOWN
+from shared.arm_keys import MOTOR_SPEEDS, PULLED_DOWN
+
+MYPY = False  # which a type checker takes for true
+if MYPY:
+    from typing import Callable, Dict, List, Optional, Tuple  # noqa: F401
+
+    from robot.benching.figures import Figures  # noqa: F401
+    from robot.clock import Clock  # noqa: F401
+    from robot.motion.arm import RobotArm  # noqa: F401
+    from shared.arm_description import Arm  # noqa: F401
 
 LEVELS = (0.3, 0.5, 0.75, 1.0)
 """The speeds of the passes, as shares of the fastest."""
@@ -58,6 +67,7 @@ LEAST_FREE = 1.5
 
 
 def describe(description, k):
+    # type: (Arm, int) -> str
     """Words for people: what joint `k` will do."""
     joint = description.joints[k]
     lower, upper = free_range(description, k)
@@ -72,11 +82,13 @@ def describe(description, k):
 
 
 def is_loaded(description, k):
+    # type: (Arm, int) -> bool
     """Whether gravity turns joint `k`."""
     return description.chain in PULLED_DOWN and k > 0
 
 
 def free_range(description, k):
+    # type: (Arm, int) -> Tuple[float, float]
     """Where joint `k` may go while the others are at home, rad."""
     joint = description.joints[k]
     home = [each.home for each in description.joints]
@@ -86,6 +98,7 @@ def free_range(description, k):
     lower, upper = max(lower, joint.home - SWING), min(upper, joint.home + SWING)
 
     def is_clear(angle):
+        # type: (float) -> bool
         q = home[:k] + [angle] + home[k + 1 :]
         places = kinematics.joint_positions(description, q)[1:]
         return min(p[-1] for p in places) > ABOVE_TABLE
@@ -100,6 +113,7 @@ def free_range(description, k):
 
 
 def fastest_of(description, k):
+    # type: (Arm, int) -> float
     """The speed of joint `k` in its fastest pass, rad/s."""
     lower, upper = free_range(description, k)
     return min(
@@ -117,10 +131,12 @@ class Bench(object):
     """
 
     def __init__(self, clock, volts):
+        # type: (Clock, Callable[[], float]) -> None
         self._clock = clock
         self._volts = volts
 
     def joint(self, arm, k):
+        # type: (RobotArm, int) -> Figures
         """Measure joint `k` of a RobotArm whose zero is known; it ends where its home is.
 
         Returns:
@@ -158,6 +174,7 @@ class Bench(object):
         return found
 
     def bare(self, port, kind):
+        # type: (str, str) -> Figures
         """Measure a motor that turns nothing, for some turns to and fro.
 
         Returns:
@@ -183,6 +200,7 @@ class Bench(object):
         return figures(pairs, kind)
 
     def _pass(self, motor, gear, setpoint, stiffness, end, braking):
+        # type: (JointMotor, float, float, float, Optional[float], bool) -> Pass
         """Turn one way at a set-point, rad/s at the joint, up to the angle `end`; a Pass."""
         now_of = self._clock.now
         longest = LONGEST if braking else LOADED_LONGEST
@@ -191,7 +209,8 @@ class Bench(object):
         sign = math.copysign(1.0, setpoint)
         motor.engage(stiffness)
         last = rested = motor.angle()
-        steps, duties = [], []  # where the reading changed: (s, rad); and (s, %)
+        # Where the reading changed: (s, rad); and (s, %).
+        steps, duties = [], []  # type: List[Tuple[float, float]], List[Tuple[float, float]]
         motor.drive(setpoint)
         began = since = renewed = now_of()
         while True:
@@ -241,6 +260,7 @@ class Bench(object):
         )
 
     def _come_to_rest(self, motor, stopped):
+        # type: (JointMotor, float) -> float
         """Where a motor that was stopped at that time stands in the end, rad."""
         now_of = self._clock.now
         last, since = motor.angle(), stopped
@@ -254,6 +274,7 @@ class Bench(object):
                 raise Stalled(motor, "stopped, it turns on")
 
     def _backlash(self, arm, k):
+        # type: (RobotArm, int) -> Dict[str, float]
         """The play of a joint: what its motor turns from stop to stop beside the link.
 
         Returns:
@@ -290,6 +311,7 @@ class Bench(object):
         }
 
     def _leave(self, arm, k, sign):
+        # type: (RobotArm, int, int) -> float
         """Where at its stop a motor stood, rad, finer than its encoder counts.
 
         From there it speeds up evenly: how long it takes to the first count, and from that to the
@@ -301,7 +323,7 @@ class Bench(object):
         last = motor.counts()
         motor.drive(-sign * math.radians(LEAVING / stops.PUSH_STIFFNESS) / joint.gear)
         began = before = now_of()
-        times = []
+        times = []  # type: List[float]
         while len(times) < 2 and before - began < RENEWED * 3:
             counts, t = motor.counts(), now_of()
             if counts != last:
@@ -317,11 +339,13 @@ class Bench(object):
 
 
 def _asked(speed, kind):
+    # type: (float, str) -> float
     """The set-point at which a motor turns with some speed, deg/s: the driver lags behind."""
     gains = GAINS[kind]
     return speed + (speed / gains.speed_per_duty + gains.friction) / STIFFNESS
 
 
 def _gone(t, lag):
+    # type: (float, float) -> float
     """How far a motor gets in `t` s from rest, in units of its final speed."""
     return t - lag * (1 - math.exp(-t / lag))

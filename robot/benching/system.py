@@ -4,6 +4,13 @@ import os
 
 from robot.ev3.motors import JointMotor, plugged_in
 
+MYPY = False  # which a type checker takes for true
+if MYPY:
+    from typing import List, Optional, Tuple  # noqa: F401
+
+    from robot.benching.laps import Laps  # noqa: F401
+    from robot.clock import Clock  # noqa: F401
+
 ACCESSES = 20
 NAPS, NAP = 100, 0.02
 """How many sleeps of a control tick's length, s, are looked at."""
@@ -16,6 +23,7 @@ KINDS = {"lego-ev3-l-motor": "large", "lego-ev3-m-motor": "medium"}
 
 
 def age(now):
+    # type: (float) -> Optional[float]
     """Seconds since this process was started, to a hundredth; None where Linux does not tell.
 
     Args:
@@ -32,11 +40,13 @@ def age(now):
 
 
 def motors_found():
+    # type: () -> List[Tuple[str, str]]
     """Pairs (port letter, "large" | "medium") of the EV3 motors that are plugged in."""
     return [(address[-1], KINDS[driver]) for address, driver in plugged_in() if driver in KINDS]
 
 
 def measure_accesses(laps):
+    # type: (Laps) -> Optional[str]
     """An attribute of a real motor read and written; nothing turns.
 
     Returns:
@@ -55,6 +65,7 @@ def measure_accesses(laps):
 
 
 def measure_naps(clock, laps):
+    # type: (Clock, Laps) -> None
     """How late a sleep wakes up."""
     late = laps.taken.setdefault("late from a sleep of {:.0f} ms".format(1000 * NAP), [])
     for _ in range(NAPS):
