@@ -15,7 +15,7 @@ from shared.verdicts import (
 
 MYPY = False  # which a type checker takes for true
 if MYPY:
-    from typing import List, Mapping, NamedTuple, Optional, Protocol  # noqa: F401
+    from typing import Mapping, NamedTuple, Optional, Protocol, Sequence  # noqa: F401
 
     from robot.servoing.linear_algebra import Vector  # noqa: F401
     from robot.servoing.sightings import Sightings  # noqa: F401
@@ -49,7 +49,7 @@ if MYPY:
             """What is new, waited for so long, s."""
 
         def commands(self):
-            # type: () -> List[object]
+            # type: () -> Sequence[object]
             """The messages that order something."""
 
         def report(
