@@ -14,8 +14,14 @@ import sys
 import time
 import traceback
 
+MYPY = False  # which a type checker takes for true
+if MYPY:
+    from types import ModuleType  # noqa: F401
+    from typing import Any, Dict, Sequence  # noqa: F401
+
 
 def answer(module, name, arguments):
+    # type: (ModuleType, str, Sequence[Any]) -> Dict[str, Any]
     """Return what a function answers, or what went wrong, with the line."""
     try:
         return {"value": getattr(module, name)(*arguments)}
@@ -30,6 +36,7 @@ def answer(module, name, arguments):
 
 
 def main(module, questions, answers):
+    # type: (str, str, str) -> None
     """Answer the questions of one file in another."""
     with open(questions) as file:
         asked = json.load(file)

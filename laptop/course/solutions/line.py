@@ -18,6 +18,7 @@ GAIN = 4.0  # how hard an error is corrected, 1/s
 
 
 def joint_speeds(q, p_wanted, v_wanted):
+    # type: (list[float], list[float], list[float]) -> list[float]
     """Return [dq1, dq2], rad/s, that move the tip as wanted.
 
     q         joint angles now
@@ -32,12 +33,14 @@ def joint_speeds(q, p_wanted, v_wanted):
 
 
 def main():
+    # type: () -> None
     """Go to the start, lower the pen, and draw."""
     motors = LargeMotor(OUTPUT_A), LargeMotor(OUTPUT_B)
     pen = MediumMotor(OUTPUT_C)
     zero = [motor.position for motor in motors]  # the arm stands stretched
 
     def angles():
+        # type: () -> list[float]
         return [math.radians(m.position - z) for m, z in zip(motors, zero)]
 
     seconds = math.hypot(END[0] - START[0], END[1] - START[1]) / SPEED

@@ -14,11 +14,13 @@ STAY, PERIOD = 3.0, 0.02  # s at each of them, and of one round
 
 
 def control(error, integral, rate):
+    # type: (float, float, float) -> float
     """Return the duty cycle: error in deg, its integral in deg s, its rate in deg/s."""
     return KP * error + KI * max(-12.0, min(12.0, integral)) + KD * rate
 
 
 def main():
+    # type: () -> None
     """Go from target to target."""
     shoulder, elbow = LargeMotor(OUTPUT_A), LargeMotor(OUTPUT_B)
     shoulder.stop(stop_action="hold")

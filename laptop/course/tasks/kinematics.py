@@ -9,32 +9,37 @@ import math
 from robot.api import Clock, RobotArm, find_arm, read_arm
 
 L1, L2 = 11.3, 9.5  # the links
-START = (0.6, 0.9)  # where each search begins
+START = [0.6, 0.9]  # where each search begins
 GOALS = [(14, 9), (4, 15), (16, -4), (13, -7)]
 NEAR_ENOUGH, MOST_STEPS = 0.001, 50
 
 
 def forward(q):
+    # type: (list[float]) -> list[float]
     """Return the tip [x, y] at the joint angles q = (q1, q2)."""
     return [0.0, 0.0]  # TODO 1: both links, see the page
 
 
 def jacobian(q):
+    # type: (list[float]) -> list[list[float]]
     """Return [[dx/dq1, dx/dq2], [dy/dq1, dy/dq2]] at q, cm/rad."""
     return [[1.0, 0.0], [0.0, 1.0]]  # TODO 2: differentiate forward
 
 
 def newton_step(J, e):
+    # type: (list[list[float]], list[float]) -> list[float]
     """Return the step dq for which J dq = e; e is what is missing, goal - tip."""
     return [0.0, 0.0]  # TODO 3: two equations, two unknowns; beware of det J = 0
 
 
 def broyden_update(J, dq, dp):
+    # type: (list[list[float]], list[float], list[float]) -> list[list[float]]
     """Return J corrected by one step: dq was made, and the tip moved by dp."""
     return J  # TODO 4: J + (dp - J dq) dq^T / (dq^T dq)
 
 
 def search(goal, q, exact):
+    # type: (tuple[float, float], list[float], bool) -> list[list[float]]
     """Return the poses from q to the goal: by Newton's method if exact, else by Broyden's."""
     poses, J = [list(q)], jacobian(q)
     while len(poses) <= MOST_STEPS:
@@ -54,6 +59,7 @@ def search(goal, q, exact):
 
 
 def main():
+    # type: () -> None
     """Let the arm go to each goal, and say how many steps the search took."""
     arm = RobotArm(read_arm(find_arm("planar")), Clock())
     arm.load_zero()

@@ -14,6 +14,7 @@ NEAR_ENOUGH, MOST_STEPS = 4.0, 30  # px
 
 
 def first_jacobian(moved):
+    # type: (list[list[float]]) -> list[list[float]]
     """Return [[du/dq1, du/dq2], [dv/dq1, dv/dq2]], px/rad.
 
     moved  [[u, v], [u, v]]: by how many px the tip moved when joint 1, joint 2 turned by TEST_MOVE
@@ -22,22 +23,25 @@ def first_jacobian(moved):
 
 
 def step(J, e):
+    # type: (list[list[float]], list[float]) -> list[float]
     """Return the joints' step dq that takes the error e = s - s_star away: dq = -J^-1 e."""
     return [0.0, 0.0]  # TODO 2
 
 
 def broyden_update(J, dq, ds):
+    # type: (list[list[float]], list[float], list[float]) -> list[list[float]]
     """Return J corrected by one step: dq was made, and the tip moved by ds px."""
     return J  # TODO 3: as in handout 1
 
 
 def look(client, arm, goal=None):
+    # type: (TrackingClient, RobotArm, list[float] | None) -> tuple[list[float], list[float]]
     """Return tip and goal, px: the middle one of five pictures of an arm that stands.
 
     goal  where it was, in case that the arm hides it now
     """
     arm.clock.sleep(0.3)
-    tips, goals = [], []
+    tips, goals = [], []  # type: list[tuple[float, float]], list[tuple[float, float]]
     until = arm.clock.now() + 10
     while len(tips) < 5 or not (goals or goal):
         if arm.clock.now() > until:
@@ -48,15 +52,17 @@ def look(client, arm, goal=None):
                 tips.append(tip[:2])
             if place and place[2] >= 0.9:
                 goals.append(place[:2])
-    return middle(tips), middle(goals) if goals else goal
+    return middle(tips), middle(goals) if goals or goal is None else goal
 
 
 def middle(points):
+    # type: (list[tuple[float, float]]) -> list[float]
     """Return the median of points, in u and in v."""
     return [sorted(values)[len(values) // 2] for values in zip(*points)]
 
 
 def turn(arm, dq):
+    # type: (RobotArm, list[float]) -> list[float]
     """Turn the joints by dq, but no joint by more than LONGEST_STEP; return what was done."""
     share = min(1.0, LONGEST_STEP / max(1e-9, max(map(abs, dq))))
     joints = arm.description.joints
@@ -70,6 +76,7 @@ def turn(arm, dq):
 
 
 def main():
+    # type: () -> None
     """Two test moves, then step by step to the goal."""
     clock = Clock()
     arm = RobotArm(read_arm(find_arm("planar")), clock)

@@ -172,9 +172,9 @@ def test_a_script_that_never_ends_when_it_is_imported_is_told(tmp_path, monkeypa
             "kinematics",
             "square = dq",
             "while dq: pass\n    square = dq",
-            r"broyden_update fails: it does not end; .*line 44 (.|\n)*the arm is not tried while",
+            r"broyden_update fails: it does not end; .*line 48 (.|\n)*the arm is not tried while",
         ),
-        ("pid", "time.monotonic() - begin < STAY", "True", r"after 45 s .* at line 40 \(main\)"),
+        ("pid", "time.monotonic() - begin < STAY", "True", r"after 45 s .* at line 42 \(main\)"),
         pytest.param(
             *("line", "t = time.monotonic() - begin", "t = 0.0"),
             r"after 45 s .* at line \d+ \(\w+\)",
