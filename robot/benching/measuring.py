@@ -99,11 +99,16 @@ def run(args, begun):
         "access_s": _access(laps.taken) if port else None,
         "motors": motors,
     }
-    for file, content in ((args.json, figures), (args.marks, laps.marks)):
-        if file:
-            with open(file, "w") as written:
-                written.write(json.dumps(content) + "\n")
+    _write(args.json, figures)
+    if args.marks:
+        _write(args.marks, laps.marks)
     print("written to {}".format(args.json))
+
+
+def _write(file, content):
+    # type: (str, object) -> None
+    with open(file, "w") as written:
+        written.write(json.dumps(content) + "\n")
 
 
 @contextlib.contextmanager

@@ -14,15 +14,18 @@ from shared.record import record
 
 MYPY = False  # which a type checker takes for true
 if MYPY:
-    from typing import Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple  # noqa: F401
+    from typing import Callable, Dict, Iterable, List, NamedTuple, Optional, Sequence, Tuple  # noqa: F401
 
     from robot.motion.arm import RobotArm  # noqa: F401
+    from robot.motion.control_loop import Stalled  # noqa: F401
     from robot.servoing.decision import AnyServo  # noqa: F401
-    from robot.servoing.image_model import Features, LinearImageModel, Pose  # noqa: F401
+    from robot.servoing.image_model import Features, LinearImageModel, Pixel, Pose  # noqa: F401
+    from robot.servoing.joint_history import JointHistory  # noqa: F401
     from robot.servoing.linear_algebra import Matrix, Vector  # noqa: F401
     from robot.servoing.sightings import Sightings  # noqa: F401
 
     _Seen = List[Tuple[Pose, Features]]  # of one camera: where the joints were, and the tip
+    _Anchor = Tuple[bool, _Seen]
 
 LOOK_TIME, LOOK_PAUSE, REST_TIME, MIN_FRAMES = 0.6, 0.1, 0.15, 3
 """So long the arm is looked at after it was stopped, pausing so long, s; what was seen after
@@ -174,23 +177,41 @@ def witnessed(
         if known is None or len(ends) < MIN_FRAMES:
             continue
         s = [median(column) for column in zip(*ends)]
-        # The last frames before it moved, and the last before it did not count.
-        befores = {}  # type: Dict[bool, _Seen]
-        for c, t, place, moving in seen:
-            before = history.at(t)
-            if c == camera and (not moving or t <= counted_at) and before:
-                befores.setdefault(moving, []).append((before, place))
         told = [
-            unexplained(known, frames[-ANCHOR_FRAMES:], moving, q, s, k, backlash)
-            for moving, frames in befores.items()
+            unexplained(known, frames, moving, q, s, k, backlash)
+            for moving, frames in _anchors(seen, camera, history, counted_at)
         ]
         if told:
             rests[camera] = min(told, key=lambda rest: rest.doubt)
     turn = turn_seen(list(rests.values()), min(error.angle, MAX_LEAST))
-    if turn is None:
-        return str(error)
-    seeing = "cameras {} see" if len(rests) > 1 else "camera {} sees"
-    seeing = seeing.format(" and ".join(sorted(rests)))
+    return str(error) if turn is None else _told(error, turn, sorted(rests))
+
+
+def _anchors(seen, camera, history, counted_at):
+    # type: (Iterable[Tuple[str, float, Pixel, bool]], str, JointHistory, float) -> Iterable[_Anchor]
+    """A camera's frames to compare with: the last before it moved, and while it still counted.
+
+    Args:
+        seen: as Sightings.seen.
+        counted_at: when the joint last counted, s.
+
+    Returns:
+        pairs: whether they were taken in motion; [(q, s)] of those frames.
+    """
+    befores = {}  # type: Dict[bool, _Seen]
+    for c, t, place, moving in seen:
+        before = history.at(t)
+        if c == camera and (not moving or t <= counted_at) and before:
+            befores.setdefault(moving, []).append((before, place))
+    return [(moving, frames[-ANCHOR_FRAMES:]) for moving, frames in befores.items()]
+
+
+def _told(error, turn, cameras):
+    # type: (Stalled, float, Sequence[str]) -> str
+    """What is said of a joint that does not count, and that these cameras saw turn so far, rad."""
+    seeing = "cameras {} see" if len(cameras) > 1 else "camera {} sees"
+    seeing = seeing.format(" and ".join(cameras))
     if turn == 0.0:
         return STANDS.format(error.fact, seeing)
+    motor = error.motor
     return TURNS.format(motor.name, motor.port, seeing, abs(math.degrees(turn)))
