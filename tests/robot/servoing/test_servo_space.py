@@ -264,7 +264,8 @@ def test_a_planar_arm_goes_on_with_the_camera_that_is_left(watched):
         assert shown.log[-1]["verdict"] == "converged"
         assert w.error() < 7
         assert ("camera B: marker lost; on with A" in notes(shown)) == hidden
-        paces[hidden] = max(m.speed for m in w.moments if m.t > 3.0)
+        speeds = sorted(m.speed for m in w.moments if m.t > 3.0 and m.speed > 0.2)
+        paces[hidden] = speeds[9 * len(speeds) // 10]  # the greatest is a jerk of a moment
         w.tracker.close()
     assert paces[True] < 0.8 * paces[False]
 
