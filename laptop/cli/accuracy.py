@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from laptop.cli.command import OwnCommand
+from laptop.cli.groups import in_groups
 from laptop.cli.options import (
     SYNTHETIC,
     FiniteRange,
@@ -65,6 +67,77 @@ class Numbers(click.ParamType):
         if len(numbers) not in self._counts or not all(map(math.isfinite, numbers)):
             self.fail(f"'{value}' is not {self.name}: numbers with commas between")
         return numbers
+
+
+@dataclass(frozen=True)
+class AccuracyOptions:
+    """What is tested.
+
+    arm_file  the arm's name or file
+    cycles    of each pose
+    side      of the test's square or cube, cm; None: the largest
+    at        its centre, cm; None: where the arm has most room
+    """
+
+    arm_file: str
+    cycles: int
+    side: float | None
+    at: tuple[float, ...] | None
+
+
+@dataclass(frozen=True)
+class AccuracySight:
+    """What a real arm is seen by.
+
+    sources      of the cameras, as they were typed before
+    cameras      the same, as they are typed
+    place        how the arm stands on the board, (x, y) cm and degrees; None: fitted
+    bar          length of the board's bar as measured, mm; None: as printed
+    height       of the arm's marker, mm; None: 0
+    calibration  files of `measure camera`, one for each camera; (): what the board tells
+    scene        of synthetic cameras
+    effector     the marker's SPEC, as for `track`
+    size         asked of webcams, as for `track`
+    call         the real brick's name, see RigOptions
+    """
+
+    sources: tuple[str, ...]
+    cameras: tuple[str, ...]
+    place: tuple[float, float, float] | None
+    bar: float | None
+    height: float | None
+    calibration: tuple[Path, ...]
+    scene: str
+    effector: str | None
+    size: str | None
+    call: str | None
+
+    def stand(self) -> ArmOnBoard | None:
+        """Return how the arm stands on the board; None: that is fitted."""
+        from laptop.measure.accuracy.sighting import ArmOnBoard
+
+        if self.place is None:
+            return None
+        x, y, degrees = self.place
+        return ArmOnBoard(math.radians(degrees), (x, y))
+
+
+@dataclass(frozen=True)
+class EmulatedTest:
+    """An emulated arm, before emulated cameras.
+
+    simulate  whether it is that which is tested
+    plant     constants of its brick, as text
+    built     file of the arm as it was built; None: as it is described
+    noise     of the marker in a picture, px
+    seed      of cameras and noise
+    """
+
+    simulate: bool
+    plant: str
+    built: str | None
+    noise: float
+    seed: int
 
 
 @click.command(
@@ -138,27 +211,9 @@ class Numbers(click.ParamType):
 )
 @out_option
 @json_option
+@in_groups(test=AccuracyOptions, sight=AccuracySight, emulation=EmulatedTest)
 def accuracy(
-    sources: tuple[str, ...],
-    cameras: tuple[str, ...],
-    arm_file: str,
-    cycles: int,
-    side: float | None,
-    at: tuple[float, ...] | None,
-    place: tuple[float, ...] | None,
-    bar: float | None,
-    height: float | None,
-    calibration: tuple[Path, ...],
-    scene: str,
-    effector: str | None,
-    size: str | None,
-    call: str | None,
-    simulate: bool,
-    plant: str,
-    built: str | None,
-    noise: float,
-    seed: int,
-    out: Path | None,
+    test: AccuracyOptions, sight: AccuracySight, emulation: EmulatedTest, out: Path | None
 ) -> None:
     """Measure accuracy and repeatability of poses and paths after ISO 9283, by camera, in mm.
 
@@ -171,32 +226,27 @@ def accuracy(
     with importing():
         from laptop.measure.accuracy import report
         from laptop.measure.accuracy.plan import plan_accuracy
-        from laptop.measure.accuracy.sighting import ArmOnBoard
 
     with in_one_line():
-        sources = cameras_of(cameras, sources)
-        _check_words(sources, calibration, bar)
-        arm = read_arm(find_arm(arm_file))
-        plan = plan_accuracy(arm, cycles, side, at)
-        stand = place and ArmOnBoard(math.radians(place[2]), (place[0], place[1]))
+        sources = cameras_of(sight.cameras, sight.sources)
+        _check_words(sources, sight.calibration, sight.bar)
+        arm = read_arm(find_arm(test.arm_file))
+        plan = plan_accuracy(arm, test.cycles, test.side, test.at)
         with run_folder("measure-accuracy", out, PICTURE, TABLE) as folder:
             click.echo(report.describe_plan(plan))
             click.echo(f"that takes the brick some {plan.seconds() / 60:.0f} min")
             truth, built_arm = None, None
-            if simulate:
-                built_arm = read_arm(find_arm(built)) if built else None
-                result, truth = _simulated(plan, built_arm, plant, noise, seed)
+            if emulation.simulate:
+                built_arm = read_arm(find_arm(emulation.built)) if emulation.built else None
+                result, truth = _simulated(plan, built_arm, emulation)
             else:
-                result = _live(
-                    *(plan, sources, arm_file, scene, effector, size, call),
-                    *(calibration, bar, (height or 0.0) / 10, stand or None),
-                )
+                result = _live(plan, sources, test.arm_file, sight)
             told = report.accuracy_run(result, truth)
             told.typed, told.arm = typed_words(), numbers_of(arm)
             told.built = built_arm and numbers_of(built_arm)
-            if simulate:
-                told.on_emulated_brick(plant, **{"noise px": noise})
-                told.seeds["cameras"] = seed
+            if emulation.simulate:
+                told.on_emulated_brick(emulation.plant, **{"noise px": emulation.noise})
+                told.seeds["cameras"] = emulation.seed
             elif SYNTHETIC in sources:
                 told.on_emulated_brick()
             _leave(folder, result, told, truth)
@@ -218,36 +268,28 @@ def _tell(part: str, number: int, count: int) -> None:
 
 
 def _simulated(
-    plan: AccuracyPlan, built: Arm | None, plant: str, noise: float, seed: int
+    plan: AccuracyPlan, built: Arm | None, emulation: EmulatedTest
 ) -> tuple[AccuracyResult, dict[str, float]]:
     from laptop.emulator.device.plant_constants import read_plant
     from laptop.measure.accuracy.emulated import measure_emulated
 
-    read_plant(plant)  # before minutes are spent
-    return measure_emulated(plan, built, plant, noise, seed, False, _tell)
+    read_plant(emulation.plant)  # before minutes are spent
+    return measure_emulated(
+        plan, built, emulation.plant, emulation.noise, emulation.seed, False, _tell
+    )
 
 
 def _live(
-    plan: AccuracyPlan,
-    sources: Sequence[str],
-    arm_file: str,
-    scene: str,
-    effector: str | None,
-    size: str | None,
-    call: str | None,
-    calibrated: Sequence[Path],
-    bar: float | None,
-    height: float,
-    stand: ArmOnBoard | None,
+    plan: AccuracyPlan, sources: Sequence[str], arm_file: str, sight: AccuracySight
 ) -> AccuracyResult:
-    from laptop.cli.rigs import live_rig
+    from laptop.cli.rigs import RigOptions, live_rig
     from laptop.measure.accuracy import measurement
     from laptop.measure.accuracy.sighting import ArmSighting, check_cameras
     from laptop.see.table import camera_file
     from shared.job_messages import DRAWING
 
     check_cameras(plan.arm, len(sources))
-    kept = [camera_file.read_camera(file) for file in calibrated]
+    kept = [camera_file.read_camera(file) for file in sight.calibration]
     told = -1
 
     def tell(status: JobStatus) -> None:
@@ -259,14 +301,18 @@ def _live(
             told = share
             click.echo(f"  {10 * share} %")
 
-    with live_rig(sources, arm_file, scene, effector, size=size, call=call, tell=tell) as rig:
+    asked = RigOptions(
+        sources, arm_file, sight.scene, sight.effector, size=sight.size, call=sight.call
+    )
+    with live_rig(asked, tell) as rig:
         names = [chr(ord("A") + k) for k in range(len(sources))]
-        found = dict(zip(names, kept, strict=True)) if kept else _look(rig, names, bar)
+        found = dict(zip(names, kept, strict=True)) if kept else _look(rig, names, sight.bar)
         cameras = {name: calibration.camera for name, calibration in found.items()}
-        sighting = ArmSighting(plan.arm, cameras, height)
+        sighting = ArmSighting(plan.arm, cameras, (sight.height or 0.0) / 10)
         _check_still(rig, found)
         return measurement.measure(
-            *(rig, plan, sighting, stand, _tell), lambda ways, run: _check_still(rig, found)
+            *(rig, plan, sighting, sight.stand(), _tell),
+            lambda ways, run: _check_still(rig, found),
         )
 
 

@@ -31,7 +31,7 @@ from laptop.cli.options import (
     sources_argument,
     typed_words,
 )
-from laptop.cli.rigs import live_rig
+from laptop.cli.rigs import RigOptions, live_rig
 from laptop.record.figures.arm_numbers import numbers_of
 from laptop.record.run import RunFile
 from laptop.record.run_folder import run_folder
@@ -206,7 +206,8 @@ def calibrate(
         if unreal and port is None:
             port = 0  # an emulated brick is told which
         calls = None if crosses else call
-        with live_rig(sources, arm_file, pictures, effector, port=port, call=calls) as rig:
+        asked = RigOptions(sources, arm_file, pictures, effector, port=port, call=calls)
+        with live_rig(asked) as rig:
             found, check = _calibrated(rig, calibration, bar)
             finish(CalibrationSetup(rig, found, _touched(rig, crosses), check))
 

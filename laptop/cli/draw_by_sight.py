@@ -118,7 +118,7 @@ def _live(
     plan: DrawingPlan, asked: SightOptions, arm: str
 ) -> Iterator[tuple[LiveRig, StillTable, TipView]]:
     """Open a rig with a real camera; give it, it with a table that has to stand, and its view."""
-    from laptop.cli.rigs import live_rig
+    from laptop.cli.rigs import RigOptions, live_rig
     from laptop.measure.ilc.still_table import StillTable
     from laptop.measure.ilc.view import TipView
     from laptop.see.markers.finders.board import find_board
@@ -131,7 +131,8 @@ def _live(
         known, since = read_camera(asked.camera_file), f"{asked.camera_file} was made"
     with ExitStack() as stack:
         source = asked.camera or "0"
-        rig = stack.enter_context(live_rig([source], arm, asked.scene, port=asked.port))
+        rig_options = RigOptions([source], arm, asked.scene, port=asked.port)
+        rig = stack.enter_context(live_rig(rig_options))
         if known is None:
             board = find_board(rig.image())
             if board is None:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,37 +17,47 @@ from shared.arm_description import find_arm, read_arm
 
 if TYPE_CHECKING:
     from laptop.measure.live_rig import LiveRig
+    from laptop.see.serve.server import TrackingServer
     from shared.job_messages import JobStatus
+
+
+@dataclass(frozen=True)
+class RigOptions:
+    """What a rig of cameras and a brick is opened with.
+
+    sources   of the cameras, as for `track`
+    arm       its name or file
+    scene     of synthetic cameras
+    effector  the marker's SPEC, as for `track`
+    markers   the markers file, as for `track`
+    size      asked of webcams, as for `track`
+    host      to listen at, as for `track`
+    port      to listen at, as for `track`
+    call      the real brick of that name, "" for the last one, is started over ssh; None: it is
+              told what to type
+    """
+
+    sources: Sequence[str]
+    arm: str
+    scene: str = ""
+    effector: str | None = None
+    markers: Path | None = None
+    size: str | None = None
+    host: str = ""
+    port: int | None = None
+    call: str | None = None
 
 
 @contextmanager
 def live_rig(
-    sources: Sequence[str],
-    arm: str,
-    scene: str = "",
-    effector: str | None = None,
-    markers: Path | None = None,
-    size: str | None = None,
-    host: str = "",
-    port: int | None = None,
-    call: str | None = None,
-    tell: Callable[[JobStatus], None] = lambda status: None,
+    asked: RigOptions, tell: Callable[[JobStatus], None] = lambda status: None
 ) -> Iterator[LiveRig]:
     """Open cameras, let a brick in, and look; all ends with the block.
 
     Before a synthetic camera an emulated brick comes by itself.
 
     Args:
-        sources: of the cameras, as for `track`.
-        arm: its name or file.
-        scene: of synthetic cameras.
-        effector: the marker's SPEC, as for `track`.
-        markers: the markers file, as for `track`.
-        size: asked of webcams, as for `track`.
-        host: to listen at, as for `track`.
-        port: to listen at, as for `track`.
-        call: the real brick of that name, "" for the last one, is started over ssh; None: it is
-            told what to type.
+        asked: what it is opened with.
         tell: as for LiveRig.
 
     Raises:
@@ -56,17 +67,29 @@ def live_rig(
     from laptop.see.markers.tracker import Tracker
     from laptop.see.serve.options import CAMERA_NAMES, TrackOptions
     from laptop.see.serve.pipeline import CameraPipeline
-    from laptop.see.serve.setup import SYNTHETIC, prepare
+    from laptop.see.serve.setup import prepare
     from laptop.see.serve.track import clock_of, serve
     from laptop.system.decoders import quiet_decoders
     from shared.messages import EFFECTOR
 
     options = TrackOptions(
-        tuple(sources), effector, (), (), markers, scene, None, True, host, port, None, size, None
+        camera=tuple(asked.sources),
+        effector=asked.effector,
+        goal=(),
+        pick=(),
+        markers=asked.markers,
+        scene=asked.scene,
+        csv=None,
+        serve=True,
+        host=asked.host,
+        port=asked.port,
+        fps=None,
+        size=asked.size,
+        picture=None,
     )
     with ExitStack() as stack:
         stack.enter_context(quiet_decoders())
-        setup = prepare(options, partial(open_synthetic, arm), stack)
+        setup = prepare(options, partial(open_synthetic, asked.arm), stack)
         now = clock_of(setup.cameras)
         server = serve(options, stack, now, click.echo)
         collector = SightCollector(server)
@@ -75,18 +98,27 @@ def live_rig(
             CameraPipeline(name, camera, Tracker(marks), server=collector, live=setup.live, now=now)
             for name, camera in zip(CAMERA_NAMES, setup.cameras, strict=False)
         ]
-        brick = None
-        if SYNTHETIC in sources:
-            brick = stack.enter_context(start_brick(arm, server.place))
-        elif call is not None:
-            brick = stack.enter_context(run_on_brick(server.port, call))
-        else:
-            first, *others = (f"{command} --wait --arm {arm}" for command in server.commands())
-            click.echo(f"let the brick wait for it; type here: {first}")
-            for other in others:
-                click.echo(f"               or on the brick itself: {other}")
-            code = pairing.show_code(server.code)
-            click.echo(f"  which asks for the pairing code, once: {code}")
-        rig = LiveRig(read_arm(find_arm(arm)), pipelines, server, collector, tell, brick)
+        called = _brick_of(asked, server)
+        brick = stack.enter_context(called) if called else None
+        rig = LiveRig(read_arm(find_arm(asked.arm)), pipelines, server, collector, tell, brick)
         stack.enter_context(rig.looking())
         yield rig
+
+
+def _brick_of(
+    asked: RigOptions, server: TrackingServer
+) -> AbstractContextManager[Callable[[], str]] | None:
+    """Return what lets a brick come, see `start_brick`; None: people are told what to type."""
+    from laptop.see.serve.setup import SYNTHETIC
+
+    if SYNTHETIC in asked.sources:
+        return start_brick(asked.arm, server.place)
+    if asked.call is not None:
+        return run_on_brick(server.port, asked.call)
+    first, *others = (f"{command} --wait --arm {asked.arm}" for command in server.commands())
+    click.echo(f"let the brick wait for it; type here: {first}")
+    for other in others:
+        click.echo(f"               or on the brick itself: {other}")
+    code = pairing.show_code(server.code)
+    click.echo(f"  which asks for the pairing code, once: {code}")
+    return None

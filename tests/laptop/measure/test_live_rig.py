@@ -8,7 +8,7 @@ import pytest
 from arms import PLANAR as ARM
 from waiting import PATIENCE
 
-from laptop.cli.rigs import live_rig
+from laptop.cli.rigs import RigOptions, live_rig
 from laptop.measure import live_rig as live
 from laptop.measure.measured_run import BadMeasurement
 from robot.motion import kinematics
@@ -27,9 +27,8 @@ def test_a_job_is_done_and_seen_and_one_that_fails_is_told(tmp_path, monkeypatch
     other = ARM._replace(joints=(ARM.joints[0]._replace(link=8.0), ARM.joints[1]))
     wrong = Path(jobs.write(tmp_path, [[(8.0, 2.0), (10.0, 4.0)]], other, "wrong", rest=0.5))
     told = []
-    with live_rig(
-        ["synthetic"], "planar", SCENE, port=0, host="127.0.0.1", tell=told.append
-    ) as rig:
+    asked = RigOptions(["synthetic"], "planar", SCENE, port=0, host="127.0.0.1")
+    with live_rig(asked, told.append) as rig:
         assert rig.image().shape == (480, 640, 3)
         rig.wait_for_brick(PATIENCE)
         run = rig.measure(job)
