@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING
 import click
 
 from laptop.cli.command import OwnCommand
+from laptop.cli.groups import in_groups
 from laptop.cli.options import (
     SYNTHETIC,
     FiniteRange,
@@ -39,12 +41,94 @@ from shared.arm_description import Arm, find_arm, read_arm
 
 if TYPE_CHECKING:
     from laptop.measure.arm.arm_fit import TouchSight
+    from laptop.measure.arm.arm_model import MeasuredByHand
+    from laptop.measure.arm.calibrating import CalibrationSetup, Identified
     from laptop.measure.arm.measured_numbers import Measured
     from laptop.measure.live_rig import LiveRig
+    from laptop.see.table.arm_file import WrittenArm
     from laptop.see.table.camera_fit import Calibration
 
 LOOK_S = 1.0
 """The marker is looked at so long while the pen stands on a cross, s."""
+
+
+@dataclass(frozen=True)
+class CalibrationSight:
+    """What the arm is seen by, and what is known of it beforehand.
+
+    sources       of the camera, as they were typed before
+    cameras       the same, as they are typed
+    bar           length of the board's bar as measured, mm; None: as printed
+    calibration   file of `measure camera`; None: what the board tells
+    height        of the marker, in space of the shoulder's axis, mm; None: not measured
+    touch         crosses on which the pen is set by hand, as text
+    board_square  how the board is turned from the arm's x, "0" to "270"; None: anyhow
+    effector      the marker's SPEC, as for `track`
+    scene         of an emulated camera; None: it sees by its formula
+    call          the real brick's name, see RigOptions
+    port          at which the brick is waited for; None: the usual one
+    """
+
+    sources: tuple[str, ...]
+    cameras: tuple[str, ...]
+    bar: float | None
+    calibration: Path | None
+    height: float | None
+    touch: str
+    board_square: str | None
+    effector: str | None
+    scene: str | None
+    call: str | None
+    port: int | None
+
+    def known(self) -> MeasuredByHand:
+        """Return what was measured by hand."""
+        from laptop.measure.arm.arm_model import MeasuredByHand
+
+        square = None if self.board_square is None else int(self.board_square) // 90
+        return MeasuredByHand(None if self.height is None else self.height / 10, square)
+
+
+@dataclass(frozen=True)
+class CalibrationOptions:
+    """What is calibrated, and what becomes of it.
+
+    arm_file  the arm's name or file
+    seconds   for which it moves at the most
+    out       the run's folder; None: a new one
+    dry_run   the arm's file is left as it is
+    """
+
+    arm_file: str
+    seconds: float
+    out: Path | None
+    dry_run: bool
+
+
+@dataclass(frozen=True)
+class EmulatedArm:
+    """An emulated arm.
+
+    simulate  whether it is that which measures itself
+    plant     constants of its brick, as text; None: the usual ones
+    built     file of the arm as it was built; None: as it is described
+    seed      of all that is emulated; None: 0
+    """
+
+    simulate: bool
+    plant: str | None
+    built: str | None
+    seed: int | None
+
+    @property
+    def plant_text(self) -> str:
+        """Constants of its brick, the seed among them."""
+        text = self.plant or "cpu=1"
+        return text if "seed=" in text else f"{text},seed={self.seed or 0}"
+
+    def truth(self) -> Arm | None:
+        """Return the arm as it was built; None: as it is described."""
+        return read_arm(find_arm(self.built)) if self.built else None
 
 
 @click.command(
@@ -101,27 +185,8 @@ LOOK_S = 1.0
 )
 @click.option("--seed", type=click.IntRange(0), metavar="N", help="Of all that is emulated.")
 @json_option
-def calibrate(
-    sources: tuple[str, ...],
-    cameras: tuple[str, ...],
-    arm_file: str,
-    bar: float | None,
-    calibration: Path | None,
-    height: float | None,
-    touch: str,
-    board_square: str | None,
-    seconds: float,
-    out: Path | None,
-    dry_run: bool,
-    call: str | None,
-    port: int | None,
-    effector: str | None,
-    simulate: bool,
-    plant: str | None,
-    built: str | None,
-    scene: str | None,
-    seed: int | None,
-) -> None:
+@in_groups(sight=CalibrationSight, wished=CalibrationOptions, emulation=EmulatedArm)
+def calibrate(sight: CalibrationSight, wished: CalibrationOptions, emulation: EmulatedArm) -> None:
     """Let an arm measure itself by a camera: links, zeros, backlash, and its marker's place.
 
     The printed board lies within the arm's reach, and the camera sees it and all of the arm.  The
@@ -129,87 +194,128 @@ def calibrate(
     emulated arm leaves the real one's file alone.
     """
     with importing():
-        from laptop.measure.arm import measured_numbers as numbers
-        from laptop.measure.arm.arm_model import ArmModel, CameraPrior, MeasuredByHand
-        from laptop.measure.arm.calibrating import (
-            CalibrationSetup,
-            MarkerUnseen,
-            go_home,
-            identify,
-        )
+        from laptop.measure.arm import measured_numbers
         from laptop.measure.arm.calibration_record import RESTS, calibration_run
-        from laptop.measure.arm.emulated_setups import SCENE, by_formula, rendered
         from laptop.see.table.arm_file import check_writable, own_file
 
     with in_one_line(), ExitStack() as stack:
-        sources = cameras_of(cameras, sources)
-        arm = read_arm(find_arm(arm_file))
-        square = None if board_square is None else int(board_square) // 90
-        crosses = _crosses(touch, arm)
-        known = MeasuredByHand(None if height is None else height / 10, square)
-        text = plant or "cpu=1"
-        text += "" if "seed=" in text else f",seed={seed or 0}"
-        unreal = simulate or SYNTHETIC in sources
-        if not (dry_run or unreal):
+        sources = cameras_of(sight.cameras, sight.sources)
+        arm = read_arm(find_arm(wished.arm_file))
+        crosses = _crosses(sight.touch, arm)
+        is_unreal = emulation.simulate or SYNTHETIC in sources
+        if not (wished.dry_run or is_unreal):
             check_writable(own_file(arm))
-        folder = stack.enter_context(run_folder("measure-arm", out, RESTS))
-        own = folder.path / f"{arm.name}.ini" if unreal else None
-        if own and not dry_run:
+        folder = stack.enter_context(run_folder("measure-arm", wished.out, RESTS))
+        own = folder.path / f"{arm.name}.ini" if is_unreal else None
+        if own and not wished.dry_run:
             check_writable(own)
+        built = emulation.truth() if emulation.simulate else None
+        if emulation.simulate:
+            setup = _emulated(arm, built or arm, emulation, sight, crosses)
+        else:
+            setup = stack.enter_context(_live(wished.arm_file, sight, sources, crosses))
+        result, rows = _measured(setup, arm, sight.known(), wished.seconds)
+        # First: where the arm's file is refused, no record says that it is calibrated.
+        new = None
+        if not wished.dry_run:
+            new = measured_numbers.write_measured(result.fit, rows, date.today(), own)
+        told, files = calibration_run(result, rows, setup.camera)
+        told.typed, told.arm = typed_words(), numbers_of(arm)
+        told.built = built and numbers_of(built)
+        if emulation.simulate:
+            told.on_emulated_brick(emulation.plant_text)
+            told.seeds["camera"] = emulation.seed or 0
+        elif is_unreal:
+            told.on_emulated_brick()
+        if own and new:
+            told.files = [RunFile(own.name)]
+        click.echo(leave(folder, told, files))
+        _tell_written(new)
+        if new and not is_unreal and any(row.key == "home" and not row.why for row in rows):
+            click.echo(
+                "the arm stands where its home pose was; so that the brick takes over its "
+                "zero, leave it there and type: driver.py home --here"
+            )
 
-        def finish(setup: CalibrationSetup) -> None:
-            for line in _board(setup.camera):
-                click.echo(line)
-            model = ArmModel(arm, {"A": CameraPrior.of(setup.camera.camera)}, known)
-            try:
-                result = identify(setup.rig, model, setup.touches, click.echo, seconds)
-            except MarkerUnseen:
-                setup.check()  # why, the picture may tell
-                raise
-            setup.check()
-            numbers.check_scale(result.fit, setup.camera.bar)
-            go_home(setup.rig)
-            rows = numbers.measured(result.fit)
-            for line in _table(rows):
-                click.echo(line)
-            # First: where the arm's file is refused, no record says that it is calibrated.
-            new = None if dry_run else numbers.write_measured(result.fit, rows, date.today(), own)
-            told, files = calibration_run(result, rows, setup.camera)
-            told.typed, told.arm = typed_words(), numbers_of(arm)
-            if unreal:
-                told.on_emulated_brick(text if simulate else "")
-            if simulate:
-                told.seeds["camera"] = seed or 0
-                told.built = numbers_of(truth) if built else None
-            if own and new:
-                told.files = [RunFile(own.name)]
-            click.echo(leave(folder, told, files))
-            if new is None:
-                click.echo("the arm's file was left as it is, as wished")
-                return
-            old = f"; the old one is {new.before}" if new.before else ""
-            click.echo(f"written: {new.file}{old}")
-            if not unreal and any(row.key == "home" and not row.why for row in rows):
-                click.echo(
-                    "the arm stands where its home pose was; so that the brick takes over its "
-                    "zero, leave it there and type: driver.py home --here"
-                )
 
-        if simulate:
-            truth = read_arm(find_arm(built)) if built else arm
-            if scene is None:
-                finish(by_formula(arm, truth, text, seed or 0, bar, crosses, known))
-            else:
-                finish(rendered(arm, truth, text, seed or 0, bar, crosses, scene))
-            return
-        pictures = f"{SCENE},{scene or ''}" if unreal else ""
-        if unreal and port is None:
-            port = 0  # an emulated brick is told which
-        calls = None if crosses else call
-        asked = RigOptions(sources, arm_file, pictures, effector, port=port, call=calls)
-        with live_rig(asked) as rig:
-            found, check = _calibrated(rig, calibration, bar)
-            finish(CalibrationSetup(rig, found, _touched(rig, crosses), check))
+def _emulated(
+    arm: Arm,
+    built: Arm,
+    emulation: EmulatedArm,
+    sight: CalibrationSight,
+    crosses: list[tuple[float, float]],
+) -> CalibrationSetup:
+    """Return an emulated arm before an emulated camera."""
+    from laptop.measure.arm.emulated_setups import by_formula, rendered
+
+    seed = emulation.seed or 0
+    if sight.scene is None:
+        known = sight.known()
+        return by_formula(arm, built, emulation.plant_text, seed, sight.bar, crosses, known)
+    return rendered(arm, built, emulation.plant_text, seed, sight.bar, crosses, sight.scene)
+
+
+@contextmanager
+def _live(
+    arm_file: str,
+    sight: CalibrationSight,
+    sources: Sequence[str],
+    crosses: list[tuple[float, float]],
+) -> Iterator[CalibrationSetup]:
+    """Open the camera, let the brick in, and have the pen set on the crosses."""
+    from laptop.measure.arm.calibrating import CalibrationSetup
+    from laptop.measure.arm.emulated_setups import SCENE
+
+    scene, port = "", sight.port
+    if SYNTHETIC in sources:
+        scene = f"{SCENE},{sight.scene or ''}"
+        port = 0 if port is None else port  # an emulated brick is told which
+    call = None if crosses else sight.call
+    asked = RigOptions(sources, arm_file, scene, sight.effector, port=port, call=call)
+    with live_rig(asked) as rig:
+        found, check = _calibrated(rig, sight.calibration, sight.bar)
+        yield CalibrationSetup(rig, found, _touched(rig, crosses), check)
+
+
+def _measured(
+    setup: CalibrationSetup, arm: Arm, known: MeasuredByHand, seconds: float
+) -> tuple[Identified, list[Measured]]:
+    """Let the arm measure itself, tell what came out, and return it.
+
+    Args:
+        setup: the arm before its camera.
+        arm: as it is described.
+        known: what was measured by hand.
+        seconds: for which it may move.
+    """
+    from laptop.measure.arm.arm_model import ArmModel, CameraPrior
+    from laptop.measure.arm.calibrating import MarkerUnseen, go_home, identify
+    from laptop.measure.arm.measured_numbers import check_scale, measured
+
+    for line in _board(setup.camera):
+        click.echo(line)
+    model = ArmModel(arm, {"A": CameraPrior.of(setup.camera.camera)}, known)
+    try:
+        result = identify(setup.rig, model, setup.touches, click.echo, seconds)
+    except MarkerUnseen:
+        setup.check()  # why, the picture may tell
+        raise
+    setup.check()
+    check_scale(result.fit, setup.camera.bar)
+    go_home(setup.rig)
+    rows = measured(result.fit)
+    for line in _table(rows):
+        click.echo(line)
+    return result, rows
+
+
+def _tell_written(new: WrittenArm | None) -> None:
+    """Say what has become of the arm's file; None: it was not to be written."""
+    if new is None:
+        click.echo("the arm's file was left as it is, as wished")
+    else:
+        old = f"; the old one is {new.before}" if new.before else ""
+        click.echo(f"written: {new.file}{old}")
 
 
 def _crosses(text: str, arm: Arm) -> list[tuple[float, float]]:
