@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,6 +15,7 @@ import click
 
 from laptop.cli.brick import THE_BRICK, talk
 from laptop.cli.command import OwnCommand
+from laptop.cli.groups import in_groups
 from laptop.cli.options import (
     arm_option,
     bar_option,
@@ -38,6 +40,7 @@ from shared.message_fields import printable
 from shared.messages import EFFECTOR
 
 if TYPE_CHECKING:
+    from laptop.cli.touch_simulated import SimulatedTouching
     from laptop.see.markers.markers import Marker
     from laptop.see.table.cross_touching import CrossTouching
     from laptop.see.table.marker_offset import MarkerFit
@@ -62,6 +65,80 @@ class Crosses(click.ParamType):
         if not all(1 <= one <= COUNT for one in numbers) or len(set(numbers)) < len(numbers):
             self.fail(f"'{value}' is not a list of crosses from 1 to {COUNT}, like 1,3,4,6,7,9")
         return tuple(one - 1 for one in numbers)
+
+
+@dataclass(frozen=True)
+class PenSight:
+    """What the crosses and the arm's marker are seen by.
+
+    sources   of the camera, as they were typed before
+    cameras   the same, as they are typed
+    bar       length of the board's bar as measured, mm; None: as printed
+    height    of the marker over the paper, mm; None: it is found
+    effector  the marker's SPEC, as for `track`; None: the one of the markers file
+    """
+
+    sources: tuple[str, ...]
+    cameras: tuple[str, ...]
+    bar: float | None
+    height: float | None
+    effector: str | None
+
+    def source(self) -> str | None:
+        """Return the camera's source; None: none is typed.
+
+        Raises:
+            click.UsageError: there are several.
+        """
+        source, *others = *cameras_of(self.cameras, self.sources), None
+        if others[:-1]:
+            raise click.UsageError("One camera sees all crosses: give --camera once.")
+        return source
+
+
+@dataclass(frozen=True)
+class TouchOptions:
+    """How the crosses are touched.
+
+    crosses  their places in the list of crosses, in this order
+    name     of the brick whose arm touches; None: the last one
+    pen      where it is put first, "up" or "down"; None: it stays
+    file     of points that were touched, "-" for standard input; None: a brick is called
+    """
+
+    crosses: tuple[int, ...]
+    name: str | None
+    pen: str | None
+    file: str | None
+
+    @property
+    def is_live(self) -> bool:
+        """Whether the crosses are touched now, and again where something is wrong."""
+        return self.file is None or self.file == "-" or Path(self.file).is_fifo()
+
+    def words(self, arm: Arm) -> tuple[str, ...]:
+        """Return what the program on the brick is told."""
+        return ("--arm", arm.name, *(("--pen", self.pen) if self.pen else ()))
+
+
+@dataclass(frozen=True)
+class EmulatedHand:
+    """A hand that touches with an emulated arm, before a synthetic camera.
+
+    simulated  whether it is there
+    scene      of the camera, as text; None: the usual one
+    plant      constants of the arm, as text
+    """
+
+    simulated: bool
+    scene: str | None
+    plant: str
+
+    def simulation(self, arm: Arm, say: Callable[[str], None]) -> SimulatedTouching:
+        """Return the arm, the hand and the camera; `say` tells people a line."""
+        from laptop.cli.touch_simulated import SimulatedTouching
+
+        return SimulatedTouching(arm, self.scene, self.plant, say)
 
 
 @click.command(
@@ -124,21 +201,9 @@ class Crosses(click.ParamType):
     "runs/TIME-measure-pen]",
 )
 @json_option
+@in_groups(sight=PenSight, asked=TouchOptions, hand=EmulatedHand)
 def touch(
-    sources: tuple[str, ...],
-    cameras: tuple[str, ...],
-    arm_file: str,
-    name: str | None,
-    bar: float | None,
-    height: float | None,
-    effector: str | None,
-    crosses: tuple[int, ...],
-    pen: str | None,
-    file: str | None,
-    simulated: bool,
-    scene: str | None,
-    plant: str,
-    out: Path | None,
+    arm_file: str, sight: PenSight, asked: TouchOptions, hand: EmulatedHand, out: Path | None
 ) -> None:
     """Find where the arm's marker sits beside the pen: set the pen on the printed board's crosses.
 
@@ -151,53 +216,46 @@ def touch(
         from laptop.see.table.cross_touching import CrossTouching, check_led
         from laptop.see.table.marker_offset import MIN_TOUCHES, BadTouches
 
-    source, *others = *cameras_of(cameras, sources), None
-    if others[:-1]:
-        raise click.UsageError("One camera sees all crosses: give --camera once.")
+    source = sight.source()
     say = partial(click.echo, file=sys.stdout)  # also while a program on the brick has that
     with in_one_line(), ExitStack() as stack:
-        check_bar(bar)
+        check_bar(sight.bar)
         arm = read_arm(find_arm(arm_file))
         check_led(arm)
-        folder = stack.enter_context(run_folder("measure-pen", out)) if simulated else None
+        folder = stack.enter_context(run_folder("measure-pen", out)) if hand.simulated else None
         places = _places(arm, folder.path if folder else out)
-        if len(crosses) < MIN_TOUCHES:
-            raise BadTouches(f"{len(crosses)} crosses; {MIN_TOUCHES} are the least, 9 are better")
-        if simulated:
-            from laptop.cli.touch_simulated import SimulatedTouching
-
-            simulation = SimulatedTouching(arm, scene, plant, say)
-            looks: Looks = simulation.looks(effector)
-        else:
-            assert source is not None
-            looks = _open(source, effector, stack)
-        calibration = looks.board(bar)
+        if len(asked.crosses) < MIN_TOUCHES:
+            raise BadTouches(
+                f"{len(asked.crosses)} crosses; {MIN_TOUCHES} are the least, 9 are better"
+            )
+        simulation = hand.simulation(arm, say) if hand.simulated else None
+        looks = simulation.looks(sight.effector) if simulation else _open(source, sight, stack)
+        calibration = looks.board(sight.bar)
         for line in describe(calibration):
             say(line)
-        again = file is None or file == "-" or _is_pipe(file)
-        touching = CrossTouching(arm, calibration, looks.look, say, again, crosses)
-        if simulated:
+        again = asked.is_live
+        touching = CrossTouching(arm, calibration, looks.look, say, again, asked.crosses)
+        if simulation:
             simulation.run(touching)
-        elif file is not None:
-            _from_file(touching, file)
+        elif asked.file is not None:
+            _from_file(touching, asked.file)
         else:
-            words = ("--arm", arm.name, *(("--pen", pen) if pen else ()))
-            _from_brick(touching, name, words)
+            _from_brick(touching, asked.name, asked.words(arm))
         if again:
             touching.check_camera(looks.look())
-        fit = _conclude(touching, arm, height, places)
+        fit = _conclude(touching, arm, sight.height, places)
         if folder:
-            told = _record(arm, fit, scene, plant, [file.name for file in places if file])
-            say(folder.write(told))
+            say(folder.write(_record(arm, fit, hand, [file.name for file in places if file])))
 
 
-def _open(source: str, effector: str | None, stack: ExitStack) -> Looks:
-    """Open the camera."""
+def _open(source: str | None, sight: PenSight, stack: ExitStack) -> Looks:
+    """Open the camera, which is said where nothing is emulated."""
     from laptop.see.camera.cameras import is_live, open_camera
     from laptop.see.table.touch_looks import Looks
     from laptop.system.decoders import quiet_decoders
 
-    marker = _marker(effector)
+    assert source is not None
+    marker = _marker(sight.effector)
     stack.enter_context(quiet_decoders())
     camera = open_camera(source)
     stack.callback(camera.close)
@@ -219,10 +277,6 @@ def _marker(effector: str | None) -> Marker:
             "track learn it"
         )
     return known[EFFECTOR]
-
-
-def _is_pipe(file: str) -> bool:
-    return Path(file).is_fifo()
 
 
 def _lines(file: str) -> Iterator[str]:
@@ -328,7 +382,7 @@ def _conclude(
     return fit
 
 
-def _record(arm: Arm, fit: MarkerFit, scene: str | None, plant: str, files: list[str]) -> Run:
+def _record(arm: Arm, fit: MarkerFit, hand: EmulatedHand, files: list[str]) -> Run:
     """Return the record of an emulated hand's touching."""
     aside, above = fit.offset_sigma, fit.height_sigma
     rows = [
@@ -350,5 +404,5 @@ def _record(arm: Arm, fit: MarkerFit, scene: str | None, plant: str, files: list
         tables=[table("marker", caption, headings, rows)],
         files=[RunFile(name) for name in files],
     )
-    told.on_emulated_brick(plant, scene, scene=scene, plant=plant or None)
+    told.on_emulated_brick(hand.plant, hand.scene, scene=hand.scene, plant=hand.plant or None)
     return told
