@@ -3,76 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
-from itertools import pairwise
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from functools import cached_property, partial
+from typing import Any
 
+from laptop.cli.simulate_options import BrickOptions, BrickSetup
 from laptop.emulator import measured_brick
-from laptop.emulator.device.sensor_orders import read_sensors
 from laptop.emulator.device.sensor_scene import LINE, line_points
 from laptop.emulator.pace import BUSY
 from laptop.emulator.rig import SimulationResult
+from laptop.record.drawing_tables import PATHS, paths_table
+from laptop.record.figures import line_accuracy
+from laptop.record.figures.arm_numbers import numbers_of
 from laptop.record.figures.private_paths import without_folders
 from laptop.record.names import TRACE
-from laptop.record.run import Ending, Run
-from laptop.record.run_folder import FROM_THE_SIDE, PICTURE
-from shared.arm_description import Arm
-
-if TYPE_CHECKING:
-    from laptop.record.figures import line_accuracy
-
-
-def log_of(args: tuple[str, ...]) -> Path | None:
-    """Return where a script was told to write the servo's log; None: it was not."""
-    words = [(word, following) for word, following in pairwise((*args, ""))]
-    named = [following for word, following in words if word == "--log"]
-    named += [word.removeprefix("--log=") for word in args if word.startswith("--log=")]
-    return Path(named[-1]) if named else None
-
-
-def files_of(
-    title: str,
-    arm: Arm | None,
-    run: SimulationResult,
-    wanted: list,
-    measures: list[line_accuracy.Measure | None],
-    sensors: tuple[str, ...],
-    pictured: bool,
-) -> dict[str, tuple[Callable[[str], None], str]]:
-    """Return what writes each file, and what it holds."""
-    from laptop.record.figures import line_accuracy
-
-    def draw_robot(file: str) -> None:
-        from laptop.record.figures import robot_plot
-
-        seen = any(LINE in order.quantities.values() for order in read_sensors(sensors).values())
-        robot_plot.write_robot_plot(file, run.record, title, line_points() if seen else ())
-
-    def draw(file: str, axes: str = "xy") -> None:
-        from laptop.record.figures import line_plot as picture  # matplotlib is slow to import
-
-        assert arm is not None
-        assert run.reach is not None
-        notes = f"{arm.name} arm, true tip of the emulated arm"
-        picture.write_line_plot(
-            file, run.record, wanted, measures, run.skeleton, run.reach, title, notes, axes
-        )
-
-    def record(file: str) -> None:
-        line_accuracy.write_trace(file, run.record, run.names)
-
-    files: dict[str, tuple[Callable[[str], None], str]] = {
-        TRACE: (record, "t, joint angles (rad), place of the tip (cm), pen")
-    }
-    if pictured and arm:
-        files[PICTURE] = (draw, LINES_CAPTION if wanted else RUN_CAPTION)
-    elif pictured:
-        files[PICTURE] = (draw_robot, WAY_CAPTION)
-    if pictured and run.record and run.record[0].z is not None:
-        files[FROM_THE_SIDE] = (partial(draw, axes="xz"), "The same from the side.")
-    return files
-
+from laptop.record.run import DRAWING, SCRIPT, Ending, Run
+from laptop.record.run_folder import ENDED_BY_OTHERS, FROM_THE_SIDE, PICTURE
 
 LINES_CAPTION = (
     "Left: ink and arm as they truly are on the emulated brick, and the wanted path. Right: how "
@@ -82,30 +28,6 @@ RUN_CAPTION = "The run, as it truly was."
 WAY_CAPTION = "The true way of the emulated robot."
 
 
-def ending_of(run: SimulationResult, refused: bool, late: list[str]) -> Ending:
-    """Return how a run ended.
-
-    Args:
-        run: it.
-        refused: it failed before any motor was asked to turn.
-        late: what was ordered and has not come.
-    """
-    outcome = run.outcome
-    return Ending(
-        outcome.status,
-        outcome.reason,
-        round(outcome.t, 6),
-        {
-            "start_s": outcome.start and round(outcome.start, 3),
-            "pace": run.pace and round(run.pace, 3),
-            "accesses": outcome.accesses,
-            "motors": run.motors,
-            "refused": refused,
-            "never_came": late,
-        },
-    )
-
-
 def camera_of(scene: str | None) -> dict[str, str]:
     """Return the camera by the name that a report has for it; {} if there was none."""
     if scene is None:
@@ -113,50 +35,184 @@ def camera_of(scene: str | None) -> dict[str, str]:
     return {"camera": f"synthetic, {f'scene {scene}' if scene else 'the usual scene'}"}
 
 
-def set_up_of(
-    constants_file: str | None, measured: Any, sensors: tuple[str, ...], scene: str | None
-) -> dict[str, Any]:
-    """Return what there was besides the plant by the names that a report has for it."""
-    found: dict[str, Any] = {}
-    if constants_file:
-        found["constants"] = without_folders(constants_file)
-        found["measured"] = measured_brick.in_words(measured)
-    found |= camera_of(scene)
-    if sensors:
-        found["sensors"] = list(map(without_folders, sensors))
-    return found
+@dataclass(frozen=True, eq=False)
+class ScriptRun:
+    """A script's run on the emulated brick, as it is told and left.
 
+    title    the script and its words
+    run      what came of it
+    typed    the brick, as it was typed
+    brick    the same, as it was
+    scene    that a camera watched, as text; None: none did
+    late     what was ordered and has not come
+    """
 
-def in_words(told: Run, run: SimulationResult, arm: Arm | None) -> str:
-    """Return a short summary for people; in virtual time nothing of this computer is in it."""
-    from laptop.record.drawing_tables import PATHS
+    title: str
+    run: SimulationResult
+    typed: BrickOptions
+    brick: BrickSetup
+    scene: str | None
+    late: list[str]
 
-    more, pace = told.ending.more, run.pace
-    speed = "" if pace is None else f"; {pace:.2f} x real time"
-    brick = f"cpu={told.set_up['cpu']:g}"
-    if more["start_s"] is not None:
-        brick += f", whose start takes another {more['start_s']:.1f} s"
-    lines = [
-        f"{told.ending.reason}, status {told.ending.status}, after {run.outcome.t:.2f} s on the "
-        f"emulated brick ({brick}; {more['accesses']} accesses{speed})"
-    ]
-    if pace is not None and pace < BUSY:
-        lines.append("this computer was busy, so the emulated clock went slower than real time")
-    paths = told.rows(PATHS)
-    for number, path in enumerate(paths, 1):
-        lines.append(
-            f"path {number}: not drawn"
-            if path["length cm"] is None
-            else f"path {number}: {path['length cm']:.1f} cm in {path['time s']:.1f} s, off by "
-            f"{path['greatest mm']:.2f} mm at most and {path['rms mm']:.2f} mm rms, "
-            f"{path['end off mm']:.2f} mm at its end"
+    @property
+    def is_refused(self) -> bool:
+        """Whether it failed before any motor was asked to turn."""
+        return not self.run.asked and 0 < self.run.outcome.status < ENDED_BY_OTHERS
+
+    @property
+    def is_seen(self) -> bool:
+        """Whether there is an arm or a robot of which a picture can be."""
+        return self.brick.arm is not None or self.brick.wheels is not None
+
+    @cached_property
+    def is_there_to_see(self) -> bool:
+        """Whether it has moved, or was to draw something."""
+        return line_accuracy.is_there_to_see(self.run.record, self.run.wanted)
+
+    @property
+    def why_no_picture(self) -> str:
+        """Why there is no picture, for people; "" if nobody wanted one."""
+        if not self.is_seen:
+            return "; without an arm and --wheels there is no picture"
+        mover = "arm" if self.brick.arm else "robot"
+        return (
+            "" if self.is_there_to_see else f"; the {mover} has not moved, so there is no picture"
         )
-    if arm and len(run.wanted) > len(paths):
-        lines.append(
-            "the arm has no pen motor: all of its motion is ink, the paths are not measured"
+
+    @cached_property
+    def wanted(self) -> list:
+        """The paths that were to be drawn.
+
+        Without a pen motor all of the motion is ink, and none of it belongs to one path.
+        """
+        return self.run.wanted if self.brick.built and self.brick.built.pen else []
+
+    @cached_property
+    def measures(self) -> list[line_accuracy.Measure | None]:
+        """What was drawn of each of them."""
+        return line_accuracy.measure(self.run.record, self.wanted)
+
+    def record(self, typed: list[str]) -> Run:
+        """Return the record of it.
+
+        Args:
+            typed: the command's words.
+
+        Raises:
+            ArmError: a path that was wanted is none.
+        """
+        arm, built, measures = self.brick.arm, self.brick.built, self.measures
+        told = Run(
+            kind=DRAWING if self.wanted else SCRIPT,
+            what=self.title,
+            typed=typed,
+            ending=self._ending(),
+            arm=arm and numbers_of(arm),
+            built=numbers_of(built) if built and built is not arm else None,
+            tables=[paths_table(arm.name, measures)] if arm and self.wanted else [],
         )
-    driven = [port for port, motor in run.motors.items() if motor["driven"]]
-    modes = ", ".join(f"{port} {motor['mode']}" for port, motor in run.motors.items())
-    modes = modes or "none is plugged in; --plug A=large plugs one in"
-    lines.append(f"STILL DRIVEN: {', '.join(driven)} ({modes})" if driven else f"motors: {modes}")
-    return "\n".join(lines)
+        told.on_emulated_brick(self.typed.plant_text, self.scene, cpu=self.brick.plant["cpu"])
+        told.set_up |= self._set_up()
+        return told
+
+    def _ending(self) -> Ending:
+        outcome, pace = self.run.outcome, self.run.pace
+        return Ending(
+            outcome.status,
+            outcome.reason,
+            round(outcome.t, 6),
+            {
+                "start_s": outcome.start and round(outcome.start, 3),
+                "pace": pace and round(pace, 3),
+                "accesses": outcome.accesses,
+                "motors": self.run.motors,
+                "refused": self.is_refused,
+                "never_came": self.late,
+            },
+        )
+
+    def _set_up(self) -> dict[str, Any]:
+        """Return what there was besides the plant by the names that a report has for it."""
+        found: dict[str, Any] = {}
+        if self.typed.constants_file:
+            found["constants"] = without_folders(self.typed.constants_file)
+            found["measured"] = measured_brick.in_words(self.brick.measured)
+        found |= camera_of(self.scene)
+        if self.typed.sensors:
+            found["sensors"] = list(map(without_folders, self.typed.sensors))
+        return found
+
+    def files(self, pictured: bool) -> dict[str, tuple[Callable[[str], None], str]]:
+        """Return what writes each file, and what it holds."""
+        record = self.run.record
+        files: dict[str, tuple[Callable[[str], None], str]] = {
+            TRACE: (self._write_trace, "t, joint angles (rad), place of the tip (cm), pen")
+        }
+        if pictured and self.brick.arm:
+            files[PICTURE] = (self._draw, LINES_CAPTION if self.wanted else RUN_CAPTION)
+        elif pictured:
+            files[PICTURE] = (self._draw_robot, WAY_CAPTION)
+        if pictured and record and record[0].z is not None:
+            files[FROM_THE_SIDE] = (partial(self._draw, axes="xz"), "The same from the side.")
+        return files
+
+    def _write_trace(self, file: str) -> None:
+        line_accuracy.write_trace(file, self.run.record, self.run.names)
+
+    def _draw(self, file: str, axes: str = "xy") -> None:
+        from laptop.record.figures import line_plot as picture  # matplotlib is slow to import
+
+        assert self.brick.arm is not None
+        notes = f"{self.brick.arm.name} arm, true tip of the emulated arm"
+        run = self.run
+        picture.write_line_plot(
+            file, run.record, self.wanted, self.measures, run.skeleton, run.reach, self.title,
+            notes, axes,
+        )  # fmt: skip
+
+    def _draw_robot(self, file: str) -> None:
+        from laptop.record.figures import robot_plot
+
+        orders = self.brick.sensors.values()
+        seen = any(LINE in order.quantities.values() for order in orders)
+        line = line_points() if seen else ()
+        robot_plot.write_robot_plot(file, self.run.record, self.title, line)
+
+    def in_words(self, told: Run) -> str:
+        """Return a short summary for people; in virtual time nothing of this computer is in it.
+
+        Args:
+            told: its record.
+        """
+        ending, end, pace = told.ending, self.run.outcome.t, self.run.pace
+        more = ending.more
+        speed = "" if pace is None else f"; {pace:.2f} x real time"
+        brick = f"cpu={told.set_up['cpu']:g}"
+        if more["start_s"] is not None:
+            brick += f", whose start takes another {more['start_s']:.1f} s"
+        lines = [
+            f"{ending.reason}, status {ending.status}, after {end:.2f} s on the emulated "
+            f"brick ({brick}; {more['accesses']} accesses{speed})"
+        ]
+        if pace is not None and pace < BUSY:
+            lines.append("this computer was busy, so the emulated clock went slower than real time")
+        paths = told.rows(PATHS)
+        for number, path in enumerate(paths, 1):
+            lines.append(
+                f"path {number}: not drawn"
+                if path["length cm"] is None
+                else f"path {number}: {path['length cm']:.1f} cm in {path['time s']:.1f} s, off by "
+                f"{path['greatest mm']:.2f} mm at most and {path['rms mm']:.2f} mm rms, "
+                f"{path['end off mm']:.2f} mm at its end"
+            )
+        if self.brick.arm and len(self.run.wanted) > len(paths):
+            lines.append(
+                "the arm has no pen motor: all of its motion is ink, the paths are not measured"
+            )
+        driven = [port for port, motor in self.run.motors.items() if motor["driven"]]
+        modes = ", ".join(f"{port} {motor['mode']}" for port, motor in self.run.motors.items())
+        modes = modes or "none is plugged in; --plug A=large plugs one in"
+        lines.append(
+            f"STILL DRIVEN: {', '.join(driven)} ({modes})" if driven else f"motors: {modes}"
+        )
+        return "\n".join(lines)
