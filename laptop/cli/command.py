@@ -51,21 +51,11 @@ class OwnCommand(click.Command):
         try:
             rest = super().parse_args(ctx, list(in_new_words(command, args)))
             if not ctx.resilient_parsing:
-                check_rules(command, set(self._given(ctx)))
+                check_rules(command, set(typed_options(ctx)))
         except click.UsageError as error:
             error.ctx = error.ctx or ctx  # whose help to see
             raise
         return rest
-
-    def _given(self, ctx: click.Context) -> Iterator[str]:
-        """Yield the names that are typed, and with a word for a value NAME VALUE, too."""
-        for param in self.params:
-            if ctx.get_parameter_source(param.name or "") is not ParameterSource.COMMANDLINE:
-                continue
-            name, value = name_of(param), ctx.params.get(param.name or "")
-            yield next(iter(param.secondary_opts), name) if value is False else name
-            for one in value if isinstance(value, tuple) else (value,):
-                yield f"{name} {one}"
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the options, section by section where there are sections."""
@@ -95,6 +85,17 @@ class OwnCommand(click.Command):
             self._all_shown = True
             click.echo(ctx.get_help())
             ctx.exit()
+
+
+def typed_options(ctx: click.Context) -> Iterator[str]:
+    """Yield the names that are typed, and with a word for a value NAME VALUE, too."""
+    for param in ctx.command.params:
+        if ctx.get_parameter_source(param.name or "") is not ParameterSource.COMMANDLINE:
+            continue
+        name, value = name_of(param), ctx.params.get(param.name or "")
+        yield next(iter(param.secondary_opts), name) if value is False else name
+        for one in value if isinstance(value, tuple) else (value,):
+            yield f"{name} {one}"
 
 
 def name_of(param: click.Parameter) -> str:

@@ -5,20 +5,32 @@ from __future__ import annotations
 import dataclasses
 import math
 import os
-import re
 import sys
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from laptop.cli.brick import talk
-from laptop.cli.command import OwnCommand
-from laptop.cli.draw_files import check_files, check_heard, is_job, style_of
-from laptop.cli.draw_options import COMMON, PLACE, SECTIONS, SOURCE, WHERE_TO
+from laptop.cli.command import OwnCommand, typed_options
+from laptop.cli.draw_files import check_files, is_job, style_of
+from laptop.cli.draw_options import (
+    COMMON,
+    PLACE,
+    SECTIONS,
+    SOURCE,
+    WHERE_TO,
+    DrawOrders,
+    DrawTarget,
+    PlaceOptions,
+    SourceOptions,
+)
+from laptop.cli.groups import in_groups
 from laptop.cli.options import arm_option, examples, importing, in_one_line, tell_figures
-from laptop.cli.sight_options import BY_SIGHT, read_sight_options
+from laptop.cli.rules import check_heard
+from laptop.cli.sight_options import BY_SIGHT, SightWords, read_sight_options
 from laptop.drawing.gallery_files import gallery
 from laptop.system.files import written
 from shared.arm_description import Arm, find_arm, read_arm
@@ -70,55 +82,44 @@ EXAMPLES = examples(
 @BY_SIGHT
 @WHERE_TO
 @arm_option("Arm that draws")
+@in_groups(
+    source=SourceOptions, place=PlaceOptions, sight=SightWords, orders=DrawOrders, target=DrawTarget
+)
 def draw(
-    what: str | None,
     arm_file: str,
-    preview: bool,
-    files: tuple[Path, ...],
-    replace: bool,
-    simulate: bool,
-    out: Path,
-    plant: str,
-    repeat: int,
-    resume: bool,
-    share: str | None,
-    detach: bool,
-    name: str | None,
-    **options: Any,
+    source: SourceOptions,
+    place: PlaceOptions,
+    sight: SightWords,
+    orders: DrawOrders,
+    target: DrawTarget,
 ) -> None:
     """Draw what is asked for, see HELP."""
     with importing():  # numpy and OpenCV
         from laptop.drawing import preview as previews
 
     with in_one_line():
-        words = _words(repeat, resume, share)
-        check_files(what, files, replace)
+        orders.check()
+        check_files(source.what, target.files, target.replace)
         arm = read_arm(find_arm(arm_file))
-        asked = read_sight_options(options, arm, plant if simulate else None)
-        artwork = _artwork(what, arm, options)
-        check_heard(artwork.kind, artwork.name)
-        plan = _prepared(artwork, arm, _options(what, options, artwork))
-        for line in previews.lines_of(plan):
-            click.echo(line)
-        pictures = [file for file in files if not is_job(file)]
-        for file in pictures:
-            previews.write_preview(plan, file)
-            click.echo(f"{file} is written")
-        if not (pictures and plan.missed):
-            plan.check()
+        emulated = f"--plant {target.plant} --built {target.built or ''}"
+        asked = read_sight_options(sight, arm, emulated if target.simulate else None)
+        artwork = _artwork(source, arm)
+        check_heard(typed_options(click.get_current_context()), artwork.kind, artwork.name)
+        plan = _prepared(artwork, arm, _options(source, place, artwork))
+        _show(plan, [file for file in target.files if not is_job(file)])
         offsets = []
-        if asked and not asked.times and not simulate:
+        if asked and not asked.times and not target.simulate:
             from laptop.cli.draw_by_sight import offsets_on_file
 
             offsets = offsets_on_file(plan, asked)
-        for file in filter(is_job, files):
+        for file in filter(is_job, target.files):
             with written(file) as draft:
                 plan.write_job(draft, offsets)
             click.echo(f"{file} is written")
-        built = options["built"] and read_arm(find_arm(options["built"]))
-        if simulate:
-            sys.exit(_simulated(plan, asked, built, out, plant, words, repeat, share))
-        if preview or files:
+        built = read_arm(find_arm(target.built)) if target.built else None
+        if target.simulate:
+            sys.exit(_simulated(plan, asked, target.out, (target.plant, built), orders))
+        if target.preview or target.files:
             tell_figures(previews.figures_of(plan))
             return
         if asked and asked.times:
@@ -128,46 +129,57 @@ def draw(
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / f"{Path(plan.name).stem or 'drawing'}.job"
             plan.write_job(file, offsets)
-            sys.exit(_sent(name, file, ("--arm", arm.name, *words), detach))
+            sys.exit(_sent(target.name, file, ("--arm", arm.name, *orders.words()), target.detach))
+
+
+def _show(plan: DrawingPlan, pictures: Sequence[Path]) -> None:
+    """Say how it would be drawn, and show it in pictures; refuse what cannot be drawn."""
+    from laptop.drawing import preview as previews
+
+    for line in previews.lines_of(plan):
+        click.echo(line)
+    for file in pictures:
+        previews.write_preview(plan, file)
+        click.echo(f"{file} is written")
+    if not (pictures and plan.missed):
+        plan.check()
 
 
 def _simulated(
     plan: DrawingPlan,
     asked: SightOptions | None,
-    built: Arm | None,
     out: Path | None,
-    plant: str,
-    words: tuple[str, ...],
-    repeat: int,
-    share: str | None,
+    brick: tuple[str, Arm | None],
+    orders: DrawOrders,
 ) -> int:
     """Draw on the emulated brick, rehearsed if that is asked for; return the exit status."""
     from laptop.cli.draw_by_sight import simulate_by_sight  # there is more to import
-    from laptop.cli.draw_simulated import FILES, draw_simulated
+    from laptop.cli.draw_simulated import FILES, DrawnOn, draw_simulated
     from laptop.record.run_folder import run_folder
 
+    drawn_on = DrawnOn(*brick)
     with run_folder("draw", out, *FILES) as folder:
         if asked:
-            return simulate_by_sight(plan, asked, built, folder, plant, words, repeat, share)
-        return draw_simulated(plan, folder, plant, words, repeat, share, built=built)
+            return simulate_by_sight(plan, asked, folder, drawn_on, orders)
+        return draw_simulated(plan, folder, drawn_on, orders)
 
 
-def _artwork(what: str | None, arm: Arm, options: dict[str, Any]) -> Artwork:
+def _artwork(source: SourceOptions, arm: Arm) -> Artwork:
     """Return what is to be drawn."""
     from laptop.drawing import cards, lettering, pictures, sources
     from laptop.drawing.lines import line_through
 
-    text, line, asked = options["text"], options["line"], options["lettering"]
-    if line is not None:
-        return line_through(_points(line))
+    what, text, asked = source.what, source.text, source.lettering
+    if source.line is not None:
+        return line_through(_points(source.line))
     letters = dataclasses.replace(
-        lettering.Lettering(options["font"]),
+        lettering.Lettering(source.font),
         **{LETTERING.get(key, key): value for key, value in asked.items()},
     )
     if "slant" in asked:
         letters = dataclasses.replace(letters, slant=math.radians(asked["slant"]))
-    is_hatched = options["fill"] == "hatch"
-    tracing = dataclasses.replace(pictures.Tracing(), **style_of(options["tracing"]))
+    is_hatched = source.fill == "hatch"
+    tracing = dataclasses.replace(pictures.Tracing(), **style_of(source.tracing))
     if text is not None:
         return lettering.write_text(text.replace("\\n", "\n"), letters)
     if is_card(what):
@@ -188,40 +200,40 @@ def is_card(what: str | None) -> bool:
     return what in CARDS and not os.path.exists(what)
 
 
-def _options(what: str | None, options: dict[str, Any], artwork: Artwork) -> DrawingOptions:
+def _options(source: SourceOptions, place: PlaceOptions, artwork: Artwork) -> DrawingOptions:
     """Return how it is to be drawn."""
     from laptop.drawing import lines
     from laptop.drawing.artwork import bounds
     from laptop.drawing.options import TOLERANCE, DrawingOptions
 
-    tolerance, height = options["tolerance"], options["lettering"].get("height")
-    if height is not None and options["size"]:
+    height = source.lettering.get("height")
+    if height is not None and place.size:
         raise click.UsageError("height of --lettering says how large it is: leave --size out.")
-    if what == IN_PLACE and is_card(what):
+    if source.what == IN_PLACE and is_card(source.what):
         low, high = bounds(artwork.strokes, artwork.name)
         across, along = (low + high) / 2
-        in_place = {"at": (across, along), "size": (high[0] - low[0], None), "rotate": 90.0}
-        given = [key for key in ("paper", *in_place) if options[key]]
+        given = [key for key in ("paper", "at", "size", "rotate") if getattr(place, key)]
         if given:
             raise click.UsageError(f"the card {IN_PLACE} lies where it is: leave --{given[0]} out.")
-        options = {**options, **in_place}
+        size = high[0] - low[0], None
+        place = dataclasses.replace(place, at=(across, along), size=size, rotate=90.0)
     wished = DrawingOptions(
-        options["paper"],
-        options["at"],
-        options["size"],
-        options["rotate"],
-        options["height"],
-        options["speed"],
-        options["elbow"],
-        options["clip"],
-        TOLERANCE if tolerance is None else tolerance / 10,
-        not options["keep_order"],
-        options["layers"] or None,
+        place.paper,
+        place.at,
+        place.size,
+        place.rotate,
+        place.height,
+        place.speed,
+        place.elbow,
+        place.clip,
+        TOLERANCE if place.tolerance is None else place.tolerance / 10,
+        not place.keep_order,
+        source.layers or None,
         None if height is None else 1.0,
-        options["pens"],
-        options["touch_up"],
+        source.pens,
+        source.touch_up,
     )
-    return wished if options["line"] is None else lines.in_place(artwork, wished)
+    return wished if source.line is None else lines.in_place(artwork, wished)
 
 
 def _points(text: str) -> list[tuple[float, float]]:
@@ -259,17 +271,6 @@ def _prepared(artwork: Artwork, arm: Arm, options: DrawingOptions) -> DrawingPla
             options,
             lambda stage, share: bar.update(task, completed=share, description=stage),
         )
-
-
-def _words(repeat: int, resume: bool, share: str | None) -> tuple[str, ...]:
-    """Return what the program on the brick is told of how to draw it."""
-    words: tuple[str, ...] = ("--repeat", str(repeat)) if repeat > 1 else ()
-    words += ("--resume",) if resume else ()
-    if share is None:
-        return words
-    if not re.fullmatch(r"[0-9]{1,3}(\.[0-9]*)?%?", share) or float(share.rstrip("%")) >= 100:
-        raise click.UsageError(f"--from {share}: give a share of its length, as 40%.")
-    return (*words, "--from", share)
 
 
 def _sent(name: str | None, file: Path, words: tuple[str, ...], detach: bool) -> int:

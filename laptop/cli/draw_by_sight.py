@@ -14,11 +14,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from laptop.cli.draw_simulated import draw_simulated
+from laptop.cli.draw_simulated import DrawnOn, Taught, draw_simulated
 from laptop.measure.ilc import kept
 from laptop.measure.ilc.rehearsal import LOG_PERIOD, Learned, Step, rehearse
 
 if TYPE_CHECKING:
+    from laptop.cli.draw_options import DrawOrders
     from laptop.cli.sight_options import SightOptions
     from laptop.drawing.preparing import DrawingPlan
     from laptop.measure.emulated_rig import EmulatedRig
@@ -27,42 +28,31 @@ if TYPE_CHECKING:
     from laptop.measure.live_rig import LiveRig
     from laptop.measure.measured_run import MeasuredRun
     from laptop.record.run_folder import RunFolder
-    from shared.arm_description import Arm
 
 NOISE_PX = 0.5
 """Of the emulated camera, which sees by its formula: ten times what the tracker has, px."""
 
 
 def simulate_by_sight(
-    plan: DrawingPlan,
-    asked: SightOptions,
-    built: Arm | None,
-    folder: RunFolder,
-    plant: str,
-    words: tuple[str, ...],
-    repeat: int = 1,
-    share: str | None = None,
+    plan: DrawingPlan, asked: SightOptions, folder: RunFolder, brick: DrawnOn, orders: DrawOrders
 ) -> int:
     """Rehearse and draw on the emulated brick; return the exit status."""
     before = _before(plan, asked)
     if not asked.times:
-        known = _offsets_of(before)
-        return draw_simulated(plan, folder, plant, words, repeat, share, known, built)
+        return draw_simulated(plan, folder, brick, orders, Taught(_offsets_of(before)))
     from laptop.emulator.scene.scene import Scene
     from laptop.emulator.scene.scene_constants import read_scene
     from laptop.measure.emulated_rig import EmulatedRig
     from laptop.measure.ilc.emulated_view import view_of
 
-    scene = Scene(built or plan.arm, read_scene(asked.scene))
+    scene = Scene(brick.built or plan.arm, read_scene(asked.scene))
     height = scene.constants["marker_height"]
-    rig = EmulatedRig(plan.arm, built, plant, {"A": scene}, height, NOISE_PX)
+    rig = EmulatedRig(plan.arm, brick.built, brick.plant, {"A": scene}, height, NOISE_PX)
     watched = _Watched(rig)
     with contextlib.redirect_stdout(io.StringIO()):
         learned = _rehearsed(plan, asked, watched, view_of(scene, plan.arm), before)
-    offsets, records = learned.numbers(), watched.records
-    return draw_simulated(
-        plan, folder, plant, words, repeat, share, offsets, built, records, asked.scene
-    )
+    taught = Taught(learned.numbers(), watched.records, asked.scene)
+    return draw_simulated(plan, folder, brick, orders, taught)
 
 
 class _Watched:

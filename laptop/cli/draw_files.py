@@ -8,46 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import click
-from click.core import ParameterSource
 
 from laptop.system.files import check_new
-
-HEARD_BY = {
-    **dict.fromkeys(("font", "lettering"), "text"),
-    **dict.fromkeys(("tracing",), "picture"),
-    **dict.fromkeys(("layers", "fill", "pens"), "SVG"),
-}
-"""Of which kind of source an option is."""
-
-
-def _given() -> dict[str, str]:
-    """Return the options that the command line says: names, and how people write them."""
-    here = click.get_current_context()
-    return {
-        param.name or "": param.opts[0]
-        for param in here.command.params
-        if here.get_parameter_source(param.name or "") is ParameterSource.COMMANDLINE
-    }
-
-
-def check_heard(kind: str, name: str) -> None:
-    """Refuse options that a source does not hear: they would do nothing.
-
-    Args:
-        kind: of the source, as in Artwork.
-        name: of the source, for people.
-
-    Raises:
-        click.UsageError: one is given.
-    """
-    for option, written in _given().items():
-        wanted = HEARD_BY.get(option, kind)
-        if wanted != kind:
-            article = "an" if wanted == "SVG" else "a"
-            raise click.UsageError(
-                f"{written} is for a drawing made of {article} {wanted}, and {name} is none: "
-                "leave it out."
-            )
 
 
 def style_of(tracing: dict[str, Any]) -> dict[str, Any]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +40,34 @@ class Centimetres(click.ParamType):
             return numbers[0], None
         form = f"5{self._between}10" + (" or 5" if self._one else "")
         self.fail(f"'{value}' is no size or place; write it as {form}, in cm", param, ctx)
+
+
+@dataclass(frozen=True)
+class SourceOptions:
+    """What is drawn, as it is typed.
+
+    what       a file, "-" for standard input, or the name of a drawing; None: text or line
+    text       to be written
+    line       points of the table, cm
+    font       of a text
+    lettering  of a text, by key
+    tracing    of a picture, by key
+    layers     of an SVG that are drawn; (): all
+    pens       of an SVG: "layers" or "colours" have pens of their own; None: one pen draws all
+    touch_up   each new pen waits over its first point
+    fill       of an SVG's areas, "none" or "hatch"
+    """
+
+    what: str | None
+    text: str | None
+    line: str | None
+    font: str
+    lettering: dict[str, Any]
+    tracing: dict[str, Any]
+    layers: tuple[str, ...]
+    pens: str | None
+    touch_up: bool
+    fill: str
 
 
 SOURCE = option_group(
@@ -104,6 +134,28 @@ SOURCE = option_group(
     ),
 )
 
+
+@dataclass(frozen=True)
+class PlaceOptions:
+    """Where it is drawn, and how, as it is typed; see DrawingOptions.
+
+    height      of the paper, cm
+    tolerance   by which lines may be simplified, mm; None: the usual one
+    keep_order  stroke by stroke as it stands in the file
+    """
+
+    paper: str | None
+    at: tuple[float, float] | None
+    size: tuple[float, float | None] | None
+    rotate: float
+    height: float
+    clip: bool
+    elbow: str | None
+    speed: float | None
+    tolerance: float | None
+    keep_order: bool
+
+
 PLACE = option_group(
     click.option(
         "--paper", metavar="SIZE", help="Sheet: a6, a5, a4, letter, a5-landscape, or WxH in cm."
@@ -148,6 +200,69 @@ PLACE = option_group(
         "--keep-order", is_flag=True, help="Draw stroke by stroke as it stands in the file."
     ),
 )
+
+
+@dataclass(frozen=True)
+class DrawOrders:
+    """How often it is drawn, and where it begins.
+
+    repeat  how often
+    resume  whether it goes on where it was left
+    share   of its length at which it begins, as "40%"; None: at its beginning
+    """
+
+    repeat: int
+    resume: bool
+    share: str | None
+
+    @property
+    def begins(self) -> float:
+        """Share of its length at which it begins, 0 to 1."""
+        return 0.0 if self.share is None else float(self.share.rstrip("%")) / 100
+
+    def check(self) -> None:
+        """Refuse a share that is none.
+
+        Raises:
+            click.UsageError: it is none.
+        """
+        if self.share is None:
+            return
+        if not re.fullmatch(r"[0-9]{1,3}(\.[0-9]*)?%?", self.share) or self.begins >= 1:
+            raise click.UsageError(f"--from {self.share}: give a share of its length, as 40%.")
+
+    def words(self) -> tuple[str, ...]:
+        """Return what the program on the brick is told of it."""
+        words: tuple[str, ...] = ("--repeat", str(self.repeat)) if self.repeat > 1 else ()
+        words += ("--resume",) if self.resume else ()
+        return words if self.share is None else (*words, "--from", self.share)
+
+
+@dataclass(frozen=True)
+class DrawTarget:
+    """What becomes of it, as it is typed.
+
+    preview   it is told, and nothing moves
+    files     jobs and pictures that are written
+    replace   they may replace others
+    simulate  it is drawn on the emulated brick
+    out       folder for what that leaves; None: a new one
+    plant     constants of that brick, as text
+    built     file of the emulated arm as it was built; None: as it is described
+    detach    the brick draws alone from the start
+    name      of the brick; None: the last one
+    """
+
+    preview: bool
+    files: tuple[Path, ...]
+    replace: bool
+    simulate: bool
+    out: Path | None
+    plant: str
+    built: str | None
+    detach: bool
+    name: str | None
+
 
 WHERE_TO = option_group(
     click.option("--preview", is_flag=True, help="Say how it would be drawn; nothing moves."),

@@ -7,6 +7,7 @@ import sys
 import tempfile
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from itertools import accumulate
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,7 +21,7 @@ from laptop.drawing.planning import chains
 from laptop.drawing.timing import in_minutes
 from laptop.emulator.device.buttons import Press
 from laptop.emulator.device.plant_constants import read_plant
-from laptop.emulator.rig import Rig
+from laptop.emulator.rig import Rig, SimulationResult
 from laptop.record.drawing_tables import drawing_table
 from laptop.record.figures import drawing_plot, line_accuracy
 from laptop.record.figures.arm_numbers import numbers_of
@@ -31,6 +32,7 @@ from laptop.record.run import DRAWING, Ending, Run
 from laptop.record.run_folder import PICTURE, RunFolder
 
 if TYPE_CHECKING:
+    from laptop.cli.draw_options import DrawOrders
     from laptop.drawing.preparing import DrawingPlan
     from laptop.emulator.device.brick import EmulatedBrick
     from laptop.emulator.device.peripherals import Peripherals
@@ -56,66 +58,56 @@ DRAWING_CAPTION = (
 LEARNING_CAPTION = "The drawing as it was at first, and after rehearsals."
 
 
+@dataclass(frozen=True)
+class DrawnOn:
+    """The emulated brick.
+
+    plant  changes of its constants, as text
+    built  the arm as it is; None: as described
+    """
+
+    plant: str
+    built: Arm | None = None
+
+
+@dataclass(frozen=True)
+class Taught:
+    """What was learned of a drawing before it is drawn.
+
+    offsets  as DrawingPlan.write_job takes it
+    records  of the drawing's rehearsals, to be shown beside
+    scene    before which it was rehearsed; None: before none
+    """
+
+    offsets: Sequence[Any] = ()
+    records: Sequence[Sequence[Any]] = ()
+    scene: str | None = None
+
+
+NOTHING_TAUGHT = Taught()
+
+
 def draw_simulated(
     plan: DrawingPlan,
     folder: RunFolder,
-    plant_text: str,
-    words: tuple[str, ...],
-    repeat: int = 1,
-    share: str | None = None,
-    offsets: Sequence[Any] = (),
-    built: Arm | None = None,
-    rehearsals: Sequence[Sequence[Any]] = (),
-    scene: str | None = None,
+    brick: DrawnOn,
+    orders: DrawOrders,
+    taught: Taught = NOTHING_TAUGHT,
 ) -> int:
     """Draw a plan on the emulated brick and leave its files; return the exit status.
 
     Args:
         plan: what is drawn.
         folder: of the run.
-        plant_text: changes of the plant.
-        words: for the program on the brick, `repeat` and `share` among them.
-        repeat: how often it is drawn.
-        share: of its length at which it begins, as "40%", or None.
-        offsets: what was learned of it, as DrawingPlan.write_job takes it.
-        built: the arm as it is; None: as described.
-        rehearsals: records of this drawing's, to be shown beside.
-        scene: before which it was rehearsed, or None.
+        brick: that draws.
+        orders: how often it draws it, and from where on.
+        taught: what was learned before.
     """
-    plant = read_plant(plant_text)
-    with tempfile.TemporaryDirectory() as temporary:
-        file = str(Path(temporary) / "drawing.job")
-        header = plan.write_job(file, offsets)
-        changer = PenChanger()
-        with (
-            contextlib.closing(Hearing(sys.stdout, changer.hear, ("paused",), True)) as output,
-            contextlib.redirect_stdout(output),
-            Rig(plan.arm, built, plant) as rig,
-        ):
-            run = rig.job(file, *words, timeout=TIMEOUT, person=changer)
+    run, seconds = _drawn(plan, brick, orders, taught)
     wished = chains(plan.strokes, plan.arm, plan.options.height)
     accuracy = drawing_plot.compare(run.record, wished)
-    estimated = repeat * header.seconds - _left_out(plan, share)
-    took = {"time s": run.outcome.t, "estimated s": estimated}
-    told = Run(
-        kind=DRAWING,
-        what=f"drawing {without_folders(plan.name) or 'something'}",
-        typed=typed_words(),
-        ending=Ending(
-            int(run.outcome.status),
-            run.outcome.reason,
-            round(run.outcome.t, 2),
-            {
-                "pen_up_cm": round(accuracy.pen_up_cm, 3),
-                "stood_with_the_pen_down_s": round(accuracy.standing_s, 3),
-            },
-        ),
-        arm=numbers_of(plan.arm),
-        built=numbers_of(built) if built else None,
-        tables=[drawing_table(plan.arm.name, without_folders(plan.name), accuracy, took)],
-    )
-    rehearsed = {} if scene is None else {"rehearsals": len(rehearsals)}
-    told.on_emulated_brick(plant_text, scene, cpu=plant["cpu"], **camera_of(scene), **rehearsed)
+    estimated = orders.repeat * seconds - _left_out(plan, orders)
+    told = _record(plan, brick, taught, run, accuracy, estimated)
     notes = _in_words(estimated, run.outcome.t, accuracy)
     click.echo(notes)
     files: dict[str, tuple[Callable[[str], None], str]] = {
@@ -130,17 +122,73 @@ def draw_simulated(
             DRAWING_CAPTION,
         ),
     }
-    if rehearsals and accuracy.inks:
-        shown = [*rehearsals[:2], run.record]
-        names = ["at first", "after 1", f"after {len(rehearsals)}"]
-        names = [*names[: len(shown) - 1], names[-1]]
-        every = list(zip(names, shown, strict=True))
+    if taught.records and accuracy.inks:
+        every = _rehearsed(taught.records, run.record)
         files[LEARNING] = (
             lambda path: write_learning_plot(path, every, wished, plan.name),
             LEARNING_CAPTION,
         )
     click.echo(leave(folder, told, files))
     return int(run.outcome.status)
+
+
+def _drawn(
+    plan: DrawingPlan, brick: DrawnOn, orders: DrawOrders, taught: Taught
+) -> tuple[SimulationResult, float]:
+    """Let the emulated brick draw; return what came of it, and its own estimate of once, s."""
+    plant = read_plant(brick.plant)
+    with tempfile.TemporaryDirectory() as temporary:
+        file = str(Path(temporary) / "drawing.job")
+        header = plan.write_job(file, taught.offsets)
+        changer = PenChanger()
+        with (
+            contextlib.closing(Hearing(sys.stdout, changer.hear, ("paused",), True)) as output,
+            contextlib.redirect_stdout(output),
+            Rig(plan.arm, brick.built, plant) as rig,
+        ):
+            run = rig.job(file, *orders.words(), timeout=TIMEOUT, person=changer)
+    return run, header.seconds
+
+
+def _record(
+    plan: DrawingPlan,
+    brick: DrawnOn,
+    taught: Taught,
+    run: SimulationResult,
+    accuracy: drawing_plot.DrawingAccuracy,
+    estimated: float,
+) -> Run:
+    """Return the record of a drawing; `estimated` is how long it was to take, s."""
+    outcome, name = run.outcome, without_folders(plan.name)
+    took = {"time s": outcome.t, "estimated s": estimated}
+    more = {
+        "pen_up_cm": round(accuracy.pen_up_cm, 3),
+        "stood_with_the_pen_down_s": round(accuracy.standing_s, 3),
+    }
+    told = Run(
+        kind=DRAWING,
+        what=f"drawing {name or 'something'}",
+        typed=typed_words(),
+        ending=Ending(int(outcome.status), outcome.reason, round(outcome.t, 2), more),
+        arm=numbers_of(plan.arm),
+        built=numbers_of(brick.built) if brick.built else None,
+        tables=[drawing_table(plan.arm.name, name, accuracy, took)],
+    )
+    cpu = read_plant(brick.plant)["cpu"]
+    rehearsed = {} if taught.scene is None else {"rehearsals": len(taught.records)}
+    camera = camera_of(taught.scene)
+    told.on_emulated_brick(brick.plant, taught.scene, cpu=cpu, **camera, **rehearsed)
+    return told
+
+
+def _rehearsed(
+    records: Sequence[Sequence[Any]], last: Sequence[Any]
+) -> list[tuple[str, Sequence[Any]]]:
+    """Return the first records of rehearsals and the last one, with what they are called."""
+    shown = [*records[:2], last]
+    names = ["at first", "after 1", f"after {len(records)}"]
+    names = [*names[: len(shown) - 1], names[-1]]
+    return list(zip(names, shown, strict=True))
 
 
 class PenChanger:
@@ -156,12 +204,12 @@ class PenChanger:
             self._press(Press("enter", self._world.now() + CHANGING, 0.2))
 
 
-def _left_out(plan: DrawingPlan, share: str | None) -> float:
-    """Return how long what lies before a share of the length takes, s."""
-    if share is None:
+def _left_out(plan: DrawingPlan, orders: DrawOrders) -> float:
+    """Return how long what lies before the place where it begins takes, s."""
+    if orders.share is None:
         return 0.0
     begins = [0.0, *accumulate(stroke.cm for stroke in plan.strokes[:-1])]
-    first = bisect_right(begins, float(share.rstrip("%")) / 100 * plan.cm) - 1
+    first = bisect_right(begins, orders.begins * plan.cm) - 1
     return plan.estimate.starts[first] - plan.estimate.starts[0]
 
 

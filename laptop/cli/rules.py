@@ -187,5 +187,34 @@ def check_rules(command: str, given: Collection[str]) -> None:
         rule.check(given)
 
 
+HEARD_BY = {
+    **dict.fromkeys(("--font", "--lettering"), "text"),
+    **dict.fromkeys(("--tracing",), "picture"),
+    **dict.fromkeys(("--layer", "--fill", "--pens"), "SVG"),
+}
+"""Of which kind of source an option of `draw` is."""
+
+
+def check_heard(given: Iterable[str], kind: str, name: str) -> None:
+    """Refuse options that a source does not hear: they would do nothing.
+
+    Args:
+        given: as for `check_rules`, in the order in which they are to be looked at.
+        kind: of the source, as in Artwork.
+        name: of the source, for people.
+
+    Raises:
+        click.UsageError: one is given.
+    """
+    for option in given:
+        wanted = HEARD_BY.get(option, kind)
+        if wanted != kind:
+            article = "an" if wanted == "SVG" else "a"
+            raise click.UsageError(
+                f"{option} is for a drawing made of {article} {wanted}, and {name} is none: "
+                "leave it out."
+            )
+
+
 def _first(options: Iterable[str], given: Collection[str]) -> str:
     return next((option for option in options if option in given), "")

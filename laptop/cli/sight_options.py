@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import click
 
@@ -39,6 +38,21 @@ class SightOptions:
     bar: float | None
     port: int | None
     emulated: str
+
+
+@dataclass(frozen=True)
+class SightWords:
+    """The same as it is typed; None where nothing is."""
+
+    trials: int | None
+    camera: str | None
+    camera_file: Path | None
+    arm_at: str | None
+    marker_height: float
+    scene: str
+    forget: bool
+    bar: float | None
+    port: int | None
 
 
 BY_SIGHT = option_group(
@@ -77,47 +91,43 @@ BY_SIGHT = option_group(
 )
 
 
-def read_sight_options(options: dict[str, Any], arm: Arm, plant: str | None) -> SightOptions | None:
+def read_sight_options(typed: SightWords, arm: Arm, emulated: str | None) -> SightOptions | None:
     """Return how it is to be learned by sight; None if it is not.
 
     Args:
-        options: as typed.
+        typed: as typed.
         arm: that draws.
-        plant: changes of the emulated brick's, if that draws; else None.
+        emulated: which emulated brick draws, see SightOptions; None: none does.
 
     Raises:
         click.UsageError: what is typed does not go together, or is no place.
     """
-    if options["trials"] is None:
+    if typed.trials is None:
         return None
     if len(arm.joints) > 2:
         raise click.UsageError(
             f"--trials teaches an arm in the plane, and {arm.name} moves in space: leave it out."
         )
     at = None
-    if options["arm_at"]:
+    if typed.arm_at:
         try:
-            x, y, degrees = (number(float(part)) for part in options["arm_at"].split(","))
+            x, y, degrees = (number(float(part)) for part in typed.arm_at.split(","))
         except (ValueError, SpoiltFile):
             raise click.UsageError(
-                f"--arm-at {options['arm_at']}: write it as -9,0,0: cm, cm and degrees."
+                f"--arm-at {typed.arm_at}: write it as -9,0,0: cm, cm and degrees."
             ) from None
         at = x, y, degrees
+    if emulated is None:
+        emulated = SYNTHETIC if typed.camera == SYNTHETIC else ""
     return SightOptions(
-        options["trials"],
-        options["camera"],
-        options["camera_file"],
+        typed.trials,
+        typed.camera,
+        typed.camera_file,
         at,
-        options["marker_height"],
-        options["scene"],
-        options["forget"],
-        options["bar"],
-        options["port"],
-        _emulated(options, plant),
+        typed.marker_height,
+        typed.scene,
+        typed.forget,
+        typed.bar,
+        typed.port,
+        emulated,
     )
-
-
-def _emulated(options: dict[str, Any], plant: str | None) -> str:
-    if plant is not None:
-        return f"--plant {plant} --built {options['built'] or ''}"
-    return SYNTHETIC if options["camera"] == SYNTHETIC else ""
