@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,7 +15,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from laptop.cli.command import OwnCommand
+from laptop.cli.groups import in_groups
 from laptop.cli.options import (
+    SYNTHETIC,
     FiniteRange,
     bar_option,
     examples,
@@ -65,6 +68,62 @@ SECTIONS = {
     "A board on the table": ("--board", "--bar", "--marker-height", "--touched"),
     "What is written": ("--to", "--replace", "--json"),
 }
+
+
+@dataclass(frozen=True)
+class TrackedSight:
+    """What is seen, and by what, as it is typed; see TrackOptions."""
+
+    camera: tuple[str, ...]
+    effector: str | None
+    goal: tuple[str, ...]
+    pick: tuple[str, ...]
+    markers: Path | None
+    scene: str
+    fps: float | None
+    size: str | None
+    board: bool
+    bar: float | None
+    height: float | None
+    touched: Path | None
+
+
+@dataclass(frozen=True)
+class LinkWords:
+    """Who is served, as it is typed.
+
+    serve      whether a brick is
+    listen_at  host and port where it is waited for; None: all addresses, the usual port
+    simulate   an emulated brick comes before a synthetic camera
+    """
+
+    serve: bool
+    listen_at: tuple[str | None, int | None]
+    simulate: bool
+
+
+@dataclass(frozen=True)
+class PageWords:
+    """The page, as it is typed.
+
+    page       whether it is served; None: where a brick is
+    page_at    host and port where it is to be had; None: this computer, the usual port or any
+    page_hold  a run is held when no page is heard
+    open       what is to be seen is opened in a browser
+    """
+
+    page: bool | None
+    page_at: tuple[str | None, int | None]
+    page_hold: bool
+    open: bool
+
+
+@dataclass(frozen=True)
+class TrackFiles:
+    """The files that are written; with `replace` in the place of others."""
+
+    files: tuple[str, ...]
+    replace: bool
 
 
 @click.command(
@@ -198,17 +257,14 @@ SECTIONS = {
     "(url), ready, end (status, reason).  All else goes to standard error.",
 )
 @replace_option
+@in_groups(sight=TrackedSight, link=LinkWords, page=PageWords, written=TrackFiles)
 def track(
     arm_file: str | None,
-    page: bool | None,
-    page_at: tuple[str | None, int | None],
-    page_hold: bool,
-    simulate: bool,
+    sight: TrackedSight,
+    link: LinkWords,
+    page: PageWords,
+    written: TrackFiles,
     announce: bool,
-    replace: bool,
-    files: tuple[str, ...],
-    listen_at: tuple[str | None, int | None],
-    **options: Any,
 ) -> None:
     """Find the markers in every frame, and serve the brick.
 
@@ -220,37 +276,36 @@ def track(
         from laptop.see.serve import announcements, track
         from laptop.see.serve.options import TrackOptions
 
-    shown = options["serve"] if page is None else page
+    shown = link.serve if page.page is None else page.page
     # The page brings an emulated brick along; its arm is there from the beginning.
-    usual = "spatial" if shown and options["camera"].count("synthetic") > 1 else "planar"
+    usual = "spatial" if shown and sight.camera.count(SYNTHETIC) > 1 else "planar"
     arm = arm_file or usual
     with in_one_line():
-        csv, picture = _outputs(files, replace)
+        csv, picture = _outputs(written.files, written.replace)
         watch_boards = None
-        if options["board"]:
+        if sight.board:
             from laptop.see.table.table_watch import watch_tables
 
             watch_boards = watch_tables(
-                options["bar"], options["height"], options["touched"], read_arm(find_arm(arm))
+                sight.bar, sight.height, sight.touched, read_arm(find_arm(arm))
             )
+        host, port = link.listen_at
+        is_real = SYNTHETIC not in sight.camera
+        open_page = partial(_open_page, page, is_real, arm, sight.height)
         status = track.track(
             TrackOptions(
-                csv=csv, picture=picture, host=listen_at[0] or "", port=listen_at[1], **options
+                csv=csv,
+                picture=picture,
+                serve=link.serve,
+                host=host or "",
+                port=port,
+                open=page.open,
+                **vars(sight),
             ),
             partial(open_synthetic, arm),
             Console(stderr=announce),
-            start_brick=partial(start_brick, arm) if simulate else None,
-            open_page=partial(
-                _open_page,
-                page_at[0] or LOCALHOST,
-                page_at[1],
-                page_hold,
-                "synthetic" not in options["camera"],
-                arm,
-                options["height"],
-            )
-            if shown
-            else None,
+            start_brick=partial(start_brick, arm) if link.simulate else None,
+            open_page=open_page if shown else None,
             announce=announcements.json_lines(sys.stdout) if announce else announcements.silence,
             watch_boards=watch_boards,
         )
@@ -275,20 +330,12 @@ def _outputs(files: tuple[str, ...], replace: bool) -> tuple[Path | None, str | 
 
 
 def _open_page(
-    host: str,
-    port: int | None,
-    hold_unheard: bool,
-    real: bool,
-    arm: str,
-    height: float | None,
-    stack: contextlib.ExitStack,
+    asked: PageWords, real: bool, arm: str, height: float | None, stack: contextlib.ExitStack
 ) -> Callable[[PageInputs], ServedPage]:
     """Take the page's port; gives a function that serves the page there, see OpenPage.
 
     Args:
-        host: where it is served.
-        port: the same; None: the usual one, or any.
-        hold_unheard: see PageController.
+        asked: of the page.
         real: whether a real brick may be called from it.
         arm: that draws, its name or file.
         height: of its marker over the table, mm, or None.
@@ -299,7 +346,8 @@ def _open_page(
     from laptop.page.marker_height import HEIGHTS_FILE, HeightMemory, told_height
     from laptop.see.serve.track import ServedPage
 
-    listener = stack.enter_context(process.listen(host, port))
+    host = asked.page_at[0] or LOCALHOST
+    listener = stack.enter_context(process.listen(host, asked.page_at[1]))
 
     def serve(inputs: PageInputs) -> ServedPage:
         server = inputs.server
@@ -319,7 +367,7 @@ def _open_page(
             inputs.file,
             inputs.start_brick,
             inputs.now,
-            hold_unheard,
+            asked.page_hold,
             start_on_brick=start_on_brick if real and server else None,
             arm=description,
             height=told_height(height, emulated),
