@@ -55,6 +55,8 @@ LIBRARIES = {
     "laptop.page.browser": {"nicegui"},
     "laptop.page.cards": {"nicegui"},
     "laptop.page.http_limits": {"uvicorn"},
+    "laptop.page.http_routes": {"fastapi"},
+    "laptop.page.page_clients": {"nicegui", "fastapi"},
     "laptop.page.server": {"nicegui", "fastapi", "uvicorn"},
     "laptop.page.stop_gate": {"uvicorn"},
     "laptop.measure": {*PICTURES, "matplotlib", "rich", "scipy"},

@@ -36,7 +36,7 @@ from waiting import PATIENCE, until
 from laptop.cli.track import start_brick as own_brick
 from laptop.page import process as page_process
 from laptop.page.cards.camera_view import IMAGE_TIMEOUT
-from laptop.page.server import MAX_UPLOADS
+from laptop.page.http_routes import MAX_UPLOADS
 from laptop.record.run import read_run
 from laptop.see.markers.markers import read_markers
 
