@@ -76,40 +76,49 @@ async def ask(
         asyncssh.ConnectionLost: it has not come to its end.
         NoAnswer: it goes on without a word, or for ever.
     """
-    now = asyncio.get_running_loop().time
-    began = heard = now()
+    return await _Asked(brick, command, given, most, silence).answer()
 
-    async def send(process: asyncssh.SSHClientProcess) -> bytes:
-        nonlocal heard
+
+class _Asked:
+    """A command on the brick that is being answered; it knows when anything was heard last."""
+
+    def __init__(
+        self,
+        brick: asyncssh.SSHClientConnection,
+        command: str,
+        given: bytes,
+        most: int,
+        silence: float,
+    ) -> None:
+        self._brick, self._command = brick, command
+        self._given, self._most, self._silence = given, most, silence
+        self._now = asyncio.get_running_loop().time
+        self._began = self._heard = self._now()
+
+    async def answer(self) -> Answer:
+        """Return its answer, or raise where it takes too long, see `ask`."""
+        now = self._now
+        coming = asyncio.ensure_future(self._run())
         try:
-            for k in range(0, len(given), CHUNK):
-                process.stdin.write(given[k : k + CHUNK])
-                await process.stdin.drain()
-                heard = now()
-            process.stdin.write_eof()
-        except (BrokenPipeError, ConnectionResetError):
-            pass  # it has ended without hearing all of it: its status says why
-        return b""
+            while not coming.done():
+                left = min(self._heard + self._silence, self._began + LONGEST) - now()
+                if left <= 0:
+                    is_silent = now() - self._heard >= self._silence
+                    raise _silent(self._silence) if is_silent else _slow()
+                await asyncio.wait({coming}, timeout=left)
+            return coming.result()
+        finally:
+            coming.cancel()
+            await asyncio.wait({coming})
 
-    async def hear(stream: Any, most: int, kept: int) -> bytes:
-        nonlocal heard
-        data, total = bytearray(), 0
-        while more := await stream.read(CHUNK):
-            heard = now()
-            total += len(more)
-            if total > most:
-                raise _endless(most)
-            data += more[: kept - len(data)]
-        return bytes(data)
-
-    async def answer() -> Answer:
-        process = await brick.create_process(command, encoding=None)
+    async def _run(self) -> Answer:
+        process = await self._brick.create_process(self._command, encoding=None)
         parts = [
             asyncio.ensure_future(part)
             for part in (
-                hear(process.stdout, most, most),
-                hear(process.stderr, most, KEPT_ERRORS),
-                send(process),
+                self._hear(process.stdout, self._most, self._most),
+                self._hear(process.stderr, self._most, KEPT_ERRORS),
+                self._send(process),
             )
         ]
         try:
@@ -123,17 +132,26 @@ async def ask(
             raise asyncssh.ConnectionLost("no exit status")
         return Answer(process.returncode or 0, out, errors.decode(errors="replace"))
 
-    coming = asyncio.ensure_future(answer())
-    try:
-        while not coming.done():
-            left = min(heard + silence, began + LONGEST) - now()
-            if left <= 0:
-                raise _silent(silence) if now() - heard >= silence else _slow()
-            await asyncio.wait({coming}, timeout=left)
-        return coming.result()
-    finally:
-        coming.cancel()
-        await asyncio.wait({coming})
+    async def _send(self, process: asyncssh.SSHClientProcess) -> bytes:
+        try:
+            for k in range(0, len(self._given), CHUNK):
+                process.stdin.write(self._given[k : k + CHUNK])
+                await process.stdin.drain()
+                self._heard = self._now()
+            process.stdin.write_eof()
+        except (BrokenPipeError, ConnectionResetError):
+            pass  # it has ended without hearing all of it: its status says why
+        return b""
+
+    async def _hear(self, stream: Any, most: int, kept: int) -> bytes:
+        data, total = bytearray(), 0
+        while more := await stream.read(CHUNK):
+            self._heard = self._now()
+            total += len(more)
+            if total > most:
+                raise _endless(most)
+            data += more[: kept - len(data)]
+        return bytes(data)
 
 
 async def lines(

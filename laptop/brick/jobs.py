@@ -335,26 +335,58 @@ async def _watch(
     show: Callable[[BrickJobStatus], None],
 ) -> int:
     """Show how it goes, and pass orders on, until it is over or left."""
-    last: BrickJobStatus | None = None
-    left = asyncio.Event()
-
-    def order(line: str) -> None:
-        if not process.stdin.is_closing():
-            process.stdin.write(f"{line}\n".encode())
-
-    keys = JobKeys(order, left.set)
-
-    def take(data: bytes) -> None:
-        if data != END_OF_INPUT:  # nobody types: then it is watched only
-            keys.take(data)
-
-    reader = StatusReader()
+    watching = _Watching(show)
     try:
         process = await brick.create_process(
             FOLLOW.format(pid=pid, status=STATUS, orders=ORDERS, log=LOG),
             encoding=None,
             stderr=asyncssh.STDOUT,
         )
+        is_left = await watching.follow(process)
+    except CUT:
+        raise BrickProblem(
+            f"the connection to {address} is lost; the job goes on there: brick watch shows it "
+            "again, the brick's centre button pauses it"
+        ) from None
+    if is_left:
+        dialogue.say("left to draw alone; brick watch shows it again")
+        return 0
+    why = watching.why_not_done(address)
+    if why:
+        raise BrickProblem(why)
+    return 0
+
+
+class _Watching:
+    """A job that is watched from here, and is given orders.
+
+    Args:
+        show: called with every status.
+    """
+
+    def __init__(self, show: Callable[[BrickJobStatus], None]) -> None:
+        self._show = show
+        self._reader = StatusReader()
+        self._last: BrickJobStatus | None = None
+
+    async def follow(self, process: asyncssh.SSHClientProcess) -> bool:
+        """Follow it until it is over, or somebody leaves it to draw alone; return whether so.
+
+        Args:
+            process: that runs FOLLOW.
+        """
+        left = asyncio.Event()
+
+        def order(line: str) -> None:
+            if not process.stdin.is_closing():
+                process.stdin.write(f"{line}\n".encode())
+
+        keys = JobKeys(order, left.set)
+
+        def take(data: bytes) -> None:
+            if data != END_OF_INPUT:  # nobody types: then it is watched only
+                keys.take(data)
+
         told = lines(process.stdout, most=None)
         with (
             platforms.keys_one_by_one(),
@@ -367,30 +399,32 @@ async def _watch(
                 await asyncio.wait({coming, leaving}, return_when=asyncio.FIRST_COMPLETED)
                 if left.is_set():
                     coming.cancel()
-                    dialogue.say("left to draw alone; brick watch shows it again")
-                    return 0
+                    return True
                 line = coming.result()
-                if line is None:
-                    break
-                status = reader.take(line)
-                if len(reader.said or "") == MOST_SAID:
-                    break  # no program of ours says so much at its end
-                if status is not None:
-                    last = status
-                    keys.see(status)
-                    show(status)
-            leaving.cancel()
-    except CUT:
-        raise BrickProblem(
-            f"the connection to {address} is lost; the job goes on there: brick watch shows it "
-            "again, the brick's centre button pauses it"
-        ) from None
-    if reader.said is None:
-        raise BrickProblem(f"{address} ended the watching; brick watch shows the job again")
-    if last is not None and last.state in ENDS:
-        if last.state == job_messages.DONE:
-            return 0
-        raise BrickProblem(f"{last.job}: {last.state}{': ' if last.reason else ''}{last.reason}")
-    problems = [line for line in reader.said.splitlines() if line.startswith(PROBLEM)]
-    why = problems[-1][len(PROBLEM) :] if problems else "it was killed, or there was no memory"
-    raise BrickProblem(f"the job has ended on {address}: {printable(why)}")
+                if line is None or not self._hear(line, keys):
+                    leaving.cancel()
+                    return False
+
+    def _hear(self, line: str, keys: JobKeys) -> bool:
+        """Take in a line of FOLLOW's; return whether more is wanted."""
+        status = self._reader.take(line)
+        if len(self._reader.said or "") == MOST_SAID:
+            return False  # no program of ours says so much at its end
+        if status is not None:
+            self._last = status
+            keys.see(status)
+            self._show(status)
+        return True
+
+    def why_not_done(self, address: BrickAddress) -> str:
+        """Return why it is over and not drawn, for people; "": it is drawn."""
+        last, said = self._last, self._reader.said
+        if said is None:
+            return f"{address} ended the watching; brick watch shows the job again"
+        if last is not None and last.state in ENDS:
+            if last.state == job_messages.DONE:
+                return ""
+            return f"{last.job}: {last.state}{': ' if last.reason else ''}{last.reason}"
+        problems = [line for line in said.splitlines() if line.startswith(PROBLEM)]
+        why = problems[-1][len(PROBLEM) :] if problems else "it was killed, or there was no memory"
+        return f"the job has ended on {address}: {printable(why)}"

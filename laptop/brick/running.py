@@ -291,18 +291,7 @@ async def on_terminal(
         BrickProblem: somebody has left it to itself.
         NobodyReads: its output is read no more; the terminal there is hung up.
     """
-    typed = sys.stdin is not None and sys.stdin.isatty()
-    modes = {} if typed else {asyncssh.PTY_ECHO: 0}
-    if not sys.stdout.isatty():
-        modes[asyncssh.PTY_ONLCR] = 0
-    process = await brick.create_process(
-        command,
-        term_type=os.environ.get("TERM") or "vt100",
-        term_size=window_size(),
-        term_modes=modes,
-        encoding=None,
-        stderr=asyncssh.STDOUT,
-    )
+    process = await _start_on_terminal(brick, command)
     asked = 0
 
     def is_left() -> bool:
@@ -327,12 +316,7 @@ async def on_terminal(
         on_signal(platforms.TERMINAL_CHANGES, resize),
     ):
         try:
-            while data := await process.stdout.read(1 << 16):
-                hear(data)
-                with shown_here():
-                    sys.stdout.buffer.write(data)
-                    sys.stdout.buffer.flush()
-            await within(SILENCE, process.wait_closed())
+            await _show(process, hear)
         except CUT:
             if not is_left():
                 raise
@@ -345,3 +329,31 @@ async def on_terminal(
     if process.returncode is None:
         raise asyncssh.ConnectionLost("no exit status")
     return process.returncode if process.returncode >= 0 else 128 - process.returncode
+
+
+async def _start_on_terminal(
+    brick: asyncssh.SSHClientConnection, command: str | None
+) -> asyncssh.SSHClientProcess:
+    """Start a command, or a shell, on a terminal there that is like the one here."""
+    typed = sys.stdin is not None and sys.stdin.isatty()
+    modes = {} if typed else {asyncssh.PTY_ECHO: 0}
+    if not sys.stdout.isatty():
+        modes[asyncssh.PTY_ONLCR] = 0
+    return await brick.create_process(
+        command,
+        term_type=os.environ.get("TERM") or "vt100",
+        term_size=window_size(),
+        term_modes=modes,
+        encoding=None,
+        stderr=asyncssh.STDOUT,
+    )
+
+
+async def _show(process: asyncssh.SSHClientProcess, hear: Callable[[bytes], None]) -> None:
+    """Write here what is written there, to its end; `hear` is called with it."""
+    while data := await process.stdout.read(1 << 16):
+        hear(data)
+        with shown_here():
+            sys.stdout.buffer.write(data)
+            sys.stdout.buffer.flush()
+    await within(SILENCE, process.wait_closed())

@@ -6,6 +6,7 @@ import asyncio
 import shlex
 import signal
 from collections.abc import Callable
+from typing import Any
 
 import asyncssh
 
@@ -49,12 +50,44 @@ async def touch(
     """
     await update(brick, address, dialogue)
     command = " ".join([DRIVER, "touch", "--json", *map(shlex.quote, words)])
-    failed: list[BaseException] = []
-    said: list[str] = []
-    stopped = False
+    touching = _Touching(dialogue, take, skip)
+    status = await watched(
+        *(brick, address, dialogue, command),
+        lambda program: touching.follow(brick, program),
+    )
+    if touching.failed:
+        raise touching.failed
+    if touching.is_stopped:
+        raise BrickProblem("stopped: nothing is written, and the arm is held", STOPPED)
+    if status:
+        why = touching.problem
+        if why is None:
+            why = "it was killed, or there was no memory"
+        raise BrickProblem(f"{address}: touch has ended: {why}")
 
-    async def follow(program: str) -> int:
-        nonlocal stopped
+
+class _Touching:
+    """The program on the brick that touches, while somebody sits here.
+
+    Args:
+        dialogue, take, skip: see `touch`.
+
+    Attributes:
+        failed: what `take` has raised; None: nothing.
+        problem: what is wrong by that program; None: it has not said.
+        is_stopped: somebody has given up.
+    """
+
+    def __init__(
+        self, dialogue: Dialogue, take: Callable[[str], bool], skip: Callable[[], bool]
+    ) -> None:
+        self._dialogue, self._take, self._skip = dialogue, take, skip
+        self.failed: Exception | None = None
+        self.problem: str | None = None
+        self.is_stopped = False
+
+    async def follow(self, brick: asyncssh.SSHClientConnection, program: str) -> int:
+        """Run it to its end; return its exit status."""
         process = await brick.create_process(program, encoding=None)
 
         def write(data: bytes) -> None:
@@ -62,50 +95,48 @@ async def touch(
                 process.stdin.write(data)
 
         def typed(data: bytes) -> None:
-            nonlocal stopped
             for key in data if data != END_OF_INPUT else b"":
-                letter = bytes((key,)).lower()
-                if letter in b"\r\n ":
-                    write(TAKE)
-                elif letter == b"s":
-                    if skip():
-                        write(END)
-                elif letter in (b"q", CTRL_C):
-                    stopped = stopped or letter == CTRL_C
-                    write(END)
+                self._type(bytes((key,)).lower(), write)
 
-        async def listen() -> None:
-            async for raw in lines(process.stderr, None, None):
-                line = printable(raw.rstrip())
-                if line.startswith(PROBLEM):
-                    said[:] = [line.removeprefix(PROBLEM)]
-                elif line and not line.startswith("point "):  # told here with the camera's part
-                    dialogue.say(line)
-
-        listening = asyncio.ensure_future(listen())
+        listening = asyncio.ensure_future(self._listen(process.stderr))
         with (
             platforms.keys_one_by_one(),
             reading(typed),
             on_signal(signal.SIGINT, lambda: typed(CTRL_C)),
         ):
-            async for line in lines(process.stdout, None, None):
-                if failed or not line.startswith("{"):
-                    continue
-                try:
-                    if await asyncio.to_thread(take, line):
-                        write(END)
-                except Exception as problem:
-                    failed.append(problem)
-                    write(END)
+            await self._take_points(process.stdout, write)
             await within(SILENCE, process.wait_closed())
         await within(SILENCE, listening)
         return process.returncode if process.returncode is not None else 1
 
-    status = await watched(brick, address, dialogue, command, follow)
-    if failed:
-        raise failed[0]
-    if stopped:
-        raise BrickProblem("stopped: nothing is written, and the arm is held", STOPPED)
-    if status:
-        why = said[-1] if said else "it was killed, or there was no memory"
-        raise BrickProblem(f"{address}: touch has ended: {why}")
+    def _type(self, letter: bytes, write: Callable[[bytes], None]) -> None:
+        """Take in a key."""
+        if letter in b"\r\n ":
+            write(TAKE)
+        elif letter == b"s":
+            if self._skip():
+                write(END)
+        elif letter in (b"q", CTRL_C):
+            self.is_stopped = self.is_stopped or letter == CTRL_C
+            write(END)
+
+    async def _take_points(self, stream: Any, write: Callable[[bytes], None]) -> None:
+        """Hand on each point that the program tells, until one fails."""
+        async for line in lines(stream, None, None):
+            if self.failed or not line.startswith("{"):
+                continue
+            try:
+                if await asyncio.to_thread(self._take, line):
+                    write(END)
+            except Exception as problem:
+                self.failed = problem
+                write(END)
+
+    async def _listen(self, stream: Any) -> None:
+        """Take in what the program says to people."""
+        async for raw in lines(stream, None, None):
+            line = printable(raw.rstrip())
+            if line.startswith(PROBLEM):
+                self.problem = line.removeprefix(PROBLEM)
+            elif line and not line.startswith("point "):  # told here with the camera's part
+                self._dialogue.say(line)
