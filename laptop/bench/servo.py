@@ -156,37 +156,65 @@ def points(
     return see
 
 
-def run_one(case: ServoCase, method: str) -> ServoResult:
-    """Run one method on one set-up."""
-    scene, moves = case.scene, bool(case.scene.speed)
+class ServoView(NamedTuple):
+    """What a run is seen by.
+
+    cameras  as the formula has them
+    shown    scenes that are rendered, by camera; {}: the formula's points are seen
+    goal     where the goal is in each picture, by time, s
+    """
+
+    cameras: PinholeCameras
+    shown: dict[str, pictured.Scene]
+    goal: Callable[[float], Pixels]
+
+    def see(self, brick: EmulatedBrick, case: ServoCase) -> See:
+        """Return what a tracker sees of a brick's arm."""
+        if self.shown:
+            return rendered(self.shown, brick)
+        return points(self.cameras, brick, self.goal, case.scene, case.seed)
+
+
+def _set_up(case: ServoCase) -> tuple[SetUp, ServoView]:
+    """Return the set-up of a case, and what it is seen by."""
+    scene = case.scene
     shown: dict[str, pictured.Scene] = {}
     if case.rendered:
         setting, cameras, shown = rendered_set_up(case.arm, case.seed, scene)
     else:
         setting, cameras = set_up(case.arm, case.seed, scene)
-    if moves:
-        goal = moving_goal(cameras, setting, scene.speed)
-    else:
-        fixed = {name: pictured.truth(setting.goal)["goal"] for name, pictured in shown.items()}
-        fixed = fixed or cameras(setting.goal)
+    if scene.speed:
+        return setting, ServoView(cameras, shown, moving_goal(cameras, setting, scene.speed))
+    fixed = {name: one.truth(setting.goal)["goal"] for name, one in shown.items()}
+    fixed = fixed or cameras(setting.goal)
+    return setting, ServoView(cameras, shown, lambda t: fixed)
 
-        def goal(t: float) -> Pixels:
-            return fixed
 
-    chain = FrameChain(30.0, scene.latency, scene.jitter, scene.drops)
-    bounds = {
+def _bounds(scene: ServoScenario) -> dict[str, Any]:
+    """Return the options of RunTerms that say when a run ends."""
+    moves = bool(scene.speed)
+    return {
         "budget": FOLLOW_WINDOW[1] if moves else TIME_BUDGET,
         "most_moves": None if moves else MAX_MOVES,
         "follow": scene.tolerance if moves else None,
     }
+
+
+def run_one(case: ServoCase, method: str) -> ServoResult:
+    """Run one method on one set-up."""
+    scene, moves = case.scene, bool(case.scene.speed)
+    setting, view = _set_up(case)
+    cameras, goal = view.cameras, view.goal
+    chain = FrameChain(30.0, scene.latency, scene.jitter, scene.drops)
     plant = f"{setting.plant},cpu={case.cpu}"
     verdict, rms = None, None
     with Rig(setting.configured, setting.arm, plant, start=setting.start) as rig:
         world, brick = rig.world, rig.brick
-        see = rendered(shown, brick) if shown else points(cameras, brick, goal, scene, case.seed)
         with (
-            VirtualTracker(world, see, chain, tuple(cameras), case.seed) as tracker,
-            servo_loop(case, method, setting, cameras, tracker, rig, **bounds) as loop,
+            VirtualTracker(
+                world, view.see(brick, case), chain, tuple(cameras), case.seed
+            ) as tracker,
+            servo_loop(case, method, setting, cameras, tracker, rig, **_bounds(scene)) as loop,
         ):
             began = world.now()
             try:
@@ -207,20 +235,20 @@ def run_one(case: ServoCase, method: str) -> ServoResult:
     if moves:
         success, claimed = word in ("converged", "budget spent"), False
     return ServoResult(
-        case.name,
-        case.arm,
-        method,
-        case.seed,
-        success,
-        claimed,
-        word,
-        verdict.moves if verdict and success else MAX_MOVES,
-        verdict.measurements if verdict else 0,
-        verdict.frames if verdict else 0,
-        verdict.seconds if verdict and success else TIME_BUDGET,
-        error,
-        None if moves else miss,
-        rms,
+        scene=case.name,
+        arm=case.arm,
+        method=method,
+        seed=case.seed,
+        success=success,
+        claimed=claimed,
+        verdict=word,
+        moves=verdict.moves if verdict and success else MAX_MOVES,
+        measurements=verdict.measurements if verdict else 0,
+        frames=verdict.frames if verdict else 0,
+        seconds=verdict.seconds if verdict and success else TIME_BUDGET,
+        error=error,
+        miss=None if moves else miss,
+        rms=rms,
     )
 
 

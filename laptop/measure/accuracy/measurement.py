@@ -21,7 +21,7 @@ from laptop.measure.accuracy.plan import (
     AccuracyPlan,
     PlannedWay,
 )
-from laptop.measure.accuracy.sighting import ArmOnBoard, ArmSighting, Places, absorbed
+from laptop.measure.accuracy.sighting import ArmOnBoard, ArmSighting, Places, SeenMarker, absorbed
 from laptop.measure.measured_run import BadMeasurement, MeasuredRun, MeasuringRig
 
 PLANES = {"line": 20, "circle": 36}
@@ -119,40 +119,18 @@ def measure(
         HiddenMarker: too little was seen.
         ArmError: of the rig: nothing is measured.
     """
-    runs = []
-    parts = plan.parts()
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "accuracy.job"
-        seconds = plan.seconds()  # before anything moves: all of it can be had
-        for number, (name, ways) in enumerate(parts.items(), 1):
-            tell(name, number, len(parts))
-            plan.write_job(file, name, ways)
-            run = rig.measure(file)
-            after(ways, run)
-            runs.append((ways, run))
-    sigma = sighting.sigma(runs[0][1])
-    (pose_ways, pose_run), *_ = runs
-    is_fitted = stand is None
+    seconds = plan.seconds()  # before anything moves: all of it can be had
+    runs = _done(rig, plan, tell, after)
+    pose_ways, pose_run = runs[0]
+    sigma = sighting.sigma(pose_run)
     rested = sighting.at_rest(pose_run, sigma)
     _check_rests(pose_ways, rested.places.points)
+    is_fitted = stand is None
     if stand is None:
         stand = sighting.stand(rested, np.array([way.way[-1] for way in pose_ways]))
     fitted_at = sighting.tip(rested, stand)
-
-    def placed(places: Places) -> Places:
-        return absorbed(places, fitted_at) if is_fitted else places
-
-    of_ways: list[tuple[PlannedWay, Places]] = []
-    for ways, run in runs:
-        if ways[0].what == "path":
-            seen = sighting.on_the_way(run, sigma)
-            places = [placed(sighting.tip(one, stand)) for one in seen]
-        else:
-            seen_at_rest = sighting.at_rest(run, sigma)
-            _check_rests(ways, seen_at_rest.places.points)
-            there = placed(sighting.tip(seen_at_rest, stand))
-            places = [there.at(slice(k, k + 1)) for k in range(len(ways))]
-        of_ways += zip(ways, places, strict=True)
+    tips = _Tips(sighting, sigma, stand, fitted_at if is_fitted else None)
+    of_ways = [seen for ways, run in runs for seen in tips.of(ways, run)]
     observed = collect(plan, of_ways)
     return AccuracyResult(
         plan,
@@ -164,6 +142,60 @@ def measure(
         (_axis_mm([p for way, p in of_ways if way.what == "path"]), _axis_mm([fitted_at])),
         seconds,
     )
+
+
+def _done(
+    rig: MeasuringRig,
+    plan: AccuracyPlan,
+    tell: Callable[[str, int, int], None],
+    after: Callable[[list[PlannedWay], MeasuredRun], None],
+) -> list[tuple[list[PlannedWay], MeasuredRun]]:
+    """Let the arm do all parts; return the ways and the run of each, the poses first."""
+    runs = []
+    parts = plan.parts()
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "accuracy.job"
+        for number, (name, ways) in enumerate(parts.items(), 1):
+            tell(name, number, len(parts))
+            plan.write_job(file, name, ways)
+            run = rig.measure(file)
+            after(ways, run)
+            runs.append((ways, run))
+    return runs
+
+
+@dataclass(frozen=True, eq=False)
+class _Tips:
+    """Says where the tip was.
+
+    sighting   the cameras
+    sigma      noise of one picture by camera, px
+    stand      how the arm stands on the board
+    fitted_at  where the tip was at the poses to which that was fitted; None: it was told
+    """
+
+    sighting: ArmSighting
+    sigma: Mapping[str, float]
+    stand: ArmOnBoard
+    fitted_at: Places | None
+
+    def of(
+        self, ways: Sequence[PlannedWay], run: MeasuredRun
+    ) -> Iterator[tuple[PlannedWay, Places]]:
+        """Yield each way of a run with the tip's places, see `collect`."""
+        if ways[0].what == "path":
+            seen = self.sighting.on_the_way(run, self.sigma)
+            places = [self._tip(one) for one in seen]
+        else:
+            rested = self.sighting.at_rest(run, self.sigma)
+            _check_rests(ways, rested.places.points)
+            there = self._tip(rested)
+            places = [there.at(slice(k, k + 1)) for k in range(len(ways))]
+        yield from zip(ways, places, strict=True)
+
+    def _tip(self, seen: SeenMarker) -> Places:
+        places = self.sighting.tip(seen, self.stand)
+        return places if self.fitted_at is None else absorbed(places, self.fitted_at)
 
 
 def _axis_mm(places: Sequence[Places]) -> float:

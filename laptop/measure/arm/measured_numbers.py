@@ -55,70 +55,80 @@ class Measured:
 
 def measured(fit: ArmFit) -> list[Measured]:
     """Return what a fit says of an arm, number by number."""
-    model, found = fit.model, []
-    last = model.arm.joints[-1]
-    confused = "by sight it cannot be told from the marker's place on the link"
-    confused += "" if model.spatial else ": touch crosses"
-    for k, joint in enumerate(model.arm.joints):
-        base = model.spatial and k == 0
-
-        def told(key: str, joint: Joint = joint) -> tuple[float, float]:
-            name = f"{joint.name}.{key}"
-            return fit.value(name), fit.sigma(name)
-
-        link, sigma = told("link")
-        why = ""
-        by_ruler = base and model.known.height is not None
-        learnt = by_ruler or _learnt(fit, f"{joint.name}.link")
-        if not learnt or sigma > LINK_LIMIT * joint.link:
-            why = "too few poses tell it"
-            if model.known.height is None:
-                what = "base's" if model.spatial else "marker's"
-                why = f"it hangs on the {what} height: measure that, --marker-height"
-            if not _scaled(fit):
-                why = "no board gives the scale"
-            if joint is last and _scaled(fit):
-                why = confused
-        found.append(
-            Measured(
-                joint.name, "link", f"{joint.name}: {'height' if base else 'link'}", "cm",
-                joint.link, link, sigma, why, _number(link, 0.01),
-            )
-        )  # fmt: skip
-        zero, sigma = told("zero")
-        gear = fit.value(f"{joint.name}.gear")
-        home = gear * joint.home + zero
-        why = ""
-        if k == 0 and model.known.square is None:
-            why = "no camera sees it: lay the board's edge along the arm's x, --board-square"
-        elif not _learnt(fit, f"{joint.name}.zero") or sigma > ANGLE_LIMIT:
-            why = confused
-        found.append(
-            Measured(
-                joint.name, "home", f"{joint.name}: home (its zero)", "deg",
-                math.degrees(joint.home), math.degrees(home), math.degrees(sigma), why,
-                _number(math.degrees(home), 0.1),
-            )
-        )  # fmt: skip
-        backlash, sigma = told("backlash")
-        backlash = max(backlash, 0.0)
-        why = "" if sigma <= ANGLE_LIMIT else "gravity presses the link to one side at all poses"
-        found.append(
-            Measured(
-                joint.name, "backlash", f"{joint.name}: backlash", "deg",
-                math.degrees(joint.backlash), math.degrees(backlash), math.degrees(sigma), why,
-                _number(math.degrees(backlash), 0.1),
-            )
-        )  # fmt: skip
-        if told("gear")[1] > 0:
-            turns = joint.gear * gear
-            found.append(
-                Measured(
-                    joint.name, "gear", f"{joint.name}: gear", "turns", joint.gear, turns,
-                    joint.gear * told("gear")[1], "", _number(turns, 0.001),
-                )
-            )  # fmt: skip
+    found = []
+    for joint in fit.model.arm.joints:
+        found += [_link(fit, joint), _zero(fit, joint), _backlash(fit, joint)]
+        if fit.sigma(f"{joint.name}.gear") > 0:
+            found.append(_gear(fit, joint))
     return found + _of_marker(fit)
+
+
+def _told(fit: ArmFit, joint: Joint, key: str) -> tuple[float, float]:
+    """Return what a fit says of a joint, and its standard uncertainty."""
+    name = f"{joint.name}.{key}"
+    return fit.value(name), fit.sigma(name)
+
+
+def _confused(fit: ArmFit) -> str:
+    """Say why something is not known that looks like another place of the marker."""
+    why = "by sight it cannot be told from the marker's place on the link"
+    return why if fit.model.spatial else f"{why}: touch crosses"
+
+
+def _link(fit: ArmFit, joint: Joint) -> Measured:
+    model = fit.model
+    is_base = model.spatial and joint is model.arm.joints[0]
+    by_ruler = is_base and model.known.height is not None
+    link, sigma = _told(fit, joint, "link")
+    why = ""
+    if not (by_ruler or _learnt(fit, f"{joint.name}.link")) or sigma > LINK_LIMIT * joint.link:
+        why = "too few poses tell it"
+        if model.known.height is None:
+            what = "base's" if model.spatial else "marker's"
+            why = f"it hangs on the {what} height: measure that, --marker-height"
+        if not _scaled(fit):
+            why = "no board gives the scale"
+        elif joint is model.arm.joints[-1]:
+            why = _confused(fit)
+    return Measured(
+        joint.name, "link", f"{joint.name}: {'height' if is_base else 'link'}", "cm",
+        joint.link, link, sigma, why, _number(link, 0.01),
+    )  # fmt: skip
+
+
+def _zero(fit: ArmFit, joint: Joint) -> Measured:
+    zero, sigma = _told(fit, joint, "zero")
+    home = fit.value(f"{joint.name}.gear") * joint.home + zero
+    why = ""
+    if joint is fit.model.arm.joints[0] and fit.model.known.square is None:
+        why = "no camera sees it: lay the board's edge along the arm's x, --board-square"
+    elif not _learnt(fit, f"{joint.name}.zero") or sigma > ANGLE_LIMIT:
+        why = _confused(fit)
+    return Measured(
+        joint.name, "home", f"{joint.name}: home (its zero)", "deg",
+        math.degrees(joint.home), math.degrees(home), math.degrees(sigma), why,
+        _number(math.degrees(home), 0.1),
+    )  # fmt: skip
+
+
+def _backlash(fit: ArmFit, joint: Joint) -> Measured:
+    backlash, sigma = _told(fit, joint, "backlash")
+    backlash = max(backlash, 0.0)
+    why = "" if sigma <= ANGLE_LIMIT else "gravity presses the link to one side at all poses"
+    return Measured(
+        joint.name, "backlash", f"{joint.name}: backlash", "deg",
+        math.degrees(joint.backlash), math.degrees(backlash), math.degrees(sigma), why,
+        _number(math.degrees(backlash), 0.1),
+    )  # fmt: skip
+
+
+def _gear(fit: ArmFit, joint: Joint) -> Measured:
+    gear, sigma = _told(fit, joint, "gear")
+    turns = joint.gear * gear
+    return Measured(
+        joint.name, "gear", f"{joint.name}: gear", "turns", joint.gear, turns,
+        joint.gear * sigma, "", _number(turns, 0.001),
+    )  # fmt: skip
 
 
 def _of_marker(fit: ArmFit) -> list[Measured]:
