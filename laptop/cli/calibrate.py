@@ -359,11 +359,9 @@ def _calibrated(
     rig: LiveRig, camera_file: Path | None, bar: float | None
 ) -> tuple[Calibration, Callable[[], None]]:
     """Return the camera, and what raises if it or the board has moved by the end."""
-    from laptop.measure.arm.calibrating import check_sharp, seen_board
-    from laptop.see.markers.finders.board import find_board
+    from laptop.measure.arm.calibrating import check_unmoved, seen_board
     from laptop.see.table.camera_file import read_camera
     from laptop.see.table.camera_fit import calibrate as fit_camera
-    from laptop.see.table.camera_report import shift_since
 
     view = seen_board(rig.image())
     if camera_file:
@@ -374,14 +372,7 @@ def _calibrated(
         found = fit_camera([view], bar)
 
     def check() -> None:
-        image = rig.image()
-        check_sharp(image)
-        now = find_board(image)
-        if now is None:
-            return  # the arm may hide it
-        shift = shift_since(found, now)
-        if shift.moved:
-            raise click.ClickException(f"{shift}; nothing was written")
+        check_unmoved(found, rig.image())
 
     if camera_file:
         check()

@@ -29,6 +29,7 @@ from laptop.measure.arm.suspects import explain
 from laptop.measure.measured_run import MEDIAN_NOISE, MeasuredRun, MeasuringRig
 from laptop.see.markers.finders.board import BoardView, find_board
 from laptop.see.table.camera_fit import Calibration
+from laptop.see.table.camera_report import shift_since
 
 SCOUTS, BATCH = 12, 10
 """Poses before anything is known, and from one fit to the next."""
@@ -170,6 +171,24 @@ def seen_board(image: np.ndarray) -> BoardView:
     if view is None:
         check_sharp(image)
     return check_board(view)
+
+
+def check_unmoved(found: Calibration, image: np.ndarray) -> None:
+    """Refuse a blurred picture, or one that shows that camera or board has moved since.
+
+    Where the arm hides the board, nobody knows.
+
+    Args:
+        found: the camera, as the board has told.
+        image: BGR, (height, width, 3).
+
+    Raises:
+        BadIdentification: so it is.
+    """
+    check_sharp(image)
+    view = find_board(image)
+    if view is not None and (shift := shift_since(found, view)).moved:
+        raise BadIdentification(f"{shift}; nothing was written")
 
 
 def check_sharp(image: np.ndarray) -> None:

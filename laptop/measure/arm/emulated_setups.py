@@ -12,9 +12,9 @@ from laptop.emulator.scene.poses import ScriptedPoses
 from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.scene_constants import BadScene, read_scene
 from laptop.emulator.scene.synthetic_camera import SyntheticCamera
-from laptop.measure.arm.arm_fit import PLACING, BadIdentification, TouchSight
+from laptop.measure.arm.arm_fit import PLACING, TouchSight
 from laptop.measure.arm.arm_model import USUAL_HEIGHT, MeasuredByHand
-from laptop.measure.arm.calibrating import CalibrationSetup, check_sharp, seen_board
+from laptop.measure.arm.calibrating import CalibrationSetup, check_unmoved, seen_board
 from laptop.measure.arm.emulated_table import (
     EmulatedTable,
     camera_over,
@@ -24,11 +24,9 @@ from laptop.measure.arm.emulated_table import (
 from laptop.measure.arm.touching import touch_sight
 from laptop.measure.emulated_rig import EmulatedRig, RenderedRig
 from laptop.measure.measured_run import Sights
-from laptop.see.markers.finders.board import find_board
 from laptop.see.markers.markers import read_spec
 from laptop.see.markers.tracker import Tracker
 from laptop.see.table.camera_fit import calibrate
-from laptop.see.table.camera_report import shift_since
 from robot.motion import kinematics
 from shared.arm_description import Arm
 from shared.messages import EFFECTOR
@@ -92,11 +90,7 @@ def rendered(
     rig = RenderedRig(arm, {"A": view}, built, plant, seed, only_rests=True)
 
     def check() -> None:
-        image = pictures.take(rig.last.record[-1].q)
-        check_sharp(image)
-        now = find_board(image)
-        if now and (shift := shift_since(found, now)).moved:
-            raise BadIdentification(f"{shift}; nothing was written")
+        check_unmoved(found, pictures.take(rig.last.record[-1].q))
 
     return CalibrationSetup(rig, found, touches, check)
 

@@ -328,7 +328,7 @@ def test_a_camera_that_moved_is_noticed_by_the_board_in_the_end(picture):
     assert found.bar == 98.0
     check()
     rig._image = spoilt_rigs.pushed(picture, 4)
-    with pytest.raises(ClickException, match=r"has moved since by 4\.0 px.*nothing was written"):
+    with pytest.raises(BadIdentification, match=r"has moved since by 4\.0 px.*nothing was written"):
         check()
     rig._image = spoilt_rigs.smeared(picture)
     with pytest.raises(BadIdentification, match="the picture is blurred"):
@@ -345,7 +345,7 @@ def test_a_camera_file_is_believed_only_where_the_camera_still_is(picture, tmp_p
     with pytest.raises(UsageError, match="--bar is that of .*camera.json: leave it out here"):
         calibrate._calibrated(rig, file, 100.0)
     rig._image = spoilt_rigs.pushed(picture, 10)
-    with pytest.raises(ClickException, match=r"has moved since by 10\.0 px"):
+    with pytest.raises(BadIdentification, match=r"has moved since by 10\.0 px"):
         calibrate._calibrated(rig, file, None)
 
 
