@@ -165,10 +165,10 @@ class ScriptRun:
         assert self.brick.arm is not None
         notes = f"{self.brick.arm.name} arm, true tip of the emulated arm"
         run = self.run
+        arm = picture.FinalPose(run.skeleton, run.reach)
         picture.write_line_plot(
-            file, run.record, self.wanted, self.measures, run.skeleton, run.reach, self.title,
-            notes, axes,
-        )  # fmt: skip
+            file, run.record, self.wanted, self.measures, arm, self.title, notes, axes
+        )
 
     def _draw_robot(self, file: str) -> None:
         from laptop.record.figures import robot_plot

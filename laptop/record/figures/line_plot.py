@@ -6,7 +6,7 @@ Nothing is computed here but where things go; numbers come from `line_accuracy`.
 import math
 import os
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -37,13 +37,23 @@ MOST_PANELS = 6
 """More deviations than this side by side nobody reads."""
 
 
+class FinalPose(NamedTuple):
+    """The arm as it is drawn.
+
+    skeleton  the base, every joint and the tip, cm; may be empty
+    reach     least and greatest distance of the tip from the base, cm
+    """
+
+    skeleton: Points
+    reach: tuple[float, float]
+
+
 def write_line_plot(
     file: str | os.PathLike[str],
     rows: Sequence[Any],
     wanted: Sequence[Points],
     measures: Sequence[Measure | None],
-    skeleton: Points,
-    reach: tuple[float, float],
+    arm: FinalPose,
     title: str,
     notes: str = "",
     axes: str = "xy",
@@ -55,8 +65,7 @@ def write_line_plot(
         rows: the record, see `laptop.record.figures.line_accuracy`.
         wanted: the paths that were to be drawn, cm; may be empty.
         measures: one for each of them, from `line_accuracy.measure`; a `floor_mm` is shown.
-        skeleton: the base, every joint and the tip in the final pose, cm; may be empty.
-        reach: least and greatest distance of the tip from the base, cm.
+        arm: in its final pose.
         title: one line, or two.
         notes: a line of small print under it.
         axes: "xy" for the view from above, "xz" or "yz" from the side.
@@ -68,7 +77,7 @@ def write_line_plot(
     if len(wanted) != len(measures):
         raise ValueError(f"{len(measures)} measures for {len(wanted)} wanted paths")
     with written_figure(file, title, notes) as figure:
-        _draw_sheet(figure, rows, wanted, skeleton, reach, axes)
+        _draw_sheet(figure, rows, wanted, arm, axes)
         _draw_column(figure, rows, wanted, measures)
 
 
@@ -79,10 +88,10 @@ def _draw_sheet(
     figure: Figure,
     rows: Sequence[Any],
     wanted: Sequence[Points],
-    skeleton: Points,
-    reach: tuple[float, float],
+    arm: FinalPose,
     view: str,
 ) -> None:
+    skeleton, reach = arm
     sheet = Sheet(figure, SHEET, view)
     axes = sheet.axes
     inks = [[place(row) for row in run] for run in pen_down_runs(rows)]

@@ -278,7 +278,7 @@ def test_the_picture_bears_no_folder_of_this_computer(simulate, script, monkeypa
     titles = []
 
     def write(file, *words):
-        titles.append(words[5])
+        titles.append(words[4])
         Path(file).touch()
 
     monkeypatch.setattr(picture, "write_line_plot", write)

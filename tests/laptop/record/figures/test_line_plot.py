@@ -12,7 +12,7 @@ from matplotlib.image import imread
 from matplotlib.text import Text
 
 from laptop.record.figures.line_accuracy import measure
-from laptop.record.figures.line_plot import write_line_plot
+from laptop.record.figures.line_plot import FinalPose, write_line_plot
 from laptop.record.figures.sheet import ARM, COLUMN, HEIGHT, INK, SHEET, WANTED, WIDTH
 
 Row = namedtuple("Row", "t q x y pen z", defaults=[None])
@@ -76,7 +76,7 @@ CASES = {  # rows, wanted paths, words that are in the picture
 
 def draw(file, rows, wanted, title="driver.py lines", notes="planar, 8.0 V", floor=None):
     measures = [m and replace(m, floor_mm=floor) for m in measure(rows, wanted)]
-    write_line_plot(file, rows, wanted, measures, SKELETON, REACH, title, notes)
+    write_line_plot(file, rows, wanted, measures, FinalPose(SKELETON, REACH), title, notes)
 
 
 def words_of(figure):
@@ -167,7 +167,9 @@ def test_a_pen_that_is_always_down_has_no_way_with_the_pen_up(drawn):
 
 
 def test_a_picture_without_an_arm(tmp_path):
-    write_line_plot(tmp_path / "picture.png", record(LINES), [], [], [], (0, 20.8), "no arm")
+    write_line_plot(
+        tmp_path / "picture.png", record(LINES), [], [], FinalPose([], (0, 20.8)), "no arm"
+    )
     assert inked(imread(tmp_path / "picture.png"), SHEET, ARM) == 0
 
 
@@ -191,7 +193,7 @@ def test_the_same_run_gives_the_same_bytes_whatever_the_users_style(drawn, tmp_p
 
 def test_as_many_measures_as_paths(tmp_path):
     with pytest.raises(ValueError, match="0 measures for 3 wanted paths"):
-        write_line_plot(tmp_path / "picture.png", [], LINES, [], SKELETON, REACH, "", "")
+        write_line_plot(tmp_path / "picture.png", [], LINES, [], FinalPose(SKELETON, REACH), "", "")
 
 
 def test_a_picture_that_cannot_be_written_is_an_os_error(tmp_path):
