@@ -342,8 +342,10 @@ def _open_page(
         stack: closes all.
     """
     from laptop.page import process
+    from laptop.page.brick_call import ComingBricks
+    from laptop.page.camera_feed import CameraFeed
     from laptop.page.controller import PageController
-    from laptop.page.marker_height import HEIGHTS_FILE, HeightMemory, told_height
+    from laptop.page.marker_height import HEIGHTS_FILE, DrawingArm, HeightMemory, told_height
     from laptop.see.serve.track import ServedPage
 
     host = asked.page_at[0] or LOCALHOST
@@ -359,19 +361,16 @@ def _open_page(
         description = read_arm(find_arm(arm))
         emulated = {} if real else getattr(inputs.pipelines[0].camera, "constants", {})
         file = Path(state.state_folder()) / HEIGHTS_FILE
+        memory = HeightMemory(file, description.name) if real else None
+        cameras = zip(inputs.pipelines, inputs.trackers, inputs.sources, strict=True)
         controller = PageController(
-            inputs.pipelines,
-            inputs.trackers,
-            inputs.sources,
-            inputs.server,
+            [CameraFeed(*camera) for camera in cameras],
+            server,
             inputs.file,
-            inputs.start_brick,
+            ComingBricks(inputs.start_brick, start_on_brick if real and server else None),
+            DrawingArm(description, told_height(height, emulated), memory),
             inputs.now,
-            asked.page_hold,
-            start_on_brick=start_on_brick if real and server else None,
-            arm=description,
-            height=told_height(height, emulated),
-            memory=HeightMemory(file, description.name) if real else None,
+            hold_unheard=asked.page_hold,
         )
         stack.callback(controller.drawings.close)
         page = process.PageProcess(controller, listener, host, inputs.say, inputs.invite)

@@ -5,38 +5,27 @@ from __future__ import annotations
 import math
 import threading
 import time
-from collections import deque
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from laptop.page.brick_call import StartOnBrick
-from laptop.page.camera_feed import HEARTBEAT_PERIOD, CameraFeed, MarkerTracker
+from laptop.page.brick_call import NO_BRICKS, ComingBricks, EmulatedBrickCall
+from laptop.page.brick_link import BrickLink, Server
+from laptop.page.camera_feed import HEARTBEAT_PERIOD, CameraFeed
 from laptop.page.colour_edits import ColourEdits
 from laptop.page.draw_control import DrawControl
 from laptop.page.frames import Frames
 from laptop.page.goal_hints import GoalHints
-from laptop.page.marker_height import HeightMemory, MarkerHeight
+from laptop.page.marker_height import UNKNOWN_ARM, DrawingArm
 from laptop.page.marker_words import marker_looks
-from laptop.page.run_control import RunControl, Server
+from laptop.page.page_viewers import PageViewers
+from laptop.page.page_watch import PageWatch
+from laptop.page.plot_history import PlotHistory
+from laptop.page.run_control import RunControl
 from laptop.page.run_records import RunGroup, RunRecorder
 from laptop.page.sessions import Admission
-from laptop.page.silence import BUSY, Evidence, settled, verdict
-from laptop.page.snapshots import (
-    HISTORY_DURATION,
-    SAMPLE_PERIOD,
-    CameraStatus,
-    PageState,
-    PlotSample,
-)
-from laptop.page.steering import UNHEARD_TIMEOUT, Steering
-from laptop.see.serve.pipeline import CameraPipeline
-from laptop.see.serve.server_state import ServerState as LinkState
-from shared.arm_description import Arm
+from laptop.page.snapshots import CameraStatus, PageState, PlotSample
+from laptop.page.steering import Steering
 
-VIEWER_TIMEOUT = 5.0
-"""Time without a question, s, after which the page counts as closed."""
-PAGE_OPEN_TIMEOUT = 60.0
-"""Time that a browser may take to open the page, s."""
 BRICK_GONE_TIMEOUT = 25.0
 """Time without a brick, s, after which its run is over: the brick itself gives up after 20 s."""
 
@@ -47,67 +36,42 @@ class PageController:
     Its methods may be called from any thread.
 
     Args:
-        watchers: one for each camera.
-        trackers: theirs, in the same order.
-        sources: names of the cameras for people, in the same order.
+        cameras: in the order in which they are shown.
         server: of the brick, or None.
         file: where learned colours are kept.
-        bring: starts an emulated brick when somebody opens the page and none is there; it returns
-            a function that tells why that one has ended, "" as long as it has not.  Or None.
+        bricks: that may come.
+        arm: that draws.
         now: clock of the frames, s.
-        hold_unheard: a run that was ordered from a page is held when none is heard any more.
         clock: of people and pages, s; the frames' may stand still.
-        start_on_brick: what a click does to have a real brick; None: there is nothing to click.
-        arm: that draws; None: it is not known.
-        height: of its marker over the paper, if that is told from the beginning.
-        memory: of heights that people type; None: they are not kept.
+        hold_unheard: a run that was ordered from a page is held when none is heard any more.
 
     Attributes:
         frames, colours, runs, drawings, drawing_views, steering, admission: the groups of calls of
             PageInterface.
-        why_page_stands: tells what keeps the page's process from going on, as "was stopped by a
-            signal", or "".
+        watch: holds runs when no page is heard.
     """
 
     def __init__(
         self,
-        watchers: Sequence[CameraPipeline],
-        trackers: Sequence[MarkerTracker],
-        sources: Sequence[str],
+        cameras: Sequence[CameraFeed],
         server: Server | None,
         file: Path,
-        bring: Callable[[], Callable[[], str]] | None = None,
+        bricks: ComingBricks = NO_BRICKS,
+        arm: DrawingArm = UNKNOWN_ARM,
         now: Callable[[], float] = time.monotonic,
-        hold_unheard: bool = True,
         clock: Callable[[], float] = time.monotonic,
-        start_on_brick: StartOnBrick | None = None,
-        arm: Arm | None = None,
-        height: MarkerHeight | None = None,
-        memory: HeightMemory | None = None,
+        hold_unheard: bool = True,
     ) -> None:
-        self._cameras = {
-            watcher.name: CameraFeed(watcher, tracker, source)
-            for watcher, tracker, source in zip(watchers, trackers, sources, strict=True)
-        }
-        self._server = server
+        self._cameras = {feed.watcher.name: feed for feed in cameras}
+        self._link = BrickLink(server)
         self._file = file
-        self._bring = bring
         self._now = now
-        self._why_emulated_ended: Callable[[], str] | None = None  # of the brick brought along
-        self._last_question = self._expected_until = -math.inf  # s
+        self._viewers = PageViewers(now)
+        self._emulated_brick = EmulatedBrickCall(bricks.emulated, self._link)
         self.colours = ColourEdits(self._cameras, file)
-        self.runs = RunControl(self._cameras, self.colours, server, now, start_on_brick)
+        self.runs = RunControl(self._cameras, self.colours, self._link, now, bricks.real)
         self.drawings = self.drawing_views = DrawControl(
-            arm,
-            self._cameras,
-            self._link,
-            lambda offer: bool(server and server.offer(offer)),
-            lambda message: bool(server and server.send(message)),
-            self.runs.running,
-            now,
-            self.runs.lock,
-            height,
-            memory,
+            arm, self._cameras, self._link, self.runs.running, now, self.runs.lock
         )
         self.runs.is_drawing = lambda: self.drawings.is_on
         self.runs.on_stop = self.drawings.stop
@@ -115,16 +79,10 @@ class PageController:
         self.frames = Frames(self._cameras, self.runs, self._hints, now)
         self.steering = Steering(clock)
         self.admission = Admission()
-        self._clock = clock
-        self._hold_unheard = hold_unheard
-        self.why_page_stands: Callable[[], str] = lambda: ""
-        self._page_ended = -math.inf, ""  # when, s, and how
-        self._pauses: deque[tuple[float, float]] = deque(maxlen=64)  # until when, how long, s
-        self._open_note = ""  # of a hold that a browser can settle once it is back
-        self._last_heartbeat = math.inf  # s
+        self.watch = PageWatch(self.steering, self.runs, clock, hold_unheard)
         self._last_linked = now()  # s
         self._recorder = RunRecorder()
-        self._history: deque[PlotSample] = deque(maxlen=round(HISTORY_DURATION / SAMPLE_PERIOD))
+        self._history = PlotHistory(self._cameras, self._link)
         self._lock = self.runs.lock
 
     @property
@@ -137,12 +95,11 @@ class PageController:
     @property
     def has_viewers(self) -> bool:
         """Return True if somebody has the page open, or is about to."""
-        now = self._now()
-        return now - self._last_question < VIEWER_TIMEOUT or now < self._expected_until
+        return self._viewers.are_there
 
     def expect_viewer(self) -> None:
         """Count on somebody who is about to open the page."""
-        self._expected_until = self._now() + PAGE_OPEN_TIMEOUT
+        self._viewers.expect()
 
     def opened(self) -> None:
         """Count on somebody who opens the page, which takes a slow browser a while.
@@ -151,28 +108,23 @@ class PageController:
         """
         self.expect_viewer()
         with self._lock:
-            missing = self._server and self._server.state().client is None
-            if self._bring and missing and not self._why_emulated_ended:
-                try:
-                    self._why_emulated_ended = self._bring()
-                except OSError as error:
-                    self.runs.note = f"no emulated brick: {error.strerror}: {error.filename}"
+            self.runs.note = self._emulated_brick.begin() or self.runs.note
 
     def arrived(self) -> None:
         """Take in that a browser has the page, which asks from now on: expect nobody any more."""
-        self._last_question, self._expected_until = self._now(), -math.inf
+        self._viewers.arrive()
 
     def lose_page(self, why: str) -> None:
         """Take in that the page's process is replaced, and why."""
-        self._page_ended = self._clock(), why
+        self.watch.lose_page(why)
         self.runs.note = f"page: its process {why}; it starts anew"
 
     # State
 
     def state(self) -> PageState:
         """Return the state of cameras, link, run and colours."""
-        self._last_question = self._now()
-        link = self._link()
+        self._viewers.ask()
+        link = self._link.state()
         running = self.runs.running(link)
         with self._lock:
             records = self._recorder.summaries()
@@ -180,7 +132,7 @@ class PageController:
         return PageState(
             cameras=tuple(_camera_status(feed) for feed in self._cameras.values()),
             brick=link.client,
-            commands=tuple(self._server.commands() if self._server else ()),
+            commands=self._link.commands(),
             round_trip=link.round_trip,
             status=link.status,
             running=running,
@@ -191,7 +143,7 @@ class PageController:
             undoable=self.colours.undoable,
             file=str(self._file),
             note="; ".join(filter(None, (trouble, self.runs.note))),
-            own=self._why_emulated_ended is not None,
+            own=self._emulated_brick.is_on,
             fixed=self.runs.is_fixed,
             runs=records,
             driver=self.steering.driver,
@@ -203,7 +155,7 @@ class PageController:
 
     def history(self, after: float = -math.inf) -> list[PlotSample]:
         """Return the points of the plots that are later than `after` (s)."""
-        return [sample for sample in list(self._history) if sample.t > after]
+        return self._history.after(after)
 
     def record(self, number: int | None = None) -> RunGroup | None:
         """Return the records of one order's runs, by default the newest; None if there are none."""
@@ -217,63 +169,21 @@ class PageController:
         for feed in self._cameras.values():
             feed.extend_trail()
         self._hints.learn()
-        self._notice_standstill()
-        now = self._now()
-        if not self._history or now - self._history[-1].t >= SAMPLE_PERIOD - HEARTBEAT_PERIOD / 2:
-            self._history.append(self._sample(now))
+        self.watch.notice_standstill()
+        self._history.poll(self._now())
         with self._lock:
             self._record()
             self.runs.poll()
             self.drawings.poll()
-            silence = self.steering.silence
-            if self._hold_unheard and silence > UNHEARD_TIMEOUT and self.runs.is_driven:
-                why = verdict(self._evidence(silence))
-                self.runs.hold_unheard(silence, why)
-                self._open_note = self.runs.note if why.is_open else ""
-            if (stood := self.steering.take_return()) is not None:
-                if self._open_note and self.runs.note == self._open_note:
-                    self.runs.note += f" {settled(stood)}"
-                self._open_note = ""
-            self._check_emulated_brick()
+            self.watch.poll()
+            if why := self._emulated_brick.poll():
+                told = f"{why}; load the page anew for another one"
+                self.runs.note = "; ".join(filter(None, (self.runs.note, told)))
             self.runs.note = self.runs.brick_call.poll() or self.runs.note
-
-    def _notice_standstill(self) -> None:
-        """Take in for how long this process stood still, or was too busy for a heartbeat."""
-        now = self._clock()
-        if (pause := now - self._last_heartbeat) > BUSY:
-            self._pauses.append((now, pause))
-        self._last_heartbeat = now
-
-    def _evidence(self, silence: float) -> Evidence:
-        """Return all that is known of why no page was heard for so long, s."""
-        since = self._clock() - silence
-        ended_at, ended = self._page_ended
-        return self.steering.evidence()._replace(
-            ended=ended if ended_at >= since else self.why_page_stands(),
-            standstill=max([0.0, *(min(pause, t - since) for t, pause in self._pauses)]),
-        )
-
-    def _link(self) -> LinkState:
-        return self._server.state() if self._server else LinkState()
-
-    def _sample(self, now: float) -> PlotSample:
-        status = self._link().status
-        for feed in self._cameras.values():
-            feed.update_rate(now)
-        return PlotSample(
-            t=now,
-            error=status and status.error,
-            e=dict(status.e) if status else {},
-            q=tuple(status.q) if status else (),
-            condition=status and status.condition,
-            moves=status.moves if status else 0,
-            ages={name: feed.watcher.age for name, feed in self._cameras.items()},
-            rates={name: feed.rate for name, feed in self._cameras.items()},
-        )
 
     def _record(self) -> None:
         """Keep what belongs to a run."""
-        link = self._link()
+        link = self._link.state()
         status = link.status
         if link.client and status:
             t = self._now() - (link.status_age or 0.0)
@@ -283,15 +193,6 @@ class PageController:
         elif self._now() - self._last_linked > BRICK_GONE_TIMEOUT:
             self._recorder.lose_brick(self._now())
         self._recorder.add_views({name: feed.watcher.view for name, feed in self._cameras.items()})
-
-    def _check_emulated_brick(self) -> None:
-        """Tell of the emulated brick that was brought along if it has ended."""
-        if self._why_emulated_ended is None or self._link().client:
-            return
-        if why := self._why_emulated_ended():
-            self._why_emulated_ended = None
-            told = f"{why}; load the page anew for another one"
-            self.runs.note = "; ".join(filter(None, (self.runs.note, told)))
 
 
 def _camera_status(feed: CameraFeed) -> CameraStatus:

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from laptop.drawing.pictures import Tracing
+from laptop.page.brick_link import BrickLink
 from laptop.page.camera_feed import CameraFeed
 from laptop.page.drag_path import smooth_path
 from laptop.page.drawing_snapshots import (
@@ -32,12 +33,12 @@ from laptop.page.drawing_worker import DrawingWorker
 from laptop.page.ink_track import InkTrack
 from laptop.page.job_states import heard, unheard
 from laptop.page.look_around import look_job
-from laptop.page.marker_height import HeightMemory, MarkerHeight
+from laptop.page.marker_height import DrawingArm
 from laptop.page.paper_views import PaperViews
 from laptop.see.serve.job_offer import JobOffer
 from laptop.see.serve.pipeline import Point
 from laptop.see.serve.server_state import ServerState as LinkState
-from shared.arm_description import Arm, ArmError
+from shared.arm_description import ArmError
 from shared.job_messages import DONE, ENDS, ORDERS, Draw, JobStatus, Order, check_order
 from shared.messages import Stop
 
@@ -57,36 +58,27 @@ class DrawControl:
     """The drawing, and what becomes of it; orders answer with "", or in one line why not.
 
     Args:
-        arm: that is to draw; None: it is not known, and nothing can be drawn.
+        arm: that is to draw, and how high its marker is.
         cameras: feeds by camera name.
-        link: gives the state of the link.
-        offer: offers a job to the brick; returns whether there is one.
-        send: sends it a message; the same.
+        link: to the brick.
         is_running: tells whether a servo run is on.
         now: clock of the frames, s.
         lock: held while an order is carried out.
-        height: of the arm's marker over the paper, if that is told from the beginning.
-        memory: of heights that people type; None: they are not kept.
     """
 
     def __init__(
         self,
-        arm: Arm | None,
+        arm: DrawingArm,
         cameras: Mapping[str, CameraFeed],
-        link: Callable[[], LinkState],
-        offer: Callable[[JobOffer], bool],
-        send: Callable[[Order | Stop], bool],
+        link: BrickLink,
         is_running: Callable[[], bool],
         now: Callable[[], float],
         lock: threading.RLock,
-        height: MarkerHeight | None = None,
-        memory: HeightMemory | None = None,
     ) -> None:
-        self._arm, self._cameras = arm, cameras
-        self._link, self._offer, self._send = link, offer, send
+        self._arm, self._link = arm.arm, link
         self._is_running, self._now, self._lock = is_running, now, lock
-        self._worker = DrawingWorker(arm, self._hear) if arm else None
-        self._paper = PaperViews(arm, cameras, height, memory)
+        self._worker = DrawingWorker(arm.arm, self._hear) if arm.arm else None
+        self._paper = PaperViews(arm, cameras)
         self.view = self._paper.view
         self._inks = {name: InkTrack(self._paper.marker_shift) for name in cameras}
         self._revision = 0
@@ -264,7 +256,7 @@ class DrawControl:
             return self._start(job, None, dry=True, alone=False)
 
     def _start(self, job: bytes, wish: PlacedDrawing | None, dry: bool, alone: bool) -> str:
-        link = self._link()
+        link = self._link.state()
         if link.client is None:
             return _NO_BRICK
         if self.is_on:
@@ -279,7 +271,7 @@ class DrawControl:
             except ArmError as error:
                 return str(error).replace(str(file), "the drawing")
         self._told_before = link.progress.t if link.progress else -1.0
-        if not self._offer(offer):
+        if not self._link.offer(offer):
             return "the link has just broken; it mends by itself, then start again"
         self._offered, self._offered_at = offer.draw, self._now()
         self._wish = None if dry else wish
@@ -301,7 +293,7 @@ class DrawControl:
         with self._lock:
             if not self.is_on:
                 return "nothing is drawn just now"
-            return "" if self._send(order) else _NO_BRICK
+            return "" if self._link.send(order) else _NO_BRICK
 
     def stop(self, reason: str) -> None:
         """Take in that everything is to stop: it is said again until the job has ended."""
@@ -369,7 +361,7 @@ class DrawControl:
             return unheard(offered.name, self._now() - self._offered_at > START_TIMEOUT)
         if progress is None:
             return None
-        is_lost = self._link().client is None
+        is_lost = self._link.state().client is None
         return heard(progress, is_lost, bool(offered and offered.alone))
 
     # At every heartbeat
@@ -377,7 +369,7 @@ class DrawControl:
     def poll(self) -> None:
         """Take in what cameras and brick tell; to be called at every heartbeat."""
         with self._lock:
-            link = self._link()
+            link = self._link.state()
             on = self._progress and self._progress.state not in ENDS
             for name, tip in self._paper.take_tips().items():
                 if on:
@@ -406,7 +398,7 @@ class DrawControl:
             for ink in self._inks.values():
                 ink.tell(t, progress.down)
             if self._stop and progress.state not in ENDS:
-                self._send(self._stop)  # it gets lost with the link
+                self._link.send(self._stop)  # it gets lost with the link
         if progress is None or progress.state not in ENDS:
             self._ended_at = None
             return

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from laptop.system.files import write_whole
+from shared.arm_description import Arm
 from shared.small_files import SpoiltFile, number, read_json
 
 HEIGHTS_FILE = "heights.json"
@@ -86,3 +87,19 @@ class HeightMemory:
             with suppress(OSError, SpoiltFile):
                 return dict(read_json(self._file))
         return {}
+
+
+class DrawingArm(NamedTuple):
+    """The arm that draws before the page's cameras.
+
+    arm     None: it is not known, and nothing can be drawn
+    height  of its marker over the paper, if that is told from the beginning
+    memory  of heights that people type; None: they are not kept
+    """
+
+    arm: Arm | None = None
+    height: MarkerHeight | None = None
+    memory: HeightMemory | None = None
+
+
+UNKNOWN_ARM = DrawingArm()

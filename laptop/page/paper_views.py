@@ -10,14 +10,13 @@ import numpy as np
 
 from laptop.page.board_mapping import BoardMapping
 from laptop.page.camera_feed import CameraFeed
-from laptop.page.marker_height import LIMITS, HeightMemory, MarkerHeight
+from laptop.page.marker_height import LIMITS, DrawingArm, MarkerHeight
 from laptop.page.table_mapping import TableMapping, TableView
 from laptop.see.serve.joint_track import JointTrack, marker_place, marker_shift
 from laptop.see.serve.pipeline import Point
 from laptop.see.serve.server_state import ServerState as LinkState
 from laptop.see.serve.tip_track import TipTrack
 from robot.motion import kinematics
-from shared.arm_description import Arm
 from shared.messages import EFFECTOR, LEAST_CONFIDENCE
 
 STIR = 1.0
@@ -28,23 +27,16 @@ class PaperViews:
     """Learns where the paper is in each camera's picture.
 
     Args:
-        arm: that is seen; None: it is not known, and nothing is learned.
+        drawing_arm: that is seen; of one that is not known nothing is learned.
         cameras: feeds by camera name.
-        height: of its marker over the paper, if that is told from the beginning.
-        memory: of heights that people type; None: they are not kept.
 
     Attributes:
         mappings, boards: what the tip's moves and a board tell, by camera.
         is_flat: the arm moves in a plane, so that its marker's height counts.
     """
 
-    def __init__(
-        self,
-        arm: Arm | None,
-        cameras: Mapping[str, CameraFeed],
-        height: MarkerHeight | None = None,
-        memory: HeightMemory | None = None,
-    ) -> None:
+    def __init__(self, drawing_arm: DrawingArm, cameras: Mapping[str, CameraFeed]) -> None:
+        arm, height, memory = drawing_arm
         self._arm, self._cameras, self._memory = arm, cameras, memory
         reach = kinematics.reach(arm)[1] if arm else 1.0
         self.is_flat = arm is not None and kinematics.coordinates(arm) == 2

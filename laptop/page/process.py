@@ -168,7 +168,7 @@ class PageProcess:
         self._context = multiprocessing.get_context("forkserver" if "forkserver" in known else None)
         self._context.set_forkserver_preload(["laptop.page.server"])
         self.process: multiprocessing.process.BaseProcess | None = None
-        controller.why_page_stands = self._why_it_stands
+        controller.watch.why_page_stands = self._why_it_stands
         self._watcher = threading.Thread(target=self._keep, name="page watcher", daemon=True)
         self._watcher.start()
 

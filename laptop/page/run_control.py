@@ -6,9 +6,9 @@ import math
 import threading
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-from typing import Protocol
 
-from laptop.page.brick_call import BrickCall, StartOnBrick
+from laptop.page.brick_call import BrickCall, StartBrick
+from laptop.page.brick_link import BrickLink
 from laptop.page.camera_feed import CameraFeed
 from laptop.page.colour_edits import ColourEdits
 from laptop.page.run_states import (
@@ -22,11 +22,9 @@ from laptop.page.run_states import (
 )
 from laptop.page.silence import WhyUnheard
 from laptop.page.snapshots import DEFAULTS, points
-from laptop.see.serve.job_offer import JobOffer
 from laptop.see.serve.pipeline import Point
 from laptop.see.serve.server_state import ServerState as LinkState
 from shared.arm_description import ArmError
-from shared.job_messages import Order
 from shared.messages import BUDGET, GOAL, TOLERANCE, Start, Status, Stop
 from shared.run_options import check_options
 from shared.verdicts import CONVERGED
@@ -40,15 +38,6 @@ _BUSY = "a run is on; hold or stop it first"
 _DRAWING = "a drawing is on; abort it first"
 
 
-class Server(Protocol):
-    """Part of the tracking server that the page uses."""
-
-    def send(self, message: Start | Stop | Order) -> bool: ...  # noqa: D102
-    def offer(self, offer: JobOffer) -> bool: ...  # noqa: D102
-    def state(self) -> LinkState: ...  # noqa: D102
-    def commands(self) -> list[str]: ...  # noqa: D102
-
-
 class RunControl:
     """The goal, and the runs to it; `laptop.page.run_states` has the protocol as a table.
 
@@ -57,8 +46,9 @@ class RunControl:
     Args:
         cameras: feeds by camera name.
         colours: has the markers that are looked for.
-        server: of the brick, or None.
+        link: to the brick.
         now: clock of the frames, s.
+        start_on_brick: what a click does to have a real brick; None: there is nothing to click.
 
     Attributes:
         aims: goal of each camera, (u, v) px; {}: the goal's marker is the goal.
@@ -73,17 +63,15 @@ class RunControl:
         self,
         cameras: Mapping[str, CameraFeed],
         colours: ColourEdits,
-        server: Server | None,
+        link: BrickLink,
         now: Callable[[], float],
-        start_on_brick: StartOnBrick | None = None,
+        start_on_brick: StartBrick | None = None,
     ) -> None:
         self._cameras, self._colours = cameras, colours
-        self._server = server
+        self._link = link
         self._now = now
         self.lock = threading.RLock()
-        self.brick_call = BrickCall(
-            start_on_brick, lambda: server is not None and server.state().client is not None
-        )
+        self.brick_call = BrickCall(start_on_brick, link)
         self.is_drawing: Callable[[], bool] = lambda: False
         self.on_stop: Callable[[str], None] = lambda reason: None
         self.aims: dict[str, Point] = {}
@@ -146,7 +134,7 @@ class RunControl:
 
     def running(self, link: LinkState | None = None) -> bool:
         """Return True if a run is on, or was ordered a moment ago."""
-        return next_state(self.state, self._event(link or self._link())) in RUN_IS_ON
+        return next_state(self.state, self._event(link or self._link.state())) in RUN_IS_ON
 
     def orders_of(self, status: Status) -> tuple[int, Start | None]:
         """Return the number and the options of the order that a status belongs to.
@@ -258,11 +246,8 @@ class RunControl:
     def poll(self) -> None:
         """Take in what the brick says, and do what is due then; to be called at every heartbeat."""
         with self.lock:
-            link = self._link()
+            link = self._link.state()
             self._handle(self._event(link), link)
-
-    def _link(self) -> LinkState:
-        return self._server.state() if self._server else LinkState()
 
     def _event(self, link: LinkState) -> RunEvent:
         """Return the event that the link's state is, as seen from the present state."""
@@ -289,11 +274,11 @@ class RunControl:
             return
         self.state, action = transition
         if action is not RunAction.NONE:
-            self._actions[action](link or self._link())
+            self._actions[action](link or self._link.state())
 
     def _refuses(self, order: RunEvent) -> bool:
         """Return True if the table has no row for an order; else take in what the brick says."""
-        link = self._link()
+        link = self._link.state()
         event = self._event(link)
         if (next_state(self.state, event), order) not in TRANSITIONS:
             return True
@@ -311,7 +296,7 @@ class RunControl:
     # Actions
 
     def _send_stop(self, link: LinkState) -> None:
-        self._stop_sent = bool(self._server and self._server.send(Stop(self._stop_reason)))
+        self._stop_sent = self._link.send(Stop(self._stop_reason))
 
     def _drop_path_send_stop(self, link: LinkState) -> None:
         self._waypoints, self._path_camera, self.note = deque(), "", ""
@@ -337,12 +322,12 @@ class RunControl:
         self._recorded = None
 
     def _send_start(self) -> str:
-        link = self._link()
-        if self._server is None or link.client is None:
+        link = self._link.state()
+        if link.client is None:
             return "no brick is connected; type the command below on it"
         run = link.status.run if link.status else 0
         self._options = self._options._replace(goals=dict(self.aims))
-        if not self._server.send(self._options):
+        if not self._link.send(self._options):
             return "the link has just broken; it mends by itself, then start again"
         self._sent_at, self._run_before = self._now(), run
         self._recorded = self._order, run
@@ -390,7 +375,7 @@ class RunControl:
 
     def _joint_count(self) -> int:
         """Return the number of joints of the brick's arm; 0 while that is not known."""
-        status = self._link().status
+        status = self._link.state().status
         return len(status.q) if status else 0
 
 

@@ -9,7 +9,10 @@ import numpy as np
 from waiting import PATIENCE
 
 from laptop.page import camera_feed
+from laptop.page.brick_call import ComingBricks
+from laptop.page.camera_feed import CameraFeed
 from laptop.page.controller import PageController
+from laptop.page.marker_height import DrawingArm
 from laptop.page.rpc import RpcClient, serve_requests
 from laptop.see.camera.frames import Frame
 from laptop.see.markers.markers import read_spec
@@ -70,7 +73,10 @@ class FakeServer:
 class PageScene:
     """Cameras that show what a test wants, and the controller they belong to."""
 
-    def __init__(self, folder, cameras=1, goal=None, **options):
+    def __init__(
+        self, folder, cameras=1, goal=None, bring=None, start_on_brick=None, arm=None, height=None,
+        memory=None, **options
+    ):  # fmt: skip
         self.t = 100.0
         self.server = FakeServer()
         self.file = folder / "markers.ini"
@@ -82,13 +88,15 @@ class PageScene:
             CameraPipeline(name, FakeCamera(), tracker, goal, self.server, now=lambda: self.t)
             for name, tracker in zip("AB", self.trackers, strict=False)
         ]
-        sources = ["fake"] * cameras
         self.controller = PageController(
-            self.watchers,
-            self.trackers,
-            sources,
+            [
+                CameraFeed(watcher, tracker, "fake")
+                for watcher, tracker in zip(self.watchers, self.trackers, strict=True)
+            ],
             self.server,
             self.file,
+            ComingBricks(bring, start_on_brick),
+            DrawingArm(arm, height, memory),
             now=lambda: self.t,
             clock=lambda: self.t,
             **options,

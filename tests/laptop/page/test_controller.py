@@ -3,8 +3,7 @@
 import pytest
 from page_scene import PATH, PageScene
 
-from laptop.page import camera_feed, snapshots
-from laptop.page import controller as controllers
+from laptop.page import camera_feed, page_viewers, snapshots
 from laptop.page.silence import PageReport, Presence, Sign
 from laptop.page.steering import UNHEARD_TIMEOUT
 from shared.messages import EFFECTOR, GOAL, Stop
@@ -14,7 +13,7 @@ def test_somebody_looks_who_has_asked_lately(scene):
     assert not scene.controller.has_viewers
     scene.controller.state()
     assert scene.controller.has_viewers
-    scene.t += controllers.VIEWER_TIMEOUT
+    scene.t += page_viewers.VIEWER_TIMEOUT
     assert not scene.controller.has_viewers
 
 
@@ -22,14 +21,14 @@ def test_somebody_looks_who_has_asked_lately(scene):
 def test_who_is_expected_may_take_any_time(scene, comes):
     getattr(scene.controller, comes)()
     scene.controller.state()  # which the page asks for while the browser still has nothing
-    scene.t += 0.9 * controllers.PAGE_OPEN_TIMEOUT
+    scene.t += 0.9 * page_viewers.PAGE_OPEN_TIMEOUT
     assert scene.controller.has_viewers
     scene.controller.arrived()
     scene.controller.state()
-    scene.t += controllers.VIEWER_TIMEOUT
+    scene.t += page_viewers.VIEWER_TIMEOUT
     assert not scene.controller.has_viewers
     scene.controller.expect_viewer()
-    scene.t += controllers.PAGE_OPEN_TIMEOUT
+    scene.t += page_viewers.PAGE_OPEN_TIMEOUT
     assert not scene.controller.has_viewers, "nobody came"
 
 
@@ -188,7 +187,7 @@ def test_a_page_s_process_that_was_replaced_before_is_no_reason_for_what_comes_l
 
 def test_a_page_s_process_that_a_signal_has_stopped_is_told(scene):
     drive(scene)
-    scene.controller.why_page_stands = lambda: "was stopped by a signal"
+    scene.controller.watch.why_page_stands = lambda: "was stopped by a signal"
     go(scene, UNHEARD_TIMEOUT + 0.1)
     assert f"{UNHEARD}its process was stopped by a signal. It" in scene.server.sent[0].reason
 

@@ -20,7 +20,7 @@ from laptop.drawing.pictures import Tracing
 from laptop.page import draw_control, drawing_studio
 from laptop.page.drawing_snapshots import PlacedDrawing, Placing, Request, Source
 from laptop.page.drawing_worker import DrawingWorker
-from laptop.page.marker_height import HeightMemory, MarkerHeight
+from laptop.page.marker_height import DrawingArm, HeightMemory, MarkerHeight
 from laptop.page.paper_views import PaperViews
 from laptop.page.table_mapping import TableView
 from laptop.see.markers.tracker import Sighting
@@ -540,16 +540,18 @@ def test_heights_are_told_touched_or_remembered_in_this_order(tmp_path):
     first = DrawScene(tmp_path, arm=ARM, memory=memory).controller.drawings
     assert first.state().marker == MarkerHeight()
     assert first.set_marker_height(30.0) == ""
-    again = PaperViews(ARM, {}, None, memory)
+    again = PaperViews(DrawingArm(ARM, None, memory), {})
     assert again.height == MarkerHeight(3.0, "as typed here before")
     scene = PageScene(tmp_path)
     scene.watchers[0]._placer = FakePlacer(lambda uv: None)
     scene.watchers[0]._placer.height = 2.2
     feeds = scene.controller._cameras
-    assert PaperViews(ARM, feeds, None, memory).height.source == "by the touched crosses"
+    assert (
+        PaperViews(DrawingArm(ARM, None, memory), feeds).height.source == "by the touched crosses"
+    )
     told = MarkerHeight(2.5, "as --marker-height says")
-    assert PaperViews(ARM, feeds, told, memory).height == told
-    in_space = PaperViews(SPATIAL, feeds, None, None)
+    assert PaperViews(DrawingArm(ARM, told, memory), feeds).height == told
+    in_space = PaperViews(DrawingArm(SPATIAL, None, None), feeds)
     assert "needs no height of its marker" in in_space.set_height(25.0)
 
 

@@ -12,7 +12,7 @@ from page_scene import BLUE, HEIGHT, WIDTH, mark
 from waiting import PATIENCE
 
 from laptop.page import camera_feed
-from laptop.page.camera_feed import marks
+from laptop.page.camera_feed import CameraFeed, marks
 from laptop.page.controller import PageController
 from laptop.page.overlay import overlay
 from laptop.see.camera.cameras import open_camera
@@ -84,7 +84,10 @@ def film(tmp_path):
         watcher = CameraPipeline("A", camera, tracker, live=False)
         for _ in range(7):
             watcher.step(0)
-        yield PageController([watcher], [tracker], [path], None, tmp_path / "markers.ini"), watcher
+        yield (
+            PageController([CameraFeed(watcher, tracker, path)], None, tmp_path / "markers.ini"),
+            watcher,
+        )
 
 
 def test_how_many_frames_there_are_is_right_at_the_end_at_the_latest(tmp_path):
@@ -93,7 +96,9 @@ def test_how_many_frames_there_are_is_right_at_the_end_at_the_latest(tmp_path):
     tracker = Tracker([])
     with open_camera(path) as camera:
         watcher = CameraPipeline("A", camera, tracker, live=False)
-        controller = PageController([watcher], [tracker], [path], None, tmp_path / "markers.ini")
+        controller = PageController(
+            [CameraFeed(watcher, tracker, path)], None, tmp_path / "markers.ini"
+        )
         assert controller.state().cameras[0].frames == 18
         while not camera.ended:
             watcher.step(0)

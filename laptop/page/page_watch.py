@@ -1,0 +1,68 @@
+"""A run is held when no page is heard any more, and it is told why that is so."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable
+
+from laptop.page.run_control import RunControl
+from laptop.page.silence import BUSY, Evidence, settled, verdict
+from laptop.page.steering import UNHEARD_TIMEOUT, Steering
+
+
+class PageWatch:
+    """Holds runs that were ordered from a page when none is heard any more.
+
+    Args:
+        steering: knows when pages were heard.
+        runs: that it holds.
+        clock: of people and pages, s.
+        holds: whether it does.
+
+    Attributes:
+        why_page_stands: tells what keeps the page's process from going on, as "was stopped by a
+            signal", or "".
+    """
+
+    def __init__(
+        self, steering: Steering, runs: RunControl, clock: Callable[[], float], holds: bool
+    ) -> None:
+        self._steering, self._runs, self._clock, self._holds = steering, runs, clock, holds
+        self.why_page_stands: Callable[[], str] = lambda: ""
+        self._page_ended = -math.inf, ""  # when, s, and how
+        self._pauses: deque[tuple[float, float]] = deque(maxlen=64)  # until when, how long, s
+        self._open_note = ""  # of a hold that a browser can settle once it is back
+        self._last_heartbeat = math.inf  # s
+
+    def lose_page(self, why: str) -> None:
+        """Take in that the page's process is replaced, and why."""
+        self._page_ended = self._clock(), why
+
+    def notice_standstill(self) -> None:
+        """Take in for how long this process stood still, or was too busy for a heartbeat."""
+        now = self._clock()
+        if (pause := now - self._last_heartbeat) > BUSY:
+            self._pauses.append((now, pause))
+        self._last_heartbeat = now
+
+    def poll(self) -> None:
+        """Hold what nobody hears; settle why, once a browser is back that knows."""
+        silence = self._steering.silence
+        if self._holds and silence > UNHEARD_TIMEOUT and self._runs.is_driven:
+            why = verdict(self._evidence(silence))
+            self._runs.hold_unheard(silence, why)
+            self._open_note = self._runs.note if why.is_open else ""
+        if (stood := self._steering.take_return()) is not None:
+            if self._open_note and self._runs.note == self._open_note:
+                self._runs.note += f" {settled(stood)}"
+            self._open_note = ""
+
+    def _evidence(self, silence: float) -> Evidence:
+        """Return all that is known of why no page was heard for so long, s."""
+        since = self._clock() - silence
+        ended_at, ended = self._page_ended
+        return self._steering.evidence()._replace(
+            ended=ended if ended_at >= since else self.why_page_stands(),
+            standstill=max([0.0, *(min(pause, t - since) for t, pause in self._pauses)]),
+        )
