@@ -17,7 +17,7 @@ from page_scene import PageScene
 from waiting import until
 
 from laptop.drawing.pictures import Tracing
-from laptop.page import draw_control, drawing_studio
+from laptop.page import draw_job, draw_request, drawing_studio
 from laptop.page.drawing_snapshots import PlacedDrawing, Placing, Request, Source
 from laptop.page.drawing_worker import DrawingWorker
 from laptop.page.marker_height import DrawingArm, HeightMemory, MarkerHeight
@@ -89,7 +89,7 @@ class ThreadWorker(DrawingWorker):
 
 @pytest.fixture
 def scene(tmp_path, monkeypatch):
-    monkeypatch.setattr(draw_control, "DrawingWorker", ThreadWorker)
+    monkeypatch.setattr(draw_request, "DrawingWorker", ThreadWorker)
     scene = DrawScene(tmp_path, arm=ARM)
     yield scene
     scene.controller.drawings.close()
@@ -210,7 +210,7 @@ def test_while_a_run_is_on_nothing_is_started(scene, drawings):
 def test_an_answer_to_what_nobody_asks_any_more_is_left(scene, drawings):
     drawings.choose("rose")
     placed = scene.drawn().placed
-    drawings._hear(Request(1, Source("gallery", "knot")), placed._replace(name="knot"), False)
+    drawings._asked.hear(Request(1, Source("gallery", "knot")), placed._replace(name="knot"), False)
     assert drawings.drawing().placed.name == "rose"
     assert drawings.state().busy == ""
 
@@ -413,7 +413,7 @@ class OffsetScene(DrawScene):
 def test_of_a_marker_beside_the_pen_the_ink_and_the_drawing_are_the_pens(
     tmp_path, monkeypatch, by_board
 ):
-    monkeypatch.setattr(draw_control, "DrawingWorker", ThreadWorker)
+    monkeypatch.setattr(draw_request, "DrawingWorker", ThreadWorker)
     scene = OffsetScene(tmp_path, arm=OFFSET_ARM)
     scene.server.status = None
     drawings = scene.controller.drawings
@@ -611,7 +611,7 @@ def test_a_picture_is_traced_as_the_sliders_say_and_lies_where_it_was(scene, dra
 def test_what_was_planned_before_is_not_started_any_more(scene, drawings, order):
     drawings.load("discs.png", png(discs()))
     scene.drawn()
-    drawings._worker.ask = lambda request: None  # it takes its time
+    drawings._asked._worker.ask = lambda request: None  # it takes its time
     wish = Placing(14.0) if order == "place" else Tracing(shades=1)
     assert getattr(drawings, order)(wish) == ""
     assert not drawings.state().can_start
@@ -708,7 +708,7 @@ def test_a_job_that_cannot_be_offered_is_told(scene, drawings, monkeypatch):
 
     drawings.load("square.svg", SQUARE)
     scene.drawn()
-    monkeypatch.setattr(draw_control, "JobOffer", refuse)
+    monkeypatch.setattr(draw_job, "JobOffer", refuse)
     assert drawings.start() == "the drawing is longer than a job may be"
 
 
