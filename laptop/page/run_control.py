@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 import threading
-from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 
 from laptop.page.brick_call import BrickCall, StartBrick
 from laptop.page.brick_link import BrickLink
 from laptop.page.camera_feed import CameraFeed
 from laptop.page.colour_edits import ColourEdits
+from laptop.page.repeated_stop import RepeatedStop
+from laptop.page.run_goal import RunGoal, thinned
 from laptop.page.run_states import (
     ORDERED_HERE,
     RUN_IS_ON,
@@ -25,14 +26,12 @@ from laptop.page.snapshots import DEFAULTS, points
 from laptop.see.serve.pipeline import Point
 from laptop.see.serve.server_state import ServerState as LinkState
 from shared.arm_description import ArmError
-from shared.messages import BUDGET, GOAL, TOLERANCE, Start, Status, Stop
+from shared.messages import BUDGET, TOLERANCE, Start, Status
 from shared.run_options import check_options
 from shared.verdicts import CONVERGED
 
 START_TIMEOUT = 3.0
 """Time after a start, s, within which the brick begins if it does at all."""
-WAYPOINT_SPACING = 25.0
-"""Distance between two waypoints of a path, px."""
 
 _BUSY = "a run is on; hold or stop it first"
 _DRAWING = "a drawing is on; abort it first"
@@ -51,7 +50,6 @@ class RunControl:
         start_on_brick: what a click does to have a real brick; None: there is nothing to click.
 
     Attributes:
-        aims: goal of each camera, (u, v) px; {}: the goal's marker is the goal.
         note: last thing to tell about the link or the run, or "".
         state: of the protocol.
         lock: held while an order is carried out: one after the other.
@@ -67,27 +65,22 @@ class RunControl:
         now: Callable[[], float],
         start_on_brick: StartBrick | None = None,
     ) -> None:
-        self._cameras, self._colours = cameras, colours
+        self._goal = RunGoal(cameras, colours)
         self._link = link
         self._now = now
         self.lock = threading.RLock()
         self.brick_call = BrickCall(start_on_brick, link)
         self.is_drawing: Callable[[], bool] = lambda: False
         self.on_stop: Callable[[str], None] = lambda reason: None
-        self.aims: dict[str, Point] = {}
+        self._has_several_cameras = len(cameras) > 1
         self.note = ""
         self.state = RunState.IDLE
-        self._waypoints: deque[Point] = deque()
-        self._path_camera = ""  # in whose picture the path was drawn
-        self._ran = False  # the aims have been gone for
         self._options = DEFAULTS
         self._sent_at = -math.inf  # s, the last start
         self._run_before = 0  # number of the brick's last run by then
         self._order = 0  # number of the last order, of which each waypoint has a start
         self._recorded: tuple[int, int] | None = None  # order, run before: until its verdict
-        self._stop_reason = ""
-        self._stop_sent = False
-        self._stop_told: Status | None = None  # the brick's status when it was last told to stop
+        self._repeated_stop = RepeatedStop(link)
         self._actions: dict[RunAction, Callable[[LinkState], None]] = {
             RunAction.SEND_STOP: self._send_stop,
             RunAction.DROP_PATH_SEND_STOP: self._drop_path_send_stop,
@@ -107,13 +100,18 @@ class RunControl:
     # What is on
 
     @property
+    def aims(self) -> dict[str, Point]:
+        """Goal of each camera, (u, v) px; {}: the goal's marker is the goal."""
+        return self._goal.aims
+
+    @property
     def left(self) -> int:
         """Number of waypoints still to come."""
-        return len(self._waypoints)
+        return self._goal.left
 
     def ahead(self, camera: str) -> tuple[Point, ...]:
         """Return the waypoints still to come in a camera's picture, (u, v) px."""
-        return tuple(self._waypoints) if camera == self._path_camera else ()
+        return self._goal.ahead(camera)
 
     @property
     def follows(self) -> bool:
@@ -128,9 +126,7 @@ class RunControl:
     @property
     def is_fixed(self) -> bool:
         """Return True if the command line has fixed the goal."""
-        return all(
-            bool(feed.watcher.view and feed.watcher.view.fixed) for feed in self._cameras.values()
-        )
+        return self._goal.is_fixed
 
     def running(self, link: LinkState | None = None) -> bool:
         """Return True if a run is on, or was ordered a moment ago."""
@@ -156,9 +152,9 @@ class RunControl:
 
     def follow(self, camera: str, points: Sequence[Point]) -> str:
         """Set the goal to a path of points (u, v), px, in the picture of the only camera."""
-        if len(self._cameras) > 1:
+        if self._has_several_cameras:
             return "a path is drawn in one picture; with several cameras aim at a point in each"
-        return self._aim(camera, _thinned(points))
+        return self._aim(camera, thinned(points))
 
     def aim_at_marker(self) -> str:
         """Set the goal to the goal's marker."""
@@ -166,7 +162,8 @@ class RunControl:
             if self._refuses(RunEvent.AIM):
                 return _BUSY
             self._handle(RunEvent.AIM)
-            self.aims, self._waypoints, self._path_camera, self.note = {}, deque(), "", ""
+            self._goal.aim_at_marker()
+            self.note = ""
             return ""
 
     def start(
@@ -196,7 +193,7 @@ class RunControl:
                 return _BUSY
             if self.is_drawing():
                 return _DRAWING
-            if why := self._why_no_goal():
+            if why := self._goal.why_none():
                 return why
             options = Start(method, mode, rows, tolerance, budget, follow, goals=dict(self.aims))
             try:
@@ -263,7 +260,7 @@ class RunControl:
         if status.verdict == "":
             return RunEvent.RUN_ON
         arrived = status.verdict == CONVERGED and status.run == self._run_before + 1
-        if arrived and self._waypoints and (ordered or self.state is RunState.RUNNING):
+        if arrived and self.left and (ordered or self.state is RunState.RUNNING):
             return RunEvent.ARRIVED
         return RunEvent.ENDED
 
@@ -287,35 +284,33 @@ class RunControl:
 
     def _stop(self, order: RunEvent, reason: str) -> str:
         with self.lock:
-            self._stop_reason, self._stop_told = reason, None
+            self._repeated_stop.begin(reason)
             self._handle(order)
-            if self._stop_sent:
+            if self._repeated_stop.was_sent:
                 return ""
         return "no brick is connected; it is stopped as soon as it is back"
 
     # Actions
 
     def _send_stop(self, link: LinkState) -> None:
-        self._stop_sent = self._link.send(Stop(self._stop_reason))
+        self._repeated_stop.send()
 
     def _drop_path_send_stop(self, link: LinkState) -> None:
-        self._waypoints, self._path_camera, self.note = deque(), "", ""
-        self._send_stop(link)
+        self._goal.drop_path()
+        self.note = ""
+        self._repeated_stop.send()
 
     def _repeat_stop(self, link: LinkState) -> None:
-        """Send the stop once more with every new status: it gets lost with the link."""
-        if link.status is not self._stop_told:
-            self._stop_told = link.status
-            self._send_stop(link)
+        self._repeated_stop.repeat(link.status)
 
     def _send_next_start(self, link: LinkState) -> None:
-        self.aims[self._path_camera] = self._waypoints.popleft()
+        self._goal.go_on()
         self.note = self._send_start()
         self._handle(RunEvent.NEXT_NOT_SENT if self.note else RunEvent.NEXT_SENT)
 
     def _end_path(self, link: LinkState) -> None:
-        if self._waypoints:
-            self.note = f"the path ends here, {points(len(self._waypoints))} before its end"
+        if self.left:
+            self.note = f"the path ends here, {points(self.left)} before its end"
 
     def _report_no_run(self, link: LinkState) -> None:
         self.note = "the brick did not begin; does its program run with --wait?"
@@ -331,7 +326,7 @@ class RunControl:
             return "the link has just broken; it mends by itself, then start again"
         self._sent_at, self._run_before = self._now(), run
         self._recorded = self._order, run
-        self._ran = True
+        self._goal.use()
         self.note = ""
         return ""
 
@@ -342,51 +337,14 @@ class RunControl:
         with self.lock:
             if self._refuses(RunEvent.AIM):
                 return _BUSY
-            view = self._cameras[camera].watcher.view
-            if view is None:
-                return f"camera {camera} gives no picture to aim in; look at its cable"
-            height, width = view.frame.image.shape[:2]
-            for u, v in points:
-                if not (0 <= u <= width - 1 and 0 <= v <= height - 1):
-                    return (
-                        f"goal {u:.0f},{v:.0f} is outside the picture; u from 0 to {width - 1}, "
-                        f"v from 0 to {height - 1}"
-                    )
+            if why := self._goal.why_not(camera, points):
+                return why
             self._handle(RunEvent.AIM)
             self.note = ""
-            first, *others = points
-            if self._ran:  # a new goal: where others saw the last one, this one is not
-                self.aims, self._ran = {}, False
-            self.aims[camera] = first
-            self._waypoints = deque(others)
-            self._path_camera = camera if others else ""
+            self._goal.aim(camera, points)
             return ""
-
-    def _why_no_goal(self) -> str:
-        """Return why there is no goal, or ""."""
-        if self.aims:
-            missing = [name for name in self._cameras if name not in self.aims]
-            if missing:
-                return f"click the goal in the picture of camera {' and '.join(missing)}, too"
-            return ""
-        if not self.is_fixed and GOAL not in (marker.name for marker in self._colours.markers):
-            return "there is no goal yet; click one in the picture, or pick a goal marker"
-        return ""
 
     def _joint_count(self) -> int:
         """Return the number of joints of the brick's arm; 0 while that is not known."""
         status = self._link.state().status
         return len(status.q) if status else 0
-
-
-def _thinned(points: Sequence[Point]) -> list[Point]:
-    """Return the waypoints of a path: no two closer than WAYPOINT_SPACING, but for the last."""
-    kept = [points[0]]
-    for point in points[1:]:
-        if math.dist(kept[-1], point) >= WAYPOINT_SPACING:
-            kept.append(point)
-    if len(kept) > 1 and math.dist(kept[-1], points[-1]) < WAYPOINT_SPACING / 2:
-        kept[-1] = points[-1]
-    elif kept[-1] != points[-1]:
-        kept.append(points[-1])
-    return kept
