@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from laptop.measure.measured_run import MEDIAN_NOISE, NORMAL, SETTLED, MeasuredRun
+from laptop.measure.plane_motion import nearest_motion, turning
 from laptop.see.serve.joint_track import marker_shift
 from laptop.see.table.camera_model import CameraModel, triangulate
 from robot.motion import kinematics
@@ -221,10 +222,7 @@ def check_cameras(arm: Arm, count: int) -> None:
 
 def nearest_stand(here: np.ndarray, there: np.ndarray) -> ArmOnBoard:
     """Return the stand by which points of the board (n, 2) come nearest to those of the arm."""
-    a, b = there - there.mean(axis=0), here - here.mean(axis=0)
-    turn = float(np.arctan2((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum(), (a * b).sum()))
-    x, y = here.mean(axis=0) - turning(turn, 2) @ there.mean(axis=0)
-    return ArmOnBoard(turn, (float(x), float(y)))
+    return ArmOnBoard(*nearest_motion(there, here))
 
 
 def absorbed(places: Places, poses: Places) -> Places:
@@ -288,10 +286,3 @@ def _moved(camera: CameraModel, by: np.ndarray) -> CameraModel:
         rotation=camera.rotation + by[8:11],
         translation=camera.translation + by[11:],
     )
-
-
-def turning(turn: float, d: int) -> np.ndarray:
-    """Return the matrix (d, d) that turns about the vertical, rad."""
-    matrix = np.eye(d)
-    matrix[:2, :2] = [[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]]
-    return matrix

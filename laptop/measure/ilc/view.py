@@ -7,6 +7,8 @@ from typing import Protocol
 
 import numpy as np
 
+from laptop.measure.plane_motion import nearest_motion
+
 
 class TableCamera(Protocol):
     """What knows where pixels are over the table; a calibration's CameraModel does."""
@@ -64,10 +66,5 @@ class TipView:
         wished = p + np.stack([c * x - s * y, s * x + c * y], axis=1)
         board = self.camera.to_table(pixels, self.height)
         there = np.isfinite(board).all(axis=1)
-        wished, board = wished[there], board[there]
-        # Least squares without scale, in the plane (Umeyama 1991).
-        a, b = wished - wished.mean(axis=0), board - board.mean(axis=0)
-        turn = float(np.arctan2((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum(), (a * b).sum()))
-        c, s = np.cos(turn), np.sin(turn)
-        base = board.mean(axis=0) - np.array([[c, -s], [s, c]]) @ wished.mean(axis=0)
-        return replace(self, turn=turn, base=(float(base[0]), float(base[1])), to_lay=False)
+        turn, base = nearest_motion(wished[there], board[there])
+        return replace(self, turn=turn, base=base, to_lay=False)

@@ -14,9 +14,9 @@ from laptop.measure.accuracy.sighting import (
     SeenMarker,
     absorbed,
     nearest_stand,
-    turning,
 )
 from laptop.measure.measured_run import MeasuredRun, Sights
+from laptop.measure.plane_motion import turning
 from laptop.see.serve.joint_track import marker_shift
 from shared.arm_description import find_arm, read_arm
 from shared.job_log import LogRow

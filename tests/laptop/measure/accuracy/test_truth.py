@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from laptop.measure.accuracy.plan import PlannedWay
-from laptop.measure.accuracy.sighting import turning
 from laptop.measure.accuracy.truth import in_nearest_frame, true_places
 from laptop.measure.measured_run import MeasuredRun
+from laptop.measure.plane_motion import turning
 from shared.job_log import LogRow
 
 Sample = namedtuple("Sample", ["t", "x", "y", "z"])
