@@ -1,0 +1,61 @@
+"""The part of the card of drawings that says where the paper is, and lets the arm look for it."""
+
+from __future__ import annotations
+
+from nicegui import ui
+
+from laptop.page.cards.session import BrowserSession
+from laptop.page.drawing_snapshots import DrawingState
+from laptop.page.interface import DrawCalls
+from laptop.page.marker_height import LIMITS, MarkerHeight
+from laptop.page.paper_words import needs_look, where_text
+
+
+class PaperPart:
+    """What is known of the paper's place.
+
+    Args:
+        session: the browser's choices.
+    """
+
+    def __init__(self, session: BrowserSession) -> None:
+        self._session = session
+        self._marker: MarkerHeight | None = None  # the last that the tracker told
+        self._typing_height = False
+        self._mapping = ui.label().classes("quiet")
+        self._height = ui.number("marker above the paper, mm", min=LIMITS[0], max=LIMITS[1], step=1)
+        self._height.classes("field").props("dense")
+        self._height.on("focus", lambda: setattr(self, "_typing_height", True))
+        for event in ("blur", "keydown.enter"):
+            self._height.on(event, self._on_height)
+        self._look = ui.button(
+            "Look around",
+            icon="travel_explore",
+            on_click=lambda: self._session.draw(DrawCalls.look_around),
+        ).props("outline dense no-caps")
+
+    def show(self, drawing: DrawingState, several: bool, can_look: bool) -> None:
+        """Show what is known.
+
+        Args:
+            drawing: how it stands.
+            several: there are several cameras.
+            can_look: the arm may look around now.
+        """
+        self._mapping.set_text(where_text(drawing, several))
+        self._look.set_visibility(needs_look(drawing))
+        self._look.set_enabled(can_look)
+        self._height.set_visibility(drawing.asks_height)
+        if drawing.marker != self._marker and not self._typing_height:
+            self._marker = drawing.marker
+            cm = drawing.marker.cm
+            self._height.set_value(None if cm is None else round(10 * cm, 1))
+
+    async def _on_height(self) -> None:
+        """Take what was typed as the marker's height; an empty field: it is not known."""
+        self._typing_height = False
+        value, known = self._height.value, self._marker and self._marker.cm
+        before = None if known is None else round(10 * known, 1)
+        self._marker = None  # the field shows again what is
+        if value != before:
+            await self._session.draw(DrawCalls.set_marker_height, value)
