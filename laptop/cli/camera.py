@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -28,6 +29,9 @@ from shared import state
 from shared.message_fields import printable
 
 if TYPE_CHECKING:
+    from laptop.see.camera.frames import Frame
+    from laptop.see.camera.live_cameras import LiveCamera
+    from laptop.see.camera.recordings import Recording
     from laptop.see.markers.finders.board import BoardView
 
 MAX_VIEWS = 30
@@ -121,31 +125,21 @@ def _views(sources: tuple[str, ...], scene: str) -> tuple[int, list[BoardView]]:
     for source in sources:
         with ExitStack() as stack:
             stack.enter_context(quiet_decoders())
-            if source == "synthetic":
+            is_synthetic = source == "synthetic"
+            if is_synthetic:
                 one, _ = open_synthetic(state.default_arm(), "A", scene, None)
             else:
                 one = open_camera(source)
             stack.callback(one.close)
-            live = source == "synthetic" or is_live(source)
-            first = LIVE_PICTURE if live and source != "synthetic" else 0
-            every = max(1, (getattr(one, "count", None) or 1) // MAX_VIEWS)
-            taken = 0
-            while taken < (1 if live else MAX_VIEWS) and not one.ended:
-                frame = one.read(2.0)
-                if frame is None:
-                    if live:
-                        raise click.ClickException(f"{one.name} gives no picture; plug it in anew")
-                    continue
-                if frame.index < first or (frame.index - first) % every and not live:
-                    continue
-                taken += 1
+            live = is_synthetic or is_live(source)
+            for frame in _frames(one, live, first=LIVE_PICTURE if live and not is_synthetic else 0):
+                looked += 1
                 view = find_board(frame.image)
                 if fault := board_fault(frame.image, view):
                     which = "" if live or one.count == 1 else f", picture {frame.index + 1}"
                     faults.append(f"{printable(source)}{which}: {fault}")
                 elif view:
                     views.append(view)
-            looked += taken
             for note in () if live else one.notes:
                 click.echo(f"{printable(source)}: {note}")
     if faults and not views:
@@ -155,3 +149,24 @@ def _views(sources: tuple[str, ...], scene: str) -> tuple[int, list[BoardView]]:
     if len(faults) > MAX_FAULTS:
         click.echo(f"the like in {len(faults) - MAX_FAULTS} more pictures")
     return looked, views
+
+
+def _frames(camera: LiveCamera | Recording, live: bool, first: int) -> Iterator[Frame]:
+    """Yield the pictures that are looked at: one of a live camera, of others MAX_VIEWS from all.
+
+    Args:
+        camera: it.
+        live: whether it goes on for ever.
+        first: index of the first one that counts.
+    """
+    every = max(1, (getattr(camera, "count", None) or 1) // MAX_VIEWS)
+    taken = 0
+    while taken < (1 if live else MAX_VIEWS) and not camera.ended:
+        frame = camera.read(2.0)
+        if frame is None:
+            if live:
+                raise click.ClickException(f"{camera.name} gives no picture; plug it in anew")
+            continue
+        if frame.index >= first and (live or not (frame.index - first) % every):
+            taken += 1
+            yield frame
