@@ -65,7 +65,7 @@ class BacklashCompensation(object):
         self._motion = motion
         self.duration = motion.duration
         self._crossings = []
-        self.sides = []
+        ends = []
         self.before = 0.0
         for joint, side, wanted in zip(joints, sides, _wanted_sides(motion, preload_sides)):
             backlash = joint.backlash
@@ -85,8 +85,8 @@ class BacklashCompensation(object):
                     self.before = max(self.before, time / 2 - t)
                     self.duration = max(self.duration, t + time / 2)
             self._crossings.append((backlash / 2, side, crossings))
-            self.sides.append(now)
-        self.sides = tuple(self.sides)
+            ends.append(now)
+        self.sides = tuple(ends)
         self.rests_from = [self.duration] * len(self.sides)
 
     def at(self, t):

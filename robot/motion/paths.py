@@ -35,10 +35,10 @@ class BadPath(ArmError, ValueError):
 
 
 def _checked(points, fewest, what):
-    points = [tuple(map(float, point)) for point in points]
-    if len(points) < fewest:
-        raise BadPath("{} needs at least {} points, not {}".format(what, fewest, len(points)))
-    for point in points:
+    places = [tuple(map(float, point)) for point in points]
+    if len(places) < fewest:
+        raise BadPath("{} needs at least {} points, not {}".format(what, fewest, len(places)))
+    for point in places:
         if not all(math.isfinite(value) for value in point):
             raise BadPath(
                 "{} has the point ({}), which is not a place; give finite numbers in cm".format(
@@ -50,12 +50,12 @@ def _checked(points, fewest, what):
                 "{} has the point ({}), farther than {:g} cm away; give a place that the arm can "
                 "reach, in cm".format(what, _numbers(point), FARTHEST)
             )
-    for a, b in zip(points, points[1:]):
+    for a, b in zip(places, places[1:]):
         if kinematics.distance(a, b) < SAME_PLACE:
             raise BadPath(
                 "{} has the point ({}) twice in a row; leave one out".format(what, _numbers(a))
             )
-    return points
+    return places
 
 
 def _numbers(point):
@@ -87,9 +87,9 @@ def pieces_of(points):
     Raises:
         BadPath: fewer than two places, or what is no place.
     """
-    points = [tuple(map(float, point)) for point in points]
-    apart = points[:1] + [
-        b for a, b in zip(points, points[1:]) if not kinematics.distance(a, b) < SAME_PLACE
+    places = [tuple(map(float, point)) for point in points]
+    apart = places[:1] + [
+        b for a, b in zip(places, places[1:]) if not kinematics.distance(a, b) < SAME_PLACE
     ]
     apart = _checked(apart, 2, "a stroke")
     ways = [
@@ -156,16 +156,17 @@ def arc(points):
     through them and the point after; so points of one circle give that circle, points of a line
     that line.
     """
-    points = _checked(points, 3, "an arc")
-    height = _height(points, "an arc")
-    points = [point[:2] for point in points]
-    out = [points[0]]
-    last = len(points) - 2
+    places = _checked(points, 3, "an arc")
+    height = _height(places, "an arc")
+    level = [place[:2] for place in places]
+    out = [level[0]]
+    last = len(level) - 2
     for i in range(last + 1):
-        a, b = points[i], points[i + 1]
-        before = _Circle(points[i - 1], a, b) if i > 0 else None
-        after = _Circle(a, b, points[i + 2], first=True) if i < last else None
-        length = max(c.length for c in (before, after) if c)
+        a, b = level[i], level[i + 1]
+        circles = [_Circle(level[i - 1], a, b)] if i > 0 else []
+        if i < last:
+            circles.append(_Circle(a, b, level[i + 2], first=True))
+        length = max(circle.length for circle in circles)
         if length > LONGEST_ARC:
             raise BadPath(
                 "the arc near ({:g}, {:g}) would be {:.0f} cm long, more than {:g} is no drawing; "
@@ -174,11 +175,8 @@ def arc(points):
         n = max(2, int(math.ceil(length / SPACING)))
         for k in range(1, n + 1):
             t = k / float(n)
-            if before and after:
-                p, r = before.at(t), after.at(t)
-                out.append((p[0] + t * (r[0] - p[0]), p[1] + t * (r[1] - p[1])))
-            else:
-                out.append((before or after).at(t))
+            p, r = circles[0].at(t), circles[-1].at(t)
+            out.append((p[0] + t * (r[0] - p[0]), p[1] + t * (r[1] - p[1])))
     return [tuple(point + height for point in out)]
 
 
@@ -201,14 +199,11 @@ class _Circle(object):
             a[1] + (ux * vv - vx * uu) / (2 * cross),
         )
         turn = math.copysign(2 * math.pi, cross)
-        self.angle = self._angle(self.start)
-        sweep = (self._angle(self.end) - self.angle) % turn
+        self.angle = _bearing(self.centre, self.start)
+        sweep = (_bearing(self.centre, self.end) - self.angle) % turn
         self.radius = math.hypot(a[0] - self.centre[0], a[1] - self.centre[1])
         self.sweep = sweep
         self.length = abs(sweep) * self.radius
-
-    def _angle(self, p):
-        return math.atan2(p[1] - self.centre[1], p[0] - self.centre[0])
 
     def at(self, t):
         if self.centre is None:
@@ -218,6 +213,11 @@ class _Circle(object):
             self.centre[0] + self.radius * math.cos(angle),
             self.centre[1] + self.radius * math.sin(angle),
         )
+
+
+def _bearing(centre, p):
+    """The direction of a point as seen from a centre, rad."""
+    return math.atan2(p[1] - centre[1], p[0] - centre[0])
 
 
 def spread(piece):
