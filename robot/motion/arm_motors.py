@@ -54,12 +54,12 @@ class ArmMotors(object):
             motor.falls = any(joint.mass for joint in description.joints)
         pen = description.pen
         self.pen = kind("pen", pen.port, pen.motor, 1.0, 1) if pen else None
-        self._all = self.joints + ([self.pen] if pen else [])
+        self._all = self.joints + ([self.pen] if self.pen else [])
         self.controllers = {
             motor: JointController(joint.gear, gains[joint.motor], joint.backlash)
             for motor, joint in zip(self.joints, description.joints)
         }
-        if pen:
+        if pen and self.pen:
             self.controllers[self.pen] = JointController(1.0, gains[pen.motor])
         self.homed = False
         self._doubt = None  # what put the zeros in doubt, for people
@@ -100,7 +100,7 @@ class ArmMotors(object):
             raise
         for motor in self._all:
             motor.zero = zeros[motor.port]
-        pen = self.pen and self.pen.angle()
+        pen = self.pen.angle() if self.pen else None
         zero.check_angles([motor.angle() for motor in self.joints], pen)
         self.homed = True
 
@@ -163,7 +163,7 @@ class ArmMotors(object):
             motor.check_plugged_in()
 
     def _check_pen(self):
-        if self._pen_held_at is not None:
+        if self.pen and self._pen_held_at is not None:
             offset = self.pen.angle() - self._pen_held_at
             if abs(offset) > MAX_PEN_OFFSET:
                 raise PenDisplaced(self.pen, offset)

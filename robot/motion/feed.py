@@ -55,7 +55,6 @@ class FeedOverride(object):
     def __init__(self, look):
         self._look = look
         self._look_at = -math.inf
-        self._plan = None
         self._r0 = self._r1 = 1.0
         self.index = 0
         self.reached = 0.0
@@ -221,11 +220,11 @@ def rest_of(piece, tau):
     k = len([t for t in times[1:-1] if t <= tau])
     ways = []
     for (t, t_end), (v, a, cubics, across) in list(zip(zip(times, times[1:]), segments))[k:]:
-        ways.append([v, a, (t_end - t) * (v + 0.5 * a * (t_end - t)), cubics, across])
+        ways.append((v, a, (t_end - t) * (v + 0.5 * a * (t_end - t)), cubics, across))
     v, a, whole, cubics, across = ways[0]
     dt = min(tau, times[k + 1]) - times[k]
     done = dt * (v + 0.5 * a * dt)
-    ways[0] = [v + a * dt, a, whole - done, [_moved(c, done) for c in cubics], across]
+    ways[0] = v + a * dt, a, whole - done, [_moved(c, done) for c in cubics], across
     if sum([way[2] for way in ways]) < SHORTEST:
         return None
     if ways[0][2] < SHORTEST and len(ways) > 1:  # too short to speed up in: of one cubic
@@ -235,8 +234,8 @@ def rest_of(piece, tau):
         v, a, whole, cubics, across = ways[0]
         half = whole / 2
         middle = math.sqrt(max(0.0, v * v + 2 * a * half))
-        rest = [middle, a, half, [_moved(c, half) for c in cubics], across]
-        ways = [[v, a, half, cubics, across], rest]
+        rest = middle, a, half, [_moved(c, half) for c in cubics], across
+        ways = [(v, a, half, cubics, across), rest]
     return _from_rest(ways, end, _acceleration(segments))
 
 

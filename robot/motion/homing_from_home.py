@@ -18,7 +18,7 @@ from robot.motion.stops import (
     touch_stop,
 )
 from robot.motion.trajectory import JointMove
-from shared.arm_description import SEEK_BEYOND, STOPS_TOUCHED
+from shared.arm_keys import SEEK_BEYOND, STOPS_TOUCHED
 
 SPEED, SLOW = math.radians(60), math.radians(6)
 """Greatest of a joint on its way to a stop, and to a sensor that it has met before, rad/s."""

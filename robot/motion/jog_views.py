@@ -14,7 +14,8 @@ import itertools
 import math
 
 from robot.motion.mounting import Observed, jog_angles, nothing_moved
-from shared.arm_description import PULLED_DOWN, ArmError
+from shared.arm_description import ArmError
+from shared.arm_keys import PULLED_DOWN
 from shared.record import record
 
 CLEAR = 3.0
@@ -79,10 +80,12 @@ def check_size(arm, view):
             raise NotSeen(
                 "the play of the {}, backlash = {:g} in {}, takes a jog of {:g} deg nearly whole; "
                 "look yourself, without --camera".format(
-                    joint.name, *[math.degrees(joint.backlash), arm.file,
-                    math.degrees(jog_angles(arm, k)[-1])]
+                    joint.name,
+                    math.degrees(joint.backlash),
+                    arm.file,
+                    math.degrees(jog_angles(arm, k)[-1]),
                 )
-            )  # fmt: skip
+            )
         least, moves = CLEAR * 2 * view.doubt, turn * share * reach
         if share and moves < least:
             raise NotSeen(
@@ -176,7 +179,7 @@ def recognised(arm, jogs):
                     "moves it up and down, and the camera looks from above".format(joint.port)
                 )
             raise nothing_moved(arm, joint)
-    return _pair_of(arm, levers)
+    return _pair_of(arm, [seen for seen in levers if seen is not None])
 
 
 def _shares(arm):
@@ -242,21 +245,21 @@ def _base_of(arm, levers):
     for k, seen in enumerate(levers):
         if seen is None:
             continue
-        seen = seen * base.gear / arm.joints[k].gear
-        off = _folded(seen)
-        if abs(off) < FAR_LEFT and 1 / SCALE < abs(seen) / math.cos(off) < SCALE:
-            found.append((k, seen, off))
+        turned = seen * base.gear / arm.joints[k].gear
+        off = _folded(turned)
+        if abs(off) < FAR_LEFT and 1 / SCALE < abs(turned) / math.cos(off) < SCALE:
+            found.append((k, turned, off))
     others = " and ".join(joint.name for joint in arm.joints[1:])
-    seen = [None] * len(levers)
+    observed = [None] * len(levers)
     if len(found) != 1:
-        return seen, (
+        return observed, (
             "the camera does not tell the {} from {}: {} motors moved the tip round the marker "
             "goal".format(base.name, others, len(found) or "none of the")
         )
     ((k, turned, off),) = found
     _check_side(arm, off)
-    seen[k] = Observed(base.name, (turned / cmath.rect(1.0, off)).real > 0)
-    return seen, (
+    observed[k] = Observed(base.name, (turned / cmath.rect(1.0, off)).real > 0)
+    return observed, (
         "{} move the tip in one upright plane, and a camera above it does not tell which of them "
         "does, nor whether up or down".format(others)
     )

@@ -110,7 +110,7 @@ class JointController(object):
         backlash: rad.
 
     Attributes:
-        angle, speed: as observed, rad and rad/s; None until the first reading.
+        angle, speed: as observed, rad and rad/s; 0 until the first reading.
         full_error: from an error of so much on the hand is as firm as it gets, rad: the softer it
             is, the later.
         model, stall: MotorModel and StallDetector.
@@ -149,8 +149,7 @@ class JointController(object):
         )
         self._reserve = SILENT_RESERVE * per_duty
         self._t = None
-        self.angle = None
-        self.speed = 0.0
+        self.angle = self.speed = 0.0
         self.delay = TUNED_DELAY
 
     @property

@@ -110,7 +110,7 @@ def as_mounted(arm, seen):
     for joint, (part, positive) in zip(arm.joints, seen):
         if part == NOTHING:
             raise nothing_moved(arm, joint)
-        if part == PEN:
+        if part == PEN and arm.pen:
             raise NotMounted(
                 "the motor at port {} moves the pen, and the one at port {} should: exchange their "
                 "cables, or the lines port of [{}] and [pen] in {}; then check again".format(

@@ -233,7 +233,7 @@ class OnlineTrajectory(object):
         ]
         self._described = joints
         self.duration = math.inf
-        self._t, self._states = None, None
+        self._t, self._states = None, []
         self._preloaded_at = -math.inf
         self.rests_from = [0.0] * len(self._joints)
         self._preload_sides = preload_sides
@@ -261,11 +261,11 @@ class OnlineTrajectory(object):
             last: whether to end there, however near that is.
         """
         self.take_preload(t)
-        moving = isinstance(aim, Moving)
-        for k, joint in enumerate(self._joints):
-            if moving:
+        if isinstance(aim, Moving):
+            for k, joint in enumerate(self._joints):
                 joint.steer(t, aim.q[k], last, aim.q_dot[k])
-            else:
+        else:
+            for k, joint in enumerate(self._joints):
                 joint.steer(t, None if aim is None else aim[k], last)
         self._note_rests()
         if aim is None or last:

@@ -236,6 +236,7 @@ def _on_a_branch(arm, p, elbow, follow):
             return follow(kinematics.inverse(arm, p, elbow=branch))
         except kinematics.Unreachable as error:
             first_error = first_error or error
+    assert first_error is not None  # one branch was tried at least
     raise first_error
 
 

@@ -197,7 +197,10 @@ class Zero(object):
                     "{:.0f}{}".format(
                         self.file,
                         name,
-                        *[math.degrees(a) for a in (angle, lower, upper)] + [ADVICE],
+                        math.degrees(angle),
+                        math.degrees(lower),
+                        math.degrees(upper),
+                        ADVICE,
                     )
                 )
 
