@@ -9,7 +9,7 @@ import os
 
 from robot.motion import backlash, kinematics, motor_model
 from robot.motion.arm_motors import ArmMotors
-from robot.motion.backlash import BacklashCompensation, pose_behind
+from robot.motion.backlash import pose_behind
 from robot.motion.checked import Checked
 from robot.motion.control_loop import (
     COARSE_COUNTS,
@@ -19,17 +19,12 @@ from robot.motion.control_loop import (
     SETTLING_TIME,
     Stalled,
 )
+from robot.motion.following import LinkFollower
 from robot.motion.gravity import Gravity
 from robot.motion.joint_controller import GAINS
-from robot.motion.online_trajectory import STOP, OnlineTrajectory
+from robot.motion.online_trajectory import STOP
 from robot.motion.trajectory import JOINT_ACCELERATION, JointMove
 from robot.motion.zero import Zero
-
-COASTING_SPEED = math.radians(10)
-"""A motor stopped at more than this speed leaves its link running on into the backlash, rad/s."""
-
-MAX_CHASE_ERROR = math.radians(5)
-"""Greatest error in a chase, rad: a motor faster than described runs ahead on a long way."""
 
 MAX_PEN_ERROR = math.radians(25)
 """Of the pen's motor, rad."""
@@ -52,9 +47,6 @@ class RobotArm(object):
         motors: ArmMotors.
         checked: Checked: nothing moves until that is confirmed.
         joints, pen: its JointMotors.
-        backlash_sides: per joint, on which side its backlash lies: +1 pushed in the positive
-            direction last, or pulled in the negative by gravity; -1 the other way round; 0 unknown;
-            between, it is being crossed.
 
     Raises:
         MotorNotFound: a motor of the description is not there.
@@ -70,19 +62,19 @@ class RobotArm(object):
         self.checked = checked or Checked(description, os.path.dirname(self.zero.file))
         self.motors = motors or ArmMotors(description, clock, gains, say)
         self.joints, self.pen = self.motors.joints, self.motors.pen
-        self._plan = None
-        self.backlash_sides = (0,) * len(self.joints)
         self._gravity = gravity or Gravity(description)
-        loaded = self._gravity.loaded
-        self._preload = self._gravity.preload_sides if loaded else None
-        bounds = backlash.motor_bounds(description.joints)
-        self._of_arm = {"weigh": self._gravity.torques if loaded else None, "bounds": bounds}
+        self._links = LinkFollower(description.joints, self.motors, self._gravity)
         self._engaged, self._standing, self._zero_needed = False, True, True
 
     @property
     def homed(self):
         """Whether its zero is known: nothing moves before; a stall puts it in doubt."""
         return self.motors.homed
+
+    @property
+    def backlash_sides(self):
+        """Per joint, on which side its backlash lies, see LinkFollower."""
+        return self._links.sides
 
     def counts(self):
         """The encoders' readings by port."""
@@ -98,9 +90,7 @@ class RobotArm(object):
 
     def angles(self):
         """Joint angles, rad, as the encoders have them, allowing for backlash as far as known."""
-        angles = [motor.angle() for motor in self.joints]
-        self.backlash_sides = self._gravity.sides(angles, self.backlash_sides)
-        return self._links(angles)
+        return self._links.angles()
 
     def position(self):
         """The tip, cm, as the encoders have it."""
@@ -155,14 +145,7 @@ class RobotArm(object):
         """
         self._engage()
         with self._stopping_on_error():
-            plans = self._planned(motions)
-            for self._plan in plans:
-                noting = self._noting(self._plan, on_tick) if on_tick else None
-                run = self.motors.loop.run
-                if not run(self.joints, self._plan, settle, on_tick=noting, **self._of_arm):
-                    self._note_braked()
-                    break
-                self.backlash_sides = self._plan.sides
+            self._links.follow(motions, settle, on_tick)
             self.motors.hold(self.joints)
 
     def follow_fed(self, motions, feed, ready):
@@ -172,23 +155,8 @@ class RobotArm(object):
         """
         self._engage()
         with self._stopping_on_error():
-            plans = self._planned(motions)
-            ready()
-            for self._plan in feed.each(plans):
-                over = self.motors.loop.run(self.joints, feed, on_tick=feed.tick, **self._of_arm)
-                self.backlash_sides = feed.sides
-                if not over:
-                    self._note_braked()
+            self._links.follow_fed(motions, feed, ready)
             self.motors.hold(self.joints)
-
-    def _planned(self, motions):
-        """All that the motors are to do: between two pieces their dead-man would stop them."""
-        plans, sides, joints = [], self.backlash_sides, self.description.joints
-        for motion in motions:
-            sides = self._gravity.sides(motion.start, sides)
-            plans.append(BacklashCompensation(joints, motion, sides, self._preload))
-            sides = plans[-1].sides
-        return plans
 
     def reach(
         self, q, speed=1.0, acceleration=JOINT_ACCELERATION, on_tick=None, within=FINE_COUNTS,
@@ -211,7 +179,10 @@ class RobotArm(object):
         def aim(t, links):
             return STOP if on_tick and on_tick(t, links) is STOP else q
 
-        self._pursue(aim, speed, acceleration, within, True, spare)
+        self._engage()
+        with self._stopping_on_error():
+            self._links.pursue(aim, speed, acceleration, within, True, spare)
+            self.motors.hold(self.joints)
 
     def chase(
         self, aim, speed=1.0, acceleration=JOINT_ACCELERATION, within=FINE_COUNTS, spare=None
@@ -230,44 +201,10 @@ class RobotArm(object):
 
         Raises as `follow`, and kinematics.Unreachable for an aim that is not a number.
         """
-        self._pursue(aim, speed, acceleration, within, False, spare)
-
-    def _pursue(self, aim, speed, acceleration, within, once, spare):
-        """Chase an aim, or `once` go where it is at first."""
         self._engage()
         with self._stopping_on_error():
-            joints = self.description.joints
-            q = self.angles()
-            pursuit = OnlineTrajectory(
-                joints, q, self.backlash_sides, speed, acceleration, self._preload
-            )
-
-            def steer(t, now, angles):
-                self.backlash_sides = pursuit.sides_at(t)
-                return pursuit.take(t, aim(now, self._links(angles)), once)
-
-            if not self.motors.loop.run(
-                self.joints, pursuit, LONG_SETTLING, within, MAX_CHASE_ERROR, steer, spare=spare,
-                **self._of_arm
-            ):  # fmt: skip
-                self._note_braked()
+            self._links.pursue(aim, speed, acceleration, within, False, spare)
             self.motors.hold(self.joints)
-
-    def _noting(self, plan, on_tick):
-        """What tells `on_tick`, in the control loop, where the links are."""
-
-        def note(t, now, angles):
-            self.backlash_sides = plan.sides_at(t)
-            return on_tick(now, self._links(angles))
-
-        return note
-
-    def _links(self, angles):
-        """The links' angles for these of the motors, rad."""
-        return tuple(
-            angle - side * joint.backlash / 2
-            for angle, side, joint in zip(angles, self.backlash_sides, self.description.joints)
-        )
 
     @contextlib.contextmanager
     def _stopping_on_error(self):
@@ -278,22 +215,11 @@ class RobotArm(object):
             # Blocked or blind looks the same; blind, its counts are worth nothing from now on.
             if self.homed and isinstance(error, Stalled):
                 self.motors.doubt_zeros(error.fact)
-            if self._plan:
-                self.backlash_sides = self._plan.sides_at(self.motors.loop.plan_time)
-            self._note_braked()
+            self._links.note_broken_off()
             self._halt()
             if isinstance(error, Stalled):
                 error.look_at_battery(self.clock)
             raise
-        finally:
-            self._plan = None
-
-    def _note_braked(self):
-        """Which side of its backlash a joint lies on is unknown where it runs on."""
-        self.backlash_sides = tuple(
-            0 if abs(speed) > COASTING_SPEED else side
-            for speed, side in zip(self.motors.speeds(), self.backlash_sides)
-        )
 
     def move_pen(self, angle):
         """Turn the pen's motor to `angle`, rad; raises Stalled if it does not get there."""
@@ -325,7 +251,7 @@ class RobotArm(object):
                 yield
             finally:
                 self._zero_needed = True
-                self.backlash_sides = (0,) * len(self.joints)
+                self._links.forget_sides()
 
     def home(self, here=False, say=print, seek=False):
         """Find the zero as the arm's file says, which stands about at home; remember it.
@@ -342,7 +268,7 @@ class RobotArm(object):
         self.zero.forget()
         found = homing.home(self, self._gravity, here, seek, say)
         self.motors.homed = True
-        self.backlash_sides = (0,) * len(self.joints)
+        self._links.forget_sides()
         self.zero.save(self.motors.zeros(), None if self._engaged else self.motors.at_rest())
         return found
 
@@ -354,7 +280,7 @@ class RobotArm(object):
             from robot.motion.joint_steps import go_and_settle  # only the report's method needs it
 
             go_and_settle(self.joints, q, self.angles(), self.clock, self.motors.check)
-        self.backlash_sides = (0,) * len(self.joints)
+        self._links.forget_sides()
 
     # Ending
 
