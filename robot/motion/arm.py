@@ -223,12 +223,14 @@ class RobotArm(object):
 
     def move_pen(self, angle):
         """Turn the pen's motor to `angle`, rad; raises Stalled if it does not get there."""
+        pen = self.pen
+        assert pen is not None  # nobody lifts a pen that is not there
         self._engage()
         self.motors.release_pen()
         move = JointMove(
-            [self.pen.angle()], [angle], [motor_model.PEN_SPEED], motor_model.PEN_ACCELERATION
+            [pen.angle()], [angle], [motor_model.PEN_SPEED], motor_model.PEN_ACCELERATION
         )
-        self.move_motor(self.pen, move, MAX_PEN_ERROR)
+        self.move_motor(pen, move, MAX_PEN_ERROR)
 
     def move_motor(self, motor, move, max_error=MAX_ERROR, on_tick=None):
         """Let a motor follow a JointMove, without limits, `on_tick` as ControlLoop.run; hold it."""

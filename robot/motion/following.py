@@ -95,7 +95,8 @@ class LinkFollower(object):
 
     def _planned(self, motions):
         """All that the motors are to do: between two pieces their dead-man would stop them."""
-        plans, sides, joints = [], self.sides, self._joints
+        plans = []
+        sides, joints = self.sides, self._joints
         for motion in motions:
             sides = self._gravity.sides(motion.start, sides)
             plans.append(BacklashCompensation(joints, motion, sides, self._preload))

@@ -16,7 +16,7 @@ def home(arm, gravity, here, seek, say):
         gravity: robot.motion.gravity.Gravity, what pulls on the joints.
     """
     joints = arm.description.joints
-    if arm.pen:
+    if arm.pen and arm.description.pen:
         take_as_it_stands(arm.pen, arm.description.pen.up)
     if seek:
         with arm.lend_motors(zero_needed=False):

@@ -13,6 +13,7 @@ from robot.motion.stops import (
     Blocked,
     Found,
     set_zero,
+    stop_of,
     swapped,
     take_as_it_stands,
     touch_stop,
@@ -86,8 +87,8 @@ def _by_stops(arm, k, say):
     motor, joint = arm.joints[k], arm.description.joints[k]
     put = motor.zero
     ends, seen, spread = {}, {}, 0
-    for stop in STOPS_TOUCHED[joint.find_home]:
-        side, sign = stop[len("stop_") :], SIGNS[stop[len("stop_") :]]
+    for side in _sought(joint):
+        sign = SIGNS[side]
         # Counted from where it was put, and as far as a first stop has told where that was.
         bound = _bound(joint, sign)
         moved = (put - motor.zero) / motor.in_counts(1)
@@ -97,7 +98,7 @@ def _by_stops(arm, k, say):
         ends[side], apart = touch_stop(arm, k, side, say, end + sign * SHORT_OF_BOUND)
         spread = max(spread, apart)
         seen[side] = _seen(motor, joint, ends[side], sign, put)
-        off = seen[side] - getattr(joint, stop)
+        off = seen[side] - stop_of(joint, side)
         if len(ends) == 1 and abs(off) <= PUT_WITHIN:
             take_as_it_stands(motor, motor.angle() - off)
     problem = _problem(arm.description, k, seen)
@@ -146,7 +147,8 @@ def _problem(arm, k, seen):
     missing = [side for side in _sought(joint) if side not in seen]
     if not missing:
         apart = seen["upper"] - seen["lower"] if len(seen) == 2 else 0
-        if apart and abs(apart - joint.stop_upper + joint.stop_lower) > MAX_STOP_ERROR:
+        described = stop_of(joint, "upper") - stop_of(joint, "lower") if apart else 0.0
+        if apart and abs(apart - described) > MAX_STOP_ERROR:
             return None  # that tells more
         return "{}: put it nearer to home, or clear its way, and home again".format(told)
     return (
@@ -169,12 +171,12 @@ def _sought(joint):
 
 def _is_right(joint, seen):
     """Whether the stops are where they should be, or out of reach from where it was put."""
-    offs = {side: at - getattr(joint, "stop_" + side) for side, at in seen.items()}
+    offs = {side: at - stop_of(joint, side) for side, at in seen.items()}
     if not offs or max(abs(off) for off in offs.values()) > PUT_WITHIN:
         return False
     for side in _sought(joint):
         if side not in seen:
-            at = getattr(joint, "stop_" + side) + max(offs.values())
+            at = stop_of(joint, side) + max(offs.values())
             pushed = SIGNS[side] * at + joint.backlash / 2  # where its motor would stand there
             if pushed < SIGNS[side] * _bound(joint, SIGNS[side]) - MET_WITHIN:
                 return False
@@ -207,8 +209,9 @@ def _fits(joint, seen, expected):
 
 def _by_sensor(arm, k, say):
     motor, joint = arm.joints[k], arm.description.joints[k]
-    is_pressed = _sensor(joint)
-    sign = 1 if joint.touch_at >= joint.upper else -1
+    is_pressed, touch_at = _sensor(joint), joint.touch_at
+    assert touch_at is not None  # or the arm's file would not have it touched
+    sign = 1 if touch_at >= joint.upper else -1
     bound = _bound(joint, sign)
     closed = []
 
@@ -237,7 +240,7 @@ def _by_sensor(arm, k, say):
                     if blocked
                     else "went {:.0f} deg beyond its limit".format(math.degrees(SEEK_BEYOND)),
                     joint.touch_port,
-                    math.degrees(joint.touch_at),
+                    math.degrees(touch_at),
                     joint.name,
                     arm.description.file,
                 )
@@ -251,7 +254,7 @@ def _by_sensor(arm, k, say):
             "again".format(joint.touch_port, math.degrees(spread))
         )
     at = sum(slow) / len(slow)
-    take_as_it_stands(motor, motor.angle() - at + joint.touch_at + sign * joint.backlash / 2)
+    take_as_it_stands(motor, motor.angle() - at + touch_at + sign * joint.backlash / 2)
     return Found(joint.name, motor.zero, None, abs(motor.in_counts(spread)))
 
 

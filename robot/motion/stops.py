@@ -100,6 +100,13 @@ def take_as_it_stands(motor, angle):
     motor.zero += motor.in_counts(motor.angle() - angle)
 
 
+def stop_of(joint, side):
+    """The angle of a stop that there is, rad; `side` is "lower" or "upper"."""
+    angle = joint.stop_lower if side == "lower" else joint.stop_upper
+    assert angle is not None  # or the arm's file would not have it touched
+    return angle
+
+
 def set_zero(arm, k, ends, spread):
     """Set the zero of joint `k` by its stops; Found.
 
@@ -112,14 +119,13 @@ def set_zero(arm, k, ends, spread):
     motor, joint = arm.joints[k], arm.description.joints[k]
     zeros = []
     for side, counts in ends.items():
-        stop = joint.stop_lower if side == "lower" else joint.stop_upper
         push = -joint.backlash / 2 if side == "lower" else joint.backlash / 2
-        zeros.append(counts - motor.in_counts(stop + push))
+        zeros.append(counts - motor.in_counts(stop_of(joint, side) + push))
     motor.zero = sum(zeros) / len(zeros)
     play = None
     if len(ends) == 2:
         span = abs(ends["upper"] - ends["lower"]) * motor.resolution
-        play = span - (joint.stop_upper - joint.stop_lower)
+        play = span - (stop_of(joint, "upper") - stop_of(joint, "lower"))
         if abs(play - joint.backlash) > MAX_STOP_ERROR:
             raise Blocked(_not_as_described(arm.description, k, span, play))
     return Found(joint.name, motor.zero, play, spread)
@@ -132,7 +138,7 @@ def _not_as_described(arm, k, span, play):
         "the {}'s stops are {:.1f} deg apart, by the arm file {:.1f} and {:.1f} of play; ".format(
             joint.name,
             math.degrees(span),
-            math.degrees(joint.stop_upper - joint.stop_lower),
+            math.degrees(stop_of(joint, "upper") - stop_of(joint, "lower")),
             math.degrees(joint.backlash),
         )
     )
