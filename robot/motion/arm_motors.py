@@ -53,13 +53,15 @@ class ArmMotors(object):
         for motor in self.joints:
             motor.falls = any(joint.mass for joint in description.joints)
         pen = description.pen
-        self.pen = kind("pen", pen.port, pen.motor, 1.0, 1) if pen else None
-        self._all = self.joints + ([self.pen] if self.pen else [])
+        self.pen = None
+        self._all = list(self.joints)
         self.controllers = {
             motor: JointController(joint.gear, gains[joint.motor], joint.backlash)
             for motor, joint in zip(self.joints, description.joints)
         }
-        if pen and self.pen:
+        if pen:
+            self.pen = kind("pen", pen.port, pen.motor, 1.0, 1)
+            self._all.append(self.pen)
             self.controllers[self.pen] = JointController(1.0, gains[pen.motor])
         self.homed = False
         self._doubt = None  # what put the zeros in doubt, for people

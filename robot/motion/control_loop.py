@@ -115,7 +115,8 @@ class _Axis(object):
         self.motor, self.controller = motor, controller
         self.settling = SettlingDetector(settle, tolerance * motor.resolution)
         self.max_error = max(max_error, MAX_ERROR_COUNTS * motor.resolution)
-        self.seen, self.stands_since, self.slack_at = None, 0.0, 0.0
+        self.seen = None
+        self.stands_since = self.slack_at = 0.0
         self.held = 0
         self.lower, self.upper, self.fastest = bounds
 

@@ -58,7 +58,7 @@ class Trajectory(object):
                 (
                     round(v, 5), round(a, 4),
                     [[round(c, 7) for c in cubic] for cubic in cubics],
-                    across and [round(x, 4) for x in across],
+                    [round(x, 4) for x in across] if across else None,
                 )
                 for v, a, cubics, across in self._segments
             ],
