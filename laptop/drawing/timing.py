@@ -86,7 +86,7 @@ class _Run:
         self._gravity = Gravity(arm)
         self._preload = self._gravity.preload_sides if self._gravity.loaded else None
         self._q = tuple(joint.home for joint in arm.joints)
-        self._sides = (0,) * len(arm.joints)
+        self._sides: tuple[float, ...] = (0,) * len(arm.joints)
         self._pen_is_down = False
         self._kind = kind_of(arm)
         self.seconds = 0.0

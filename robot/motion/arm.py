@@ -26,6 +26,21 @@ from robot.motion.online_trajectory import STOP
 from robot.motion.trajectory import JOINT_ACCELERATION, JointMove
 from robot.motion.zero import Zero
 
+MYPY = False
+if MYPY:
+    from typing import Callable, Dict, Iterator, List, Optional, Sequence, Tuple  # noqa: F401
+
+    from robot.motion.chains import FixedPoint, FixedPose, Pose  # noqa: F401
+    from robot.motion.control_loop import OnTick, Spare  # noqa: F401
+    from robot.motion.feed import FeedOverride  # noqa: F401
+    from robot.motion.following import AimAt, LinkTick  # noqa: F401
+    from robot.motion.interfaces import DrivenMotor, LinkMotion, TickingClock  # noqa: F401
+    from robot.motion.joint_controller import GainsByKind  # noqa: F401
+    from robot.motion.online_trajectory import Aim  # noqa: F401
+    from robot.motion.pace import Say  # noqa: F401
+    from robot.motion.stops import Found  # noqa: F401
+    from shared.arm_description import Arm  # noqa: F401
+
 MAX_PEN_ERROR = math.radians(25)
 """Of the pen's motor, rad."""
 
@@ -53,9 +68,17 @@ class RobotArm(object):
     """
 
     def __init__(
-        self, description, clock, zero=None, gains=GAINS, gravity=None, say=print, motors=None,
-        checked=None
-    ):  # fmt: skip
+        self,
+        description,  # type: Arm
+        clock,  # type: TickingClock
+        zero=None,  # type: Optional[Zero]
+        gains=GAINS,  # type: GainsByKind
+        gravity=None,  # type: Optional[Gravity]
+        say=print,  # type: Say
+        motors=None,  # type: Optional[ArmMotors]
+        checked=None,  # type: Optional[Checked]
+    ):
+        # type: (...) -> None
         self.description = description
         self.clock = clock
         self.zero = zero or Zero(description)
@@ -68,37 +91,45 @@ class RobotArm(object):
 
     @property
     def homed(self):
+        # type: () -> bool
         """Whether its zero is known: nothing moves before; a stall puts it in doubt."""
         return self.motors.homed
 
     @property
     def backlash_sides(self):
+        # type: () -> Tuple[float, ...]
         """Per joint, on which side its backlash lies, see LinkFollower."""
         return self._links.sides
 
     def counts(self):
+        # type: () -> Dict[str, int]
         """The encoders' readings by port."""
         return self.motors.counts()
 
     def confirm_checked(self):
+        # type: () -> None
         """Refuse, by NotChecked, an arm of which nobody has seen which motor turns what."""
         self.checked.confirm(self.motors.devices)
 
     def load_zero(self):
+        # type: () -> None
         """Believe the remembered zero; raises NotHomed or BrickInUse, see ArmMotors.load_zeros."""
         self.motors.load_zeros(self.zero)
 
     def angles(self):
+        # type: () -> FixedPose
         """Joint angles, rad, as the encoders have them, allowing for backlash as far as known."""
         return self._links.angles()
 
     def position(self):
+        # type: () -> FixedPoint
         """The tip, cm, as the encoders have it."""
         return kinematics.forward(self.description, self.angles())
 
     # Motion
 
     def _engage(self, zero_needed=True):
+        # type: (bool) -> None
         """The arm is about to move, which goes on record: whatever moves it comes through here.
 
         Raises NotChecked, BrickInUse if another program may move it, NotHomed.
@@ -114,6 +145,7 @@ class RobotArm(object):
             self.zero.save(self.motors.zeros(), None)
 
     def go_to(self, q, speed=1.0, acceleration=JOINT_ACCELERATION, on_tick=None):
+        # type: (Pose, float, float, Optional[LinkTick]) -> None
         """Move all joints together to `q` (rad), each at most at `speed` times its greatest.
 
         `acceleration` is the greatest of any joint, rad/s^2; `on_tick` as for `follow`.
@@ -126,11 +158,13 @@ class RobotArm(object):
         self.follow([JointMove(self.angles(), q, fastest, acceleration)], LONG_SETTLING, on_tick)
 
     def pre_approach(self, motion):
+        # type: (LinkMotion) -> None
         """Go to the start of `motion` from behind, so that all backlash is taken up its way."""
         self.go_to(pose_behind(self.description.joints, motion))
         self.go_to(motion.start, backlash.APPROACH_SPEED, backlash.APPROACH_ACCELERATION)
 
     def follow(self, motions, settle=SETTLING_TIME, on_tick=None):
+        # type: (Sequence[LinkMotion], float, Optional[LinkTick]) -> None
         """Let the links follow Trajectories or JointMoves, one after the other; end at rest, held.
 
         Args:
@@ -149,6 +183,7 @@ class RobotArm(object):
             self.motors.hold(self.joints)
 
     def follow_fed(self, motions, feed, ready):
+        # type: (Sequence[LinkMotion], FeedOverride, Callable[[], object]) -> None
         """As `follow`, at the rate of a robot.motion.feed.FeedOverride, which may hold it.
 
         `ready` is called when all is planned and nothing moves yet: the pen may come down then.
@@ -159,9 +194,15 @@ class RobotArm(object):
             self.motors.hold(self.joints)
 
     def reach(
-        self, q, speed=1.0, acceleration=JOINT_ACCELERATION, on_tick=None, within=FINE_COUNTS,
-        spare=None
-    ):  # fmt: skip
+        self,
+        q,  # type: Pose
+        speed=1.0,  # type: float
+        acceleration=JOINT_ACCELERATION,  # type: float
+        on_tick=None,  # type: Optional[LinkTick]
+        within=FINE_COUNTS,  # type: float
+        spare=None,  # type: Optional[Spare]
+    ):
+        # type: (...) -> None
         """Move to `q` (rad), each joint by itself, as fast as a chase and landing as softly.
 
         On a long way sooner there than `go_to`, and the links end nearer to where they should; but
@@ -177,6 +218,7 @@ class RobotArm(object):
         kinematics.check_limits(self.description.joints, q)
 
         def aim(t, links):
+            # type: (float, FixedPose) -> Aim
             return STOP if on_tick and on_tick(t, links) is STOP else q
 
         self._engage()
@@ -187,6 +229,7 @@ class RobotArm(object):
     def chase(
         self, aim, speed=1.0, acceleration=JOINT_ACCELERATION, within=FINE_COUNTS, spare=None
     ):
+        # type: (AimAt, float, float, float, Optional[Spare]) -> None
         """Let the links follow an aim that may move as it likes; end at rest, held.
 
         Args:
@@ -208,6 +251,7 @@ class RobotArm(object):
 
     @contextlib.contextmanager
     def _stopping_on_error(self):
+        # type: () -> Iterator[None]
         """Whatever goes wrong, every motor is stopped before anybody hears of it."""
         try:
             yield
@@ -222,6 +266,7 @@ class RobotArm(object):
             raise
 
     def move_pen(self, angle):
+        # type: (float) -> None
         """Turn the pen's motor to `angle`, rad; raises Stalled if it does not get there."""
         pen = self.pen
         assert pen is not None  # nobody lifts a pen that is not there
@@ -233,6 +278,7 @@ class RobotArm(object):
         self.move_motor(pen, move, MAX_PEN_ERROR)
 
     def move_motor(self, motor, move, max_error=MAX_ERROR, on_tick=None):
+        # type: (DrivenMotor, JointMove, float, Optional[OnTick]) -> None
         """Let a motor follow a JointMove, without limits, `on_tick` as ControlLoop.run; hold it."""
         self._engage(self._zero_needed)
         with self._stopping_on_error():
@@ -241,6 +287,7 @@ class RobotArm(object):
 
     @contextlib.contextmanager
     def lend_motors(self, zero_needed=True):
+        # type: (bool) -> Iterator[None]
         """For a `with` block somebody else turns the joints, held first; no side is known then.
 
         Who finds the zero, or which motor is where, needs none; nor does `move_motor` in there.
@@ -256,6 +303,7 @@ class RobotArm(object):
                 self._links.forget_sides()
 
     def home(self, here=False, say=print, seek=False):
+        # type: (bool, Say, bool) -> List[Found]
         """Find the zero as the arm's file says, which stands about at home; remember it.
 
         With `here` it is taken to be there; with `seek` its stops are sought from anywhere.  The
@@ -275,6 +323,7 @@ class RobotArm(object):
         return found
 
     def step_to(self, q):
+        # type: (Pose) -> None
         """The report's move: both joints commanded together, then settled to a count for 60 ms."""
         kinematics.check_limits(self.description.joints, q)
         self._engage()
@@ -287,6 +336,7 @@ class RobotArm(object):
     # Ending
 
     def stop(self):
+        # type: () -> None
         """Stop and hold every motor that still answers; then tell of the first that does not.
 
         Raises MotorNotFound, or what else a motor answered.
@@ -296,10 +346,12 @@ class RobotArm(object):
             raise lost
 
     def _halt(self):
+        # type: () -> Optional[Exception]
         self._standing = True
         return self.motors.halt()
 
     def go_low(self):
+        # type: () -> bool
         """Go slowly, the base staying, to where the arm is to rest, as its description says.
 
         Returns whether it went; not if nothing was moved, or no resting place is described.
@@ -310,6 +362,7 @@ class RobotArm(object):
         return self._engaged and self.homed and parking.go_low(self)
 
     def park(self, low=False):
+        # type: (bool) -> None
         """Stop for good, and put on record where; nothing if nothing was moved.
 
         low: whether it goes low first if it can, see `go_low`.

@@ -9,6 +9,20 @@ from robot.motion.joint_controller import JointController
 from robot.motion.zero import ADVICE, NOT_LOADED, NotHomed, check_not_reset
 from shared.arm_description import ArmError
 
+MYPY = False
+if MYPY:
+    from typing import Callable, Dict, List, NoReturn, Optional, Sequence  # noqa: F401
+
+    from robot.motion.interfaces import DrivenMotor, TickingClock  # noqa: F401
+    from robot.motion.joint_controller import GainsByKind  # noqa: F401
+    from robot.motion.pace import Say  # noqa: F401
+    from robot.motion.zero import Zero  # noqa: F401
+    from shared.arm_description import Arm  # noqa: F401
+
+    MotorKind = Callable[
+        [str, str, str, float, int], DrivenMotor
+    ]  # name, port, kind, gear, direction
+
 MAX_PEN_OFFSET = math.radians(10)
 """A pen that is held and this far from there was turned by something else, rad."""
 
@@ -17,6 +31,7 @@ class PenDisplaced(ArmError):
     """The pen is not where its motor holds it."""
 
     def __init__(self, pen, offset):
+        # type: (DrivenMotor, float) -> None
         super(PenDisplaced, self).__init__(
             "the pen (port {}) was turned away by {:.0f} deg from where it is held; free it, then "
             "draw again".format(pen.port, abs(math.degrees(offset)))
@@ -46,14 +61,15 @@ class ArmMotors(object):
     """
 
     def __init__(self, description, clock, gains, say, kind=JointMotor):
-        self.joints = [
+        # type: (Arm, TickingClock, GainsByKind, Say, MotorKind) -> None
+        self.joints = [  # type: List[DrivenMotor]
             kind(joint.name, joint.port, joint.motor, joint.gear, joint.direction)
             for joint in description.joints
         ]
         for motor in self.joints:
             motor.falls = any(joint.mass for joint in description.joints)
         pen = description.pen
-        self.pen = None
+        self.pen = None  # type: Optional[DrivenMotor]
         self._all = list(self.joints)
         self.controllers = {
             motor: JointController(joint.gear, gains[joint.motor], joint.backlash)
@@ -64,26 +80,30 @@ class ArmMotors(object):
             self._all.append(self.pen)
             self.controllers[self.pen] = JointController(1.0, gains[pen.motor])
         self.homed = False
-        self._doubt = None  # what put the zeros in doubt, for people
-        self._rest = {}  # counts by port when last the zeros were known and all stood
+        self._doubt = None  # type: Optional[str] # what put the zeros in doubt, for people
+        self._rest = {}  # type: Dict[str, int] # when last the zeros were known and all stood
         self._checked = 0
-        self._pen_held_at = None  # rad, once it is held there
+        self._pen_held_at = None  # type: Optional[float] # rad, once it is held there
         self.lock = BrickLock(motors_folder())
         self.loop = ControlLoop(clock, self.controllers, self._check_next, say)
 
     def counts(self):
+        # type: () -> Dict[str, int]
         """The encoders' readings by port."""
         return {motor.port: motor.counts() for motor in self._all}
 
     def zeros(self):
+        # type: () -> Dict[str, float]
         """Counts at joint angle zero by port."""
         return {motor.port: motor.zero for motor in self._all}
 
     def devices(self):
+        # type: () -> Dict[str, str]
         """The system's names of the motors by port."""
         return {motor.port: motor.device for motor in self._all}
 
     def load_zeros(self, zero):
+        # type: (Zero) -> None
         """Take the counts at joint angle zero that are remembered.
 
         Args:
@@ -107,17 +127,20 @@ class ArmMotors(object):
         self.homed = True
 
     def at_rest(self):
+        # type: () -> Dict[str, int]
         """The encoders' readings by port, of an arm that stands; from here on they count."""
         self._rest = self.counts()
         return self._rest
 
     def confirm_not_reset(self):
+        # type: () -> None
         """Refuse, by NotHomed, motors that something else has reset since `at_rest`."""
         self.homed = False
         check_not_reset(self.counts(), self._rest)
         self.homed = True
 
     def doubt_zeros(self, why):
+        # type: (Optional[str]) -> None
         """What was known of them is worth nothing from now on, until they are found anew.
 
         Args:
@@ -126,6 +149,7 @@ class ArmMotors(object):
         self.homed, self._doubt = False, why
 
     def refuse_unhomed(self, zero):
+        # type: (Zero) -> NoReturn
         """Say to a program that is about to move an arm of unknown zero what is missing.
 
         Args:
@@ -139,10 +163,12 @@ class ArmMotors(object):
         raise NotHomed(NOT_LOADED)
 
     def speeds(self):
+        # type: () -> List[float]
         """The joints' speeds as observed, rad/s."""
         return [self.controllers[motor].speed for motor in self.joints]
 
     def check(self):
+        # type: () -> None
         """Notice a pulled cable, also of a motor that is idle, and a pen that something turned.
 
         Costs an access while the pen is held.
@@ -156,6 +182,7 @@ class ArmMotors(object):
             motor.check_plugged_in()
 
     def _check_next(self):
+        # type: () -> None
         """Check one motor after the other; a pen that is held, by its place."""
         self._checked = (self._checked + 1) % len(self._all)
         motor = self._all[self._checked]
@@ -165,16 +192,19 @@ class ArmMotors(object):
             motor.check_plugged_in()
 
     def _check_pen(self):
+        # type: () -> None
         if self.pen and self._pen_held_at is not None:
             offset = self.pen.angle() - self._pen_held_at
             if abs(offset) > MAX_PEN_OFFSET:
                 raise PenDisplaced(self.pen, offset)
 
     def release_pen(self):
+        # type: () -> None
         """The pen is about to be moved: its place is watched again once it is held."""
         self._pen_held_at = None
 
     def hold(self, motors):
+        # type: (Sequence[DrivenMotor]) -> None
         """Stop some of these, each holding where it is."""
         for motor in motors:
             motor.hold()
@@ -183,8 +213,9 @@ class ArmMotors(object):
         self.loop.reset(motors)
 
     def halt(self):
+        # type: () -> Optional[Exception]
         """Stop and hold every motor that still answers; the first trouble, or None."""
-        lost = None
+        lost = None  # type: Optional[Exception]
         self.release_pen()  # from now on it is held wherever it is
         # All stand before anything is tidied up: an access may be slow.
         for act in ("brake", "clamp", "disengage"):

@@ -2,6 +2,20 @@
 
 import math
 
+MYPY = False
+if MYPY:
+    from typing import Callable, Dict, List, Optional, Sequence, Tuple  # noqa: F401
+
+    from robot.motion.chains import Pose  # noqa: F401
+    from robot.motion.interfaces import LinkMotion  # noqa: F401
+    from robot.motion.trajectory import SetPoint  # noqa: F401
+    from shared.arm_description import Joint  # noqa: F401
+
+    Sides = Sequence[float]  # per joint, from -1 to +1; 0: unknown, or in the middle
+    PreloadSides = Callable[[Pose], Sequence[int]]  # from the links' angles, rad; 0: none
+    Crossing = Tuple[float, float, float]  # begin, time, step
+    Bounds = Tuple[float, float, float]  # lower, upper, fastest: rad and rad/s
+
 CROSSING_TIME = 0.14
 """Least time to cross a joint's backlash, s."""
 
@@ -25,6 +39,7 @@ roundings may take them."""
 
 
 def motor_bounds(joints):
+    # type: (Sequence[Joint]) -> List[Bounds]
     """Per joint, bounds of its motor's set-points, and of their speed: rad, rad, rad/s.
 
     Beyond the joint's own the motor goes by half the backlash, and by what crossing that takes.
@@ -62,6 +77,7 @@ class BacklashCompensation(object):
     """
 
     def __init__(self, joints, motion, sides, preload_sides=None):
+        # type: (Sequence[Joint], LinkMotion, Sides, Optional[PreloadSides]) -> None
         self._motion = motion
         self.duration = motion.duration
         self._crossings = []
@@ -70,7 +86,7 @@ class BacklashCompensation(object):
         for joint, side, wanted in zip(joints, sides, _wanted_sides(motion, preload_sides)):
             backlash = joint.backlash
             time = crossing_time(joint)
-            crossings = []
+            crossings = []  # type: List[Crossing]
             _, now = wanted[0]
             if now and now != side and backlash:
                 self.before = max(self.before, time)
@@ -90,6 +106,7 @@ class BacklashCompensation(object):
         self.rests_from = [self.duration] * len(self.sides)
 
     def at(self, t):
+        # type: (float) -> SetPoint
         """(q, path) of the motors' side at time `t` (s); see Trajectory.at."""
         q, path = self._motion.at(t)
         for k, (half, side, crossings) in enumerate(self._crossings):
@@ -97,6 +114,7 @@ class BacklashCompensation(object):
         return q, path
 
     def speeds(self, t):
+        # type: (float) -> List[float]
         """dq/dt of the motors' side at time `t` (s), rad/s."""
         speeds = self._motion.speeds(t)
         for k, (half, side, crossings) in enumerate(self._crossings):
@@ -105,16 +123,19 @@ class BacklashCompensation(object):
         return speeds
 
     def sides_at(self, t):
+        # type: (float) -> Tuple[float, ...]
         """Per joint, where the backlash lies at time `t` (s): from -1 to +1."""
         return tuple(crossed(t, side, crossings)[0] for _, side, crossings in self._crossings)
 
 
 def _wanted_sides(motion, preload_sides):
+    # type: (LinkMotion, Optional[PreloadSides]) -> List[List[Tuple[float, float]]]
     """Per joint, the sides to lie on from when on: (s, +1, -1 or 0: as it lies), from 0 on."""
     times = {0.0}.union(*motion.reversals)
-    held = {}
+    held = {}  # type: Dict[float, Sequence[int]]
 
     def press(t):
+        # type: (float) -> Sequence[int]
         if t not in held:
             held[t] = (
                 preload_sides(motion.at(t)[0]) if preload_sides else (0,) * len(motion.directions)
@@ -122,6 +143,7 @@ def _wanted_sides(motion, preload_sides):
         return held[t]
 
     def look(begin, end):
+        # type: (float, float) -> None
         """Add the times between these two at which another side is pressed on."""
         if press(begin) == press(end):
             return
@@ -135,7 +157,7 @@ def _wanted_sides(motion, preload_sides):
         n = int(motion.duration / PRELOAD_STEP) + 1
         for k in range(n):
             look(motion.duration * k / n, motion.duration * (k + 1) / n)
-    out = [[] for _ in motion.directions]
+    out = [[] for _ in motion.directions]  # type: List[List[Tuple[float, float]]]
     for t in sorted(times):
         for wanted, side, first, turns in zip(out, press(t), motion.directions, motion.reversals):
             turned = sum([turn <= t for turn in turns])
@@ -144,6 +166,7 @@ def _wanted_sides(motion, preload_sides):
 
 
 def pose_behind(joints, motion):
+    # type: (Sequence[Joint], LinkMotion) -> List[float]
     """Joint angles, rad, from which all backlash is taken up on the way to the motion's start."""
     behind = []
     for joint, start, direction in zip(joints, motion.start, motion.directions):
@@ -153,11 +176,13 @@ def pose_behind(joints, motion):
 
 
 def crossing_time(joint):
+    # type: (Joint) -> float
     """How long a joint's motor takes to cross the backlash, s."""
     return max(CROSSING_TIME, joint.backlash * joint.gear / CROSSING_SPEED)
 
 
 def crossed(t, side, crossings):
+    # type: (float, float, Sequence[Crossing]) -> Tuple[float, float]
     """Where the backlash lies at time `t`, and how fast that changes, 1/s.
 
     Args:

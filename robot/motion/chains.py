@@ -8,6 +8,19 @@ import math
 from shared.arm_description import ArmError
 from shared.record import record
 
+MYPY = False
+if MYPY:
+    from typing import Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple  # noqa: F401
+
+    from robot.motion.linear_systems import Matrix, Vector  # noqa: F401
+    from shared.arm_description import Arm, Joint  # noqa: F401
+
+    Pose = Sequence[float]  # joint angles, rad
+    FixedPose = Tuple[float, ...]
+    Point = Sequence[float]  # cm
+    FixedPoint = Tuple[float, ...]
+    Solutions = Dict[str, List[FixedPose]]  # by branch
+
 REACH_SLACK = 1e-9
 """A point at full reach must not be pushed out of it by rounding, cm."""
 
@@ -17,12 +30,14 @@ class Unreachable(ArmError, ValueError):
 
 
 def reach(arm):
+    # type: (Arm) -> Tuple[float, float]
     """Least and greatest distance of the tip from the shoulder that the links allow, cm."""
     upper, fore = arm.joints[-2].link, arm.joints[-1].link
     return abs(upper - fore), upper + fore
 
 
 def point_text(p):
+    # type: (Point) -> str
     """A point for people, cm."""
     return "({}) cm".format(", ".join("{:.6g}".format(round(c, 6) + 0.0) for c in p))
 
@@ -31,6 +46,7 @@ def point_text(p):
 
 
 def _link_ends(joints, q, x, y):
+    # type: (Sequence[Joint], Pose, float, float) -> List[Tuple[float, float]]
     """Links joined in one plane, the first at (x, y): every joint and the end."""
     heading, positions = 0.0, [(x, y)]
     for joint, angle in zip(joints, q):
@@ -43,10 +59,12 @@ def _link_ends(joints, q, x, y):
 
 
 def _planar_positions(arm, q):
+    # type: (Arm, Pose) -> List[Tuple[float, float]]
     return _link_ends(arm.joints, q, 0.0, 0.0)
 
 
 def _planar_jacobian(arm, q):
+    # type: (Arm, Pose) -> Matrix
     """A turn about an upright axis moves the tip across its lever arm (geometric Jacobian)."""
     if len(q) == 2:
         upper, fore = arm.joints
@@ -63,14 +81,17 @@ def _planar_jacobian(arm, q):
 
 
 def _planar_pull(q, moments):
+    # type: (Pose, Vector) -> List[float]
     return [0.0] * len(q)
 
 
 def _planar_solutions(arm, p, near):
+    # type: (Arm, Point, Optional[Pose]) -> Solutions
     return {branch: [pose] for branch, pose in _bend_to(arm, p, p).items()}
 
 
 def _bend_to(arm, point, p):
+    # type: (Arm, Point, Point) -> Dict[str, Tuple[float, float]]
     """How two links bend to a point of their plane, seen from the first one's axis.
 
     By the cosine rule, with half angles: the tangent form keeps its digits at full reach and at the
@@ -102,10 +123,12 @@ def _bend_to(arm, point, p):
 
 
 def _planar_singularity(arm, q):
+    # type: (Arm, Pose) -> float
     return abs(math.sin(q[1]))
 
 
 def _planar_scale(arm, q):
+    # type: (Arm, Pose) -> float
     return 0.5 * reach(arm)[1] * math.sin(q[1]) ** 2
 
 
@@ -114,16 +137,19 @@ def _planar_scale(arm, q):
 
 
 def _spatial_profile(arm, q):
+    # type: (Arm, Pose) -> List[Tuple[float, float]]
     """In the upright plane in which the arm is: (distance from the base's axis, height), cm."""
     return [(0.0, 0.0)] + _link_ends(arm.joints[1:], q[1:], 0.0, arm.joints[0].link)
 
 
 def _spatial_positions(arm, q):
+    # type: (Arm, Pose) -> List[Tuple[float, float, float]]
     ahead, aside = math.cos(q[0]), math.sin(q[0])
     return [(out * ahead, out * aside, height) for out, height in _spatial_profile(arm, q)]
 
 
 def _spatial_jacobian(arm, q):
+    # type: (Arm, Pose) -> Matrix
     """Each joint moves the tip across its lever arm (geometric Jacobian)."""
     ahead, aside = math.cos(q[0]), math.sin(q[0])
     profile = _spatial_profile(arm, q)
@@ -136,6 +162,7 @@ def _spatial_jacobian(arm, q):
 
 
 def _spatial_pull(q, moments):
+    # type: (Pose, Vector) -> List[float]
     torques, heading = [0.0], 0.0
     for k in range(1, len(q)):
         heading += q[k]
@@ -147,10 +174,11 @@ def _spatial_pull(q, moments):
 
 
 def _spatial_solutions(arm, p, near):
+    # type: (Arm, Point, Optional[Pose]) -> Solutions
     """Facing the point, and bent over backwards to it."""
     x, y, z = p
     yaw, out = math.atan2(y, x), math.hypot(x, y)
-    solutions = {"up": [], "down": []}
+    solutions = {"up": [], "down": []}  # type: Solutions
     # Facing the point, the elbow is above where it is bent down; from behind, where it is bent up.
     ways = [(0.0, out, "down"), (math.pi, -out, "up")]
     if near:
@@ -163,25 +191,44 @@ def _spatial_solutions(arm, p, near):
 
 
 def _spatial_out(arm, q):
+    # type: (Arm, Pose) -> float
     """How far the tip is from the base's axis, cm; negative: behind it."""
     _, upper, fore = arm.joints
     return upper.link * math.cos(q[1]) + fore.link * math.cos(q[1] + q[2])
 
 
 def _spatial_singularity(arm, q):
+    # type: (Arm, Pose) -> float
     return abs(math.sin(q[2]) * _spatial_out(arm, q)) / reach(arm)[1]
 
 
 def _spatial_scale(arm, q):
+    # type: (Arm, Pose) -> float
     return min(0.5 * reach(arm)[1] * math.sin(q[2]) ** 2, abs(_spatial_out(arm, q)))
 
 
 # A chain: positions(arm, q), jacobian(arm, q), pull(q, moments), solutions(arm, p, near) as
 # _solutions, singularity(arm, q), scale(arm, q), the number of coordinates of p, how many
 # joints are below the shoulder, and the sign of the elbow's angle in the branch "up".
-KinematicChain = record(
-    "KinematicChain", "positions jacobian pull solutions singularity scale coordinates below up"
-)
+if MYPY:
+    KinematicChain = NamedTuple(
+        "KinematicChain",
+        [
+            ("positions", Callable[[Arm, Pose], Sequence[FixedPoint]]),
+            ("jacobian", Callable[[Arm, Pose], Matrix]),
+            ("pull", Callable[[Pose, Vector], List[float]]),
+            ("solutions", Callable[[Arm, Point, Optional[Pose]], Solutions]),
+            ("singularity", Callable[[Arm, Pose], float]),
+            ("scale", Callable[[Arm, Pose], float]),
+            ("coordinates", int),
+            ("below", int),
+            ("up", int),
+        ],
+    )
+else:
+    KinematicChain = record(
+        "KinematicChain", "positions jacobian pull solutions singularity scale coordinates below up"
+    )
 CHAINS = {
     "planar": KinematicChain(
         _planar_positions,

@@ -10,6 +10,13 @@ from robot.motion.zero import boot_id
 from shared.arm_description import ArmError
 from shared.small_files import SpoiltFile, open_to_write, read_json
 
+MYPY = False
+if MYPY:
+    from typing import Callable, Dict, Optional  # noqa: F401
+
+    from robot.motion.zero import Number  # noqa: F401
+    from shared.arm_description import Arm  # noqa: F401
+
 VERSION = 1
 """Of the file."""
 
@@ -25,8 +32,9 @@ class CheckNotSaved(ArmError, OSError):
 
 
 def what_is_checked(arm):
+    # type: (Arm) -> Dict[str, Number]
     """The numbers of an arm that a look at its joints confirms, by "part.key"."""
-    numbers = {"arm.chain": arm.chain}
+    numbers = {"arm.chain": arm.chain}  # type: Dict[str, Number]
     for joint in arm.joints:
         for key in ("port", "motor", "gear", "direction"):
             numbers[joint.name + "." + key] = getattr(joint, key)
@@ -47,11 +55,13 @@ class Checked(object):
     """
 
     def __init__(self, arm, folder):
+        # type: (Arm, str) -> None
         self.file = os.path.join(folder, arm.name + ".checked")
         self.needed = True
         self._arm = arm
 
     def confirm(self, devices):
+        # type: (Callable[[], Dict[str, str]]) -> None
         """Refuse an arm that was not looked at as it is now; once is enough.
 
         Args:
@@ -70,6 +80,7 @@ class Checked(object):
         self.needed = False
 
     def _problem(self, devices):
+        # type: (Dict[str, str]) -> Optional[str]
         try:
             known = read_json(self.file)
             then, before = known["arm"], known["motors"]
@@ -94,6 +105,7 @@ class Checked(object):
         return None
 
     def save(self, devices):
+        # type: (Dict[str, str]) -> None
         """Remember that it is as the arm's file says.
 
         Args:
@@ -123,6 +135,7 @@ class Checked(object):
 
 
 def _shown(value):
+    # type: (object) -> str
     """A number or word of an arm's file; what may be anything else, too."""
     if value is None:
         return "nothing"

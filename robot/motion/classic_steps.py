@@ -7,6 +7,12 @@ import math
 
 from robot.motion import kinematics, linear_systems
 
+MYPY = False
+if MYPY:
+    from robot.motion.chains import FixedPose, Point, Pose  # noqa: F401
+    from robot.motion.linear_systems import Vector  # noqa: F401
+    from shared.arm_description import Arm  # noqa: F401
+
 STEP_SIZE = math.radians(5)
 """The report's length of a joint step, rad."""
 
@@ -15,6 +21,7 @@ ARRIVAL_DISTANCE = 1.0
 
 
 def jacobian_step(arm, q, dy):
+    # type: (Arm, Pose, Vector) -> FixedPose
     """The report's joint step: dx = J^-1 dy, scaled to a length of STEP_SIZE.
 
     Args:
@@ -40,6 +47,7 @@ def jacobian_step(arm, q, dy):
 
 
 def has_arrived(start, goal, p):
+    # type: (Point, Point, Point) -> bool
     """Whether the report's steps are over: within ARRIVAL_DISTANCE of the goal, or past it."""
     if kinematics.distance(goal, p) <= ARRIVAL_DISTANCE:
         return True

@@ -15,6 +15,23 @@ from robot.motion.pace import HOPELESS_TICKS, MIN_PERIOD, Pace
 from robot.motion.settling import STANDSTILL_TIME, SettlingDetector
 from shared.arm_description import ArmError
 
+MYPY = False
+if MYPY:
+    from typing import Callable, Dict, List, Optional, Sequence, Tuple  # noqa: F401
+
+    from robot.motion.backlash import Bounds  # noqa: F401
+    from robot.motion.interfaces import DrivenMotor, MotorPlan, TickingClock  # noqa: F401
+    from robot.motion.joint_controller import JointController  # noqa: F401
+    from robot.motion.linear_systems import Vector  # noqa: F401
+    from robot.motion.pace import Say  # noqa: F401
+
+    Controllers = Dict[DrivenMotor, JointController]
+    OnTick = Callable[
+        [float, float, List[float]], object
+    ]  # plan's and clock's time, motors' angles
+    Weigh = Callable[[List[float]], Sequence[float]]  # from the motors' angles, rad, to Nm
+    Spare = Callable[[float], object]  # until when there is time, s
+
 CHECK_PERIOD = 0.1
 """So often one of the motors, in turn, is checked to be there, and the pen in its place, s."""
 
@@ -63,6 +80,7 @@ class Stalled(ArmError):
     """
 
     def __init__(self, motor, missing, angle=0.0, turning=False):
+        # type: (DrivenMotor, str, float, bool) -> None
         self.motor, self.angle, self.turning = motor, angle, turning
         self.fact = "the {} (port {}) does not turn as it is driven, {}".format(
             motor.name, motor.port, missing
@@ -73,6 +91,7 @@ class Stalled(ArmError):
         )
 
     def look_at_battery(self, clock):
+        # type: (TickingClock) -> None
         """Say so if the battery is flat: what turns too slowly does so by that."""
         from robot.ev3 import battery  # not above: only now it is needed
 
@@ -91,6 +110,7 @@ class TooSlow(ArmError):
     """The brick does not keep up with the control loop."""
 
     def __init__(self, seconds, missing=""):
+        # type: (float, str) -> None
         super(TooSlow, self).__init__(
             "the brick is too slow: a control tick took {:.2f} s{}; end other programs on the brick"
             "".format(seconds, missing)
@@ -112,10 +132,11 @@ class _Axis(object):
     """
 
     def __init__(self, motor, controller, settle, tolerance, max_error, bounds):
+        # type: (DrivenMotor, JointController, float, float, float, Bounds) -> None
         self.motor, self.controller = motor, controller
         self.settling = SettlingDetector(settle, tolerance * motor.resolution)
         self.max_error = max(max_error, MAX_ERROR_COUNTS * motor.resolution)
-        self.seen = None
+        self.seen = None  # type: Optional[float]
         self.stands_since = self.slack_at = 0.0
         self.held = 0
         self.lower, self.upper, self.fastest = bounds
@@ -136,6 +157,7 @@ class ControlLoop(object):
     """
 
     def __init__(self, clock, controllers, check, say):
+        # type: (TickingClock, Controllers, Callable[[], object], Say) -> None
         self._clock = clock
         self._controllers = controllers
         self._check = check
@@ -143,14 +165,24 @@ class ControlLoop(object):
         self.plan_time = 0.0
 
     def reset(self, motors):
+        # type: (Sequence[DrivenMotor]) -> None
         """The motors were stopped; their controllers begin anew."""
         for motor in motors:
             self._controllers[motor].reset()
 
     def run(
-        self, motors, plan, settle=SETTLING_TIME, tolerance=FINE_COUNTS, max_error=MAX_ERROR,
-        on_tick=None, weigh=None, spare=None, bounds=None
-    ):  # fmt: skip
+        self,
+        motors,  # type: Sequence[DrivenMotor]
+        plan,  # type: MotorPlan
+        settle=SETTLING_TIME,  # type: float
+        tolerance=FINE_COUNTS,  # type: float
+        max_error=MAX_ERROR,  # type: float
+        on_tick=None,  # type: Optional[OnTick]
+        weigh=None,  # type: Optional[Weigh]
+        spare=None,  # type: Optional[Spare]
+        bounds=None,  # type: Optional[Sequence[Bounds]]
+    ):
+        # type: (...) -> bool
         """Let `motors` follow `plan` to its end; they are driven still when this returns.
 
         Meanwhile no garbage is collected, which would take five ticks.
@@ -196,6 +228,7 @@ class ControlLoop(object):
                 gc.enable()
 
     def _run(self, axes, plan, on_tick, weigh, spare):
+        # type: (List[_Axis], MotorPlan, Optional[OnTick], Optional[Weigh], Optional[Spare]) -> bool
         now_of, sleep, pace = self._clock.now, self._clock.sleep, self.pace
         for axis in axes:
             axis.motor.engage(STIFFNESS)
@@ -203,7 +236,7 @@ class ControlLoop(object):
         for axis in axes:
             axis.slack_at = now
         pace.begin()
-        delay = None
+        delay = None  # type: Optional[float]
         t = -plan.before
         t_ahead = t + pace.rate * pace.lead
         last = plan.speeds(t_ahead)
@@ -313,6 +346,7 @@ class ControlLoop(object):
             began = now_of()
 
     def _astray(self, axis, error, now):
+        # type: (_Axis, float, float) -> ArmError
         """What is wrong with a joint that is not where it should be."""
         missing = "{:.1f} deg are missing".format(abs(math.degrees(error)))
         if self._may_be_late(axis, now):
@@ -321,6 +355,7 @@ class ControlLoop(object):
         return Stalled(axis.motor, missing, max(0.0, axis.controller.stall.missing), turning)
 
     def _may_be_late(self, axis, now):
+        # type: (_Axis, float) -> bool
         """Return True if late ticks may be why a joint is not where it should be.
 
         Its motor's driver needs no ticks to turn it, but ticks to turn it where it should be.
@@ -329,6 +364,7 @@ class ControlLoop(object):
 
     @staticmethod
     def _weigh_along(errors, path):
+        # type: (List[float], Tuple[Vector, Vector]) -> None
         """Weigh what lies along the path less, in place: straightness before timing."""
         across, slopes = path
         along = 0.0
@@ -340,6 +376,7 @@ class ControlLoop(object):
 
 
 def _out_of_bounds(axis, angle, speed):
+    # type: (_Axis, float, float) -> OutOfBounds
     return OutOfBounds(
         "the {} was to be at {:.1f} deg and {:.0f} deg/s, and its bounds are {:.1f} to {:.1f} deg "
         "and {:.0f} deg/s: the motion was ended; ask for less".format(

@@ -13,6 +13,17 @@ import math
 from robot.motion.online_trajectory import STOP
 from robot.motion.trajectory import JOINT_ACCELERATION
 
+MYPY = False
+if MYPY:
+    from typing import Callable, Iterator, List, Optional, Sequence, Tuple  # noqa: F401
+
+    from robot.motion.backlash import BacklashCompensation  # noqa: F401
+    from robot.motion.chains import Pose  # noqa: F401
+    from robot.motion.linear_systems import Vector  # noqa: F401
+    from robot.motion.trajectory import Cubic, Segment, SetPoint, TimedPiece  # noqa: F401
+
+    Way = Tuple[float, float, float, Sequence[Cubic], Optional[Vector]]  # v, a, cm, cubics, across
+
 RAMP_TIME, LONGEST_RAMP = 0.15, 0.2
 """The rate goes from 1 to 0 in this time at the least, s, and at the most: joints that turn fast
 take longer, as they are to slow down no harder than a plan does (JOINT_ACCELERATION)."""
@@ -53,6 +64,7 @@ class FeedOverride(object):
     """
 
     def __init__(self, look):
+        # type: (Callable[[float], float]) -> None
         self._look = look
         self._look_at = -math.inf
         self._r0 = self._r1 = 1.0
@@ -60,10 +72,12 @@ class FeedOverride(object):
         self.reached = 0.0
 
     def begin_at(self, rate):
+        # type: (float) -> None
         """The next motion begins at this rate."""
         self._r1 = rate
 
     def each(self, plans):
+        # type: (Sequence[BacklashCompensation]) -> Iterator[FeedOverride]
         """Yield itself for every plan in turn; no more once it is held."""
         for self.index, plan in enumerate(plans):
             self._begin(plan)
@@ -73,6 +87,7 @@ class FeedOverride(object):
         self.index += 1
 
     def _begin(self, plan):
+        # type: (BacklashCompensation) -> None
         self._plan = plan
         self.before = plan.before
         self._t0 = self._t1 = self._tau0 = self._tau1 = -plan.before
@@ -82,20 +97,24 @@ class FeedOverride(object):
 
     @property
     def held(self):
+        # type: () -> bool
         """Whether it stands or comes to stand, as wanted, though there may be more to do."""
         return self._r1 == 0.0
 
     @property
     def tau(self):
+        # type: () -> float
         """The plan's own time at which it ends or is held, s."""
         return min(self._tau(self.duration), self._plan.duration)
 
     @property
     def sides(self):
+        # type: () -> Tuple[float, ...]
         """Where the backlash lies at the end."""
         return self._plan.sides_at(self._tau(self.duration))
 
     def order(self, t, rate):
+        # type: (float, float) -> None
         """From the loop's time `t` (s) on the rate goes to `rate`, 0 to 1."""
         now = self._rate(t)
         self._t0, self._tau0, self._r0 = t, self._tau(t), now
@@ -108,6 +127,7 @@ class FeedOverride(object):
         self._foresee()
 
     def _foresee(self):
+        # type: () -> None
         """When it comes to its end, or to stand."""
         end = self._plan.duration
         if self._tau1 >= end:
@@ -121,15 +141,18 @@ class FeedOverride(object):
         self.rests_from = [self.duration] * len(self._plan.rests_from)
 
     def _tau(self, t):
+        # type: (float) -> float
         if t >= self._t1:
             return self._tau1 + self._r1 * (t - self._t1)
         dt = t - self._t0
         return self._tau0 + dt * (self._r0 + 0.5 * self._slope * dt)
 
     def _rate(self, t):
+        # type: (float) -> float
         return self._r1 if t >= self._t1 else self._r0 + self._slope * (t - self._t0)
 
     def at(self, t):
+        # type: (float) -> SetPoint
         """As BacklashCompensation.at, by the loop's time."""
         # (Most ticks find the rate as it stays: for them no function is called.)
         steady = t >= self._t1
@@ -139,6 +162,7 @@ class FeedOverride(object):
         return q, None
 
     def speeds(self, t):
+        # type: (float) -> List[float]
         """As BacklashCompensation.speeds, by the loop's time."""
         if t < self._t1:
             rate, speeds = self._rate(t), self._plan.speeds(self._tau(t))
@@ -148,10 +172,12 @@ class FeedOverride(object):
         return speeds if rate == 1.0 else [rate * speed for speed in speeds]
 
     def sides_at(self, t):
+        # type: (float) -> Tuple[float, ...]
         """As BacklashCompensation.sides_at, by the loop's time."""
         return self._plan.sides_at(self._tau(t))
 
     def tick(self, t, now, angles):
+        # type: (float, float, Pose) -> object
         """What the control loop calls in every tick: ask for the rate now and then."""
         if now < self._look_at:
             if self._r1:
@@ -169,6 +195,7 @@ class FeedOverride(object):
 
 
 def slowed(piece, share):
+    # type: (TimedPiece, float) -> TimedPiece
     """A piece drawn with no more than this share of its greatest speed, speeding up as ever.
 
     At another rate, on the contrary, all of it takes longer, also where the tip stands while a
@@ -190,6 +217,7 @@ def slowed(piece, share):
 
 
 def same_place(piece, other, tau):
+    # type: (TimedPiece, TimedPiece, float) -> float
     """When a piece is where another one, the same but for its times, is at its time `tau`, s."""
     if piece is other or tau <= 0:
         return tau
@@ -204,6 +232,7 @@ def same_place(piece, other, tau):
 
 
 def rest_of(piece, tau):
+    # type: (TimedPiece, float) -> Optional[TimedPiece]
     """The rest of a piece from its time `tau` (s) on, begun at rest; None if there is next to none.
 
     The way is the same to the last digit; the tip speeds up as it did at the piece's beginning.
@@ -218,7 +247,7 @@ def rest_of(piece, tau):
     if tau <= 0:
         return piece
     k = len([t for t in times[1:-1] if t <= tau])
-    ways = []
+    ways = []  # type: List[Way]
     for (t, t_end), (v, a, cubics, across) in list(zip(zip(times, times[1:]), segments))[k:]:
         ways.append((v, a, (t_end - t) * (v + 0.5 * a * (t_end - t)), cubics, across))
     v, a, whole, cubics, across = ways[0]
@@ -240,17 +269,20 @@ def rest_of(piece, tau):
 
 
 def _moved(cubic, s):
+    # type: (Cubic, float) -> List[float]
     """The coefficients of a cubic from `s` on."""
     c0, c1, c2, c3 = cubic
     return [c0 + s * (c1 + s * (c2 + s * c3)), c1 + s * (2 * c2 + 3 * c3 * s), c2 + 3 * c3 * s, c3]
 
 
 def _acceleration(segments):
+    # type: (Sequence[Segment]) -> float
     """With which the tip was to speed up, cm/s^2."""
     return max([LEAST_ACCELERATION] + [a for _, a, _, _ in segments])
 
 
 def _from_rest(ways, end, along):
+    # type: (Sequence[Way], Pose, float) -> TimedPiece
     """Ways (v, a, length, cubics, across) in time, begun at rest: nowhere faster than they were."""
     speeds = [way[0] for way in ways]
     v_end = ways[-1][0] ** 2 + 2 * ways[-1][1] * ways[-1][2]

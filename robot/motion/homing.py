@@ -8,8 +8,17 @@ import contextlib
 
 from robot.motion.stops import Found, set_zero, take_as_it_stands, touch_stop
 
+MYPY = False
+if MYPY:
+    from typing import Dict, List  # noqa: F401
+
+    from robot.motion.arm import RobotArm  # noqa: F401
+    from robot.motion.gravity import Gravity  # noqa: F401
+    from robot.motion.pace import Say  # noqa: F401
+
 
 def home(arm, gravity, here, seek, say):
+    # type: (RobotArm, Gravity, bool, bool, Say) -> List[Found]
     """Set the motors' zeros, see RobotArm.home.
 
     Args:
@@ -36,6 +45,7 @@ def home(arm, gravity, here, seek, say):
 
 
 def find_zero(arm, say):
+    # type: (RobotArm, Say) -> List[Found]
     """Touch the stops of every joint as its `seek` says, wherever it is; set the motors' zeros.
 
     One without stops is taken to stand at home.
@@ -57,7 +67,7 @@ def find_zero(arm, say):
             take_as_it_stands(motor, joint.home)
             out.append(Found(joint.name, motor.zero, None, 0))
             continue
-        ends, spread = {}, 0
+        ends, spread = {}, 0  # type: Dict[str, float], float
         for side in ("lower", "upper"):
             if joint.seek in (side, "both"):
                 ends[side], apart = touch_stop(arm, k, side, say)

@@ -21,6 +21,19 @@ from robot.motion.stops import (
 from robot.motion.trajectory import JointMove
 from shared.arm_keys import SEEK_BEYOND, STOPS_TOUCHED
 
+MYPY = False
+if MYPY:
+    from typing import Any, Callable, Dict, List, Optional  # noqa: F401
+
+    from robot.motion.arm import RobotArm  # noqa: F401
+    from robot.motion.chains import Pose  # noqa: F401
+    from robot.motion.control_loop import OnTick  # noqa: F401
+    from robot.motion.interfaces import DrivenMotor  # noqa: F401
+    from robot.motion.pace import Say  # noqa: F401
+    from shared.arm_description import Arm, Joint  # noqa: F401
+
+    Seen = Dict[str, float]  # angles of stops, rad, by side
+
 SPEED, SLOW = math.radians(60), math.radians(6)
 """Greatest of a joint on its way to a stop, and to a sensor that it has met before, rad/s."""
 
@@ -41,6 +54,7 @@ it then says may be, rad."""
 
 
 def find_zero(arm, say):
+    # type: (RobotArm, Say) -> List[Found]
     """Set the motors' zeros, of each joint as its `find_home` says; all are taken to be at home.
 
     Args:
@@ -66,11 +80,13 @@ def find_zero(arm, say):
 
 
 def _bound(joint, sign):
+    # type: (Joint, int) -> float
     """How far it goes on one side, rad."""
     return (joint.upper if sign > 0 else joint.lower) + sign * (SEEK_BEYOND - SHORT_OF_BOUND)
 
 
 def _go(arm, k, end, speed, look=None):
+    # type: (RobotArm, int, float, float, Optional[OnTick]) -> bool
     """Turn joint `k` to the angle `end` (rad); whether it was blocked on its way."""
     motor = arm.joints[k]
     try:
@@ -84,9 +100,10 @@ def _go(arm, k, end, speed, look=None):
 
 
 def _by_stops(arm, k, say):
+    # type: (RobotArm, int, Say) -> Found
     motor, joint = arm.joints[k], arm.description.joints[k]
     put = motor.zero
-    ends, seen, spread = {}, {}, 0
+    ends, seen, spread = {}, {}, 0  # type: Dict[str, float], Seen, float
     for side in _sought(joint):
         sign = SIGNS[side]
         # Counted from where it was put, and as far as a first stop has told where that was.
@@ -114,11 +131,13 @@ def _by_stops(arm, k, say):
 
 
 def _seen(motor, joint, counts, sign, zero):
+    # type: (DrivenMotor, Joint, float, int, float) -> float
     """The stop's angle, rad, were that the zero."""
     return (counts - zero) / motor.in_counts(1) - sign * joint.backlash / 2
 
 
 def _problem(arm, k, seen):
+    # type: (Arm, int, Seen) -> Optional[str]
     """What is wrong with stops seen at these angles; None where nothing is.
 
     Args:
@@ -166,10 +185,12 @@ def _problem(arm, k, seen):
 
 
 def _sought(joint):
+    # type: (Joint) -> List[str]
     return [stop[len("stop_") :] for stop in STOPS_TOUCHED[joint.find_home]]
 
 
 def _is_right(joint, seen):
+    # type: (Joint, Seen) -> bool
     """Whether the stops are where they should be, or out of reach from where it was put."""
     offs = {side: at - stop_of(joint, side) for side, at in seen.items()}
     if not offs or max(abs(off) for off in offs.values()) > PUT_WITHIN:
@@ -184,6 +205,7 @@ def _is_right(joint, seen):
 
 
 def _stops(joint, other, ratio):
+    # type: (Joint, Joint, float) -> Dict[str, Optional[float]]
     """Where `joint` sees its stops if it is `other` that turns, `ratio` times less far, rad."""
     ends = [
         None if stop is None else joint.home + (stop - other.home) * ratio
@@ -193,6 +215,7 @@ def _stops(joint, other, ratio):
 
 
 def _fits(joint, seen, expected):
+    # type: (Joint, Seen, Dict[str, Optional[float]]) -> bool
     """Whether stops were met where they are expected, and others are out of reach."""
     for side in _sought(joint):
         at, sign = expected[side], SIGNS[side]
@@ -208,6 +231,7 @@ def _fits(joint, seen, expected):
 
 
 def _by_sensor(arm, k, say):
+    # type: (RobotArm, int, Say) -> Found
     motor, joint = arm.joints[k], arm.description.joints[k]
     is_pressed, touch_at = _sensor(joint), joint.touch_at
     assert touch_at is not None  # or the arm's file would not have it touched
@@ -216,6 +240,7 @@ def _by_sensor(arm, k, say):
     closed = []
 
     def look(t, now, angles):
+        # type: (float, float, Pose) -> object
         if is_pressed():
             closed.append(angles[0])
             return STOP
@@ -259,6 +284,7 @@ def _by_sensor(arm, k, say):
 
 
 def _sensor(joint):
+    # type: (Joint) -> Callable[[], bool]
     """Whether the touch sensor of a joint is pressed: a function.
 
     Raises:
@@ -267,6 +293,7 @@ def _sensor(joint):
     from robot.ev3.touch_sensor import NoTouchSensor, touch_sensor  # not above: few have one
 
     def there(ask, *args):
+        # type: (Callable[..., Any], *Any) -> Any
         try:
             return ask(*args)
         except NoTouchSensor:

@@ -19,6 +19,16 @@ from robot.motion.kinematics import (
 from robot.motion.linear_systems import broyden_update, damped_solve, dot
 from shared.record import record
 
+MYPY = False
+if MYPY:
+    from typing import Callable, List, NamedTuple, Sequence, Tuple  # noqa: F401
+
+    from robot.motion.chains import FixedPoint, FixedPose, Point, Pose  # noqa: F401
+    from robot.motion.linear_systems import Matrix, Vector  # noqa: F401
+    from shared.arm_description import Arm  # noqa: F401
+
+    JacobianUpdate = Callable[[Matrix, Pose, Vector, Vector], Matrix]  # of J at q, by dq and dp
+
 LEAST_DAMPING = 1e-3
 """Keeps a singular J solvable and does not slow down a regular one, cm/rad."""
 
@@ -26,14 +36,23 @@ RECOMPUTE_RADIUS = 0.1
 """With a trust radius below this share of the greatest step, J is computed, not learned."""
 
 
-Solution = record("Solution", "q trace")
+if MYPY:
+    Solution = NamedTuple("Solution", [("q", FixedPose), ("trace", List["Iterate"])])
+else:
+    Solution = record("Solution", "q trace")
 Solution.__doc__ = "What an iteration found: q, rad, and its trace, a list of Iterate from q0 on."
 
-Iterate = record("Iterate", "iteration q p error_cm")
+if MYPY:
+    Iterate = NamedTuple(
+        "Iterate", [("iteration", int), ("q", FixedPose), ("p", FixedPoint), ("error_cm", float)]
+    )
+else:
+    Iterate = record("Iterate", "iteration q p error_cm")
 Iterate.__doc__ = "One pose of an iteration: number, q in rad, p in cm, distance to the goal in cm."
 
 
 def newton_inverse(arm, p, q0, tolerance=1e-6, max_iterations=100, max_step=0.5):
+    # type: (Arm, Point, Pose, float, int, float) -> Solution
     """Newton's method from q0 to the pose whose tip is at p: Solution(q, trace).
 
     Each step solves J dq = e with the Jacobian of the pose it starts from, damped where J is nearly
@@ -46,12 +65,14 @@ def newton_inverse(arm, p, q0, tolerance=1e-6, max_iterations=100, max_step=0.5)
     """
 
     def exact(J, q, dq, dp):
+        # type: (Matrix, Pose, Vector, Vector) -> Matrix
         return jacobian(arm, q)
 
     return _iterate(arm, p, q0, exact, tolerance, max_iterations, max_step)
 
 
 def broyden_inverse(arm, p, q0, tolerance=1e-6, max_iterations=100, max_step=0.5):
+    # type: (Arm, Point, Pose, float, int, float) -> Solution
     """Broyden's method: as `newton_inverse`, but the Jacobian is learned on the way, not computed.
 
     J is computed at q0; from then on each step corrects it by the rank-one update that changes it
@@ -61,12 +82,14 @@ def broyden_inverse(arm, p, q0, tolerance=1e-6, max_iterations=100, max_step=0.5
     """
 
     def learned(J, q, dq, dp):
+        # type: (Matrix, Pose, Vector, Vector) -> Matrix
         return broyden_update(J, dq, dp)
 
     return _iterate(arm, p, q0, learned, tolerance, max_iterations, max_step)
 
 
 def _iterate(arm, p, q0, update, tolerance, max_iterations, max_step):
+    # type: (Arm, Point, Pose, JacobianUpdate, float, int, float) -> Solution
     check_point(arm, p)
     check_pose(arm, q0)
     q = tuple(q0)
@@ -106,12 +129,14 @@ def _iterate(arm, p, q0, update, tolerance, max_iterations, max_step):
 
 
 def _sideways_only(J, e):
+    # type: (Matrix, Vector) -> bool
     """Whether no joint moves the tip towards the goal: J^T e vanishes against |J| |e|."""
     slope = sum(dot(column, e) ** 2 for column in zip(*J))
     return slope <= 1e-12 * sum(dot(row, row) for row in J) * dot(e, e)
 
 
 def _ways_out(arm, J, radius):
+    # type: (Arm, Matrix, float) -> List[List[float]]
     """Steps out of a tie: stretched out or folded, with the goal straight ahead or behind.
 
     There every joint moves the tip sideways only, but two ways lead on in the second order: bending
@@ -127,9 +152,11 @@ def _ways_out(arm, J, radius):
 
 
 def _added(q, dq):
+    # type: (Pose, Vector) -> FixedPose
     return tuple(angle + d for angle, d in zip(q, dq))
 
 
 def _clamped(dq, radius):
+    # type: (List[float], float) -> List[float]
     greatest = max(map(abs, dq))
     return [d * radius / greatest for d in dq] if greatest > radius else dq

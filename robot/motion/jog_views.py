@@ -18,6 +18,14 @@ from shared.arm_description import ArmError
 from shared.arm_keys import PULLED_DOWN
 from shared.record import record
 
+MYPY = False
+if MYPY:
+    from typing import List, NamedTuple, Optional, Sequence, Tuple  # noqa: F401
+
+    from shared.arm_description import Arm, Joint  # noqa: F401
+
+    Recognised = Tuple[List[Optional[Observed]], str]  # see `recognised`
+
 CLEAR = 3.0
 """Each jog is to move the tip in the picture by so many times what may be chance."""
 
@@ -48,14 +56,18 @@ BENT = math.radians(35)
 AGAIN = "; then check again"
 PLACED = "put the marker goal to the left of the {}'s axle, a hand's width away"
 
-View = record("View", "tip base doubt")
+if MYPY:
+    View = NamedTuple("View", [("tip", complex), ("base", complex), ("doubt", float)])
+    Jog = NamedTuple("Jog", [("before", View), ("there", View), ("back", View), ("turn", float)])
+else:
+    View = record("View", "tip base doubt")
+    Jog = record("Jog", "before there back turn")
 View.__doc__ = """What a look at an arm that stands has shown.
 
 tip, base  places of the markers effector and goal
 doubt      by which each may be off by chance, px
 """
 
-Jog = record("Jog", "before there back turn")
 Jog.__doc__ = """One motor's jog: Views before, between and after; the angle by which it came back.
 
 turn  as the joint would have turned that should be the motor's, rad
@@ -67,11 +79,13 @@ class NotSeen(ArmError):
 
 
 def place(pixel):
+    # type: (Sequence[float]) -> complex
     """The place of (u, v), px, v pointing down."""
     return complex(pixel[0], -pixel[1])
 
 
 def check_size(arm, view):
+    # type: (Arm, View) -> None
     """Refuse (NotSeen) a picture in which the least jog would drown in the noise."""
     reach = abs(view.tip - view.base)
     for k, (joint, share) in enumerate(zip(arm.joints, _shares(arm))):
@@ -96,6 +110,7 @@ def check_size(arm, view):
 
 
 def has_moved(jog):
+    # type: (Jog) -> bool
     """Whether the tip was seen to move more than by chance.
 
     Raises:
@@ -119,6 +134,7 @@ def has_moved(jog):
 
 
 def check_return(jog, joint):
+    # type: (Jog, Joint) -> None
     """Refuse (NotSeen) a tip that has not come back as far as the `joint`'s play lets it."""
     went, came = jog.there.tip - jog.before.tip, jog.back.tip - jog.there.tip
     play = min(joint.backlash / max(abs(jog.turn) - joint.backlash, LEAST_TURN), 1.0)
@@ -134,6 +150,7 @@ def check_return(jog, joint):
 
 
 def lever(jog, play):
+    # type: (Jog, float) -> Optional[complex]
     """The lever that the way back shows, whose play is crossed for certain; None: nothing moved.
 
     Args:
@@ -148,6 +165,7 @@ def lever(jog, play):
 
 
 def recognised(arm, jogs):
+    # type: (Arm, Sequence[Jog]) -> Recognised
     """What each motor moved.
 
     Args:
@@ -183,6 +201,7 @@ def recognised(arm, jogs):
 
 
 def _shares(arm):
+    # type: (Arm) -> List[float]
     """How far each joint moves the tip, stretched, as a share of what the first one does."""
     if arm.chain in PULLED_DOWN:
         return [1.0] + [0.0] * (len(arm.joints) - 1)
@@ -191,6 +210,7 @@ def _shares(arm):
 
 
 def _pair_of(arm, levers):
+    # type: (Arm, Sequence[complex]) -> Recognised
     """Shoulder and elbow, told apart by how far each moves the tip."""
     bent = abs(_folded(levers[1] / levers[0]))
     if bent > BENT:
@@ -235,6 +255,7 @@ def _pair_of(arm, levers):
 
 
 def _base_of(arm, levers):
+    # type: (Arm, Sequence[Optional[complex]]) -> Recognised
     """The base of an arm in space, which alone moves the tip round the marker.
 
     Shoulder and elbow move it to and fro in the same upright plane, and how far depends on the
@@ -250,7 +271,7 @@ def _base_of(arm, levers):
         if abs(off) < FAR_LEFT and 1 / SCALE < abs(turned) / math.cos(off) < SCALE:
             found.append((k, turned, off))
     others = " and ".join(joint.name for joint in arm.joints[1:])
-    observed = [None] * len(levers)
+    observed = [None] * len(levers)  # type: List[Optional[Observed]]
     if len(found) != 1:
         return observed, (
             "the camera does not tell the {} from {}: {} motors moved the tip round the marker "
@@ -266,6 +287,7 @@ def _base_of(arm, levers):
 
 
 def _check_side(arm, off):
+    # type: (Arm, float) -> None
     """Refuse a marker that does not show, by the `lever`'s angle (rad), whether all is mirrored."""
     name = arm.joints[0].name
     if abs(off) > FAR_LEFT:
@@ -288,12 +310,14 @@ def _check_side(arm, off):
 
 
 def _folded(lever):
+    # type: (complex) -> float
     """The angle of a lever whichever way the motor turned, rad: from -90 to 90 deg."""
     off = cmath.phase(lever)
     return off - math.copysign(math.pi, off) if abs(off) > math.pi / 2 else off
 
 
 def in_words(camera, port, seen):
+    # type: (str, str, Observed) -> str
     """One line of what a motor was seen to move."""
     return "camera {}: the motor at port {} moved the {}, {} first".format(
         camera, port, seen.part, "left" if seen.positive else "right"

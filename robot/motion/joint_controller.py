@@ -18,6 +18,10 @@ import math
 from robot.motion.motor_model import MotorModel, StallDetector
 from shared.record import record
 
+MYPY = False
+if MYPY:
+    from typing import Mapping, NamedTuple, Optional  # noqa: F401
+
 LEAD = 0.035
 """Speed and acceleration are fed forward so much early, s."""
 
@@ -28,12 +32,36 @@ TUNED_DELAY, DELAY_SOFTENING, FORESEEN_SHARE = 0.013, 20.0, 0.7
 """The gains are those for commands that act so late, s; for later ones the position's falls by this
 share of itself, 1/s; and for so much of what is later the error is foreseen."""
 
-Gains = record(
-    "Gains",
-    "speed_per_duty lag torque_per_duty friction position velocity "
-    "observe_position observe_velocity learn_push learn_friction deadband "
-    "turning moving most_error most_missing most_pushed",
-)
+if MYPY:
+    Gains = NamedTuple(
+        "Gains",
+        [
+            ("speed_per_duty", float),
+            ("lag", float),
+            ("torque_per_duty", float),
+            ("friction", float),
+            ("position", float),
+            ("velocity", float),
+            ("observe_position", float),
+            ("observe_velocity", float),
+            ("learn_push", float),
+            ("learn_friction", float),
+            ("deadband", float),
+            ("turning", float),
+            ("moving", float),
+            ("most_error", float),
+            ("most_missing", float),
+            ("most_pushed", float),
+        ],
+    )
+    GainsByKind = Mapping[str, Gains]
+else:
+    Gains = record(
+        "Gains",
+        "speed_per_duty lag torque_per_duty friction position velocity "
+        "observe_position observe_velocity learn_push learn_friction deadband "
+        "turning moving most_error most_missing most_pushed",
+    )
 """Tuned on emulated plants (see README: which seeds); motor's degrees and percent of duty.
 
 speed_per_duty      deg/s per %, no load
@@ -119,6 +147,7 @@ class JointController(object):
     """
 
     def __init__(self, gear, gains, backlash=0.0):
+        # type: (float, Gains, float) -> None
         self.model = model = MotorModel(gear, gains)
         degree, per_duty = model.degree, model.per_duty
         self._constants = model.share, model.lag, degree, model.moving
@@ -148,17 +177,19 @@ class JointController(object):
             gains.most_pushed * degree,
         )
         self._reserve = SILENT_RESERVE * per_duty
-        self._t = None
+        self._t = None  # type: Optional[float]
         self.angle = self.speed = 0.0
         self.delay = TUNED_DELAY
 
     @property
     def delay(self):
+        # type: () -> float
         """See above."""
         return self._delay
 
     @delay.setter
     def delay(self, delay):
+        # type: (float) -> None
         self._delay = delay
         position, velocity = self._gains
         late = max(0.0, delay - TUNED_DELAY)
@@ -168,6 +199,7 @@ class JointController(object):
         self._velocity = velocity + self._position * late * FORESEEN_SHARE
 
     def observe(self, t, low, high):
+        # type: (float, float, float) -> None
         """Take in that at time `t` (s) the angle lies between these two, rad."""
         middle = 0.5 * (low + high)
         if self._t is None:
@@ -241,15 +273,18 @@ class JointController(object):
         self.angle = low if angle < low else high if angle > high else angle
 
     def carry(self, torque):
+        # type: (float) -> None
         """From now on a weight turns the joint with this torque, Nm."""
         self._weight = -torque * self._per_newton_metre
 
     def reset(self):
+        # type: () -> None
         """The joint is held now; begin anew with the next reading."""
         self._t = None
         self.speed = 0.0
 
     def command(self, error, speed, acceleration):
+        # type: (float, float, float) -> float
         """The speed set-point, rad/s.
 
         Args:

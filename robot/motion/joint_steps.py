@@ -4,6 +4,13 @@ import math
 
 from robot.motion.control_loop import Stalled
 
+MYPY = False
+if MYPY:
+    from typing import Callable, List, Optional, Sequence  # noqa: F401
+
+    from robot.motion.chains import Pose  # noqa: F401
+    from robot.motion.interfaces import DrivenMotor, TickingClock  # noqa: F401
+
 STEP_SPEED, STEP_TICK = math.radians(100), 0.02
 """The speed of the report's joint steps, rad/s; and how often they are looked at, s."""
 
@@ -15,6 +22,7 @@ SETTLED_FOR, SETTLE_DEADLINE = 0.06, 0.4
 
 
 def go_and_settle(motors, q, q_before, clock, check):
+    # type: (Sequence[DrivenMotor], Pose, Pose, TickingClock, Callable[[], object]) -> None
     """Command all joints to `q`, and wait until each has been within a count of it for 60 ms.
 
     Args:
@@ -29,7 +37,7 @@ def go_and_settle(motors, q, q_before, clock, check):
     longest = max(abs(a - b) for a, b in zip(q, q_before)) / STEP_SPEED
     targets = [motor.go(angle, STEP_SPEED) for motor, angle in zip(motors, q)]
     deadline = clock.now() + longest + SETTLE_DEADLINE
-    settled, before = None, [None] * len(motors)
+    settled, before = None, [None] * len(motors)  # type: Optional[float], List[Optional[int]]
     counted_at = [0.0] * len(motors)
     check()
     while settled is None or clock.now() - settled < SETTLED_FOR:
@@ -50,4 +58,5 @@ def go_and_settle(motors, q, q_before, clock, check):
 
 
 def _stalled(motor, counts):
+    # type: (DrivenMotor, float) -> Stalled
     return Stalled(motor, "{:.0f} counts are missing".format(abs(counts)))

@@ -14,8 +14,28 @@ What belongs to one chain of joints is in robot.motion.chains; all here works fo
 import itertools
 import math
 
-from robot.motion.chains import CHAINS, Unreachable, point_text, reach  # noqa: F401
 from shared.arm_description import ArmError
+
+MYPY = False
+if MYPY:
+    from typing import Iterator, List, Optional, Sequence, Tuple  # noqa: F401
+
+    from robot.motion.chains import (  # noqa: F401
+        CHAINS,
+        FixedPoint,
+        FixedPose,
+        KinematicChain,
+        Point,
+        Pose,
+        Solutions,
+    )
+    from robot.motion.chains import Unreachable as Unreachable
+    from robot.motion.chains import point_text as point_text
+    from robot.motion.chains import reach as reach
+    from robot.motion.linear_systems import Matrix, Vector  # noqa: F401
+    from shared.arm_description import Arm, Joint  # noqa: F401
+else:
+    from robot.motion.chains import CHAINS, Unreachable, point_text, reach  # noqa: F401
 
 TURN = 2 * math.pi
 
@@ -28,21 +48,25 @@ angle grows with the root of that.  An encoder count is 0.017 rad."""
 
 
 def forward(arm, q):
+    # type: (Arm, Pose) -> FixedPoint
     """Position p of the tip, cm, at the joint angles q, rad."""
     return joint_positions(arm, q)[-1]
 
 
 def joint_positions(arm, q):
+    # type: (Arm, Pose) -> Sequence[FixedPoint]
     """Positions, cm, of every joint from the base outwards and of the tip: len(q) + 1 points."""
     return chain_of(arm).positions(arm, q)
 
 
 def jacobian(arm, q):
+    # type: (Arm, Pose) -> Matrix
     """J = dp/dq at q, cm/rad, as a tuple of rows."""
     return chain_of(arm).jacobian(arm, q)
 
 
 def pull(arm, q, moments):
+    # type: (Arm, Pose, Vector) -> List[float]
     """What weights on the links do to each joint at q: minus the gradient of their energy.
 
     moments  per joint: each link's weight times the distance at which it balances (cm), and times
@@ -53,6 +77,7 @@ def pull(arm, q, moments):
 
 
 def singularity(arm, q):
+    # type: (Arm, Pose) -> float
     """How far q is from a singular pose, without unit: 0 at one, 1 at the best pose of the arm.
 
     Manipulability |det J| (Yoshikawa 1985) over its greatest value, which for two links in a plane
@@ -63,23 +88,26 @@ def singularity(arm, q):
 
 
 def scale(arm, q):
+    # type: (Arm, Pose) -> float
     """Over how long a way of the tip the joint angles bend, cm: 0 at a singular pose."""
     return chain_of(arm).scale(arm, q)
 
 
 def coordinates(arm):
+    # type: (Arm) -> int
     """How many numbers a point of this arm has: 2 in the plane, 3 in space."""
     return chain_of(arm).coordinates
 
 
 def branches(arm, p):
+    # type: (Arm, Point) -> List[FixedPose]
     """Every q within the joint limits that brings the tip to p; the arm's preferred elbow first.
 
     The list is empty where only the limits forbid p; raises Unreachable where the links do. Where
     the tip would stand on the shoulder's axis, the shoulder's angle is arbitrary and one is given.
     """
     solutions = _solutions(arm, p)
-    found = []
+    found = []  # type: List[FixedPose]
     for elbow in _elbows(arm):
         for solution in solutions[elbow]:
             found += (q for q in _within_limits(arm, solution) if q not in found)
@@ -87,6 +115,7 @@ def branches(arm, p):
 
 
 def inverse(arm, p, elbow=None, near=None):
+    # type: (Arm, Point, Optional[str], Optional[Pose]) -> FixedPose
     """The q within the joint limits that brings the tip to p (cm).
 
     elbow  "up" | "down": only that branch. None: any
@@ -120,6 +149,7 @@ def inverse(arm, p, elbow=None, near=None):
 
 
 def nearest(arm, p, q):
+    # type: (Arm, Point, Pose) -> FixedPose
     """As `inverse` with `near`, in less time where that is near indeed."""
     # Facing the other way the base is half a turn off: so within a quarter of one that is farther.
     best, least = None, math.pi / 2
@@ -142,6 +172,7 @@ def nearest(arm, p, q):
 
 
 def chain_of(arm):
+    # type: (Arm) -> KinematicChain
     """Return the arm's KinematicChain; raises ArmError for one that is not known."""
     try:
         return CHAINS[arm.chain]
@@ -157,12 +188,14 @@ def chain_of(arm):
 
 
 def _solutions(arm, p, near=None):
+    # type: (Arm, Point, Optional[Pose]) -> Solutions
     """{branch: [q]}, limits aside; of those that face two ways, only the way `near` (rad) does."""
     check_point(arm, p)
     return chain_of(arm).solutions(arm, p, near)
 
 
 def check_point(arm, p):
+    # type: (Arm, Point) -> None
     """Refuse (Unreachable) what is no point, cm, of this arm's space."""
     size = coordinates(arm)
     # Squares must stay finite, too
@@ -176,6 +209,7 @@ def check_point(arm, p):
 
 
 def check_pose(arm, q):
+    # type: (Arm, Pose) -> None
     """Refuse (ArmError) what is no angle, rad, for each joint."""
     if len(q) != len(arm.joints) or not all(map(math.isfinite, q)):
         raise ArmError(
@@ -186,6 +220,7 @@ def check_pose(arm, q):
 
 
 def check_limits(joints, q):
+    # type: (Sequence[Joint], Pose) -> None
     """Refuse (Unreachable) joint angles, rad, past the limits, naming the first one."""
     for joint, angle in zip(joints, q):
         if not joint.lower - 1e-9 <= angle <= joint.upper + 1e-9:
@@ -198,6 +233,7 @@ def check_limits(joints, q):
 
 
 def turned_into_limits(arm, p, q):
+    # type: (Arm, Point, Pose) -> FixedPose
     """Return q (rad), moved by full turns into the limits, to the nearest place that they allow.
 
     Raises Unreachable, which names the point p (cm), where there is none.
@@ -209,21 +245,25 @@ def turned_into_limits(arm, p, q):
 
 
 def _elbows(arm):
+    # type: (Arm) -> Tuple[str, str]
     return ("up", "down") if arm.elbow == "up" else ("down", "up")
 
 
 def _within_limits(arm, q):
+    # type: (Arm, Pose) -> List[FixedPose]
     """Every q that differs from this one by full turns and is within the joint limits."""
     return list(itertools.product(*(_turned(joint, angle) for joint, angle in zip(arm.joints, q))))
 
 
 def _turned(joint, angle):
+    # type: (Joint, float) -> List[float]
     first = math.ceil((joint.lower - LIMIT_SLACK - angle) / TURN)
     last = math.floor((joint.upper + LIMIT_SLACK - angle) / TURN)
     return [min(max(angle + k * TURN, joint.lower), joint.upper) for k in range(first, last + 1)]
 
 
 def _forbidden(arm, p, poses):
+    # type: (Arm, Point, Sequence[Tuple[str, Pose]]) -> Unreachable
     """The Unreachable that says, for each (name, q), which joint would break which limit."""
     reasons = []
     for name, q in poses:
@@ -249,15 +289,18 @@ def _forbidden(arm, p, poses):
 
 
 def distance(a, b):
+    # type: (Vector, Vector) -> float
     """Of two points, cm."""
     return math.sqrt(sum((x - y) ** 2 for x, y in zip(a, b)))
 
 
 def _travel(q, to):
+    # type: (Pose, Pose) -> float
     """The greatest way of any joint, which is what takes the time."""
     return max(abs(a - b) for a, b in zip(q, to))
 
 
 def pose_text(q):
+    # type: (Pose) -> str
     """A pose for people, deg."""
     return "({})".format(", ".join("{:.1f}".format(math.degrees(angle)) for angle in q))

@@ -7,6 +7,18 @@ import math
 
 from robot.motion import kinematics, linear_systems
 
+MYPY = False
+if MYPY:
+    from typing import List, Optional, Sequence, Tuple  # noqa: F401
+
+    from robot.motion.chains import FixedPose, Point, Pose  # noqa: F401
+    from robot.motion.linear_systems import Vector  # noqa: F401
+    from robot.motion.paths import Piece  # noqa: F401
+    from shared.arm_description import Arm  # noqa: F401
+
+    Station = Tuple[float, Point, Vector]  # s, p, t
+    Knot = Tuple[float, FixedPose, List[float], Optional[List[float]]]  # s, q, dq/ds, J' t
+
 KNOT_SPACING, MIN_KNOT_SPACING = 0.5, 0.02
 """Greatest and least distance of knots, cm."""
 
@@ -24,6 +36,7 @@ MAX_JOINT_LEAP = math.radians(45)
 
 
 def next_pose(arm, p, q):
+    # type: (Arm, Point, Pose) -> FixedPose
     """The pose at `p` that is nearest to `q`, rad, without a leap."""
     there = kinematics.nearest(arm, p, q)
     leap = max([abs(a - b) for a, b in zip(there, q)])
@@ -38,6 +51,7 @@ def next_pose(arm, p, q):
 
 
 def stations_of(piece):
+    # type: (Piece) -> List[Station]
     """Those of a piece's points that will do, and the directions in which it passes them.
 
     Returns:
@@ -55,7 +69,7 @@ def stations_of(piece):
         tangents.append([(u * y + v * x) / (x + y) for u, v in zip(a, b)])
     tangents[0] = [2 * u - v for u, v in zip(ways[0], tangents[1])]
     tangents.append([2 * u - v for u, v in zip(ways[-1], tangents[-1])])
-    out, s, turned = [], 0.0, 0.0
+    out, s, turned = [], 0.0, 0.0  # type: List[Station], float, float
     for k, (p, tangent) in enumerate(zip(piece, tangents)):
         if (
             k in (0, len(ways))
@@ -72,8 +86,9 @@ def stations_of(piece):
 
 
 def knots_through(arm, stations, q):
+    # type: (Arm, Sequence[Station], FixedPose) -> List[Knot]
     """[(s, q, dq/ds, J' t or None)] on the way through stations, the first of them at `q`."""
-    knots = []
+    knots = []  # type: List[Knot]
     for (s, p, t), (s_end, p_end, t_end) in zip(stations, stations[1:]):
         if not knots:
             q = next_pose(arm, p, q)
@@ -93,7 +108,7 @@ def knots_through(arm, stations, q):
             step = left / max(pieces, 1)
             x = (done + step) / whole
             if pieces <= 1:
-                there, way = p_end, t_end
+                there, way = p_end, t_end  # type: Point, Vector
             else:
                 there = [u + x * (k + x * (m + x * n)) for u, k, m, n in zip(p, a, b, c)]
                 way = [(k + x * (2 * m + 3 * x * n)) / whole for k, m, n in zip(a, b, c)]
@@ -107,6 +122,7 @@ def knots_through(arm, stations, q):
 
 
 def _slopes(arm, q, way):
+    # type: (Arm, Pose, Vector) -> Tuple[List[float], Optional[List[float]]]
     """(dq/ds, J' t or None) at `q` for a tip that moves in the direction t, a unit vector."""
     J = kinematics.jacobian(arm, q)
     if kinematics.singularity(arm, q) < NEARLY_SINGULAR:

@@ -4,9 +4,22 @@ On the brick a 2 x 2 solve costs less without numpy than the way into it.  A mat
 rows.
 """
 
-from operator import mul
-
 from shared.arm_description import ArmError
+
+MYPY = False
+if MYPY:
+    from typing import List, Sequence, Tuple  # noqa: F401
+
+    Vector = Sequence[float]
+    Matrix = Sequence[Vector]  # by rows
+
+    def mul(a, b):
+        # type: (float, float) -> float
+        """As operator.mul, which has no types."""
+        return a * b
+
+else:
+    from operator import mul
 
 SMALLEST_PIVOT = 1e-13
 """Of a matrix that counts as regular, as a share of its greatest element."""
@@ -21,6 +34,7 @@ class Singular(ArmError, ArithmeticError):
 
 
 def solve(J, b, damping=0.0):
+    # type: (Matrix, Vector, float) -> List[float]
     """x with J x = b, for a square J; with damping > 0, and then for any shape, `damped_solve`.
 
     Gaussian elimination with partial pivoting. Raises Singular when a pivot vanishes against the
@@ -52,6 +66,7 @@ def solve(J, b, damping=0.0):
 
 
 def _solve_two(J, b):
+    # type: (Matrix, Vector) -> List[float]
     """By Cramer's rule: what is solved most often by far."""
     (a, c), (d, f) = J
     det = a * f - c * d
@@ -61,6 +76,7 @@ def _solve_two(J, b):
 
 
 def _solve_three(J, b):
+    # type: (Matrix, Vector) -> List[float]
     """The same: by the cross products of the columns."""
     (a, d, g), (e, h, k), (f, i, m) = J
     u, v, w = b
@@ -76,13 +92,14 @@ def _solve_three(J, b):
 
 
 def damped_solve(J, e, damping):
+    # type: (Matrix, Vector, float) -> List[float]
     """x that makes |J x - e|^2 + damping^2 |x|^2 least, for a J of any shape.
 
     x = (J^T J + damping^2 I)^-1 J^T e, or the same with J J^T where J has fewer rows than columns.
     damping has the unit of J. With damping 0, this is the least-squares or the shortest solution,
     and Singular is raised where J has not full rank.
     """
-    columns = tuple(zip(*J))
+    columns = tuple(zip(*J))  # type: Matrix
     wide = len(J) < len(columns)
     vectors = J if wide else columns
     square = [[dot(a, b) for b in vectors] for a in vectors]
@@ -95,11 +112,13 @@ def damped_solve(J, e, damping):
 
 
 def dot(a, b):
+    # type: (Vector, Vector) -> float
     """Inner product of two vectors of one length."""
     return sum(map(mul, a, b))
 
 
 def broyden_update(J, dq, dp):
+    # type: (Matrix, Vector, Vector) -> Tuple[Tuple[float, ...], ...]
     """J + (dp - J dq) dq^T / (dq^T dq), as a tuple of rows; dq must not be zero."""
     square = sum(d * d for d in dq)
     return tuple(

@@ -6,6 +6,10 @@ speed set-points, rad/s, as in joint_controller.
 
 import math
 
+MYPY = False
+if MYPY:
+    from robot.motion.joint_controller import Gains  # noqa: F401
+
 STIFFNESS = 0.1
 """The push with which the motor's driver answers a difference of speeds, % per deg/s."""
 
@@ -45,6 +49,7 @@ class MotorModel(object):
     """
 
     def __init__(self, gear, gains):
+        # type: (float, Gains) -> None
         self.loop = STIFFNESS * gains.speed_per_duty
         self.share = self.loop / (1 + self.loop)
         self.lag = gains.lag / (1 + self.loop)
@@ -76,6 +81,7 @@ class StallDetector(object):
     """
 
     def __init__(self, model, friction, backlash, most_missing, most_pushed):
+        # type: (MotorModel, float, float, float, float) -> None
         self._share, self._lag = model.share, model.lag
         self._doubts = FRICTION_DOUBT * friction, STANDING_DOUBT * friction
         self._taken_up = TAKEN_UP_COUNTS * model.degree + TAKEN_UP_SHARE * backlash
@@ -85,6 +91,7 @@ class StallDetector(object):
         self.begin(0.0, 0.0, friction)
 
     def begin(self, low, angle, friction):
+        # type: (float, float, float) -> None
         """Begin with a joint that stands.
 
         Args:
@@ -97,6 +104,7 @@ class StallDetector(object):
         self.silent = self.stalled = False
 
     def _begin_silence(self):
+        # type: () -> None
         """Begin the prediction with the last count."""
         self.silent = True
         self._angle, self._speed, friction, self.load = self._counted
@@ -107,6 +115,7 @@ class StallDetector(object):
         self._known, self._pushed = friction + self._known_doubt, 0.0
 
     def take(self, dt, low, high, angle, speed, push, friction, load):
+        # type: (float, float, float, float, float, float, float, float) -> None
         """Take in a reading.
 
         Args:

@@ -10,6 +10,16 @@ from robot.motion.trajectory import JointMove
 from shared.arm_description import ArmError
 from shared.record import record
 
+MYPY = False
+if MYPY:
+    from typing import Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple  # noqa: F401
+
+    from robot.motion.arm import RobotArm  # noqa: F401
+    from robot.motion.control_loop import OnTick  # noqa: F401
+    from shared.arm_description import Arm, Joint  # noqa: F401
+
+    Mounted = Dict[str, Tuple[str, int]]  # by joint: port and direction
+
 JOG, JOG_SPEED = math.radians(8), math.radians(15)
 """How far a joint is turned and back, rad, and how fast, rad/s."""
 
@@ -25,7 +35,10 @@ NOTHING = "nothing"
 PEN = "pen"
 """The part whose motor may be at a joint's port."""
 
-Observed = record("Observed", "part positive")
+if MYPY:
+    Observed = NamedTuple("Observed", [("part", str), ("positive", bool)])
+else:
+    Observed = record("Observed", "part positive")
 Observed.__doc__ = """What a person has seen when a motor turned as its joint's angle was to grow.
 
 part      name of the part that moved, or NOTHING
@@ -38,6 +51,7 @@ class NotMounted(ArmError):
 
 
 def jog_angles(arm, k):
+    # type: (Arm, int) -> Tuple[float, float]
     """How far to turn the motor that should be joint `k`'s, gently and, if that is not seen, far.
 
     Whichever joint it turns, that goes no farther than JOG first, than MAX_JOG then.
@@ -54,6 +68,7 @@ def jog_angles(arm, k):
 
 
 def jog(robot, k, angle, pause=None, on_tick=None):
+    # type: (RobotArm, int, float, Optional[Callable[[], object]], Optional[OnTick]) -> None
     """Turn the motor of joint `k` so far that its angle grows by `angle` (rad), and back again.
 
     Args:
@@ -83,6 +98,7 @@ def jog(robot, k, angle, pause=None, on_tick=None):
 
 
 def nothing_moved(arm, joint):
+    # type: (Arm, Joint) -> NotMounted
     """The NotMounted of a motor that turned, `joint`'s by the arm's file, and moved nothing."""
     return NotMounted(
         "the motor at port {0} turned, and nothing moved: its play is far beyond "
@@ -94,6 +110,7 @@ def nothing_moved(arm, joint):
 
 
 def as_mounted(arm, seen):
+    # type: (Arm, Sequence[Observed]) -> Mounted
     """What the arm's file has to say for what was seen.
 
     Args:
@@ -106,7 +123,7 @@ def as_mounted(arm, seen):
     Raises:
         NotMounted: no joint but nothing or the pen, or one by two motors.
     """
-    found = {}
+    found = {}  # type: Mounted
     for joint, (part, positive) in zip(arm.joints, seen):
         if part == NOTHING:
             raise nothing_moved(arm, joint)
@@ -127,6 +144,7 @@ def as_mounted(arm, seen):
 
 
 def differences(arm, found):
+    # type: (Arm, Mounted) -> Tuple[List[str], Dict[Tuple[str, str], str]]
     """What is otherwise than the arm's file says.
 
     Args:
@@ -135,7 +153,7 @@ def differences(arm, found):
     Returns:
         (sentences for people, {(section, key): text for the file}); both empty where all is right.
     """
-    said, values = [], {}
+    said, values = [], {}  # type: List[str], Dict[Tuple[str, str], str]
     moved = [joint for joint in arm.joints if found[joint.name][0] != joint.port]
     if len(moved) == 2:
         said.append("{} and {} are swapped".format(*[joint.name for joint in moved]))

@@ -16,6 +16,25 @@ from robot.motion.joint_controller import LEAD
 from robot.motion.trajectory import JOINT_ACCELERATION
 from shared.record import record
 
+MYPY = False
+if MYPY:
+    from enum import Enum  # noqa: F401
+    from typing import List, Literal, NamedTuple, Optional, Sequence, Tuple, Union  # noqa: F401
+
+    from robot.motion.backlash import Crossing, PreloadSides, Sides  # noqa: F401
+    from robot.motion.chains import Pose  # noqa: F401
+    from robot.motion.trajectory import SetPoint  # noqa: F401
+    from shared.arm_description import Joint  # noqa: F401
+
+    Phase = Tuple[float, float, float, float]  # since, angle, speed, acceleration
+    JointState = Tuple[float, float, float, float]  # angle, speed, side of the backlash, its rate
+
+    class Stopping(Enum):
+        """What STOP is, to tell it from an aim."""
+
+        STOP = 0
+
+
 SOFT_DECELERATION = 0.4
 """Share of the acceleration with which joints come to a stop where there is room for it: friction
 alone keeps a link from running ahead through its backlash."""
@@ -34,17 +53,23 @@ MAX_MATCHED_SPEED = 0.9
 """Share of its greatest speed at which a joint still keeps up with an aim."""
 
 
-Moving = record("Moving", "q q_dot")
+if MYPY:
+    Moving = NamedTuple("Moving", [("q", Pose), ("q_dot", Sequence[float])])
+    Landing = NamedTuple("Landing", [("q", Pose)])
+    Aim = Union[Pose, Moving, Landing, Literal[Stopping.STOP], None]
+    STOP = Stopping.STOP  # type: Literal[Stopping.STOP]
+else:
+    Moving = record("Moving", "q q_dot")
+    Landing = record("Landing", "q")
+    STOP = object()
+    """Returned in place of an aim, or by who watches a motion: it ends at once, all motors held."""
+
 Moving.__doc__ = "An aim that moves at a known speed: rad and rad/s."
-
-Landing = record("Landing", "q")
 Landing.__doc__ = "The last aim, rad: the motion ends there."
-
-STOP = object()
-"""Returned in place of an aim, or by who watches a motion: it ends at once, all motors held."""
 
 
 def time_optimal_profile(e, v, u, fastest, up, down):
+    # type: (float, float, float, float, float, float) -> List[Tuple[float, float]]
     """The fastest way forward to an aim `e` ahead that moves forward at `u`; never backwards.
 
     In the aim's frame: one phase of acceleration, one of constant speed, one of the opposite
@@ -83,6 +108,7 @@ class _Joint(object):
     """
 
     def __init__(self, joint, angle, side, fastest, acceleration):
+        # type: (Joint, float, float, float, float) -> None
         self._limits = joint.lower, joint.upper
         # Where it begins beyond a limit, it comes back at its own pace.
         self._lower, self._upper = min(joint.lower, angle), max(joint.upper, angle)
@@ -94,16 +120,17 @@ class _Joint(object):
         self._take_up = crossing_time(joint)
         # Phases of constant acceleration: (since, angle, speed, acceleration).
         self._phases = [(-math.inf, angle, 0.0, 0.0)]
-        self._direction = side if side in (1, -1) else 0
+        self._direction = side if side in (1, -1) else 0  # type: float
         # The backlash: where it lay, its crossings since (begin, time, step), where it then lies.
         self._side = self._lies = side
-        self._crossings = []
+        self._crossings = []  # type: List[Crossing]
         self._ready = self._crossed = -math.inf
-        self._preload_side = 0
-        self._aim = None
+        self._preload_side = 0  # type: float
+        self._aim = None  # type: Optional[float]
         self.rests_from = 0.0
 
     def at(self, t):
+        # type: (float) -> JointState
         """Angle, speed, side of the backlash and its rate."""
         phases = self._phases
         k = len(phases) - 1
@@ -121,6 +148,7 @@ class _Joint(object):
         return (angle, speed) + crossed(t, self._side, self._crossings)
 
     def take_preload(self, t, side):
+        # type: (float, float) -> None
         """From `t` + LEAD on gravity presses the backlash to a side; 0: it lies as pushed."""
         then = t + LEAD
         self._preload_side = side
@@ -130,6 +158,7 @@ class _Joint(object):
             self.rests_from = max(self.rests_from, self._crossed)
 
     def steer(self, t, aim, certain, speed=0.0):
+        # type: (float, Optional[float], bool, float) -> None
         """Go to `aim`, which moves at `speed`, from `t` + LEAD on; None: come to rest.
 
         What is certain is no noise.
@@ -163,12 +192,14 @@ class _Joint(object):
         self._go(t, then, ready, q, v, e, u)
 
     def _cross(self, then, side, before):
+        # type: (float, float, float) -> None
         """Take the backlash from the side where it lay to another, from the time `then` on."""
         self._crossings.append((then, self._take_up, side - before))
         self._crossed = then + self._take_up
         self._lies = side
 
     def _patience(self, direction, u):
+        # type: (float, float) -> float
         """How far off (rad) an aim in that direction, moving at `u`, may be from one at rest."""
         if u * direction > 0:
             return 0.0
@@ -176,6 +207,7 @@ class _Joint(object):
         return self._turns if back else self._stirs
 
     def _go(self, t, then, ready, q, v, e, u):
+        # type: (float, float, float, float, float, float, float) -> None
         """Plan the phases on from the time `then`, the backlash being crossed until `ready`."""
         sign, up = self._direction, self._acceleration
         while len(self._phases) > 1 and self._phases[1][0] <= t:
@@ -225,20 +257,28 @@ class OnlineTrajectory(object):
     before = 0.0
 
     def __init__(
-        self, joints, q, sides, speed=1.0, acceleration=JOINT_ACCELERATION, preload_sides=None
+        self,
+        joints,  # type: Sequence[Joint]
+        q,  # type: Pose
+        sides,  # type: Sides
+        speed=1.0,  # type: float
+        acceleration=JOINT_ACCELERATION,  # type: float
+        preload_sides=None,  # type: Optional[PreloadSides]
     ):
+        # type: (...) -> None
         self._joints = [
             _Joint(joint, angle, side, speed * joint.max_speed, acceleration)
             for joint, angle, side in zip(joints, q, sides)
         ]
         self._described = joints
         self.duration = math.inf
-        self._t, self._states = None, []
+        self._t, self._states = None, []  # type: Optional[float], List[JointState]
         self._preloaded_at = -math.inf
         self.rests_from = [0.0] * len(self._joints)
         self._preload_sides = preload_sides
 
     def take_preload(self, t):
+        # type: (float) -> None
         """Take in at time `t` (s) where gravity presses; for ticks in which nothing is steered."""
         if not self._preload_sides or t - self._preloaded_at < PRELOAD_PERIOD:
             return
@@ -251,9 +291,11 @@ class OnlineTrajectory(object):
             self.duration = max(self.duration, max(self.rests_from))
 
     def _note_rests(self):
+        # type: () -> None
         self.rests_from = [joint.rests_from for joint in self._joints]
 
     def steer(self, t, aim, last=False):
+        # type: (float, Union[Pose, Moving, None], bool) -> None
         """Take in at time `t` (s) where the joints should be.
 
         Args:
@@ -272,6 +314,7 @@ class OnlineTrajectory(object):
             self.duration = max(t, max(self.rests_from))
 
     def take(self, t, aim, once=False):
+        # type: (float, Aim, bool) -> Optional[Literal[Stopping.STOP]]
         """Take in at time `t` (s) what whoever steers has answered; STOP if the motion is over.
 
         Args:
@@ -296,12 +339,14 @@ class OnlineTrajectory(object):
         return None
 
     def _at(self, t):
+        # type: (float) -> List[JointState]
         """Of every joint: as _Joint.at.  In a tick it is asked for the same time twice."""
         if t != self._t:
             self._t, self._states = t, [joint.at(t) for joint in self._joints]
         return self._states
 
     def at(self, t):
+        # type: (float) -> SetPoint
         """(q, None) of the motors' side at `t` (s), at most LEAD after the last `steer`."""
         q = []
         for joint, (angle, _, side, _) in zip(self._joints, self._at(t)):
@@ -309,6 +354,7 @@ class OnlineTrajectory(object):
         return q, None
 
     def speeds(self, t):
+        # type: (float) -> List[float]
         """dq/dt of the motors' side then, rad/s."""
         speeds = []
         for joint in self._joints:
@@ -317,5 +363,6 @@ class OnlineTrajectory(object):
         return speeds
 
     def sides_at(self, t):
+        # type: (float) -> Tuple[float, ...]
         """Per joint, where the backlash lies at time `t` (s): from -1 to +1."""
         return tuple([side for _, _, side, _ in self._at(t)])

@@ -6,6 +6,12 @@ than MAX_PERIOD the plan goes slower than the clock: it costs time, not accuracy
 
 from robot.motion.joint_controller import LEAD
 
+MYPY = False
+if MYPY:
+    from typing import Callable, Optional  # noqa: F401
+
+    Say = Callable[[str], object]  # tells people one line
+
 MIN_PERIOD, MAX_PERIOD = 0.02, 0.05
 """Periods, s."""
 
@@ -55,6 +61,7 @@ class Pace(object):
     """
 
     def __init__(self, say):
+        # type: (Say) -> None
         self._say = say
         self.period = MIN_PERIOD
         self.rate = self._wanted = 1.0
@@ -63,17 +70,19 @@ class Pace(object):
         self.slow = 0
         self.latest = 0.0
         self._n, self._sum = 0, 0.0
-        self._first = None
+        self._first = None  # type: Optional[float]
         self._told = False
-        self._late_at = None
+        self._late_at = None  # type: Optional[float]
 
     def begin(self):
+        # type: () -> None
         """A motion begins."""
         self.slow = 0
         self._late_at = None
         self.rate = self._wanted
 
     def note(self, t, since_last, computing):
+        # type: (float, float, float) -> None
         """Take in a tick that ended at `t` (s), so long after the one before; and took so long."""
         if since_last > LATE_TICK:
             self._late_at, self.latest = t, since_last
@@ -88,6 +97,7 @@ class Pace(object):
             self._n, self._sum = 0, 0.0
 
     def _choose(self, computing):
+        # type: (float) -> None
         wanted = PERIOD_MARGIN * computing
         self.period = min(max(wanted, MIN_PERIOD), MAX_PERIOD)
         self.delay = max(self.period, computing) / 2 + READ_SHARE * computing
@@ -107,9 +117,11 @@ class Pace(object):
             )
 
     def was_late(self, t):
+        # type: (float) -> bool
         """Whether lately a tick was late, so that what motors did says nothing of the arm."""
         return self._late_at is not None and t - self._late_at < RECENT_TIME
 
     def is_coarse(self, t):
+        # type: (float) -> bool
         """Whether ticks are so far apart that a joint may not get to where it should be exactly."""
         return self.period > COARSE_PERIODS * MIN_PERIOD or self.was_late(t)

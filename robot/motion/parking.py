@@ -2,6 +2,14 @@
 
 from robot.motion import kinematics
 
+MYPY = False
+if MYPY:
+    from typing import Sequence, Tuple  # noqa: F401
+
+    from robot.motion.arm import RobotArm  # noqa: F401
+    from robot.motion.chains import FixedPose, Pose  # noqa: F401
+    from shared.arm_description import Arm  # noqa: F401
+
 TABLE_CLEARANCE = 1.0
 """Elbow and tip go no lower than this above the table on the way, cm; or than where they begin."""
 
@@ -13,6 +21,7 @@ SPEED, STAGES = 0.3, 40
 
 
 def go_low(robot):
+    # type: (RobotArm) -> bool
     """Go there, see RobotArm.go_low; whether there is such a place.
 
     Args:
@@ -27,6 +36,7 @@ def go_low(robot):
 
 
 def way_down(arm, q):
+    # type: (Arm, FixedPose) -> Tuple[FixedPose, ...]
     """Poses to go through to where the arm rests; joints without such a place stay.
 
     Straight there, or by way of the home pose: whichever keeps off the table.
@@ -60,6 +70,7 @@ def way_down(arm, q):
 
 
 def _is_free(arm, way):
+    # type: (Arm, Sequence[Pose]) -> bool
     """Return True if elbow and tip keep off the table on the straight joint moves of a way."""
     lowest = min(TABLE_CLEARANCE, _clearance(arm, way[0])) - SLACK
     return all(
@@ -70,5 +81,6 @@ def _is_free(arm, way):
 
 
 def _clearance(arm, q):
+    # type: (Arm, Pose) -> float
     """Height of what is lowest of the arm, the base aside, cm."""
     return min(p[-1] for p in kinematics.joint_positions(arm, q)[1:])

@@ -11,6 +11,14 @@ import math
 from robot.motion import kinematics
 from shared.arm_description import ArmError
 
+MYPY = False
+if MYPY:
+    from typing import Iterable, List, Sequence  # noqa: F401
+
+    from robot.motion.chains import FixedPoint, Point  # noqa: F401
+
+    Piece = Sequence[FixedPoint]  # points, cm
+
 SPACING = 0.05
 """Distance between the points of what is curved, cm."""
 
@@ -35,6 +43,7 @@ class BadPath(ArmError, ValueError):
 
 
 def _checked(points, fewest, what):
+    # type: (Iterable[Point], int, str) -> List[FixedPoint]
     places = [tuple(map(float, point)) for point in points]
     if len(places) < fewest:
         raise BadPath("{} needs at least {} points, not {}".format(what, fewest, len(places)))
@@ -59,10 +68,12 @@ def _checked(points, fewest, what):
 
 
 def _numbers(point):
+    # type: (Point) -> str
     return ", ".join("{:g}".format(value) for value in point)
 
 
 def _height(points, what):
+    # type: (Sequence[FixedPoint], str) -> FixedPoint
     """What comes after x and y: () in the plane, else the one z of all points."""
     if len({point[2:] for point in points}) > 1:
         raise BadPath(
@@ -74,12 +85,14 @@ def _height(points, what):
 
 
 def polyline(points):
+    # type: (Iterable[Point]) -> List[Piece]
     """The pieces through `points`, straight from each to the next; a line is two points."""
     points = _checked(points, 2, "a line")
     return [(a, b) for a, b in zip(points, points[1:])]
 
 
 def pieces_of(points):
+    # type: (Iterable[Point]) -> List[Piece]
     """The pieces of a stroke through `points`, cut where it has a corner.
 
     Points that coincide are one.
@@ -96,7 +109,7 @@ def pieces_of(points):
         [(v - u) / kinematics.distance(a, b) for u, v in zip(a, b)]
         for a, b in zip(apart, apart[1:])
     ]
-    pieces, first = [], 0
+    pieces, first = [], 0  # type: List[Piece], int
     for k, (way, after) in enumerate(zip(ways, ways[1:]), 1):
         if sum([u * v for u, v in zip(way, after)]) < COS_CORNER:
             pieces.append(tuple(apart[first : k + 1]))
@@ -105,6 +118,7 @@ def pieces_of(points):
 
 
 def line_from(start, angle, length):
+    # type: (Point, float, float) -> List[Piece]
     """The piece from `start` in the level direction `angle` (rad from x, counter-clockwise)."""
     if not length > 0:
         raise BadPath("a line of length {:g} cm is none; give more than 0".format(length))
@@ -113,6 +127,7 @@ def line_from(start, angle, length):
 
 
 def rectangle(corner, opposite):
+    # type: (FixedPoint, FixedPoint) -> List[Piece]
     """The four pieces of an upright rectangle, from `corner` round to it again."""
     height = _height([corner, opposite], "a rectangle")
     (x0, y0), (x1, y1) = corner[:2], opposite[:2]
@@ -127,6 +142,7 @@ def rectangle(corner, opposite):
 
 
 def circle(centre, radius):
+    # type: (Point, float) -> List[Piece]
     """The piece once round `centre`, counter-clockwise, from the point nearest to the base."""
     if not 0 < radius <= FARTHEST:
         raise BadPath(
@@ -150,6 +166,7 @@ def circle(centre, radius):
 
 
 def arc(points):
+    # type: (Iterable[Point]) -> List[Piece]
     """The smooth piece through n >= 3 points.
 
     Between two points it fades from the circle through them and the point before to the circle
@@ -184,6 +201,7 @@ class _Circle(object):
     """One piece of the circle through three points: from b to c, or from a to b if `first`."""
 
     def __init__(self, a, b, c, first=False):
+        # type: (Point, Point, Point, bool) -> None
         self.start, self.end = (a, b) if first else (b, c)
         ux, uy = b[0] - a[0], b[1] - a[1]
         vx, vy = c[0] - a[0], c[1] - a[1]
@@ -206,6 +224,7 @@ class _Circle(object):
         self.length = abs(sweep) * self.radius
 
     def at(self, t):
+        # type: (float) -> FixedPoint
         if self.centre is None:
             return tuple(a + t * (b - a) for a, b in zip(self.start, self.end))
         angle = self.angle + t * self.sweep
@@ -216,11 +235,13 @@ class _Circle(object):
 
 
 def _bearing(centre, p):
+    # type: (Point, Point) -> float
     """The direction of a point as seen from a centre, rad."""
     return math.atan2(p[1] - centre[1], p[0] - centre[0])
 
 
 def spread(piece):
+    # type: (Piece) -> List[FixedPoint]
     """The piece's points at most SPACING apart, ends and given points included, at least three."""
     out = [tuple(piece[0])]
     for a, b in zip(piece, piece[1:]):

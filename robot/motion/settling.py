@@ -1,5 +1,9 @@
 """When a joint whose set-point stands has settled.  Pure."""
 
+MYPY = False
+if MYPY:
+    from typing import Optional  # noqa: F401
+
 SETTLED_TIME = 0.028
 """A joint has settled that has been within its tolerance for so long, s."""
 
@@ -26,17 +30,20 @@ class SettlingDetector(object):
     """
 
     def __init__(self, longest, fine):
+        # type: (float, float) -> None
         self._longest = longest
         self._fine = fine
         self._seen_since = 0.0
         self.begin_again()
 
     def begin_again(self):
+        # type: () -> None
         """The set-point moves."""
-        self._near_since = self._seen = None
+        self._near_since = self._seen = None  # type: Optional[float]
         self.begun = self.over = False
 
     def take(self, t, time_at_rest, seen, error):
+        # type: (float, float, Optional[float], float) -> bool
         """Take in one tick; False if the joint has not arrived and will not.
 
         Args:

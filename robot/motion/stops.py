@@ -14,6 +14,16 @@ from robot.motion.trajectory import JointMove
 from shared.arm_description import ArmError
 from shared.record import record
 
+MYPY = False
+if MYPY:
+    from typing import Dict, List, NamedTuple, Optional, Tuple  # noqa: F401
+
+    from robot.motion.arm import RobotArm  # noqa: F401
+    from robot.motion.chains import Pose  # noqa: F401
+    from robot.motion.interfaces import DrivenMotor, TickingClock  # noqa: F401
+    from robot.motion.pace import Say  # noqa: F401
+    from shared.arm_description import Arm, Joint  # noqa: F401
+
 TOUCHES = 3
 FIRST_PUSH, TOUCH_PUSHES = 20.0, (14.0, 17.0, 20.0)
 """Greatest force on the stop, % of duty: to find it, and to measure it, the harder the stiffer the
@@ -54,7 +64,13 @@ MAX_STOP_ERROR = math.radians(5)
 MAX_PLAY = math.radians(20)
 """No joint has more, whatever its file says, rad."""
 
-Found = record("Found", "joint zero backlash spread")
+if MYPY:
+    Found = NamedTuple(
+        "Found",
+        [("joint", str), ("zero", float), ("backlash", Optional[float]), ("spread", float)],
+    )
+else:
+    Found = record("Found", "joint zero backlash spread")
 """What was found of one joint.
 
 joint   its name
@@ -69,6 +85,7 @@ class Blocked(ArmError):
 
 
 def touch_stop(arm, k, side, say, farthest=None):
+    # type: (RobotArm, int, str, Say, Optional[float]) -> Tuple[float, float]
     """Touch one stop of joint `k` several times.
 
     Args:
@@ -96,11 +113,13 @@ def touch_stop(arm, k, side, say, farthest=None):
 
 
 def take_as_it_stands(motor, angle):
+    # type: (DrivenMotor, float) -> None
     """Declare that the motor stands at `angle` (rad) now."""
     motor.zero += motor.in_counts(motor.angle() - angle)
 
 
 def stop_of(joint, side):
+    # type: (Joint, str) -> float
     """The angle of a stop that there is, rad; `side` is "lower" or "upper"."""
     angle = joint.stop_lower if side == "lower" else joint.stop_upper
     assert angle is not None  # or the arm's file would not have it touched
@@ -108,6 +127,7 @@ def stop_of(joint, side):
 
 
 def set_zero(arm, k, ends, spread):
+    # type: (RobotArm, int, Dict[str, float], float) -> Found
     """Set the zero of joint `k` by its stops; Found.
 
     Args:
@@ -132,6 +152,7 @@ def set_zero(arm, k, ends, spread):
 
 
 def _not_as_described(arm, k, span, play):
+    # type: (Arm, int, float, float) -> str
     """What is wrong with stops that are `span` apart, which would mean so much `play`; rad."""
     joint = arm.joints[k]
     told = (
@@ -157,6 +178,7 @@ def _not_as_described(arm, k, span, play):
 
 
 def swapped(arm, joint, other):
+    # type: (Arm, Joint, Joint) -> str
     """What to say of a joint whose stops are those of another one."""
     return (
         "they are those of the {0}, so the cables of ports {1} and {2} are swapped: exchange them, "
@@ -167,10 +189,12 @@ def swapped(arm, joint, other):
 
 
 def _touches(arm, k, sign, farthest):
+    # type: (RobotArm, int, int, Optional[float]) -> List[float]
     """Counts at which the joint stands against a stop, TOUCHES times."""
     motor, joint = arm.joints[k], arm.description.joints[k]
 
     def touch(force):
+        # type: (float) -> float
         at = push(arm, motor, joint, sign, force, farthest)
         _kick(arm.clock, motor, joint, -sign)
         back_off(arm, motor, at, sign)
@@ -191,10 +215,12 @@ def _touches(arm, k, sign, farthest):
 
 
 def back_off(arm, motor, stop, sign):
+    # type: (RobotArm, DrivenMotor, float, int) -> None
     """Leave the stop (counts) on the side of `sign` by BACK_OFF."""
     at = (stop - motor.zero) / motor.in_counts(1)
 
     def look(t, now, angles):
+        # type: (float, float, Pose) -> object
         return STOP if sign * (at - angles[0]) > AWAY else None
 
     move = JointMove([motor.angle()], [at - sign * BACK_OFF], [BACK_OFF_SPEED])
@@ -202,6 +228,7 @@ def back_off(arm, motor, stop, sign):
 
 
 def push(arm, motor, joint, sign, force, farthest=None):
+    # type: (RobotArm, DrivenMotor, Joint, int, float, Optional[float]) -> float
     """Push until the joint stands; the middle of what the encoder then allows, counts.
 
     Args:
@@ -243,6 +270,7 @@ def push(arm, motor, joint, sign, force, farthest=None):
 
 
 def _kick(clock, motor, joint, sign):
+    # type: (TickingClock, DrivenMotor, Joint, int) -> None
     """Push a joint that stands, and is free to go that way, until its encoder counts.
 
     One that is blind on the way looks as if it stood at its stop, until it is to leave that; then
@@ -254,6 +282,7 @@ def _kick(clock, motor, joint, sign):
     """
 
     def push(force):
+        # type: (float) -> None
         motor.drive(sign * math.radians(force / STIFFNESS) / joint.gear)
 
     full = ROTOR_PUSH + LINK_PUSH / joint.gear
@@ -276,6 +305,7 @@ def _kick(clock, motor, joint, sign):
 
 
 def _farthest(joint):
+    # type: (Joint) -> float
     """How far a joint may have to turn to a stop that is there, rad."""
     if joint.stop_lower is None or joint.stop_upper is None:
         return 2 * math.pi

@@ -10,6 +10,25 @@ import math
 
 from robot.motion import kinematics
 
+MYPY = False
+if MYPY:
+    from typing import Callable, List, Optional, Sequence, Tuple, TypeVar  # noqa: F401
+
+    from robot.motion.chains import FixedPose, Point, Pose  # noqa: F401
+    from robot.motion.knots import Knot  # noqa: F401
+    from robot.motion.linear_systems import Vector  # noqa: F401
+    from robot.motion.paths import Piece  # noqa: F401
+    from shared.arm_description import Arm  # noqa: F401
+
+    Cubic = Sequence[float]  # four coefficients, from the constant one on
+    Segment = Tuple[float, float, Sequence[Cubic], Optional[Vector]]  # v, a, cubics, across
+    TimedPiece = Tuple[Sequence[float], Sequence[Segment], Pose]  # times, segments, end
+    NumbersOfSegment = Tuple[float, float, List[List[float]], Optional[List[float]]]
+    PieceNumbers = Tuple[List[float], List[NumbersOfSegment], List[float]]  # a TimedPiece
+    AlongPath = Optional[Tuple[Vector, Vector]]  # J' t, dq/ds
+    SetPoint = Tuple[List[float], AlongPath]  # q, path
+    Followed = TypeVar("Followed")
+
 SPEED_UP_TIME = 0.2
 """Time in which the tip reaches its speed at the least, s."""
 
@@ -43,6 +62,7 @@ class Trajectory(object):
     """
 
     def __init__(self, times, segments, end, turning=None):
+        # type: (Sequence[float], Sequence[Segment], Pose, Optional[Sequence[Segment]]) -> None
         self._times = times
         self._segments = segments
         self._k = 0
@@ -51,6 +71,7 @@ class Trajectory(object):
         self.directions, self.reversals = self._turns(turning or segments)
 
     def numbers(self):
+        # type: () -> PieceNumbers
         """(times, segments, end) as given, rounded to what matters, to be kept in a file."""
         return (
             [round(t, 6) for t in self._times],
@@ -66,6 +87,7 @@ class Trajectory(object):
         )  # fmt: skip
 
     def _passing(self, t):
+        # type: (float) -> Segment
         """(cm since the last knot, cm/s, cubics, J' t) at the time `t` (s), which is on the way."""
         times, k = self._times, self._k
         while t < times[k]:
@@ -78,6 +100,7 @@ class Trajectory(object):
         return dt * (v + 0.5 * a * dt), v + a * dt, cubics, across
 
     def at(self, t):
+        # type: (float) -> SetPoint
         """(q, path) at time `t` (s); before the start and after the end it stands still.
 
         `path` is (J' t, dq/ds), see `segments`; None where it means nothing.
@@ -95,6 +118,7 @@ class Trajectory(object):
         return q, (across, slopes) if across and v > MIN_PATH_SPEED else None
 
     def speeds(self, t):
+        # type: (float) -> List[float]
         """dq/dt at time `t` (s), rad/s."""
         if not 0 < t < self.duration:
             return [0.0] * len(self.end)
@@ -102,6 +126,7 @@ class Trajectory(object):
         return [v * (c1 + s * (c2 + c2 + 3.0 * c3 * s)) for _, c1, c2, c3 in cubics]
 
     def _turns(self, segments):
+        # type: (Sequence[Segment]) -> Tuple[Tuple[int, ...], Tuple[Tuple[float, ...], ...]]
         directions, reversals = [], []
         for j in range(len(self.end)):
             first, sign, turns = 0, 0, []
@@ -122,6 +147,7 @@ class Trajectory(object):
 
 
 def _time(s, v, a):
+    # type: (float, float, float) -> float
     """How long a way `s` (cm) takes from the speed `v` (cm/s) on at the acceleration `a`, s."""
     return 2 * s / (v + math.sqrt(max(0.0, v * v + 2 * a * s))) if s else 0.0
 
@@ -141,6 +167,7 @@ class JointMove(object):
     before = 0.0
 
     def __init__(self, start, end, fastest, acceleration=JOINT_ACCELERATION):
+        # type: (Pose, Pose, Vector, float) -> None
         self.start, self.end = tuple(start), tuple(end)
         duration = 0.0
         for a, b, top in zip(start, end, fastest):
@@ -154,6 +181,7 @@ class JointMove(object):
         self.directions, self.reversals = signs, ((),) * len(signs)
 
     def at(self, t):
+        # type: (float) -> SetPoint
         """As Trajectory.at; there is no path."""
         if t >= self.duration:
             return list(self.end), None
@@ -164,6 +192,7 @@ class JointMove(object):
         return [a + way * w for a, w in zip(self.start, self._ways)], None
 
     def speeds(self, t):
+        # type: (float) -> List[float]
         """As Trajectory.speeds."""
         if not 0 < t < self.duration:
             return [0.0] * len(self.end)
@@ -177,6 +206,7 @@ class JointMove(object):
 
 
 def plan(arm, pieces, speed=None, elbow=None):
+    # type: (Arm, Sequence[Piece], Optional[float], Optional[str]) -> List[Trajectory]
     """The timed Trajectories along the pieces of one stroke, on one branch throughout.
 
     Args:
@@ -195,6 +225,7 @@ def plan(arm, pieces, speed=None, elbow=None):
         kinematics.inverse(arm, piece[-1])
 
     def follow(q):
+        # type: (FixedPose) -> List[List[Knot]]
         paths = []
         for piece in pieces:
             paths.append(knots_through(arm, stations_of(piece), q))
@@ -206,6 +237,7 @@ def plan(arm, pieces, speed=None, elbow=None):
 
 
 def joint_path(arm, points, elbow=None):
+    # type: (Arm, Sequence[Point], Optional[str]) -> List[FixedPose]
     """Joint angles along `points` (cm, close together), within reach and limits, without a leap.
 
     Args:
@@ -220,6 +252,7 @@ def joint_path(arm, points, elbow=None):
     from robot.motion.knots import next_pose  # as above
 
     def follow(q):
+        # type: (FixedPose) -> List[FixedPose]
         joints = [q]
         for p in points[1:]:
             joints.append(next_pose(arm, p, joints[-1]))
@@ -229,8 +262,9 @@ def joint_path(arm, points, elbow=None):
 
 
 def _on_a_branch(arm, p, elbow, follow):
+    # type: (Arm, Point, Optional[str], Callable[[FixedPose], Followed]) -> Followed
     """What `follow` makes of the pose at `p`, on the first branch on which it can."""
-    first_error = None
+    first_error = None  # type: Optional[kinematics.Unreachable]
     for branch in (elbow,) if elbow else (arm.elbow, "down" if arm.elbow == "up" else "up"):
         try:
             return follow(kinematics.inverse(arm, p, elbow=branch))
@@ -241,6 +275,7 @@ def _on_a_branch(arm, p, elbow, follow):
 
 
 def _timed(arm, knots, speed):
+    # type: (Arm, Sequence[Knot], float) -> Trajectory
     """Trapezoidal speed, slowed where a joint would be too fast.
 
     Forward and backward pass over the greatest admissible speed along the path, after Bobrow,

@@ -15,6 +15,16 @@ from shared.arm_description import ArmError
 from shared.small_files import SpoiltFile, number, open_to_write, read_json
 from shared.state import state_folder
 
+MYPY = False
+if MYPY:
+    from typing import Any, Dict, Mapping, Optional, Union  # noqa: F401
+
+    from robot.motion.chains import Pose  # noqa: F401
+    from shared.arm_description import Arm  # noqa: F401
+
+    Number = Union[str, int, float, None]  # of an arm's file
+    Counts = Mapping[str, float]  # by port
+
 VERSION = 2
 """Of the file; it rises when something in it changes its meaning."""
 
@@ -46,6 +56,7 @@ class StateNotSaved(ArmError, OSError):
 
 
 def meaning(arm):
+    # type: (Arm) -> Dict[str, Number]
     """The numbers of an arm by which encoder counts mean joint angles, by "part.key".
 
     Port, motor, gear and direction turn counts into angles; by the stops, the home pose, the play
@@ -55,7 +66,7 @@ def meaning(arm):
     Args:
         arm: shared.arm_description.Arm.
     """
-    numbers = {}
+    numbers = {}  # type: Dict[str, Number]
     for joint in arm.joints:
         for key in ("port", "motor", "gear", "direction"):
             numbers[joint.name + "." + key] = getattr(joint, key)
@@ -68,6 +79,7 @@ def meaning(arm):
 
 
 def _degrees(angle):
+    # type: (Optional[float]) -> Optional[float]
     """As an arm's file has it; None stays."""
     return angle if angle is None else round(math.degrees(angle), 6)
 
@@ -81,10 +93,12 @@ class Zero(object):
     """
 
     def __init__(self, arm, folder=None):
+        # type: (Arm, Optional[str]) -> None
         self.file = os.path.join(folder or state_folder(), arm.name + ".json")
         self._arm = arm
 
     def confirmed(self, counts):
+        # type: (Counts) -> Dict[str, float]
         """Counts at joint angle zero, by port.
 
         Args:
@@ -133,6 +147,7 @@ class Zero(object):
         return zero
 
     def _check_meaning(self, state):
+        # type: (Dict[str, Any]) -> None
         """Refuse a zero that was written for other numbers than this arm's, or in another way."""
         version = state.get("version", 1)
         if version != VERSION:
@@ -163,9 +178,11 @@ class Zero(object):
                 )
 
     def _not_read(self, why):
+        # type: (object) -> NotHomed
         return NotHomed("{} {}, so the zero is unknown{}".format(self.file, why, ADVICE))
 
     def check_angles(self, angles, pen=None):
+        # type: (Pose, Optional[float]) -> None
         """Refuse a zero by which a joint stands where it cannot.
 
         A joint without a stop on one side is taken to stop at its limit: no program leaves it
@@ -205,6 +222,7 @@ class Zero(object):
                 )
 
     def forget(self):
+        # type: () -> None
         """Remember no zero: it is about to be found anew.
 
         Raises:
@@ -218,6 +236,7 @@ class Zero(object):
             raise self._not_saved(error) from None
 
     def save(self, zero, parked):
+        # type: (Counts, Optional[Counts]) -> None
         """Remember the zero; `parked` is the counts by port, or None while the arm moves.
 
         Raises:
@@ -240,6 +259,7 @@ class Zero(object):
             raise self._not_saved(error) from None
 
     def _not_saved(self, error):
+        # type: (OSError) -> StateNotSaved
         return StateNotSaved(
             "cannot write {}: {}; make room or set BRICKSERVO_STATE to another folder".format(
                 self.file, error.strerror
@@ -248,6 +268,7 @@ class Zero(object):
 
 
 def check_not_reset(counts, before):
+    # type: (Counts, Counts) -> None
     """Refuse, by NotHomed, encoders that all begin anew: a program ended by the Back button.
 
     Args:
@@ -263,11 +284,13 @@ def check_not_reset(counts, before):
 
 
 def _path(arm):
+    # type: (Arm) -> str
     """Where the arm's file is, for people to tell two arms apart."""
     return os.path.abspath(arm.file)
 
 
 def _shown(value):
+    # type: (object) -> str
     """A number or word of an arm's file; what may be anything else, too."""
     if value is None:
         return "not there"
@@ -276,6 +299,7 @@ def _shown(value):
 
 
 def boot_id():
+    # type: () -> str
     """A text that is another one after every start of the system; "" where it has none."""
     try:
         with open(BOOT_ID) as file:
