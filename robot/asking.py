@@ -32,7 +32,7 @@ class Person(object):
     """Whoever is at the terminal or at the brick.
 
     Args:
-        clock: has `now()` and `sleep(seconds)`.
+        clock: has `now()` and `sleep(seconds)`; None: nothing is asked.
 
     Attributes:
         at_brick: whether the program was started from the brick's own menu.
@@ -106,14 +106,16 @@ class Person(object):
             from robot.ev3.buttons import brick_buttons  # not above: few are asked by button
 
             self._buttons = brick_buttons()
+        clock = self._clock
+        assert clock is not None  # who asks by buttons has one
         before = self._down()  # what is down already was meant for something else
         while True:
-            self._clock.sleep(LOOK_PERIOD)
+            clock.sleep(LOOK_PERIOD)
             down = self._down()
             for button in down:
                 if button in wanted and button not in before:
                     while button in self._down():
-                        self._clock.sleep(LOOK_PERIOD)
+                        clock.sleep(LOOK_PERIOD)
                     return button
             before = down
 

@@ -12,7 +12,8 @@ from robot.ev3 import battery
 from robot.motion import mounting
 from robot.motion.checked import Checked
 from robot.motion.zero import NotHomed
-from shared.arm_description import PULLED_DOWN, ArmError, comes_along, read_arm, users_file
+from shared.arm_description import ArmError, comes_along, read_arm, users_file
+from shared.arm_keys import PULLED_DOWN
 from shared.ini import BadIni, with_values
 
 AGAIN = "again"
@@ -52,7 +53,7 @@ def run(description, clock, take=False, person=None, tracker=None):
             person.confirm("Lift the pen, keep hands and cables out of the way.")
             seen = [one or _seen(arm, k, person) for k, one in enumerate(seen)]
     program.raise_on_signals()
-    found = mounting.as_mounted(description, seen)
+    found = mounting.as_mounted(description, [one for one in seen if one])
     said, values = mounting.differences(description, found)
     if values:
         description = _corrected(description, said, values)
@@ -142,8 +143,8 @@ def _corrected(arm, said, values):
         with open(arm.file, "rb") as file:
             text = file.read().decode("utf-8")
         os.makedirs(os.path.dirname(path), exist_ok=True)
-        with open(draft, "wb") as file:
-            file.write(with_values(text, values).encode("utf-8"))
+        with open(draft, "wb") as out:
+            out.write(with_values(text, values).encode("utf-8"))
         if os.path.exists(path):
             os.chmod(draft, os.stat(path).st_mode & 0o777)
         os.replace(draft, path)

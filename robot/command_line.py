@@ -40,6 +40,14 @@ def number_in(lower, upper, unit):
     return read
 
 
+def _refuse(prog, message):
+    """End a program with one line: nothing has been done."""
+    from shared.message_fields import printable  # of what was typed, anything may be told
+
+    sys.stderr.write("{0}: {1}; see {0} --help\n".format(prog, printable(message)))
+    sys.exit(2)
+
+
 class Values(object):
     """What a command line says, by the names of its arguments."""
 
@@ -114,10 +122,12 @@ class Parser(object):
         prog: the script's name.
         description: one line for the help.
         examples: command lines, one a line, for its end.
+        name: the command's whose parser it is; "": the script's own.
     """
 
-    def __init__(self, prog, description=None, examples=None):
+    def __init__(self, prog, description=None, examples=None, name=""):
         self.prog = prog
+        self.name = name
         self.description = description
         self.examples = examples
         self._arguments = []
@@ -136,17 +146,13 @@ class Parser(object):
         Returns:
             The Parser for what else may follow it.
         """
-        command = Parser("{} {}".format(self.prog, name))
-        command.name = name
+        command = Parser("{} {}".format(self.prog, name), name=name)
         self._commands.append((command, text))
         return command
 
     def error(self, message):
         """End the program with one line: nothing has been done."""
-        from shared.message_fields import printable  # of what was typed, anything may be told
-
-        sys.stderr.write("{0}: {1}; see {0} --help\n".format(self.prog, printable(message)))
-        sys.exit(2)
+        _refuse(self.prog, message)
 
     def parse_args(self, argv=None):
         """The Values of a command line; the script's own if it is None."""
@@ -188,7 +194,7 @@ class Parser(object):
         for argument in self._arguments + (parser._arguments if parser is not self else []):
             setattr(values, argument.dest, argument.default())
         if self._commands:
-            values.command = getattr(parser, "name", None)
+            values.command = parser.name or None
         for argument, texts, reader in given:
             try:
                 if not argument.takes_value:
@@ -210,7 +216,9 @@ class Parser(object):
         Raises:
             _Unusual: it is not that plain.
         """
-        parser, given, loose, ended = self, [], None, False
+        parser, ended = self, False
+        given = []
+        loose = None
         options = {flag: one for one in self._options() for flag in one.flags}
         words = iter(argv)
         for word in words:
@@ -233,12 +241,14 @@ class Parser(object):
             elif ended or word == "-":
                 raise _Unusual
             elif loose is None:
-                loose = [word]
-                given.append((parser._positional(), loose, parser))
+                loose, positional = [word], parser._positional()
+                if positional is None:
+                    raise _Unusual
+                given.append((positional, loose, parser))
             else:
                 loose.append(word)
         positional = parser._positional()
-        if loose is not None if positional is None else not positional.takes(len(loose or ())):
+        if positional and not positional.takes(len(loose or ())):
             raise _Unusual
         return given, parser
 
@@ -251,7 +261,8 @@ class Parser(object):
         from shared.version import VERSION
 
         class Refusing(argparse.ArgumentParser):
-            error = Parser.error
+            def error(self, message):
+                _refuse(self.prog, message)
 
         def add(parser, arguments, **other):
             for argument in arguments:

@@ -75,7 +75,8 @@ def battery():
     try:
         from ev3dev2.power import PowerSupply
 
-        return PowerSupply().measured_volts
+        volts = PowerSupply().measured_volts
+        return volts
     except Exception:  # whatever a driver may have
         return None
 

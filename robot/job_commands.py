@@ -279,7 +279,8 @@ def _jobs(parser, args):
     import json
 
     from robot.jobs.progress import NoJob, find_job, forget_progress, jobs_folder, load_progress
-    from shared.job import BadJob, Job
+    from shared.job import Job
+    from shared.job_pieces import BadJob
 
     status, runs = _status()
     if args.remove:

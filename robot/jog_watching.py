@@ -51,7 +51,7 @@ class JogWatcher(object):
         clock: has `now()` and `sleep(seconds)`.
 
     Attributes:
-        camera: the name of the one that is looked through; None before the first look.
+        camera: the name of the one that is looked through; "" before the first look.
     """
 
     def __init__(self, arm, client, clock):
@@ -59,7 +59,7 @@ class JogWatcher(object):
         joints = arm.description.joints
         self._sightings = Sightings({}, False, RepeatedPictures(joints))
         self._loss = LossOfSight(client, self._sightings, len(joints))
-        self.camera = None
+        self.camera = ""
         self._q = [motor.angle() for motor in arm.joints]
         self._seen_at = self._unlinked_at = self._heard_at = clock.now()
         self._missing = {}  # camera: the markers that its last picture lacked
@@ -94,7 +94,7 @@ class JogWatcher(object):
             views.append(self._look(LOOK_TIME))
 
         mounting.jog(self._arm, k, angle, pause, self._watching(k))
-        return Jog(*(views + [ends[1] - ends[0]]))
+        return Jog(views[0], views[1], views[2], ends[1] - ends[0])
 
     # Seeing
 
@@ -155,7 +155,7 @@ class JogWatcher(object):
         self._sightings.history.add(now, self._q)
         seen = []
         for camera in sorted(new):
-            if self.camera in (None, camera):
+            if self.camera in ("", camera):
                 frame = self._sightings.frame(new[camera], now, moving)
                 markers = new[camera].markers
                 there = [
@@ -205,7 +205,7 @@ class JogWatcher(object):
 
 
 def _view(frames):
-    """(the View that frames of an arm at rest show; None and what moves in them, for people)."""
+    """(the View that frames of an arm at rest show, ""; or None, what moves in them for people)."""
     places, doubts = [], []
     for name, pixels in zip((EFFECTOR, GOAL), zip(*frames)):
         middle, sigma, kept = robust_mean(pixels)
@@ -223,4 +223,4 @@ def _view(frames):
             )
         places.append(place(middle))
         doubts.append(doubt)
-    return View(places[0], places[1], max(doubts)), None
+    return View(places[0], places[1], max(doubts)), ""

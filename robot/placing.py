@@ -5,7 +5,7 @@ import math
 from robot.asking import Person
 from robot.ev3 import battery
 from robot.motion import kinematics
-from shared.arm_description import PULLED_DOWN, SEEK_BEYOND
+from shared.arm_keys import PULLED_DOWN, SEEK_BEYOND
 
 OTHERWISE = "; or say home --here if the arm stands in its home pose"
 """What may be done where nobody can answer."""

@@ -107,7 +107,9 @@ class Turtle(object):
         self._is_down = True
         self._speed = 0
         self._own_speed = self._driver.speed
-        self._points, self._places, self._length = [], [], 0.0
+        self._points = []
+        self._places = []
+        self._length = 0.0
         _turtles.append(self)
 
     # Motion
