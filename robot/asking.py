@@ -12,6 +12,14 @@ import sys
 
 from shared.arm_description import ArmError
 
+MYPY = False
+if MYPY:
+    from typing import Any, Iterator, List, Optional, Sequence, Tuple  # noqa: F401
+
+    from robot.motion.interfaces import TickingClock  # noqa: F401
+
+    Choices = Sequence[Tuple[str, str]]  # answers, and the keys for them
+
 BUTTONS = ("left", "right", "up", "down", "enter")
 """The buttons that choose, in the order of the choices; Back ends the program."""
 
@@ -39,11 +47,13 @@ class Person(object):
     """
 
     def __init__(self, clock):
+        # type: (Optional[TickingClock]) -> None
         self._clock = clock
         self.at_brick = bool(re.match(r"/dev/tty\d", _terminal()))
-        self._buttons = None
+        self._buttons = None  # type: Any # python-ev3dev2's, which has no types
 
     def choose(self, question, choices):
+        # type: (str, Choices) -> str
         """Which of some answers a question gets.
 
         Args:
@@ -60,6 +70,7 @@ class Person(object):
             return (self._by_button if self.at_brick else self._by_key)(question, choices)
 
     def confirm(self, request, otherwise=""):
+        # type: (str, str) -> None
         """Wait until somebody says that something is done: by Enter, or the button in the centre.
 
         Args:
@@ -77,6 +88,7 @@ class Person(object):
                 raise _nobody(otherwise)
 
     def _by_key(self, question, choices):
+        # type: (str, Choices) -> str
         hint = ", ".join("{} {}".format(key, answer) for answer, key in choices)
         while True:
             typed = _key("{} [{}] ".format(question, hint))
@@ -92,6 +104,7 @@ class Person(object):
             ))  # fmt: skip
 
     def _by_button(self, question, choices):
+        # type: (str, Choices) -> str
         print(question)
         for (answer, _), button in zip(choices, BUTTONS):
             print("{:7}{}".format(SHOWN.get(button, button.upper()), answer))
@@ -101,6 +114,7 @@ class Person(object):
         return answer
 
     def _pressed(self, wanted):
+        # type: (Sequence[str]) -> str
         """Which of these buttons is pressed next; it is released again by then."""
         if self._buttons is None:
             from robot.ev3.buttons import brick_buttons  # not above: few are asked by button
@@ -120,11 +134,13 @@ class Person(object):
             before = down
 
     def _down(self):
+        # type: () -> List[str]
         return list(self._buttons.buttons_pressed)
 
 
 @contextlib.contextmanager
 def _line_ended():
+    # type: () -> Iterator[None]
     """For a `with` block that may end in the middle of a line."""
     try:
         yield
@@ -135,6 +151,7 @@ def _line_ended():
 
 
 def _nobody(otherwise=""):
+    # type: (str) -> NobodyAnswers
     return NobodyAnswers(
         "nobody answers, the input has ended; start it in a terminal (ssh -t), or from the brick's "
         "menu" + otherwise
@@ -142,6 +159,7 @@ def _nobody(otherwise=""):
 
 
 def _terminal():
+    # type: () -> str
     """Name of the terminal that the program was started in; "" where there is none."""
     try:
         return os.ttyname(0)
@@ -150,6 +168,7 @@ def _terminal():
 
 
 def _key(prompt):
+    # type: (str) -> str
     """The next key in a terminal, else the next line; "" at the end of the input."""
     try:
         descriptor = sys.stdin.fileno()
@@ -169,6 +188,7 @@ def _key(prompt):
 
 
 def _line(prompt):
+    # type: (str) -> str
     """The next line; "" at the end of the input."""
     _show(prompt)
     try:
@@ -185,11 +205,13 @@ def _line(prompt):
 
 
 def _show(prompt):
+    # type: (str) -> None
     sys.stdout.write(prompt)
     sys.stdout.flush()
 
 
 def _letter(descriptor):
+    # type: (int) -> str
     with contextlib.suppress(OSError, ValueError):  # Windows waits for sockets only
         select.select([descriptor], [], [])
     return os.read(descriptor, 1).decode("ascii", "replace")

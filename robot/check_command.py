@@ -16,6 +16,15 @@ from shared.arm_description import ArmError, comes_along, read_arm, users_file
 from shared.arm_keys import PULLED_DOWN
 from shared.ini import BadIni, with_values
 
+MYPY = False
+if MYPY:
+    from typing import Dict, List, Optional, Sequence, Tuple  # noqa: F401
+
+    from robot.motion.arm import RobotArm  # noqa: F401
+    from robot.motion.interfaces import TickingClock  # noqa: F401
+    from robot.tracker_address import ServerAddress  # noqa: F401
+    from shared.arm_description import Arm  # noqa: F401
+
 AGAIN = "again"
 
 
@@ -24,6 +33,7 @@ class NotWritten(ArmError, OSError):
 
 
 def run(description, clock, take=False, person=None, tracker=None):
+    # type: (Arm, TickingClock, bool, Optional[Person], Optional[ServerAddress]) -> None
     """Turn each joint a little, find out what moved, correct the arm's file, keep the answer.
 
     Args:
@@ -42,7 +52,7 @@ def run(description, clock, take=False, person=None, tracker=None):
     battery.check(clock)
     with contextlib.suppress(NotHomed):
         arm.load_zero()  # if it is known, it stays so
-    seen = [None] * len(arm.joints)
+    seen = [None] * len(arm.joints)  # type: List[Optional[mounting.Observed]]
     with program.parking(arm):
         if tracker:
             seen = _seen_by_camera(arm, tracker, clock)
@@ -66,6 +76,7 @@ def run(description, clock, take=False, person=None, tracker=None):
 
 
 def _seen_by_camera(arm, tracker, clock):
+    # type: (RobotArm, ServerAddress, TickingClock) -> List[Optional[mounting.Observed]]
     """What the camera has seen of each motor: mounting.Observed, or None where it cannot tell."""
     # Not above: only who looks through a camera waits for all this to be loaded.
     from robot.jog_watching import PLACING, JogWatcher
@@ -90,10 +101,12 @@ def _seen_by_camera(arm, tracker, clock):
 
 
 def _say(line):
+    # type: (str) -> None
     print(line, flush=True)  # what is printed late is of no use to who waits
 
 
 def _seen(arm, k, person):
+    # type: (RobotArm, int, Person) -> mounting.Observed
     """What was seen when the motor turned that should be joint `k`'s: mounting.Observed."""
     description = arm.description
     joint, gears = description.joints[k], mounting.jog_angles(description, k)
@@ -120,6 +133,7 @@ def _seen(arm, k, person):
 
 
 def _corrected(arm, said, values):
+    # type: (Arm, Sequence[str], Dict[Tuple[str, str], str]) -> Arm
     """Write what was seen into the arm's file, or into a copy of one that came along; the new Arm.
 
     Raises:
@@ -132,6 +146,7 @@ def _corrected(arm, said, values):
     told = path.replace(os.path.expanduser("~") + os.sep, "~" + os.sep, 1)
 
     def refused(why):
+        # type: (object) -> NotWritten
         return NotWritten(
             "{}: {} is not changed, {}; write there: {}".format("; ".join(said), told, why, lines)
         )

@@ -10,6 +10,14 @@ import sys
 
 from shared.state import CODE
 
+MYPY = False
+if MYPY:
+    import argparse
+    from typing import Any, Callable, List, NoReturn, Optional, Sequence, Tuple  # noqa: F401
+
+    Given = Tuple["_Argument", List[str], "Parser"]  # what is given, its texts, who reads it
+    Values = argparse.Namespace
+
 CODE_HELP = (
     "as the tracker prints it; others on that computer can read it in this command (default: ${}, "
     "else as remembered, else it is asked for)".format(CODE)
@@ -22,9 +30,11 @@ class BadArgument(ValueError):
 
 
 def number_in(lower, upper, unit):
+    # type: (float, float, str) -> Callable[[str], float]
     """A `type` for an argument: reads a number within these limits, both included."""
 
     def read(text):
+        # type: (str) -> float
         try:
             value = float(text)
         except ValueError:
@@ -41,6 +51,7 @@ def number_in(lower, upper, unit):
 
 
 def _refuse(prog, message):
+    # type: (str, str) -> NoReturn
     """End a program with one line: nothing has been done."""
     from shared.message_fields import printable  # of what was typed, anything may be told
 
@@ -48,11 +59,13 @@ def _refuse(prog, message):
     sys.exit(2)
 
 
-class Values(object):
-    """What a command line says, by the names of its arguments."""
+if not MYPY:
 
-    def __contains__(self, name):
-        return name in vars(self)
+    class Values(object):
+        """What a command line says, by the names of its arguments."""
+
+        def __contains__(self, name):
+            return name in vars(self)
 
 
 class _Unusual(Exception):
@@ -63,6 +76,7 @@ class _Argument(object):
     """One argument, as argparse.add_argument takes it; of what that knows, only what is used."""
 
     def __init__(self, *flags, **options):
+        # type: (*str, **Any) -> None
         self.flags, self.options = flags, options
         self.is_option = flags[0].startswith("-")
         name = options.get("dest") or next((f for f in flags if f.startswith("--")), flags[0])
@@ -76,10 +90,12 @@ class _Argument(object):
 
     @property
     def shown(self):
+        # type: () -> str
         """Its name in a message."""
         return "/".join(self.flags) if self.is_option else self.options["metavar"]
 
     def default(self):
+        # type: () -> Any
         """Its value when it is not given."""
         value = self.options.get("default", None if self.takes_value else False)
         if value is None and self.nargs == "*":
@@ -87,6 +103,7 @@ class _Argument(object):
         return self.read(value) if isinstance(value, str) else value
 
     def read(self, text):
+        # type: (str) -> Any
         """The value of a text.
 
         Raises:
@@ -98,14 +115,16 @@ class _Argument(object):
         return value
 
     def takes(self, number):
+        # type: (int) -> bool
         """Whether so many texts are right for it."""
         if self.nargs is None:
             return number == 1
-        least = {"?": 0, "*": 0, "+": 1}.get(self.nargs, self.nargs)
-        most = {"?": 1, "*": number, "+": number}.get(self.nargs, self.nargs)
+        least = {"?": 0, "*": 0, "+": 1}.get(self.nargs, self.nargs)  # type: int
+        most = {"?": 1, "*": number, "+": number}.get(self.nargs, self.nargs)  # type: int
         return least <= number <= most
 
     def value(self, texts):
+        # type: (Sequence[str]) -> Any
         """The value of these texts, which are right in number; of none, its default."""
         if not texts:
             return self.default()
@@ -126,14 +145,16 @@ class Parser(object):
     """
 
     def __init__(self, prog, description=None, examples=None, name=""):
+        # type: (str, Optional[str], Optional[str], str) -> None
         self.prog = prog
         self.name = name
         self.description = description
         self.examples = examples
-        self._arguments = []
-        self._commands = []  # pairs (Parser, its line in the help)
+        self._arguments = []  # type: List[_Argument]
+        self._commands = []  # type: List[Tuple[Parser, str]] # each and its line in the help
 
     def add_argument(self, *flags, **options):
+        # type: (*str, **Any) -> None
         """Add an argument; of those without a dash at most one."""
         argument = _Argument(*flags, **options)
         if not argument.is_option and self._positional():
@@ -141,6 +162,7 @@ class Parser(object):
         self._arguments.append(argument)
 
     def add_command(self, name, text):
+        # type: (str, str) -> Parser
         """Add a command; the options of this parser are accepted before and after its name.
 
         Returns:
@@ -151,16 +173,19 @@ class Parser(object):
         return command
 
     def error(self, message):
+        # type: (str) -> NoReturn
         """End the program with one line: nothing has been done."""
         _refuse(self.prog, message)
 
     def parse_args(self, argv=None):
+        # type: (Optional[Sequence[str]]) -> Values
         """The Values of a command line; the script's own if it is None."""
         argv = sys.argv[1:] if argv is None else argv
         values = self._usual(argv)
         return values or self.with_argparse().parse_args(argv, Values())
 
     def parse_known_args(self, argv=None):
+        # type: (Optional[Sequence[str]]) -> Tuple[Values, List[str]]
         """The same, and a list of what is not known."""
         argv = sys.argv[1:] if argv is None else argv
         values = self._usual(argv)
@@ -169,18 +194,22 @@ class Parser(object):
     # What is usual
 
     def _usual(self, argv):
+        # type: (Sequence[str]) -> Optional[Values]
         try:
             return self._read(argv)
         except _Unusual:
             return None
 
     def _options(self):
+        # type: () -> List[_Argument]
         return [argument for argument in self._arguments if argument.is_option]
 
     def _positional(self):
+        # type: () -> Optional[_Argument]
         return next((one for one in self._arguments if not one.is_option), None)
 
     def _read(self, argv):
+        # type: (Sequence[str]) -> Values
         """The Values of a usual command line.
 
         Raises:
@@ -211,14 +240,15 @@ class Parser(object):
         return values
 
     def _sorted(self, argv):
+        # type: (Sequence[str]) -> Tuple[List[Given], Parser]
         """What is given, (argument, its texts, the Parser that reads it), and the command's Parser.
 
         Raises:
             _Unusual: it is not that plain.
         """
         parser, ended = self, False
-        given = []
-        loose = None
+        given = []  # type: List[Given]
+        loose = None  # type: Optional[List[str]]
         options = {flag: one for one in self._options() for flag in one.flags}
         words = iter(argv)
         for word in words:
@@ -255,6 +285,7 @@ class Parser(object):
     # What is not
 
     def with_argparse(self):
+        # type: () -> argparse.ArgumentParser
         """The argparse.ArgumentParser that knows the same."""
         import argparse  # not above, see there
 
@@ -262,9 +293,11 @@ class Parser(object):
 
         class Refusing(argparse.ArgumentParser):
             def error(self, message):
+                # type: (str) -> NoReturn
                 _refuse(self.prog, message)
 
         def add(parser, arguments, **other):
+            # type: (argparse.ArgumentParser, Sequence[_Argument], **Any) -> None
             for argument in arguments:
                 options = dict(argument.options, **other)
                 if "type" in options:
@@ -272,7 +305,9 @@ class Parser(object):
                 parser.add_argument(*argument.flags, **options)
 
         def told(read):
+            # type: (Callable[[str], Any]) -> Callable[[str], Any]
             def checked(text):
+                # type: (str) -> Any
                 try:
                     return read(text)
                 except BadArgument as problem:

@@ -18,6 +18,12 @@ import socket
 import sys
 import threading
 
+MYPY = False
+if MYPY:
+    from typing import Any, Dict, List, Optional, Tuple  # noqa: F401
+
+    Motors = Dict[str, Any]  # python-ev3dev2's, by port
+
 WATCH_TIME, POLL_PERIOD = 30.0, 0.1
 """For so long motors are watched, and as often as this they are looked at, s."""
 MIN_TURN = 5
@@ -28,6 +34,7 @@ KINDS = {"lego-ev3-l-motor": "large", "lego-ev3-m-motor": "medium"}
 
 
 def read(path):
+    # type: (str) -> str
     """The text of a file of the system's; "" if there is none."""
     try:
         with open(path, errors="replace") as file:
@@ -37,6 +44,7 @@ def read(path):
 
 
 def library():
+    # type: () -> Optional[str]
     """The version of python-ev3dev2, "" if it does not say, None if it is not there."""
     found = importlib.util.find_spec("ev3dev2")
     if found is None or not found.origin:
@@ -47,12 +55,14 @@ def library():
 
 
 def memory():
+    # type: () -> Optional[float]
     """What is left of the memory for programs, MB; None if the system does not say."""
     found = re.search(r"^MemAvailable: *(\d+) kB", read("/proc/meminfo"), re.MULTILINE)
     return int(found.group(1)) / 1024 if found else None
 
 
 def others():
+    # type: () -> List[Tuple[int, str]]
     """Other programs of Python: (number, command line)."""
     found = []
     for path in glob.glob("/proc/[0-9]*/cmdline"):
@@ -65,23 +75,26 @@ def others():
 
 
 def room():
+    # type: () -> float
     """What is left of the card, MB."""
     left = os.statvfs(os.path.expanduser("~"))
     return left.f_bavail * left.f_frsize / 1e6
 
 
 def battery():
+    # type: () -> Optional[float]
     """Its voltage, V; None if it does not tell."""
     try:
         from ev3dev2.power import PowerSupply
 
-        volts = PowerSupply().measured_volts
+        volts = PowerSupply().measured_volts  # type: float
         return volts
     except Exception:  # whatever a driver may have
         return None
 
 
 def motors():
+    # type: () -> Tuple[Motors, Optional[str]]
     """The motors of python-ev3dev2 by port, and why there are none."""
     try:
         from ev3dev2.motor import list_motors
@@ -92,6 +105,7 @@ def motors():
 
 
 def facts(found, problem):
+    # type: (Motors, Optional[str]) -> Dict[str, object]
     """All that there is to tell, but how motors turn.
 
     Args:
@@ -122,13 +136,15 @@ def facts(found, problem):
 
 
 def tell(what):
+    # type: (Dict[str, object]) -> None
     """Write a line."""
     print(json.dumps(what), flush=True)
 
 
 def watch(found):
+    # type: (Motors) -> None
     """Tell of each motor that is turned by hand, or comes off by that."""
-    last, there = {}, dict(found)
+    last, there = {}, dict(found)  # type: Dict[str, int], Motors
     pause = threading.Event()
     for _ in range(int(WATCH_TIME / POLL_PERIOD)):
         for port, motor in sorted(there.items()):
@@ -146,6 +162,7 @@ def watch(found):
 
 
 def main():
+    # type: () -> None
     """Tell it all."""
     found, problem = motors()
     tell(facts(found, problem))

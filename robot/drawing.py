@@ -8,6 +8,16 @@ from shared.arm_description import ArmError
 from shared.small_files import open_to_write
 from shared.state import PLAN
 
+MYPY = False
+if MYPY:
+    from typing import List, Optional, Sequence, Tuple  # noqa: F401
+
+    from robot.motion.arm import RobotArm  # noqa: F401
+    from robot.motion.chains import FixedPoint, Point  # noqa: F401
+    from robot.motion.pace import Say  # noqa: F401
+    from robot.motion.paths import Piece  # noqa: F401
+    from robot.motion.trajectory import Trajectory  # noqa: F401
+
 METHODS = ("smooth", "steps")
 
 BACKLASH_TOLERANCE = math.radians(1.5)
@@ -32,13 +42,15 @@ class Driver(object):
     """
 
     def __init__(self, arm, speed=None, elbow=None, say=print):
+        # type: (RobotArm, Optional[float], Optional[str], Say) -> None
         self.arm = arm
         self.speed = speed
         self.elbow = elbow
         self.say = say
-        self._pen_is_down = None
+        self._pen_is_down = None  # type: Optional[bool]
 
     def home(self, here=False, seek=False):
+        # type: (bool, bool) -> None
         """Find the zero, see RobotArm.home; if something was sought, then go to the home pose.
 
         Raises:
@@ -69,24 +81,29 @@ class Driver(object):
             self.arm.go_to([joint.home for joint in self.arm.description.joints], speed=0.5)
 
     def position(self):
+        # type: () -> FixedPoint
         """The tip (x, y) or (x, y, z), cm, as the encoders have it."""
         return self.arm.position()
 
     def pen_up(self):
+        # type: () -> None
         """Lift the pen; nothing where the arm has no pen motor."""
         self._move_pen(False)
 
     def pen_down(self):
+        # type: () -> None
         """Lower the pen."""
         self._move_pen(True)
 
     def _move_pen(self, down):
+        # type: (bool) -> None
         pen = self.arm.description.pen
         if pen and self._pen_is_down is not down:
             self.arm.move_pen(pen.down if down else pen.up)
             self._pen_is_down = down
 
     def move_to(self, p):
+        # type: (Point) -> None
         """Move to `p` (cm) with the pen up, not necessarily straight.
 
         Raises:
@@ -97,6 +114,7 @@ class Driver(object):
         self.arm.go_to(q)
 
     def go_low(self):
+        # type: () -> None
         """Go to where the arm rests, if there is such a place and a way; say what came of it."""
         try:
             if self.arm.go_low():
@@ -105,6 +123,7 @@ class Driver(object):
             self.say(str(problem))
 
     def draw_line(self, start, end, method="smooth"):
+        # type: (Point, Point, str) -> None
         """Draw the straight line from `start` to `end`, cm.
 
         Args:
@@ -118,6 +137,7 @@ class Driver(object):
         self.draw_planned(pieces, plans, method)
 
     def draw(self, strokes, method="smooth"):
+        # type: (Sequence[Sequence[Point]], str) -> None
         """Draw strokes, each a sequence of points (x, y) or (x, y, z), cm, of any shape.
 
         The pen lifts between two strokes, but where one begins where the one before ends.
@@ -126,7 +146,7 @@ class Driver(object):
             paths.BadPath: a stroke that is none.
             kinematics.Unreachable: some point cannot be had; nothing has moved.
         """
-        ways = []
+        ways = []  # type: List[List[Piece]]
         for stroke in strokes:
             pieces = paths.pieces_of(stroke)
             if ways and kinematics.distance(ways[-1][-1][-1], pieces[0][0]) < paths.SAME_PLACE:
@@ -142,6 +162,7 @@ class Driver(object):
             self.draw_planned(pieces, plans, method)
 
     def draw_planned(self, pieces, plans, method="smooth"):
+        # type: (Sequence[Piece], Sequence[Trajectory], str) -> None
         """Draw the pieces of one stroke (robot.motion.paths), planned by trajectory.plan."""
         if method not in METHODS:
             raise ArmError(
@@ -160,6 +181,7 @@ class Driver(object):
         self.pen_up()
 
     def _check_steps(self, pieces, plans):
+        # type: (Sequence[Piece], Sequence[Trajectory]) -> None
         """Refuse, by Unreachable, pieces along which no joint step leads from their start."""
         from robot.motion.classic_steps import jacobian_step  # not above: few draw in steps
 
@@ -167,6 +189,7 @@ class Driver(object):
             jacobian_step(self.arm.description, plan.start, _way(piece))
 
     def _draw_in_steps(self, pieces, plans):
+        # type: (Sequence[Piece], Sequence[Trajectory]) -> None
         self.arm.go_to(plans[0].start)
         self.pen_down()
         for piece in pieces:
@@ -174,6 +197,7 @@ class Driver(object):
                 self._steps(start, goal)
 
     def _steps(self, start, goal):
+        # type: (FixedPoint, FixedPoint) -> None
         """The report's method: dy fixed, dx = J^-1 dy here, cut to 5 degrees, repeated."""
         from robot.motion import classic_steps  # not above: few draw in steps
 
@@ -193,11 +217,13 @@ class Driver(object):
 
 
 def _way(piece):
+    # type: (Piece) -> FixedPoint
     """From the first point of a piece towards the second, cm."""
     return tuple(b - a for a, b in zip(*piece[:2]))
 
 
 def announce(pieces):
+    # type: (Sequence[Piece]) -> None
     """Append the wanted path to the file $BRICKSERVO_PLAN, for whoever watches; one JSON line."""
     file = os.environ.get(PLAN)
     if file:

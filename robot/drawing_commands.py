@@ -14,10 +14,21 @@ from robot.motion.zero import NotHomed
 from shared.arm_description import ArmError, find_arm, read_arm
 from shared.state import default_arm, laptop_program
 
+MYPY = False
+if MYPY:
+    from typing import Dict, List, Optional, Sequence, Tuple  # noqa: F401
+
+    from robot.command_line import Values  # noqa: F401
+    from robot.motion.arm import RobotArm  # noqa: F401
+    from robot.motion.chains import FixedPoint, Point, Pose  # noqa: F401
+    from robot.motion.paths import Piece  # noqa: F401
+    from robot.tracker_address import ServerAddress  # noqa: F401
+    from shared.arm_description import Arm  # noqa: F401
+
 LINES = {
     2: (((10, 0), (5, 10)), ((15, 0), (0, 15)), ((12, 15), (0, 15))),
     3: (((14, 0, 4), (14, 0, 16)), ((12, -6, 8), (12, 6, 8)), ((15, -4, 6), (9, 4, 12.6))),
-}
+}  # type: Dict[int, Tuple[Tuple[FixedPoint, FixedPoint], ...]]
 """What is drawn if nothing is said, cm: in the plane the lines of the report that the methods come
 from; in space an upright, a level and a slanting one."""
 
@@ -34,8 +45,9 @@ EXAMPLES = """\
 
 
 def _point(text):
+    # type: (str) -> FixedPoint
     try:
-        point = tuple(float(part) for part in text.split(","))
+        point = tuple(float(part) for part in text.split(","))  # type: FixedPoint
     except ValueError:
         point = ()
     if len(point) not in (2, 3):
@@ -48,6 +60,7 @@ def _point(text):
 
 
 def _parser():
+    # type: () -> Parser
     parser = Parser("driver.py", ABOUT, EXAMPLES)
     parser.add_argument(
         "--arm",
@@ -119,10 +132,12 @@ def _parser():
 
 
 def _compare_inverses(description, p):
+    # type: (Arm, Point) -> None
     """Print the analytic poses for `p`, and the ways of Newton and Broyden from the home pose."""
     from robot.motion import inverse_iteration  # not above: only this command needs it
 
     def degrees(q):
+        # type: (Pose) -> str
         return ", ".join("{:8.3f}".format(math.degrees(angle)) for angle in q)
 
     for q in kinematics.branches(description, p):
@@ -141,6 +156,7 @@ def _compare_inverses(description, p):
 
 
 def _placed(description, point, height):
+    # type: (Arm, FixedPoint, Optional[float]) -> FixedPoint
     """The point as this arm has them; a height completes X,Y to X,Y,Z."""
     size = kinematics.coordinates(description)
     if size == 3 and len(point) == 2:
@@ -154,6 +170,7 @@ def _placed(description, point, height):
 
 
 def _drawings(parser, args, description):
+    # type: (Parser, Values, Arm) -> List[List[Piece]]
     """What to draw: a list of drawings, each the pieces of a stroke."""
     if args.command in ("where", "inverse", "check", "home", "move"):
         return []
@@ -182,6 +199,7 @@ def _drawings(parser, args, description):
 
 
 def _home(arm, driver):
+    # type: (RobotArm, Driver) -> None
     """Let whoever is there put the arm in its home pose, then find the zero from there."""
     from robot import placing  # not above: it is seldom needed
 
@@ -190,12 +208,14 @@ def _home(arm, driver):
 
 
 def _check(description, take, tracker=None):
+    # type: (Arm, bool, Optional[ServerAddress]) -> None
     from robot import check_command  # not above: it is seldom needed
 
     check_command.run(description, Clock(), take, tracker=tracker)
 
 
 def _tracker(parser, args):
+    # type: (Parser, Values) -> Optional[ServerAddress]
     """The ServerAddress of the tracker that `check` is to see by; None: nobody said so."""
     if not args.camera:
         if args.place or args.code is not None:
@@ -208,6 +228,7 @@ def _tracker(parser, args):
 
 
 def _from_menu():
+    # type: () -> bool
     """Whether the brick's menu has started this, where no command can be typed."""
     from robot.asking import Person  # not above, see there
 
@@ -215,6 +236,7 @@ def _from_menu():
 
 
 def _run(parser, args):
+    # type: (Parser, Values) -> None
     description = read_arm(find_arm(args.arm))
     if "point" in args:
         args.point = _placed(description, args.point, args.height)
@@ -269,6 +291,7 @@ def _run(parser, args):
 
 
 def main(argv=None):
+    # type: (Optional[Sequence[str]]) -> int
     """Run one command; the exit status."""
     argv = sys.argv[1:] if argv is None else argv
     # A leading space tells argparse that "-5,10" is a point and not an option.

@@ -23,11 +23,16 @@ sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.realpath(__file__))))
 
 from robot import program  # noqa: E402
 
+MYPY = False
+if MYPY:
+    from typing import List  # noqa: F401
+
 if __name__ == "__main__":
     program.let_signals_end()
 
 
 def _command(words):
+    # type: (List[str]) -> str
     """The command that is typed, if nothing but an arm or --take stands before it."""
     while words and words[0].startswith("--"):
         words = words[2 if words[0] == "--arm" else 1 :]

@@ -9,6 +9,19 @@ from robot.command_line import Parser, number_in
 from shared.arm_description import ArmError
 from shared.state import default_arm
 
+MYPY = False
+if MYPY:
+    from typing import Any, Dict, List, Optional, Sequence, Tuple, Union  # noqa: F401
+
+    from robot.command_line import Values  # noqa: F401
+    from robot.jobs.logbook import LogFile  # noqa: F401
+    from robot.jobs.orders import Buttons, Keys  # noqa: F401
+    from robot.jobs.progress import SavedProgress  # noqa: F401
+    from robot.motion.arm import RobotArm  # noqa: F401
+    from robot.motion.interfaces import TickingClock  # noqa: F401
+    from shared.arm_description import Arm  # noqa: F401
+    from shared.job import Job  # noqa: F401
+
 COMMANDS = ("job", "jobs", "order")
 """Those that are here."""
 
@@ -27,14 +40,17 @@ RUNNING = ("drawing", "paused")
 
 
 def _share(text):
+    # type: (str) -> float
     return number_in(0, 100, "%")(text[:-1] if text.endswith("%") else text)
 
 
 def _times(text):
+    # type: (str) -> int
     return int(number_in(1, 10000, "times")(text))
 
 
 def _parser():
+    # type: () -> Parser
     parser = Parser(
         "driver.py", "Draw what a laptop has planned: a job file, stroke by stroke.", EXAMPLES
     )
@@ -83,6 +99,7 @@ def _parser():
 
 
 def _job(parser, args):
+    # type: (Parser, Values) -> int
     from robot.clock import Clock
     from robot.jobs.orders import JobOrders, orders_file
     from robot.jobs.progress import find_job, load_progress
@@ -140,6 +157,7 @@ def _job(parser, args):
 
 
 def _check(job, description, clock):
+    # type: (Job, Arm, TickingClock) -> None
     """Say what is wrong with any stroke before anything moves; a long job takes the brick long."""
     from robot.jobs.checking import check_strokes
 
@@ -151,6 +169,7 @@ def _check(job, description, clock):
 
 
 def _log_file(path, joints):
+    # type: (Optional[str], int) -> Optional[LogFile]
     """The log to write, or None.
 
     Raises:
@@ -164,6 +183,7 @@ def _log_file(path, joints):
 
 
 def _tell_resumed(arm, job, progress, first):
+    # type: (RobotArm, Job, SavedProgress, int) -> bool
     """Say where it goes on, and how well that will fit; whether somebody there is to nudge it."""
     from robot.jobs.runner import apart
 
@@ -186,6 +206,7 @@ def _tell_resumed(arm, job, progress, first):
 
 
 def _is_somebody_there():
+    # type: () -> bool
     from robot.asking import Person
 
     if Person(None).at_brick:
@@ -197,11 +218,12 @@ def _is_somebody_there():
 
 
 def _presses():
+    # type: () -> List[Union[Buttons, Keys]]
     """Whom to ask what was pressed: the brick's buttons, and the keys of a terminal."""
     from robot.asking import Person
     from robot.jobs.orders import Buttons, Keys
 
-    found = []
+    found = []  # type: List[Union[Buttons, Keys]]
     for kind in (Buttons, Keys):
         try:
             found.append(kind())
@@ -215,11 +237,13 @@ def _presses():
 
 
 def in_strokes(count):
+    # type: (int) -> str
     """How many they are, for people."""
     return "1 stroke" if count == 1 else "{} strokes".format(count)
 
 
 def in_minutes(seconds):
+    # type: (float) -> str
     """A time for people."""
     seconds = int(round(seconds))
     return "{}:{:02d}".format(seconds // 60, seconds % 60)
@@ -233,6 +257,7 @@ class NothingRuns(ArmError):
 
 
 def _status():
+    # type: () -> Tuple[Dict[str, Any], bool]
     """What the status file says (a dict), and whether that job is being drawn now."""
     from robot.jobs.report import status_file
     from shared.small_files import SpoiltFile, read_json
@@ -246,6 +271,7 @@ def _status():
 
 
 def _is_alive(pid):
+    # type: (int) -> bool
     if os.name == "nt":  # there a signal 0 would end it
         return True
     try:
@@ -258,6 +284,7 @@ def _is_alive(pid):
 
 
 def _order(args):
+    # type: (Values) -> int
     from robot.jobs.orders import orders_file, read_order
     from shared.small_files import open_to_write
 
@@ -276,6 +303,7 @@ def _order(args):
 
 
 def _jobs(parser, args):
+    # type: (Parser, Values) -> int
     import json
 
     from robot.jobs.progress import NoJob, find_job, forget_progress, jobs_folder, load_progress
@@ -307,7 +335,7 @@ def _jobs(parser, args):
     if args.name:
         names = [os.path.abspath(find_job(args.name))]
     for name in names:
-        told = {"file": os.path.splitext(os.path.basename(name))[0]}
+        told = {"file": os.path.splitext(os.path.basename(name))[0]}  # type: Dict[str, Any]
         try:
             job = Job(os.path.join(jobs_folder(), name))
             told.update(job.header._asdict(), crc=job.crc, state="", next=1)
@@ -327,6 +355,7 @@ def _jobs(parser, args):
 
 
 def _in_words(told):
+    # type: (Dict[str, Any]) -> str
     if "strokes" not in told:
         return "{}: {}".format(told["file"], told["reason"])
     state = told["state"] and {
@@ -339,6 +368,7 @@ def _in_words(told):
 
 
 def main(argv=None):
+    # type: (Optional[Sequence[str]]) -> int
     """Run one command; the exit status."""
     argv = sys.argv[1:] if argv is None else argv
     # A leading space tells argparse that "-5" is a number and not an option.
@@ -348,6 +378,7 @@ def main(argv=None):
     status = []
 
     def command():
+        # type: () -> None
         if args.command == "order":
             status.append(_order(args))
         elif args.command == "jobs":

@@ -16,6 +16,18 @@ from robot.tracker_address import Refusal
 from shared.messages import EFFECTOR, GOAL, LEAST_CONFIDENCE, Stop
 from shared.verdicts import MARKER_LOST
 
+MYPY = False
+if MYPY:
+    from typing import Dict, List, Optional, Sequence, Tuple  # noqa: F401
+
+    from robot.motion.arm import RobotArm  # noqa: F401
+    from robot.motion.chains import Pose  # noqa: F401
+    from robot.motion.control_loop import OnTick  # noqa: F401
+    from robot.motion.interfaces import TickingClock  # noqa: F401
+    from robot.tracking import TrackingClient  # noqa: F401
+
+    Pixel = Sequence[float]  # u, v
+
 LOOK_FRAMES, LOOK_TIME, FIRST_LOOK_TIME = 10, 0.6, 3.4
 """Frames of a look, at least, and over how long, s; the first look shows whether all stands."""
 
@@ -55,6 +67,7 @@ class JogWatcher(object):
     """
 
     def __init__(self, arm, client, clock):
+        # type: (RobotArm, TrackingClient, TickingClock) -> None
         self._arm, self._client, self._clock = arm, client, clock
         joints = arm.description.joints
         self._sightings = Sightings({}, False, RepeatedPictures(joints))
@@ -62,10 +75,11 @@ class JogWatcher(object):
         self.camera = ""
         self._q = [motor.angle() for motor in arm.joints]
         self._seen_at = self._unlinked_at = self._heard_at = clock.now()
-        self._missing = {}  # camera: the markers that its last picture lacked
+        self._missing = {}  # type: Dict[str, List[str]] # by camera: not in its last picture
         self._stopped = ""  # why the motor was stopped
 
     def jogs(self):
+        # type: () -> List[Jog]
         """Jog every motor; a jog_views.Jog of each.
 
         Raises:
@@ -86,9 +100,11 @@ class JogWatcher(object):
         return jogs
 
     def _jog(self, k, angle, before):
+        # type: (int, float, View) -> Jog
         motor, views, ends = self._arm.joints[k], [before], []
 
         def pause():
+            # type: () -> None
             ends.append(motor.angle())
             self._q[k] = ends[-1]
             views.append(self._look(LOOK_TIME))
@@ -99,6 +115,7 @@ class JogWatcher(object):
     # Seeing
 
     def _look(self, seconds):
+        # type: (float) -> View
         """The View of an arm that stands.
 
         Raises:
@@ -117,13 +134,14 @@ class JogWatcher(object):
         )
 
     def _frames(self, seconds):
+        # type: (float) -> List[Tuple[Pixel, Pixel]]
         """[(places of the tip, and of the marker beside the arm)], all of the one camera.
 
         Raises:
             NotSeen, Refusal
         """
         since = self._clock.now() + SETTLING_DELAY
-        frames = {}
+        frames = {}  # type: Dict[str, List[Tuple[float, Pixel, Pixel]]]
         while True:
             for camera, t, tip, base in self._receive(POLL_TIMEOUT, False):
                 if t >= since and base:
@@ -142,6 +160,7 @@ class JogWatcher(object):
                     raise NotSeen(self._told(end.word, now))
 
     def _receive(self, timeout, moving):
+        # type: (float, bool) -> List[Tuple[str, float, Pixel, Optional[Pixel]]]
         """[(camera, time, place of the tip, that of the marker beside the arm or None)]."""
         new = self._client.poll(timeout)
         now = self._heard_at = self._clock.now()
@@ -153,7 +172,7 @@ class JogWatcher(object):
             if isinstance(command, Stop):
                 self._stopped = "stopped by the laptop"
         self._sightings.history.add(now, self._q)
-        seen = []
+        seen = []  # type: List[Tuple[str, float, Pixel, Optional[Pixel]]]
         for camera in sorted(new):
             if self.camera in ("", camera):
                 frame = self._sightings.frame(new[camera], now, moving)
@@ -171,9 +190,11 @@ class JogWatcher(object):
         return seen
 
     def _watching(self, k):
+        # type: (int) -> OnTick
         """What is done in every control tick while the motor of joint `k` turns."""
 
         def on_tick(t, now, angles):
+            # type: (float, float, Pose) -> object
             self._q[k] = angles[0]
             self._sightings.history.add(now, self._q)
             if now - self._heard_at >= POLL_PERIOD:
@@ -189,6 +210,7 @@ class JogWatcher(object):
         return on_tick
 
     def _told(self, word, now):
+        # type: (str, float) -> str
         """Why it cannot be seen what moves, one line; `word` as LossOfSight has it."""
         if word != MARKER_LOST:
             return "{} ({})".format(word, self._loss.why(word, now))
@@ -205,6 +227,7 @@ class JogWatcher(object):
 
 
 def _view(frames):
+    # type: (Sequence[Tuple[Pixel, Pixel]]) -> Tuple[Optional[View], str]
     """(the View that frames of an arm at rest show, ""; or None, what moves in them for people)."""
     places, doubts = [], []
     for name, pixels in zip((EFFECTOR, GOAL), zip(*frames)):

@@ -7,11 +7,20 @@ from robot.ev3 import battery
 from robot.motion import kinematics
 from shared.arm_keys import PULLED_DOWN, SEEK_BEYOND
 
+MYPY = False
+if MYPY:
+    from typing import Optional  # noqa: F401
+
+    from robot.motion.arm import RobotArm  # noqa: F401
+    from robot.motion.interfaces import TickingClock  # noqa: F401
+    from shared.arm_description import Arm  # noqa: F401
+
 OTHERWISE = "; or say home --here if the arm stands in its home pose"
 """What may be done where nobody can answer."""
 
 
 def home_pose(description):
+    # type: (Arm) -> str
     """The home pose in words, as one can find it with a ruler."""
     joints = description.joints
     tip = kinematics.forward(description, [joint.home for joint in joints])
@@ -24,6 +33,7 @@ def home_pose(description):
 
 
 def place(arm, clock, person=None):
+    # type: (RobotArm, TickingClock, Optional[Person]) -> None
     """Let go of the joints, wait until somebody has put them at home; then they are held.
 
     Args:

@@ -15,6 +15,16 @@ import contextlib
 import os
 import sys
 
+MYPY = False
+if MYPY:
+    from typing import Callable, Iterator, NoReturn, Optional  # noqa: F401
+
+    from robot.command_line import Parser  # noqa: F401
+    from robot.ev3.brick_lock import BrickLock  # noqa: F401
+    from robot.motion.arm import RobotArm  # noqa: F401
+    from robot.motion.interfaces import TickingClock  # noqa: F401
+    from shared.arm_description import Arm  # noqa: F401
+
 SIGNALS = {
     signal.SIGINT: "SIGINT", signal.SIGTERM: "SIGTERM", signal.SIGHUP: "SIGHUP"
 }  # fmt: skip
@@ -24,23 +34,27 @@ class Stopped(BaseException):
     """A signal asked the program to end; no `except Exception` of a library may swallow that."""
 
     def __init__(self, number):
+        # type: (int) -> None
         super(Stopped, self).__init__("stopped by {}".format(SIGNALS[number]))
         self.status = 128 + number
 
 
 def let_signals_end():
+    # type: () -> None
     """Importing takes seconds on the brick, and nothing turns yet: a signal may just end it."""
     for number in SIGNALS:
         signal.signal(number, signal.SIG_DFL)
 
 
 def raise_on_signals():
+    # type: () -> None
     """From here on the first signal raises Stopped, and the others do nothing."""
     for number in SIGNALS:
         signal.signal(number, _raise_stopped)
 
 
 def ignore_signals():
+    # type: () -> None
     """Nothing may spoil the end of the program."""
     # Not SIG_IGN: Python 3.5 would try to call that for a signal that has just come in.
     for number in SIGNALS:
@@ -48,10 +62,12 @@ def ignore_signals():
 
 
 def _do_nothing(number, frame):
+    # type: (int, object) -> None
     pass
 
 
 def _raise_stopped(number, frame):
+    # type: (int, object) -> NoReturn
     ignore_signals()  # a second one must not keep the first from being obeyed
     raise Stopped(number)
 
@@ -61,6 +77,7 @@ TAKE = "--take"
 
 
 def add_take(parser):
+    # type: (Parser) -> None
     """Give a command line that option."""
     parser.add_argument(
         TAKE, action="store_true",
@@ -69,6 +86,7 @@ def add_take(parser):
 
 
 def connect(description, clock, take=None, unchecked=False):
+    # type: (Arm, TickingClock, Optional[bool], bool) -> RobotArm
     """The RobotArm of a description; only here python-ev3dev2 is needed, and slow to import.
 
     Args:
@@ -100,6 +118,7 @@ def connect(description, clock, take=None, unchecked=False):
 
 
 def claim(lock, clock, take):
+    # type: (BrickLock, TickingClock, bool) -> None
     """Make sure that no other program moves the motors until this one has ended.
 
     Args:
@@ -117,6 +136,7 @@ def claim(lock, clock, take):
 
 @contextlib.contextmanager
 def parking(arm):
+    # type: (RobotArm) -> Iterator[None]
     """Park the arm after a `with` block, whatever happens, and let no signal spoil that.
 
     Raises:
@@ -136,6 +156,7 @@ def parking(arm):
 
 
 def run(name, command):
+    # type: (str, Callable[[], object]) -> int
     """Call `command()`; the exit status, after one line if it has failed or was stopped."""
     from shared.arm_description import ArmError  # not above: it is no part of a quick start
 

@@ -20,6 +20,17 @@ import sys
 from robot.motion import kinematics, paths, trajectory
 from shared.arm_description import ArmError
 
+MYPY = False
+if MYPY:
+    from types import FrameType, ModuleType, TracebackType  # noqa: F401
+    from typing import Any, List, Optional, Sequence, Tuple, Type, Union  # noqa: F401
+
+    from robot.drawing import Driver  # noqa: F401
+    from robot.motion.chains import FixedPoint  # noqa: F401
+
+    Place = Tuple[float, float]  # units
+    Commands = Sequence[Tuple[str, str]]  # each, and where it stands in a program
+
 CM_PER_UNIT = 0.05
 """100 units are 5 cm."""
 
@@ -85,6 +96,7 @@ class Turtle(object):
     """
 
     def __init__(self, driver=None, scale=CM_PER_UNIT, origin=None, turn=0.0, height=0.0):
+        # type: (Optional[Driver], float, Optional[Place], float, float) -> None
         self._driver = driver or _own_driver()
         self._arm = self._driver.arm.description
         self._scale = _number("scale", scale)
@@ -107,52 +119,62 @@ class Turtle(object):
         self._is_down = True
         self._speed = 0
         self._own_speed = self._driver.speed
-        self._points = []
-        self._places = []
+        self._points = []  # type: List[FixedPoint]
+        self._places = []  # type: List[Tuple[str, str]]
         self._length = 0.0
         _turtles.append(self)
 
     # Motion
 
     def forward(self, distance):
+        # type: (float) -> None
         """Go so far ahead."""
         self._ahead("forward", distance)
 
     def back(self, distance):
+        # type: (float) -> None
         """Go so far backwards, the heading stays."""
         self._ahead("back", -_number("back", distance))
 
     def right(self, angle):
+        # type: (float) -> None
         """Turn clockwise."""
         self._heading -= _number("right", angle) / self._full
 
     def left(self, angle):
+        # type: (float) -> None
         """Turn counter-clockwise."""
         self._heading += _number("left", angle) / self._full
 
     def goto(self, x, y=None):
+        # type: (Union[float, Place, Turtle], Optional[float]) -> None
         """Go straight to a place, given as x, y or as a pair; the heading stays."""
         x, y = _pair("goto", x, y)
         self._go(x, y, "goto({:g}, {:g})".format(x, y))
 
     def setx(self, x):
+        # type: (float) -> None
         """Go to this x."""
         self._go(_number("setx", x), self._y, "setx({})".format(x))
 
     def sety(self, y):
+        # type: (float) -> None
         """Go to this y."""
         self._go(self._x, _number("sety", y), "sety({})".format(y))
 
     def setheading(self, to_angle):
+        # type: (float) -> None
         """Turn to a heading: 0 is east, 90 north."""
         self._heading = _number("setheading", to_angle) / self._full
 
     def home(self):
+        # type: () -> None
         """Go to (0, 0), and head east."""
         self._go(0.0, 0.0, "home()")
         self._heading = 0.0
 
     def circle(self, radius, extent=None, steps=None):
+        # type: (float, Optional[float], Optional[int]) -> None
         """Draw a circle whose centre is so far to the left, or a part of it.
 
         Args:
@@ -184,19 +206,23 @@ class Turtle(object):
     # The pen
 
     def penup(self):
+        # type: () -> None
         """Lift the pen: the stroke so far is drawn."""
         self.flush()
         self._is_down = False
 
     def pendown(self):
+        # type: () -> None
         """Lower the pen."""
         self._is_down = True
 
     def isdown(self):
+        # type: () -> bool
         """Whether the pen is down."""
         return self._is_down
 
     def flush(self):
+        # type: () -> None
         """Draw now what has been collected.
 
         Raises:
@@ -220,39 +246,47 @@ class Turtle(object):
         driver.draw_planned(pieces, plans)
 
     def done(self):
+        # type: () -> None
         """Draw what has been collected: the end of a turtle's program."""
         self.flush()
 
     # What it knows
 
     def position(self):
+        # type: () -> Place
         """(x, y), units."""
         return self._x, self._y
 
     def xcor(self):
+        # type: () -> float
         """Its x."""
         return self._x
 
     def ycor(self):
+        # type: () -> float
         """Its y."""
         return self._y
 
     def heading(self):
+        # type: () -> float
         """Where it heads: 0 is east, 90 north."""
         return self._heading % 1.0 * self._full
 
     def towards(self, x, y=None):
+        # type: (Union[float, Place, Turtle], Optional[float]) -> float
         """The heading from here to a place."""
         x, y = _pair("towards", x, y)
         turns = math.atan2(y - self._y, x - self._x) / (2 * math.pi)
         return turns % 1.0 * self._full
 
     def distance(self, x, y=None):
+        # type: (Union[float, Place, Turtle], Optional[float]) -> float
         """How far a place is from here, units."""
         x, y = _pair("distance", x, y)
         return math.hypot(x - self._x, y - self._y)
 
     def speed(self, speed=None):
+        # type: (Union[float, str, None]) -> Optional[int]
         """Set the tip's speed, 1 slow to 10 fast; 0, as at first, is the arm's own. Or tell it."""
         if speed is None:
             return self._speed
@@ -265,6 +299,7 @@ class Turtle(object):
         return None
 
     def degrees(self, fullcircle=360.0):
+        # type: (float) -> None
         """Let angles be degrees, or other parts of a full circle."""
         full = _number("degrees", fullcircle)
         if not full > 0:
@@ -272,6 +307,7 @@ class Turtle(object):
         self._full = full
 
     def radians(self):
+        # type: () -> None
         """Let angles be radians."""
         self._full = 2 * math.pi
 
@@ -285,6 +321,7 @@ class Turtle(object):
     update = flush
 
     def __getattr__(self, name):
+        # type: (str) -> Any
         if name in HARMLESS:
             return _do_nothing
         if name.startswith("_"):
@@ -295,12 +332,14 @@ class Turtle(object):
     # Inside
 
     def _ahead(self, word, distance):
+        # type: (str, float) -> None
         distance = _number(word, distance)
         way = 2 * math.pi * self._heading
         x, y = self._x + distance * math.cos(way), self._y + distance * math.sin(way)
         self._go(x, y, "{}({:g})".format(word, abs(distance)))
 
     def _go(self, x, y, text):
+        # type: (float, float, str) -> None
         here = self._place(self._x, self._y)
         self._x, self._y = x, y
         if not self._is_down:
@@ -317,6 +356,7 @@ class Turtle(object):
             self.flush()
 
     def _place(self, x, y):
+        # type: (float, float) -> FixedPoint
         """A place of the turtle's as the arm has it, cm."""
         (cos, sin), scale = self._east, self._scale
         return (
@@ -325,6 +365,7 @@ class Turtle(object):
         ) + self._height
 
     def _culprit(self, points, places):
+        # type: (Sequence[FixedPoint], Commands) -> str
         """The first command of a stroke that cannot be drawn, for people."""
         for a, b, (text, caller) in zip(points, points[1:], places):
             try:
@@ -342,10 +383,12 @@ COMMANDS = tuple(sorted(name for name in vars(Turtle) if not name.startswith("_"
 
 
 def _do_nothing(*args, **options):
+    # type: (*object, **object) -> None
     """What is on a screen only."""
 
 
 def _number(word, value):
+    # type: (str, Any) -> float
     try:
         number = float(value)
     except (TypeError, ValueError):
@@ -356,6 +399,7 @@ def _number(word, value):
 
 
 def _pair(word, x, y):
+    # type: (str, Any, Optional[float]) -> Place
     if y is None:
         try:
             x, y = x.position() if isinstance(x, Turtle) else x
@@ -365,8 +409,9 @@ def _pair(word, x, y):
 
 
 def _caller():
+    # type: () -> str
     """'my_turtle.py, line 12: ': the line that is being obeyed; "" where that cannot be told."""
-    frame = sys._getframe(1)
+    frame = sys._getframe(1)  # type: Optional[FrameType]
     while frame is not None and frame.f_code.co_filename == __file__:
         frame = frame.f_back
     if frame is None:
@@ -376,11 +421,12 @@ def _caller():
 
 # ---- a program of its own
 
-_turtles = []  # type: list  # all that were made
-_own = []  # type: list  # the Driver of a program that made none, once it has one
+_turtles = []  # type: List[Turtle] # all that were made
+_own = []  # type: List[Driver] # the Driver of a program that made none, once it has one
 
 
 def _own_driver():
+    # type: () -> Driver
     """The Driver of the arm that is told; from now on, errors and signals end the program well."""
     if _own:
         return _own[0]
@@ -398,12 +444,14 @@ def _own_driver():
 
 
 def _end_well(program):
+    # type: (ModuleType) -> None
     """Tell what is wrong in one line, and let no way out leave a motor driven or a stroke out."""
     from shared.message_fields import printable
 
-    failed = []
+    failed = []  # type: List[BaseException]
 
     def tell(kind, error, trace):
+        # type: (Type[BaseException], BaseException, Optional[TracebackType]) -> None
         failed.append(error)
         if isinstance(error, (ArmError, program.Stopped)):
             sys.stderr.write("{}\n".format(printable(str(error))))
@@ -411,6 +459,7 @@ def _end_well(program):
             before(kind, error, trace)
 
     def end():
+        # type: () -> None
         status = 0
         try:
             if not failed:
