@@ -9,16 +9,16 @@ import os
 
 from robot.motion import backlash, kinematics, motor_model
 from robot.motion.arm_motors import ArmMotors
-from robot.motion.backlash import pose_behind
-from robot.motion.checked import Checked
-from robot.motion.control_loop import (
+from robot.motion.axis import (
     COARSE_COUNTS,
     FINE_COUNTS,
     LONG_SETTLING,
     MAX_ERROR,
     SETTLING_TIME,
-    Stalled,
 )
+from robot.motion.backlash import pose_behind
+from robot.motion.checked import Checked
+from robot.motion.control_loop import Stalled
 from robot.motion.following import LinkFollower
 from robot.motion.gravity import Gravity
 from robot.motion.joint_controller import GAINS

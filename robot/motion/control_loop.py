@@ -8,11 +8,18 @@ import gc
 import math
 
 from robot.ev3.motors import DEAD_MAN
+from robot.motion.axis import (
+    FINE_COUNTS,
+    LONG_SETTLING,
+    MAX_ERROR,
+    SETTLING_TIME,
+    Axis,
+)
 from robot.motion.joint_controller import ALONG_WEIGHT
 from robot.motion.motor_model import STIFFNESS
 from robot.motion.online_trajectory import STOP
 from robot.motion.pace import HOPELESS_TICKS, MIN_PERIOD, Pace
-from robot.motion.settling import STANDSTILL_TIME, SettlingDetector
+from robot.motion.settling import STANDSTILL_TIME
 from shared.arm_description import ArmError
 
 MYPY = False
@@ -26,26 +33,16 @@ if MYPY:
     from robot.motion.pace import Say  # noqa: F401
 
     Controllers = Dict[DrivenMotor, JointController]
-    OnTick = Callable[
-        [float, float, List[float]], object
-    ]  # plan's and clock's time, motors' angles
+    # By the plan's time, the clock's and the motors' angles.
+    OnTick = Callable[[float, float, List[float]], object]
     Weigh = Callable[[List[float]], Sequence[float]]  # from the motors' angles, rad, to Nm
     Spare = Callable[[float], object]  # until when there is time, s
 
 CHECK_PERIOD = 0.1
 """So often one of the motors, in turn, is checked to be there, and the pen in its place, s."""
 
-MAX_ERROR, MAX_ERROR_COUNTS = math.radians(3), 5
-"""A joint this far (rad, and counts) from where it should be is blocked or blind."""
-
 STALL_TIMEOUT = 0.5
-"""So is one that is driven with its full hand for so long without a count, s."""
-
-SETTLING_TIME, LONG_SETTLING = 0.2, 0.8
-"""Longest correction after the end of a path with the pen down, of a move with the pen up, s."""
-
-FINE_COUNTS, COARSE_COUNTS = 0.4, 6.0
-"""A motor has settled within so many counts, where they matter and where not."""
+"""A joint that is driven with its full hand for so long without a count is blocked or blind, s."""
 
 START_TIME = 0.1
 """There is no spare time at the start of a motion, s: the push that sets a joint going through its
@@ -121,27 +118,6 @@ class OutOfBounds(ArmError):
     """A set-point that no joint may have, whoever asked for it."""
 
 
-class _Axis(object):
-    """One motor of a motion, and what is known of it.
-
-    Attributes:
-        seen, stands_since: what the encoder says, and since when, s.
-        slack_at: when it was last driven with less than its full hand, s.
-        held: for how many ticks it has been stopped, being at rest while others move on.
-        lower, upper, fastest: bounds of its set-points, rad and rad/s.
-    """
-
-    def __init__(self, motor, controller, settle, tolerance, max_error, bounds):
-        # type: (DrivenMotor, JointController, float, float, float, Bounds) -> None
-        self.motor, self.controller = motor, controller
-        self.settling = SettlingDetector(settle, tolerance * motor.resolution)
-        self.max_error = max(max_error, MAX_ERROR_COUNTS * motor.resolution)
-        self.seen = None  # type: Optional[float]
-        self.stands_since = self.slack_at = 0.0
-        self.held = 0
-        self.lower, self.upper, self.fastest = bounds
-
-
 class ControlLoop(object):
     """The loop of one arm.
 
@@ -213,7 +189,7 @@ class ControlLoop(object):
         """
         longest = max(settle, min(LONG_SETTLING, settle * self.pace.period / MIN_PERIOD))
         axes = [
-            _Axis(motor, self._controllers[motor], longest, tolerance, max_error, own)
+            Axis(motor, self._controllers[motor], longest, tolerance, max_error, own)
             for motor, own in zip(motors, bounds or [UNBOUNDED] * len(motors))
         ]
         for axis, begin in zip(axes, plan.at(-plan.before)[0]):
@@ -228,7 +204,7 @@ class ControlLoop(object):
                 gc.enable()
 
     def _run(self, axes, plan, on_tick, weigh, spare):
-        # type: (List[_Axis], MotorPlan, Optional[OnTick], Optional[Weigh], Optional[Spare]) -> bool
+        # type: (List[Axis], MotorPlan, Optional[OnTick], Optional[Weigh], Optional[Spare]) -> bool
         now_of, sleep, pace = self._clock.now, self._clock.sleep, self.pace
         for axis in axes:
             axis.motor.engage(STIFFNESS)
@@ -346,7 +322,7 @@ class ControlLoop(object):
             began = now_of()
 
     def _astray(self, axis, error, now):
-        # type: (_Axis, float, float) -> ArmError
+        # type: (Axis, float, float) -> ArmError
         """What is wrong with a joint that is not where it should be."""
         missing = "{:.1f} deg are missing".format(abs(math.degrees(error)))
         if self._may_be_late(axis, now):
@@ -355,7 +331,7 @@ class ControlLoop(object):
         return Stalled(axis.motor, missing, max(0.0, axis.controller.stall.missing), turning)
 
     def _may_be_late(self, axis, now):
-        # type: (_Axis, float) -> bool
+        # type: (Axis, float) -> bool
         """Return True if late ticks may be why a joint is not where it should be.
 
         Its motor's driver needs no ticks to turn it, but ticks to turn it where it should be.
@@ -376,7 +352,7 @@ class ControlLoop(object):
 
 
 def _out_of_bounds(axis, angle, speed):
-    # type: (_Axis, float, float) -> OutOfBounds
+    # type: (Axis, float, float) -> OutOfBounds
     return OutOfBounds(
         "the {} was to be at {:.1f} deg and {:.0f} deg/s, and its bounds are {:.1f} to {:.1f} deg "
         "and {:.0f} deg/s: the motion was ended; ask for less".format(

@@ -5,8 +5,8 @@ Nothing is stopped or held here: whoever lets them follow does that.
 
 import math
 
+from robot.motion.axis import LONG_SETTLING
 from robot.motion.backlash import BacklashCompensation, motor_bounds
-from robot.motion.control_loop import LONG_SETTLING
 from robot.motion.online_trajectory import OnlineTrajectory
 
 MYPY = False

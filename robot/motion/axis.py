@@ -1,0 +1,43 @@
+"""One motor of a motion: how exactly it is to follow, and what is known of it.  Pure."""
+
+import math
+
+from robot.motion.settling import SettlingDetector
+
+MYPY = False
+if MYPY:
+    from typing import Optional  # noqa: F401
+
+    from robot.motion.backlash import Bounds  # noqa: F401
+    from robot.motion.interfaces import DrivenMotor  # noqa: F401
+    from robot.motion.joint_controller import JointController  # noqa: F401
+
+MAX_ERROR, MAX_ERROR_COUNTS = math.radians(3), 5
+"""A joint this far (rad, and counts) from where it should be is blocked or blind."""
+
+SETTLING_TIME, LONG_SETTLING = 0.2, 0.8
+"""Longest correction after the end of a path with the pen down, of a move with the pen up, s."""
+
+FINE_COUNTS, COARSE_COUNTS = 0.4, 6.0
+"""A motor has settled within so many counts, where they matter and where not."""
+
+
+class Axis(object):
+    """One motor of a motion, and what is known of it.
+
+    Attributes:
+        seen, stands_since: what the encoder says, and since when, s.
+        slack_at: when it was last driven with less than its full hand, s.
+        held: for how many ticks it has been stopped, being at rest while others move on.
+        lower, upper, fastest: bounds of its set-points, rad and rad/s.
+    """
+
+    def __init__(self, motor, controller, settle, tolerance, max_error, bounds):
+        # type: (DrivenMotor, JointController, float, float, float, Bounds) -> None
+        self.motor, self.controller = motor, controller
+        self.settling = SettlingDetector(settle, tolerance * motor.resolution)
+        self.max_error = max(max_error, MAX_ERROR_COUNTS * motor.resolution)
+        self.seen = None  # type: Optional[float]
+        self.stands_since = self.slack_at = 0.0
+        self.held = 0
+        self.lower, self.upper, self.fastest = bounds
