@@ -21,6 +21,9 @@ SETTLING_TIME, LONG_SETTLING = 0.2, 0.8
 FINE_COUNTS, COARSE_COUNTS = 0.4, 6.0
 """A motor has settled within so many counts, where they matter and where not."""
 
+STOPPED = 2
+"""Steps by which a motor is stopped: braked, and clamped."""
+
 
 class Axis(object):
     """One motor of a motion, and what is known of it.
@@ -28,16 +31,27 @@ class Axis(object):
     Attributes:
         seen, stands_since: what the encoder says, and since when, s.
         slack_at: when it was last driven with less than its full hand, s.
-        held: for how many ticks it has been stopped, being at rest while others move on.
+        held: by how many steps it was stopped, being at rest while others move on; STOPPED by all.
         lower, upper, fastest: bounds of its set-points, rad and rad/s.
     """
 
     def __init__(self, motor, controller, settle, tolerance, max_error, bounds):
         # type: (DrivenMotor, JointController, float, float, float, Bounds) -> None
         self.motor, self.controller = motor, controller
+        # (What each tick calls, looked up once.)
+        self.bounds, self.drive, self.command = motor.bounds, motor.drive, controller.command
         self.settling = SettlingDetector(settle, tolerance * motor.resolution)
         self.max_error = max(max_error, MAX_ERROR_COUNTS * motor.resolution)
         self.seen = None  # type: Optional[float]
         self.stands_since = self.slack_at = 0.0
         self.held = 0
         self.lower, self.upper, self.fastest = bounds
+
+    def stop_by_a_step(self):
+        # type: () -> None
+        """Brake it, then clamp it, as `hold` does: in two ticks, each has time for two writes."""
+        if self.held == 0:
+            self.motor.brake()
+        else:
+            self.motor.clamp()
+        self.held += 1

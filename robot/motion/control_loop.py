@@ -13,6 +13,7 @@ from robot.motion.axis import (
     LONG_SETTLING,
     MAX_ERROR,
     SETTLING_TIME,
+    STOPPED,
     Axis,
 )
 from robot.motion.joint_controller import ALONG_WEIGHT
@@ -206,6 +207,8 @@ class ControlLoop(object):
     def _run(self, axes, plan, on_tick, weigh, spare):
         # type: (List[Axis], MotorPlan, Optional[OnTick], Optional[Weigh], Optional[Spare]) -> bool
         now_of, sleep, pace = self._clock.now, self._clock.sleep, self.pace
+        # (Looked up once: a tick has little time.)
+        read, watch, drive = self._read, self._watch, self._drive
         for axis in axes:
             axis.motor.engage(STIFFNESS)
         due = began = now = check_at = now_of()
@@ -217,91 +220,29 @@ class ControlLoop(object):
         t_ahead = t + pace.rate * pace.lead
         last = plan.speeds(t_ahead)
         while True:
-            for axis in axes:
-                low, high = axis.motor.bounds()
-                read_at = now_of()
-                axis.controller.observe(read_at, low, high)
-                if low != axis.seen:
-                    axis.seen, axis.stands_since = low, read_at
-                elif axis.controller.stall.stalled and not self._may_be_late(axis, read_at):
-                    raise self._astray(axis, axis.controller.stall.missing, read_at)
-            before, now = now, read_at
+            before = now
+            angles, now = read(axes, now_of)
             if delay != pace.delay:
                 delay = pace.delay
                 for axis in axes:
                     axis.controller.delay = delay
             rate = pace.rate
             self.plan_time = t = t + rate * (now - before)
-            angles = [axis.controller.angle for axis in axes]
             if on_tick and on_tick(t, now, angles) is STOP:
                 return False
             if weigh:
                 for axis, torque in zip(axes, weigh(angles)):
                     axis.controller.carry(torque)
             q, path = plan.at(t)
-            errors = []
-            over = t > plan.duration
-            settled = True
-            for axis, angle, wanted, since in zip(axes, angles, q, plan.rests_from):
-                error = wanted - angle
-                errors.append(error)
-                if not -axis.max_error < error < axis.max_error:
-                    # One that turns may lag by as much more as ticks are longer.
-                    lag = axis.max_error * pace.period / MIN_PERIOD
-                    if now - axis.stands_since > STANDSTILL_TIME or not -lag < error < lag:
-                        raise self._astray(axis, error, now)
-                full = axis.controller.full_error
-                if -full < error < full or t > since:  # at rest friction may hold it
-                    axis.slack_at = now
-                elif (
-                    now - axis.slack_at > STALL_TIMEOUT and now - axis.stands_since > STALL_TIMEOUT
-                ):
-                    raise self._astray(axis, error, now)
-                settling = axis.settling
-                if t <= since:
-                    settled = False
-                    if settling.begun:
-                        settling.begin_again()
-                else:
-                    if not settling.take(now, t - since, axis.seen, error):
-                        if not pace.is_coarse(now):
-                            raise self._astray(axis, error, now)
-                        settling.over = True  # so slow a loop gets it no nearer
-                    settled = settled and settling.over
-            if over and settled:
+            errors, settled = watch(axes, plan, t, now, q, angles)
+            if settled and t > plan.duration:
                 return True
             # Watching takes time, by which this command comes later.
             before_ahead, t_ahead = t_ahead, t + rate * (now_of() - now + pace.lead)
             speeds = plan.speeds(t_ahead)
             if path:
                 self._weigh_along(errors, path)
-            step = t_ahead - before_ahead
-            for k, axis in enumerate(axes):
-                if axis.settling.over and not over:
-                    # Driven for long, a joint at rest would hunt: its encoder is too coarse.
-                    # In two ticks, as hold does it: each has time for two writes.
-                    if axis.held == 0:
-                        axis.motor.brake()
-                    elif axis.held == 1:
-                        axis.motor.clamp()
-                    axis.held += 1
-                    axis.controller.reset()
-                    continue
-                axis.held = 0
-                speed = speeds[k]
-                if (
-                    not -axis.fastest <= speed <= axis.fastest
-                    or not axis.lower <= q[k] + BRAKING_TIME * speed <= axis.upper
-                ):
-                    raise _out_of_bounds(axis, q[k], speed)
-                acceleration = (speed - last[k]) / step if step > 0 else 0.0
-                # At rest the last bit is crept: position alone would be held up by friction.
-                if t > plan.rests_from[k]:
-                    speed += CREEP_GAIN * errors[k]
-                if rate != 1.0:
-                    speed *= rate
-                    acceleration *= rate * rate
-                axis.motor.drive(axis.controller.command(errors[k], speed, acceleration))
+            drive(axes, plan, t, q, errors, speeds, last, t_ahead - before_ahead)
             last = speeds
             end = now_of()
             if end > check_at:
@@ -320,6 +261,102 @@ class ControlLoop(object):
                 raise TooSlow(since)
             sleep(due - end)
             began = now_of()
+
+    def _read(self, axes, now_of):
+        # type: (List[Axis], Callable[[], float]) -> Tuple[List[float], float]
+        """Read all encoders: the angles as observed, rad, and when the last one was read, s.
+
+        Raises:
+            Stalled: a joint's observer misses counts.
+        """
+        angles = []
+        for axis in axes:
+            controller = axis.controller
+            low, high = axis.bounds()
+            read_at = now_of()
+            controller.observe(read_at, low, high)
+            if low != axis.seen:
+                axis.seen, axis.stands_since = low, read_at
+            elif controller.stall.stalled and not self._may_be_late(axis, read_at):
+                raise self._astray(axis, controller.stall.missing, read_at)
+            angles.append(controller.angle)
+        return angles, read_at
+
+    def _watch(self, axes, plan, t, now, q, angles):
+        # type: (List[Axis], MotorPlan, float, float, Vector, Vector) -> Tuple[List[float], bool]
+        """Compare where the joints are with where they should be, `q` at the plan's time `t`.
+
+        Returns:
+            (What is missing of each, rad; whether each has come to its end and settled there.)
+
+        Raises:
+            Stalled, TooSlow: one of them is not where it should be.
+        """
+        errors, settled = [], True
+        for axis, angle, wanted, since in zip(axes, angles, q, plan.rests_from):
+            error = wanted - angle
+            errors.append(error)
+            most = axis.max_error
+            if not -most < error < most:
+                # One that turns may lag by as much more as ticks are longer.
+                lag = most * self.pace.period / MIN_PERIOD
+                if now - axis.stands_since > STANDSTILL_TIME or not -lag < error < lag:
+                    raise self._astray(axis, error, now)
+            full = axis.controller.full_error
+            if -full < error < full or t > since:  # at rest friction may hold it
+                axis.slack_at = now
+            elif now - axis.slack_at > STALL_TIMEOUT and now - axis.stands_since > STALL_TIMEOUT:
+                raise self._astray(axis, error, now)
+            settling = axis.settling
+            if t <= since:
+                settled = False
+                if settling.begun:
+                    settling.begin_again()
+            else:
+                if not settling.take(now, t - since, axis.seen, error):
+                    if not self.pace.is_coarse(now):
+                        raise self._astray(axis, error, now)
+                    settling.over = True  # so slow a loop gets it no nearer
+                settled = settled and settling.over
+        return errors, settled
+
+    def _drive(self, axes, plan, t, q, errors, speeds, last, step):
+        # type: (List[Axis], MotorPlan, float, Vector, Vector, Vector, Vector, float) -> None
+        """Give every motor its command.
+
+        Args:
+            t: the plan's time, s.
+            q, errors: of then, rad.
+            speeds, last: of a little later, rad/s, and of `step` s of the plan's time before that.
+
+        Raises:
+            OutOfBounds: a set-point that a joint may not have.
+        """
+        rate, over = self.pace.rate, t > plan.duration
+        for axis, wanted, error, speed, before, since in zip(
+            axes, q, errors, speeds, last, plan.rests_from
+        ):
+            if not over and axis.settling.over:
+                # Driven for long, a joint at rest would hunt: its encoder is too coarse.
+                if axis.held < STOPPED:
+                    axis.stop_by_a_step()
+                axis.controller.reset()
+                continue
+            axis.held = 0
+            most = axis.fastest
+            if (
+                not -most <= speed <= most
+                or not axis.lower <= wanted + BRAKING_TIME * speed <= axis.upper
+            ):
+                raise _out_of_bounds(axis, wanted, speed)
+            acceleration = (speed - before) / step if step > 0 else 0.0
+            # At rest the last bit is crept: position alone would be held up by friction.
+            if t > since:
+                speed += CREEP_GAIN * error
+            if rate != 1.0:
+                speed *= rate
+                acceleration *= rate * rate
+            axis.drive(axis.command(error, speed, acceleration))
 
     def _astray(self, axis, error, now):
         # type: (Axis, float, float) -> ArmError

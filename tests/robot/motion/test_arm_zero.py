@@ -101,6 +101,7 @@ def test_an_arm_led_by_hand_is_no_reset(rig):
 def test_while_one_arm_of_a_program_is_not_parked_no_other_one_moves(rig, move):
     first, second = rig.robot(), rig.robot()
     first.go_to(degrees(20, 30))
+    rig.world.sleep(0.5)  # held, it may still turn by a hair
     words = "another RobotArm of this program", "call its park()"
     assert refuses(rig, BrickInUse, lambda: move(second), *words)
     assert refuses(rig, BrickInUse, second.load_zero, *words)
