@@ -15,6 +15,7 @@ from robot.motion.axis import (
     LONG_SETTLING,
     MAX_ERROR,
     SETTLING_TIME,
+    Tolerances,
 )
 from robot.motion.backlash import pose_behind
 from robot.motion.checked import Checked
@@ -282,7 +283,8 @@ class RobotArm(object):
         """Let a motor follow a JointMove, without limits, `on_tick` as ControlLoop.run; hold it."""
         self._engage(self._zero_needed)
         with self._stopping_on_error():
-            self.motors.loop.run([motor], move, SETTLING_TIME, COARSE_COUNTS, max_error, on_tick)
+            tolerances = Tolerances(SETTLING_TIME, COARSE_COUNTS, max_error)
+            self.motors.loop.run([motor], move, tolerances, on_tick)
             self.motors.hold([motor])
 
     @contextlib.contextmanager

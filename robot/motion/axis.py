@@ -25,8 +25,30 @@ STOPPED = 2
 """Steps by which a motor is stopped: braked, and clamped."""
 
 
+class Tolerances(object):
+    """How exactly motors are to follow a plan.
+
+    Args:
+        settle: longest correction after its end, s.
+        counts: within which a motor has settled.
+        error: greatest on the way, rad.
+    """
+
+    def __init__(self, settle=SETTLING_TIME, counts=FINE_COUNTS, error=MAX_ERROR):
+        # type: (float, float, float) -> None
+        self.settle, self.counts, self.error = settle, counts, error
+
+
+TOLERANCES = Tolerances()
+"""Those of a path with the pen down."""
+
+
 class Axis(object):
     """One motor of a motion, and what is known of it.
+
+    Args:
+        settle: longest correction, s, on a brick that computes as slowly as this one.
+        bounds: (lower, upper, fastest).
 
     Attributes:
         seen, stands_since: what the encoder says, and since when, s.
@@ -35,13 +57,13 @@ class Axis(object):
         lower, upper, fastest: bounds of its set-points, rad and rad/s.
     """
 
-    def __init__(self, motor, controller, settle, tolerance, max_error, bounds):
-        # type: (DrivenMotor, JointController, float, float, float, Bounds) -> None
+    def __init__(self, motor, controller, tolerances, settle, bounds):
+        # type: (DrivenMotor, JointController, Tolerances, float, Bounds) -> None
         self.motor, self.controller = motor, controller
         # (What each tick calls, looked up once.)
         self.bounds, self.drive, self.command = motor.bounds, motor.drive, controller.command
-        self.settling = SettlingDetector(settle, tolerance * motor.resolution)
-        self.max_error = max(max_error, MAX_ERROR_COUNTS * motor.resolution)
+        self.settling = SettlingDetector(settle, tolerances.counts * motor.resolution)
+        self.max_error = max(tolerances.error, MAX_ERROR_COUNTS * motor.resolution)
         self.seen = None  # type: Optional[float]
         self.stands_since = self.slack_at = 0.0
         self.held = 0

@@ -8,14 +8,7 @@ import gc
 import math
 
 from robot.ev3.motors import DEAD_MAN
-from robot.motion.axis import (
-    FINE_COUNTS,
-    LONG_SETTLING,
-    MAX_ERROR,
-    SETTLING_TIME,
-    STOPPED,
-    Axis,
-)
+from robot.motion.axis import LONG_SETTLING, STOPPED, TOLERANCES, Axis
 from robot.motion.joint_controller import ALONG_WEIGHT
 from robot.motion.motor_model import STIFFNESS
 from robot.motion.online_trajectory import STOP
@@ -27,6 +20,7 @@ MYPY = False
 if MYPY:
     from typing import Callable, Dict, List, Optional, Sequence, Tuple  # noqa: F401
 
+    from robot.motion.axis import Tolerances  # noqa: F401
     from robot.motion.backlash import Bounds  # noqa: F401
     from robot.motion.interfaces import DrivenMotor, MotorPlan, TickingClock  # noqa: F401
     from robot.motion.joint_controller import JointController  # noqa: F401
@@ -151,9 +145,7 @@ class ControlLoop(object):
         self,
         motors,  # type: Sequence[DrivenMotor]
         plan,  # type: MotorPlan
-        settle=SETTLING_TIME,  # type: float
-        tolerance=FINE_COUNTS,  # type: float
-        max_error=MAX_ERROR,  # type: float
+        tolerances=TOLERANCES,  # type: Tolerances
         on_tick=None,  # type: Optional[OnTick]
         weigh=None,  # type: Optional[Weigh]
         spare=None,  # type: Optional[Spare]
@@ -168,9 +160,7 @@ class ControlLoop(object):
             motors: of those with a controller, in the order of the plan's angles.
             plan: has `at(t)`, `speeds(t)`, `rests_from`, `duration`, `before`: JointMove,
                 BacklashCompensation, OnlineTrajectory.
-            settle: longest correction after the end, s.
-            tolerance: counts within which a motor has settled.
-            max_error: greatest error on the way, rad.
+            tolerances: how exactly they are to follow it.
             on_tick: called in every tick with the plan's time (s), the clock's (s) and the motors'
                 angles as just observed (rad); if it returns STOP, the motion is over, and what it
                 raises goes on.
@@ -188,9 +178,10 @@ class ControlLoop(object):
             Stalled, TooSlow, OutOfBounds, MotorNotFound: with the motors driven still, for DEAD_MAN
                 at most.
         """
-        longest = max(settle, min(LONG_SETTLING, settle * self.pace.period / MIN_PERIOD))
+        settle = tolerances.settle
+        settle = max(settle, min(LONG_SETTLING, settle * self.pace.period / MIN_PERIOD))
         axes = [
-            Axis(motor, self._controllers[motor], longest, tolerance, max_error, own)
+            Axis(motor, self._controllers[motor], tolerances, settle, own)
             for motor, own in zip(motors, bounds or [UNBOUNDED] * len(motors))
         ]
         for axis, begin in zip(axes, plan.at(-plan.before)[0]):

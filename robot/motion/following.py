@@ -5,7 +5,7 @@ Nothing is stopped or held here: whoever lets them follow does that.
 
 import math
 
-from robot.motion.axis import LONG_SETTLING
+from robot.motion.axis import LONG_SETTLING, Tolerances
 from robot.motion.backlash import BacklashCompensation, motor_bounds
 from robot.motion.online_trajectory import OnlineTrajectory
 
@@ -77,7 +77,7 @@ class LinkFollower(object):
             self._plan = plan
             noting = self._noting(plan, on_tick) if on_tick else None
             if not self._motors.loop.run(
-                self._motors.joints, plan, settle, on_tick=noting,
+                self._motors.joints, plan, Tolerances(settle), on_tick=noting,
                 weigh=self._weigh, bounds=self._bounds
             ):  # fmt: skip
                 self._note_braked()
@@ -111,7 +111,7 @@ class LinkFollower(object):
             return pursuit.take(t, aim(now, self._at(angles)), once)
 
         if not self._motors.loop.run(
-            self._motors.joints, pursuit, LONG_SETTLING, within, MAX_CHASE_ERROR, steer,
+            self._motors.joints, pursuit, Tolerances(LONG_SETTLING, within, MAX_CHASE_ERROR), steer,
             spare=spare, weigh=self._weigh, bounds=self._bounds
         ):  # fmt: skip
             self._note_braked()

@@ -7,6 +7,7 @@ import pytest
 from rig import degrees, switched_on
 
 from laptop.emulator.host.world import World
+from robot.motion.axis import Tolerances
 from robot.motion.control_loop import (
     IDLE_SHARE,
     SPARE_TIME,
@@ -186,10 +187,12 @@ def test_a_joint_that_turns_is_not_called_blocked_because_ticks_are_long(
 
     if blocked:
         with pytest.raises(Stalled):
-            loop.run([joint], Even(), max_error=math.radians(3), on_tick=watch)
+            loop.run([joint], Even(), tolerances=Tolerances(error=math.radians(3)), on_tick=watch)
         assert ticks[-1] < 3.3 * period / 0.02 if stops == math.inf else 7.6 + math.degrees(0.2)
     else:
-        assert not loop.run([joint], Even(), max_error=math.radians(3), on_tick=watch)
+        assert not loop.run(
+            [joint], Even(), tolerances=Tolerances(error=math.radians(3)), on_tick=watch
+        )
 
 
 def test_what_is_fed_forward_goes_at_the_plan_s_rate_from_the_first_tick_on():
@@ -207,7 +210,7 @@ def test_what_is_fed_forward_goes_at_the_plan_s_rate_from_the_first_tick_on():
 
     plan = Even()
     plan.speeds = lambda t: ahead.append(t) or [1.0]
-    assert not loop.run([joint], plan, max_error=9.0, on_tick=watch)
+    assert not loop.run([joint], plan, tolerances=Tolerances(error=9.0), on_tick=watch)
     rate = loop.pace.rate
     assert rate == pytest.approx(MAX_PERIOD / (0.07 * 1.25))
     steps = [after - before for before, after in zip(ahead, ahead[1:])]
