@@ -20,7 +20,7 @@ from shared.record import record
 
 MYPY = False
 if MYPY:
-    from typing import Mapping, NamedTuple, Optional  # noqa: F401
+    from typing import Mapping, NamedTuple, Optional, Tuple  # noqa: F401
 
 LEAD = 0.035
 """Speed and acceleration are fed forward so much early, s."""
@@ -224,25 +224,10 @@ class JointController(object):
         angle = self.angle
         then = final + (speed - final) * left
         if then * speed < 0.0:
-            # It comes to rest on the way; from there on friction acts the other way round.
-            stops = lag * math.log((speed - final) / -final)
-            angle += final * stops + speed * lag
-            speed = 0.0
-            dt_left = dt - stops
-            left = math.exp(-dt_left / lag)
-            over = (
-                driven - friction
-                if driven > friction
-                else driven + friction
-                if driven < -friction
-                else 0.0
-            )
-            final = share * over
-            then = final * (1.0 - left)
-            angle += final * dt_left - then * lag
+            angle, speed = self._through_rest(dt, angle, speed, final, driven)
         else:
             angle += final * dt + (speed - then) * lag
-        speed = then
+            speed = then
         # Correct.
         if dt > MAX_LEARNING_INTERVAL:
             dt = MAX_LEARNING_INTERVAL
@@ -271,6 +256,35 @@ class JointController(object):
         self._friction = friction
         self.speed = speed
         self.angle = low if angle < low else high if angle > high else angle
+
+    def _through_rest(self, dt, angle, speed, final, driven):
+        # type: (float, float, float, float, float) -> Tuple[float, float]
+        """Predict a joint that comes to rest on the way, where friction turns round.
+
+        Args:
+            dt: from now on, s.
+            angle, speed: now, rad and rad/s.
+            final: the speed that it would get to if friction did not turn round, rad/s.
+            driven: what drives it, friction aside, rad/s of set-point.
+
+        Returns:
+            (angle, speed) then.
+        """
+        share, lag, _, _ = self._constants
+        friction = self._friction
+        stops = lag * math.log((speed - final) / -final)
+        angle += final * stops + speed * lag
+        dt -= stops
+        over = (
+            driven - friction
+            if driven > friction
+            else driven + friction
+            if driven < -friction
+            else 0.0
+        )
+        final = share * over
+        speed = final * (1.0 - math.exp(-dt / lag))
+        return angle + (final * dt - speed * lag), speed
 
     def carry(self, torque):
         # type: (float) -> None
