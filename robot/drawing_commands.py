@@ -62,6 +62,15 @@ def _point(text):
 def _parser():
     # type: () -> Parser
     parser = Parser("driver.py", ABOUT, EXAMPLES)
+    _add_options(parser)
+    _add_arm_commands(parser)
+    _add_drawings(parser)
+    return parser
+
+
+def _add_options(parser):
+    # type: (Parser) -> None
+    """What every command takes."""
     parser.add_argument(
         "--arm",
         default=default_arm(),
@@ -89,6 +98,11 @@ def _parser():
     )
     program.add_take(parser)
     parser.add_argument("--elbow", choices=("up", "down"), help="(default: the arm's, if it can)")
+
+
+def _add_arm_commands(parser):
+    # type: (Parser) -> None
+    """What tells of the arm, checks it, finds its zero or moves it without drawing."""
     add = parser.add_command
     add("where", "where the tip is")
     inverse = add("inverse", "the joint angles for a point, found in three ways; moves nothing")
@@ -110,6 +124,12 @@ def _parser():
     )
     move = add("move", "go there, pen up")
     move.add_argument("point", type=_point, metavar="X,Y[,Z]")
+
+
+def _add_drawings(parser):
+    # type: (Parser) -> None
+    """What is drawn."""
+    add = parser.add_command
     line = add("line", "a straight line")
     line.add_argument("points", type=_point, nargs="+", metavar="X,Y[,Z]")
     line.add_argument("--angle", type=number_in(-360, 360, "deg"), metavar="DEG")
@@ -128,7 +148,6 @@ def _parser():
     rectangle = add("rectangle", "an upright rectangle between two corners")
     rectangle.add_argument("points", type=_point, nargs=2, metavar="X,Y[,Z]")
     add("lines", "three lines (default); in the plane those of the report")
-    return parser
 
 
 def _compare_inverses(description, p):
