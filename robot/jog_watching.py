@@ -176,17 +176,15 @@ class JogWatcher(object):
         for camera in sorted(new):
             if self.camera in ("", camera):
                 frame = self._sightings.frame(new[camera], now, moving)
-                markers = new[camera].markers
-                there = [
-                    name
-                    for name in (EFFECTOR, GOAL)
-                    if markers.get(name) and markers[name][2] >= LEAST_CONFIDENCE
-                ]
-                self._missing[camera] = [n for n in (EFFECTOR, GOAL) if n not in there]
-                if frame and (GOAL in there or moving):
+                places = {}
+                for name in (EFFECTOR, GOAL):
+                    marker = new[camera].markers.get(name)
+                    if marker and marker[2] >= LEAST_CONFIDENCE:
+                        places[name] = marker[:2]
+                self._missing[camera] = [n for n in (EFFECTOR, GOAL) if n not in places]
+                if frame and (GOAL in places or moving):
                     self._seen_at = now
-                    base = markers[GOAL][:2] if GOAL in there else None
-                    seen.append((camera, new[camera].t, frame.s, base))
+                    seen.append((camera, new[camera].t, frame.s, places.get(GOAL)))
         return seen
 
     def _watching(self, k):
