@@ -16,7 +16,7 @@ MYPY = False
 if MYPY:
     from typing import Any, Iterator, List, Optional, Sequence, Tuple  # noqa: F401
 
-    from robot.motion.interfaces import TickingClock  # noqa: F401
+    from robot.clock import Clock  # noqa: F401
 
     Choices = Sequence[Tuple[str, str]]  # answers, and the keys for them
 
@@ -47,7 +47,7 @@ class Person(object):
     """
 
     def __init__(self, clock):
-        # type: (Optional[TickingClock]) -> None
+        # type: (Optional[Clock]) -> None
         self._clock = clock
         self.at_brick = bool(re.match(r"/dev/tty\d", _terminal()))
         self._buttons = None  # type: Any # python-ev3dev2's, which has no types

@@ -20,8 +20,8 @@ MYPY = False
 if MYPY:
     from typing import Dict, List, Optional, Sequence, Tuple  # noqa: F401
 
+    from robot.clock import Clock  # noqa: F401
     from robot.motion.arm import RobotArm  # noqa: F401
-    from robot.motion.interfaces import TickingClock  # noqa: F401
     from robot.tracker_address import ServerAddress  # noqa: F401
     from shared.arm_description import Arm  # noqa: F401
 
@@ -33,7 +33,7 @@ class NotWritten(ArmError, OSError):
 
 
 def run(description, clock, take=False, person=None, tracker=None):
-    # type: (Arm, TickingClock, bool, Optional[Person], Optional[ServerAddress]) -> None
+    # type: (Arm, Clock, bool, Optional[Person], Optional[ServerAddress]) -> None
     """Turn each joint a little, find out what moved, correct the arm's file, keep the answer.
 
     Args:
@@ -76,7 +76,7 @@ def run(description, clock, take=False, person=None, tracker=None):
 
 
 def _seen_by_camera(arm, tracker, clock):
-    # type: (RobotArm, ServerAddress, TickingClock) -> List[Optional[mounting.Observed]]
+    # type: (RobotArm, ServerAddress, Clock) -> List[Optional[mounting.Observed]]
     """What the camera has seen of each motor: mounting.Observed, or None where it cannot tell."""
     # Not above: only who looks through a camera waits for all this to be loaded.
     from robot.jog_watching import PLACING, JogWatcher

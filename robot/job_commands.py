@@ -13,12 +13,12 @@ MYPY = False
 if MYPY:
     from typing import Any, Dict, List, Optional, Sequence, Tuple, Union  # noqa: F401
 
+    from robot.clock import Clock  # noqa: F401
     from robot.command_line import Values  # noqa: F401
     from robot.jobs.logbook import LogFile  # noqa: F401
     from robot.jobs.orders import Buttons, Keys  # noqa: F401
     from robot.jobs.progress import SavedProgress  # noqa: F401
     from robot.motion.arm import RobotArm  # noqa: F401
-    from robot.motion.interfaces import TickingClock  # noqa: F401
     from shared.arm_description import Arm  # noqa: F401
     from shared.job import Job  # noqa: F401
 
@@ -157,7 +157,7 @@ def _job(parser, args):
 
 
 def _check(job, description, clock):
-    # type: (Job, Arm, TickingClock) -> None
+    # type: (Job, Arm, Clock) -> None
     """Say what is wrong with any stroke before anything moves; a long job takes the brick long."""
     from robot.jobs.checking import check_strokes
 

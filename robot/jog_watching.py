@@ -20,10 +20,10 @@ MYPY = False
 if MYPY:
     from typing import Dict, List, Optional, Sequence, Tuple  # noqa: F401
 
+    from robot.clock import Clock  # noqa: F401
     from robot.motion.arm import RobotArm  # noqa: F401
     from robot.motion.chains import Pose  # noqa: F401
     from robot.motion.control_loop import OnTick  # noqa: F401
-    from robot.motion.interfaces import TickingClock  # noqa: F401
     from robot.tracking import TrackingClient  # noqa: F401
 
     Pixel = Sequence[float]  # u, v
@@ -67,7 +67,7 @@ class JogWatcher(object):
     """
 
     def __init__(self, arm, client, clock):
-        # type: (RobotArm, TrackingClient, TickingClock) -> None
+        # type: (RobotArm, TrackingClient, Clock) -> None
         self._arm, self._client, self._clock = arm, client, clock
         joints = arm.description.joints
         self._sightings = Sightings({}, False, RepeatedPictures(joints))
@@ -176,7 +176,7 @@ class JogWatcher(object):
         for camera in sorted(new):
             if self.camera in ("", camera):
                 frame = self._sightings.frame(new[camera], now, moving)
-                places = {}
+                places = {}  # type: Dict[str, Pixel]
                 for name in (EFFECTOR, GOAL):
                     marker = new[camera].markers.get(name)
                     if marker and marker[2] >= LEAST_CONFIDENCE:

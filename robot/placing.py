@@ -11,8 +11,8 @@ MYPY = False
 if MYPY:
     from typing import Optional  # noqa: F401
 
+    from robot.clock import Clock  # noqa: F401
     from robot.motion.arm import RobotArm  # noqa: F401
-    from robot.motion.interfaces import TickingClock  # noqa: F401
     from shared.arm_description import Arm  # noqa: F401
 
 OTHERWISE = "; or say home --here if the arm stands in its home pose"
@@ -33,7 +33,7 @@ def home_pose(description):
 
 
 def place(arm, clock, person=None):
-    # type: (RobotArm, TickingClock, Optional[Person]) -> None
+    # type: (RobotArm, Clock, Optional[Person]) -> None
     """Let go of the joints, wait until somebody has put them at home; then they are held.
 
     Args:

@@ -19,10 +19,10 @@ MYPY = False
 if MYPY:
     from typing import Callable, Iterator, NoReturn, Optional  # noqa: F401
 
+    from robot.clock import Clock  # noqa: F401
     from robot.command_line import Parser  # noqa: F401
     from robot.ev3.brick_lock import BrickLock  # noqa: F401
     from robot.motion.arm import RobotArm  # noqa: F401
-    from robot.motion.interfaces import TickingClock  # noqa: F401
     from shared.arm_description import Arm  # noqa: F401
 
 SIGNALS = {
@@ -86,7 +86,7 @@ def add_take(parser):
 
 
 def connect(description, clock, take=None, unchecked=False):
-    # type: (Arm, TickingClock, Optional[bool], bool) -> RobotArm
+    # type: (Arm, Clock, Optional[bool], bool) -> RobotArm
     """The RobotArm of a description; only here python-ev3dev2 is needed, and slow to import.
 
     Args:
@@ -118,7 +118,7 @@ def connect(description, clock, take=None, unchecked=False):
 
 
 def claim(lock, clock, take):
-    # type: (BrickLock, TickingClock, bool) -> None
+    # type: (BrickLock, Clock, bool) -> None
     """Make sure that no other program moves the motors until this one has ended.
 
     Args:

@@ -31,11 +31,12 @@ MYPY = False
 if MYPY:
     from typing import Callable, Dict, Iterator, List, Optional, Sequence, Tuple  # noqa: F401
 
+    from robot.clock import Clock  # noqa: F401
     from robot.motion.chains import FixedPoint, FixedPose, Pose  # noqa: F401
     from robot.motion.control_loop import OnTick, Spare  # noqa: F401
     from robot.motion.feed import FeedOverride  # noqa: F401
     from robot.motion.following import AimAt, LinkTick  # noqa: F401
-    from robot.motion.interfaces import DrivenMotor, LinkMotion, TickingClock  # noqa: F401
+    from robot.motion.interfaces import DrivenMotor, LinkMotion  # noqa: F401
     from robot.motion.joint_controller import GainsByKind  # noqa: F401
     from robot.motion.online_trajectory import Aim  # noqa: F401
     from robot.motion.pace import Say  # noqa: F401
@@ -71,7 +72,7 @@ class RobotArm(object):
     def __init__(
         self,
         description,  # type: Arm
-        clock,  # type: TickingClock
+        clock,  # type: Clock
         zero=None,  # type: Optional[Zero]
         gains=GAINS,  # type: GainsByKind
         gravity=None,  # type: Optional[Gravity]

@@ -20,9 +20,10 @@ MYPY = False
 if MYPY:
     from typing import Callable, Dict, List, Optional, Sequence, Tuple  # noqa: F401
 
+    from robot.clock import Clock  # noqa: F401
     from robot.motion.axis import Tolerances  # noqa: F401
     from robot.motion.backlash import Bounds  # noqa: F401
-    from robot.motion.interfaces import DrivenMotor, MotorPlan, TickingClock  # noqa: F401
+    from robot.motion.interfaces import DrivenMotor, MotorPlan  # noqa: F401
     from robot.motion.joint_controller import JointController  # noqa: F401
     from robot.motion.linear_systems import Vector  # noqa: F401
     from robot.motion.pace import Say  # noqa: F401
@@ -83,7 +84,7 @@ class Stalled(ArmError):
         )
 
     def look_at_battery(self, clock):
-        # type: (TickingClock) -> None
+        # type: (Clock) -> None
         """Say so if the battery is flat: what turns too slowly does so by that."""
         from robot.ev3 import battery  # not above: only now it is needed
 
@@ -128,7 +129,7 @@ class ControlLoop(object):
     """
 
     def __init__(self, clock, controllers, check, say):
-        # type: (TickingClock, Controllers, Callable[[], object], Say) -> None
+        # type: (Clock, Controllers, Callable[[], object], Say) -> None
         self._clock = clock
         self._controllers = controllers
         self._check = check

@@ -104,17 +104,6 @@ if MYPY:
             # type: (float) -> List[float]
             """As Trajectory.speeds."""
 
-    class TickingClock(Protocol):
-        """Tells the time and waits, in s."""
-
-        def now(self):
-            # type: () -> float
-            """Seconds since some moment in the past."""
-
-        def sleep(self, seconds):
-            # type: (float) -> object
-            """Wait."""
-
     class MotorPlan(Protocol):
         """What the loop follows, see ControlLoop.run."""
 
