@@ -14,7 +14,7 @@ if MYPY:
     from typing import Callable, Dict, List, NoReturn, Optional, Sequence  # noqa: F401
 
     from robot.clock import Clock  # noqa: F401
-    from robot.motion.interfaces import DrivenMotor  # noqa: F401
+    from robot.motion.interfaces import AtPort, DrivenMotor  # noqa: F401
     from robot.motion.joint_controller import GainsByKind  # noqa: F401
     from robot.motion.pace import Say  # noqa: F401
     from robot.motion.zero import Zero  # noqa: F401
@@ -32,7 +32,7 @@ class PenDisplaced(ArmError):
     """The pen is not where its motor holds it."""
 
     def __init__(self, pen, offset):
-        # type: (DrivenMotor, float) -> None
+        # type: (AtPort, float) -> None
         super(PenDisplaced, self).__init__(
             "the pen (port {}) was turned away by {:.0f} deg from where it is held; free it, then "
             "draw again".format(pen.port, abs(math.degrees(offset)))

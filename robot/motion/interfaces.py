@@ -6,6 +6,14 @@ if MYPY:
 
     from robot.motion.trajectory import SetPoint  # noqa: F401
 
+    class AtPort(Protocol):
+        """What is plugged in: a motor, or the Pen of an arm's description."""
+
+        @property
+        def port(self):
+            # type: () -> str
+            """Its port."""
+
     class DrivenMotor(Protocol):
         """A joint's motor as robot.ev3.motor.Motor says: JointMotor, or another kind."""
 
