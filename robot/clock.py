@@ -2,6 +2,21 @@
 
 import time
 
+MYPY = False
+if MYPY:
+    from typing import Protocol  # noqa: F401
+
+    class Timepiece(Protocol):
+        """A Clock, or what passes time in its stead."""
+
+        def now(self):
+            # type: () -> float
+            """Seconds since some moment in the past."""
+
+        def sleep(self, seconds):
+            # type: (float) -> None
+            """Wait."""
+
 
 class Clock(object):
     """Monotonic time: the image's wall clock jumps when it finds a time server."""

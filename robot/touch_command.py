@@ -251,7 +251,8 @@ def _touch(args, tell):
 def _put_pen(arm, where):
     # type: (RobotArm, str) -> None
     pen = arm.description.pen
-    arm.move_pen(pen.down if where == "down" else pen.up)
+    if pen is not None:  # without a motor for it there is no such option
+        arm.move_pen(pen.down if where == "down" else pen.up)
 
 
 def main(argv=None):

@@ -199,7 +199,7 @@ class TrackingClient(object):
         link, due = self._link, now - self._reported_at >= STATUS_PERIOD
         if link is not None and self.linked and (due or (run, verdict) != self._reported):
             self._reported_at, self._reported = now, (run, verdict)
-            reason = one_line(reason)
+            reason, q = one_line(reason), tuple(q)
             status = Status(
                 now, q, error, verdict, reason, e or {}, condition, moves, run, self._battery()
             )  # fmt: skip

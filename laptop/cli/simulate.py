@@ -34,7 +34,7 @@ from laptop.emulator.faults import InvalidSimulationOption
 from laptop.emulator.host import last_line
 from laptop.emulator.host.guard import guarded
 from laptop.emulator.own_programs import BENCH_BRICK, DRIVER, SERVO, find_script
-from laptop.emulator.rig import Rig, SimulationResult
+from laptop.emulator.rig import Plugs, Rig, SimulationResult
 from laptop.record.figures.private_paths import without_folders
 from laptop.record.names import TRACE
 from laptop.record.run_folder import FIGURES, FROM_THE_SIDE, PICTURE, TRUE_PATH, run_folder
@@ -157,10 +157,7 @@ def _run(
         Rig(
             *(setup.arm, setup.built, setup.plant, due.cameras, events.start),
             realtime=events.realtime,
-            extra=setup.motors,
-            stops=setup.stops,
-            sensors=setup.sensors,
-            wheels=setup.wheels,
+            plugs=Plugs(setup.motors, setup.stops, setup.sensors, setup.wheels),
         ) as rig,
     ):
         return rig.run(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -17,6 +17,10 @@ from laptop.emulator.device.plant_constants import read_plant
 from laptop.emulator.device.sensor_orders import SensorOrder, read_sensors
 from laptop.emulator.faults import FAULTS, Fault, InvalidSimulationOption, read_fault
 from shared.arm_description import Arm, find_arm, read_arm
+
+if TYPE_CHECKING:
+    from laptop.emulator.device.plant_constants import PlantConstants
+    from laptop.emulator.device.wheels import Wheels
 
 SECTIONS = {
     "The brick": ("--arm", "--built", "--plug", "--wheels", "--plant", "--constants"),
@@ -142,9 +146,9 @@ class BrickSetup:
 
     arm: Arm | None
     built: Arm | None
-    plant: dict[str, Any]
+    plant: PlantConstants
     measured: dict[str, Any] | None
-    wheels: dict[str, Any] | None
+    wheels: Wheels | None
     motors: dict[str, str]
     stops: dict[str, tuple[float, float]]
     sensors: dict[str, SensorOrder]

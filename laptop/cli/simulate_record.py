@@ -134,7 +134,7 @@ class ScriptRun:
     def _set_up(self) -> dict[str, Any]:
         """Return what there was besides the plant by the names that a report has for it."""
         found: dict[str, Any] = {}
-        if self.typed.constants_file:
+        if self.typed.constants_file and self.brick.measured:
             found["constants"] = without_folders(self.typed.constants_file)
             found["measured"] = measured_brick.in_words(self.brick.measured)
         found |= camera_of(self.scene)
@@ -165,6 +165,7 @@ class ScriptRun:
         assert self.brick.arm is not None
         notes = f"{self.brick.arm.name} arm, true tip of the emulated arm"
         run = self.run
+        assert run.reach is not None
         arm = picture.FinalPose(run.skeleton, run.reach)
         picture.write_line_plot(
             file, run.record, self.wanted, self.measures, arm, self.title, notes, axes

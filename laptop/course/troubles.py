@@ -140,7 +140,7 @@ def _at_the_arm(arm: Arm) -> Iterator[Trouble]:
     )
     yield Trouble(
         "homing, drawing",
-        str(Stalled(arm.joints[0], "12.0 deg are missing")),
+        _stalled(arm),
         "A beam or a cable is in the way, a gear jams, or the cable has come off. Turn the joint "
         "by hand, with the motor off: it must go freely.",
     )
@@ -176,6 +176,11 @@ def _said(provoke: Callable[[], object]) -> str:
     except ArmError as error:
         return str(error)
     raise AssertionError("nothing went wrong")
+
+
+def _stalled(arm: Arm) -> str:
+    with Rig(arm) as rig, rig.brick.sysfs.installed():
+        return str(Stalled(RobotArm(arm, rig.world).joints[0], "12.0 deg are missing"))
 
 
 def _without_motor(arm: Arm) -> None:

@@ -433,7 +433,8 @@ class Rig(object):
             port: {"mode": motor.mode, "driven": motor.driven, "position": motor.position}
             for port, motor in brick.motors.items()
         }
-        skeleton, reach = (), None
+        skeleton = ()  # type: Sequence[Tuple[float, ...]]
+        reach = None
         if built is not None:
             skeleton = kinematics.joint_positions(built, brick.plant.q)
             reach = chains.reach(built)

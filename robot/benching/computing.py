@@ -19,6 +19,7 @@ from robot.motion import kinematics, paths, trajectory
 from robot.motion.arm import RobotArm
 from robot.motion.arm_motors import ArmMotors
 from robot.motion.joint_controller import GAINS
+from robot.motion.zero import Zero
 from robot.servoing.loop import VisualServoing
 from robot.servoing.run_reporter import RunReporter
 from robot.servoing.runs import make_servo
@@ -145,10 +146,14 @@ class ModelMotor(JointMotor):
             self.counted += self.in_counts(self._turns * seconds / 10)
 
 
-class _KnownZero(object):
+class _KnownZero(Zero):
     """The motors' zero is where they are at first."""
 
     file = ""  # nothing is kept
+
+    def __init__(self):
+        # type: () -> None
+        """Read nothing."""
 
     def confirmed(self, counts):
         # type: (Mapping[str, float]) -> Dict[str, float]
@@ -162,7 +167,9 @@ class _KnownZero(object):
         # type: (object, object) -> None
         """Nothing is kept."""
 
-    forget = save
+    def forget(self):
+        # type: () -> None
+        """There is nothing to forget."""
 
 
 class MadeUpCameras(object):
@@ -194,7 +201,7 @@ class MadeUpCameras(object):
         self._due[name] += FRAME
         self._seq += 1
         arm = self._arm
-        q = [motor.counted / motor.in_counts(1.0) for motor in arm.joints]
+        q = [motor.counted / motor.in_counts(1.0) for motor in models(arm)]
         markers = {
             "effector": self._pixel(name, kinematics.forward(arm.description, q)),
             "goal": self._pixel(name, self._goal),
@@ -220,6 +227,12 @@ class MadeUpCameras(object):
     def report(self, *args, **more):
         # type: (*object, **object) -> None
         """Nobody is told."""
+
+
+def models(arm):
+    # type: (RobotArm) -> List[ModelMotor]
+    """The motors of an arm that arm_of_files has made."""
+    return [motor for motor in arm.joints if isinstance(motor, ModelMotor)]
 
 
 @contextlib.contextmanager
@@ -262,12 +275,12 @@ def arm_of_files(description, clock):
     arm = RobotArm(description, clock, zero=_KnownZero(), motors=motors)
     arm.checked.needed = False  # of motors that are a model
     arm.load_zero()
-    for motor, joint in zip(arm.joints, description.joints):
+    for motor, joint in zip(models(arm), description.joints):
         motor.counted = motor.in_counts(joint.home)
 
     def advance(seconds):
         # type: (float) -> None
-        for motor in arm.joints:
+        for motor in models(arm):
             motor.advance(seconds, motors.controllers[motor])
 
     clock.on_jump = advance
@@ -291,7 +304,7 @@ def measure_drawing(description, laps):
     clock.tick = name + ": tick, line"
     arm.follow(plan)
     laps.end("")
-    motor = arm.joints[0]._motor
+    motor = models(arm)[0]._motor
     for _ in range(3):
         laps.timed("read position", lambda: motor.position)()
         laps.timed("write speed_sp", lambda: setattr(motor, "speed_sp", 100))()

@@ -20,6 +20,7 @@ if MYPY:
     from robot.benching.figures import Figures  # noqa: F401
     from robot.clock import Clock  # noqa: F401
     from robot.motion.arm import RobotArm  # noqa: F401
+    from robot.motion.interfaces import DrivenMotor  # noqa: F401
     from shared.arm_description import Arm  # noqa: F401
 
 LEVELS = (0.3, 0.5, 0.75, 1.0)
@@ -109,7 +110,7 @@ def free_range(description, k):
         while abs(end - angle) > abs(step) and is_clear(angle + step):
             angle += step
         ends.append(angle)
-    return tuple(ends)
+    return ends[0], ends[1]
 
 
 def fastest_of(description, k):
@@ -200,7 +201,7 @@ class Bench(object):
         return figures(pairs, kind)
 
     def _pass(self, motor, gear, setpoint, stiffness, end, braking):
-        # type: (JointMotor, float, float, float, Optional[float], bool) -> Pass
+        # type: (DrivenMotor, float, float, float, Optional[float], bool) -> Pass
         """Turn one way at a set-point, rad/s at the joint, up to the angle `end`; a Pass."""
         now_of = self._clock.now
         longest = LONGEST if braking else LOADED_LONGEST
@@ -260,7 +261,7 @@ class Bench(object):
         )
 
     def _come_to_rest(self, motor, stopped):
-        # type: (JointMotor, float) -> float
+        # type: (DrivenMotor, float) -> float
         """Where a motor that was stopped at that time stands in the end, rad."""
         now_of = self._clock.now
         last, since = motor.angle(), stopped
@@ -300,6 +301,8 @@ class Bench(object):
                 )
             coarse.append(sum(stands) / TOUCHES)
             fine.append(sum(leaves) / TOUCHES)
+        assert joint.stop_lower is not None  # of joints with two stops alone
+        assert joint.stop_upper is not None
         between = joint.stop_upper - joint.stop_lower
         play, within = fine[1] - fine[0] - between, 0.2
         if play < LEAST_FREE * motor.resolution:

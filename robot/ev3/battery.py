@@ -6,7 +6,7 @@ MYPY = False
 if MYPY:
     from typing import Optional, Protocol  # noqa: F401
 
-    from robot.clock import Clock  # noqa: F401
+    from robot.clock import Timepiece  # noqa: F401
 
     class Supply(Protocol):
         """python-ev3dev2's battery."""
@@ -48,14 +48,14 @@ def power_supply():
 
 
 def flat(clock):
-    # type: (Clock) -> Optional[float]
+    # type: (Timepiece) -> Optional[float]
     """The battery's voltage, V, if it is flat; else, or if it does not tell, None."""
     volts = Battery(clock).volts()
     return volts if volts is not None and 0 < volts < FLAT else None
 
 
 def check(clock):
-    # type: (Clock) -> None
+    # type: (Timepiece) -> None
     """Refuse to begin, by BatteryFlat, what a flat battery would spoil."""
     volts = flat(clock)
     if volts is not None:
@@ -72,7 +72,7 @@ class Battery(object):
     """
 
     def __init__(self, clock):
-        # type: (Clock) -> None
+        # type: (Timepiece) -> None
         self._clock = clock
         self._supply = None  # type: Optional[Supply]
         self._look()

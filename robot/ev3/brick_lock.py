@@ -21,7 +21,7 @@ MYPY = False
 if MYPY:
     from typing import Callable, Dict, NamedTuple, Optional, Sequence  # noqa: F401
 
-    from robot.clock import Clock  # noqa: F401
+    from robot.clock import Timepiece  # noqa: F401
 
     Holder = NamedTuple("Holder", [("name", str), ("pid", int), ("age", float), ("begun", int)])
 else:
@@ -122,7 +122,7 @@ class BrickLock(object):
             raise BrickInUse(_in_use(holder))
 
     def take_over(self, clock, say=print):
-        # type: (Clock, Callable[[str], object]) -> None
+        # type: (Timepiece, Callable[[str], object]) -> None
         """Take it; if another program has it, ask that to stop, as `kill PID` does, and wait.
 
         Args:

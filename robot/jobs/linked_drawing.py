@@ -55,13 +55,15 @@ if MYPY:
             # type: () -> Sequence[Union[JobPart, Order]]
             """Those since the last call."""
 
-        def send(self, message):
-            # type: (Message) -> None
-            """Send it if linked."""
+        @property
+        def send(self):
+            # type: () -> Callable[..., object]
+            """Called with a Message: it is sent if linked."""
 
-        def report(self, q, **told):
-            # type: (Sequence[float], **Any) -> None
-            """Tell where the arm is, and how the last servo run ended."""
+        @property
+        def report(self):
+            # type: () -> Callable[..., object]
+            """Called with where the arm is, and with how the last servo run ended."""
 
     Where = Callable[[], Sequence[float]]  # the joints' angles, rad; none where not known
 

@@ -31,7 +31,7 @@ MYPY = False
 if MYPY:
     from typing import Callable, Dict, Iterator, List, Optional, Sequence, Tuple  # noqa: F401
 
-    from robot.clock import Clock  # noqa: F401
+    from robot.clock import Timepiece  # noqa: F401
     from robot.motion.chains import FixedPoint, FixedPose, Pose  # noqa: F401
     from robot.motion.control_loop import OnTick, Spare  # noqa: F401
     from robot.motion.feed import FeedOverride  # noqa: F401
@@ -72,7 +72,7 @@ class RobotArm(object):
     def __init__(
         self,
         description,  # type: Arm
-        clock,  # type: Clock
+        clock,  # type: Timepiece
         zero=None,  # type: Optional[Zero]
         gains=GAINS,  # type: GainsByKind
         gravity=None,  # type: Optional[Gravity]

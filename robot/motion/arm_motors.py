@@ -13,7 +13,7 @@ MYPY = False
 if MYPY:
     from typing import Callable, Dict, List, NoReturn, Optional, Sequence  # noqa: F401
 
-    from robot.clock import Clock  # noqa: F401
+    from robot.clock import Timepiece  # noqa: F401
     from robot.motion.interfaces import AtPort, DrivenMotor  # noqa: F401
     from robot.motion.joint_controller import GainsByKind  # noqa: F401
     from robot.motion.pace import Say  # noqa: F401
@@ -62,7 +62,7 @@ class ArmMotors(object):
     """
 
     def __init__(self, description, clock, gains, say, kind=JointMotor):
-        # type: (Arm, Clock, GainsByKind, Say, MotorKind) -> None
+        # type: (Arm, Timepiece, GainsByKind, Say, MotorKind) -> None
         self.joints = [  # type: List[DrivenMotor]
             kind(joint.name, joint.port, joint.motor, joint.gear, joint.direction)
             for joint in description.joints

@@ -20,7 +20,7 @@ MYPY = False
 if MYPY:
     from typing import Callable, Dict, List, Optional, Sequence, Tuple  # noqa: F401
 
-    from robot.clock import Clock  # noqa: F401
+    from robot.clock import Timepiece  # noqa: F401
     from robot.motion.axis import Tolerances  # noqa: F401
     from robot.motion.backlash import Bounds  # noqa: F401
     from robot.motion.interfaces import DrivenMotor, MotorPlan  # noqa: F401
@@ -84,7 +84,7 @@ class Stalled(ArmError):
         )
 
     def look_at_battery(self, clock):
-        # type: (Clock) -> None
+        # type: (Timepiece) -> None
         """Say so if the battery is flat: what turns too slowly does so by that."""
         from robot.ev3 import battery  # not above: only now it is needed
 
@@ -129,7 +129,7 @@ class ControlLoop(object):
     """
 
     def __init__(self, clock, controllers, check, say):
-        # type: (Clock, Controllers, Callable[[], object], Say) -> None
+        # type: (Timepiece, Controllers, Callable[[], object], Say) -> None
         self._clock = clock
         self._controllers = controllers
         self._check = check

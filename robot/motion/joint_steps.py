@@ -8,7 +8,7 @@ MYPY = False
 if MYPY:
     from typing import Callable, List, Optional, Sequence  # noqa: F401
 
-    from robot.clock import Clock  # noqa: F401
+    from robot.clock import Timepiece  # noqa: F401
     from robot.motion.chains import Pose  # noqa: F401
     from robot.motion.interfaces import DrivenMotor  # noqa: F401
 
@@ -23,7 +23,7 @@ SETTLED_FOR, SETTLE_DEADLINE = 0.06, 0.4
 
 
 def go_and_settle(motors, q, q_before, clock, check):
-    # type: (Sequence[DrivenMotor], Pose, Pose, Clock, Callable[[], object]) -> None
+    # type: (Sequence[DrivenMotor], Pose, Pose, Timepiece, Callable[[], object]) -> None
     """Command all joints to `q`, and wait until each has been within a count of it for 60 ms.
 
     Args:

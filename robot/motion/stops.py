@@ -18,7 +18,7 @@ MYPY = False
 if MYPY:
     from typing import Dict, List, NamedTuple, Optional, Tuple  # noqa: F401
 
-    from robot.clock import Clock  # noqa: F401
+    from robot.clock import Timepiece  # noqa: F401
     from robot.motion.arm import RobotArm  # noqa: F401
     from robot.motion.chains import Pose  # noqa: F401
     from robot.motion.interfaces import DrivenMotor  # noqa: F401
@@ -271,7 +271,7 @@ def push(arm, motor, joint, sign, force, farthest=None):
 
 
 def _kick(clock, motor, joint, sign):
-    # type: (Clock, DrivenMotor, Joint, int) -> None
+    # type: (Timepiece, DrivenMotor, Joint, int) -> None
     """Push a joint that stands, and is free to go that way, until its encoder counts.
 
     One that is blind on the way looks as if it stood at its stop, until it is to leave that; then

@@ -12,10 +12,10 @@ MYPY = False  # which a type checker takes for true
 if MYPY:
     from typing import Dict, FrozenSet, Iterable, List, Optional, Tuple  # noqa: F401
 
+    from robot.clock import Timepiece  # noqa: F401
     from robot.servoing.decision import AnyServo  # noqa: F401
     from robot.servoing.loop import RunTerms  # noqa: F401
     from robot.servoing.loss_of_sight import SightsClient  # noqa: F401
-    from robot.servoing.motion_learning import Timepiece  # noqa: F401
     from robot.servoing.run_reporter import RunReporter  # noqa: F401
     from robot.servoing.sightings import MarkerFrame, Sightings  # noqa: F401
 

@@ -28,13 +28,17 @@ MYPY = False  # which a type checker takes for true
 if MYPY:
     from typing import List, Mapping, Optional, Sequence, Tuple, Union  # noqa: F401
 
+    from robot.clock import Timepiece  # noqa: F401
     from robot.motion.arm import RobotArm  # noqa: F401
-    from robot.motion.online_trajectory import Landing, Moving  # noqa: F401
+    from robot.motion.online_trajectory import (  # noqa: F401
+        Aim,  # noqa: F401
+        Landing,
+        Moving,
+    )
     from robot.servoing.decision import AnyServo  # noqa: F401
     from robot.servoing.image_model import Pixel, Pose  # noqa: F401
     from robot.servoing.loss_of_sight import SightsClient  # noqa: F401
     from robot.servoing.measurement import Measurement  # noqa: F401
-    from robot.servoing.motion_learning import Timepiece  # noqa: F401
     from robot.servoing.run_reporter import Verdict  # noqa: F401
     from robot.servoing.sightings import MarkerFrame  # noqa: F401
     from robot.servoing.stream import Stream  # noqa: F401
@@ -280,7 +284,7 @@ class VisualServoing(object):
         return STOP if self._halt else None
 
     def _steer(self, t, q):
-        # type: (float, Pose) -> object
+        # type: (float, Pose) -> Aim
         """The same of a chase: where the joints should be, None to come to rest, or STOP."""
         self._sightings.history.add(t, q)
         if self._halt:

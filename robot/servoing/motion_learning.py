@@ -7,19 +7,13 @@ from robot.servoing.linear_algebra import apart
 
 MYPY = False  # which a type checker takes for true
 if MYPY:
-    from typing import Deque, Dict, Iterable, Iterator, Optional, Protocol, Tuple  # noqa: F401
+    from typing import Deque, Dict, Iterable, Iterator, Optional, Tuple  # noqa: F401
 
+    from robot.clock import Timepiece  # noqa: F401
     from robot.servoing.decision import AnyServo  # noqa: F401
     from robot.servoing.image_model import Pose  # noqa: F401
     from robot.servoing.sightings import MarkerFrame  # noqa: F401
     from robot.servoing.stream import Stream  # noqa: F401
-
-    class Timepiece(Protocol):
-        """A Clock, or what tells the time in its stead."""
-
-        def now(self):
-            # type: () -> float
-            """Seconds."""
 
 
 LEARNING_STEP = math.radians(0.5)
