@@ -71,6 +71,7 @@ __all__ = sorted(name for names in ROOMS.values() for name in names)
 
 class _Api(types.ModuleType):
     def __getattr__(self, name):
+        # type: (str) -> object
         for room, names in ROOMS.items():
             if name in names:
                 value = getattr(importlib.import_module(room), name)
@@ -79,6 +80,7 @@ class _Api(types.ModuleType):
         raise AttributeError("robot.api has no {}; it has {}".format(name, ", ".join(__all__)))
 
     def __dir__(self):
+        # type: () -> list[str]
         return __all__
 
 

@@ -28,7 +28,7 @@ from laptop.measure.arm.emulated_table import EmulatedTable, camera_over
 from laptop.measure.arm.measured_numbers import measured, write_measured
 from laptop.measure.emulated_rig import EmulatedRig
 from laptop.record.figures import line_accuracy
-from robot.driver import LINES
+from robot.drawing_commands import LINES
 from shared.arm_description import Arm, ArmError, Joint, find_arm, read_arm
 from shared.ini import with_values
 

@@ -28,7 +28,7 @@ from laptop.emulator.device.masses import weighed
 from laptop.emulator.device.plant_constants import CPU, read_plant
 from laptop.emulator.rig import Rig
 from laptop.record.figures import line_accuracy
-from robot.driver import LINES
+from robot.drawing_commands import LINES
 from robot.motion import kinematics, paths, trajectory
 from shared.arm_description import Arm, find_arm, read_arm
 

@@ -80,7 +80,7 @@ class JumpingClock(object):
         self._laps = laps
         self._t = 100.0
         self.tick = None  # type: Optional[str]
-        self.on_jump = lambda seconds: None
+        self.on_jump = lambda seconds: None  # type: Callable[[float], object]
 
     def now(self):
         # type: () -> float

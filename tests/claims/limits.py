@@ -7,7 +7,7 @@ from typing import Any
 
 from laptop.bench.bench import BenchRecord, BenchTable
 from laptop.bench.draw import DrawCase, DrawResult, draw
-from robot.driver import LINES
+from robot.drawing_commands import LINES
 
 LIMITS = (
     ("as described", "backlash=2", 2.0),

@@ -39,7 +39,8 @@ from laptop.measure.demo.processes import (
 from laptop.measure.demo.truth import run_of_goal
 from laptop.system import platforms
 from robot.clock import Clock
-from robot.tracking_client import Memory, TrackingClient
+from robot.tracker_address import Memory
+from robot.tracking import TrackingClient
 from shared.arm_description import Arm, ArmError, find_arm, read_arm
 from shared.pairing import read_code
 from shared.state import ARM, STATE
