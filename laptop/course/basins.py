@@ -42,8 +42,10 @@ def basin(
 
     Args:
         method: newton_inverse or broyden_inverse.
-        goal: cm.
-        shoulders, elbows: angles of the starts, rad, n and m of them.
+        arm: planar arm of two links.
+        goal: where the tip is to go, (x, y), cm.
+        shoulders: first joint's angles of the starts, rad, (n,).
+        elbows: second joint's angles of the starts, rad, (m,).
 
     Returns:
         Which elbow was found, +1 up, -1 down, 0 none; and the number of steps; m x n each.
@@ -65,6 +67,8 @@ def draw_basins(arm: Arm, goal: Sequence[float], count: int = 61) -> bytes:
     """Return both methods' basins side by side, as PNG.
 
     Args:
+        arm: planar arm of two links.
+        goal: where the tip is to go, (x, y), cm.
         count: starts along each side.
     """
     angles = np.radians(np.linspace(-180, 180, count))

@@ -41,7 +41,8 @@ def render_guide(arm: Arm, arm_file: str) -> str:
     """Return the guide of an arm as the text of an HTML file.
 
     Args:
-        arm_file: as people name it.
+        arm: the arm to be built.
+        arm_file: path of its file, as people write it.
     """
     is_own = not comes_along(arm)
     links = [(joint.name, lego.link_of(joint.link)) for joint in moving(arm)]

@@ -344,7 +344,8 @@ def camera_height(arm: Arm, angle: float = VIEW_ANGLE) -> float:
     """Return how high above the marker a camera sees all its places, mm, with a tenth to spare.
 
     Args:
-        angle: how wide it sees, rad.
+        arm: the arm that is watched.
+        angle: the camera's field of view, rad.
     """
     x0, y0, x1, y1 = workspace(arm)
     width = max(x1 - x0, (y1 - y0) * 4 / 3)

@@ -87,6 +87,7 @@ def run(script: Path, plant: str = "", scene: str | None = None) -> TrialRun:
     """Run a script on an emulated brick.
 
     Args:
+        script: path of the script.
         plant: constants as `simulate --plant` takes them.
         scene: as `simulate --scene` takes it; None: nobody watches.
 

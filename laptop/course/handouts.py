@@ -105,7 +105,8 @@ def write_handouts(folder: Path, solutions: bool = False) -> list[Path]:
     """Put pages and skeletons into a folder; no file that is there is touched.
 
     Args:
-        solutions: those, too, in a folder of their own.
+        folder: where they go; made if need be.
+        solutions: whether the solutions are written, too, in a folder of their own.
 
     Returns:
         The new files.

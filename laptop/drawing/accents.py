@@ -23,7 +23,7 @@ class Accent:
 
 
 def ring(x: float, y: float, radius: float, points: int) -> tuple[tuple[float, float], ...]:
-    """A circle of so many straight pieces around (x, y)."""
+    """Return a circle of straight pieces around (x, y)."""
     turns = [2 * math.pi * k / points for k in range(points + 1)]
     return tuple((x + radius * math.cos(a), y + radius * math.sin(a)) for a in turns)
 
@@ -57,7 +57,7 @@ ACCENTS = {
 
 
 def accent_strokes(mark: str, letter: list[np.ndarray]) -> list[np.ndarray]:
-    """The strokes (n, 2) of an accent, one of ACCENTS, where it belongs on a letter's strokes."""
+    """Return the strokes (n, 2) of an accent of ACCENTS, placed on a letter's strokes."""
     accent = ACCENTS[mark]
     if not letter:
         return []

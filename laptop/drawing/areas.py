@@ -29,11 +29,12 @@ class TooTangled(Exception):
 
 
 def area_of(contours: Sequence[np.ndarray], is_even_odd: bool) -> BaseGeometry:
-    """The area that closed contours (n, 2) surround; open ones are closed.
+    """Return the area inside closed contours (n, 2); open ones are closed.
 
     Args:
-        is_even_odd: whether where they overlap is inside and outside by turns; else all is inside
-            around which they wind (SVG 1.1, `fill-rule`).
+        contours: closed or open lines, each (n, 2).
+        is_even_odd: whether overlaps are inside and outside by turns; else all is inside around
+            which the contours wind (SVG 1.1, `fill-rule`).
 
     Raises:
         TooTangled: See there.
@@ -65,7 +66,7 @@ def _lines(rings: Sequence[np.ndarray]) -> list[BaseGeometry]:
 
 
 def _winding(ring: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """How often a closed ring (n, 2) winds around each of points (m, 2), anticlockwise: (m,).
+    """Return the winding number of a closed ring (n, 2) at points (m, 2), anticlockwise: (m,).
 
     By the edges that a ray to the right crosses: upwards and downwards.
     """
@@ -78,7 +79,7 @@ def _winding(ring: np.ndarray, points: np.ndarray) -> np.ndarray:
 
 
 def widened(area: BaseGeometry) -> BaseGeometry:
-    """The area and what is within EDGE of it: a line along its edge is inside."""
+    """Return the area grown by EDGE, so that a line along its edge is inside."""
     if area.is_empty:
         return area
     x0, y0, x1, y1 = area.bounds
@@ -86,7 +87,7 @@ def widened(area: BaseGeometry) -> BaseGeometry:
 
 
 def outlines(area: BaseGeometry) -> list[np.ndarray]:
-    """The closed lines (n, 2) around an area and its holes."""
+    """Return the closed boundary lines (n, 2) of an area and its holes."""
     found = []
     for part in shapely.get_parts(area):
         if isinstance(part, shapely.Polygon) and not part.is_empty:
@@ -96,7 +97,7 @@ def outlines(area: BaseGeometry) -> list[np.ndarray]:
 
 
 def cut_at(points: np.ndarray, area: BaseGeometry) -> list[np.ndarray]:
-    """The parts of a line through points (n, 2) that are in an area, in order, each (m, 2).
+    """Return the parts of a line through points (n, 2) inside an area, in order, each (m, 2).
 
     A closed line of which its begin is inside, and another part outside, begins elsewhere.
     """
@@ -133,7 +134,7 @@ def cut_at(points: np.ndarray, area: BaseGeometry) -> list[np.ndarray]:
 def _spans(
     segment: BaseGeometry, area: BaseGeometry, begin: np.ndarray, end: np.ndarray
 ) -> list[np.ndarray]:
-    """The parts (2, 2) of a segment in an area, from its begin on; its ends stay as they are."""
+    """Return the parts (2, 2) of a segment inside an area, in order; its ends stay exact."""
     way = end - begin
     found = []
     for part in shapely.get_parts(segment.intersection(area)):
@@ -150,9 +151,10 @@ def _spans(
 
 
 def hatching(area: BaseGeometry, angle: float, distance: float) -> list[np.ndarray]:
-    """Straight lines (2, 2) in an area, side by side, to and fro.
+    """Return the hatching of an area: parallel lines (2, 2), in alternating direction.
 
     Args:
+        area: what is hatched.
         angle: of the lines from x, rad.
         distance: from line to line; all areas have theirs at the same places.
     """

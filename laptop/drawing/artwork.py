@@ -49,7 +49,7 @@ class Artwork:
     colours: tuple[str, ...] = ()
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Least and greatest x, y of all strokes, cm: two arrays (2,).
+        """Return the least and greatest x, y of all strokes, cm: two arrays (2,).
 
         Raises:
             BadArtwork: There is no stroke.
@@ -57,16 +57,16 @@ class Artwork:
         return bounds(self.strokes, self.name)
 
     def points(self) -> int:
-        """How many points all strokes have together."""
+        """Return the number of points of all strokes."""
         return sum(len(stroke) for stroke in self.strokes)
 
     def length(self) -> float:
-        """Length of all strokes together, cm; ways between them do not count."""
+        """Return the length of all strokes, cm, without the pen-up ways between them."""
         return sum(stroke_length(stroke) for stroke in self.strokes)
 
 
 def bounds(strokes: Iterable[np.ndarray], name: str = "it") -> tuple[np.ndarray, np.ndarray]:
-    """Least and greatest x, y of strokes (n, 2): two arrays (2,), in the strokes' unit.
+    """Return the least and greatest x, y of strokes (n, 2): two arrays (2,), in their unit.
 
     Raises:
         BadArtwork: There is no stroke.
@@ -79,17 +79,17 @@ def bounds(strokes: Iterable[np.ndarray], name: str = "it") -> tuple[np.ndarray,
 
 
 def stroke_length(stroke: np.ndarray) -> float:
-    """Length of a stroke (n, 2), in its unit."""
+    """Return the length of a stroke (n, 2), in its unit."""
     return float(np.hypot(*np.diff(stroke, axis=0).T).sum())
 
 
 def is_dot(stroke: np.ndarray) -> bool:
-    """Whether a stroke (n, 2), cm, is a dash no longer than DOT, which stays so long."""
+    """Return whether a stroke (n, 2), cm, is a dot: a dash no longer than DOT, never scaled."""
     return len(stroke) == 2 and stroke_length(stroke) <= 1.001 * DOT
 
 
 def turns(stroke: np.ndarray) -> np.ndarray:
-    """By how much a stroke (n, 2) turns at each inner point, rad, unsigned: (n - 2,).
+    """Return the unsigned turning angles of a stroke (n, 2) at its inner points, rad: (n - 2,).
 
     Points that follow each other must differ.
     """

@@ -32,7 +32,7 @@ GRID_SPACING = 1.0
 
 
 def draw_card(name: str, size: float = 8.0, arm: Arm | None = None) -> Artwork:
-    """The Artwork of a test card.
+    """Return the Artwork of a test card.
 
     Args:
         name: one of CARDS, or "reach".
@@ -82,7 +82,7 @@ def _circles(size: float) -> Iterator[np.ndarray]:
 
 
 def _iso9283(size: float) -> Iterator[np.ndarray]:
-    """Poses P1 (the middle) and P2 to P5, on the diagonals, a tenth of their length from the ends.
+    """Return poses P1 (the middle) and P2 to P5 on the diagonals, a tenth of these from their ends.
 
     The large circle's diameter is 0.8 of the side, the small one's a tenth of that.
     """
@@ -115,7 +115,7 @@ def _circle(centre: np.ndarray, radius: float) -> np.ndarray:
 
 
 def reach_card(arm: Arm, margin: float = MARGIN) -> Artwork:
-    """The boundary of what the tip reaches on the paper, drawn at a margin inside of it.
+    """Return the boundary of the tip's reach on the paper, drawn at a margin inside of it.
 
     Its strokes are in the arm's own frame, x forward and y left, cm: they are drawn where they are,
     not placed. Every point of them, and all around it within 0.8 margins, can be reached.
@@ -162,7 +162,7 @@ def _has_room(arm: Arm, point: np.ndarray, radius: float) -> bool:
 
 
 def _boundary_curves(arm: Arm) -> Iterator[np.ndarray]:
-    """Curves (n, 2), cm, of which the boundary of the reach is a part.
+    """Return curves (n, 2), cm, that contain the boundary of the reach.
 
     It is where a joint is at a limit, or the arm is stretched out or folded: only there can the tip
     not go on in some direction (Craig, Introduction to Robotics, section 4.2).
@@ -183,7 +183,7 @@ def _boundary_curves(arm: Arm) -> Iterator[np.ndarray]:
 
 
 def _spatial_curves(arm: Arm) -> Iterator[np.ndarray]:
-    """Arcs around the base where the reach begins or ends, and lines where the base does."""
+    """Return arcs around the base at the ends of the reach, and lines at the base's limits."""
     base = arm.joints[0]
     far = sum(joint.link for joint in arm.joints[1:])
     middle = (base.lower + base.upper) / 2
@@ -204,5 +204,5 @@ def _spatial_curves(arm: Arm) -> Iterator[np.ndarray]:
 
 
 def _angles(lower: float, upper: float) -> np.ndarray:
-    """Angles from one limit to the other, 2 degrees apart at most."""
+    """Return angles from one limit to the other, at most 2 degrees between neighbours."""
     return np.linspace(lower, upper, max(2, math.ceil(math.degrees(upper - lower) / 2) + 1))

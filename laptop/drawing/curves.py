@@ -40,11 +40,11 @@ class Straight:
     points: np.ndarray
 
     def mapped(self, affine: np.ndarray) -> Straight:
-        """What an affine map (2, 3) makes of it."""
+        """Return the piece under an affine map (2, 3)."""
         return Straight(_apply(affine, self.points))
 
     def hull(self) -> np.ndarray:
-        """Points (n, 2) around all of it."""
+        """Return points (n, 2) whose convex hull holds the piece."""
         return self.points
 
 
@@ -55,15 +55,15 @@ class Bezier:
     control: np.ndarray
 
     def mapped(self, affine: np.ndarray) -> Bezier:
-        """What an affine map (2, 3) makes of it."""
+        """Return the curve under an affine map (2, 3)."""
         return Bezier(_apply(affine, self.control))
 
     def hull(self) -> np.ndarray:
-        """Points (n, 2) around all of it."""
+        """Return points (n, 2) whose convex hull holds the curve."""
         return self.control
 
     def at(self, t: np.ndarray) -> np.ndarray:
-        """Points (n, 2) at parameters t (n,) from 0 to 1, by de Casteljau."""
+        """Return points (n, 2) at parameters t (n,) from 0 to 1, by de Casteljau's algorithm."""
         points = np.repeat(self.control[:, None, :], len(t), axis=1)
         while len(points) > 1:
             points = points[:-1] + (points[1:] - points[:-1]) * t[None, :, None]
@@ -81,7 +81,7 @@ class Elliptic:
     sweep: float
 
     def mapped(self, affine: np.ndarray) -> Elliptic:
-        """What an affine map (2, 3) makes of it."""
+        """Return the arc under an affine map (2, 3)."""
         turned = affine[:, :2]
         return Elliptic(
             *(_apply(affine, self.centre), turned @ self.u, turned @ self.v),
@@ -89,12 +89,12 @@ class Elliptic:
         )
 
     def hull(self) -> np.ndarray:
-        """Points (n, 2) around all of it."""
+        """Return points (n, 2) whose convex hull holds the arc."""
         corners = np.array([[1, 1], [1, -1], [-1, 1], [-1, -1]])
         return self.centre + corners @ np.array([self.u, self.v])
 
     def at(self, t: np.ndarray) -> np.ndarray:
-        """Points (n, 2) at parameters t (n,) from 0 to 1."""
+        """Return points (n, 2) at parameters t (n,) from 0 to 1."""
         angle = self.begin + self.sweep * t
         return self.centre + np.outer(np.cos(angle), self.u) + np.outer(np.sin(angle), self.v)
 
@@ -107,10 +107,11 @@ def _apply(affine: np.ndarray, points: np.ndarray) -> np.ndarray:
 
 
 def flatten(pieces: Sequence[Piece], tolerance: float) -> np.ndarray:
-    """One stroke, points (n, 2), of pieces that follow each other.
+    """Return one stroke, points (n, 2), of consecutive pieces.
 
     Args:
-        tolerance: how far a curve may be from its chords, in the unit of the pieces.
+        pieces: consecutive pieces, each from where the last one ends.
+        tolerance: greatest distance of a curve from its chords, in the unit of the pieces.
 
     Returns:
         Points no two of which in a row are the same; a single one where nothing has a length.
@@ -123,7 +124,7 @@ def flatten(pieces: Sequence[Piece], tolerance: float) -> np.ndarray:
 
 
 def without_repeats(points: np.ndarray, least: float = 0.0) -> np.ndarray:
-    """Points (n, 2) without those that are where the one before is, or nearer than `least`.
+    """Return points (n, 2) without those within `least` of the one before.
 
     The first and the last stay as they are, so that a ring stays closed.
     """
@@ -135,7 +136,7 @@ def without_repeats(points: np.ndarray, least: float = 0.0) -> np.ndarray:
 
 
 def curve_points(curve: Bezier | Elliptic, tolerance: float) -> np.ndarray:
-    """Points (n, 2) along a curve, ends included: each turns by at most SMOOTH_TURN degrees.
+    """Return points (n, 2) along a curve, ends included; each turns by SMOOTH_TURN at most.
 
     A cusp stays a corner, and so does a bend too tight for the tolerance. Where a curve bends
     slowly, what counts is that a chord of length c over a turn of a is off it by c a / 8.
@@ -162,7 +163,7 @@ def curve_points(curve: Bezier | Elliptic, tolerance: float) -> np.ndarray:
 
 
 def _shape(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Chords' lengths (n - 1,) and the unsigned turns between them (n - 2,), rad."""
+    """Return the chords' lengths (n - 1,) and the unsigned turns between them (n - 2,), rad."""
     steps = np.diff(points, axis=0)
     return np.hypot(*steps.T), np.abs(_angle(steps[:-1], steps[1:]))
 
@@ -187,13 +188,14 @@ LONG_SIDE = 2.2
 
 
 def rounded(points: np.ndarray, corner: float, tolerance: float) -> np.ndarray:
-    """A smooth curve through points (n, 2) that were set sparsely; corners stay.
+    """Return a smooth curve through sparse points (n, 2); corners stay.
 
     Cubic pieces meet with one direction at each point: across from neighbour to neighbour, as a
     circle through the three has it.
 
     Args:
-        corner: what turns by more, rad, is a corner.
+        points: (n, 2).
+        corner: turning angle above which a point is a corner, rad.
         tolerance: of the points that are returned, see `curve_points`.
     """
     points = without_repeats(points)
@@ -219,13 +221,13 @@ def rounded(points: np.ndarray, corner: float, tolerance: float) -> np.ndarray:
 
 
 def _cubics(control: np.ndarray, t: np.ndarray) -> np.ndarray:
-    """Points (m, n, 2) of cubic curves (m, 4, 2) at parameters t (n,)."""
+    """Return points (m, n, 2) of cubic curves (m, 4, 2) at parameters t (n,)."""
     weights = np.stack([(1 - t) ** 3, 3 * t * (1 - t) ** 2, 3 * t**2 * (1 - t), t**3])
     return np.einsum("kn,mkc->mnc", weights, control)
 
 
 def _counts(control: np.ndarray, far: np.ndarray, tolerance: float) -> np.ndarray:
-    """How many equal steps of the parameter each of short cubics (m, 4, 2) needs: (m,).
+    """Return the number of equal parameter steps that each short cubic (m, 4, 2) needs: (m,).
 
     As many as where it bends most: looked at in eight steps.
     """
@@ -240,7 +242,7 @@ def _counts(control: np.ndarray, far: np.ndarray, tolerance: float) -> np.ndarra
 def _directions(
     chord: np.ndarray, far: np.ndarray, corner: float, is_closed: bool
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Directions (n, 2) in which a smooth curve begins and ends each chord of a length (n,)."""
+    """Return the curve's directions (n, 2) at both ends of each chord, given its length (n,)."""
     leaving, arriving = chord.copy(), chord.copy()
     before = np.arange(len(chord) - (not is_closed))
     after = (before + 1) % len(chord)
@@ -257,6 +259,6 @@ def _directions(
 
 
 def _angle(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Signed angles (...) from directions (..., 2) to others, rad."""
+    """Return signed angles (...) from directions (..., 2) to others, rad."""
     cross = first[..., 0] * second[..., 1] - first[..., 1] * second[..., 0]
     return np.arctan2(cross, (first * second).sum(axis=-1))

@@ -8,5 +8,5 @@ GALLERY = Path(__file__).parent / "gallery"
 
 
 def gallery() -> tuple[str, ...]:
-    """Names of the drawings that come along, in their order."""
+    """Return the names of the bundled drawings, in their order."""
     return tuple(sorted(path.stem for path in GALLERY.glob("*.svg")))

@@ -73,7 +73,7 @@ SMALL, RAISED, SUNK = 0.58, 0.42 * CAPITALS, -0.2 * CAPITALS
 
 @cache
 def font(name: str) -> dict[str, Glyph]:
-    """All letters of one of the library's fonts."""
+    """Return all letters of one of the library's fonts."""
     library = HersheyFonts()
     library.load_default_font(name)
     found = {}
@@ -87,7 +87,7 @@ def font(name: str) -> dict[str, Glyph]:
 
 
 def glyph(name: str, character: str) -> Glyph | None:
-    """A letter without accents, None where neither the font nor another one has it.
+    """Return a letter without accents; None where no font has it.
 
     Args:
         name: of the library's font.
@@ -124,12 +124,12 @@ def _made(name: str, character: str) -> Glyph:
 
 
 def undotted(strokes: list[np.ndarray]) -> list[np.ndarray]:
-    """An i or j without its dot."""
+    """Return an i or j without its dot."""
     return [stroke for stroke in strokes if stroke[:, 1].min() < 0.72 * CAPITALS]
 
 
 def _other(character: str) -> Glyph | None:
-    """A letter that is the same in all fonts."""
+    """Return a letter that is the same in all fonts; None where there is none."""
     for first, last, begin in (("Α", "Ω", "A"), ("α", "ω", "a")):
         if first <= character <= last:
             place = ord(character) - ord(first)
@@ -155,7 +155,7 @@ def _other(character: str) -> Glyph | None:
 
 
 def _small(name: str, character: str) -> Glyph | None:
-    """A fraction, or what stands high or low, of small letters of the font."""
+    """Return a fraction, superscript or subscript, in small letters of the font."""
     kind, *codes = unicodedata.decomposition(character).split() or [""]
     text = "".join(chr(int(code, 16)) for code in codes) if kind.startswith("<") else ""
     above, slash, below = text.partition("\u2044")
@@ -168,7 +168,7 @@ def _small(name: str, character: str) -> Glyph | None:
 
 
 def _row(name: str, text: str, y: float) -> Glyph | None:
-    """Small letters side by side."""
+    """Return small letters side by side."""
     found: list[Glyph | None] = []
     for character in text:
         one = glyph(name, character)

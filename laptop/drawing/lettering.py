@@ -102,7 +102,7 @@ class _Line:
 
 
 def write_text(text: str, how: Lettering | None = None, name: str = "") -> Artwork:
-    """The Artwork of a text: its last baseline is at y = 0, and its box begins at x = 0.
+    """Return the Artwork of a text: last baseline at y = 0, left edge of its box at x = 0.
 
     Args:
         text: its lines are ended by newlines.
@@ -154,13 +154,13 @@ def _line(text: str, how: Lettering, lacking: list[str]) -> _Line:
 
 
 def _shown(text: str) -> str:
-    """A text with every space as a plain one, and without what has neither ink nor width."""
+    """Return a text with plain spaces, and without characters that have neither ink nor width."""
     kinds = ((c, unicodedata.category(c)) for c in text if not IGNORED.match(c))
     return "".join(" " if kind == "Zs" else c for c, kind in kinds if kind != "Cf")
 
 
 def _characters(text: str) -> list[str]:
-    """The letters of a text, each with the accents that follow it."""
+    """Return the letters of a text, each with the accents that follow it."""
     found: list[str] = []
     for character in unicodedata.normalize("NFC", text):
         if found and unicodedata.combining(character):
@@ -171,7 +171,7 @@ def _characters(text: str) -> list[str]:
 
 
 def _letters(font: str, character: str) -> list[_Letter]:
-    """A letter, or those that Unicode says are the same but for their dress; none that lacks."""
+    """Return a letter, or its Unicode compatibility equivalents; none that a font lacks."""
     own = _letter(font, character)
     if own is not None:
         return [own]
@@ -182,7 +182,7 @@ def _letters(font: str, character: str) -> list[_Letter]:
 
 @cache
 def _letter(font: str, character: str) -> _Letter | None:
-    """One letter, with its accents on; None where the font lacks it."""
+    """Return one letter with its accents; None where the font lacks it."""
     base, marks = character, ""
     drawn = glyph(FONTS[font], character) if len(character) == 1 else None
     if drawn is None:

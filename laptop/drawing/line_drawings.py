@@ -50,7 +50,7 @@ class InkMask:
 
 
 def ink_of(grey: np.ndarray) -> InkMask:
-    """Where a picture (height, width) uint8 has ink."""
+    """Return the ink mask of a picture (height, width) uint8."""
     side = max(grey.shape)
     darkness = _darkness(grey)
     sure = max(_threshold(darkness), SURE_INK)
@@ -66,7 +66,7 @@ def ink_of(grey: np.ndarray) -> InkMask:
 
 
 def _darkness(grey: np.ndarray) -> np.ndarray:
-    """The share of the paper's light that is taken away, 0 to 1."""
+    """Return the share of the paper's light that is absorbed, 0 to 1."""
     reach = max(3, max(grey.shape) // PAPER) | 1
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (reach, reach))
     # What is brighter than its surroundings by noise alone is no paper: it is smoothed before.
@@ -77,7 +77,7 @@ def _darkness(grey: np.ndarray) -> np.ndarray:
 
 
 def _threshold(darkness: np.ndarray) -> float:
-    """What parts ink from paper best (Otsu 1979), of what is not plain paper."""
+    """Return Otsu's threshold (1979) between ink and paper, plain paper left out."""
     some = darkness[darkness > LEAST_INK / 2]
     if not len(some):
         return 1.0
@@ -86,7 +86,7 @@ def _threshold(darkness: np.ndarray) -> float:
 
 
 def centre_lines(grey: np.ndarray) -> list[np.ndarray]:
-    """The lines of a drawing (height, width) uint8 along their middles: each (n, 2) of x, y, px.
+    """Return the centre lines of a drawing (height, width) uint8: each (n, 2) of x, y, px.
 
     They run from end to end, or round; where lines cross, each goes on as straight as it can.
     """
@@ -113,7 +113,7 @@ def centre_lines(grey: np.ndarray) -> list[np.ndarray]:
 
 
 def _without_bridges(ways: list[Way], places: list[np.ndarray], wide: list[float]) -> list[Way]:
-    """The ways, where nodes that a line's width joins are one: lines crossed there aslant."""
+    """Return the paths with nodes merged that lie within a line's width: oblique crossings."""
     one = list(range(len(places) + 1))
 
     def root(node: int) -> int:
@@ -136,7 +136,7 @@ def _without_bridges(ways: list[Way], places: list[np.ndarray], wide: list[float
 
 
 def _joined(ways: list[Way], places: list[np.ndarray]) -> list[np.ndarray]:
-    """Ways between nodes as long lines, each of which goes on at a node as straight as it can."""
+    """Return paths joined to long lines, each continued at a node by the straightest path."""
     at: dict[int, list[tuple[int, int]]] = {}
     for k, (_, ends) in enumerate(ways):
         for side in (0, 1):
@@ -175,13 +175,13 @@ def _joined(ways: list[Way], places: list[np.ndarray]) -> list[np.ndarray]:
 
 
 def _direction(pixels: Sequence[tuple[int, int]], place: np.ndarray) -> np.ndarray:
-    """In which direction a way leaves a node."""
+    """Return the direction in which a path leaves a node."""
     ahead = np.array(pixels[: 2 * LOOK][-LOOK:], float).mean(axis=0) - place
     return ahead / max(float(np.hypot(*ahead)), 1e-9)
 
 
 def _ways(thin: np.ndarray, nodes: np.ndarray) -> list[Way]:
-    """Chains of pixels (x, y) between nodes, and the numbers of these; 0 and 0 of a round one."""
+    """Return paths of pixels (x, y) between nodes, and their node numbers; 0, 0 for a loop."""
     untaken = Pixels(thin)
 
     def node_at(x: int, y: int, other_than: int = 0) -> int:
@@ -204,7 +204,7 @@ def _ways(thin: np.ndarray, nodes: np.ndarray) -> list[Way]:
 
 
 def is_line_drawing(grey: np.ndarray) -> bool:
-    """Whether a picture is of lines on paper: little of it is ink, and the rest is clean."""
+    """Return whether a picture is a line drawing: little ink, and clean paper elsewhere."""
     lines = ink_of(grey)
     share = lines.ink.mean()
     if not LEAST_SHARE <= share <= MOST_INK:

@@ -18,7 +18,7 @@ MEETING = 0.05
 
 
 def merged(strokes: Sequence[PlacedStroke], meeting: float = MEETING) -> list[PlacedStroke]:
-    """Strokes of which one begins where another of its layer ends, made one.
+    """Return strokes joined where one begins at another's end in the same layer.
 
     Two are joined only where one posture can draw both.  Where more than two ends meet, the line
     goes on as straight as it can.
@@ -76,7 +76,7 @@ class _Ends:
     def next(
         self, line: np.ndarray, layer: str, postures: tuple[str, ...], used: list[bool]
     ) -> tuple[int, np.ndarray] | None:
-        """(which stroke, its points from where `line` ends) that goes on best, or None."""
+        """Return (stroke number, its points from `line` on) of the best continuation, or None."""
         (x, y), (before_x, before_y) = line[-1].tolist(), line[-2].tolist()
         heading = math.atan2(y - before_y, x - before_x)
         i, j = self._cell((x, y))
@@ -120,7 +120,7 @@ class _Cell:
     def nearest(
         self, heading: float, place: tuple[float, float], meeting: float, used: list[bool]
     ) -> Iterator[_End]:
-        """The unused ends next to a direction, one on each side, that lie near enough."""
+        """Return the free ends next to a direction, one on each side, that are near enough."""
         n = len(self._ends)
         begin = bisect_left(self._ends, heading, key=lambda end: end.leaves)
         for step in (1, -1):
@@ -137,7 +137,7 @@ class _Cell:
                 k = (free + step) % n
 
     def _free(self, k: int, step: int, used: list[bool]) -> int | None:
-        """The first unused end from place k on, None where all are used."""
+        """Return the first free end from place k on; None where all are used."""
         further = self._further[step == 1]
         n = len(further)
         passed = []

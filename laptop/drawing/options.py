@@ -77,13 +77,13 @@ class DrawingOptions:
             raise BadDrawingOption(f"elbow {self.elbow!r}: give one of {', '.join(POSTURES)}")
 
     def postures(self, arm: Arm) -> tuple[str, ...]:
-        """Those that may be taken, the preferred one first."""
+        """Return the postures that may be taken, the preferred one first."""
         if self.elbow:
             return (self.elbow,)
         return POSTURES if arm.elbow == POSTURES[0] else POSTURES[::-1]
 
     def wish(self, arm: Arm) -> Wish:
-        """What of it says where the drawing comes to lie.
+        """Return the options that say where the drawing lies.
 
         Raises:
             BadDrawingOption: a height for an arm that has none.

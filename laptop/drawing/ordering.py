@@ -51,7 +51,7 @@ POSTURE_WAY = 6.0
 def ordered(
     strokes: Sequence[PlacedStroke], start: np.ndarray, most_tried: int = MOST_TRIED
 ) -> list[PlacedStroke]:
-    """Strokes in an order, and turned round, so that the ways between them are short.
+    """Return strokes reordered and reversed so that the pen-up ways between them are short.
 
     Layers stay in their order.
 
@@ -72,7 +72,7 @@ def ordered(
 
 
 def pen_up_way(strokes: Sequence[PlacedStroke]) -> float:
-    """Length of the ways between strokes, cm."""
+    """Return the length of the pen-up ways between strokes, cm."""
     ends = np.array([(a.points[-1], b.points[0]) for a, b in pairwise(strokes)])
     return float(np.hypot(*(ends[:, 1] - ends[:, 0]).T).sum()) if len(ends) else 0.0
 
@@ -106,7 +106,7 @@ def _layer_in_order(
 
 
 def _ends_of(strokes: Sequence[PlacedStroke]) -> tuple[np.ndarray, np.ndarray]:
-    """First and last points (n, 3) each; the third number keeps postures apart, cm."""
+    """Return first and last points (n, 3), cm; the third number is the posture's distance."""
     # One that any posture can draw lies with those that only the preferred one can.
     other = [stroke.postures[0] for stroke in strokes]
     base = max(set(other), key=lambda posture: (other.count(posture), posture))
@@ -142,7 +142,7 @@ def _nearest_neighbours(
 def _first_undrawn(
     tree: cv2.flann.Index, here: np.ndarray, left: np.ndarray, drawn: np.ndarray
 ) -> int:
-    """Which end that is not drawn yet is nearest; of several the first."""
+    """Return the nearest end of a stroke that is not drawn yet; of equals the first."""
     many = 4
     while True:
         found, off = _nearest(tree, here[None], min(many, len(left)))
@@ -183,7 +183,7 @@ class _Tour:
         return [self._in[stroke] >= self._n for stroke in self.order]
 
     def shorten(self, most_tried: int) -> int:
-        """Change the order until no single change gains: how many were tried."""
+        """Change the order until no single change gains; return the number of changes tried."""
         self._left = most_tried
         self._settle(self.order)
         return most_tried - self._left
@@ -212,7 +212,7 @@ class _Tour:
                     self._place[stroke] = k
 
     def length(self) -> float:
-        """Of all ways, cm."""
+        """Return the length of all pen-up ways, cm."""
         return sum(
             math.dist(self._ends[self._out_of(a)], self._ends[self._in[b]])
             for a, b in pairwise(self.order)
@@ -231,7 +231,7 @@ class _Tour:
                     waiting.append(other)
 
     def end(self, k: int) -> tuple[float, ...]:
-        """Where the tour begins (k = 0) or ends (-1): x, y, cm."""
+        """Return the tour's first (k = 0) or last (-1) end: x, y, cm."""
         stroke = self.order[k]
         return self._ends[self._in[stroke] if k == 0 else self._out_of(stroke)][:2]
 
@@ -244,7 +244,7 @@ class _Tour:
         return end - self._n if end >= self._n else end + self._n
 
     def _way(self, before: int | None, after: int | None) -> float:
-        """From one end to another, cm; 0 where the tour begins or ends."""
+        """Return the distance between two ends, cm; 0 beyond the tour's first and last."""
         if before is None or after is None:
             return 0.0
         return math.dist(self._ends[before], self._ends[after])
@@ -283,7 +283,7 @@ class _Tour:
         return [self.order[k] for k in places if 0 <= k < self._n]
 
     def _turned(self, gap: int, other_gap: int, saved: float) -> bool:
-        """2-opt: turn round what is between two gaps, if that gains."""
+        """Apply 2-opt: reverse what is between two gaps, if that gains."""
         first, last = min(gap, other_gap), max(gap, other_gap)
         self._left -= 1
         # One of the two new ways is known; the other joins what is left.
@@ -301,9 +301,11 @@ class _Tour:
         return True
 
     def _moved(self, gap: int, j: int, is_in: bool, ahead: bool, saved: float) -> bool:
-        """Or-opt: move a short part, whose end at place j comes to lie at the gap, if that gains.
+        """Apply Or-opt: move a short part so that its end at place j meets the gap, if it gains.
 
         Args:
+            gap: number of the gap in the tour.
+            j: place in the tour of the end that is moved there.
             is_in: whether that end is where the part begins, else where it ends.
             ahead: whether the end comes next after the gap, else right before its other side.
             saved: what it saves on that side, cm.
@@ -344,7 +346,7 @@ class _Tour:
 
 
 def _neighbours(ends: np.ndarray) -> list[list[int]]:
-    """Of each end the NEIGHBOURS nearest others, the nearest first."""
+    """Return the NEIGHBOURS nearest other ends of each end, the nearest first."""
     found, _ = _nearest(_tree(ends), ends, min(NEIGHBOURS + 2, len(ends)))
     return [[e for e in row if e != k] for k, row in enumerate(found.tolist())]
 
@@ -354,12 +356,12 @@ def _tree(places: np.ndarray) -> cv2.flann.Index:
 
 
 def _nearest(tree: cv2.flann.Index, places: np.ndarray, many: int) -> tuple[np.ndarray, np.ndarray]:
-    """Of each place which of the tree's are nearest, and their squared distances."""
+    """Return the nearest ends in the tree for each place, and their squared distances."""
     return tree.knnSearch(places.astype(np.float32), many, params={"checks": -1})
 
 
 def _closed_from_best(strokes: list[PlacedStroke], start: np.ndarray) -> list[PlacedStroke]:
-    """The same, closed strokes begun where that saves most of the ways to and from them."""
+    """Return the strokes, closed ones begun where that saves most of the ways to and from them."""
     out: list[PlacedStroke] = []
     for k, stroke in enumerate(strokes):
         points = stroke.points

@@ -22,7 +22,7 @@ STRIP = 256
 
 
 def read_grey(data: bytes, name: str, side: int = WORKING_SIDE) -> np.ndarray:
-    """The picture's brightness from 0 (black) to 255, (height, width) uint8, as small as is used.
+    """Return a picture's brightness, 0 (black) to 255, (height, width) uint8, reduced in size.
 
     Paper shows through what is transparent.
 
@@ -63,7 +63,7 @@ def read_grey(data: bytes, name: str, side: int = WORKING_SIDE) -> np.ndarray:
 
 
 def _turned(image: np.ndarray, orientation: int) -> np.ndarray:
-    """A picture as it is to be seen, by EXIF's number: 1 to 8."""
+    """Return a picture turned upright by its EXIF orientation, 1 to 8."""
     if orientation > 4:  # rows and columns are exchanged
         image = image.swapaxes(0, 1)
     if orientation in (3, 4, 7, 8):
@@ -74,7 +74,7 @@ def _turned(image: np.ndarray, orientation: int) -> np.ndarray:
 
 
 def _grey(image: np.ndarray) -> np.ndarray:
-    """Brightness on white paper, uint8; what is white on nothing is black on it."""
+    """Return the brightness on white paper, uint8; white on transparent becomes black on white."""
     if image.ndim == 2 and image.dtype == np.uint8:
         return image
     is_light = _is_white_on_nothing(image)
@@ -86,7 +86,7 @@ def _grey(image: np.ndarray) -> np.ndarray:
 
 
 def _is_white_on_nothing(image: np.ndarray) -> bool:
-    """Whether all that is opaque is as light as the paper, and the rest is transparent."""
+    """Return whether all opaque pixels are as light as paper and the rest is transparent."""
     if image.ndim == 2 or image.shape[2] not in (2, 4):
         return False
     most = np.iinfo(image.dtype).max

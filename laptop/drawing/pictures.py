@@ -81,7 +81,7 @@ class Tracing:
 
 
 def read_picture(data: bytes, name: str = "picture", how: Tracing | None = None) -> Artwork:
-    """The Artwork of a PNG or JPEG, on a sheet that it fills.
+    """Return the Artwork of a PNG or JPEG, on a sheet that it fills.
 
     Args:
         data: all of the file.
@@ -127,7 +127,7 @@ def read_picture(data: bytes, name: str = "picture", how: Tracing | None = None)
 
 
 def _prepared(grey: np.ndarray, smoothing: float) -> np.ndarray:
-    """Smoothed, and stretched to all tones from black to white, uint8."""
+    """Return the picture smoothed and stretched to the full range of tones, uint8."""
     if smoothing:
         grey = cv2.GaussianBlur(grey, (0, 0), max(grey.shape) / 640 * (0.3 + smoothing / 15))
     dark, light = np.percentile(grey, (1, 99))
@@ -137,7 +137,7 @@ def _prepared(grey: np.ndarray, smoothing: float) -> np.ndarray:
 
 
 def _longest(strokes: list[np.ndarray]) -> tuple[list[np.ndarray], int]:
-    """As many as are drawn, in their order, and how many are not."""
+    """Return the longest lines, in their order, and the number of lines left out."""
     spare = max(0, len(strokes) - MAX_STROKES)
     dropped = set(sorted(range(len(strokes)), key=lambda k: stroke_length(strokes[k]))[:spare])
     return [stroke for k, stroke in enumerate(strokes) if k not in dropped], spare
@@ -147,7 +147,7 @@ def _longest(strokes: list[np.ndarray]) -> tuple[list[np.ndarray], int]:
 
 
 def _outlines(grey: np.ndarray, detail: float) -> tuple[list[np.ndarray], int]:
-    """Smooth lines (n, 2), px, along the steps of brightness, and how many more there are.
+    """Return smooth lines (n, 2), px, along edges of brightness, and how many were left out.
 
     The steps are found by Canny's detector; the longest lines come first.
     """
@@ -159,7 +159,7 @@ def _outlines(grey: np.ndarray, detail: float) -> tuple[list[np.ndarray], int]:
 
 
 def _longest_smooth(chains: list[np.ndarray]) -> tuple[list[np.ndarray], int]:
-    """Smooth lines (n, 2), px, through chains of pixels, the longest first; how many more are."""
+    """Return smooth lines (n, 2), px, through chains of pixels, longest first; how many more."""
     chains = sorted(chains, key=len, reverse=True)
     lines = []
     for chain in chains[:MAX_STROKES]:
@@ -172,7 +172,7 @@ def _longest_smooth(chains: list[np.ndarray]) -> tuple[list[np.ndarray], int]:
 
 
 def _chains(edges: np.ndarray) -> list[np.ndarray]:
-    """Edge pixels that touch as chains (n, 2) of x, y; each pixel is in one chain only."""
+    """Return chains (n, 2) of touching edge pixels, x, y; each pixel is in one chain only."""
     pixels = Pixels(edges)
     found = []
     for start in sorted(pixels.left):
@@ -189,7 +189,7 @@ def _chains(edges: np.ndarray) -> list[np.ndarray]:
 
 
 def _without_steps(chain: np.ndarray) -> np.ndarray:
-    """A chain of pixels (n, 2) without the stairs that pixels make; its ends stay."""
+    """Return a chain of pixels (n, 2) without its staircase; the ends stay."""
     weights = np.exp(-0.5 * (np.arange(-REACH, REACH + 1) / 1.2) ** 2)
     weights /= weights.sum()
     if np.array_equal(chain[0], chain[-1]):
@@ -205,7 +205,7 @@ def _without_steps(chain: np.ndarray) -> np.ndarray:
 
 
 def _hatching(grey: np.ndarray, shades: int) -> list[np.ndarray]:
-    """Straight lines (2, 2), px: the darker the tone, the more directions cross there."""
+    """Return hatching lines (2, 2), px: the darker the tone, the more directions cross."""
     found = []
     distance = max(grey.shape) / HATCH_LINES
     for shade in range(shades):
@@ -215,7 +215,7 @@ def _hatching(grey: np.ndarray, shades: int) -> list[np.ndarray]:
 
 
 def _hatch(dark: np.ndarray, angle: float, distance: float) -> list[np.ndarray]:
-    """Lines (2, 2) at an angle where it is dark, px; y goes down."""
+    """Return lines (2, 2), px, at an angle across dark areas; y goes down."""
     rows, columns = dark.shape
     along = np.array([math.cos(angle), -math.sin(angle)])
     across = np.array([-along[1], along[0]])

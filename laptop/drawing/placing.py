@@ -60,7 +60,7 @@ class BadPlace(BadArtwork):
 
 
 def paper_size(text: str) -> tuple[float, float]:
-    """Width and height of a sheet by name (a5, a4, letter) or as WxH, cm.
+    """Return the width and height of a sheet, cm, by its name (a5, a4, letter) or as WxH.
 
     Raises:
         BadPlace: no such sheet.
@@ -169,7 +169,7 @@ def place(artwork: Artwork, arm: Arm, wish: Wish, postures: tuple[str, ...]) -> 
 
 
 def _scaled(shape: np.ndarray, scale: float) -> np.ndarray:
-    """A stroke (n, 2) on the table; a dot has the size of a pen's, whatever the drawing's."""
+    """Return a stroke (n, 2) scaled for the table; a dot keeps a pen's size."""
     if not is_dot(shape):
         return scale * shape
     middle = shape.mean(axis=0)
@@ -177,7 +177,7 @@ def _scaled(shape: np.ndarray, scale: float) -> np.ndarray:
 
 
 def _turn(rotate: float) -> np.ndarray:
-    """The matrix from the sheet's x (right), y (up) to the arm's, turned by `rotate` degrees."""
+    """Return the matrix from the sheet's x (right), y (up) to the arm's, at `rotate` degrees."""
     angle = math.radians(rotate + 90)
     # The sheet's right is the arm's -y.
     return np.array(
@@ -189,7 +189,7 @@ def _turn(rotate: float) -> np.ndarray:
 def _wished_scale(
     artwork: Artwork, wish: Wish, size: np.ndarray
 ) -> tuple[float | None, float | None, list[str]]:
-    """(scale or None: the largest, the greatest that is allowed or None, notes)."""
+    """Return (scale or None: the largest, the greatest allowed or None, notes)."""
     scale = wish.scale
     if wish.size is not None:
         ratios = [
@@ -257,7 +257,7 @@ class _Finder:
         self._row = len(places)
 
     def largest(self, most: float | None) -> tuple[float, np.ndarray]:
-        """(scale, centre) at which the drawing is largest."""
+        """Return (scale, centre) at which the drawing is largest."""
         top = min(most or math.inf, -2 * self._map.origin / self._extent)
         scale = self._halved(top, lambda s: self._best(s, self._centres, self._coarse))
         if scale is None:
@@ -281,7 +281,7 @@ class _Finder:
         return self._shrunk(scale, centre), centre
 
     def largest_at(self, at: np.ndarray, most: float | None) -> float:
-        """The greatest scale around a place."""
+        """Return the greatest scale around a place."""
         top = min(most or math.inf, -2 * self._map.origin / self._extent)
         scale = self._halved(top, lambda s: self._best(s, at[None] + s * self._offset, self._fine))
         if scale is None:
@@ -292,7 +292,7 @@ class _Finder:
         return self._shrunk(scale, at)
 
     def centre_for(self, scale: float) -> np.ndarray:
-        """The sheet's middle for a drawing of this scale: where most room is left around it."""
+        """Return the sheet's middle with most room around it for a drawing of this scale."""
         found = self._best(scale, self._centres + scale * self._offset, self._coarse)
         if found is not None:
             return found - scale * self._offset
@@ -323,7 +323,7 @@ class _Finder:
         return centre + np.column_stack([x.ravel(), y.ravel()])
 
     def _halved(self, top, found, bottom=None):  # type: ignore[no-untyped-def]
-        """The greatest scale for which `found` finds a place, or None."""
+        """Return the greatest scale for which `found` finds a place, or None."""
         low = bottom or LEAST_SIZE / self._extent
         if found(top) is not None:
             return top
@@ -340,7 +340,7 @@ class _Finder:
     def _best(
         self, scale: float, centres: np.ndarray, thinned: tuple[np.ndarray, np.ndarray]
     ) -> np.ndarray | None:
-        """Of the centres at which every stroke is in reach, the one amid most of them; or None."""
+        """Return the most interior centre at which every stroke is in reach, or None."""
         points, firsts = thinned
         # Most places are out by the outline alone.
         good = (self._map.at(centres[:, None, :] + scale * self._outline[None]) != 0).all(axis=1)
@@ -364,14 +364,14 @@ class _Finder:
         return centres[tied[np.argmin(np.abs(centres[tied, 1]))]]
 
     def _over_stand(self, middles: np.ndarray) -> np.ndarray:
-        """(n,): whether a sheet around these middles would lie under the arm."""
+        """Return which middles (n,) would put the sheet under the arm, bool."""
         assert self._wish.paper is not None
         half = np.array(self._wish.paper) / 2
         own = np.abs(middles @ self._turn)  # the axis, seen from the sheet
         return np.hypot(*np.maximum(own - half, 0.0).T) < STAND
 
     def _shrunk(self, scale: float, centre: np.ndarray) -> float:
-        """The scale at which all points, not only those tried, can be drawn in one posture."""
+        """Return the scale at which all points, tried or not, can be drawn in one posture."""
         for _ in range(SHRINKINGS):
             middle = centre if self._wish.at is None else centre + scale * self._offset
             tried = reach.try_strokes(
@@ -387,7 +387,7 @@ class _Finder:
 
 
 def _thinned(shapes: list[np.ndarray], cells: int) -> tuple[np.ndarray, np.ndarray]:
-    """(points (n, 2), where each stroke's begin): of each stroke one point in every cell."""
+    """Return (points (n, 2), first index of each stroke): one point a stroke in every cell."""
     extent = max(float(np.ptp(np.vstack(shapes), axis=0).max()), 1e-9)
     cell = extent / cells
     points, stroke = reach.densified(shapes, cell)

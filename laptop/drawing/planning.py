@@ -47,7 +47,7 @@ class PlannedStroke:
     cm: float
 
     def segments(self) -> int:
-        """Of how many cubics its motions are made."""
+        """Return the number of cubic segments of its motions."""
         return sum(len(motion.numbers()[1]) for motion in self.motions)
 
 
@@ -96,7 +96,7 @@ def _planned(
     height: float,
     speed: float,
 ) -> list[PlannedStroke]:
-    """The stroke, or the parts between which the pen is lifted, being too long for the brick."""
+    """Return the planned stroke; in parts with pen lifts between where it is too long for a job."""
     ways = [_tuples(reach.on_table(arm, piece, height)) for piece in pieces]
     postures = (posture, *(other for other in stroke.postures if other != posture))
     for number, own in enumerate(postures, 1):
@@ -138,7 +138,7 @@ def _tuples(points: np.ndarray) -> Piece:
 
 
 def _postures(arm: Arm, strokes: Sequence[PlacedStroke], height: float) -> list[str]:
-    """In which posture each stroke is drawn, so that the moves between them take least time.
+    """Return each stroke's posture, chosen so that the moves between strokes take least time.
 
     The shortest way through a table of strokes and postures (Viterbi 1967).
     """
@@ -177,12 +177,12 @@ def _postures(arm: Arm, strokes: Sequence[PlacedStroke], height: float) -> list[
 
 
 def _time(q: np.ndarray, there: np.ndarray, top: np.ndarray) -> float:
-    """About how long a joint move takes, s."""
+    """Return the approximate duration of a joint move, s."""
     return float((np.abs(there - q) / top).max())
 
 
 def chains(strokes: Sequence[PlannedStroke], arm: Arm, height: float) -> list[list[np.ndarray]]:
-    """Strokes as the tip is to go along them, cm, grouped by what is drawn without a lift."""
+    """Return the tip's paths, cm, grouped by what is drawn without a pen lift."""
     out: list[list[np.ndarray]] = []
     for before, stroke in zip([None, *strokes], strokes, strict=False):
         if before is None or not is_joined(before, stroke):
@@ -192,7 +192,7 @@ def chains(strokes: Sequence[PlannedStroke], arm: Arm, height: float) -> list[li
 
 
 def is_joined(stroke: PlannedStroke, after: PlannedStroke) -> bool:
-    """Whether the pen stays down from one stroke to the one after it."""
+    """Return whether the pen stays down from one stroke to the one after it."""
     ends = zip(stroke.motions[-1].end, after.motions[0].start, strict=True)
     return max(abs(a - b) for a, b in ends) <= job.JOINED
 

@@ -135,7 +135,7 @@ class DrawingPlan:
         return [f"{len(counts)} pens, in this order (strokes): {told}"]
 
     def _pens(self) -> str:
-        """How pens are changed, as a job says it."""
+        """Return the pen changes as a job states them."""
         if self.options.pens is None:
             return ""
         return "touch-up" if self.options.touch_up else "change"
@@ -218,7 +218,7 @@ def several(artwork: Artwork) -> tuple[str, ...]:
 
 
 def _layers(artwork: Artwork, kept: list[int], options: DrawingOptions) -> tuple[str, ...]:
-    """What keeps strokes apart, and in order: their layers, or their pens."""
+    """Return the strokes' groups, which stay apart and in order: layers, or pens."""
     by_colour = options.pens == "colours"
     names = artwork.colours if by_colour else artwork.layers
     layers = tuple(names[k] for k in kept) if names else ("",) * len(kept)
@@ -236,7 +236,7 @@ def _figures(laid: list[PlacedStroke] | tuple[PlacedStroke, ...]) -> Figures:
 
 
 def _chosen(artwork: Artwork, options: DrawingOptions) -> list[int]:
-    """Which of the artwork's strokes are wished, by their layers; refuses what is no drawing."""
+    """Return which strokes are wanted, by their layers; refuse what is no drawing."""
     if artwork.points() > MOST_POINTS:
         raise BadArtwork(
             f"{artwork.name}: {artwork.points()} points are more than the {MOST_POINTS} that can "

@@ -48,7 +48,7 @@ OUTLINE_PRECISION, FINER = 0.02, 4
 
 
 def preview_bytes(plan: DrawingPlan, words: Sequence[str], ending: str) -> bytes:
-    """The picture of a plan as a file, ".svg" or ".png", with lines of words over it."""
+    """Return a plan's picture as a file, ".svg" or ".png", with lines of text above it."""
     with new_figure(TALL) as figure:
         draw_preview(figure, plan, words)
         return png_of(figure) if ending == ".png" else svg(figure, transparent=False).encode()
@@ -96,13 +96,13 @@ def _in_minutes(seconds: float, _: int | None) -> str:
 
 
 def _at_once(paths: Sequence[np.ndarray]) -> list[np.ndarray]:
-    """Paths (n, 2) as one with gaps, since thousands of lines are slow to draw; none if none."""
+    """Return paths (n, 2) as one with gaps, for thousands of lines draw slowly; none if none."""
     gap = np.full((1, 2), np.nan)
     return [np.concatenate([part for path in paths for part in (path, gap)])] if paths else []
 
 
 def reach_outlines(plan: DrawingPlan) -> list[np.ndarray]:
-    """Outlines (n, 2), cm, of what the arm reaches in the postures it may take; holes turn back."""
+    """Return the outlines (n, 2), cm, of the reach in the allowed postures; holes run backwards."""
     table = reach.reach_map(plan.arm, plan.options.height, plan.options.postures(plan.arm))
     soft = cv2.GaussianBlur((table.cells > 0).astype(np.float32), (0, 0), 1.5)
     finer = np.arange(FINER * (len(soft) - 1) + 1, dtype=np.float32) / FINER

@@ -41,7 +41,7 @@ def joint_angles(
     margin: float = 0.0,
     least_singularity: float = 0.0,
 ) -> np.ndarray:
-    """Joint angles that bring the tip to each point; NaN where there are none.
+    """Return joint angles, rad, that bring the tip to each point; NaN where there are none.
 
     Args:
         arm: shared.arm_description.Arm.
@@ -79,7 +79,7 @@ def joint_angles(
 
 
 def _bend(arm: Arm, ahead: np.ndarray, height: np.ndarray, bent: int) -> list[np.ndarray]:
-    """[heading of the upper link, bend of the forearm], rad; NaN out of the links' reach."""
+    """Return [heading of the upper link, bend of the forearm], rad; NaN out of reach."""
     upper, fore = arm.joints[-2].link, arm.joints[-1].link
     hole, outer = abs(upper - fore), upper + fore
     far = np.hypot(ahead, height)
@@ -102,7 +102,7 @@ def _planar(arm: Arm, points: np.ndarray, elbow: str) -> np.ndarray:
 
 
 def _spatial(arm: Arm, points: np.ndarray, elbow: str) -> list[np.ndarray]:
-    """Facing the point, and bent over backwards to it: the elbow above is bent the other way."""
+    """Return the poses that face the point, and those bent over backwards, elbow mirrored."""
     out = np.hypot(points[:, 0], points[:, 1])
     yaw = np.arctan2(points[:, 1], points[:, 0])
     height = points[:, 2] - arm.joints[0].link
@@ -114,7 +114,7 @@ def _spatial(arm: Arm, points: np.ndarray, elbow: str) -> list[np.ndarray]:
 
 
 def singularity(arm: Arm, q: np.ndarray) -> np.ndarray:
-    """As kinematics.singularity, for poses (n, joints), rad: (n,)."""
+    """Return `kinematics.singularity` for poses (n, joints), rad: (n,)."""
     if arm.chain == "planar":
         return np.abs(np.sin(q[:, 1]))
     upper, fore = arm.joints[1].link, arm.joints[2].link
@@ -123,7 +123,7 @@ def singularity(arm: Arm, q: np.ndarray) -> np.ndarray:
 
 
 def on_table(arm: Arm, points: np.ndarray, height: float) -> np.ndarray:
-    """Points (n, 2) of the table as the arm has them: in space with their height, cm."""
+    """Return the table points (n, 2) as the arm takes them, in space with their height, cm."""
     if kinematics.coordinates(arm) == 2:
         return points
     return np.column_stack([points, np.full(len(points), height)])
@@ -132,7 +132,7 @@ def on_table(arm: Arm, points: np.ndarray, height: float) -> np.ndarray:
 def densified(
     strokes: Sequence[np.ndarray], spacing: float = SPACING
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The same lines (n, 2), cm, with points no more than `spacing` apart.
+    """Return lines (n, 2), cm, with points at most `spacing` apart.
 
     Returns:
         All points (m, 2), one stroke after the other; and the number of each one's stroke, (m,).
@@ -167,7 +167,7 @@ class Reached:
     whole: dict[str, np.ndarray]
 
     def runs(self, posture: str) -> np.ndarray:
-        """(n,): how many points from each one on, on its stroke, follow without a leap."""
+        """Return how many points follow each one on its stroke without a leap: (n,)."""
         joined = _joined(self.poses[posture], self.stroke)
         good = ~np.isnan(self.poses[posture][:, 0])
         ends = np.flatnonzero(np.append(~joined, True))
@@ -176,7 +176,7 @@ class Reached:
 
 
 def _joined(poses: np.ndarray, stroke: np.ndarray) -> np.ndarray:
-    """(n - 1,): whether the arm comes from each point to the next of the same stroke."""
+    """Return whether the arm gets from each point to the next of the same stroke: (n - 1,)."""
     with np.errstate(invalid="ignore"):
         near = (np.abs(np.diff(poses, axis=0)) <= LEAP).all(axis=1)
     return near & (np.diff(stroke) == 0)
@@ -214,7 +214,7 @@ class ReachMap:
     origin: float
 
     def at(self, points: np.ndarray) -> np.ndarray:
-        """The bits at points (..., 2), cm; 0 beyond the map."""
+        """Return the posture bits at points (..., 2), cm; 0 beyond the map."""
         size = len(self.cells)
         k = np.rint((points - self.origin) / RASTER).astype(np.int32)
         inside = ((k >= 0) & (k < size)).all(axis=-1)
@@ -229,7 +229,7 @@ def reach_map(
     margin: float = LIMIT_MARGIN,
     least_singularity: float = 0.0,
 ) -> ReachMap:
-    """Where on the table the arm can draw, and in which posture."""
+    """Return the map of where on the table the arm can draw, and in which posture."""
     _, outer = kinematics.reach(arm)
     half = int(math.ceil(outer / RASTER)) + 2
     places = np.arange(-half, half + 1) * RASTER

@@ -40,7 +40,7 @@ SMOOTHINGS = 20
 
 
 def pieces(points: np.ndarray, tolerance: float) -> list[np.ndarray]:
-    """A stroke (n, 2), cm, as smooth pieces (m, 2), m >= 2, each from where the last one ends.
+    """Return a stroke (n, 2), cm, as consecutive smooth pieces (m, 2), m >= 2.
 
     Args:
         points: from pen down to pen up.
@@ -72,7 +72,7 @@ def _dot(points: np.ndarray) -> np.ndarray:
 
 
 def _apart(points: np.ndarray) -> np.ndarray:
-    """Without points too near to those before; the first and the last are kept."""
+    """Return the points without those too near to the one before; first and last stay."""
     steps = np.hypot(*np.diff(points, axis=0).T)
     if len(steps) and steps.min() >= SAME:
         return points
@@ -91,7 +91,7 @@ def _apart(points: np.ndarray) -> np.ndarray:
 
 
 def _without_jitter(points: np.ndarray, tolerance: float) -> np.ndarray:
-    """Without corners whose absence does not show."""
+    """Return the points without corners whose absence does not show."""
     shown: np.ndarray | None = None
     for _ in range(SMOOTHINGS):
         sharp = _sharp(points, tolerance)
@@ -110,7 +110,7 @@ def _without_jitter(points: np.ndarray, tolerance: float) -> np.ndarray:
 
 
 def _sharp(points: np.ndarray, tolerance: float) -> np.ndarray:
-    """Which points are corners, (n,) bool: those of the line, and of it without its noise.
+    """Return the corners, (n,) bool: of the line, and also of the line without its noise.
 
     Without the noise's points a narrow bend would have corners; with them any line.
     """
@@ -125,7 +125,7 @@ def _sharp(points: np.ndarray, tolerance: float) -> np.ndarray:
 
 
 def _needed(points: np.ndarray, tolerance: float) -> np.ndarray:
-    """Which points Ramer, Douglas and Peucker keep: (n,) bool."""
+    """Return the points that the Ramer-Douglas-Peucker algorithm keeps: (n,) bool."""
     low = points.min(axis=0)
     own = (points - low).astype(np.float32).reshape(-1, 1, 2)
     kept = cv2.approxPolyDP(own, tolerance, False)[:, 0]
@@ -143,7 +143,7 @@ def _needed(points: np.ndarray, tolerance: float) -> np.ndarray:
 
 
 def _thinned(piece: np.ndarray, tolerance: float) -> np.ndarray:
-    """A smooth piece with as many points as its bends need; two if it is straight."""
+    """Return a smooth piece with as many points as its bends need; two if it is straight."""
     way = piece[-1] - piece[0]
     length = math.hypot(*way)
     if length > 0:
@@ -170,7 +170,7 @@ def _thinned(piece: np.ndarray, tolerance: float) -> np.ndarray:
 
 
 def _filled(points: np.ndarray, steps: np.ndarray) -> np.ndarray:
-    """With points so close together that no step is longer than 1.5 CURVE_STEP."""
+    """Return the points with more between, so that no step is longer than 1.5 CURVE_STEP."""
     counts = np.maximum(1, np.ceil(steps / (1.5 * CURVE_STEP))).astype(int)
     first = np.cumsum(counts) - counts
     share = (np.arange(counts.sum()) - np.repeat(first, counts)) / np.repeat(counts, counts)

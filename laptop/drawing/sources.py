@@ -64,7 +64,7 @@ def read_source(
     tracing: Tracing | None = None,
     is_hatched: bool = False,
 ) -> Artwork:
-    """The Artwork of a file, of what was in one, or of the gallery.
+    """Return the Artwork of a file, of a file's bytes, or of the gallery.
 
     Args:
         source: path of an SVG, packed or not, a PNG, a JPEG or a text; or all of its bytes; or the
@@ -123,7 +123,7 @@ def read_source(
 
 
 def _read(path: Path) -> tuple[bytes, Path]:
-    """What is in a file, or in a drawing of the gallery; and which file it is."""
+    """Return the bytes of a file or a bundled drawing, and its path."""
     here = _one_line(str(path))
     if path.parts[:1] in (("http:",), ("https:",)) and not path.exists():
         raise BadArtwork(f"{here}: nothing is fetched from addresses; save it, and give the file")
@@ -152,7 +152,7 @@ def _read(path: Path) -> tuple[bytes, Path]:
 
 
 def _text(data: bytes) -> str | None:
-    """A text in UTF-8, None where it is no text."""
+    """Return a text decoded from UTF-8; None where it is no text."""
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -160,7 +160,7 @@ def _text(data: bytes) -> str | None:
 
 
 def _control(text: str) -> str:
-    """The first character of a text that steers something instead of being written, or ""."""
+    """Return the first control character of a text, or ""."""
     steering = (c for c in text if unicodedata.category(c) == "Cc" and c not in "\t\r\n\f\v")
     return next(steering, "")
 

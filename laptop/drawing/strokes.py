@@ -37,7 +37,7 @@ class PlacedStroke:
     postures: tuple[str, ...]
 
     def turned_round(self) -> PlacedStroke:
-        """The same from its end."""
+        """Return the stroke drawn from its end."""
         return replace(self, points=self.points[::-1])
 
 
@@ -106,7 +106,7 @@ def cut(
 
 
 def _spans(runs: list[np.ndarray]) -> tuple[list[tuple[int, int]], list[tuple[int, int]]]:
-    """(what can be drawn, what cannot): first and last point of each, in order."""
+    """Return (reachable spans, unreachable spans): first and last point of each, in order."""
     longest = np.max(runs, axis=0)
     spans: list[tuple[int, int]] = []
     gaps: list[tuple[int, int]] = []
@@ -137,7 +137,7 @@ def _ended(
     height: float,
     postures: tuple[str, ...],
 ) -> np.ndarray:
-    """The line between two of its points, drawn on into the gaps to where the reach ends."""
+    """Return the line between two points, extended into the gaps to the edge of the reach."""
     line = dense[first : last + 1]
     for end, beyond in ((0, first - 1), (-1, last + 1)):
         if not any(begin <= beyond <= finish for begin, finish in gaps):
@@ -170,7 +170,7 @@ def _reason(arm: Arm, point: np.ndarray, height: float) -> str:
 def refusal(
     missed: tuple[Missed, ...], total: int, clipped: bool = False
 ) -> kinematics.Unreachable:
-    """The error for strokes that cannot be reached, in one line: which, how much, where.
+    """Return the error for strokes out of reach, in one line: which, how much, where.
 
     clipped: whether they were left out already, and nothing is left.
     """

@@ -60,7 +60,7 @@ class _Stroke:
 
 
 def read_svg(data: bytes, name: str = "drawing.svg", is_hatched: bool = False) -> Artwork:
-    """The Artwork of an SVG, or of one packed by gzip.
+    """Return the Artwork of an SVG, plain or compressed by gzip.
 
     Args:
         data: all of the file.
@@ -115,7 +115,7 @@ class _SvgReader:
         self.size: tuple[float, float] | None = None
 
     def artwork(self) -> Artwork:
-        """All that is drawn.
+        """Return the Artwork of the whole document.
 
         Raises:
             BadArtwork: See `read_svg`.
@@ -169,7 +169,7 @@ class _SvgReader:
             self.left_out.add("letter", letter)
 
     def _greater(self) -> float:
-        """The greater side of all that is seen, cm.
+        """Return the greater side of all visible shapes, cm.
 
         Raises:
             BadArtwork: It is too far away.
@@ -197,7 +197,7 @@ class _SvgReader:
                 yield points, stroke.layer, stroke.colour
 
     def _hatching(self, distance: float) -> Iterator[tuple[np.ndarray, str, str]]:
-        """Lines across all that is seen of areas, the closer the darker; layers and colours."""
+        """Return hatching of visible areas, denser for darker ones, with its layers and colours."""
         areas = []
         for shape, _, clips in self._areas:
             try:
@@ -225,7 +225,7 @@ class _SvgReader:
                 self.left_out.add("tangled", f"<{shape.tag}>")
 
     def _lines(self, stroke: _Stroke, tolerance: float) -> list[np.ndarray]:
-        """What is seen of a stroke, each (n, 2), cm."""
+        """Return the visible parts of a stroke, each (n, 2), cm."""
         points = flatten(stroke.pieces, tolerance)
         if len(points) == 1:
             if not stroke.has_round_ends:
@@ -246,7 +246,7 @@ class _SvgReader:
         clips: tuple[BaseGeometry, ...],
         tolerance: float,
     ) -> list[np.ndarray]:
-        """The lines around what is seen of an area."""
+        """Return the outlines of the visible part of an area."""
         lines = [flatten(pieces, tolerance) for pieces in contours]
         lines = [points for points in lines if len(points) > 1]
         try:
@@ -268,7 +268,7 @@ class _SvgReader:
     # ---- the sheet
 
     def _sheet_place(self) -> SvgPlace:
-        """From the root's coordinates to the sheet's; sets `size`."""
+        """Return the map from the root's coordinates to the sheet's; set `size`."""
         attributes = self.root.attrib
         box = self._tree.box(attributes)
         if box is not None and min(box[2:]) <= 0:
@@ -300,7 +300,7 @@ class _SvgReader:
         return SvgPlace(compose(affine, fitted), style, (box[2], box[3]), clips=clips)
 
     def _side(self, text: str | None) -> float | None:
-        """A side of the sheet, px; None where it is not said, or said in per cent."""
+        """Return a side of the sheet, px; None where it is not given, or given in per cent."""
         if text is None or text.strip() in ("", "auto") or text.strip().endswith("%"):
             return None
         try:
@@ -358,7 +358,7 @@ class _SvgReader:
         self._strokes.append(_Stroke(contours[0], place.layer, area.colour, False))
 
     def _is_wide(self, text: str, place: SvgPlace) -> bool:
-        """Whether a stroke has a width at all."""
+        """Return whether a stroke has a width at all."""
         across = float(np.hypot(*place.viewport)) / 2**0.5
         try:
             return (length(text, across, 1.0, place.font) or 0.0) > 0
@@ -366,7 +366,7 @@ class _SvgReader:
             return True  # as if it were not said: 1
 
     def _is_within(self, contours: list[list[Piece]], clips: tuple[BaseGeometry, ...]) -> bool:
-        """Whether clips take nothing away, as they mostly do not."""
+        """Return whether the clips take nothing away, as is usual."""
         hull = np.concatenate([piece.hull() for pieces in contours for piece in pieces])
         if not np.isfinite(hull).all():
             return True  # which is refused later
@@ -375,7 +375,7 @@ class _SvgReader:
 
 
 def _closed(pieces: list[Piece]) -> list[Piece]:
-    """A contour of an area, closed by a straight line; none where it surrounds nothing."""
+    """Return an area's contour, closed by a straight line; empty where it has no area."""
     hull = np.concatenate([piece.hull() for piece in pieces])
     way = hull - hull[0]
     far = way[np.argmax(np.hypot(*way.T))]

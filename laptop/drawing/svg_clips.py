@@ -36,11 +36,13 @@ Area: TypeAlias = BaseGeometry | None
 def clips_of(
     tree: SvgElements, style: Style, element: ET.Element, place: SvgPlace
 ) -> tuple[Area, ...]:
-    """What an element is clipped by besides what is around it; None is what cannot be cut.
+    """Return the areas that clip an element; None in place of one that cannot be cut.
 
     Args:
+        tree: the elements that clips and masks refer to.
         style: that names the clips: the element's own, or that of a clip of it.
-        element, place: what is clipped, and where it is.
+        element: what is clipped.
+        place: where the element is.
     """
     found: list[Area] = []
     for key, kind in (("clip-path", "clipPath"), ("mask", "mask")):
@@ -88,7 +90,7 @@ def _inside(
     kind: str,
     box: Box | None,
 ) -> Area:
-    """The area of a clip or a mask for an element; what is in it is in parts of a box, if any."""
+    """Return the area of a clip or mask for an element; in parts of `box` if its units say so."""
     place = replace(place, clips=(), opacity=1.0, uses=(*place.uses, target))
     own = tree.place(target, replace(place, style=tree.first_style))
     if own is None:
@@ -124,9 +126,10 @@ def _inside(
 
 
 def filled(shape: Shape, rule: str) -> BaseGeometry:
-    """The area that a shape fills on the sheet.
+    """Return the area on the sheet that a shape fills.
 
     Args:
+        shape: whose lines bound the area.
         rule: which property says what is inside.
 
     Raises:

@@ -103,7 +103,7 @@ class StyleSheets:
                 self._read(tinycss2.parse_rule_list(rule.content, True, True))
 
     def of(self, element: ET.Element) -> tuple[dict[str, str], dict[str, str]]:
-        """What the rules say of an element: the usual, and what is important.
+        """Return an element's declarations from the rules: the normal and the important ones.
 
         Raises:
             TooManyRules: They are more than can be tried on so many elements.
@@ -122,7 +122,7 @@ class StyleSheets:
         return usual, important
 
     def _candidates(self, wrapper: Any) -> int:
-        """How many rules the matcher tries on an element."""
+        """Return the number of rules that the matcher tries on an element."""
         by = self._matcher
         return (
             len(by.other_selectors)
@@ -163,7 +163,7 @@ Declared = tuple[dict[str, str], dict[str, str]]
 
 
 def _declared(parsed: Iterable[Any]) -> Declared:
-    """The declarations that matter and are valid: the usual, and what is important."""
+    """Return the relevant valid declarations: the normal and the important ones."""
     usual: dict[str, str] = {}
     important: dict[str, str] = {}
     for declaration in parsed:
@@ -178,7 +178,7 @@ def _declared(parsed: Iterable[Any]) -> Declared:
 
 
 def _long(name: str, value: str) -> list[tuple[str, str]]:
-    """A declaration as those of single properties."""
+    """Return a declaration as its longhand properties."""
     if name == "marker":
         return [(marker, value) for marker in MARKERS]
     if name == "font":
@@ -189,7 +189,7 @@ def _long(name: str, value: str) -> list[tuple[str, str]]:
 
 
 def _font(value: str) -> list[tuple[str, str]]:
-    """The shorthand `font`: style and weight, a size, families."""
+    """Return the longhands of the shorthand `font`: style, weight, size, families."""
     words = value.split()
     for k, word in enumerate(words):
         size = word.partition("/")[0]
@@ -206,7 +206,7 @@ def _font(value: str) -> list[tuple[str, str]]:
 
 
 def _is_valid(name: str, value: str) -> bool:
-    """Whether CSS takes this; what is not valid is as if it were not said."""
+    """Return whether CSS accepts this value; an invalid one is ignored."""
     if not value or len(value) > 100_000:
         return False
     if value in ("inherit", "initial", "unset"):
@@ -224,7 +224,7 @@ def _of_attribute(text: str) -> Declared:
 
 
 def style_of(element: ET.Element, parent: Style, sheets: StyleSheets) -> dict[str, str]:
-    """All properties of an element: its parent's where they are inherited, and its own.
+    """Return the computed style of an element: inherited properties, and its own.
 
     Its attributes weigh least, then the style sheets, then its attribute `style`, then what is
     important, in the same order.

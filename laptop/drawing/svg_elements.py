@@ -16,13 +16,13 @@ DRAWABLE = (*SHAPES, *CONTAINERS, "use", "text", "image")
 
 
 def tag_of(element: ET.Element) -> str:
-    """The name of an SVG element, "" for one of another kind."""
+    """Return the name of an SVG element, "" for one of another kind."""
     tag = element.tag
     return tag.removeprefix(SVG) if tag.startswith(SVG) or "}" not in tag else ""
 
 
 def is_for_us(element: ET.Element) -> bool:
-    """Whether it is meant for a reader of LANGUAGE, and needs no extension."""
+    """Return whether an element is meant for a reader of LANGUAGE, and needs no extension."""
     if element.get("requiredExtensions", "").strip():
         return False
     said = element.get("systemLanguage")
@@ -33,12 +33,12 @@ def is_for_us(element: ET.Element) -> bool:
 
 
 def layer_of(element: ET.Element) -> str:
-    """The name of the layer that a group is, "" where it is none."""
+    """Return the name of the layer that a group is; "" where it is none."""
     if element.attrib.get(INKSCAPE + "groupmode") != "layer":
         return ""
     return element.attrib.get(INKSCAPE + "label") or element.attrib.get("id") or "layer"
 
 
 def href_of(element: ET.Element) -> str:
-    """Where it refers to, "" for nowhere."""
+    """Return the target of an element's reference; "" for none."""
     return next((element.attrib[key] for key in HREF if key in element.attrib), "").strip()

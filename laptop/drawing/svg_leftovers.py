@@ -141,7 +141,7 @@ class Leftovers:
         return kind in self._counts
 
     def sentences(self) -> tuple[str, ...]:
-        """A sentence for each kind that there is, in the order in which they were met."""
+        """Return a sentence for each kind present, in the order of their first occurrence."""
         found = []
         for kind, count in self._counts.items():
             names = self._names[kind]
@@ -157,7 +157,7 @@ class Leftovers:
 
 
 def _shown(text: str) -> str:
-    """A text in one line, quoted, not too long."""
+    """Return a text in one line, quoted and shortened."""
     text = "".join(c if c.isprintable() else " " for c in text[: 2 * LONGEST_EXAMPLE]).strip()
     if len(text) > LONGEST_EXAMPLE:
         text = text[:LONGEST_EXAMPLE] + "..."

@@ -22,13 +22,13 @@ KEPT_STEPS = "\n\r\t"
 
 
 def words_of(element: ET.Element) -> str:
-    """A text's first words, for people."""
+    """Return a text's first words, for people."""
     words = "".join(part[:100] for part in islice(element.itertext(), 10)).split()
     return " ".join(words)
 
 
 def letters_of(tree: SvgElements, element: ET.Element, place: SvgPlace) -> list[Letter]:
-    """All letters of a `text` element that are seen."""
+    """Return all visible letters of a `text` element."""
     found: list[Letter] = []
     _collect(tree, element, place.style, place, found, False)
     while found and found[-1].text == " " and not _keeps(found[-1].style):
@@ -70,7 +70,7 @@ def _collect(
 
 
 def _parts(element: ET.Element) -> Iterator[Any]:
-    """Texts and elements of an element, in order."""
+    """Return the texts and child elements of an element, in order."""
     yield element.text or ""
     for child in element:
         yield child

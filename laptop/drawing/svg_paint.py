@@ -53,7 +53,7 @@ def reference(value: str) -> tuple[str, str] | None:
 
 @lru_cache(maxsize=4096)
 def _colour(value: str) -> tuple[float, float, float, float] | str | None:
-    """Red, green, blue, 0 to 1, and opacity; "currentcolor"; None where it is no colour."""
+    """Return red, green, blue and opacity, 0 to 1; or "currentcolor"; None if it is no colour."""
     match = LIGHT_DARK.fullmatch(value.strip())
     if match:
         parts = _halves(match[1])
@@ -66,7 +66,7 @@ def _colour(value: str) -> tuple[float, float, float, float] | str | None:
 
 
 def _halves(text: str) -> list[str]:
-    """The parts of a text between commas that are in no brackets."""
+    """Return the parts of a text between commas outside of brackets."""
     parts, depth = [""], 0
     for letter in text:
         depth += (letter == "(") - (letter == ")")
@@ -132,7 +132,7 @@ def _name_of(code: str) -> str:
 
 
 def _name(parts: Sequence[float]) -> str:
-    """A colour's name for people: a word, or #rrggbb."""
+    """Return a colour's name for people: a word, or #rrggbb."""
     return _name_of(_code(parts))
 
 

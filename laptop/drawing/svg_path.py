@@ -47,10 +47,11 @@ class BadShape(Exception):
 
 
 def path_pieces(text: str, most: int) -> Subpaths:
-    """The strokes of a path's data, in its own coordinates.
+    """Return the strokes of a path's data, in its own coordinates.
 
     Args:
-        most: so many segments it may have.
+        text: the path's data, as in the attribute `d`.
+        most: greatest number of segments.
 
     Raises:
         BadShape: It is broken, or too long.
@@ -88,10 +89,12 @@ def path_pieces(text: str, most: int) -> Subpaths:
 
 
 def _arguments(command: str, text: str, most: int) -> tuple[list[str], bool, int]:
-    """The sound numbers behind a command, whether these are all, and how many segments they make.
+    """Return a command's sound numbers, whether these are all, and the number of segments.
 
     Args:
-        most: of more segments none is returned.
+        command: letter of the command.
+        text: what stands behind it.
+        most: greatest number of segments; of more none is returned.
     """
     if command in "Zz":
         return [], not text.translate(PLAIN), 1
@@ -107,7 +110,7 @@ def _arguments(command: str, text: str, most: int) -> tuple[list[str], bool, int
 
 
 def _before_fault(text: str) -> list[str]:
-    """The numbers before the first thing that is none."""
+    """Return the numbers before the first syntax error."""
     numbers, at = [], 0
     while match := ARGUMENT.match(text, at):
         numbers.append(match[1])
@@ -192,12 +195,16 @@ class PiecePen:
 def arc_piece(
     begin: Point, rx: float, ry: float, turn: float, is_large: bool, is_swept: bool, end: Point
 ) -> Elliptic | Straight | None:
-    """An arc from point to point (SVG 1.1, appendix F.6.5): None where both are one.
+    """Return an elliptical arc (SVG 1.1, appendix F.6.5); None where both ends coincide.
 
     Args:
-        rx, ry: half axes; where they are too short for the way, they grow.
-        turn: of the first from x, degrees.
-        is_large, is_swept: which of the four arcs it is.
+        begin: first point, (x, y).
+        rx: first half axis; both grow where they are too short for the way.
+        ry: second half axis.
+        turn: of the first half axis from x, degrees.
+        is_large: whether the arc is the larger of two (large-arc-flag).
+        is_swept: whether the angle grows along the arc (sweep-flag).
+        end: last point, (x, y).
     """
     p, q = np.array(begin, float), np.array(end, float)
     if (p == q).all():
@@ -227,7 +234,7 @@ def arc_piece(
 
 
 def polyline_pieces(text: str, is_closed: bool, most: int) -> Subpaths:
-    """The stroke of a list of points.
+    """Return the stroke of a list of points.
 
     Raises:
         BadShape: It is broken, or too long.

@@ -86,4 +86,4 @@ class SvgElements(Protocol):
         """Yield what is in some elements, in the order of drawing."""
 
     def muted(self) -> AbstractContextManager[None]:
-        """While this lasts, nothing is noted as left out."""
+        """Record nothing as skipped while the block runs."""

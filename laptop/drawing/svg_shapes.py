@@ -20,7 +20,7 @@ class NoShape(Exception):
 def shape_pieces(
     tag: str, attributes: Mapping[str, str], get: Get, viewport: tuple[float, float], most: int
 ) -> Subpaths:
-    """The strokes of a shape, each as pieces that follow each other, in its own coordinates, px.
+    """Return the strokes of a shape as consecutive pieces, in its own coordinates, px.
 
     Args:
         tag: one of svg_elements.SHAPES.
@@ -56,7 +56,7 @@ def shape_pieces(
 
 
 def _radii(get: Get, across: float, down: float) -> tuple[float, float]:
-    """Both radii of an ellipse or of corners; where one is not said, it is as the other."""
+    """Return both radii of an ellipse or of corners; one that is not given equals the other."""
     rx, ry = (get(key, whole) for key, whole in (("rx", across), ("ry", down)))
     rx, ry = (None if r is None or r < 0 else r for r in (rx, ry))
     return (ry if rx is None else rx) or 0.0, (rx if ry is None else ry) or 0.0

@@ -70,7 +70,7 @@ class Letter:
     turn: float = 0.0
 
     def is_alone(self) -> bool:
-        """Whether it has a place of its own."""
+        """Return whether it has a place of its own."""
         return not (self.x is self.y is None and self.dx == self.dy == self.turn == 0)
 
 
@@ -123,7 +123,7 @@ class Layout:
         return found
 
     def _run(self, run: Sequence[Letter]) -> tuple[Subpaths, float]:
-        """Letters in one style from the origin on, and how far they go, px."""
+        """Return letters of one style, set from the origin, and their advance, px."""
         style, size = run[0].style, run[0].size
         text = "".join(letter.text for letter in run)
         file = find_font(style["font-family"], style["font-style"], style["font-weight"])
@@ -156,7 +156,7 @@ class Layout:
 
 
 def _chunks(letters: Iterable[Letter]) -> list[list[Letter]]:
-    """Letters from one place that is given to the next."""
+    """Return the groups of letters between positions that are given."""
     found: list[list[Letter]] = []
     for letter in letters:
         if not found or letter.x is not None or letter.y is not None:
@@ -166,7 +166,7 @@ def _chunks(letters: Iterable[Letter]) -> list[list[Letter]]:
 
 
 def _runs(letters: Sequence[Letter]) -> list[list[Letter]]:
-    """Letters that are set together: in one style, none but the first with a place of its own."""
+    """Return letters grouped for shaping: one style, a given place only at the first."""
     found: list[list[Letter]] = []
     for letter in letters:
         last = found[-1][-1] if found else None
@@ -187,7 +187,7 @@ def _spacing(text: str, size: float) -> float:
 
 
 def _raised(style: Style, size: float) -> float:
-    """How far letters are above the text's line, px."""
+    """Return the baseline shift of letters, px, upwards."""
     line = style["dominant-baseline"]
     lower = {"middle": MIDDLE, "central": CENTRAL, "hanging": HANGING}.get(line, 0.0)
     if line in ("text-before-edge", "text-top"):
@@ -240,7 +240,7 @@ def _font(path: str) -> uharfbuzz.Font:
 
 @lru_cache(maxsize=4096)
 def _glyph(path: str, number: int) -> Subpaths:
-    """The outlines of a glyph, in units of its font, y upwards."""
+    """Return the outlines of a glyph, in units of its font, y upwards."""
     pen = PiecePen()
     _font(path).draw_glyph_with_pen(number, pen)
     return pen.subpaths()

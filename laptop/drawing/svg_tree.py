@@ -228,7 +228,7 @@ class SvgTree:
 
     @contextmanager
     def muted(self) -> Iterator[None]:
-        """While this lasts, nothing is noted as left out."""
+        """Record nothing as skipped while the block runs."""
         kept, self.left_out = self.left_out, Leftovers()
         try:
             yield
@@ -339,7 +339,7 @@ class SvgTree:
             yield Shape(tag, mapped, place)
 
     def _pieces(self, tag: str, element: ET.Element, place: SvgPlace) -> Subpaths:
-        """An element's strokes in its own coordinates; one that is used again is read once."""
+        """Return an element's strokes in its own coordinates, cached for reuse."""
         key = (element, place.viewport, place.font)
         if key in self._known:
             return self._count(self._known[key])

@@ -49,7 +49,7 @@ class UnreadableValue(ValueError):
 def length(
     text: str | None, whole: float, default: float | None = 0.0, font: float = FONT_SIZE
 ) -> float | None:
-    """A length, px.
+    """Return a length, px.
 
     Args:
         text: such as `3`, `21cm` or `50%`.
@@ -84,9 +84,10 @@ def _unit(unit: str, whole: float, font: float, text: str) -> float:
 def transform(
     text: str, box: tuple[float, float] = (100.0, 100.0), font: float = FONT_SIZE
 ) -> np.ndarray:
-    """A transform, of an attribute or of CSS, as an affine map (2, 3).
+    """Return a transform, of an attribute or of CSS, as an affine map (2, 3).
 
     Args:
+        text: the attribute's or property's value.
         box: width and height that per cent are of, px.
         font: size of the letters, px.
 
@@ -151,12 +152,12 @@ def _turned(name: str, found: list[tuple[float, str]], font: float, text: str) -
 
 
 def length_of(part: tuple[float, str], font: float, text: str) -> float:
-    """A length that is a number and a unit, px."""
+    """Return a length that is a number and a unit, px."""
     return part[0] * _unit(part[1], 0.0, font, text)
 
 
 def css_angle(text: str) -> float:
-    """An angle of CSS, degrees.
+    """Return an angle of CSS, degrees.
 
     Raises:
         UnreadableValue: It is none.
@@ -168,11 +169,12 @@ def css_angle(text: str) -> float:
 
 
 def origin(text: str, box: Sequence[float], font: float) -> tuple[float, float]:
-    """Where a `transform-origin` is.
+    """Return the point of a `transform-origin`.
 
     Args:
         text: such as `50 50`, `center` or `50% 1em`; "" is the box's corner.
         box: x, y, width and height of what per cent are of.
+        font: size of the letters, px.
 
     Raises:
         UnreadableValue: It is none.
@@ -188,19 +190,19 @@ def origin(text: str, box: Sequence[float], font: float) -> tuple[float, float]:
 
 
 def about(affine: np.ndarray, point: tuple[float, float]) -> np.ndarray:
-    """An affine map (2, 3) done about a point instead of the origin."""
+    """Return an affine map (2, 3) applied about a point instead of the origin."""
     there = np.array([[1.0, 0.0, point[0]], [0.0, 1.0, point[1]]])
     back = np.array([[1.0, 0.0, -point[0]], [0.0, 1.0, -point[1]]])
     return compose(there, compose(affine, back))
 
 
 def numbers(text: str) -> list[float]:
-    """All numbers in a text."""
+    """Return all numbers in a text."""
     return [float(found) for found in NUMBERS.findall(text)]
 
 
 def compose(outer: np.ndarray, inner: np.ndarray) -> np.ndarray:
-    """The affine map (2, 3) that does `inner` first, then `outer`."""
+    """Return the affine map (2, 3) that applies `inner` first, then `outer`."""
     return np.column_stack([outer[:, :2] @ inner[:, :2], outer[:, :2] @ inner[:, 2] + outer[:, 2]])
 
 
@@ -209,10 +211,11 @@ def view_box(
     place: tuple[float, float, float, float],
     align: str | None,
 ) -> np.ndarray:
-    """The affine map (2, 3) that puts a view box into its place (SVG 1.1, section 7.8).
+    """Return the affine map (2, 3) of a view box into its viewport (SVG 1.1, section 7.8).
 
     Args:
-        box, place: x, y, width, height, all of them above 0 in size.
+        box: x, y, width, height, in the drawing's unit; width and height above 0.
+        place: x, y, width, height of the viewport, px; width and height above 0.
         align: the attribute `preserveAspectRatio`.
     """
     words = (align or "xMidYMid meet").split()

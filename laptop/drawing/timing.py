@@ -60,7 +60,7 @@ class Estimate:
 
 
 def estimate(arm: Arm, strokes: Sequence[PlannedStroke]) -> Estimate:
-    """How long the brick takes for strokes, from its home pose to where it rests."""
+    """Return the time the brick takes for strokes, from its home pose to its rest."""
     run = _Run(arm)
     starts, drawing = [], 0.0
     for stroke in strokes:
@@ -113,7 +113,7 @@ class _Run:
         self._pen_is_down = down
 
     def approach(self, motion: Trajectory) -> None:
-        """As RobotArm.pre_approach."""
+        """Advance the clock as `RobotArm.pre_approach` does."""
         self._go(pose_behind(self._joints, motion))
         self._go(motion.start, APPROACH_SPEED, APPROACH_ACCELERATION, APPROACH_SETTLES)
 
@@ -121,7 +121,7 @@ class _Run:
         self._take(motion, PIECE_SETTLES)
 
     def rest(self) -> None:
-        """As RobotArm.go_low."""
+        """Advance the clock as `RobotArm.go_low` does."""
         if any(joint.park_angle is not None for joint in self._joints):
             try:
                 for place in parking.way_down(self._arm, self._q):
@@ -147,7 +147,7 @@ class _Run:
 
 
 def kind_of(arm: Arm) -> str:
-    """How its joints settle: DIRECT, GEARED or IN_SPACE."""
+    """Return how an arm's joints settle: DIRECT, GEARED or IN_SPACE."""
     joints: Sequence[Joint] = arm.joints
     if arm.chain == "spatial":
         return IN_SPACE
@@ -155,7 +155,7 @@ def kind_of(arm: Arm) -> str:
 
 
 def in_minutes(seconds: float) -> str:
-    """A time for people: 45 s, 5 min 12 s, 1 h 20 min; of one below 0, 0 s."""
+    """Return a time as text: 45 s, 5 min 12 s, 1 h 20 min; 0 s for a negative one."""
     whole = max(0, round(seconds))
     if whole < 60:
         return f"{whole} s"

@@ -38,7 +38,7 @@ LONGEST_EMBEDDED = 100
 
 
 def is_svg(data: bytes) -> bool:
-    """Whether this begins as XML does, or packed XML."""
+    """Return whether data begins as XML does, plain or compressed."""
     if data.startswith(GZIP):
         return True
     for mark, encoding in ((b"\xff\xfe", "utf-16-le"), (b"\xfe\xff", "utf-16-be")):
@@ -48,10 +48,11 @@ def is_svg(data: bytes) -> bool:
 
 
 def read_xml(data: bytes, name: str) -> tuple[ET.Element, tuple[str, ...]]:
-    """The root of the tree, its tags as `{namespace}name`, and the processing instructions.
+    """Return the tree's root, tags as `{namespace}name`, and the processing instructions.
 
     Args:
-        name: of the file, for what is said.
+        data: the file's bytes, plain or compressed by gzip.
+        name: of the file, for messages.
 
     Raises:
         BadArtwork: It is no XML, declares entities, or is deeper or longer than allowed.
@@ -159,5 +160,5 @@ class _BoundedReader:
 
 
 def _full(name: str) -> str:
-    """A name as ElementTree writes it."""
+    """Return a name as ElementTree writes it."""
     return "{" + name if "}" in name else name

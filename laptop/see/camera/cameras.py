@@ -35,7 +35,8 @@ def open_camera(
         live: play files at their own pace.
         fps: what a webcam is asked for; how fast files are played.
         size: (width, height) a webcam is asked for, px.
-        now, sleep: the clock, s.
+        now: the clock, s.
+        sleep: waits on that clock, s.
         make: cv2.VideoCapture, or what stands for it.
 
     Raises:
@@ -64,7 +65,7 @@ def open_camera(
 
 
 def name_of(source: str) -> str:
-    """The name people know a source by, however it is written: /dev/video0 is camera 0."""
+    """Return a source's common name: /dev/video0 is camera 0."""
     webcam = WEBCAM.fullmatch(source)
     return f"camera {int(webcam[1])}" if webcam else source
 

@@ -64,7 +64,7 @@ def _intact(file: BinaryIO, size: int) -> Sequence[int] | None:
 
 
 def _in_turn(file: BinaryIO, at: int, size: int) -> Sequence[int] | None:
-    """The frames up to where the file breaks off; None where something lies between them."""
+    """Return the frames up to where the file breaks off; None where something lies between them."""
     count = 0
     for name, _, length in _chunks(file, at, size):
         if name[2:] in VIDEO_CHUNKS:
@@ -95,7 +95,7 @@ def _chunks(file: BinaryIO, at: int, end: int) -> Iterator[tuple[bytes, int, int
 
 
 def tells_count(path: Path) -> bool:
-    """True for a video file that says how many frames it shows: an AVI, and most mp4.
+    """Return whether a video file states its number of frames: an AVI, and most mp4.
 
     Of others, as Matroska and WebM, a decoder only knows how long they last and how fast; so it
     does of an mp4 in fragments, or of which an edit shows less than it holds.
@@ -113,7 +113,7 @@ def tells_count(path: Path) -> bool:
 
 
 def _is_trimmed(file: BinaryIO, size: int) -> bool:
-    """True if the film of an mp4 is shown for less time than its frames last."""
+    """Return whether an mp4's film is shown for less time than its frames last."""
     unit = 0
     for movie in _inside(file, 0, size, b"moov"):
         for header in _inside(file, *movie, b"mvhd"):
@@ -132,7 +132,7 @@ def _is_trimmed(file: BinaryIO, size: int) -> bool:
 
 
 def _edits(file: BinaryIO, at: int) -> Iterator[int]:
-    """How long each edit shows something, in the film's units."""
+    """Return the duration of each edit, in the film's units."""
     file.seek(at)
     version, count = struct.unpack(">B3xI", file.read(8))
     for _ in range(min(count, MAX_EDITS)):
@@ -145,7 +145,7 @@ def _edits(file: BinaryIO, at: int) -> Iterator[int]:
 
 
 def _time(file: BinaryIO, at: int, end: int) -> tuple[int, int]:
-    """Units a second, and length in these, from the header of a film or a track."""
+    """Return units per second, and duration in these, from the header of a film or a track."""
     file.seek(at)
     (version,) = struct.unpack(">B3x", file.read(4))
     form = ">16xIQ" if version else ">8xII"
@@ -161,7 +161,7 @@ def _inside(file: BinaryIO, at: int, end: int, wanted: bytes) -> Iterator[tuple[
 
 
 def is_bare(path: Path) -> bool:
-    """True for pictures one behind the other in no container: JPEG, H.264 or H.265."""
+    """Return whether data is pictures without a container: JPEG, H.264 or H.265."""
     try:
         with path.open("rb") as file:
             begin = file.read(4)
@@ -171,7 +171,7 @@ def is_bare(path: Path) -> bool:
 
 
 def how_cut_off(path: Path) -> str:
-    """How a video file ends before its container says it does; "" if it does not.
+    """Return how a video file ends before its container's stated end; "" if it is complete.
 
     A text such as "cut off (it ends after 100 of at least 200 bytes)".
     """
@@ -185,7 +185,7 @@ def how_cut_off(path: Path) -> str:
 
 
 def _whole(file: BinaryIO, size: int) -> int:
-    """Size that an AVI, an mp4 or a Matroska file says it has, bytes; 0: it does not say."""
+    """Return the size that an AVI, mp4 or Matroska file states, bytes; 0 if none."""
     begin = file.read(12)
     if begin[:4] == b"RIFF":
         return 8 + int.from_bytes(begin[4:8], "little")
@@ -202,7 +202,7 @@ def _whole(file: BinaryIO, size: int) -> int:
 
 
 def _number(file: BinaryIO, at: int) -> tuple[int, int]:
-    """A number of Matroska's and the place behind it; 0 where it is not known.
+    """Return a Matroska number and the place behind it; 0 where it is not known.
 
     Its length, 1 to 8 bytes, is told by how many bits at the beginning are 0.
     """

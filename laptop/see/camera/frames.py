@@ -48,7 +48,7 @@ MakeCapture = Callable[..., Capture]
 
 
 def size_of(capture: Capture) -> tuple[int, int]:
-    """Width and height, px."""
+    """Return the width and height of a capture's pictures, px."""
     return (
         int(capture.get(cv2.CAP_PROP_FRAME_WIDTH)),
         int(capture.get(cv2.CAP_PROP_FRAME_HEIGHT)),
@@ -56,7 +56,7 @@ def size_of(capture: Capture) -> tuple[int, int]:
 
 
 def bgr(image: np.ndarray) -> np.ndarray:
-    """Any decoded picture as BGR, uint8, shape (h, w, 3): grey, with alpha, or of 16 bits."""
+    """Return a decoded picture as BGR, uint8, shape (h, w, 3); grey, alpha and 16 bits convert."""
     if image.dtype == np.uint16:
         image = (image >> 8).astype(np.uint8)
     if image.ndim == 2:

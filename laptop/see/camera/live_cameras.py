@@ -106,7 +106,7 @@ class LiveCamera:
         return self._ended and self._newest is None
 
     def read(self, timeout: float) -> Frame | None:
-        """The newest frame not yet given, or None if none comes within the timeout (s)."""
+        """Return the newest frame not yet read; None if none comes within the timeout (s)."""
         with self._changed:
             self._changed.wait_for(lambda: self._newest is not None or self._ended, timeout)
             frame, self._newest = self._newest, None
@@ -148,7 +148,7 @@ class LiveCamera:
                 self._changed.notify_all()
 
     def _take(self, capture: Capture) -> bool:
-        """One frame; whether the camera is still alive."""
+        """Grab one frame; return whether the camera is still alive."""
         try:
             if not capture.grab():
                 return False

@@ -138,7 +138,7 @@ class Recording:
         return f"{'about ' * self.guessed}{self.count} " if self.count else "its "
 
     def _short(self) -> str:
-        """What is odd about the number of frames of a recording that did not tell it; ""."""
+        """Return what is odd about the number of frames of a recording; "" if nothing."""
         if not self._guess or not self.ended or not self.count:
             return ""
         if self._cut:
@@ -155,7 +155,7 @@ class Recording:
         )
 
     def read(self, timeout: float) -> Frame | None:
-        """The next frame, or None: it is not due within the timeout (s), or there is none."""
+        """Return the next frame; None if it is not due within the timeout (s), or there is none."""
         with self._lock:
             return self._read(timeout)
 
@@ -213,7 +213,7 @@ class Recording:
             self.unread += max(0, self.count - self._next)
 
     def _step(self) -> None:
-        """The next frame is the one after, or the next one that the file still holds."""
+        """Advance to the next frame, or to the next one that the file still holds."""
         self._taken += 1
         if self._numbers is None:
             self._next += 1
@@ -335,7 +335,7 @@ class PictureFolder:
 
 
 def _read_picture(file: Path) -> np.ndarray:
-    """Grey becomes colour, alpha is left out.
+    """Read a picture as BGR: grey becomes colour, alpha is dropped.
 
     Raises:
         SpoiltPicture: it cannot be read, or is larger than any camera's.
@@ -358,7 +358,7 @@ def _read_picture(file: Path) -> np.ndarray:
 
 
 def _named(spoilt: Mapping[Path, str]) -> str:
-    """Which files could not be read, and why, in a few words."""
+    """Return which files could not be read and why, shortened."""
     named = [
         f"{printable(file.name)} ({why.partition(';')[0]})"
         for file, why in list(spoilt.items())[:MAX_NAMED]
@@ -368,7 +368,7 @@ def _named(spoilt: Mapping[Path, str]) -> str:
 
 
 def _natural(file: Path) -> list[tuple[int, str]]:
-    """Sorts frame2 before frame10."""
+    """Return a sort key that puts frame2 before frame10."""
     parts = re.findall(r"\d+|\D+", file.name)
     return [(int(part), "") if part.isdecimal() else (-1, part) for part in parts]
 

@@ -39,7 +39,7 @@ class Stills:
         self._at, self._here = -1, False  # which frame was grabbed last, and whether that worked
 
     def read(self, index: int) -> np.ndarray | None:
-        """One frame: BGR, uint8, shape (h, w, 3); None if it cannot be read."""
+        """Return one frame: BGR, uint8, shape (h, w, 3); None if it cannot be read."""
         if not self._at <= index <= self._at + MAX_READ_AHEAD:
             self._seek(index)
         while self._at < index:
@@ -68,7 +68,7 @@ class Stills:
 
 
 def _stamps(capture: Capture, source: str, make: MakeCapture) -> list[int]:
-    """Time stamps of all pictures of a recording, in order, microseconds."""
+    """Return the time stamps of all pictures of a recording, in order, microseconds."""
     if isinstance(capture, PictureFolder):
         count = int(capture.get(cv2.CAP_PROP_FRAME_COUNT))
         return [round(1e6 * index / PICTURE_FPS) for index in range(count)]
@@ -81,5 +81,5 @@ def _stamps(capture: Capture, source: str, make: MakeCapture) -> list[int]:
 
 
 def _stamp(capture: Capture) -> int:
-    """Time stamp of the picture grabbed last, microseconds."""
+    """Return the time stamp of the picture grabbed last, microseconds."""
     return round(1000 * capture.get(cv2.CAP_PROP_POS_MSEC))

@@ -109,7 +109,7 @@ class Webcam:
         return notes
 
     def _brightness(self, capture: Capture, frames: int) -> float | None:
-        """Mean of the last of some frames, 0 to 255."""
+        """Return the mean brightness of the last of some frames, 0 to 255."""
         deadline = self._now() + 2.0
         try:
             for _ in range(frames):
@@ -131,7 +131,7 @@ _AUTOMATIC_SETTINGS: tuple[tuple[str, int, int | None], ...] = (
 
 
 def webcams(make: MakeCapture = cv2.VideoCapture) -> dict[int, str]:
-    """The webcams that exist: index and name ("" where the system tells none)."""
+    """Return the webcams that exist: index and name ("" where the system tells none)."""
     if not LINUX:
         found = {}
         for index in range(5):

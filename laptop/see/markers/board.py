@@ -67,7 +67,7 @@ class Board:
         return range(self.first, self.first + len(self.centres))
 
     def square(self, number: int, share: float = 1.0) -> np.ndarray:
-        """Corners of a marker in the detector's order, from its top left: (4, 3), cm.
+        """Return the corners of a marker, the detector's order from the top left: (4, 3), cm.
 
         Args:
             number: the marker's.

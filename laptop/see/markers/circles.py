@@ -54,7 +54,7 @@ MIN_HALF_AXIS = 2.0
 
 
 def ellipse_of(outline: np.ndarray, finer: int = 1) -> Ellipse | None:
-    """The ellipse of the same second moments as a blob.
+    """Return the ellipse with the same second moments as a blob.
 
     Args:
         outline: of the blob, as OpenCV finds it, shape (n, 1, 2).
@@ -115,7 +115,7 @@ def find_circle(
     near: tuple[float, float] | None = None,
     expected: float | None = None,
 ) -> Circle | None:
-    """The circle of which the mask shows most: most of its contour lies on the rim.
+    """Return the circle that most of the mask's contour supports.
 
     Args:
         mask: uint8, shape (h, w), changed by this.
@@ -165,7 +165,7 @@ def solve_normal(normal: np.ndarray, right: np.ndarray) -> np.ndarray:
 
 
 def _resampled(contours: list[np.ndarray]) -> np.ndarray:
-    """Points at equal steps along closed contours, shape (48, 2)."""
+    """Return points at equal steps along closed contours, shape (48, 2)."""
     path = np.vstack([np.vstack([contour, contour[:1]]) for contour in contours]).astype(float)
     steps = np.hypot(*np.diff(path, axis=0).T)
     ends = np.cumsum([len(contour) + 1 for contour in contours])[:-1] - 1
@@ -185,7 +185,7 @@ def _within(points: np.ndarray, picture: tuple[float, float, float, float]) -> n
 def _fit(
     points: np.ndarray, inside: np.ndarray, expected: float | None
 ) -> tuple[float, float, float] | None:
-    """The circle (u, v, radius) on which most points lie."""
+    """Return the circle (u, v, radius) on which most points lie."""
     xs, ys = np.ascontiguousarray(points.T)
     (ax, bx, cx), (ay, by, cy) = xs[_TRIPLES], ys[_TRIPLES]
     bx, by, cx, cy = bx - ax, by - ay, cx - ax, cy - ay

@@ -81,7 +81,7 @@ class Crop(NamedTuple):
 
 
 def half_crop(radius: float) -> int:
-    """Half of the square, without its middle, around a disc of this radius, px."""
+    """Return half the side of the crop around a disc of this radius, px, the middle not counted."""
     return math.ceil(1.6 * max(2, round(radius))) + 4
 
 
@@ -109,7 +109,9 @@ def fit_discriminant(
 
     Args:
         image: BGR, uint8, shape (h, w, 3).
-        u, v, radius: of the disc, px.
+        u: of the disc's middle, px.
+        v: of the disc's middle, px.
+        radius: of the disc, px.
         covariance: its second moments: across, down, skew, px^2.
 
     Returns:
@@ -178,7 +180,7 @@ def _part(
 def _core_and_ring(
     half: int, covariance: tuple[float, float, float]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Masks of the core of an ellipse and of the ring around it, in a square of 2 half + 1 px."""
+    """Return masks of an ellipse's core and the ring around it, in a square of 2 half + 1 px."""
     across, down, skew = covariance
     turn = math.atan2(2 * skew, across - down) / 2
     middle, apart = (across + down) / 2, math.hypot((across - down) / 2, skew)
@@ -195,14 +197,14 @@ def _core_and_ring(
 
 
 def disc_share(image: np.ndarray, model: DiscriminantModel) -> np.ndarray:
-    """The share of disc in each pixel: uint16, shape (h, w), 0 to FULL_SHARE."""
+    """Return the share of disc in each pixel: uint16, shape (h, w), 0 to FULL_SHARE."""
     return cv2.transform(cv2.LUT(image, _LINEAR_LIGHT), model.weights)
 
 
 def smeared_share(
     image: np.ndarray, model: DiscriminantModel, around: np.ndarray
 ) -> np.ndarray | None:
-    """The share of a disc in each pixel over which it may have moved during the exposure.
+    """Return the share of disc in each pixel that it may have moved over during the exposure.
 
     Args:
         image: BGR, uint8, shape (h, w, 3).
@@ -225,7 +227,7 @@ def smeared_share(
 
 
 def outline_at(share: np.ndarray, u: float, v: float) -> np.ndarray | None:
-    """The outline of what is half disc and lies around (u, v), or nearest; None if nothing is.
+    """Return the contour at half disc share around (u, v), or the nearest; None if there is none.
 
     What lies around that in turn, as the ground around a disc's rim may, is another.
     """
@@ -241,7 +243,7 @@ def outline_at(share: np.ndarray, u: float, v: float) -> np.ndarray | None:
 
 @lru_cache(maxsize=64)
 def reach_mask(radius: int) -> np.ndarray:
-    """A mask of where a disc of this radius (px) may be, and hardly larger than that."""
+    """Return a mask of where a disc of this radius (px) may be, and hardly larger."""
     reach = _REACH * radius + _REACH_MORE
     half = math.ceil(reach)
     v, u = np.mgrid[-half : half + 1, -half : half + 1]
@@ -251,7 +253,7 @@ def reach_mask(radius: int) -> np.ndarray:
 def outline_quality(
     image: np.ndarray, u: float, v: float, radius: float, model: DiscriminantModel
 ) -> float:
-    """Agreement of the outline of what is half disc with an ellipse, 0 to 1.
+    """Return how well the contour at half disc share fits an ellipse, 0 to 1.
 
     Brightness has a part in it, which a JPEG keeps finer than the colours that an HSV mask sees.
     """

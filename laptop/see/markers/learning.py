@@ -85,12 +85,14 @@ class _Region(NamedTuple):
 
 
 def learn(name: str, image: np.ndarray, pick: tuple[float, ...], kind: str | None = None) -> Marker:
-    """The marker at a picked pixel (u, v), or the one that fills a rectangle (u0, v0, u1, v1).
+    """Return the marker at a picked pixel (u, v), or filling a rectangle (u0, v0, u1, v1).
 
     What was learned is looked for in the very picture: only what is found there is a marker.
 
     Args:
+        name: the marker's name.
         image: BGR, uint8, shape (h, w, 3).
+        pick: a pixel (u, v) or a rectangle (u0, v0, u1, v1), px.
         kind: "disc" or "ball"; if None, a shaded marker is a ball, an even one a disc.
 
     Raises:
@@ -113,7 +115,7 @@ def learn(name: str, image: np.ndarray, pick: tuple[float, ...], kind: str | Non
 def _learn_widely(
     name: str, image: np.ndarray, pick: tuple[float, ...], kind: str | None
 ) -> tuple[Marker, _Region] | None:
-    """The marker around a pixel at which it shines, more widely than a finger points; or None."""
+    """Return the marker around a pixel on its highlight, searched more widely; or None."""
     if len(pick) == 4:
         return None
     try:
@@ -128,7 +130,7 @@ def _learn_widely(
 def _learn(
     name: str, image: np.ndarray, pick: tuple[float, ...], kind: str | None, reach: int
 ) -> tuple[Marker, _Region]:
-    """The marker, and where it is; `reach` is how far from a picked pixel its colour may be, px."""
+    """Return the marker and its place; its colour may be `reach` px from a picked pixel."""
     where = f"{name}: the marker at {','.join(f'{part:g}' for part in pick)}"
     box = picked_box(name, image, pick, reach)
     hsv = cv2.cvtColor(image, cv2.COLOR_BGR2HSV)
@@ -155,7 +157,7 @@ def _learn(
 
 
 def _striped(region: _Region, image: np.ndarray, where: str) -> _Region:
-    """What looks longer than wide, as a whole ball, of which a stripe hides a part."""
+    """Return an elongated region as a whole ball that a stripe partly hides."""
     limb = fit_limb(image, *region.whole[:3], _edges(image), region.color)
     if limb is not None and scaled_misfit(limb) < _MAX_MISFIT and limb.gap < _MAX_GAP:
         circle = region.whole._replace(u=limb.u, v=limb.v, radius=limb.radius)
@@ -177,7 +179,7 @@ def _striped(region: _Region, image: np.ndarray, where: str) -> _Region:
 def _of_core(
     region: _Region, image: np.ndarray, hsv: np.ndarray, where: str, width_of_rim: float
 ) -> _Region:
-    """What is blurred, with the colour of its core and the size of its limb."""
+    """Return a blurred marker, with the colour of its core and the size of its contour."""
     limb = fit_limb(image, *region.circle[:3], _edges(image), region.color)
     if limb is None or scaled_misfit(limb) > _MAX_MISFIT:
         raise BadMarker(
@@ -198,7 +200,7 @@ def _region(
     pick: tuple[float, ...],
     box: tuple[int, int, int, int],
 ) -> _Region:
-    """The roundest thing of one colour in a box, by the widest gate that parts it from the rest."""
+    """Return the roundest region of one colour in a box, by the widest gate that separates it."""
     at = ",".join(f"{part:g}" for part in pick)
     height, width = image.shape[:2]
     u0, v0, u1, v1 = box
@@ -253,7 +255,7 @@ def _region(
 def _grown(
     hsv: np.ndarray, color: Color, box: tuple[int, int, int, int]
 ) -> tuple[float, _Region | None]:
-    """What is connected with a box by a colour, which moves to the middle of what is found.
+    """Return what is connected with a box by colour; the colour moves to its middle.
 
     Returns:
         the part of the picture that it fills, and what it is, if it may be a marker.
@@ -287,7 +289,7 @@ def _grown(
 
 
 def _edges(image: np.ndarray) -> tuple[float, float, float, float]:
-    """Left, top, right, bottom of a picture, px."""
+    """Return left, top, right, bottom of a picture, px."""
     height, width = image.shape[:2]
     return -0.5, -0.5, width - 0.5, height - 0.5
 
@@ -295,7 +297,7 @@ def _edges(image: np.ndarray) -> tuple[float, float, float, float]:
 def _why_lost(
     marker: Marker, image: np.ndarray, circle: Circle, hsv: np.ndarray, least: float
 ) -> str | None:
-    """Why a marker is not found in the picture in which it was learned, and what to do; or None."""
+    """Return why a marker is not found in its own picture, and the remedy; or None."""
     tracker = Tracker([marker])
     seen = tracker.find(image, 0.0)[marker.name]
     assert marker.color is not None
@@ -319,7 +321,7 @@ def _why_lost(
 
 
 def _blob(mask: np.ndarray, box: tuple[int, int, int, int]) -> np.ndarray | None:
-    """The connected part of a mask that has most of the box, 255 inside; None if there is none."""
+    """Return the component of a mask with most of the box, 255 inside; None if there is none."""
     u0, v0, u1, v1 = box
     _, labels = cv2.connectedComponents(mask)
     inside = labels[v0:v1, u0:u1]
@@ -330,14 +332,14 @@ def _blob(mask: np.ndarray, box: tuple[int, int, int, int]) -> np.ndarray | None
 
 
 def _disc(mask: np.ndarray, circle: Circle, wider: float) -> np.ndarray:
-    """A mask (of the shape of another) of a circle, made so many times wider."""
+    """Return a mask of a circle, enlarged by a factor, in the shape of another mask."""
     disc = np.zeros_like(mask)
     cv2.circle(disc, (round(circle.u), round(circle.v)), round(wider * circle.radius), 255, -1)
     return disc
 
 
 def _typical(pixels: np.ndarray, color: Color) -> Color:
-    """The colour moved to the middle of its pixels; pixels is OpenCV's HSV, shape (n, 3)."""
+    """Return the colour moved to the middle of its pixels, OpenCV's HSV, shape (n, 3)."""
     hues = (2.0 * pixels[:, 0] - color.hue + 180) % 360 - 180
     return replace(
         color,
@@ -348,7 +350,7 @@ def _typical(pixels: np.ndarray, color: Color) -> Color:
 
 
 def _around(hsv: np.ndarray, region: np.ndarray) -> np.ndarray:
-    """The pixels around a region, without those on its rim: OpenCV's HSV, shape (n, 3)."""
+    """Return the pixels around a region but not on its rim: OpenCV's HSV, shape (n, 3)."""
     radius = math.sqrt(np.count_nonzero(region) / math.pi)
     around, near = (
         cv2.dilate(region, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * wide + 1,) * 2))
@@ -358,10 +360,12 @@ def _around(hsv: np.ndarray, region: np.ndarray) -> np.ndarray:
 
 
 def _parted(color: Color, own: np.ndarray, around: np.ndarray) -> Color:
-    """The colour with floors that part it from what is around it of the same hue.
+    """Return the colour with floors that separate it from surroundings of the same hue.
 
     Args:
-        own, around: pixels, OpenCV's HSV, shape (n, 3).
+        color: the marker's.
+        own: pixels of the marker, OpenCV's HSV, shape (n, 3).
+        around: pixels around it, OpenCV's HSV, shape (n, 3).
     """
     alike = around[hsv_mask(around[None], color.wider())[0] > 0] if len(around) else around
     if len(alike) < _MIN_ALIKE * len(around) or not len(own):
@@ -380,10 +384,11 @@ def _parted(color: Color, own: np.ndarray, around: np.ndarray) -> Color:
 
 
 def _room(around: np.ndarray, color: Color) -> float:
-    """Half the way, in hue, from the marker's colour to those around it, degrees.
+    """Return half the distance in hue from the marker's colour to those around it, degrees.
 
     Args:
         around: pixels, OpenCV's HSV, shape (n, 3).
+        color: the marker's.
     """
     if not len(around):
         return 180.0
@@ -396,7 +401,7 @@ def _room(around: np.ndarray, color: Color) -> float:
 
 
 def _kind(hsv: np.ndarray, region: np.ndarray) -> str:
-    """Tell a ball, which is shaded, from a disc."""
+    """Return "ball" for what is shaded, else "disc"."""
     core = cv2.erode(region, np.ones((5, 5), np.uint8), borderValue=0)
     values = hsv[(core if core.any() else region) > 0][:, 2]
     dark, bright = np.percentile(values, (10, 90))

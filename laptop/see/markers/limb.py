@@ -104,7 +104,9 @@ def fit_limb(
 
     Args:
         image: BGR, uint8, shape (h, w, 3).
-        u, v, radius: of the circle to begin with, px.
+        u: of the middle of the circle to begin with, px.
+        v: of the middle of the circle to begin with, px.
+        radius: of the circle to begin with, px.
         picture: left, top, right, bottom of the whole picture, px of the image.
         color: of the marker.
 
@@ -170,7 +172,7 @@ def fit_limb(
 
 
 def _smear(rays: np.ndarray) -> tuple[float, float]:
-    """How far a limb was smeared by a motion, in radii, and how far to one side: 0, 0 if not.
+    """Return the width of a contour's motion smear, and its one-sidedness, in radii; 0, 0 if none.
 
     Its rim is wide at two opposite ends, and sharp across, as neither shade nor focus make it.  The
     colours on either side are smeared with it, hence the steepest step may be at any place in it.
@@ -196,12 +198,12 @@ def _smear(rays: np.ndarray) -> tuple[float, float]:
 
 
 def scaled_misfit(limb: Limb) -> float:
-    """A limb's misfit, in parts of what counts as precise: a tenth of the radius and 1 px."""
+    """Return a contour's misfit relative to a precise one's: a tenth of the radius and 1 px."""
     return limb.misfit / (1 + 10 / limb.radius)
 
 
 def rim_width(image: np.ndarray, u: float, v: float, radius: float) -> float:
-    """How wide the rim around a circle is, in radii: 0.1 of a sharp one, 0.6 of one all blurred.
+    """Return the rim's width around a circle, in radii: 0.1 if sharp, 0.6 if all blurred.
 
     The way from three quarters of the colour within to a quarter, in the middle of all directions.
     The colour within is that beside the rim: a ball is shaded, and in its middle it may shine.  The
@@ -210,7 +212,9 @@ def rim_width(image: np.ndarray, u: float, v: float, radius: float) -> float:
 
     Args:
         image: BGR, uint8, shape (h, w, 3).
-        u, v, radius: px.
+        u: of the circle's middle, px.
+        v: of the circle's middle, px.
+        radius: of the circle, px.
     """
     rho = np.linspace(0, 2.5, 61)
     angles = _ANGLES[1:-1, None]
@@ -233,7 +237,7 @@ def rim_width(image: np.ndarray, u: float, v: float, radius: float) -> float:
 
 
 def _quarters(rays: np.ndarray, within: np.ndarray, around: np.ndarray) -> int:
-    """Samples from three quarters of a colour to a quarter of it, the rest another one's."""
+    """Return the samples between three quarters and one quarter of a colour, the rest another's."""
     contrast = within - around
     shares = np.median((rays - around) @ contrast / max(1.0, float(contrast @ contrast)), axis=0)
     inner, outer = (int(np.argmax(shares < share)) or len(shares) - 1 for share in (0.75, 0.25))
@@ -241,7 +245,7 @@ def _quarters(rays: np.ndarray, within: np.ndarray, around: np.ndarray) -> int:
 
 
 def _rays(image: np.ndarray, u: float, v: float, radius: float) -> tuple[np.ndarray, int]:
-    """Colours along rays, shape (rays + 2, samples, 3), and the number of samples in a px."""
+    """Return colours along rays, shape (rays + 2, samples, 3), and samples per px."""
     at_u, at_v = _GRID_U * np.float32(radius), _GRID_V * np.float32(radius)
     at_u += np.float32(u)
     at_v += np.float32(v)
@@ -250,7 +254,7 @@ def _rays(image: np.ndarray, u: float, v: float, radius: float) -> tuple[np.ndar
 
 
 def _steps(rays: np.ndarray, half: int, reach: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Steps of colour along rays, less what changes from ray to ray; all; where the best one is."""
+    """Return colour steps along rays, less those across; all steps; the index of the best."""
     slopes = _distance(rays[1:-1, 2 * half :], rays[1:-1, : -2 * half])
     # What lies across rays, like the edge of something that hides a part, is no limb.
     beside_slopes = _distance(rays[2:, half:-half], rays[:-2, half:-half])
@@ -261,12 +265,12 @@ def _steps(rays: np.ndarray, half: int, reach: float) -> tuple[np.ndarray, np.nd
 
 
 def _distance(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Distance of colours, DN: float32, shape (h, w), of two uint8 of shape (h, w, 3)."""
+    """Return the colour distance, DN, of two uint8 (h, w, 3): float32, shape (h, w)."""
     return cv2.sqrt(cv2.transform(cv2.LUT(cv2.absdiff(a, b), _SQUARES), _SUM))
 
 
 def _between(steps: np.ndarray, along: np.ndarray) -> np.ndarray:
-    """The summit of the parabola through a highest sample and its neighbours, -1 to 1 samples."""
+    """Return the vertex of the parabola through a peak and its neighbours, -1 to 1 samples."""
     before, top, after = (steps[_EVERY, along + k] for k in (-1, 0, 1))
     bend = np.minimum(before - 2 * top + after, -1e-6)
     return np.minimum(np.maximum(0.5 * (before - after) / bend, -1), 1)

@@ -28,6 +28,7 @@ def write_sheet(file: Path, diameter: float = 20.0) -> None:
     """Write the page, in the format that the file's ending says (pdf, svg, png).
 
     Args:
+        file: where to write it; its ending is the format.
         diameter: of a disc, and side of an ArUco marker, mm.
 
     Raises:
@@ -86,6 +87,7 @@ def _row(
     """Draw as many of one kind as fit side by side, and return the next number.
 
     Args:
+        page: axes in mm, y down.
         down: of the row's middle, mm from the top of the page.
         pitch: from marker to marker, mm.
         diameter: mm.

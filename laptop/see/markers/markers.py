@@ -59,7 +59,7 @@ class Color:
     scene: tuple[float, float, float] | None = None
 
     def wider(self, value: float = 1.0) -> Color:
-        """What still counts as this colour around a marker: paler, and farther in hue.
+        """Return the wider gate that still counts as this colour around a marker: paler, more hue.
 
         Args:
             value: part of the typical one that it has at the marker's edge.
@@ -114,7 +114,7 @@ NAMED_COLORS = {
 
 
 def hsv_of(bgr: Iterable[float]) -> tuple[float, float, float]:
-    """Hue (degrees), saturation and value (0 to 1) of one blue, green, red (0 to 255)."""
+    """Return the hue (degrees), saturation and value (0 to 1) of a blue, green, red (0 to 255)."""
     b, g, r = bgr
     top, low = max(b, g, r), min(b, g, r)
     if top <= low:
@@ -129,7 +129,7 @@ def hsv_of(bgr: Iterable[float]) -> tuple[float, float, float]:
 
 
 def hue_distance(a: float, b: float) -> float:
-    """Distance from hue b to hue a the short way round, -180 to 180 degrees."""
+    """Return the signed hue distance from b to a the short way round, -180 to 180 degrees."""
     return (a - b + 180) % 360 - 180
 
 
@@ -137,7 +137,7 @@ def hue_distance(a: float, b: float) -> float:
 
 
 def read_spec(name: str, text: str) -> Marker:
-    """A marker from `[KIND:]COLOUR`, `aruco:ID` or a markers file that holds `name`.
+    """Return the marker of `[KIND:]COLOUR`, `aruco:ID` or a markers file that holds `name`.
 
     Raises:
         BadMarker: the text means nothing.
@@ -201,7 +201,7 @@ _OPTIONAL = ("saturation_floor", "value_floor", "radius")
 
 
 def read_markers(file: str | Path) -> dict[str, Marker]:
-    """The markers in a file, by name.
+    """Return the markers in a file, by name.
 
     Raises:
         BadMarker: the file cannot be read, or a value is wrong.
@@ -231,7 +231,7 @@ def _parser() -> configparser.ConfigParser:
 
 
 def _shown(text: str) -> str:
-    """Some text of a file, short and without what would steer a terminal."""
+    """Return some text of a file, shortened, without control characters."""
     text = " ".join(one_line(text).split())
     return text if len(text) <= 60 else text[:57] + "..."
 
@@ -317,6 +317,7 @@ def hsv_mask(hsv: np.ndarray, color: Color) -> np.ndarray:
 
     Args:
         hsv: OpenCV's, uint8, shape (h, w, 3); hue 0 to 179, two degrees each.
+        color: the gate that the pixels have to pass.
 
     Returns:
         uint8, shape (h, w), 255 inside.
@@ -335,7 +336,7 @@ def hsv_mask(hsv: np.ndarray, color: Color) -> np.ndarray:
 
 
 def is_grey(image: np.ndarray) -> bool:
-    """True for a picture (BGR) without any colours, from every 16th pixel.
+    """Return whether a picture (BGR) has no colours, from every 16th pixel.
 
     The camera or film is in grey, or all that it sees is.  Not where there is hardly any light.
     """
@@ -348,6 +349,6 @@ def is_grey(image: np.ndarray) -> bool:
 
 
 def scene_of(image: np.ndarray) -> tuple[float, float, float]:
-    """Mean red, green, blue (0 to 255) of a picture, from every 8th pixel: its light."""
+    """Return the mean red, green, blue (0 to 255) of a picture, from every 8th pixel: its light."""
     blue, green, red, _ = cv2.mean(image[4::8, 4::8])
     return round(red, 1), round(green, 1), round(blue, 1)

@@ -16,10 +16,12 @@ _MAX_FLOOR = 0.75
 
 
 def include(marker: Marker, image: np.ndarray, pick: tuple[float, ...]) -> Marker:
-    """The marker with the colour at a picked pixel, or in a rectangle, added to its own.
+    """Return the marker with the colour at a picked pixel, or in a rectangle, added to its own.
 
     Args:
-        image, pick: as for `learn`.
+        marker: what is corrected.
+        image: BGR, uint8, shape (h, w, 3).
+        pick: a pixel (u, v) or a rectangle (u0, v0, u1, v1), px.
 
     Raises:
         BadMarker: outside the picture, or the marker has no colour.
@@ -42,12 +44,14 @@ def include(marker: Marker, image: np.ndarray, pick: tuple[float, ...]) -> Marke
 
 
 def exclude(marker: Marker, image: np.ndarray, pick: tuple[float, ...]) -> Marker:
-    """The marker without the colour at a picked pixel, or in a rectangle.
+    """Return the marker without the colour at a picked pixel, or in a rectangle.
 
     What differs most is made the border: hue, else saturation, else brightness.
 
     Args:
-        image, pick: as for `learn`.
+        marker: what is corrected.
+        image: BGR, uint8, shape (h, w, 3).
+        pick: a pixel (u, v) or a rectangle (u0, v0, u1, v1), px.
 
     Raises:
         BadMarker: that colour is none of its own, or too much like it.
@@ -92,7 +96,7 @@ def _shade(name: str, image: np.ndarray, pick: tuple[float, ...]) -> tuple[float
 def picked_box(
     name: str, image: np.ndarray, pick: tuple[float, ...], reach: int
 ) -> tuple[int, int, int, int]:
-    """The pixels that a pick means, u0, v0 to before u1, v1; around a single one so many more.
+    """Return a pick's pixels, u0, v0 to before u1, v1; a single one is widened.
 
     Raises:
         BadMarker: outside the picture.

@@ -49,12 +49,12 @@ class Smear(NamedTuple):
         return math.hypot(self.du, self.dv)
 
     def moved(self, u: float, v: float) -> Smear:
-        """The same smear, so many px farther right and down."""
+        """Return the smear moved by px to the right and down."""
         return self._replace(u=self.u + u, v=self.v + v)
 
 
 def smear_of_moments(m: cv2.typing.Moments) -> Smear:
-    """The smear of the same second moments as some shares of disc."""
+    """Return the smear with the same second moments as some shares of disc."""
     area = m["m00"]
     matrix = np.array([[m["mu20"], m["mu11"]], [m["mu11"], m["mu02"]]]) / area
     (short, long), axes = np.linalg.eigh(matrix)
@@ -63,7 +63,7 @@ def smear_of_moments(m: cv2.typing.Moments) -> Smear:
 
 
 def smear_share(smear: Smear, shape: tuple[int, ...]) -> np.ndarray:
-    """The share of disc in each pixel of a window: float32, shape (h, w), 0 to 1.
+    """Return the share of disc in each pixel of a window: float32, shape (h, w), 0 to 1.
 
     Args:
         smear: px of the window.
@@ -96,7 +96,7 @@ class _Shares:
         self.share = np.maximum(seen, 0) / self._way
 
     def slopes(self) -> np.ndarray:
-        """Derivatives with respect to the parts of a Smear: float32, shape (h, w, 5), 1/px."""
+        """Return the derivatives by the parameters of a Smear: float32, shape (h, w, 5), 1/px."""
         any_seen = (self.share > 0) / self._way
         late, early = (self._last < self._half) * any_seen, (self._first > -self._half) * any_seen
         by_along = late - early
@@ -152,14 +152,14 @@ def fit_smear(share: np.ndarray, start: Smear) -> Smear | None:
 
 
 def smear_misfit(share: np.ndarray, smear: Smear) -> float:
-    """Root of the squares that a smear leaves of the shares around it, as a part of its own."""
+    """Return the root of the squared residuals around a smear, relative to its own."""
     model = smear_share(smear, share.shape)
     off = (share - model)[smear_mask(smear, share.shape, 3) > 0]
     return math.sqrt(float((off**2).sum() / max((model**2).sum(), 1.0)))
 
 
 def smear_mask(smear: Smear, shape: tuple[int, ...], margin: float) -> np.ndarray:
-    """A mask of where a smear is and so many px around; uint8, shape (h, w), 255 inside."""
+    """Return a mask of a smear and a margin, px; uint8, shape (h, w), 255 inside."""
     mask = np.zeros(shape[:2], np.uint8)
     half = np.array([smear.du, smear.dv]) / 2
     ends = [np.round(np.array([smear.u, smear.v]) + side * half).astype(int) for side in (-1, 1)]

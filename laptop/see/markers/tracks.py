@@ -69,7 +69,7 @@ class Suspect(NamedTuple):
     frames: int
 
     def is_sure(self, known: bool) -> bool:
-        """True once it has been there for so long that it is taken for the marker.
+        """Return whether it has been there long enough to be taken for the marker.
 
         Args:
             known: it was there while the marker was seen elsewhere.
@@ -126,7 +126,7 @@ class Track:
     suspect: Suspect | None = None
 
     def predict(self, t: float) -> Place | None:
-        """The place of the marker expected at time t (s); None when it is forgotten."""
+        """Return the place of the marker expected at time t (s); None when it is forgotten."""
         seen = self.seen
         if seen is None:
             return None
@@ -134,12 +134,12 @@ class Track:
         return seen.u + self.du * dt, seen.v + self.dv * dt, seen.radius
 
     def known_radii(self, marker: Marker) -> tuple[float, ...]:
-        """Radii that a marker had when it was picked, and when it was last surely seen, px."""
+        """Return the radii when the marker was picked, and when last surely seen, px."""
         home = self.home.radius if self.home else None
         return tuple(radius for radius in (marker.radius, home) if radius)
 
     def window(self, t: float) -> Window | None:
-        """The window in which the marker is looked for first at time t (s); None: everywhere."""
+        """Return the window in which to look first at time t (s); None: everywhere."""
         place = self.predict(t)
         if place is None:
             return None
@@ -148,7 +148,7 @@ class Track:
         return u - half, v - half, u + half, v + half
 
     def update(self, measured: Track, t: float) -> Track:
-        """The track after a measurement at time t (s), with a speed if it was also seen before."""
+        """Return the track after a measurement at time t (s); a second one gives a speed."""
         new = measured.seen
         assert new is not None
         whole = self.last_whole if math.isinf(measured.last_whole) else t
@@ -165,7 +165,7 @@ class Track:
         )  # fmt: skip
 
     def miss(self, color: Color | None, why: str) -> Track:
-        """The track after a frame without the marker.
+        """Return the track after a frame without the marker.
 
         Args:
             color: as it was learned: all that is left once the rest is forgotten.
@@ -176,7 +176,7 @@ class Track:
         return replace(kept, sighting=None, misses=misses, why=why)
 
     def forgotten(self, color: Color | None) -> Track:
-        """The track without what changes from frame to frame, but with where it was.
+        """Return the track without what changes from frame to frame, but with where it was.
 
         Args:
             color: as it was learned.
@@ -187,7 +187,7 @@ class Track:
         )  # fmt: skip
 
     def fits(self, seen: Sighting, t: float) -> bool:
-        """True if the marker can have come there by time t (s), and may be as large."""
+        """Return whether the marker can have come there by time t (s), and may be as large."""
         home = self.home
         if home is None:
             return True
@@ -200,5 +200,5 @@ class Track:
 
 
 def half_window(radius: float) -> float:
-    """Half a side of the window for a marker of this radius, px."""
+    """Return half the side of the window for a marker of this radius, px."""
     return 2.2 * radius + 6

@@ -51,6 +51,7 @@ class TwoViews:
         """Return where something that is at `place` in the first picture is in the other, px.
 
         Args:
+            place: in the first picture, (u, v), px.
             size: width and height of the other picture, px.
 
         Returns:
@@ -73,7 +74,7 @@ class TwoViews:
         return ends
 
     def _teach(self) -> tuple[np.ndarray | None, list[np.ndarray]]:
-        """(homography of a plane or None; fundamental matrices by all pairs and by each half)."""
+        """Return (homography or None; fundamental matrices by all pairs and by each half)."""
         if self._learned is None or self._learned[0] != len(self._pairs):
             self._learned = (len(self._pairs), *_taught(np.array(self._pairs)))
         return self._learned[1:]
@@ -101,7 +102,7 @@ def _taught(pairs: np.ndarray) -> tuple[np.ndarray | None, list[np.ndarray]]:
 
 
 def _fundamental(pairs: np.ndarray) -> np.ndarray | None:
-    """The fundamental matrix, 3 x 3, by all pairs but false ones; None if there is not one."""
+    """Return the fundamental matrix, 3 x 3, from the inlier pairs; None if it is not unique."""
     _, kept = cv2.findFundamentalMat(pairs[:, :2], pairs[:, 2:], cv2.FM_LMEDS)
     if kept is None or np.count_nonzero(kept) < MIN_PAIRS // 2:
         return None
@@ -112,7 +113,7 @@ def _fundamental(pairs: np.ndarray) -> np.ndarray | None:
 
 
 def _width(places: np.ndarray) -> float:
-    """How wide places (n x 2) lie about the straight line through them, rms, px."""
+    """Return the RMS width of places (n x 2) about the line through them, px."""
     spread = np.linalg.svd(places - places.mean(0), compute_uv=False)
     return float(spread[1] / math.sqrt(len(places)))
 
@@ -122,7 +123,7 @@ def _through(plane: np.ndarray, places: np.ndarray) -> np.ndarray:
 
 
 def _line(matrix: np.ndarray, place: Sequence[float]) -> tuple[float, float, float]:
-    """The epipolar line (a, b, c) of a place: a u + b v + c = 0, with a^2 + b^2 = 1."""
+    """Return the epipolar line (a, b, c) of a place: a u + b v + c = 0, with a^2 + b^2 = 1."""
     line = cv2.computeCorrespondEpilines(np.array([[place]], float), 1, matrix).reshape(3)
     return float(line[0]), float(line[1]), float(line[2])
 
@@ -132,7 +133,7 @@ def _from_line(line: tuple[float, float, float], place: Sequence[float]) -> floa
 
 
 def _ends(line: tuple[float, float, float], size: tuple[int, int]) -> tuple[Point, ...]:
-    """Where a line enters and leaves a picture, px; nothing if it passes by."""
+    """Return where a line enters and leaves a picture, px; nothing if it misses it."""
     a, b, c = line
     width, height = size[0] - 1, size[1] - 1
     crossings = [(0.0, -c / b), (width, -(a * width + c) / b)] if abs(b) > 1e-9 else []
@@ -143,7 +144,7 @@ def _ends(line: tuple[float, float, float], size: tuple[int, int]) -> tuple[Poin
 
 
 def _nearest(ends: tuple[Point, ...], place: np.ndarray) -> Point:
-    """The place between two ends that is nearest, px."""
+    """Return the nearest place between two ends, px."""
     (u0, v0), (u1, v1) = ends
     way = u1 - u0, v1 - v0
     share = ((place[0] - u0) * way[0] + (place[1] - v0) * way[1]) / (way[0] ** 2 + way[1] ** 2)

@@ -64,7 +64,7 @@ _OTHER_INK = ((120, 255, 120), (255, 140, 255), (140, 190, 255))
 
 
 def draw(view: AnnotatedFrame, width: int = 1280) -> np.ndarray:
-    """The tracker's view: the frame, enlarged to about this width (px), with what was found."""
+    """Return the tracker's view: the frame, about this wide (px), with what was found."""
     height, wide = view.frame.image.shape[:2]
     k = max(1, round(width / wide))
     image = cv2.resize(view.frame.image, None, fx=k, fy=k, interpolation=cv2.INTER_CUBIC)
@@ -101,7 +101,7 @@ def draw(view: AnnotatedFrame, width: int = 1280) -> np.ndarray:
 
 
 def _rulers(image: np.ndarray, k: int) -> None:
-    """Pixels of the camera along the upper and the left edge: the picture is enlarged k times."""
+    """Draw the camera's pixel scale along the upper and left edges, at a magnification of k."""
     for along in (0, 1):
         for pixel in range(100, image.shape[1 - along] // k, 100):
             at = (k * pixel + k // 2, 0)[:: 1 - 2 * along]
@@ -121,7 +121,7 @@ def _cross(image: np.ndarray, u: float, v: float, arm: int, ink: Any, thick: int
 
 
 def _label(image: np.ndarray, text: str, u: float, v: float, ink: Any) -> None:
-    """Text on black, moved so that all of it is inside the picture."""
+    """Draw text on black, moved so that all of it is inside the picture."""
     (w, h), below = cv2.getTextSize(text, cv2.FONT_HERSHEY_SIMPLEX, 0.7, 2)
     x = round(min(max(u, 6), max(6, image.shape[1] - w - 6)))
     y = round(min(max(v, h + 6), max(h + 6, image.shape[0] - below - 6)))

@@ -30,7 +30,7 @@ class GuessLimiter:
         self._known: dict[str, tuple[int, float, float]] = {}  # failures, last one, wait until
 
     def wait(self, sender: str, now: float) -> float:
-        """Time that `sender` still has to wait, s; `now` is on any one clock, s."""
+        """Return the time that `sender` still has to wait, s; `now` is on any one clock, s."""
         return max(0.0, self._known[sender][2] - now) if sender in self._known else 0.0
 
     def add(self, sender: str, now: float) -> float:

@@ -261,7 +261,7 @@ class CameraPipeline:
         return statistics.median(ages) if ages else None
 
     def rate(self) -> float:
-        """Frames per second over the last second or two, up to now."""
+        """Return frames per second over the last second or two, up to now."""
         now = self._now()
         while len(self._counts) > 1 and now - self._counts[1][0] >= 1.0:
             self._counts.popleft()

@@ -139,11 +139,11 @@ class TrackingServer:
         return _place(self.host or "127.0.0.1", self.port)
 
     def addresses(self) -> list[str]:
-        """HOST:PORT at which bricks may reach it, one for each address of this machine."""
+        """Return HOST:PORT at which bricks may reach it, one for each address of this machine."""
         return [_place(host, self.port) for host in self._hosts()]
 
     def commands(self) -> list[str]:
-        """Commands for a run of the brick: one to type here, then some for the brick itself.
+        """Return the commands for a run of the brick: one to type here, then some for the brick.
 
         None has the code: everybody on a computer can read its command lines.
         """

@@ -69,7 +69,7 @@ class TrackingSetup(NamedTuple):
 
 
 def markers_file() -> Path:
-    """Path of the file of learned markers: in $BRICKSERVO_STATE or ~/.brickservo."""
+    """Return the path of the file of learned markers: in $BRICKSERVO_STATE or ~/.brickservo."""
     return Path(state_folder()) / MARKERS_FILE
 
 

@@ -91,7 +91,7 @@ class StatusDisplay:
                 self._print_line(line)
 
     def bar(self) -> Progress:
-        """How far the recordings are, for a terminal."""
+        """Return the recordings' progress, for a terminal."""
         columns = (
             TextColumn("{task.description}"),
             BarColumn(),
@@ -103,7 +103,7 @@ class StatusDisplay:
         return bar
 
     def _progress(self) -> dict[str, Any]:
-        """How far the recordings are; of some the number of frames is known at their end only."""
+        """Return the recordings' progress; some tell their number of frames only at the end."""
         cameras = [pipeline.camera for pipeline in self._pipelines]
         counts = [getattr(camera, "count", None) or 0 for camera in cameras]
         about = any(getattr(camera, "guessed", False) for camera in cameras)

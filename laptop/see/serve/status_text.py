@@ -62,7 +62,7 @@ def link_status(state: ServerState) -> str:
 def brick_instructions(
     commands: Sequence[str], code: str, cameras: int = 1, page: bool = False
 ) -> list[str]:
-    """Lines that say what to type to let the arm go to the goal.
+    """Return lines on what to type to let the arm go to the goal.
 
     Args:
         commands: as TrackingServer.commands gives them.
@@ -82,7 +82,7 @@ def brick_instructions(
 
 
 def camera_lines(pipelines: Sequence[CameraPipeline], sources: Sequence[str]) -> list[str]:
-    """Lines that say which cameras are about to be tracked.
+    """Return lines on which cameras are about to be tracked.
 
     Args:
         pipelines: of the cameras.
@@ -105,7 +105,7 @@ def marker_lines(
     known: Mapping[str, Marker],
     file: Path,
 ) -> list[str]:
-    """Lines that say which markers are about to be looked for, and where they come from.
+    """Return lines on which markers are about to be looked for, and where they come from.
 
     Args:
         markers: all of them.
@@ -127,7 +127,7 @@ def marker_lines(
 def fixed_goal_lines(
     pipelines: Sequence[CameraPipeline], points: Sequence[Point | None]
 ) -> list[str]:
-    """Lines that say where a fixed goal is.
+    """Return lines on where a fixed goal is.
 
     Args:
         pipelines: of the cameras.
@@ -142,7 +142,7 @@ def fixed_goal_lines(
 
 
 def detection_table(pipelines: Sequence[CameraPipeline]) -> Table:
-    """Table of how often each marker was seen."""
+    """Return a table of how often each marker was seen."""
     several = len(pipelines) > 1
     table = Table(
         *(["camera"] * several),

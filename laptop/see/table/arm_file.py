@@ -41,7 +41,7 @@ class WrittenArm(NamedTuple):
 
 
 def own_file(arm: Arm) -> Path:
-    """Path of the file in which numbers of an arm belong: its own, never one that comes along."""
+    """Return the path of the file for an arm's own numbers, never a bundled one."""
     return Path(users_file(arm.name) if comes_along(arm) else os.path.realpath(arm.file))
 
 
@@ -112,7 +112,7 @@ def check_writable(path: Path) -> None:
 
 
 def _keep(path: Path) -> Path | None:
-    """Copy a file beside itself, to a name that is free; None where it is not there.
+    """Copy a file beside itself, to a free name; return None where it is not there.
 
     Raises:
         CannotWrite: there is no room.

@@ -133,7 +133,7 @@ class BoardWatch:
             self._say(f"camera {self._name}: {line}")
 
     def _stay(self) -> None:
-        """Camera and board stand where they are known to."""
+        """Take in that camera and board stand where they are known to."""
         self.why = ""
         self._unseen = 0
         self._next_check = self._pictures + CHECK_PERIOD

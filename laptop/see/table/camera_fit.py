@@ -91,7 +91,7 @@ class Calibration:
         return float(np.sqrt(self.camera.covariance[0, 0]) / self.camera.lens[0])
 
     def point_sigma(self, height: float = 0.0) -> float:
-        """Greatest standard deviation of a point over the free middle of the board, cm.
+        """Return the greatest standard deviation of a point over the free middle of the board, cm.
 
         Args:
             height: over the table, cm.
@@ -166,7 +166,7 @@ def _different(views: Sequence[BoardView]) -> list[BoardView]:
 
 
 def _alike(one: BoardView, other: BoardView) -> bool:
-    """Whether most markers are in the same places of two pictures."""
+    """Return whether most markers are in the same places of two pictures."""
     common, here, there = np.intersect1d(one.numbers, other.numbers, return_indices=True)
     if one.board != other.board or 2 * len(common) < max(len(one.numbers), len(other.numbers)):
         return False
@@ -193,7 +193,7 @@ def _fit(views: Sequence[BoardView], scale: float) -> tuple[np.ndarray, np.ndarr
 
 
 def _tilt(turn: np.ndarray) -> float:
-    """Angle between a view's axis and straight down at the board, rad, by its rotation (3,)."""
+    """Return the angle between a view's axis and straight down, rad, from its rotation (3,)."""
     return math.acos(float(np.clip(-cv2.Rodrigues(turn)[0][2, 2], -1, 1)))
 
 
@@ -293,7 +293,7 @@ def _check(views: Sequence[BoardView], bar: float | None) -> None:
 
 
 def _on_a_line(xy: np.ndarray) -> bool:
-    """Whether points (n, 2), cm, lie within a marker's width of one line."""
+    """Return whether points (n, 2), cm, lie within a marker's width of one line."""
     spread = np.linalg.svd(xy - xy.mean(axis=0), compute_uv=False)
     return bool(spread[1] / math.sqrt(len(xy)) < 1.0)
 

@@ -81,14 +81,14 @@ class CameraModel:
         return math.acos(float(np.clip(-self.turned[2, 2], -1, 1)))
 
     def project(self, points: np.ndarray) -> np.ndarray:
-        """Points (n, 3), cm, into the picture: (n, 2), px; nan for what is behind the camera."""
+        """Project points (n, 3), cm, into the picture: (n, 2), px; nan behind the camera."""
         pixels, _ = projected(np.asarray(points, float), self.lens, self.rotation, self.translation)
         behind = points @ self.turned[2] + self.translation[2] <= 0
         pixels[behind] = np.nan
         return pixels
 
     def to_table(self, pixels: np.ndarray, height: float | np.ndarray = 0.0) -> np.ndarray:
-        """Pixels (n, 2) to where their lines of sight are at a height, cm: (n, 2), cm.
+        """Return where pixels (n, 2) have their lines of sight at a height, cm: (n, 2), cm.
 
         nan where one does not come down to that height, or where the lens has no such pixel.
         """
@@ -107,7 +107,7 @@ class CameraModel:
         pixel_sigma: float = 0.0,
         height_sigma: float = 0.0,
     ) -> Placed:
-        """As `to_table`, with the covariance that follows from the calibration's.
+        """Return `to_table` with the covariance that follows from the calibration's.
 
         Args:
             pixels: (n, 2).
@@ -135,12 +135,12 @@ class CameraModel:
         return Placed(xy, covariance)
 
     def px_per_cm(self, xy: np.ndarray, height: float = 0.0) -> np.ndarray:
-        """Scale of the picture at places (n, 2), cm: the mean over all directions, (n,)."""
+        """Return the picture's scale at places (n, 2), cm: the mean over all directions, (n,)."""
         points = np.column_stack([xy, np.full(len(xy), height)])
         return np.asarray(np.sqrt(np.abs(np.linalg.det(per_cm(self, points)[:, :, :2]))))
 
     def sight_lines(self, pixels: np.ndarray) -> np.ndarray:
-        """Directions (n, 3), unit vectors in the board's frame, in which pixels (n, 2) look.
+        """Return the viewing directions (n, 3) of pixels (n, 2), unit vectors in the board's frame.
 
         nan where the lens has no such pixel.
         """
@@ -167,7 +167,7 @@ class CameraModel:
 def projected(
     points: np.ndarray, lens: np.ndarray, rotation: np.ndarray, translation: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Pixels (n, 2) of points (n, 3), and their derivatives (n, 2, 14) as in `covariance`."""
+    """Return pixels (n, 2) of points (n, 3), and derivatives (n, 2, 14) as in `covariance`."""
     focal, cx, cy = lens[:3]
     matrix = np.array([[focal, 0, cx], [0, focal, cy], [0, 0, 1]])
     if not len(points):
@@ -197,7 +197,7 @@ def per_cm(camera: CameraModel, points: np.ndarray) -> np.ndarray:
 def triangulate(
     one: CameraModel, other: CameraModel, pixels_one: np.ndarray, pixels_other: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Where two cameras of one board see something: points (n, 3), and by how much they miss.
+    """Return where two cameras of one board see something: points (n, 3), and their miss.
 
     The point is in the middle of where the two lines of sight are nearest; the gap (n,) between
     them, cm, tells how far the two are from agreeing.  Of parallel lines they are nan.

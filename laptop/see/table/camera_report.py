@@ -23,7 +23,7 @@ MOVED_RMS = 5.0
 
 
 def describe(calibration: Calibration) -> list[str]:
-    """Lines for people on a calibration."""
+    """Return lines for people on a calibration."""
     camera, board = calibration.camera, calibration.board
     every = len(board.numbers)
     counts = sorted(set(calibration.markers))
@@ -60,7 +60,7 @@ def _views(calibration: Calibration) -> str:
 
 
 def warnings(calibration: Calibration) -> list[str]:
-    """Lines on what could be better."""
+    """Return lines on what could be better."""
     lines = []
     every = len(calibration.board.numbers)
     if (seen := calibration.markers[-1]) < every:
@@ -99,7 +99,7 @@ def warnings(calibration: Calibration) -> list[str]:
 
 
 def parallax(calibration: Calibration, height: float = 1.0) -> float:
-    """Greatest shift, cm, of what is at a height, cm, where it is taken to lie on the board."""
+    """Return the greatest shift, cm, of a thing at a height, cm, taken to lie on the board."""
     width, high = (side / 2 for side in calibration.board.middle)
     corners = np.array([(x, y, height) for x in (-width, width) for y in (-high, high)])
     seen = calibration.camera.to_table(calibration.camera.project(corners))

@@ -177,7 +177,7 @@ class CrossTouching:
             raise BadCalibration(f"{shift}, and touch all crosses anew; nothing is written")
 
     def _trouble(self, k: int, point: BrickPoint) -> str:
-        """Why this cannot be the touch of cross `k` if the others are right; "" if it can."""
+        """Return why this is no touch of cross `k` if the others are right; "" if it may be one."""
         for other, play in zip(self.touches, self._play, strict=True):
             apart = math.dist(other.cross, self._calibration.scale * CROSSES[k])
             moved = math.dist(other.tip, point.p)

@@ -94,7 +94,7 @@ class MarkerFit:
         return float(np.sqrt(self.covariance[6, 6]))
 
     def pen(self, camera: CameraModel, pixels: np.ndarray, headings: np.ndarray) -> np.ndarray:
-        """Where the pen is on the board, (n, 2), cm, from the marker's pixels.
+        """Return the pen's place on the board, (n, 2), cm, from the marker's pixels.
 
         Args:
             camera: the one that sees it.
@@ -105,11 +105,11 @@ class MarkerFit:
         return np.asarray(marker - turned(self.turn + np.asarray(headings), self.offset))
 
     def on_board(self, tips: np.ndarray) -> np.ndarray:
-        """Points of the arm's frame, (n, 2), cm, on the board."""
+        """Return points of the arm's frame, (n, 2), cm, on the board."""
         return self.base + self.scale * np.asarray(tips) @ rotation(self.turn).T
 
     def notes(self) -> list[str]:
-        """Lines for people."""
+        """Return notes for people, one a line."""
         x, y = 10 * self.offset
         lines = [
             f"the marker sits {x:.1f} mm along the last link from the pen and {y:.1f} mm to its "
@@ -220,7 +220,7 @@ class _Problem:
             self.whiten.append(np.linalg.inv(np.linalg.cholesky(covariance)))
 
     def residuals(self, state: np.ndarray, chosen: Sequence[int]) -> np.ndarray:
-        """Residuals (4 n + 2,) in standard deviations; the last two are the priors'."""
+        """Return the residuals (4 n + 2,) in standard deviations; the last two are the priors'."""
         turn, base, scale, offset, height = state[0], state[1:3], state[3], state[4:6], state[6]
         k = list(chosen)
         tips = base + scale * self.tips[k] @ rotation(turn).T
@@ -245,7 +245,7 @@ class _Problem:
         return state, (self.residuals(state, k)[:-2].reshape(len(k), 4) ** 2).sum(axis=1)
 
     def information(self, state: np.ndarray) -> np.ndarray:
-        """Information matrix (7, 7) of all touches."""
+        """Return the information matrix (7, 7) of all touches."""
         everything = range(len(self.crosses))
         slopes = _slopes(lambda x: self.residuals(x, everything), state)
         return np.asarray(slopes.T @ slopes)

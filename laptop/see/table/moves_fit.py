@@ -78,7 +78,7 @@ class StandFit:
     rms: float
 
     def on_board(self, points: np.ndarray) -> np.ndarray:
-        """Points of the arm's frame, (n, 3), cm, in the board's."""
+        """Return points of the arm's frame, (n, 3), cm, in the board's."""
         return np.asarray(points @ _upright(self.turn).T + self.base)
 
 

@@ -46,7 +46,7 @@ class TouchedArm:
 
 
 def touched_file(arm: str) -> Path:
-    """Path of the file of the arm of this name; it need not be there."""
+    """Return the path of an arm's file, by the arm's name; it need not be there."""
     return Path(state_folder()) / TOUCHED_FOLDER / f"{arm}.json"
 
 

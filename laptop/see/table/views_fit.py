@@ -62,7 +62,7 @@ class Unknowns:
     zooms: bool = False
 
     def pose(self, view: int) -> slice:
-        """Where a view's rotation and shift are, 6."""
+        """Return the slice of a view's rotation and shift, 6."""
         start = 8 + 6 * (view % self.views)
         return slice(start, start + 6)
 
@@ -73,7 +73,7 @@ class Unknowns:
         return slice(start, start + 2 * self.sheet)
 
     def bend(self, view: int) -> slice:
-        """Where the bend of a view's sheet is, one number of each of BENDS or none."""
+        """Return the slice of a view's sheet bend, one number for each of BENDS or none."""
         start = self.print.stop + len(BENDS) * view * self.sheet
         return slice(start, start + len(BENDS) * self.sheet)
 
@@ -141,7 +141,7 @@ def with_prior_focal(covariance: np.ndarray, state: np.ndarray) -> np.ndarray:
 
 
 def huber_weights(off: np.ndarray) -> np.ndarray:
-    """Weights (n, 1) of corners that are off by (n, 2)."""
+    """Return the weights (n, 1) of corners that are off by (n, 2)."""
     distances = np.linalg.norm(off, axis=1)
     limit = OUTLIER * max(float(np.median(distances)), LEAST_SIGMA)
     return np.minimum(1.0, limit / np.maximum(distances, 1e-12))[:, None]
@@ -181,7 +181,7 @@ def _system(
     unknowns: Unknowns,
     sigma: float,
 ) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
-    """Cost, what is left over (n, 2), normal matrix and gradient, with the priors."""
+    """Return the cost, residuals (n, 2), normal matrix and gradient, with the priors."""
     lens, zooms = state[:8], state[unknowns.zoom]
     offs, rows = [], []
     for k, (view, own) in enumerate(zip(views, points, strict=True)):
@@ -213,7 +213,7 @@ def _system(
 
 
 def _sheet(points: np.ndarray) -> np.ndarray:
-    """By how much each number of print and bend shifts points (n, 3), cm: (n, 3, 2 + bends)."""
+    """Return the shift of points (n, 3), cm, by each number of print and bend: (n, 3, 2 + b)."""
     x, y = points[:, :2].T
     moved = np.zeros((len(points), 3, 2 + len(BENDS)))
     moved[:, 1, 0] = moved[:, 0, 1] = y
@@ -224,7 +224,7 @@ def _sheet(points: np.ndarray) -> np.ndarray:
 def _priors(
     size: tuple[int, int], state: np.ndarray, unknowns: Unknowns
 ) -> tuple[np.ndarray, np.ndarray]:
-    """By how many standard deviations each number is not as usual, and its derivative, (m,) each.
+    """Return the priors' deviations, in sigmas, and their derivatives, (m,) each.
 
     Of a place nothing is usual.
     """

@@ -55,7 +55,7 @@ def find_aruco(image: np.ndarray, t: float, marker: Marker, track: Track) -> Tra
 def _why_none(
     grey: np.ndarray, marker: Marker, seen: Mapping[int, np.ndarray], track: Track
 ) -> str:
-    """Why a marker is not seen: what is in sight instead; as the last time, unless it is its turn.
+    """Return why a marker is not seen: what is in sight instead, looked up only now and then.
 
     Args:
         grey: the whole frame, uint8.
@@ -73,7 +73,7 @@ def _why_none(
 
 @lru_cache(maxsize=2)
 def detector(dictionary: int = cv2.aruco.DICT_4X4_50) -> cv2.aruco.ArucoDetector:
-    """OpenCV's detector of a dictionary's codes, its number, also of slightly blurred ones."""
+    """Return OpenCV's detector for a dictionary number, tolerant of slight blur."""
     parameters = cv2.aruco.DetectorParameters()
     parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
     # Read the bits where blur leaves them: finer, and off their edges.  (Of 60 frames with a side

@@ -43,7 +43,7 @@ class BoardView:
 
 
 def find_board(image: np.ndarray) -> BoardView | None:
-    """The board in a picture (BGR or grey, uint8), or None if no marker of one is seen.
+    """Return the board in a picture (BGR or grey, uint8); None if no marker of one is seen.
 
     Where markers of two boards are seen, it is the one with more of them.
     """
@@ -55,7 +55,7 @@ def find_board(image: np.ndarray) -> BoardView | None:
 
 
 def find_markers(image: np.ndarray) -> tuple[dict[int, np.ndarray], set[int]]:
-    """Markers in a picture (BGR or grey, uint8), roughly, by number: corners (4, 2), px.
+    """Return rough marker corners (4, 2), px, by number, in a picture (BGR or grey, uint8).
 
     Those that are seen twice are left out; the set has their numbers.
     """
@@ -78,7 +78,7 @@ def _grey(image: np.ndarray) -> np.ndarray:
 def find_again(
     image: np.ndarray, board: Board, corners: Mapping[int, np.ndarray]
 ) -> BoardView | None:
-    """Those markers of a board that are still about where they were, in a fraction of the time.
+    """Return the board's markers that are still about in place, at a fraction of a search's time.
 
     Args:
         image: BGR or grey, uint8.

@@ -15,7 +15,7 @@ few markers are others in the mirror."""
 
 
 def board_fault(image: np.ndarray, view: BoardView | None) -> str | None:
-    """What is wrong with a picture, and what to do; None if it shows one board, or none.
+    """Return what is wrong with a picture, and the remedy; None if it shows one board, or none.
 
     Args:
         image: BGR or grey, uint8.

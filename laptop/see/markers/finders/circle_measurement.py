@@ -78,7 +78,10 @@ def measure_circle(
     """Measure the circle of which a window's mask shows most; None if there is none.
 
     Args:
-        max_confidence: for what is seen of it, even if all agrees.
+        window: the window with its mask.
+        marker: what is looked for.
+        track: what is known of it from earlier frames.
+        max_confidence: greatest confidence, even if all agrees.
     """
     learned, color = marker.color, track.color
     assert learned is not None

@@ -143,13 +143,13 @@ def _corners(homography: np.ndarray) -> np.ndarray:
 
 
 def project(homography: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Points (n, 2) through a homography (3, 3): (n, 2)."""
+    """Map points (n, 2) through a homography (3, 3): (n, 2)."""
     x = np.column_stack([points, np.ones(len(points))]) @ homography.T
     return np.asarray(x[:, :2] / x[:, 2:])
 
 
 def edge_blur(grey: np.ndarray, corners: np.ndarray) -> float:
-    """Sigma (px) of the blur of a code's outline, from how steep its edges are.
+    """Return the blur's sigma, px, from how steep a code's outline is.
 
     Args:
         grey: uint8, (height, width).

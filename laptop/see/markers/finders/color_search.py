@@ -68,7 +68,7 @@ def find_by_color(
 
 
 def _taken(measured: Track, image: np.ndarray, t: float, track: Track) -> Track:
-    """The track with what is surely the marker."""
+    """Return the track after a certain detection."""
     new = track.update(measured, t)
     if measured.score < LEAST_CONFIDENCE:
         return new
@@ -79,7 +79,7 @@ def _taken(measured: Track, image: np.ndarray, t: float, track: Track) -> Track:
 
 
 def _with_others(track: Track, marker: Marker) -> Track:
-    """The track with the places of its colour beside it, when it was seen for the last time."""
+    """Return the track with the other places of its colour, as of its last detection."""
     home, image = track.home, track.picture
     if home is None or image is None:
         return track
@@ -129,7 +129,7 @@ def _search(image: np.ndarray, t: float, marker: Marker, track: Track, measure: 
 def _suspected(
     best: Track, candidates: list[Track], image: np.ndarray, t: float, track: Track
 ) -> Track:
-    """What is not where the marker can be: doubted until it has been there for some frames."""
+    """Return a detection out of reach as a suspect, until it has stayed for some frames."""
     unknown = [
         candidate
         for candidate in candidates
@@ -156,7 +156,7 @@ def _suspected(
 
 
 def _doubted(best: Track, track: Track, why: str) -> Track:
-    """The track after a frame in which something is seen that may not be the marker."""
+    """Return the track after a frame with a doubtful detection."""
     sighting = best.sighting
     assert sighting is not None
     confidence = min(sighting.confidence, MAX_AMBIGUOUS_CONFIDENCE)
@@ -165,7 +165,7 @@ def _doubted(best: Track, track: Track, why: str) -> Track:
 
 
 def _is_other(seen: Sighting, track: Track) -> bool:
-    """True if it was there while the marker was seen elsewhere."""
+    """Return whether a place held the colour while the marker was seen elsewhere."""
     return any(_is_at(seen, other) for other in track.others)
 
 
@@ -224,7 +224,7 @@ def _has_rival(best: Track, candidates: list[Track]) -> bool:
 
 
 def _blobs(mask: np.ndarray, step: int, known: Sequence[float]) -> list[Place]:
-    """Circles around the blobs in a subsampled mask, likely ones first.
+    """Return circles around the blobs of a subsampled mask, the likeliest first.
 
     Args:
         mask: uint8, shape (h, w).

@@ -20,12 +20,12 @@ MAX_AMBIGUOUS_CONFIDENCE = 0.45
 
 
 def ramp(x: float, low: float, high: float) -> float:
-    """From 0 at `low` to 1 at `high`, linear between."""
+    """Return 0 up to `low`, 1 from `high` on, linear between."""
     return min(1.0, max(0.0, (x - low) / (high - low)))
 
 
 def color_likeness(hsv: tuple[float, float, float], color: Color, learned: Color) -> float:
-    """Agreement of a mean colour; its brightness counts only with a colour that was learned.
+    """Return the agreement of a mean colour; brightness counts only for a learned colour.
 
     Args:
         hsv: of what is measured: degrees, 0 to 1, 0 to 1.
@@ -42,11 +42,12 @@ def color_likeness(hsv: tuple[float, float, float], color: Color, learned: Color
 
 
 def isolation(hsv: np.ndarray, circle: Circle, color: Color) -> float:
-    """Small if what is around has the colour, too: then it is a part of something larger.
+    """Return a factor, 1 to 0, by how much of the ring around a circle has the colour, too.
 
     Args:
         hsv: OpenCV's, uint8, shape (h, w, 3).
-        circle: in its px.
+        circle: in px of `hsv`.
+        color: the marker's.
     """
     width = max(2, round(0.25 * circle.radius))
     radius = round(1.15 * circle.radius + width)
@@ -63,11 +64,12 @@ def isolation(hsv: np.ndarray, circle: Circle, color: Color) -> float:
 
 
 def size_likeness(radius: float, seen: float | None, known: Sequence[float]) -> float:
-    """Agreement of a radius with those before, px.
+    """Return the agreement of a radius with earlier ones, px.
 
     Args:
-        seen: in the frame before; None: it was not seen there.
-        known: when it was picked, and when it was last surely seen; it may look like either.
+        radius: the one measured, px.
+        seen: in the frame before, px; None: it was not seen there.
+        known: when it was picked, and when it was last surely seen, px; it may look like either.
     """
     fit = ramp(radius, 2, 4)
     if seen:
@@ -81,7 +83,7 @@ LARGER, SMALLER = "only a much larger one", "only a much smaller one"
 
 
 def other_size(size: float, score: float, radius: float, known: Sequence[float]) -> str:
-    """Why something is not the marker, if only its size is another; else ""."""
+    """Return why something is not the marker, if only its size differs; else ""."""
     if size >= MIN_REPORTED_CONFIDENCE or score < LEAST_CONFIDENCE or not known:
         return ""
     return LARGER if radius > max(known) else SMALLER if radius < min(known) else ""
@@ -104,7 +106,7 @@ _TRUSTS = (1.0, 0.9, 0.5, 0.2)
 
 
 def color_step(hsv: tuple[float, float, float], color: Color) -> float:
-    """Distance of a mean colour in hue (1 is the tolerance) and in saturation (1 is a factor e).
+    """Return the colour distance in hue (1: the tolerance) and saturation (1: a factor e).
 
     Args:
         hsv: of what is measured: degrees, 0 to 1, 0 to 1.
@@ -115,7 +117,7 @@ def color_step(hsv: tuple[float, float, float], color: Color) -> float:
 
 
 def size_doubt(limb: Limb | None, picked: float | None) -> float:
-    """A radius's distance from the picked one (1 is a factor e), as far as the rim is missing.
+    """Return a radius's log ratio to the picked one, weighted by the missing rim.
 
     A whole rim proves a size; of an arc, any circle can be made.  What was seen before says little
     here: where more and more is hidden or smeared, one arc follows another.
@@ -126,7 +128,7 @@ def size_doubt(limb: Limb | None, picked: float | None) -> float:
 
 
 def limb_confidence(limb: Limb | None, circle: Circle, followed: bool) -> float:
-    """Confidence in a circle by the limb around it.
+    """Return the confidence in a circle from the contour around it.
 
     Args:
         limb: None if there is hardly any.

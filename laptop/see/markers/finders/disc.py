@@ -153,6 +153,9 @@ def _soft_centroid(
     """Move to the centre of gravity of what is disc; None if hardly anything is.
 
     Args:
+        image: BGR, uint8, shape (h, w, 3).
+        place: where to begin: u, v, radius, px.
+        model: tells the share of disc from the colour.
         separate: of what has a share, only what is half disc counts, with its rim.
     """
     u, v, radius = place
@@ -198,7 +201,11 @@ def _measure_whole(
     share, which makes the shape look wrong.  Then it is measured again without them.
 
     Args:
-        separate: measure without them.
+        image: BGR, uint8, shape (h, w, 3).
+        place: where to begin: u, v, radius, px.
+        marker: what is looked for.
+        track: what is known of it from earlier frames.
+        separate: whether to measure without the colours that keep a share.
     """
     model, learned = track.discriminant, marker.color
     assert model is not None

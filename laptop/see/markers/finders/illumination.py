@@ -37,7 +37,7 @@ def light_gains(image: np.ndarray, color: Color) -> Gains | None:
 
 
 def relight(image: np.ndarray, gains: Gains | None) -> np.ndarray:
-    """The picture as it would have been under the light of learning."""
+    """Return the picture under the light of learning."""
     if gains is None:
         return image
     red, green, blue = gains
@@ -50,6 +50,7 @@ def adapt_color(hsv: tuple[float, float, float], color: Color | None, learned: C
     Args:
         hsv: mean of the marker in this frame: degrees, 0 to 1, 0 to 1.
         color: as it was in the frame before; None: as it was learned.
+        learned: the one learned from the pick.
     """
     color = color or learned
     hue = color.hue + COLOR_BLEND * hue_distance(hsv[0], color.hue)

@@ -41,7 +41,7 @@ PRINT = "brickservo markers prints some"
 
 
 def other_codes(grey: np.ndarray) -> dict[str, dict[int, np.ndarray]]:
-    """All codes that can be read without a doubt: corners (4, 2), px, by family and number.
+    """Return all clearly readable codes: corners (4, 2), px, by family and number.
 
     Args:
         grey: uint8, (height, width).
@@ -56,7 +56,7 @@ def other_codes(grey: np.ndarray) -> dict[str, dict[int, np.ndarray]]:
 
 
 def only(found: Mapping[str, Mapping[int, np.ndarray]]) -> str:
-    """What is in sight instead, to be said after what is not; "" if nothing is.
+    """Return what is in sight instead, as the end of a sentence; "" if nothing is.
 
     Args:
         found: as `other_codes` gives them.
@@ -81,7 +81,7 @@ def only(found: Mapping[str, Mapping[int, np.ndarray]]) -> str:
 
 
 def _is_board(squares: Collection[np.ndarray]) -> bool:
-    """True where most have another one near, of their size, turned as they are."""
+    """Return whether most squares have one nearby of equal size and turn, as on a board."""
     if len(squares) < MANY:
         return False
     quads = np.array(list(squares), float)
@@ -97,7 +97,7 @@ def _is_board(squares: Collection[np.ndarray]) -> bool:
 
 @lru_cache(maxsize=1)
 def _square_finder() -> cv2.aruco.ArucoDetector:
-    """OpenCV's detector, for its squares: of a paper and the marker on it, it gives both."""
+    """Return OpenCV's detector for squares; it gives both a paper's and the marker's on it."""
     parameters = cv2.aruco.DetectorParameters()
     parameters.minMarkerDistanceRate = 0.01
     few = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_APRILTAG_16h5)
@@ -105,7 +105,7 @@ def _square_finder() -> cv2.aruco.ArucoDetector:
 
 
 def _code_in(grey: np.ndarray, corners: np.ndarray) -> tuple[str, int] | None:
-    """Family and number of the code in a square: its border black, none of its bits wrong."""
+    """Return the family and number of the code in a square: black border, no wrong bits."""
     for bits, numbers in _codes().items():
         cells = bits + 2
         side = cells * CELL
@@ -128,14 +128,14 @@ def _code_in(grey: np.ndarray, corners: np.ndarray) -> tuple[str, int] | None:
 
 
 def _packed(bits: np.ndarray) -> bytes:
-    """A code as OpenCV packs it, not turned."""
+    """Return a code as OpenCV packs it, not turned."""
     turns = cv2.aruco.Dictionary.getByteListFromBits(np.ascontiguousarray(bits))
     return np.asarray(turns).reshape(4, -1)[0].tobytes()
 
 
 @lru_cache(maxsize=1)
 def _codes() -> dict[int, dict[bytes, tuple[str, int]]]:
-    """Family and number of each code in all four turns, packed; by how many bits a side has."""
+    """Return the family and number of each packed code in all four turns, by bits per side."""
     codes: dict[int, dict[bytes, tuple[str, int]]] = {}
     for family, number in FAMILIES.items():
         dictionary = cv2.aruco.getPredefinedDictionary(number)

@@ -76,7 +76,7 @@ def measure_smear(image: np.ndarray, place: Place, track: Track) -> Track | None
 def _find(
     window: np.ndarray, at: tuple[float, float], radius: float, model: DiscriminantModel
 ) -> tuple[Smear, float] | None:
-    """The smear that is nearest to a place in a window, and how badly it fits."""
+    """Return the smear nearest to a place in a window, and its misfit."""
     share = smeared_share(window, model, np.full(window.shape[:2], 255, np.uint8))
     smear = None if share is None else _rough(share, at, radius)
     if not _is_smeared(smear, radius):
@@ -104,7 +104,7 @@ def _is_smeared(smear: Smear | None, radius: float) -> bool:
 
 
 def _rough(share: np.ndarray, at: tuple[float, float], radius: float) -> Smear | None:
-    """About where a smear is: the blob nearest to a place that has as much disc as a whole one."""
+    """Return a smear's rough place: the nearest blob with about a whole disc's area."""
     blobs = (cv2.blur(share, (3, 3)) > _ROUGH_SHARE).astype(np.uint8)
     _, labels, _, centers = cv2.connectedComponentsWithStats(blobs)
     masses = np.bincount(labels.ravel().astype(np.intp), share.ravel()) / (
