@@ -22,7 +22,7 @@ METHODS: tuple[tuple[str, Callable[..., Solution]], ...] = (
 )
 UP, DOWN, NOWHERE = "#1f5fae", "#d9822b", "#555555"
 MOST_STEPS = 40
-"""As many are told apart by lightness."""
+"""Greatest number of steps that the colours' lightness still tells apart."""
 
 
 def free(arm: Arm) -> Arm:

@@ -20,7 +20,7 @@ from shared.version import VERSION
 
 TEMPLATE = Path(__file__).with_name("templates") / "guide.html"
 VIEW_ANGLES = (drawing.VIEW_ANGLE, *map(math.radians, (60, 70, 78)))
-"""How wide cameras see, rad, of which the guide tells the height."""
+"""Fields of view of cameras, rad, for which the guide gives the height."""
 
 
 class Need(NamedTuple):

@@ -17,29 +17,31 @@ import numpy as np
 from laptop.course.examination import Question, Returned, TrialRun, ask, run, the_arm
 
 GOALS = ((14, 9), (4, 15), (16, -4), (13, -7))
-"""Of the first handout, cm."""
+"""Goals of the first handout, cm."""
 GOAL_TOLERANCE = 0.6
-"""How far off the arm may rest, cm: so much are two degrees of play of the shoulder worth."""
+"""Greatest distance of the resting arm from a goal, cm: two degrees of the shoulder's backlash."""
 REST_SPAN, REST_TIME = 0.05, 0.3
-"""The tip rests while it stays within so many cm for so many s."""
+"""Greatest span of the tip, cm, and least duration, s, of what counts as a rest."""
 
 TARGETS, TARGET_TIME = (40.0, -20.0, 10.0), 3.0
-"""Of the second handout, deg, and how long each is stayed at, s."""
+"""Targets of the second handout, deg, and the time at each, s."""
 PUSH = "backlash=1,load=0.05"
-"""A plant on which something pushes the elbow all the time: without KI it rests beside."""
+"""Plant on which a load pushes the elbow all the time: without KI it rests beside its target."""
 RISE_TIME, OVERSHOOT, TARGET_TOLERANCE, HUNTING = 0.8, 12.0, 2.0, 2.5
-"""s to come within a tenth; deg beyond; deg off at the end; deg to and fro at the end."""
+"""Limits of a step response: s to come within a tenth of the step, deg of overshoot, deg off the
+target at the end, and deg to and fro at the end."""
 
 LINE = (16.0, -4.0), (8.0, 12.0)
 LINE_TOLERANCE, END_TOLERANCE = 0.8, 0.9
-"""Of the third handout: greatest distance of the ink, and of its ends from the line's, cm."""
+"""Limits of the third handout: greatest distances of the ink from the line, and of its ends from
+the line's, cm."""
 
 SCENES = ("tilt=25,seed=1", "tilt=40,azimuth=70,seed=2,goal_x=5,goal_y=14")
 SIGHT_TOLERANCE = 8.0
-"""Of the fourth handout: cameras, and px that the tip may truly be off at the end."""
+"""Greatest true distance of the tip from the goal at the end of the fourth handout, px."""
 
 DQ = [0.3, -0.2]
-"""The step by which an update is tried, rad."""
+"""Joint step with which an update is tested, rad."""
 
 _UNTRIED = "the arm is not tried while a function does not end"
 

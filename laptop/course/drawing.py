@@ -23,7 +23,7 @@ from shared.arm_description import Arm, Joint
 WIDTH, HEIGHT = 180.0, 250.0
 """Room for a drawing on a page of A4 within its margins, mm."""
 SCALES = (1, 2, 2.5, 3, 4, 5, 7.5, 10, 15, 20, 30, 50, 100)
-"""A drawing is so many times smaller than the arm."""
+"""Factors by which a drawing may be smaller than the arm."""
 BEAM, HOLE, STEEL, STOP, LIMIT, ROOM, TIP, GOAL = (
     "#e6c84b", "#ffffff", "#aab3bb", "#b3430a", "#1f5fae", "#e3eef9",
     "#d01020", "#109040",
@@ -31,11 +31,11 @@ BEAM, HOLE, STEEL, STOP, LIMIT, ROOM, TIP, GOAL = (
 MARKER, RIM = 20.0, 34.0
 """Diameters of a marker and of the circle along which it is cut out, mm."""
 MARKER_HEIGHT = 128.0
-"""Of a planar arm's marker above the table, mm."""
+"""Height of a planar arm's marker above the table, mm."""
 BRICK, BRICK_ROOM = (72.0, 112.0), 12.0
-"""How wide and long the EV3 brick is, and what must be free around it, mm."""
+"""Width and length of the EV3 brick, and free room around it, mm."""
 VIEW_ANGLE = 2 * math.atan(320 / 650)
-"""How wide the emulated camera sees, rad; many webcams see as wide."""
+"""Field of view of the emulated camera, rad; many webcams have the same."""
 
 
 @dataclass(frozen=True)

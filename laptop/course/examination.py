@@ -27,9 +27,10 @@ NAME = "handout"
 """Name of the copy of a script whose functions are called."""
 
 TIMEOUT, ANSWER_TIMEOUT = 45.0, 15.0
-"""For a script to end, and for its functions to answer, s of the brick: a good one takes 23."""
+"""Longest run of a script, and of its functions' answers, in the brick's time, s; a good one takes
+23 s."""
 PATIENCE = 5.0
-"""For so long a script may compute without looking at the clock, s of this computer."""
+"""Longest computation without a look at the clock, s of this computer."""
 ENDLESS = ("timeout", "stuck", "waiting", "deadlock")
 """Reasons for which a run is cut off."""
 

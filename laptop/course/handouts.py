@@ -82,7 +82,7 @@ HANDOUTS = (
     Handout("servoing", "4. The camera guides the arm", criteria.check_servoing),
 )
 BASINS_GOAL = (9, 8)
-"""Of the picture of basins, cm."""
+"""Goal in the picture of basins, cm."""
 
 
 def handout_of(file: Path) -> Handout:

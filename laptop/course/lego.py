@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 PITCH = 8.0
-"""From hole to hole, mm."""
+"""Distance of neighbouring holes, mm."""
 SETS = ("45544", "31313")
 
 
@@ -39,7 +39,7 @@ OTHERS = (
     Part("frame 5 x 7", (3, 2)),
     Part("angle beam 3 x 5", (6, 6)),
 )
-"""What else the text names."""
+"""Parts beside beams and wheels that the guide names."""
 
 
 @dataclass(frozen=True)

@@ -34,7 +34,7 @@ class Trouble(NamedTuple):
 
 
 ADDRESS = BrickAddress("ev3dev.local")
-"""Of a brick in the sentences."""
+"""Address of the brick in the sentences."""
 
 NOW = 1.8e9
 """Time of the laptop in the sentences, s: in 2027."""
@@ -44,7 +44,7 @@ HEALTHY: dict[str, Any] = {
     "load": 0.4, "cores": 1, "others": [], "room": 900.0, "battery": 7.9, "time": NOW,
     "host": "ev3dev", "connection": "", "problem": None,
 }  # fmt: skip
-"""What doctor.py tells of a brick with which all is fine, but for its motors."""
+"""Answers of doctor.py on a brick where all is fine but the motors."""
 
 
 def troubles(arm: Arm) -> list[Trouble]:

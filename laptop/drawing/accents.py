@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 GAP = 3.0
-"""Between a letter and what is above or below it."""
+"""Distance between a letter and its accent, in the font's units."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ ACCENTS = {
         is_above=False,
     ),
 }
-"""By combining character, as Unicode takes letters apart."""
+"""Accents by combining character, as in Unicode's decompositions."""
 
 
 def accent_strokes(mark: str, letter: list[np.ndarray]) -> list[np.ndarray]:

@@ -13,13 +13,13 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 MAX_FACES = 3000
-"""Areas whose edges cross more often than gives so many parts are not looked into."""
+"""Most parts into which crossing edges may divide an area."""
 
 EDGE = 1e-6
-"""What is so near to an edge is inside, as a share of the area's greater side."""
+"""Distance from an edge that still counts as inside, as a share of the area's greater side."""
 
 SHORTEST = 0.6
-"""Shorter lines of hatching are left out, in distances between two lines."""
+"""Least length of a hatching line, in distances between two lines."""
 
 NOTHING: BaseGeometry = shapely.Polygon()
 

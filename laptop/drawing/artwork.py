@@ -10,15 +10,15 @@ import numpy as np
 from shared.arm_description import ArmError
 
 SMOOTH_TURN = 6.0
-"""What is curved turns by at most so much from point to point, degrees."""
+"""Greatest turn of a curve from point to point, degrees."""
 
 CORNER_TURN = 20.0
-"""A point that turns by more is a corner; what turns less is drawn as a smooth curve, degrees."""
+"""Turn above which a point is a corner, degrees; what turns less is drawn as a smooth curve."""
 
 
 DOT = 0.02
-"""What is a dot, a line without length with round ends, becomes a dash of this length, cm: on paper
-as on its sheet."""
+"""Length of the dash that a dot becomes (a line without length with round ends), cm, on paper as on
+its sheet."""
 
 
 class BadArtwork(ArmError, ValueError):

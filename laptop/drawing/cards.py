@@ -20,10 +20,11 @@ from robot.motion.kinematics import Unreachable, branches, coordinates, forward
 from shared.arm_description import Arm
 
 MIN_SIZE, MAX_SIZE = 1.0, 100.0
-"""Sides of a card, cm."""
+"""Least and greatest side of a card, cm."""
 
 MARGIN = 0.3
-"""How far from the boundary of its reach an arm draws that, cm: beyond nothing may happen."""
+"""Distance from the boundary of the reach at which an arm draws that boundary, cm: nothing may
+happen beyond it."""
 
 STAR_LINES = 12
 CIRCLES = 4
@@ -101,7 +102,7 @@ CARDS: dict[str, Callable[[float], Iterator[np.ndarray]]] = {
     "circles": _circles,
     "iso9283": _iso9283,
 }
-"""The cards that need no arm, by name."""
+"""Cards that need no arm, by name."""
 
 
 def _circle(centre: np.ndarray, radius: float) -> np.ndarray:

@@ -18,16 +18,16 @@ import numpy as np
 from laptop.drawing.artwork import SMOOTH_TURN
 
 AIMED_TURN = math.radians(0.85 * SMOOTH_TURN)
-"""The turn a point that curves are divided by, rad: neighbours are not quite alike."""
+"""Turn per point at which curves are divided, rad: below SMOOTH_TURN, for neighbours differ."""
 
 SAMPLES = 96
-"""At so many places the bend of a curve is looked at first."""
+"""Number of places at which the bend of a curve is sampled first."""
 
 SHORTEST = 0.25
-"""A chord this short, in tolerances, is not halved any more: a bend so tight is a corner."""
+"""Chord length below which none is halved, in tolerances: a bend so tight is a corner."""
 
 SAME = 1e-6
-"""What is so near, in tolerances, is one point, but for rounding."""
+"""Distance, in tolerances, below which two points are one, but for rounding."""
 
 MAX_CURVE_POINTS = 720
 """Most points of one curve; an ellipse has some 70."""
@@ -184,7 +184,8 @@ def _refined(curve: Bezier | Elliptic, t: np.ndarray, tolerance: float) -> np.nd
 
 
 LONG_SIDE = 2.2
-"""Where a line meets one so many times as long, that one is straight: the curve begins there."""
+"""Ratio of two neighbouring chords above which the longer one is straight: the curve begins there.
+"""
 
 
 def rounded(points: np.ndarray, corner: float, tolerance: float) -> np.ndarray:

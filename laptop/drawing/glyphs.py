@@ -14,20 +14,20 @@ from HersheyFonts import HersheyFonts
 from laptop.drawing.accents import ring
 
 CAPITALS = 21.0
-"""Height of capitals."""
+"""Height of capitals, in the font's units."""
 BASE_LINE = 9.0
-"""Of the fonts' own letters; y goes down there."""
+"""Baseline of the fonts' own letters, whose y goes down."""
 
 Glyph = tuple[list[np.ndarray], float]
-"""Strokes (n, 2), and the way to the next letter."""
+"""Strokes (n, 2), and the advance to the next letter."""
 
 PLAIN = "futural"
 GREEK = "greeks"
-"""Where the letters of that alphabet come from, for all fonts, in place of A to X and a to x."""
+"""Font of the Greek letters, for all fonts, in place of A to X and a to x."""
 CYRILLIC, CYRILLIC_TOO = "cyrilc_1", "cyrillic"
-"""Where those of this one come from: in the alphabet's order from A and a on; the last ones."""
+"""Fonts of the Cyrillic letters: the alphabet in order from A and a on; the last letters."""
 BEYOND = dict(zip("ЪЫЬЭЮЯъыьюя", "]$_CU^|&~u}", strict=True))
-"""Where the last ones are."""
+"""Characters that hold the last Cyrillic letters."""
 AS_LATIN = {"І": "I", "і": "i", "Ј": "J", "ј": "j", "Ѕ": "S", "ѕ": "s"}
 MATHEMATICS, SIGNS = "mathupp", "symbolic"
 OF_MATHEMATICS = {
@@ -57,7 +57,7 @@ MADE: dict[str, tuple[str, tuple[Stroke, ...]]] = {
     "¢": ("c", (((0, 0, -0.3), (0, 0, 1.3)),)),
     "£": ("L", ()),
 }  # fmt: skip
-"""Letters made of another one and of strokes: x = a half of its width + b, y in its heights."""
+"""Letters composed of another one and of strokes: x = a half of its width + b, y in its heights."""
 
 POUND = (
     ((11, 16), (10, 19), (8, 21), (6, 20), (5, 17), (5, 13), (6, 9), (6, 5), (5, 2), (3, 0)),
@@ -65,10 +65,10 @@ POUND = (
     ((3, 11), (10, 11)),
 )
 LOWERED = 4.0
-"""The bow of a thorn is lower than that of a P by so much."""
+"""Distance by which the bow of a thorn is lower than that of a P."""
 
 SMALL, RAISED, SUNK = 0.58, 0.42 * CAPITALS, -0.2 * CAPITALS
-"""Size of what stands high or low, and where its baseline lies."""
+"""Size of superscripts and subscripts, as a factor, and their baselines."""
 
 
 @cache

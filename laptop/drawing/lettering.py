@@ -23,13 +23,14 @@ FONTS = {
     "times": "timesr",
     "gothic": "gothiceng",
 }
-"""Names for people, and those of the library. All but the last two are of single strokes."""
+"""Fonts of the library by their names for people; all but the last two are of single strokes."""
 
 MAX_CHARACTERS = 2000
-"""An A4 page, written closely."""
+"""Longest text, characters: an A4 page, written closely."""
 
 CORNER = math.radians(55)
-"""The fonts' curves turn by up to 50 degrees a point, their corners by 60 and more."""
+"""Turn above which a font's point is a corner, rad: its curves turn by up to 50 degrees a point,
+its corners by 60 and more."""
 
 ALIKE = str.maketrans(
     {
@@ -42,7 +43,7 @@ ALIKE = str.maketrans(
         **{"\u0153": "oe", "\u0152": "OE", "\ufb01": "fi", "\ufb02": "fl"},
     }
 )
-"""What the fonts lack, and what is written for it."""
+"""Replacements for characters that the fonts lack."""
 
 IGNORED = re.compile("[\u034f\u115f\u1160\u3164\ufe00-\ufe0f\U000e0100-\U000e01ef]")
 """Characters that have neither ink nor width, besides those of category Cf."""

@@ -15,30 +15,30 @@ import numpy as np
 from laptop.drawing.pixel_walks import Pixels
 
 PAPER = 24
-"""The paper around a place is looked for so far away: a share of the longer side, 1 / PAPER."""
+"""Distance, as 1 / PAPER of the longer side, within which the paper's brightness is sought."""
 LEAST_INK = 0.10
-"""Ink takes this share of the paper's light away at least; a soft shadow does not, so near by."""
+"""Least share of the paper's light that ink absorbs; a soft shadow's is less so near by."""
 SURE_INK = 0.2
-"""A line does so somewhere."""
+"""Share of the light that a line absorbs at least somewhere."""
 SPECK = 30
-"""What is shorter than 1 / SPECK of the longer side, all in all, is a speck."""
+"""Length of a speck, as 1 / SPECK of the longer side; whatever is shorter is dropped."""
 WIDE = 60
-"""A line is at most 1 / WIDE of the longer side wide."""
+"""Greatest width of a line, as 1 / WIDE of the longer side."""
 
 LOOK, BEND = 6, -0.7
-"""A line's direction at a crossing is looked for so many pixels away; one that bends by more than
-45 degrees there is another line."""
+"""Distance from a crossing at which a line's direction is taken, px; and cosine between two leaving
+directions below which they are one line, as it bends by less than 45 degrees."""
 
 SPUR = 2.5
-"""A side branch as long as so many half widths is no line, but a corner of a wide one."""
+"""Length, in half widths, up to which a side branch is a corner of a wide line."""
 
 MOST_INK, LEAST_SHARE = 0.2, 5e-4
-"""Shares of a drawing that have ink: at the most and at the least."""
+"""Greatest and least share of a drawing's pixels that have ink."""
 THIN, CLEAN = 0.75, 0.8
-"""Of a drawing so much of its ink is in lines, and so much of the rest is clean paper."""
+"""Least share of a drawing's ink that is in lines, and least share of clean paper in the rest."""
 
 Way = tuple[list[tuple[int, int]], tuple[int, int]]
-"""Pixels (x, y) from node to node, and the numbers of these; both 0 where it goes round."""
+"""Pixels (x, y) from node to node, and the numbers of these; both 0 for a loop."""
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from laptop.drawing.artwork import Artwork, BadArtwork
 from laptop.drawing.options import DrawingOptions
 
 IN_PLACE = 90.0
-"""So a sheet is turned whose x and y are the arm's, degrees."""
+"""Rotation of a sheet whose x and y are the arm's, degrees."""
 
 
 def line_through(points: Sequence[tuple[float, float]]) -> Artwork:

@@ -14,7 +14,7 @@ import numpy as np
 from laptop.drawing.strokes import PlacedStroke
 
 MEETING = 0.05
-"""Ends so near to one another meet, cm."""
+"""Distance up to which two ends meet, cm."""
 
 
 def merged(strokes: Sequence[PlacedStroke], meeting: float = MEETING) -> list[PlacedStroke]:

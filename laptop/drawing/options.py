@@ -12,12 +12,12 @@ from robot.motion import kinematics
 from shared.arm_description import Arm
 
 TOLERANCE = 0.01
-"""Lines are simplified by no more, cm: finer than any arm of bricks draws."""
+"""Greatest error by which lines are simplified, cm: finer than any arm of bricks draws."""
 
 GREATEST_TOLERANCE = 0.2
 
 SPEEDS = (0.5, 50.0)
-"""Of the tip, cm/s."""
+"""Least and greatest speed of the tip, cm/s."""
 
 
 class BadDrawingOption(BadArtwork):

@@ -20,32 +20,34 @@ import numpy as np
 from laptop.drawing.strokes import PlacedStroke
 
 LONGEST_MOVED = 8
-"""Or-opt moves so many strokes at once, at the most."""
+"""Greatest number of strokes that Or-opt moves at once."""
 
 MOST_TRIED, TRIED_EACH = 150_000, 1_500
-"""So many changes of the order are tried, at the most, and for each stroke: counted, not timed, so
-that it is the same on every computer."""
+"""Greatest number of changes of the order that are tried: in all, and for each stroke. They are
+counted, not timed, so that the order is the same on every computer."""
 
 NEIGHBOURS = 10
-"""So many nearest ends are looked at from each end."""
+"""Number of nearest ends that are considered for each end."""
 
 KD_TREE = 4
-"""FLANN's number for one tree that is searched exactly."""
+"""FLANN's number for a single k-d tree, searched exactly."""
 
 PARTS_EXCHANGED, EXCHANGED_WITHIN = 4, 30
-"""So many cuts make the parts that are exchanged at random, within so many strokes."""
+"""Number of cuts between parts that are exchanged at random, and number of strokes within which the
+cuts lie."""
 
 EXCHANGE_COST = 20
-"""An exchange at random costs as much as so many changes that are tried."""
+"""Cost of a random exchange, in tried changes."""
 
 BEGINNINGS, MANY = 4, 1500
-"""Nearest neighbours are followed from so many places, of strokes that are not so many."""
+"""Number of starts from which nearest neighbours are followed, and greatest number of strokes for
+which that is done."""
 
 LEAST_GAIN = 1e-6
-"""A change that saves less is none, cm."""
+"""Least saving of a change, cm."""
 
 POSTURE_WAY = 6.0
-"""A change of posture takes as long as a way of so much, cm."""
+"""Length of a pen-up way that takes as long as a change of posture, cm."""
 
 
 def ordered(

@@ -10,15 +10,15 @@ from laptop.system.decoders import quiet_decoders
 from laptop.system.picture_heads import JPEG, SpoiltPicture, picture_size, png_orientation
 
 WORKING_SIDE = 640
-"""Longer side of a photo, px: a pen draws nothing finer of one."""
+"""Longer side to which a photo is reduced, px: a pen draws nothing finer of it."""
 LINES_SIDE = 1280
-"""That of a line drawing: its lines may lie close to one another."""
+"""Longer side to which a line drawing is reduced, px: its lines may be close together."""
 
 LIGHT = 0.9
-"""As bright as paper."""
+"""Brightness, 0 to 1, from which a pixel is as bright as paper."""
 
 STRIP = 256
-"""So many rows are made grey at once."""
+"""Number of rows converted to grey at once."""
 
 
 def read_grey(data: bytes, name: str, side: int = WORKING_SIDE) -> np.ndarray:

@@ -18,26 +18,26 @@ MAX_STROKES = 3000
 """Most strokes of a picture; the shortest of more are left out. Each costs the pen two seconds."""
 
 HATCH_ANGLES = tuple(math.radians(angle) for angle in (45, 135, 0, 90))
-"""Directions of the hatching, from the lightest tone to the darkest."""
+"""Directions of the hatching, rad, from the lightest tone to the darkest."""
 
 HATCH_LINES = 60
-"""So many lines of hatching lie side by side across the longer side."""
+"""Number of hatching lines side by side across the longer side."""
 
 SHORTEST_HATCH = 0.6
-"""Shorter ones are left out, in distances between two lines."""
+"""Least length of a hatching line, in distances between two lines."""
 
 CORNER = math.radians(50)
-"""What an outline turns by more is a corner."""
+"""Turn above which a point of an outline is a corner, rad."""
 
 REACH = 3
-"""Lines are smoothed over so many pixels on either side."""
+"""Number of pixels on either side over which lines are smoothed."""
 
 FLAT = 24
-"""A picture whose tones differ by less shows nothing, of 255."""
+"""Least range of a picture's tones, of 255; below, it shows nothing."""
 
 
 DETAILS, SHADES, SMOOTHINGS = (0, 100), (0, len(HATCH_ANGLES)), (0, 100)
-"""Least and greatest of what may be wished of how a picture is drawn."""
+"""Least and greatest values of the options of tracing: detail, shades, smoothing."""
 
 STYLES = ("auto", "photo", "lines")
 

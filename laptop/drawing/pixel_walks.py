@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 Pixel = tuple[int, int]
-"""Its column and row, x and y."""
+"""A pixel's column and row, (x, y)."""
 
 AROUND = ((1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1))
-"""Steps to the neighbours of a pixel; where several are there, the first is gone to."""
+"""Steps to the neighbours of a pixel, in the order of preference."""
 
 
 class Pixels:

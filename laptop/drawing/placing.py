@@ -19,40 +19,42 @@ from laptop.drawing.artwork import Artwork, BadArtwork, bounds, is_dot
 from shared.arm_description import Arm
 
 PAPERS = {"a6": (10.5, 14.8), "a5": (14.8, 21.0), "a4": (21.0, 29.7), "letter": (21.59, 27.94)}
-"""Width and height of sheets, cm."""
+"""Widths and heights of sheets by name, cm."""
 
 LARGEST = 200.0
 """Greatest size of a sheet or drawing, cm."""
 
 PAPER_MARGIN = 1.0
-"""At the edge of a sheet nothing is drawn, cm."""
+"""Width of the blank margin of a sheet, cm."""
 
 STAND = 3.0
-"""So near to its axis the arm stands on the table: no sheet lies there, cm."""
+"""Distance from the arm's axis within which no sheet can lie, cm: the arm stands there."""
 
 LEAST_SIZE = 0.2
-"""A drawing smaller than this is none, cm."""
+"""Least size of a drawing, cm."""
 
 COARSE, FINE = 1.0, 0.2
-"""Steps in which a place is sought, cm: all over the table, then near the best."""
+"""Grid spacings of the search for a place, cm: over the whole table, and near the best place."""
 
 ENOUGH_AHEAD = 0.93
-"""A drawing lies straight ahead of the arm if it is so much of its greatest size there."""
+"""Share of the greatest size that suffices for a drawing to lie straight ahead of the arm."""
 
 COARSE_CELLS, FINE_CELLS = 24, 96
-"""A drawing is tried by one point of each stroke in a cell, so many to its greatest side."""
+"""Cells along the drawing's greater side, coarse and fine: of each stroke one point in a cell is
+tried."""
 
 MOST_TRIED = 2500
-"""More points than these are tried by larger cells."""
+"""Number of points above which the cells are enlarged."""
 
 OUTLINE = 24
-"""So many points of its outline are tried before all others."""
+"""Number of points of the outline that are tried before all others."""
 
 HALVINGS = 12
-"""So often the interval is halved in which the greatest size lies."""
+"""Number of halvings in the bisection for the greatest size."""
 
 SHRINK, SHRINKINGS = 0.99, 30
-"""What turns out to be too large by so little is made smaller, and how often."""
+"""Factor by which a drawing that is a little too large is reduced, and greatest number of
+reductions."""
 
 
 class BadPlace(BadArtwork):

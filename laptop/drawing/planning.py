@@ -17,18 +17,18 @@ from shared import job
 from shared.arm_description import Arm
 
 SEGMENT_BYTES, JOINT_BYTES = 75, 62
-"""What a segment takes of a job's line at the most, and what each joint adds."""
+"""Greatest length of a segment in a job's line, bytes, and what each joint adds."""
 
 LINE_SHARE = 0.9
-"""So much of a job's longest line is used."""
+"""Share of a job's longest line that is used."""
 
 Progress = Callable[[float], None]
-"""Called now and then with the share that is done, 0 to 1."""
+"""Callback with the share that is done, 0 to 1, called now and then."""
 
 Piece = list[tuple[float, ...]]
 
 Learned = tuple[list[float], list[list[float]]]
-"""Offsets of a piece as a job has them."""
+"""Stored offsets of a piece as a job has them."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,16 +21,16 @@ from shared import job
 from shared.arm_description import Arm
 
 MOST_POINTS = 1_000_000
-"""More points than this are no drawing for an arm."""
+"""Greatest number of points of an artwork."""
 
 FARTHEST = 1e6
 """Greatest coordinate of an artwork's point, cm."""
 
 STAGES = {"placing": 0.0, "ordering": 0.2, "planning": 0.35, "timing": 0.85}
-"""What is done, and the share of all at which it begins, about."""
+"""Stages of the preparation, and the share of the time at which each begins, about."""
 
 Progress = Callable[[str, float], None]
-"""Called now and then with what is done, one of STAGES, and the share of all, 0 to 1."""
+"""Callback with the stage, one of STAGES, and the share of all that is done, 0 to 1."""
 
 
 @dataclass(frozen=True)

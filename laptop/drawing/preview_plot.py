@@ -31,20 +31,20 @@ from laptop.record.figures.sheet import (
 from robot.motion import kinematics
 
 MARGIN = 1.0
-"""Around all that is shown, cm."""
+"""Margin around all that is shown, cm."""
 
 MISSED = "#e00000"
-"""What cannot be reached, and the words that say so."""
+"""Colour of what cannot be reached, and of the words that say so."""
 
 IN_TIME = ListedColormap(colormaps["plasma"](np.linspace(0, 0.78, 256)))
-"""Colours of the strokes from the first to the last: what comes after is too light."""
+"""Colours of the strokes from the first to the last, without the map's lightest."""
 
 TICKS = 6
-"""Of the time's scale."""
+"""Number of ticks of the time scale."""
 
 OUTLINE_PRECISION, FINER = 0.02, 4
-"""Of the reach's outline, cm; and how much finer than the map it is drawn, so that it looks smooth.
-"""
+"""Precision of the reach's outline, cm; and factor by which it is drawn finer than the map, so that
+it looks smooth."""
 
 
 def preview_bytes(plan: DrawingPlan, words: Sequence[str], ending: str) -> bytes:

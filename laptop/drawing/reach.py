@@ -18,17 +18,17 @@ from shared.arm_description import Arm, ArmError
 POSTURES = ("up", "down")
 
 SPACING = 0.1
-"""So close together points of a stroke are tried, cm."""
+"""Greatest distance between points of a stroke that are tried, cm."""
 
 LEAP = math.radians(30)
-"""Between two of these no joint turns farther: it would be by another posture, rad."""
+"""Greatest turn of a joint between two of these, rad: a larger one is a change of posture."""
 
 LIMIT_MARGIN = math.radians(0.1)
-"""Joints keep so far off their limits, rad: a curve may bulge out between its points."""
+"""Distance that joints keep from their limits, rad: a curve may bulge out between its points."""
 
 EASY_MARGIN, EASY_SINGULARITY = math.radians(1), 0.3
-"""Where the arm moves easily: so far off the limits, rad, and off what is singular (see
-kinematics.singularity)."""
+"""Distance from the joint limits, rad, and least `kinematics.singularity`, where the arm moves
+easily."""
 
 RASTER = 0.1
 """Width of a cell of a ReachMap, cm."""

@@ -17,26 +17,26 @@ from laptop.drawing.artwork import turns
 from robot.motion.paths import CORNER
 
 PEN_WIDTH = 0.03
-"""What is shorter is a dot, and drawn as a line of this length, cm."""
+"""Length below which a stroke is a dot, and to which that is drawn, cm."""
 
 SAME = 0.002
-"""Points nearer to one another are one, cm."""
+"""Distance below which two points are one, cm."""
 
 CURVE_TURN, CURVE_STEP = math.radians(6), 0.25
-"""From point to point a curve turns by no more (rad) and goes no farther (cm), so that the tangents
-worked out from them are its own."""
+"""Greatest turn, rad, and greatest step, cm, of a curve from point to point, so that the tangents
+computed from its points are its own."""
 
 SHARPEST = math.radians(60)
-"""No curve turns by more from point to point, rad."""
+"""Greatest turn of a curve from point to point, rad, before it is cut there."""
 
 STRAIGHT_SHARE = 0.3
-"""A piece is straight that bends by no more than this share of the tolerance."""
+"""Share of the tolerance up to which a bent piece counts as straight."""
 
 NOISE_SHARE = 0.2
-"""What is off by less than this share of the tolerance is noise."""
+"""Share of the tolerance up to which a deviation is noise."""
 
 SMOOTHINGS = 20
-"""So often corners that do not show are left out, which may show others."""
+"""Greatest number of passes that remove corners that do not show, which may expose others."""
 
 
 def pieces(points: np.ndarray, tolerance: float) -> list[np.ndarray]:

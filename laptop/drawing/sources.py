@@ -29,7 +29,7 @@ OTHERS = (
     (b"PK\x03\x04", "a ZIP archive, or an office document", "save the drawing as SVG"),
     (b"AC10", "a DWG", "save it as SVG"),
 )
-"""Other files that people try: how they begin, what they are, and what to do."""
+"""Other formats that people try: their first bytes, their names, and what to do."""
 
 BRANDS = (
     (b"avi", "an AVIF", "save the picture as JPEG"),
@@ -37,7 +37,7 @@ BRANDS = (
     (b"mif1", "a HEIC, as phones take pictures", "save or send it as JPEG"),
     (b"", "a film", "save one of its pictures as PNG"),
 )
-"""The same by the brands of ISO's container, which begin at its ninth byte."""
+"""Other formats by the brand of an ISO container, which begins at its ninth byte."""
 
 _GAP, _WORD = r"[ \t\r]*", r"[A-Z][-+]?\d+(?:\.\d*)?"
 _REMARK = rf"{_GAP}(?:[;(%][^\n]*)?\n"
@@ -49,12 +49,12 @@ PLOTTER_FILES = (
     (rf"{_GAP}(?:IN|DF|SP\d?|P[UDA][-\d., ]*){_GAP};", "HPGL"),
     (rf"(?:{_GAP}999[^\n]*\n[^\n]*\n)*{_GAP}0{_GAP}\n{_GAP}SECTION{_GAP}\n", "a DXF"),
 )
-"""Texts for other machines: how they begin, and what they are."""
+"""Patterns of texts for other machines, and the formats' names."""
 HEAD = 5000
-"""So many letters tell what a text is."""
+"""Number of characters by which the format of a text is recognised."""
 
 DRAWING_ENDINGS = (".svg", ".svgz", ".png", ".jpg", ".jpeg")
-"""What is named so, and holds a text, is no text to write."""
+"""Endings of names by which a file of text was meant as a drawing."""
 
 
 def read_source(

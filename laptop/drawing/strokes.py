@@ -12,13 +12,13 @@ from robot.motion import kinematics
 from shared.arm_description import Arm
 
 CUT_PRECISION = 0.005
-"""A line is cut so near to where the reach ends, cm."""
+"""Precision with which a line is cut at the end of the reach, cm."""
 
 LEAST_PART = 0.05
-"""What is left of a cut line and shorter than this is left out, too, cm."""
+"""Least length of a part of a cut line, cm; shorter ones are left out, too."""
 
 NAMED = 3
-"""More strokes that cannot be reached are not named one by one."""
+"""Number of unreachable strokes that are named one by one."""
 
 
 @dataclass(frozen=True, eq=False)

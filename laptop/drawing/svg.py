@@ -30,17 +30,17 @@ from laptop.drawing.svg_units import PX, UnreadableValue, compose, length, view_
 from laptop.drawing.xml_guard import GZIP, is_svg, read_xml
 
 MAX_COORDINATE = 1e5
-"""Where a drawing may be, cm: what is a kilometre away is a mistake."""
+"""Greatest coordinate of a drawing, cm: a kilometre away is a mistake."""
 
 TOLERANCE = 3e-4
-"""How far a curve may be from its chords, as a share of the drawing's greater side."""
+"""Greatest distance of a curve from its chords, as a share of the drawing's greater side."""
 
 HATCH_ANGLE, HATCH_LINES = math.radians(45), 90
-"""Of the hatching of areas: its direction, and how many lines of what is black lie side by side
-across the drawing's greater side; lighter ones are farther apart."""
+"""Direction of the hatching of areas, rad, and number of lines of a black area across the drawing's
+greater side; lighter ones are farther apart."""
 
 COVERS = 0.99
-"""An area as opaque as this hides what is below it."""
+"""Opacity from which an area hides what is below it."""
 
 
 @dataclass(frozen=True)

@@ -24,11 +24,11 @@ from laptop.drawing.svg_units import UnreadableValue, compose
 from laptop.drawing.xml_guard import MAX_DEPTH
 
 FINE = 3e-4
-"""How far the edge of an area may be from a curve, as a share of the area's greater side."""
+"""Greatest distance of an area's edge from a curve, as a share of the area's greater side."""
 MAX_POINTS = 20_000
-"""Edges of more points are not followed."""
+"""Greatest number of points of an edge."""
 MAX_KEPT = 500
-"""So many areas of a drawing are kept, for other shapes that have the same."""
+"""Greatest number of cached areas, for other shapes that have the same."""
 
 Area: TypeAlias = BaseGeometry | None
 

@@ -24,8 +24,7 @@ INITIAL = {
     **{"font-weight": "normal", "letter-spacing": "normal", "text-anchor": "start"},
     **{"white-space": "normal"},
 }
-"""The properties that matter here and that a child takes from its parent, and what they are where
-nothing says it (SVG 2, appendix F)."""
+"""Inherited properties that matter here, with their initial values (SVG 2, appendix F)."""
 
 OWN = {
     **{"display": "inline", "opacity": "1", "clip-path": "none", "mask": "none", "overflow": ""},
@@ -34,20 +33,20 @@ OWN = {
     **{"dominant-baseline": "auto", "baseline-shift": "0", "mask-type": "luminance"},
     **{"stop-color": "black", "stop-opacity": "1"},
 }
-"""Those that it does not."""
+"""Properties that are not inherited, with their initial values."""
 
 GEOMETRY = ("x", "y", "width", "height", "cx", "cy", "r", "rx", "ry", "d")
-"""Attributes that a style sheet may set, too (SVG 2, section 7); no elements' own properties but
-these are in `Style`, and only where CSS says them."""
+"""Attributes that a style sheet may set, too (SVG 2, section 7); of the properties that only an
+element itself has, these alone are in `Style`, and only where CSS gives them."""
 
 MARKERS = ("marker-start", "marker-mid", "marker-end")
 UNLESS_CSS = ("translate", "rotate", "scale")
-"""Properties that are no attributes."""
+"""Properties that exist in CSS only, not as attributes."""
 MAX_SHEETS = 20
 MAX_RULES = 20_000
-"""More of a drawing's style sheets and their rules are not read."""
+"""Greatest number of style sheets and rules of a drawing."""
 MAX_TRIED = 2_000_000
-"""So often a rule may be tried on an element."""
+"""Greatest number of times that rules are tried on elements."""
 
 Style = Mapping[str, str]
 

@@ -8,7 +8,7 @@ SVG = "{http://www.w3.org/2000/svg}"
 INKSCAPE = "{http://www.inkscape.org/namespaces/inkscape}"
 HREF = ("href", "{http://www.w3.org/1999/xlink}href")
 LANGUAGE = "en"
-"""Of the reader, for `systemLanguage`."""
+"""The reader's language, for `systemLanguage`."""
 
 SHAPES = ("path", "rect", "circle", "ellipse", "line", "polyline", "polygon")
 CONTAINERS = ("g", "a", "svg", "switch")

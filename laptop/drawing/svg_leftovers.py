@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 EXAMPLES = 3
-"""So many of a kind are named, the others counted."""
+"""Number of elements of a kind that are named; the others are counted."""
 LONGEST_EXAMPLE = 40
 
 WORDS = {
@@ -118,7 +118,7 @@ WORDS = {
         "{count} lines without length are not drawn.",
     ),
 }
-"""What is said of one and of several of each kind; `which` is the names in brackets."""
+"""Sentences for one and for several elements of each kind; `which` is the names in brackets."""
 
 
 class Leftovers:

@@ -16,7 +16,7 @@ from laptop.drawing.svg_units import UnreadableValue, length
 
 PRESERVE = "{http://www.w3.org/XML/1998/namespace}space"
 MAX_LETTERS = 20_000
-"""More of a text are not set."""
+"""Greatest number of letters of a text that are set."""
 INNER = ("tspan", "a", "tref")
 KEPT_STEPS = "\n\r\t"
 

@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 from tinycss2 import color4
 
 LEAST_OPACITY = 1 / 255
-"""What is as thin as this, nobody sees."""
+"""Opacity up to which nothing is visible."""
 
 WHITE = 254.5 / 255
-"""A colour as light as this in all three parts is that of the paper."""
+"""Least red, green and blue of a colour that is the paper's."""
 
 REFERENCE = re.compile(r"""url\(\s*["']?\s*([^"')]*?)\s*["']?\s*\)\s*(.*)""", re.DOTALL)
 LIGHT_DARK = re.compile(r"light-dark\((.*)\)", re.DOTALL)
@@ -123,7 +123,7 @@ PENS = (
     *("black", "grey", "silver", "red", "maroon", "orange", "gold", "yellow", "brown", "pink"),
     *("magenta", "purple", "blue", "navy", "cyan", "teal", "green", "lime", "olive"),
 )
-"""Colours of pens that are told by their names."""
+"""Colours of pens that are reported by name."""
 
 
 @lru_cache(maxsize=4096)

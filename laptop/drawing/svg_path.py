@@ -22,14 +22,15 @@ NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 NUMBERS = re.compile(NUMBER)
 BETWEEN = r"[\s,]*"
 TAKES = {"m": 2, "l": 2, "h": 1, "v": 1, "c": 6, "s": 4, "q": 4, "t": 2}
-"""How many numbers make a segment of each kind."""
+"""Numbers per segment, by command."""
 COMMANDS = re.compile(r"\s*([MmLlHhVvCcSsQqTtAaZz])([^MmLlHhVvCcSsQqTtAaZz]*)")
 ARGUMENT = re.compile(rf"{BETWEEN}({NUMBER})")
 _COORDINATE, _FLAG = rf"{BETWEEN}({NUMBER})", rf"{BETWEEN}([01])"
 ARC = re.compile(3 * _COORDINATE + 2 * _FLAG + 2 * _COORDINATE)
-"""The numbers of an arc; the flags may be glued to what follows."""
+"""Pattern of an arc's numbers; the flags may be glued to what follows."""
 ODD = re.compile(r"(?<![\d.])0\d+\.?\d*(?:[eE][-+]?\d+)?|\d+\.(?!\d)(?:[eE][-+]?\d+)?")
-"""Numbers with a zero ahead, or without a digit behind the point: fontTools reads them as two."""
+"""Pattern of numbers with a leading zero, or without a digit behind the point: fontTools reads them
+as two."""
 PLAIN = {ord(c): None for c in " ,\t\r\n\f"}
 
 

@@ -11,7 +11,7 @@ from laptop.drawing.svg_paint import Paint, colour_paint, reference, share
 from laptop.drawing.svg_place import SvgElements, SvgPlace
 
 MAX_LED = 10
-"""So often a gradient may have its colours from another one."""
+"""Longest chain of gradients that take their colours from one another."""
 GRADIENTS = ("linearGradient", "radialGradient")
 
 

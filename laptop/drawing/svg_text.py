@@ -23,19 +23,19 @@ GENERIC = {
     **{"system-ui": "DejaVu Sans", "ui-sans-serif": "DejaVu Sans", "ui-serif": "DejaVu Serif"},
     **{"ui-monospace": "DejaVu Sans Mono", "cursive": "DejaVu Serif", "fantasy": "DejaVu Serif"},
 }
-"""What stands for a kind of font: matplotlib brings these with it."""
+"""Fonts of matplotlib that stand for the generic families."""
 
 AS_WIDE = {
     **{"arial": "Liberation Sans", "helvetica": "Liberation Sans"},
     **{"times new roman": "Liberation Serif", "times": "Liberation Serif"},
     **{"courier new": "Liberation Mono", "courier": "Liberation Mono"},
 }
-"""Fonts with letters as wide, which systems show instead."""
+"""Metric-compatible fonts that systems show instead."""
 
 MIDDLE, CENTRAL, HANGING = 0.26, 0.30, 0.73
-"""How far above the base line other lines are, in sizes of letters, as in most Latin fonts."""
+"""Heights of other lines over the baseline, in font sizes, as in most Latin fonts."""
 SUPER, SUB = 0.33, -0.20
-"""How far letters are raised, in sizes."""
+"""Baseline shifts of superscripts and subscripts, in font sizes."""
 
 
 class NoFont(Exception):

@@ -54,13 +54,13 @@ from laptop.drawing.svg_units import (
 from laptop.drawing.xml_guard import MAX_DEPTH
 
 MAX_SVG_BYTES = 20_000_000
-"""Longest SVG that is read, unpacked; drawings for plotters have some megabytes."""
+"""Longest SVG that is read, unpacked, bytes; drawings for plotters have some megabytes."""
 
 MAX_REPEATED = 20_000
 """Most elements that `use` elements repeat."""
 
 MAX_READ = 3 * MAX_SVG_BYTES
-"""Most bytes that are looked at, with all that `use` elements repeat."""
+"""Most bytes that are read, with all that `use` elements repeat."""
 
 MAX_POINTS = 300_000
 """Most points of a drawing: at a point a millimetre a pen of 2 cm/s takes four hours."""

@@ -9,10 +9,10 @@ from collections.abc import Sequence
 import numpy as np
 
 PX = 2.54 / 96
-"""A px of SVG, cm (CSS: 96 to the inch)."""
+"""Length of SVG's px, cm (CSS: 96 to the inch)."""
 
 FONT_SIZE = 16.0
-"""Of letters where nothing says another, px."""
+"""Default size of letters, px."""
 
 UNITS = {
     **{"": 1.0, "px": 1.0, "pt": 96 / 72, "pc": 16.0, "in": 96.0},
@@ -20,7 +20,7 @@ UNITS = {
 }
 """Units of length, px."""
 OF_FONT = {"em": 1.0, "ex": 0.5, "ch": 0.5}
-"""Those of the letters' size, as a share of it, as where a font says nothing else."""
+"""Units relative to the size of letters, as shares of it, for fonts that say nothing else."""
 ANGLES = {"": 1.0, "deg": 1.0, "grad": 0.9, "rad": 180 / math.pi, "turn": 360.0}
 """Units of angles, degrees."""
 
@@ -34,9 +34,9 @@ COUNTS = {
     **{"skewX": (1,), "skewY": (1,), "translateX": (1,), "translateY": (1,), "rotateZ": (1,)},
     **{"scaleX": (1,), "scaleY": (1,), "translate3d": (3,), "scale3d": (3,)},
 }
-"""How many numbers each function of a transform takes."""
+"""Numbers that each function of a transform takes."""
 MAX_FUNCTIONS = 10_000
-"""Of a transform."""
+"""Greatest number of functions of a transform."""
 
 IDENTITY = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 SIDES = {"left": "0%", "top": "0%", "center": "50%", "right": "100%", "bottom": "100%"}

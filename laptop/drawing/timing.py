@@ -27,22 +27,22 @@ from shared.job import JOINED
 DIRECT, GEARED, IN_SPACE = "direct", "geared", "in space"
 
 MOVE_SETTLES = {DIRECT: 0.092, GEARED: 0.145, IN_SPACE: 0.13}
-"""What a fast move with the pen up takes longer than planned, by the kind of arm, s."""
+"""Settling time of a fast move with the pen up, by the kind of arm, s."""
 
 APPROACH_SETTLES = {DIRECT: 0.068, GEARED: 0.07, IN_SPACE: 0.1}
-"""And the slow one to where a stroke begins, s."""
+"""Settling time of the slow move to where a stroke begins, s."""
 
 PIECE_SETTLES = {DIRECT: 0.081, GEARED: 0.122, IN_SPACE: 0.144}
-"""And each piece of a stroke, s."""
+"""Settling time of each piece of a stroke, s."""
 
 PEN_SETTLES = 0.085
-"""And the pen, s."""
+"""Settling time of the pen, s."""
 
 BETWEEN_STROKES = {DIRECT: 0.025, GEARED: 0.025, IN_SPACE: 0.055}
-"""What the brick computes and keeps on file for each stroke, s."""
+"""Time the brick needs to compute and store each stroke, s."""
 
 READING = {DIRECT: 0.0078, GEARED: 0.0078, IN_SPACE: 0.0142}
-"""And for each cubic of its motions, s."""
+"""Time the brick needs to read each cubic of a stroke's motions, s."""
 
 
 @dataclass(frozen=True)

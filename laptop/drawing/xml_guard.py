@@ -13,10 +13,10 @@ from xml.parsers import expat
 from laptop.drawing.artwork import BadArtwork
 
 GZIP = b"\x1f\x8b"
-"""How what is packed begins."""
+"""First bytes of data compressed by gzip."""
 
 MAX_DEPTH = 200
-"""So many elements may be inside one another; editors nest some ten."""
+"""Greatest depth of nested elements; editors nest some ten."""
 
 MAX_ELEMENTS = 100_000
 """Most elements of a file."""
@@ -25,16 +25,16 @@ MAX_TEXT = 1_000_000
 """Most characters kept between tags, all together: style sheets and texts, which are short."""
 
 MAX_ENTITIES, LONGEST_ENTITY = 50, 200
-"""Entities of a file, and characters that one of them may stand for."""
+"""Greatest number of entities of a file, and of characters that one of them stands for."""
 
 MAX_ATTRIBUTES = 60_000_000
 """Most characters of all attributes together, with what entities stand for."""
 
 MAX_DEFAULTS = 500
-"""Most characters that a file may declare for elements that do not say them."""
+"""Most characters of default attributes that a file may declare."""
 
 LONGEST_EMBEDDED = 100
-"""Of a picture that is embedded as text so many characters are kept."""
+"""Number of characters that are kept of a picture embedded as text."""
 
 
 def is_svg(data: bytes) -> bool:

@@ -10,17 +10,17 @@ from typing import BinaryIO
 from shared.message_fields import printable
 
 VIDEO_CHUNKS = b"dc", b"db"
-"""Endings of the names of an AVI's chunks that hold a frame, compressed or not."""
+"""Endings of an AVI's chunk names that hold a frame, compressed or not."""
 OTHER_CHUNKS = b"wb", b"tx", b"pc"
-"""And of others beside them: sound, text, palettes."""
+"""Endings of the other chunk names: sound, text, palettes."""
 EBML, SEGMENT = bytes.fromhex("1a45dfa3"), bytes.fromhex("18538067")
-"""How a Matroska or WebM file begins, and in it the part that holds the film."""
+"""First bytes of a Matroska or WebM file, and of its part that holds the film."""
 BARE = b"\xff\xd8\xff", b"\0\0\1", b"\0\0\0\1"
-"""How pictures begin that are in no container."""
+"""First bytes of pictures without a container."""
 PROGRAM_STREAM = b"\0\0\1\xba"
-"""How an MPEG begins, which is one."""
+"""First bytes of an MPEG program stream, which is a container."""
 TRIM = 0.02
-"""Time, s, by which a film is shown for less than it holds before that counts."""
+"""Time by which a film must be shown shorter than it is to count as trimmed, s."""
 MAX_EDITS = 1000
 
 

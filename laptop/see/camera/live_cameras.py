@@ -14,12 +14,12 @@ from laptop.see.camera.frames import Capture, Frame, MakeCapture, NoCamera, bgr,
 from laptop.see.camera.stream_faults import why_no_stream
 
 MAX_STAMP_AGE = 0.5
-"""Age, s, below which a driver's time stamp is believed, and all that come after it."""
+"""Greatest age of a driver's first time stamp for its stamps to be believed, s."""
 REOPEN_SCHEDULE = (0.25, 2.0, 60.0)
-"""A live camera that fails is tried again after the first, up to every second, given up after the
-third, s."""
+"""Schedule for a live camera that fails, s: first retry, longest pause between retries, end of the
+retries."""
 STREAM_TIMEOUT = 5.0
-"""A stream that is not there by then, s, is not reachable."""
+"""Longest wait for a stream before it counts as unreachable, s."""
 
 
 class LiveSource(Protocol):

@@ -27,18 +27,20 @@ from shared.small_files import SpoiltFile, open_file
 PICTURE_FPS = 30.0
 """Frames per second of a folder of pictures."""
 MAX_UNREAD_IN_A_ROW = 1000
-"""Frames in a row that cannot be read, after which a file is at its end whatever it promises."""
+"""Number of consecutive unreadable frames after which a file ends, whatever it promises."""
 MAX_UNREAD_OF_A_GUESS = 100
-"""The same where a file does not tell how many frames it has: it may well be at its end."""
+"""The same where a file does not state its number of frames: it may well be at its end."""
 MIN_SHARE = 0.97
-"""Share of the frames that fit into its time which a recording has, unless its pace changes."""
+"""Least share of the frames that fit into its time for a recording of constant frame rate."""
 MAX_TRIED = 300
-"""Frames, from the first, of which one has to be readable: more than lie between whole ones."""
+"""Number of frames, from the first, of which one has to be readable: more than lie between key
+frames."""
 PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg")
 HALF_COLORS = {int.from_bytes(name, "little") for name in (b"I420", b"NV12", b"Y3\x0b\n")}
-"""OpenCV's numbers of films with colours of half the height: 8 bits in two ways, and 10 bits."""
+"""OpenCV's numbers of pixel formats with colours of half the height: 8 bits in two ways, and 10
+bits."""
 MAX_NAMED = 3
-"""Pictures that cannot be read that are named; of more their number is told."""
+"""Number of unreadable pictures that are named; the others are counted."""
 
 
 class Recording:

@@ -11,7 +11,8 @@ from laptop.see.camera.frames import Capture, MakeCapture, bgr
 from laptop.see.camera.recordings import PICTURE_FPS, PictureFolder, open_files
 
 MAX_READ_AHEAD = 12
-"""A frame so few after the last one is read on to, rather than sought."""
+"""Greatest distance of a frame ahead of the last one, frames, to be reached by reading rather than
+seeking."""
 
 
 class Stills:

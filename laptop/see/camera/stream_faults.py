@@ -11,7 +11,7 @@ from urllib.parse import unquote, urlsplit
 from shared.message_fields import printable
 
 ASK_TIMEOUT = 3.0
-"""Time, s, in which a camera answers that does so at all."""
+"""Longest wait for a camera's answer, s."""
 _REFUSALS = {
     401: "asks for a name and a password, or refuses yours; write http://NAME:PASSWORD@HOST/...",
     403: "refuses this computer; allow it in the camera's settings",

@@ -15,9 +15,9 @@ from laptop.see.camera.frames import Capture, MakeCapture, NoCamera
 LINUX = sys.platform.startswith("linux")
 DEV, SYSFS = "/dev", "/sys/class/video4linux"
 SIZE, FPS = (640, 480), 60.0
-"""Pixels and frames per second asked of a webcam by default; it answers with what it can."""
+"""Default size, px, and frames per second asked of a webcam; it answers with what it can."""
 SETTLING_FRAMES = 30
-"""Frames that a webcam gets to find its exposure before that is locked."""
+"""Number of frames that a webcam gets to find its exposure before that is locked."""
 
 
 class Webcam:

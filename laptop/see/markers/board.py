@@ -17,15 +17,15 @@ DICTIONARY = cv2.aruco.DICT_4X4_100
 MARKER = 2.5
 """Side of a marker's black square, cm."""
 MARGIN = 1.0
-"""From the paper's edge to the markers, cm: what printers leave white, and their rim."""
+"""Distance of the markers from the paper's edge, cm: the printer's margin, and their white rim."""
 BAR = 10.0
-"""Length of the bar that shows the scale, cm."""
+"""Length of the scale bar, cm."""
 BAR_AT = -9.2
-"""The bar's y, cm."""
+"""The scale bar's y, cm."""
 CROSSES = np.array([(x, y) for y in (7.5, 0.0, -7.5) for x in (-5.0, 0.0, 5.0)])
-"""Places of crosses 1 to 9, cm: read like a page."""
+"""Places of crosses 1 to 9, (9, 2), cm: read like a page."""
 CROSS_ARM = 0.5
-"""From a cross's middle to the end of its lines, cm."""
+"""Length of a cross's arms, cm."""
 
 
 @dataclass(frozen=True)
@@ -88,4 +88,4 @@ BOARDS = {
     "a4": Board("a4", 21.0, 29.7, 6, 9, 50),
     "letter": Board("letter", 21.59, 27.94, 6, 8, 76),
 }
-"""By the paper's name."""
+"""Boards by the paper's name."""

@@ -22,7 +22,7 @@ from laptop.see.markers.board import (
 from laptop.see.markers.marker_sheet import BadSheet, check_file
 
 INK = "0.45"
-"""Of crosses and words: a pen's line over them is still seen."""
+"""Grey of crosses and words: a pen's line over them is still seen."""
 LINE = 0.5
 """Width of the lines, points."""
 

@@ -48,9 +48,9 @@ class Ellipse(NamedTuple):
 
 
 MIN_AXIS_RATIO = 0.2
-"""Ratio of its axes below which an ellipse is a stick rather than a disc aslant."""
+"""Axis ratio below which an ellipse is a stick rather than a tilted disc."""
 MIN_HALF_AXIS = 2.0
-"""Half of its shorter axis below which an ellipse cannot be told from a stick, px."""
+"""Shorter half axis below which an ellipse cannot be told from a stick, px."""
 
 
 def ellipse_of(outline: np.ndarray, finer: int = 1) -> Ellipse | None:
@@ -100,13 +100,13 @@ _TRIPLES = np.array(
     ]
 ).T
 _REACH = 1.6
-"""How far from the middle of its largest part a marker's other parts may reach, in its radii."""
+"""Greatest distance of a marker's parts from the middle of its largest part, in its radii."""
 _MIN_PART = 0.04
-"""Area of a part, as a part of the largest, from which on it may belong to a marker."""
+"""Least area of a part that may belong to a marker, relative to the largest part."""
 _SQUARE = np.ones((3, 3), np.uint8)
 _RIM = np.array([(math.cos(k * math.pi / 18), math.sin(k * math.pi / 18)) for k in range(36)])
 _COS_SUPPORT = math.cos(0.2)
-"""Cosine of the angle, rad, from a point of a contour up to which it supports a rim."""
+"""Cosine of the greatest angle, seen from the centre, at which a contour's point supports a rim."""
 
 
 def find_circle(

@@ -16,7 +16,7 @@ import numpy as np
 from laptop.see.markers.circles import ellipse_of
 
 FULL_SHARE = 65535
-"""The share of a pixel that is all disc."""
+"""Value of a pixel that is all disc."""
 # Where two colours share a pixel, light adds up, and codes are about its square root; but a JPEG
 # averages codes.  A power between 1 and 2.2 errs least beside light and dark at once.
 _EXPONENT = 1.4
@@ -25,30 +25,32 @@ _LIGHT_EXPONENT = 2.2
 _EVEN_LIGHT = ((np.arange(256) / 255) ** _LIGHT_EXPONENT).astype(np.float32)
 """Light, 0 to 1: what is smeared over many px was averaged by the sensor, as light."""
 _SHARE_MARGIN = 0.1
-"""Shares below count as nothing, above 1 minus this as all: only the rim tells where a disc is."""
+"""Margin below which a share counts as 0, and above 1 minus which as 1: only the rim tells where a
+disc is."""
 _MIN_NOISE = 0.01
-"""Noise of a pixel, at least, as a part of white."""
+"""Least noise of a pixel, relative to white."""
 _CODING_NOISE = 0.0125
-"""Noise of each of the two chroma channels, at least, as a part of white: a JPEG has them at half
-the resolution, so that they are wrong along every edge."""
+"""Least noise of each of the two chroma channels, relative to white: a JPEG has them at half the
+resolution, so that they are wrong along every edge."""
 _CHROMA = np.array([[1.772, -0.344, 0.0], [0.0, -0.714, 1.402]])
-"""Change of b, g, r by one of Cb and by one of Cr: ITU-R BT.601."""
+"""Changes of b, g, r by one of Cb and by one of Cr: ITU-R BT.601."""
 _PIXEL_SCATTER = _MIN_NOISE**2 * np.eye(3)
 _CODED_SCATTER = _PIXEL_SCATTER + _CODING_NOISE**2 * _CHROMA.T @ _CHROMA
 _SMOOTH = 3
-"""Side of the square, px, over which the surroundings are averaged to tell how much they pull: what
-differs from pixel to pixel hardly moves a centre, what lies in spots and edges does."""
+"""Side of the square over which the surroundings are averaged to tell how much they pull, px: pixel
+noise hardly moves a centre, spots and edges do."""
 _STRETCHES = 0.006, 0.01
-"""Half the difference of the two second moments, as a part of their sum, from which on a disc may
-be smeared, and surely is, so that its soft ends, averaged, would be taken for surroundings."""
+"""Half difference of the two second moments, relative to their sum, from which a disc may be
+smeared, and surely is; its soft ends, averaged, would count as surroundings."""
 _REACH, _REACH_MORE = 1.25, 2.5
-"""How far from its middle a disc's light may fall: in radii, and so many px more."""
+"""Greatest distance of a disc's light from its middle: in radii, plus px."""
 _AROUND_FROM, _AROUND_TO = (1.12, 1.5), (_REACH, _REACH_MORE + 0.75)
-"""Where its surroundings are learned: all that is in its reach, and no rim or ground beyond."""
+"""Ring in which the surroundings are learned: all within the reach, without rim and ground beyond.
+"""
 _MIN_SEPARATION = 9.0
-"""Least distance of the disc's colour from those around, squared, in deviations of the latter."""
+"""Least squared distance of the disc's colour from those around, in their deviations."""
 _MAX_UPSCALED_RADIUS = 24
-"""Radius, px, below which an outline is taken between pixels, too."""
+"""Radius below which a contour is taken between pixels, too, px."""
 
 
 class DiscriminantModel(NamedTuple):

@@ -28,39 +28,40 @@ from laptop.see.markers.tracker import Tracker
 from shared.messages import LEAST_CONFIDENCE
 
 _TOLERANCES = (40.0, 32.0, 24.0, 17.0, 12.0)
-"""Tolerances of the hue, degrees: the widest that the surroundings allow, as light changes."""
+"""Tolerances of the hue that are tried, degrees: the widest that the surroundings allow, as light
+changes."""
 _REACH, _WIDE_REACH = 5, 15
-"""How far from a picked pixel a marker's colour is looked for, px; and where it shines there."""
+"""Greatest distance of a marker's colour from a picked pixel, px; and around a highlight."""
 _FLOORS = ((0.55, 0.4), (0.75, 0.4), (0.55, 0.65), (0.75, 0.65))
 """Floors of saturation and value that are tried: the lowest that the surroundings allow."""
 _ROUND = 0.6
-"""Roundness of what is so surely a marker that no other floors are tried."""
+"""Roundness from which a region is surely a marker, so that no other floors are tried."""
 _MAX_STRAY = 0.2
-"""What sticks out of a circle, as a part of it, from which on the ground may have the colour."""
+"""Share outside of the circle from which the ground may have the colour."""
 _WHOLE = 0.9
-"""Part of a marker that has its colour, where nothing is across it."""
+"""Least share of a marker that has its colour, where nothing is across it."""
 _MIN_ALIKE = 0.1
-"""Share of the surroundings in a marker's own hue from which on they must be told from it."""
+"""Share of the surroundings in a marker's own hue from which they must be separated from it."""
 _MAX_GAP = 0.3
-"""Part of a limb that may be missing where a stripe was taken for the ground."""
+"""Greatest missing share of a contour where a stripe was taken for the ground."""
 _UPRIGHT = 0.1
-"""Sine by which the longer axis of what the picture stretches may be off its edges."""
+"""Greatest sine between the longer axis of a stretched picture's marker and the picture's edges."""
 _MAX_STRETCH = 1.3
-"""How many times as long as wide a ball may look."""
+"""Greatest ratio of length to width of a ball."""
 _MIN_VISIBLE = 0.9
-"""Part of a marker in the picture from which on it must be found there again."""
+"""Share of a marker inside the picture from which it must be found there again."""
 _MAX_APART = 0.2
-"""Distance, in radii, of a marker from where it was learned, at which it is found again."""
+"""Greatest distance of a marker found again from where it was learned, in radii."""
 _MAX_AREA_SHARE = 0.4
-"""Part of the picture that a marker may fill; what is larger is a table."""
+"""Greatest share of the picture that a marker may fill; what is larger is a table."""
 _MAX_RIM_WIDTH, _MAX_MISFIT = 0.27, 0.062
-"""Width of the rim, in radii, beyond which only the core tells the colour and the limb the size:
-what is out of focus looks pale, and up to 1.6 times as large.  Misfit of the limb beyond which they
-do not, either.  (What is only shaded has a limb that fits.)"""
+"""Width of the rim, in radii, above which only the core tells the colour and the contour the size:
+what is out of focus looks pale, and up to 1.6 times as large. Then the contour's misfit above which
+they do not, either. (What is only shaded has a contour that fits.)"""
 _CORE = 0.5
-"""Size of the core, in radii."""
+"""Radius of the core, in radii."""
 _MIN_ROUNDNESS = 0.25
-"""Roundness of what may be a marker, though fingers hide half of it; a whole disc has 0.9."""
+"""Least roundness of a marker of which fingers hide a half; a whole disc has 0.9."""
 
 
 class _Region(NamedTuple):

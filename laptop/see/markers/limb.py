@@ -37,7 +37,7 @@ class Limb(NamedTuple):
 _RAYS = 48
 _SAMPLES = 40
 _NEAREST, _FARTHEST = 0.6, 1.4
-"""Where a ray begins and ends, in radii."""
+"""Beginning and end of a ray, in radii."""
 _STEP = (_FARTHEST - _NEAREST) / (_SAMPLES - 1)
 _RHO = np.linspace(_NEAREST, _FARTHEST, _SAMPLES, dtype=np.float32)
 # One more ray on either side, for the change from ray to ray.
@@ -56,40 +56,40 @@ _WITHIN, _WITHOUT = slice(7, 15), slice(25, 33)
 """Samples that tell the colours on either side of the rim."""
 
 _FIRST_REACH, _SECOND_REACH = 0.2, 0.12
-"""Sigma of the distance from the expected rim at which a step counts, in radii."""
+"""Sigmas of a step's distance from the expected rim in both passes, in radii."""
 _MIN_MOVE = 0.04
-"""Part of the radius by which a circle must have moved to be worth a second look."""
+"""Least move of the circle that is worth a second pass, in radii."""
 _MIN_STEP_HEIGHT = 8.0
-"""Change of colour along a ray, DN, that is no noise."""
+"""Least change of colour along a ray that is no noise, DN."""
 _FULL_STEP_HEIGHT = 40.0
-"""Change of colour along a ray, DN, beyond which it counts no more."""
+"""Change of colour along a ray above which its weight does not grow, DN."""
 _ROUGHNESS = 0.06
-"""Part of the radius (at least 1 px) within which a step lies on the rim."""
+"""Greatest distance of a step on the rim, in radii (at least 1 px)."""
 _CLEAR = 2.5
-"""Distance from a rim, px, at which a camera shows the colours on either side as they are."""
+"""Distance from a rim at which a camera shows the colours on either side as they are, px."""
 _DARK = 0.5
-"""Part of the marker's brightness below which what is beside it has no colour to speak of."""
+"""Brightness, relative to the marker's, below which what is beside it has no usable colour."""
 _RIM_REACH = 0.6, 1.5
-"""Where the rim of a circle that was found in a mask is looked for, in radii."""
+"""Range in which the rim of a circle from a mask is sought, in radii."""
 _BESIDE_RIM = 0.5, 0.7
-"""Where the colour within it is, in radii."""
+"""Range in which the colour within is sampled, in radii."""
 _STEEP, _LEVEL = 0.4, 0.2
-"""Slope, as a part of the greatest one, that is a rim's; and, as a part of that, which is none."""
+"""Least slope of a rim, relative to the greatest one; and slope, relative to that, of no rim."""
 _BLUR_COST, _GAP_COST = 0.2, 0.025
-"""What a blurred rim (width squared) and a missing one add to the residual, in radii."""
+"""Increases of the residual by a blurred rim (width squared) and by a missing one, in radii."""
 _SHARP = 4.0
-"""Width of a rim, px, up to which it is as sharp as a camera makes it: nothing has moved."""
+"""Greatest width of a sharp rim, px: nothing has moved."""
 _SHADED = 0.6
-"""Part of a ball's brightness that is left at its limb."""
+"""Share of a ball's brightness that is left at its contour."""
 _PALE, _FULL = 0.2, 0.8
-"""Shares of the colour within, between which a rim goes over into what is around."""
+"""Shares of the inner colour between which a rim passes into what is around."""
 _SMEAR_COST, _LEAN_COST = 0.3, 0.4
-"""What a smear adds to the misfit: by how much wider the rim is along it than across, and by how
-much the middles of its two ends lie to one side, both in radii."""
+"""Increases of the misfit by a smear: by its rim's greater width along than across, and by how far
+the middles of its two ends lie to one side, both in radii."""
 _SECTOR = (np.arange(24)[:, None] + np.arange(-2, 3)) % 24
-"""Every second ray, with two of these on either side."""
+"""Indices of every second ray, with two of these on either side."""
 _ACROSS = (np.arange(12) + 6) % 12
-"""Of the directions of half of these rays, the ones at right angles."""
+"""Indices of the perpendicular directions, for half of these rays."""
 
 
 def fit_limb(

@@ -13,9 +13,9 @@ from laptop.see.markers.markers import ARUCO_IDS
 from shared.arm_description import ArmError
 
 PAGE = (210.0, 297.0)
-"""A4, mm."""
+"""Width and height of A4, mm."""
 COLORS = {"red": "#d01020", "green": "#109040", "blue": "#1050c0"}
-"""Far apart in hue, and from wood, skin and yellow beams."""
+"""Colours of the printed discs: far apart in hue, and from wood, skin and yellow beams."""
 LIMITS = (5.0, 60.0)
 """Least and greatest diameter, mm."""
 

@@ -33,7 +33,7 @@ class BadMarker(ArmError, ValueError):
 
 
 WIDER = 0.8
-"""Part of a marker's saturation at which what is around it still counts as its colour."""
+"""Factor on a marker's saturation down to which its surroundings still count as its colour."""
 
 
 @dataclass(frozen=True)
@@ -178,9 +178,9 @@ def read_spec(name: str, text: str) -> Marker:
 
 
 _LIT = 60
-"""Value, 0 to 255, that something in a picture has in which colours would be seen."""
+"""Least value, 0 to 255, in a picture whose colours would be seen."""
 _GREY_CHROMA = 6
-"""Difference of two channels, 0 to 255, up to which there is no colour: so much a JPEG leaves."""
+"""Greatest difference of two channels, 0 to 255, without colour: as much as a JPEG leaves."""
 _FILE_HEADER = """\
 # The markers, as the tracker learned them; correct by hand what it got wrong.
 # hue, tolerance: degrees (0 red, 120 green, 240 blue); saturation, value: 0 to 1;

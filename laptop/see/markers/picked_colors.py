@@ -10,9 +10,9 @@ import numpy as np
 from laptop.see.markers.markers import BadMarker, Color, Marker, hsv_mask, hsv_of, hue_distance
 
 _HUE_MARGIN = 6.0
-"""Hue that is added on either side of a pixel's own, degrees."""
+"""Hue added on either side of a pixel's own, degrees."""
 _MAX_FLOOR = 0.75
-"""The greatest share of its typical saturation or value that a pixel may need to be a marker's."""
+"""Greatest floor of saturation or value, relative to the marker's typical one."""
 
 
 def include(marker: Marker, image: np.ndarray, pick: tuple[float, ...]) -> Marker:

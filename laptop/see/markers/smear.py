@@ -21,11 +21,11 @@ _SOFTNESS = 0.8
 """Sigma of the blur of lens and pixel together, px."""
 _MAX_STEPS = 8
 _SETTLED = 0.02
-"""Change of the parameters below which a fit is done, px."""
+"""Change of the parameters below which a fit has converged, px."""
 _MAX_STEP = 0.4
-"""Greatest change of a parameter at once, in radii."""
+"""Greatest change of a parameter in an iteration, in radii."""
 _OUTLIER = 0.12
-"""Deviation of a share at which it counts half: what is somebody else's must not pull."""
+"""Deviation of a share at which its weight is half: what is not the disc's must not pull."""
 _DAMPING = 1e-3 * np.eye(5)
 
 

@@ -37,7 +37,7 @@ class MarkerFinder(Protocol):
 
 
 FINDERS: dict[str, MarkerFinder] = {"disc": find_disc, "ball": find_ball, "aruco": find_aruco}
-"""By the kind of marker."""
+"""Finders by the kind of marker."""
 
 
 class Tracker:

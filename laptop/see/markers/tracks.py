@@ -19,27 +19,28 @@ Window = tuple[float, float, float, float]
 Place = tuple[float, float, float]
 """A place and size that a marker may have: u, v, radius, px."""
 Gains = tuple[float, float, float]
-"""Red, green, blue: factors by which the light differs from that in which a colour was learned."""
+"""Factors of red, green, blue by which the light differs from that of learning."""
 
 MISSES_TO_FORGET = 3
-"""Frames in a row without the marker, after which its size, speed and colour are forgotten."""
+"""Number of consecutive frames without the marker after which its size, speed and colour are
+forgotten."""
 MAX_PREDICTION_TIME = 0.2
-"""Time, s, over which a speed is extrapolated: it says little about a longer one."""
+"""Longest time over which a speed is extrapolated, s."""
 MAX_SURPRISE_SPEED = 10.0
-"""Speed, radii/s, that a marker may have taken up at once."""
+"""Greatest sudden speed of a marker, radii/s."""
 MIN_SIZE_RATIO = 0.65
-"""Ratio of two radii of one marker, before and after it was hidden, at least."""
+"""Least ratio of two radii of one marker, before and after it was hidden."""
 MAX_REACH_TIME = 2.0
-"""Time, s, for which a marker that is not seen may have gone on as fast as before."""
+"""Longest time for which an unseen marker may have gone on as fast as before, s."""
 SPEED_MEMORY = 0.97
 """Share of the greatest speed that is remembered from frame to frame."""
 CONFIRM_FRAMES, CONFIRM_TIME = 3, 0.15
-"""Frames in a row, and time (s), for which something is seen at another place before it is taken
-for the marker."""
+"""Number of consecutive frames, and time (s), for which something is seen at another place before
+it is taken for the marker."""
 MAX_CONFIRM_FRAMES = 10
-"""Frames in a row that are enough, though the clock stands."""
+"""Number of consecutive frames that suffice, though the clock stands."""
 KNOWN_OTHER_TIME = 10.0
-"""Time, s, after which something that was seen beside the marker is taken for it all the same."""
+"""Time after which something seen beside the marker is taken for it all the same, s."""
 VELOCITY_BLEND = 0.5
 """Share of the newest speed in the filtered one."""
 

@@ -18,15 +18,16 @@ Point = tuple[float, float]
 """A place in an image (u, v), px."""
 
 MIN_PAIRS, MAX_PAIRS = 16, 150
-"""Pairs of tip positions from which something is learned, and that are kept."""
+"""Least number of pairs of tip positions to learn from, and greatest number that is kept."""
 PAIR_SPACING = 6.0
-"""Distance of a pair from all others, in one picture or the other, px."""
+"""Least distance of a pair from all others, in one picture or the other, px."""
 MIN_WIDTH = 8.0
-"""The positions have so much width across their longest extent, rms, px; else they are a line."""
+"""Least width of the positions across their longest extent, RMS, px; below, they are a line."""
 PLANE_ERROR, LINE_ERROR, TRUE_SHARE = 3.0, 3.0, 0.85
-"""What they teach explains so many of them to so many px: as places of a plane, or by lines."""
+"""Greatest error of an inlier under a homography, and under a fundamental matrix, px; and least
+share of inliers."""
 MAX_DISAGREEMENT = 15.0
-"""The lines that each half of the pairs teaches are apart by no more, px."""
+"""Greatest distance of the lines that each half of the pairs teaches, px."""
 
 
 class TwoViews:

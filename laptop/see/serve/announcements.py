@@ -16,7 +16,7 @@ import json
 from typing import Protocol, TextIO
 
 CAMERAS, SERVING, PAGE, READY, END = "cameras", "serving", "page", "ready", "end"
-"""Events, in the order in which they come; there need be no link and no page."""
+"""Events, in the order in which they come; link and page are optional."""
 
 
 class Announce(Protocol):

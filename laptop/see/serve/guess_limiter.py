@@ -8,10 +8,10 @@ MAX_DELAY = 60.0
 """Longest delay after wrong codes, s: 1, 2, 4, ... and no more than this."""
 
 FORGIVE_TIME = 600.0
-"""After so long without another wrong code it begins at 1 s again, s."""
+"""Time without another wrong code after which the delay begins at 1 s again, s."""
 
 MAX_SENDERS = 256
-"""Number of senders of wrong codes that are remembered."""
+"""Greatest number of senders of wrong codes that are remembered."""
 
 
 def sender_of(address: str) -> str:

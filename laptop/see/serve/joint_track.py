@@ -14,12 +14,12 @@ from robot.motion import kinematics
 from shared.arm_description import Arm
 
 MAX_GAP = 1.0
-"""Between two words on the joints, s, beyond which nothing is known of the time between them."""
+"""Longest gap between two reports of the joints, s; the angles within a longer one are unknown."""
 DURATION = 20.0
-"""For so long the joints' angles are kept, s."""
+"""Time for which the joints' angles are kept, s."""
 
 Joints = Callable[[], tuple[float, Sequence[float]] | None]
-"""Tells how the joints stood last, rad, and when, s; None: the brick has not told."""
+"""Reports the joints' last angles, rad, and their time, s; None: the brick has not reported any."""
 
 
 def marker_shift(arm: Arm, q: Sequence[float]) -> tuple[float, ...]:

@@ -13,7 +13,7 @@ from shared import messages
 from shared.messages import EFFECTOR, GOAL
 
 DEFAULT_SPECS = {EFFECTOR: "disc:red", GOAL: "disc:green"}
-"""Markers that are looked for if nothing is said: SPEC by name."""
+"""Default markers: SPEC by name."""
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from laptop.see.serve.pipeline import Point
 from shared.arm_description import ArmError
 
 CAMERA_NAMES = string.ascii_uppercase[:8]
-"""Names of cameras in observations; a brick listens to no more."""
+"""Names of cameras in observations, as many as a brick listens to."""
 
 
 class InvalidTrackOption(ArmError, ValueError):

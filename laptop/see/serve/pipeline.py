@@ -19,10 +19,12 @@ from laptop.see.serve.observation_csv import ObservationCsv, PairedPlace
 from shared.messages import GOAL, Observation
 
 SILENCE_TIMEOUT = 1.0
-"""Without a frame for so long, s, or three frames, a live camera is said to be silent."""
+"""Longest wait for a live camera's frame, or three frames' time, before it is reported as silent,
+s."""
 
 STALE = 0.3
-"""A place in space is shown beside a marker for so long, s: the other camera's picture is later."""
+"""Greatest age of a place in space that is shown beside a marker, s: the other camera's picture is
+later."""
 
 Point = tuple[float, float]
 """A place in an image (u, v), px."""

@@ -41,10 +41,10 @@ from shared.messages import (
 from shared.state import laptop_program
 
 SERVICE_PERIOD = 0.1
-"""The thread does what is due at least so often while somebody is connected, s."""
+"""Longest time between two services of a connection, s."""
 
 MAX_CALLERS = 16
-"""Number of connections that have not proven themselves yet; one more, and the oldest has to go."""
+"""Greatest number of connections without a proven code; one more, and the oldest is closed."""
 
 SEND_BUFFER = 16384
 """Number of bytes that the system may hold back from a busy brick: the fewer, the fresher."""

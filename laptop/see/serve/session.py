@@ -22,11 +22,11 @@ from laptop.see.serve.status_display import StatusDisplay
 from laptop.see.serve.status_text import line_printer, pipeline_status
 
 STATUS_PERIOD = 0.2
-"""Between two updates of the status, s."""
+"""Time between two updates of the status, s."""
 READ_TIMEOUT = 0.2
-"""A pipeline waits so long, s, for one frame before it looks whether the session is over."""
+"""Longest wait of a pipeline for one frame before it checks whether the session is over, s."""
 JOIN_TIMEOUT = 2.0
-"""A pipeline that is busy for longer than this at the end, s, is left to itself."""
+"""Longest wait for a busy pipeline at the end, s; then it is left to itself."""
 
 
 class TrackingSession:

@@ -31,18 +31,18 @@ from shared.messages import EFFECTOR, GOAL
 from shared.state import MARKERS_FILE, state_folder
 
 FIRST_FRAME_TIMEOUT = 5.0
-"""A live camera that gives no frame within this time, s, gives none."""
+"""Longest wait for a live camera's first frame, s."""
 READ_TIMEOUT = 0.2
-"""Between two looks at that, s."""
+"""Time between two checks of that, s."""
 NEXT_FRAMES = 5
-"""Frames after a pick, in one of which what was learned must be found."""
+"""Number of frames after a pick in one of which what was learned must be found."""
 
 SYNTHETIC = "synthetic"
 """Source of a camera that sees the emulated arm."""
 
 OpenSynthetic = Callable[[str, str, float | None], tuple[FrameSource, dict[str, str]]]
-"""From the camera's name, the scene's text and frames per second (None: its own) to the camera, and
-how its markers look: SPEC by name."""
+"""Opens a synthetic camera, given its name, the scene's text and frames per second (None: its own);
+returns the camera, and its markers' SPEC by name."""
 
 
 class TrackingSetup(NamedTuple):

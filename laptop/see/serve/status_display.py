@@ -22,9 +22,9 @@ from laptop.see.serve.pipeline import CameraPipeline
 from laptop.see.serve.status_text import line_printer, pipeline_status
 
 PIPE_STATUS_PERIOD = 2.0
-"""Between two status lines where nothing can be overwritten, s."""
+"""Time between two status lines where nothing can be overwritten, s."""
 FIRST_STATUS_DELAY = 1.0
-"""Before the first of those, s: there is little to say at once."""
+"""Time before the first of those, s: there is little to say at once."""
 
 
 class StatusDisplay:

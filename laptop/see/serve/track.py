@@ -43,16 +43,16 @@ from shared import messages, pairing
 from shared.arm_description import ArmError
 
 StartBrick = Callable[[str], AbstractContextManager[Callable[[], str]]]
-"""From HOST:PORT to an emulated brick that connects there until it is left; it gives a function
-that tells why the brick has ended, "" while it has not."""
+"""Starts an emulated brick that connects to HOST:PORT until the context is left; gives a function
+that returns why the brick has ended, "" while it has not."""
 
 
 WatchBoards = Callable[
     [Sequence[str], Callable[[str], None], Joints],
     tuple[Sequence[TablePlacer], PairPlacer | None],
 ]
-"""From the cameras' names, what tells people a line, and the joints, to what places the markers of
-each on the table, and those of several in space."""
+"""Makes watches from the cameras' names, a logger of lines for people, and the joints: what places
+each camera's markers on the table, and what places those of several in space."""
 
 
 @dataclass(frozen=True)

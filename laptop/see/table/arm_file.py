@@ -22,11 +22,11 @@ from shared.arm_description import (
 from shared.ini import BadIni, read_ini, with_values
 
 BACKUP = ".bak"
-"""What is put behind the name of the file that was there before; then a number, if that is kept."""
+"""Suffix of the previous file's name; a number follows if that is kept."""
 NOTED = re.compile(r"\s*\+- [^;]*?\b\d{4}-\d\d-\d\d\b;?")
-"""A note in a comment, of an earlier measurement."""
+"""Pattern of a note in a comment, of an earlier measurement."""
 COLUMN = 19
-"""A line's comment begins behind so many characters."""
+"""Column, in characters, behind which a line's comment begins."""
 
 
 class ArmNotWritten(ArmError, OSError):

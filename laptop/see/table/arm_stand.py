@@ -16,7 +16,8 @@ from robot.motion import kinematics
 from shared.arm_description import Arm, ArmError
 
 SLACK, SLACK_ANGLE = 0.3, math.radians(3)
-"""By so much, cm and rad, the marker may be seen beyond what links and limits allow."""
+"""Distance, cm, and angle, rad, by which the marker may be seen beyond what links and limits allow.
+"""
 
 Point = tuple[float, float]
 """A place (x, y), cm."""

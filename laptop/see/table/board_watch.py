@@ -21,23 +21,24 @@ from laptop.see.table.camera_report import describe, shift_since
 from shared.messages import EFFECTOR
 
 LOOK_PERIOD = 10
-"""Pictures from one look for the board to the next, while its place is not known."""
+"""Number of pictures from one search for the board to the next, while its place is not known."""
 CHECK_PERIOD = 50
-"""Pictures from one look at some of its markers to the next, once it is known."""
+"""Number of pictures from one check of some of its markers to the next, once it is known."""
 SAMPLE = 3
-"""So many markers are looked at, each time others."""
+"""Number of markers that are checked, each time others."""
 LEAST_SEEN = 2
-"""Of fewer markers it is not said whether they have moved."""
+"""Least number of markers by which a motion is judged."""
 MAX_PAUSE = 8
-"""While the board is covered, every check takes a look at all; at last every so many checks."""
+"""Longest pause between two full searches while the board is covered, in check periods."""
 ENOUGH = 0.5
 """Share of the board's markers with which a picture is taken at once."""
 PATIENCE = 5
-"""Looks after which the best picture so far is taken."""
+"""Number of searches after which the best picture so far is taken."""
 STILL = 0.3
-"""Between two looks a board that stands is seen to move by less, px (median)."""
+"""Greatest motion of a board that stands between two searches, px (median)."""
 BLURRED_SHARE = 3.0
-"""In a blurred picture, what is off by so many sigmas of the blur has moved nevertheless."""
+"""Displacement in a blurred picture, in sigmas of the blur, from which something has moved
+nevertheless."""
 
 
 class BoardWatch:

@@ -33,7 +33,8 @@ SIDES = (16, 20000)
 FOCALS = (0.1, 30.0)
 """Least and greatest focal length, in the picture's longer side: fisheyes to telescopes."""
 CENTRES = (-1.0, 2.0)
-"""Where the lens's axis may be, in the picture's sides: of a part of a picture it is outside."""
+"""Least and greatest place of the lens's axis, in the picture's sides: outside for a part of a
+picture."""
 BENDS = (20.0, 20.0, 1.0, 1.0, 20.0)
 """Greatest k1, k2, p1, p2, k3."""
 TURNS = 4 * math.pi

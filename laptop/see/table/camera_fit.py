@@ -27,28 +27,29 @@ from laptop.see.table.views_fit import (
 from shared.arm_description import ArmError
 
 MIN_MARKERS = 4
-"""Markers below which a picture tells too little."""
+"""Least number of markers in a usable picture."""
 MIN_SIDE = 14.0
-"""Side of a marker, px, below which it is not placed well."""
+"""Least side of a marker that is placed well, px."""
 MAX_TILT = math.radians(75)
-"""Angle of the camera's axis from straight down beyond which the board is seen too flat, rad."""
+"""Greatest tilt of the camera's axis from straight down, rad; beyond, the board is seen too flat.
+"""
 TELLING_TILT = math.radians(6)
-"""Angle from straight down, rad, below which no view tells anything of the focal length."""
+"""Tilt below which no view tells anything of the focal length, rad."""
 BAR_LIMITS = (50.0, 200.0)
 """Least and greatest length of the bar that is believed, mm."""
 MAX_RMS = 1.0
-"""RMS distance, px, above which this is no flat board of these markers."""
+"""Greatest RMS residual of a flat board of these markers, px."""
 FAR_OFF, FAR_OFF_PX = 8.0, 1.0
-"""A marker is no part of the board if it is off by so many medians and so many px."""
+"""Residual of a marker that is no part of the board: in medians, and in px; both hold."""
 MAX_LEFT_OUT = 0.25
-"""Share of such markers above which nothing is believed."""
+"""Greatest share of such markers; above, nothing is believed."""
 SAME_VIEW = 0.05
-"""Share of a marker's side by which its corners are elsewhere, below which two views are one."""
+"""Displacement of a marker's corners, relative to its side, below which two views are one."""
 ZOOMED, ZOOMED_SIGMAS, ZOOMED_F = 0.03, 5.0, 20.0
-"""Two views have not one focal length if theirs differ by such a share, and by so many sigmas, and
-one for each view leaves so much less over, as R. A. Fisher's F has it."""
+"""Limits beyond which two views have not one focal length: relative difference, sigmas, and R. A.
+Fisher's F of the residuals with one length for each view."""
 MAX_BLUR = 1.5
-"""Sigma of the edges, px, above which a picture is called blurred."""
+"""Sigma of the edges above which a picture is called blurred, px."""
 
 
 class BadCalibration(ArmError, ValueError):

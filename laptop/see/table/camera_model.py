@@ -14,14 +14,14 @@ import cv2
 import numpy as np
 
 LENS = ("focal", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
-"""Names of the lens's numbers, in their order: px, px, px, and OpenCV's distortion."""
+"""Names of the lens's parameters, in their order: px, px, px, and OpenCV's distortion."""
 HORIZON = math.radians(2)
-"""Angle between a line of sight and the table below which it is taken to miss it, rad."""
+"""Angle between a line of sight and the table below which it counts as missing it, rad."""
 MIN_CROSSING = 1e-6
 """Squared sine of the angle below which two lines of sight are parallel."""
 NEWTON_STEPS = 4
 MAX_STEP = 0.5
-"""Greatest step of one of them, as a tangent."""
+"""Greatest step of an undistortion iteration, as a tangent."""
 REDISTORTED = 0.05
 """Greatest error with which a pixel must be found again, px; beyond, the lens has no such pixel."""
 

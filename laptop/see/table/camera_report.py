@@ -11,15 +11,15 @@ from laptop.see.markers.finders.board import BoardView
 from laptop.see.table.camera_fit import MAX_BLUR, BadCalibration, Calibration
 
 UNSURE_FOCAL = 0.04
-"""Standard deviation of the focal length, as a share of it, above which it is called unknown."""
+"""Relative standard deviation of the focal length above which it is called unknown."""
 SURE_VIEWS = 3
-"""Different views below which a focal length may be wrong by more than is said of it: of a picture
-that was cropped or squeezed, fewer cannot tell."""
+"""Number of different views below which a focal length may be wrong by more than is reported: fewer
+cannot tell that a picture was cropped or squeezed."""
 DISC_HEIGHT = 3.0
-"""A usual height of a disc over the paper, cm, by which its error is shown."""
+"""Usual height of a disc over the paper, by which its error is shown, cm."""
 MOVED_PX = 0.5
 MOVED_RMS = 5.0
-"""Nothing has moved by less than so many px, or so many times what the model misses by."""
+"""RMS displacement, px, or in multiples of the model's, below which nothing has moved."""
 
 
 def describe(calibration: Calibration) -> list[str]:

@@ -23,12 +23,13 @@ WHERE = (
     *("middle left", "the centre", "middle right"),
     *("bottom left", "bottom middle", "bottom right"),
 )
-"""Of crosses 1 to 9 on the sheet, its writing upright."""
+"""Places of crosses 1 to 9 on the sheet, its writing upright."""
 SAME_ARM = 0.02
-"""Distance, cm, up to which brick and laptop have the tip at one place."""
+"""Greatest distance between the tip's places by brick and by laptop for one arm file, cm."""
 SCALE_OFF, PLACE_OFF = 0.07, 0.6
-"""Share of two touches' distance, and cm, by which it may be off that of their crosses, beside
-what play does: links and prints are wrong by some per cent, and a pen is set by hand."""
+"""Greatest error of two touches' distance against that of their crosses, relative, and in cm,
+beside what backlash causes: links and prints are wrong by some per cent, and a pen is set by hand.
+"""
 
 
 class BrickPoint(NamedTuple):

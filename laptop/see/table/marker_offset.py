@@ -21,25 +21,25 @@ from laptop.see.table.camera_model import CameraModel
 from shared.arm_description import ArmError
 
 MIN_TOUCHES = 6
-"""Of four touches nothing is left over by which a slip would be seen."""
+"""Least number of touches: of four none is redundant, so that no slip would be seen."""
 PLACING = 0.03
-"""Error with which a hand sets a pen on a cross, cm."""
+"""Sigma with which a hand sets a pen on a cross, cm."""
 JOINTS = 0.05
-"""Error with which the joints tell where that is, cm: backlash, and a degree's fraction."""
+"""Sigma with which the joints tell where that is, cm: backlash, and a degree's fraction."""
 PIXEL = 0.1
-"""Error of a marker in the picture, px."""
+"""Sigma of a marker in the picture, px."""
 USUAL_HEIGHT, HEIGHT_SPREAD = 2.5, 3.0
-"""Of a marker over the paper, cm, before anything is known."""
+"""Prior of a marker's height over the paper: mean and sigma, cm."""
 GIVEN_HEIGHT_SPREAD = 0.05
-"""Error of a height that was measured, cm."""
+"""Sigma of a height that was measured, cm."""
 SCALE_SPREAD = 0.05
-"""By how much print and links may disagree, a share."""
+"""Sigma of the ratio of print to links."""
 LIKELY = 3.0
-"""Standard deviations up to which a difference is chance."""
+"""Number of standard deviations up to which a difference is chance."""
 SCALE_NOTED = 0.007
-"""Disagreement in scale that is worth a word, a share."""
+"""Relative disagreement in scale from which it is reported."""
 UNSURE_OFFSET = 0.1
-"""Standard deviation of the offset, cm, above which it is called unsure."""
+"""Standard deviation of the offset above which it is called unsure, cm."""
 STEPS = 30
 
 

@@ -20,22 +20,22 @@ from laptop.see.table.views_fit import USUAL_FIELD, Unknowns, refine
 from shared.arm_description import ArmError
 
 MIN_PLACES = 12
-"""Fewer do not tell how well they fit."""
+"""Least number of places: fewer do not tell how well they fit."""
 MIN_THICKNESS = 1.0
-"""RMS distance of the places from their common plane, cm: of a flatter cloud lens and distance
-cannot be told apart."""
+"""Least RMS distance of the places from their common plane, cm: of a flatter cloud lens and
+distance cannot be told apart."""
 MIN_EXTENT = 0.06
-"""Width of the places in the picture, RMS, as a share of the picture's."""
+"""Least RMS width of the places in the picture, as a share of the picture's."""
 MIN_SPREAD = 2.0
-"""RMS distance, cm, of the places from their middle on the table."""
+"""Least RMS distance of the places from their middle on the table, cm."""
 FOCAL_SHARES = (0.5, 0.7, 1.0, 1.4, 2.0)
-"""Focal lengths that are tried, as shares of a usual camera's."""
+"""Focal lengths that are tried, relative to a usual camera's."""
 FALSE_PX = 12.0
-"""Farther from its place a sight is taken for something else, px."""
+"""Residual above which a detection is taken for something else, px."""
 MAX_FALSE = 0.3
-"""Share of such sights above which nothing is believed."""
+"""Greatest share of such detections; above, nothing is believed."""
 MAX_RMS = 5.0
-"""What is left over, px (RMS), above which joints and camera do not belong together."""
+"""Greatest RMS residual of joints and camera that belong together, px."""
 STEPS = 30
 
 

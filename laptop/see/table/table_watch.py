@@ -17,7 +17,8 @@ from shared.messages import EFFECTOR
 
 Say = Callable[[str], None]
 Watch = Callable[[Sequence[str], Say, Joints], tuple[list[BoardWatch], TwoCameras | None]]
-"""From the cameras' names, what tells people a line, and the joints, to what watches the board."""
+"""Makes watches of the board from the cameras' names, a logger of lines for people, and the joints.
+"""
 
 
 def watch_tables(bar: float | None, height: float | None, touched: Path | None, arm: Arm) -> Watch:

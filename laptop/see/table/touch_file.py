@@ -26,7 +26,7 @@ LIMITS = {
 }
 """Least and greatest values that are believed, cm and rad."""
 FARTHEST = 500.0
-"""From the board's origin to the arm, and from the pen to the marker, cm."""
+"""Greatest distance from the board's origin to the arm, and from the pen to the marker, cm."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,13 +14,13 @@ from laptop.see.table.camera_fit import BadCalibration, Calibration, calibrate
 from shared.messages import LEAST_CONFIDENCE
 
 PICTURES = 5
-"""Pictures of a live camera in which the marker is seen; the median place counts."""
+"""Number of a live camera's pictures with the marker; the median place counts."""
 STANDS = 1.0
-"""Distance of a place from that, px, up to which the marker stands."""
+"""Greatest distance of a place from that median for a marker at rest, px."""
 SURE_AFTER = 3
-"""Looks at the first picture after which the tracker is sure, or never."""
+"""Number of looks at the first picture after which the tracker is sure, or never."""
 PATIENCE = 30
-"""Pictures in which the board is looked for, and in which there may be none of the camera."""
+"""Greatest number of pictures in which the board is sought, and that may fail."""
 ENOUGH = 0.75
 """Share of the board's markers with which a picture is taken at once."""
 

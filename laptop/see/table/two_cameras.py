@@ -39,19 +39,19 @@ Sights = Mapping[str, tuple[float, float, float] | None]
 """(u, v, confidence) by marker; None: it was not seen."""
 
 MAX_GAP = 0.15
-"""Between two pictures that are no farther apart a marker is where it went straight on, s."""
+"""Longest gap between two pictures across which a marker's place is interpolated, s."""
 FRESH = 1.0
-"""A place is told for so long, s."""
+"""Time for which a place is reported, s."""
 WAITING = 32
-"""Pictures of the first camera that wait for the second."""
+"""Greatest number of pictures of the first camera that wait for the second."""
 CELL = 1.5
-"""Of the places in a cube of this size, cm, the one where the tip was slowest is kept."""
+"""Side of the cubes, in each of which the place with the slowest tip is kept, cm."""
 MAX_SPEED = 250.0
-"""A faster tip tells nothing, px/s: when it was where is not known to the millisecond."""
+"""Greatest speed of a usable tip, px/s: pictures are not timed to the millisecond."""
 GROWTH = 1.3
-"""It is fitted anew when there are so many times as many places."""
+"""Growth of the number of places after which the camera is fitted anew, as a factor."""
 MOVED, MOVED_PLACES = 10.0, 6
-"""When so many places in a row are seen farther off than this, px, the camera has been moved."""
+"""Residual, px, and number of consecutive places with it, by which the camera has moved."""
 
 
 class _TipSample(NamedTuple):

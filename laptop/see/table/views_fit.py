@@ -18,34 +18,33 @@ import numpy as np
 from laptop.see.table.camera_model import projected
 
 LEAST_SIGMA = 0.02
-"""Error of a corner, px, that is always reckoned with: no marker is placed better."""
+"""Least error of a corner, px: no marker is placed better."""
 FIRST_SIGMA, PASSES = 0.2, 3
-"""Error of a corner, px, of the first fit; how often it is found anew from what is left over."""
+"""Error of a corner in the first fit, px; and number of fits, each with the error that the last
+one's residuals show."""
 OUTLIER = 3.0
-"""Median absolute deviations from which on a corner counts less (P. J. Huber, 1964)."""
+"""Number of median absolute deviations from which a corner counts less (P. J. Huber, 1964)."""
 MAX_STEPS = 60
 
 USUAL_FIELD, FIELD_SPREAD = 1.2, 0.5
-"""Cameras' fields of view: the picture's longer side in focal lengths, and its standard deviation.
-
-That is 62 degrees: within one of them 39 to 81, within two 11 to 95.  What is spread so is the
-inverse of the focal length, for the parallax goes by it: then what is above the table is as unsure
-as is said even where a picture tells nothing of the lens, and the prior alone does.
-"""
+"""Prior of cameras' fields of view: the picture's longer side in focal lengths, and its standard
+deviation. That is 62 degrees: within one of them 39 to 81, within two 11 to 95. What is spread so
+is the inverse of the focal length, for the parallax goes by it: then what is above the table is as
+unsure as is said even where a picture tells nothing of the lens, and the prior alone does."""
 LENS_SPREADS = (0.03, 0.03, 0.3, 0.3, 0.003, 0.003, 0.1)
-"""Their standard deviations of cx, cy (as shares of the longer side), k1, k2, p1, p2, k3 about 0.
+"""Prior standard deviations of cx, cy (as shares of the longer side), k1, k2, p1, p2, k3 about 0.
 """
 ZOOM_SPREAD = 0.5
-"""How far apart focal lengths of one camera may be, as a logarithm: where views do not tell."""
+"""Prior standard deviation of the logarithm of a camera's focal lengths between views."""
 PRINT_SPREAD = 0.002
-"""Standard deviations of a print: by what share it is longer up the page than across, and by what
-angle, rad, it is skewed.  Of a picture from above either looks like a camera that is tilted a
+"""Prior standard deviations of a print: by what share it is longer up the page than across, and by
+what angle, rad, it is skewed. Of a picture from above either looks like a camera that is tilted a
 little, and so like a lens that it is not."""
 BEND_SPREAD, BENT_AT = 0.04, 15.0
-"""Standard deviation of each way in which a sheet that lies is bent off its plane, cm, and the
-distance from its middle, cm, at which it is bent by so much.  Each view has its own."""
+"""Prior standard deviation of each way in which a lying sheet is bent off its plane, cm, at this
+distance from its middle, cm. Each view has its own."""
 BENDS = [(power - up, up) for power in (2, 3, 4) for up in range(power + 1)]
-"""These ways: powers of x and y."""
+"""Powers of x and y of these ways."""
 
 
 @dataclass(frozen=True)

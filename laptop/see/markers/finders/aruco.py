@@ -19,9 +19,9 @@ from laptop.see.markers.markers import Marker
 from laptop.see.markers.tracks import Sighting, Track
 
 MIN_WINDOW = 16
-"""Side of a window, px, above which a marker can be read in it."""
+"""Least side of a window in which a marker can be read, px."""
 OTHERS_EVERY = 32
-"""Frames without the marker of which one is looked at for codes of other kinds."""
+"""Number of frames without the marker from one search for other codes to the next."""
 
 
 def find_aruco(image: np.ndarray, t: float, marker: Marker, track: Track) -> Track:

@@ -13,10 +13,8 @@ from laptop.see.markers.finders.aruco import detector
 from laptop.see.markers.finders.code_alignment import SQUARE, align, edge_blur, project
 
 INNER = 0.5
-"""Share of a marker's square whose corners stand for it.
-
-That the sensor is not quite as thought shows at the outline: a black square looks a little too
-large or too small.  Nearer to the middle it does so by less.
+"""Share of a marker's square whose corners stand for it. An error of the sensor model shows at the
+outline, where a black square looks a little too large or too small, and less nearer to the middle.
 """
 
 

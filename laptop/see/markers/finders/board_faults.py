@@ -8,10 +8,10 @@ import numpy as np
 from laptop.see.markers.finders.board import BoardView, find_board, find_markers
 
 DOUBLED, DOUBLED_SHARE = 4, 1 / 3
-"""So many markers, and such a share of those that are seen, are seen twice where boards are two."""
+"""Number of markers, and share of those seen, that must be seen twice for two boards."""
 MIRRORED, MIRRORED_TIMES = 4, 2
-"""So many more markers, and times as many, are seen in the mirror of a picture that is mirrored: a
-few markers are others in the mirror."""
+"""Number of markers, and factor, by which the mirrored picture must show more for a mirrored board:
+a few markers read as others in the mirror."""
 
 
 def board_fault(image: np.ndarray, view: BoardView | None) -> str | None:

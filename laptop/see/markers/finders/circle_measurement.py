@@ -26,7 +26,7 @@ from laptop.see.markers.markers import Marker, hsv_mask, hsv_of
 from laptop.see.markers.tracks import Place, Sighting, Track, half_window
 
 MIN_WINDOW = 4
-"""Least side of a window in the picture in which anything can be measured, px."""
+"""Least side of a window in which a circle can be measured, px."""
 
 
 class ColorWindow(NamedTuple):

@@ -17,18 +17,18 @@ import cv2
 import numpy as np
 
 CELLS = 6
-"""Cells along a side: four bits and the black border."""
+"""Number of cells along a side: four bits and the black border."""
 RIM = 0.5
-"""White rim that belongs to the pattern, cells: half of what is printed."""
+"""Width of the white rim that belongs to the pattern, cells: half of what is printed."""
 BLUR = 0.8
 """Sigma of lens, pixel and interpolation together, px."""
 CELL_SIZES = (2, 12)
 """Least and greatest number of samples along a cell; about one a pixel."""
 MAX_STEPS = 8
 SETTLED = 0.002
-"""Motion of a corner, px, below which the pattern lies still."""
+"""Greatest motion of a corner at which the iteration has converged, px."""
 MAX_SHIFT = 0.1
-"""Farthest that a corner may be from where the detector saw it, sides; beyond, that one counts."""
+"""Greatest distance of a corner from the detector's, in sides; beyond, the detector's counts."""
 MIN_LIKENESS = 0.7
 """Correlation of pattern and picture below which the detector's corners count."""
 
@@ -36,10 +36,8 @@ LIGHT = np.array(
     [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in np.arange(256) / 255],
     np.float32,
 )
-"""Light (0 to 1) of a grey value, as IEC 61966-2-1 encodes it.
-
-Blur is linear in light.  In encoded values the black cells would look too small.
-"""
+"""Linear light (0 to 1) of a grey value, as IEC 61966-2-1 encodes it. Blur is linear in light. In
+encoded values the black cells would look too small."""
 
 
 class Pattern(NamedTuple):
@@ -129,7 +127,7 @@ def align(
 
 
 SQUARE = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], float)
-"""The corners of a code in the detector's order, y down."""
+"""Corners of a code in the detector's order, (4, 2), y down."""
 
 
 def _homography(corners: np.ndarray) -> np.ndarray:
@@ -179,7 +177,7 @@ def edge_blur(grey: np.ndarray, corners: np.ndarray) -> float:
 
 
 FINE = 8
-"""Points of the drawn pattern along a sample."""
+"""Number of points of the drawn pattern along a sample."""
 
 
 @lru_cache(maxsize=128)

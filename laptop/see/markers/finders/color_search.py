@@ -40,11 +40,12 @@ SEVERAL = "several alike"
 OTHER = "only another one of its colour"
 GREY = "no colours in the picture"
 GREY_EVERY = 16
-"""Frames without the marker of which one is looked at for any colours: a camera stays grey."""
+"""Number of frames without the marker from one check for colours to the next: a grey camera stays
+grey."""
 MAX_TIMES_LARGER = 10
-"""Times as large as the marker that what is looked at may be: more is a table."""
+"""Greatest size of a candidate relative to the marker: larger ones are a table."""
 MAX_BLOBS_MEASURED = 12
-"""Blobs of one colour, in one picture, that are looked at more closely."""
+"""Greatest number of blobs of one colour that are measured in a picture."""
 
 
 def find_by_color(

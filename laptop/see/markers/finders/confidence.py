@@ -14,9 +14,9 @@ from laptop.see.markers.markers import Color, hsv_mask, hue_distance
 from shared.messages import LEAST_CONFIDENCE
 
 MIN_REPORTED_CONFIDENCE = 0.2
-"""Confidence below which nothing is claimed at all."""
+"""Least confidence of a detection; below, the marker counts as not seen."""
 MAX_AMBIGUOUS_CONFIDENCE = 0.45
-"""The greatest confidence in what may well be something else."""
+"""Greatest confidence in what may well be something else."""
 
 
 def ramp(x: float, low: float, high: float) -> float:
@@ -94,15 +94,15 @@ def _ratio(one: float, other: float) -> float:
 
 
 MAX_USED_MISFIT = 0.2
-"""Misfit, as a part of a tenth of the radius and 1 px, up to which the limb tells where a ball is,
-and not the mask."""
+"""Greatest misfit, relative to a tenth of the radius and 1 px, of a contour that places a ball,
+instead of the mask."""
 _DISAGREEMENT_COST = 0.15
-"""What a limb's distance (radii) from the circle of the mask adds to its misfit: where something
-hides or smears a part, each of them is drawn to another side."""
+"""Increase of a contour's misfit per distance (radii) from the mask's circle: where something hides
+or smears a part, each of them is drawn to another side."""
 _MISFITS = (0.02, 0.066, 0.3, 0.6)
-"""Misfits of a limb, so scaled, ..."""
+"""Contour misfits, so scaled, ..."""
 _TRUSTS = (1.0, 0.9, 0.5, 0.2)
-"""... and the confidences that they mean."""
+"""... and the confidences at these."""
 
 
 def color_step(hsv: tuple[float, float, float], color: Color) -> float:

@@ -41,26 +41,25 @@ from laptop.see.markers.tracks import Place, Sighting, Track
 from shared.messages import LEAST_CONFIDENCE
 
 MAX_HIDDEN_TIME = 0.5
-"""Time, s, for which a disc may be partly hidden, before what is seen may be something else."""
+"""Longest time for which a disc may be partly hidden, s; then it may be something else."""
 MAX_HIDDEN_CONFIDENCE = 0.7
-"""The greatest confidence in a disc that is partly hidden now."""
+"""Greatest confidence in a disc that is partly hidden."""
 MIN_OUTLINE = 8
-"""Least px of an outline that may be a disc's."""
+"""Least number of px of a disc's outline."""
 MIN_AREA = 12
 """Least area of a disc, px."""
 MAX_MODEL_AGE = 4
-"""Frames after which the discriminant is fitted anew."""
+"""Number of frames after which the discriminant is fitted anew."""
 MAX_BRIGHTNESS_CHANGE = 0.04
-"""Part by which a disc's brightness may change before its discriminant is of no use."""
+"""Relative change of a disc's brightness up to which its discriminant stays valid."""
 MAX_DECENTRING = 0.6
-"""Distance, px, of a disc from the middle of where it is looked for, up to which all around it
-counts alike."""
+"""Distance of a disc from the window's middle up to which all around it counts alike, px."""
 MAX_PASSES = 4
-"""Times that this is moved to where the disc is."""
+"""Greatest number of passes that move the window to the disc."""
 MIN_STRETCH = 1.2
-"""Ratio of the second moments of a disc that may be smeared, at least."""
+"""Least ratio of the second moments of a disc that may be smeared."""
 _RIM = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (5, 5))
-"""Pixels around the middle of a disc's edge into which some of its light falls."""
+"""Kernel of the pixels around a disc's edge into which some of its light falls."""
 
 
 def find_disc(image: np.ndarray, t: float, marker: Marker, track: Track) -> Track:

@@ -11,7 +11,7 @@ from laptop.see.markers.markers import Color, hue_distance, scene_of
 from laptop.see.markers.tracks import Gains
 
 MIN_LIGHT_CHANGE = 0.08
-"""Natural logarithm of a gain below which the light is as it was."""
+"""Natural logarithm of a gain below which the light counts as unchanged."""
 COLOR_BLEND = 0.2
 """Share of the newest frame in an adapted colour."""
 

@@ -20,22 +20,21 @@ FAMILIES = {
     "5x5": cv2.aruco.DICT_5X5_1000,
     OURS: cv2.aruco.DICT_4X4_1000,
 }
-"""OpenCV's number of each kind of code that people print; those of most bits are read first.
-
-The shorter lists of a kind are parts of these.  Left out is AprilTag 16h5: some of its codes are
-others in 4x4.
-"""
+"""OpenCV's numbers of the code families that people print; those of most bits are read first. The
+shorter lists of a family are parts of these. Left out is AprilTag 16h5: some of its codes are
+others in 4x4."""
 CELL, INNER = 8, slice(2, 6)
-"""Samples along a cell of a square that is read, and those of them off its edges."""
+"""Number of samples along a cell of a square that is read, and those of them off its edges."""
 LEAST_CONTRAST = 15.0
-"""Standard deviation of grey values, 0 to 255, that a code has at least."""
+"""Least standard deviation of a code's grey values, 0 to 255."""
 CLEAR = 0.08
-"""Share of the way from black to white by which each quarter of a cell is off half, at least."""
+"""Least distance of each quarter of a cell from half-way between black and white, as a share of
+that range."""
 MANY = 4
-"""Markers that are a board, if most of them are set like one."""
+"""Least number of markers that are a board, if most of them are set like one."""
 NEAR, ALIKE = 3.0, 0.95
-"""On a board: distance to the nearest other marker, sides, at most; and cosine of the angle by
-which that is turned to it, at least."""
+"""Limits on a board: greatest distance to the nearest other marker, in sides, and least cosine of
+the angle between the two."""
 MAX_NAMED = 3
 PRINT = "brickservo markers prints some"
 

@@ -21,22 +21,22 @@ from laptop.see.markers.tracks import Place, Sighting, Track, half_window
 from shared.messages import LEAST_CONFIDENCE
 
 MAX_SMEARED_CONFIDENCE = 0.85
-"""The greatest confidence in a smear: its middle is where the disc was in the middle of the
-exposure only if it moved evenly."""
+"""Greatest confidence in a smear: its middle is where the disc was in the middle of the exposure
+only if it moved evenly."""
 MIN_SMEAR, MAX_SMEAR = 0.8, 6.0
-"""Lengths of the way, radii, from which on a disc is smeared, and up to which it is made out."""
+"""Lengths of the way, in radii, from which a disc is smeared, and up to which it is found."""
 _START = 20
-"""Farther than its window that a disc's smear may reach, px: it may just have started to move."""
+"""Greatest reach of a disc's smear beyond its window, px: it may just have started to move."""
 _MISFITS = (0.12, 0.2, 0.3)
-"""Misfits of a smear: up to the first it is the disc's; by the second it may be wrong; ..."""
+"""Misfits of a smear: of a certain one, of a doubtful one, of none, ..."""
 _TRUSTS = (MAX_SMEARED_CONFIDENCE, LEAST_CONFIDENCE, 0.0)
-"""... and what they leave of the confidence."""
+"""... and the confidences at these."""
 _AROUND = (2, 8)
-"""Distances from a smear between which its surroundings are looked at, px."""
+"""Distances from a smear between which its surroundings are sampled, px."""
 _ROUGH_SHARE = 0.25
-"""Share of disc of which, at least, a smear consists that is to be found."""
+"""Least share of disc of a pixel in the search for a smear."""
 _MASSES = (0.4, 2.5)
-"""Disc in a blob, as a part of a disc's, that may be a smear with something missing or added."""
+"""Least and greatest disc area in a blob that may be a smear, relative to the disc's."""
 
 
 def measure_smear(image: np.ndarray, place: Place, track: Track) -> Track | None:
