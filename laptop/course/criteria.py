@@ -25,7 +25,7 @@ REST_SPAN, REST_TIME = 0.05, 0.3
 
 TARGETS, TARGET_TIME = (40.0, -20.0, 10.0), 3.0
 """Targets of the second handout, deg, and the time at each, s."""
-PUSH = "backlash=1,load=0.05"
+PUSHING_PLANT = "backlash=1,load=0.05"
 """Plant on which a load pushes the elbow all the time: without KI it rests beside its target."""
 RISE_TIME, OVERSHOOT, TARGET_TOLERANCE, HUNTING = 0.8, 12.0, 2.0, 2.5
 """Limits of a step response: s to come within a tenth of the step, deg of overshoot, deg off the
@@ -40,7 +40,7 @@ SCENES = ("tilt=25,seed=1", "tilt=40,azimuth=70,seed=2,goal_x=5,goal_y=14")
 SIGHT_TOLERANCE = 8.0
 """Greatest true distance of the tip from the goal at the end of the fourth handout, px."""
 
-DQ = [0.3, -0.2]
+TEST_STEP = [0.3, -0.2]
 """Joint step with which an update is tested, rad."""
 
 _UNTRIED = "the arm is not tried while a function does not end"
@@ -66,7 +66,10 @@ def check_kinematics(script: Path) -> Iterator[CheckPoint]:
         [("forward", [list(q)]) for q in poses],
         [("jacobian", [list(q)]) for q in poses],
         [("newton_step", [a.tolist(), b.tolist()]) for a, b in zip(J, e, strict=True)],
-        [("broyden_update", [a.tolist(), DQ, b.tolist()]) for a, b in zip(J, e, strict=True)],
+        [
+            ("broyden_update", [a.tolist(), TEST_STEP, b.tolist()])
+            for a, b in zip(J, e, strict=True)
+        ],
         *(
             [("search", [p, list(q), exact]) for p, (q, _) in zip(goals, starts, strict=True)]
             for exact in (True, False)
@@ -101,7 +104,7 @@ def check_kinematics(script: Path) -> Iterator[CheckPoint]:
 
 def check_pid(script: Path) -> Iterator[CheckPoint]:
     """Check the second handout by the elbow's true angle, free and pushed."""
-    for plant, name in (("backlash=1", "free"), (PUSH, "pushed")):
+    for plant, name in (("backlash=1", "free"), (PUSHING_PLANT, "pushed")):
         trial = run(script, plant)
         yield from _failed(trial)
         if trial.endless:
@@ -160,7 +163,10 @@ def check_servoing(script: Path) -> Iterator[CheckPoint]:
     tests = (
         [("first_jacobian", [(a.T * turned).tolist()]) for a in J],
         [("step", [a.tolist(), b.tolist()]) for a, b in zip(J, e, strict=True)],
-        [("broyden_update", [a.tolist(), DQ, b.tolist()]) for a, b in zip(J, e, strict=True)],
+        [
+            ("broyden_update", [a.tolist(), TEST_STEP, b.tolist()])
+            for a, b in zip(J, e, strict=True)
+        ],
     )
     answers = iter(ask(script, list(chain(*tests))))
     part = [[next(answers) for _ in group] for group in tests]
@@ -235,7 +241,7 @@ def _compare(
 
 def _secant(J: np.ndarray, dp: np.ndarray, answers: Sequence[Returned]) -> CheckPoint:
     """Check that an update explains the step, and leaves what is across it as it was."""
-    dq, across = np.array(DQ), np.array((-DQ[1], DQ[0]))
+    dq, across = np.array(TEST_STEP), np.array((-TEST_STEP[1], TEST_STEP[0]))
     for before, wanted, answer in zip(J, dp, answers, strict=True):
         after = answer.array(2, 2)
         if after is None:

@@ -15,10 +15,10 @@ from shapely.geometry.base import BaseGeometry
 MAX_FACES = 3000
 """Most parts into which crossing edges may divide an area."""
 
-EDGE = 1e-6
+EDGE_MARGIN = 1e-6
 """Distance from an edge that still counts as inside, as a share of the area's greater side."""
 
-SHORTEST = 0.6
+SHORTEST_HATCH = 0.6
 """Least length of a hatching line, in distances between two lines."""
 
 NOTHING: BaseGeometry = shapely.Polygon()
@@ -79,11 +79,11 @@ def _winding(ring: np.ndarray, points: np.ndarray) -> np.ndarray:
 
 
 def widened(area: BaseGeometry) -> BaseGeometry:
-    """Return the area grown by EDGE, so that a line along its edge is inside."""
+    """Return the area grown by EDGE_MARGIN, so that a line along its edge is inside."""
     if area.is_empty:
         return area
     x0, y0, x1, y1 = area.bounds
-    return area.buffer(EDGE * max(x1 - x0, y1 - y0), join_style="mitre")
+    return area.buffer(EDGE_MARGIN * max(x1 - x0, y1 - y0), join_style="mitre")
 
 
 def outlines(area: BaseGeometry) -> list[np.ndarray]:
@@ -176,7 +176,7 @@ def hatching(area: BaseGeometry, angle: float, distance: float) -> list[np.ndarr
         parts = [
             np.asarray(part.coords, float)[[0, -1]]
             for part in shapely.get_parts(line)
-            if isinstance(part, shapely.LineString) and part.length >= SHORTEST * distance
+            if isinstance(part, shapely.LineString) and part.length >= SHORTEST_HATCH * distance
         ]
         parts.sort(key=lambda ends: float(ends.mean(axis=0) @ along), reverse=bool(k % 2))
         for part in parts:

@@ -20,13 +20,13 @@ from laptop.drawing.artwork import SMOOTH_TURN
 AIMED_TURN = math.radians(0.85 * SMOOTH_TURN)
 """Turn per point at which curves are divided, rad: below SMOOTH_TURN, for neighbours differ."""
 
-SAMPLES = 96
+BEND_SAMPLES = 96
 """Number of places at which the bend of a curve is sampled first."""
 
-SHORTEST = 0.25
+SHORTEST_CHORD = 0.25
 """Chord length below which none is halved, in tolerances: a bend so tight is a corner."""
 
-SAME = 1e-6
+SAME_POINT = 1e-6
 """Distance, in tolerances, below which two points are one, but for rounding."""
 
 MAX_CURVE_POINTS = 720
@@ -120,7 +120,7 @@ def flatten(pieces: Sequence[Piece], tolerance: float) -> np.ndarray:
         piece.points if isinstance(piece, Straight) else curve_points(piece, tolerance)
         for piece in pieces
     ]
-    return without_repeats(np.concatenate(parts), SAME * tolerance)
+    return without_repeats(np.concatenate(parts), SAME_POINT * tolerance)
 
 
 def without_repeats(points: np.ndarray, least: float = 0.0) -> np.ndarray:
@@ -141,7 +141,7 @@ def curve_points(curve: Bezier | Elliptic, tolerance: float) -> np.ndarray:
     A cusp stays a corner, and so does a bend too tight for the tolerance. Where a curve bends
     slowly, what counts is that a chord of length c over a turn of a is off it by c a / 8.
     """
-    t = np.linspace(0.0, 1.0, SAMPLES + 1)
+    t = np.linspace(0.0, 1.0, BEND_SAMPLES + 1)
     chord, turn = _shape(curve.at(t))
     # A chord turns by the mean of what its ends do
     turned = np.concatenate([turn[:1], (turn[:-1] + turn[1:]) / 2, turn[-1:]])
@@ -176,7 +176,7 @@ def _refined(curve: Bezier | Elliptic, t: np.ndarray, tolerance: float) -> np.nd
         halved = np.zeros(len(chord), bool)
         halved[:-1] |= sharp
         halved[1:] |= sharp
-        halved &= chord > SHORTEST * tolerance
+        halved &= chord > SHORTEST_CHORD * tolerance
         if not halved.any():
             break
         t = np.sort(np.concatenate([t, (t[:-1][halved] + t[1:][halved]) / 2]))
@@ -218,7 +218,7 @@ def rounded(points: np.ndarray, corner: float, tolerance: float) -> np.ndarray:
         chosen = np.flatnonzero(counts == count)
         curve = _cubics(control[chosen], np.arange(count) / count)
         smooth[places[chosen][:, None] + np.arange(count)] = curve
-    return without_repeats(smooth, SAME * tolerance)
+    return without_repeats(smooth, SAME_POINT * tolerance)
 
 
 def _cubics(control: np.ndarray, t: np.ndarray) -> np.ndarray:

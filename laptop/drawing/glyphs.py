@@ -26,7 +26,7 @@ GREEK = "greeks"
 """Font of the Greek letters, for all fonts, in place of A to X and a to x."""
 CYRILLIC, CYRILLIC_TOO = "cyrilc_1", "cyrillic"
 """Fonts of the Cyrillic letters: the alphabet in order from A and a on; the last letters."""
-BEYOND = dict(zip("ЪЫЬЭЮЯъыьюя", "]$_CU^|&~u}", strict=True))
+LAST_CYRILLIC = dict(zip("ЪЫЬЭЮЯъыьюя", "]$_CU^|&~u}", strict=True))
 """Characters that hold the last Cyrillic letters."""
 AS_LATIN = {"І": "I", "і": "i", "Ј": "J", "ј": "j", "Ѕ": "S", "ѕ": "s"}
 MATHEMATICS, SIGNS = "mathupp", "symbolic"
@@ -37,7 +37,7 @@ OF_MATHEMATICS = {
 OF_SIGNS = dict(zip("§†‡♠♥♦♣☆○□△◇", "ijkmnopLHIJK", strict=True))
 
 Stroke = tuple[tuple[float, float, float], ...]
-MADE: dict[str, tuple[str, tuple[Stroke, ...]]] = {
+COMPOSED: dict[str, tuple[str, tuple[Stroke, ...]]] = {
     "ø": ("o", (((-1, -1, -0.12), (1, 1, 1.12)),)),
     "Ø": ("O", (((-1, -1, -0.08), (1, 1, 1.08)),)),
     "ł": ("l", (((0, -3, 0.40), (0, 3, 0.62)),)),
@@ -64,10 +64,10 @@ POUND = (
     ((3, 0), (13, 0)),
     ((3, 11), (10, 11)),
 )
-LOWERED = 4.0
+THORN_DROP = 4.0
 """Distance by which the bow of a thorn is lower than that of a P."""
 
-SMALL, RAISED, SUNK = 0.58, 0.42 * CAPITALS, -0.2 * CAPITALS
+SCRIPT_SIZE, SUPERSCRIPT, SUBSCRIPT = 0.58, 0.42 * CAPITALS, -0.2 * CAPITALS
 """Size of superscripts and subscripts, as a factor, and their baselines."""
 
 
@@ -96,13 +96,13 @@ def glyph(name: str, character: str) -> Glyph | None:
     own = font(name).get(character)
     if own is not None:
         return own
-    if character in MADE:
+    if character in COMPOSED:
         return _made(name, character)
     return _other(character) or _small(name, character)
 
 
 def _made(name: str, character: str) -> Glyph:
-    base, added = MADE[character]
+    base, added = COMPOSED[character]
     if character == "Þ":
         name = PLAIN  # others have serifs at the foot of a P, or no stem
     strokes, width = font(name)[base]
@@ -114,7 +114,10 @@ def _made(name: str, character: str) -> Glyph:
     (left, low), (right, high) = points.min(axis=0), points.max(axis=0)
     if character == "Þ":
         stem = [line for line in strokes if np.ptp(line[:, 0]) < 1e-9]
-        strokes = [*stem, *(line - [0, LOWERED] for line in strokes if np.ptp(line[:, 0]) >= 1e-9)]
+        strokes = [
+            *stem,
+            *(line - [0, THORN_DROP] for line in strokes if np.ptp(line[:, 0]) >= 1e-9),
+        ]
     middle, half = (left + right) / 2, (right - left) / 2
     new = [
         np.array([(middle + a * half + b, low + y * (high - low)) for a, b, y in line])
@@ -138,8 +141,8 @@ def _other(character: str) -> Glyph | None:
     for first, last, begin in (("А", "Щ", "A"), ("а", "щ", "a")):
         if first <= character <= last:
             return font(CYRILLIC)[chr(ord(begin) + ord(character) - ord(first))]
-    if character in BEYOND:
-        return font(CYRILLIC_TOO)[BEYOND[character]]
+    if character in LAST_CYRILLIC:
+        return font(CYRILLIC_TOO)[LAST_CYRILLIC[character]]
     if character == "э":
         strokes, width = font(CYRILLIC_TOO)["C"]
         return [stroke * 2 / 3 for stroke in strokes], width * 2 / 3
@@ -160,10 +163,10 @@ def _small(name: str, character: str) -> Glyph | None:
     text = "".join(chr(int(code, 16)) for code in codes) if kind.startswith("<") else ""
     above, slash, below = text.partition("\u2044")
     if kind == "<fraction>" and below:
-        parts = [_row(name, above, RAISED), font(name).get("/"), _row(name, below, 0.0)]
+        parts = [_row(name, above, SUPERSCRIPT), font(name).get("/"), _row(name, below, 0.0)]
         return _side_by_side(parts, -0.12 * CAPITALS)
     if kind in ("<super>", "<sub>"):
-        return _row(name, text, RAISED if kind == "<super>" else SUNK)
+        return _row(name, text, SUPERSCRIPT if kind == "<super>" else SUBSCRIPT)
     return None
 
 
@@ -172,7 +175,9 @@ def _row(name: str, text: str, y: float) -> Glyph | None:
     found: list[Glyph | None] = []
     for character in text:
         one = glyph(name, character)
-        found.append(one and ([stroke * SMALL + [0.0, y] for stroke in one[0]], one[1] * SMALL))
+        found.append(
+            one and ([stroke * SCRIPT_SIZE + [0.0, y] for stroke in one[0]], one[1] * SCRIPT_SIZE)
+        )
     return _side_by_side(found, 0.0)
 
 

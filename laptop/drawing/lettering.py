@@ -28,11 +28,11 @@ FONTS = {
 MAX_CHARACTERS = 2000
 """Longest text, characters: an A4 page, written closely."""
 
-CORNER = math.radians(55)
+CORNER_ANGLE = math.radians(55)
 """Turn above which a font's point is a corner, rad: its curves turn by up to 50 degrees a point,
 its corners by 60 and more."""
 
-ALIKE = str.maketrans(
+REPLACEMENTS = str.maketrans(
     {
         **dict.fromkeys("\u2018\u2019\u201a\u2032\u00b4", "'"),
         **dict.fromkeys("\u201c\u201d\u201e\u2033\u00ab\u00bb", '"'),
@@ -144,7 +144,7 @@ def write_text(text: str, how: Lettering | None = None, name: str = "") -> Artwo
 
 def _line(text: str, how: Lettering, lacking: list[str]) -> _Line:
     line = _Line()
-    for character in _characters(_shown(text).translate(ALIKE)):
+    for character in _characters(_shown(text).translate(REPLACEMENTS)):
         found = _letters(how.font, character)
         if not found and character not in lacking:
             lacking.append(character)
@@ -200,7 +200,7 @@ def _letter(font: str, character: str) -> _Letter | None:
         strokes = undotted(strokes)
     for mark in marks:
         strokes = strokes + accent_strokes(mark, strokes)
-    return _Letter([rounded(stroke, CORNER, CAPITALS / 1000) for stroke in strokes], width)
+    return _Letter([rounded(stroke, CORNER_ANGLE, CAPITALS / 1000) for stroke in strokes], width)
 
 
 def _told(characters: list[str], brackets: bool = True) -> str:

@@ -14,27 +14,27 @@ import numpy as np
 
 from laptop.drawing.pixel_walks import Pixels
 
-PAPER = 24
-"""Distance, as 1 / PAPER of the longer side, within which the paper's brightness is sought."""
-LEAST_INK = 0.10
+PAPER_DIVISOR = 24
+"""Divisor of the longer side: so far away the paper's brightness is sought."""
+MIN_INK = 0.10
 """Least share of the paper's light that ink absorbs; a soft shadow's is less so near by."""
-SURE_INK = 0.2
+MIN_PEAK_INK = 0.2
 """Share of the light that a line absorbs at least somewhere."""
-SPECK = 30
-"""Length of a speck, as 1 / SPECK of the longer side; whatever is shorter is dropped."""
-WIDE = 60
-"""Greatest width of a line, as 1 / WIDE of the longer side."""
+SPECK_DIVISOR = 30
+"""Divisor of the longer side: what is shorter, all in all, is a speck."""
+WIDTH_DIVISOR = 60
+"""Divisor of the longer side: the greatest width of a line."""
 
-LOOK, BEND = 6, -0.7
+DIRECTION_REACH, MAX_BEND_COSINE = 6, -0.7
 """Distance from a crossing at which a line's direction is taken, px; and cosine between two leaving
 directions below which they are one line, as it bends by less than 45 degrees."""
 
-SPUR = 2.5
+MAX_SPUR = 2.5
 """Length, in half widths, up to which a side branch is a corner of a wide line."""
 
-MOST_INK, LEAST_SHARE = 0.2, 5e-4
+MAX_INK_SHARE, MIN_INK_SHARE = 0.2, 5e-4
 """Greatest and least share of a drawing's pixels that have ink."""
-THIN, CLEAN = 0.75, 0.8
+MIN_LINE_SHARE, MIN_CLEAN_SHARE = 0.75, 0.8
 """Least share of a drawing's ink that is in lines, and least share of clean paper in the rest."""
 
 Way = tuple[list[tuple[int, int]], tuple[int, int]]
@@ -53,13 +53,13 @@ def ink_of(grey: np.ndarray) -> InkMask:
     """Return the ink mask of a picture (height, width) uint8."""
     side = max(grey.shape)
     darkness = _darkness(grey)
-    sure = max(_threshold(darkness), SURE_INK)
-    weak = (darkness > max(sure / 2, LEAST_INK)).astype(np.uint8)
+    sure = max(_threshold(darkness), MIN_PEAK_INK)
+    weak = (darkness > max(sure / 2, MIN_INK)).astype(np.uint8)
     count, labels, stats, _ = cv2.connectedComponentsWithStats(weak, connectivity=8)
     kept = np.zeros(count, bool)
     kept[np.unique(labels[darkness > sure])] = True
     spread = np.hypot(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT])
-    kept &= spread > side / SPECK
+    kept &= spread > side / SPECK_DIVISOR
     kept[0] = False
     ink = kept[labels]
     return InkMask(ink, cv2.distanceTransform(ink.astype(np.uint8), cv2.DIST_L2, 5))
@@ -67,7 +67,7 @@ def ink_of(grey: np.ndarray) -> InkMask:
 
 def _darkness(grey: np.ndarray) -> np.ndarray:
     """Return the share of the paper's light that is absorbed, 0 to 1."""
-    reach = max(3, max(grey.shape) // PAPER) | 1
+    reach = max(3, max(grey.shape) // PAPER_DIVISOR) | 1
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (reach, reach))
     # What is brighter than its surroundings by noise alone is no paper: it is smoothed before.
     paper = cv2.morphologyEx(cv2.GaussianBlur(grey, (0, 0), 1.5), cv2.MORPH_CLOSE, kernel)
@@ -78,7 +78,7 @@ def _darkness(grey: np.ndarray) -> np.ndarray:
 
 def _threshold(darkness: np.ndarray) -> float:
     """Return Otsu's threshold (1979) between ink and paper, plain paper left out."""
-    some = darkness[darkness > LEAST_INK / 2]
+    some = darkness[darkness > MIN_INK / 2]
     if not len(some):
         return 1.0
     levels = np.clip(some * 255, 0, 255).astype(np.uint8)
@@ -106,7 +106,7 @@ def centre_lines(grey: np.ndarray) -> list[np.ndarray]:
     kept = []
     for pixels, ends in ways:
         far = [node for node in ends if node and degree[node] > 1]
-        is_spur = len(far) == 1 and len(pixels) < SPUR * wide[far[0] - 1]
+        is_spur = len(far) == 1 and len(pixels) < MAX_SPUR * wide[far[0] - 1]
         if not is_spur or ends[0] == ends[1]:  # else it is a corner of a wide line
             kept.append((pixels, ends))
     return _joined(kept, places)
@@ -152,7 +152,7 @@ def _joined(ways: list[Way], places: list[np.ndarray]) -> list[np.ndarray]:
             (float(leaves[a] @ leaves[b]), a, b) for a, b in combinations(there, 2)
         )  # the straightest first: -1
         for bend, a, b in pairs:
-            if a not in beyond and b not in beyond and (bend < BEND or len(there) == 2):
+            if a not in beyond and b not in beyond and (bend < MAX_BEND_COSINE or len(there) == 2):
                 beyond[a], beyond[b] = b, a
     found, used = [], [False] * len(ways)
     begins = [(k, side) for k in range(len(ways)) for side in (0, 1) if (k, side) not in beyond]
@@ -176,7 +176,7 @@ def _joined(ways: list[Way], places: list[np.ndarray]) -> list[np.ndarray]:
 
 def _direction(pixels: Sequence[tuple[int, int]], place: np.ndarray) -> np.ndarray:
     """Return the direction in which a path leaves a node."""
-    ahead = np.array(pixels[: 2 * LOOK][-LOOK:], float).mean(axis=0) - place
+    ahead = np.array(pixels[: 2 * DIRECTION_REACH][-DIRECTION_REACH:], float).mean(axis=0) - place
     return ahead / max(float(np.hypot(*ahead)), 1e-9)
 
 
@@ -207,13 +207,13 @@ def is_line_drawing(grey: np.ndarray) -> bool:
     """Return whether a picture is a line drawing: little ink, and clean paper elsewhere."""
     lines = ink_of(grey)
     share = lines.ink.mean()
-    if not LEAST_SHARE <= share <= MOST_INK:
+    if not MIN_INK_SHARE <= share <= MAX_INK_SHARE:
         return False
     side = max(grey.shape)
-    wide = (lines.half_width > side / WIDE / 2).astype(np.uint8)
-    wide = cv2.dilate(wide, np.ones((3, 3), np.uint8), iterations=side // WIDE // 2)
+    wide = (lines.half_width > side / WIDTH_DIVISOR / 2).astype(np.uint8)
+    wide = cv2.dilate(wide, np.ones((3, 3), np.uint8), iterations=side // WIDTH_DIVISOR // 2)
     thin = 1 - (lines.ink & (wide > 0)).sum() / lines.ink.sum()
     darkness = _darkness(grey)
     around = cv2.dilate(lines.ink.astype(np.uint8), np.ones((5, 5), np.uint8)) == 0
-    clean = (darkness[around] < LEAST_INK / 2).mean()
-    return bool(thin > THIN and clean > CLEAN)
+    clean = (darkness[around] < MIN_INK / 2).mean()
+    return bool(thin > MIN_LINE_SHARE and clean > MIN_CLEAN_SHARE)

@@ -10,7 +10,7 @@ import numpy as np
 from laptop.drawing.artwork import Artwork, BadArtwork
 from laptop.drawing.options import DrawingOptions
 
-IN_PLACE = 90.0
+ARM_FRAME_ROTATION = 90.0
 """Rotation of a sheet whose x and y are the arm's, degrees."""
 
 
@@ -34,5 +34,10 @@ def in_place(artwork: Artwork, options: DrawingOptions) -> DrawingOptions:
     # (A side that has no length does not count.)
     size = float(width) or 1.0, float(height) or 1.0
     return replace(
-        options, at=(float(x), float(y)), size=size, rotate=IN_PLACE, paper=None, order=False
+        options,
+        at=(float(x), float(y)),
+        size=size,
+        rotate=ARM_FRAME_ROTATION,
+        paper=None,
+        order=False,
     )

@@ -22,7 +22,7 @@ from laptop.drawing.strokes import PlacedStroke
 LONGEST_MOVED = 8
 """Greatest number of strokes that Or-opt moves at once."""
 
-MOST_TRIED, TRIED_EACH = 150_000, 1_500
+MAX_TRIED, MAX_TRIED_PER_STROKE = 150_000, 1_500
 """Greatest number of changes of the order that are tried: in all, and for each stroke. They are
 counted, not timed, so that the order is the same on every computer."""
 
@@ -39,19 +39,19 @@ cuts lie."""
 EXCHANGE_COST = 20
 """Cost of a random exchange, in tried changes."""
 
-BEGINNINGS, MANY = 4, 1500
+STARTS, MAX_STROKES_FOR_STARTS = 4, 1500
 """Number of starts from which nearest neighbours are followed, and greatest number of strokes for
 which that is done."""
 
-LEAST_GAIN = 1e-6
+MIN_GAIN = 1e-6
 """Least saving of a change, cm."""
 
-POSTURE_WAY = 6.0
+POSTURE_CHANGE_WAY = 6.0
 """Length of a pen-up way that takes as long as a change of posture, cm."""
 
 
 def ordered(
-    strokes: Sequence[PlacedStroke], start: np.ndarray, most_tried: int = MOST_TRIED
+    strokes: Sequence[PlacedStroke], start: np.ndarray, most_tried: int = MAX_TRIED
 ) -> list[PlacedStroke]:
     """Return strokes reordered and reversed so that the pen-up ways between them are short.
 
@@ -66,7 +66,7 @@ def ordered(
     out: list[PlacedStroke] = []
     for layer in layers:
         own = [stroke for stroke in strokes if stroke.layer == layer]
-        share = min(TRIED_EACH * len(own), most_tried * len(own) // len(strokes) + 1)
+        share = min(MAX_TRIED_PER_STROKE * len(own), most_tried * len(own) // len(strokes) + 1)
         for stroke in _layer_in_order(own, start, share):
             out.append(stroke)
             start = stroke.points[-1]
@@ -87,14 +87,14 @@ def _layer_in_order(
     # (As they came, they may lie in a good order already.)
     given = _Tour(heads, tails, np.arange(len(heads)), np.zeros(len(heads), bool))
     tours: list[_Tour] = []
-    for first in (begin, *heads[: BEGINNINGS - 1]):
+    for first in (begin, *heads[: STARTS - 1]):
         found = [_Tour(heads, tails, *_nearest_neighbours(heads, tails, first))]
         if not tours and given.length() < found[0].length():
             found.insert(0, given)
         for tour in found:
             most_tried -= tour.shorten(most_tried)
         tours += found
-        if most_tried <= 0 or len(heads) > MANY:
+        if most_tried <= 0 or len(heads) > MAX_STROKES_FOR_STARTS:
             break
     tour = min(tours, key=_Tour.length)
     tour.improve(most_tried)
@@ -112,7 +112,7 @@ def _ends_of(strokes: Sequence[PlacedStroke]) -> tuple[np.ndarray, np.ndarray]:
     # One that any posture can draw lies with those that only the preferred one can.
     other = [stroke.postures[0] for stroke in strokes]
     base = max(set(other), key=lambda posture: (other.count(posture), posture))
-    apart = np.array([0.0 if base in stroke.postures else POSTURE_WAY for stroke in strokes])
+    apart = np.array([0.0 if base in stroke.postures else POSTURE_CHANGE_WAY for stroke in strokes])
     heads = np.array([stroke.points[0] for stroke in strokes])
     tails = np.array([stroke.points[-1] for stroke in strokes])
     return np.column_stack([heads, apart]), np.column_stack([tails, apart])
@@ -208,7 +208,7 @@ class _Tour:
             self._write(a, self.order[c:d] + self.order[b:c] + self.order[a:b])
             self._settle(self._at(a - 1, a, a + d - c - 1, a + d - c, d - b + a, d - 1, d))
             self._left -= EXCHANGE_COST
-            if self.length() > before - LEAST_GAIN:
+            if self.length() > before - MIN_GAIN:
                 self.order, self._in = order, ends
                 for k, stroke in enumerate(order):
                     self._place[stroke] = k
@@ -270,7 +270,7 @@ class _Tour:
                 if near == stroke:
                     continue
                 way = math.dist(self._ends[own], self._ends[end])
-                if way >= now - LEAST_GAIN or other is None:
+                if way >= now - MIN_GAIN or other is None:
                     break
                 is_in = end == self._in[near]
                 j = self._place[near]
@@ -297,7 +297,7 @@ class _Tour:
             - ahead
             - behind
         )
-        if gain <= LEAST_GAIN or first == last:
+        if gain <= MIN_GAIN or first == last:
             return False
         self._write(first + 1, self._flipped(self.order[first + 1 : last + 1]))
         return True
@@ -324,7 +324,7 @@ class _Tour:
                 self._out_at(last), self._in_at(last + 1)
             )
             closed = self._way(self._out_at(first - 1), self._in_at(last + 1))
-            if saved + taken - closed - self._way(far, beyond) <= LEAST_GAIN:
+            if saved + taken - closed - self._way(far, beyond) <= MIN_GAIN:
                 continue
             part = self.order[first : last + 1]
             if is_in != ahead:
@@ -372,7 +372,7 @@ def _closed_from_best(strokes: list[PlacedStroke], start: np.ndarray) -> list[Pl
             if k + 1 < len(strokes):
                 cost += np.hypot(*(points - strokes[k + 1].points[0]).T)
             first = int(np.argmin(cost[:-1]))
-            if cost[first] < cost[0] - LEAST_GAIN:
+            if cost[first] < cost[0] - MIN_GAIN:
                 points = np.vstack([points[first:-1], points[: first + 1]])
                 stroke = replace(stroke, points=points)
         start = points[-1]

@@ -14,10 +14,10 @@ WORKING_SIDE = 640
 LINES_SIDE = 1280
 """Longer side to which a line drawing is reduced, px: its lines may be close together."""
 
-LIGHT = 0.9
+PAPER_BRIGHTNESS = 0.9
 """Brightness, 0 to 1, from which a pixel is as bright as paper."""
 
-STRIP = 256
+STRIP_ROWS = 256
 """Number of rows converted to grey at once."""
 
 
@@ -80,7 +80,8 @@ def _grey(image: np.ndarray) -> np.ndarray:
     is_light = _is_white_on_nothing(image)
     # By strips: with all that it takes on the way, a whole one is held three times.
     strips = [
-        _grey_strip(image[row : row + STRIP], is_light) for row in range(0, len(image), STRIP)
+        _grey_strip(image[row : row + STRIP_ROWS], is_light)
+        for row in range(0, len(image), STRIP_ROWS)
     ]
     return np.concatenate(strips)
 
@@ -94,7 +95,7 @@ def _is_white_on_nothing(image: np.ndarray) -> bool:
     opaque = alpha > most // 2
     if opaque.all() or not opaque.any():
         return False
-    return all(colour[opaque].min() >= LIGHT * most for colour in colours)
+    return all(colour[opaque].min() >= PAPER_BRIGHTNESS * most for colour in colours)
 
 
 def _grey_strip(image: np.ndarray, is_light: bool) -> np.ndarray:

@@ -26,13 +26,13 @@ HATCH_LINES = 60
 SHORTEST_HATCH = 0.6
 """Least length of a hatching line, in distances between two lines."""
 
-CORNER = math.radians(50)
+CORNER_ANGLE = math.radians(50)
 """Turn above which a point of an outline is a corner, rad."""
 
-REACH = 3
+SMOOTHING_REACH = 3
 """Number of pixels on either side over which lines are smoothed."""
 
-FLAT = 24
+MIN_TONE_RANGE = 24
 """Least range of a picture's tones, of 255; below, it shows nothing."""
 
 
@@ -131,7 +131,7 @@ def _prepared(grey: np.ndarray, smoothing: float) -> np.ndarray:
     if smoothing:
         grey = cv2.GaussianBlur(grey, (0, 0), max(grey.shape) / 640 * (0.3 + smoothing / 15))
     dark, light = np.percentile(grey, (1, 99))
-    if light - dark < FLAT:
+    if light - dark < MIN_TONE_RANGE:
         return grey
     return np.clip((grey - dark) * (255 / (light - dark)), 0, 255).astype(np.uint8)
 
@@ -163,11 +163,11 @@ def _longest_smooth(chains: list[np.ndarray]) -> tuple[list[np.ndarray], int]:
     chains = sorted(chains, key=len, reverse=True)
     lines = []
     for chain in chains[:MAX_STROKES]:
-        points = _without_steps(chain) if len(chain) > REACH else chain
+        points = _without_steps(chain) if len(chain) > SMOOTHING_REACH else chain
         # OpenCV leaves out the end of a line that comes back to where it began
         line = cv2.approxPolyDP(points.astype(np.float32).reshape(-1, 1, 2), 0.45, False)
         points = np.vstack([line.reshape(-1, 2), points[-1:].astype(np.float32)]).astype(float)
-        lines.append(rounded(points + 0.5, CORNER, 0.1))  # pixels' centres
+        lines.append(rounded(points + 0.5, CORNER_ANGLE, 0.1))  # pixels' centres
     return [line for line in lines if len(line) > 1], len(chains) - len(lines)
 
 
@@ -190,13 +190,19 @@ def _chains(edges: np.ndarray) -> list[np.ndarray]:
 
 def _without_steps(chain: np.ndarray) -> np.ndarray:
     """Return a chain of pixels (n, 2) without its staircase; the ends stay."""
-    weights = np.exp(-0.5 * (np.arange(-REACH, REACH + 1) / 1.2) ** 2)
+    weights = np.exp(-0.5 * (np.arange(-SMOOTHING_REACH, SMOOTHING_REACH + 1) / 1.2) ** 2)
     weights /= weights.sum()
     if np.array_equal(chain[0], chain[-1]):
-        padded = np.vstack([chain[-1 - REACH : -1], chain, chain[1 : 1 + REACH]])
+        padded = np.vstack(
+            [chain[-1 - SMOOTHING_REACH : -1], chain, chain[1 : 1 + SMOOTHING_REACH]]
+        )
     else:  # mirrored in its ends, which stay so
         padded = np.vstack(
-            [2 * chain[0] - chain[REACH:0:-1], chain, 2 * chain[-1] - chain[-2 : -2 - REACH : -1]]
+            [
+                2 * chain[0] - chain[SMOOTHING_REACH:0:-1],
+                chain,
+                2 * chain[-1] - chain[-2 : -2 - SMOOTHING_REACH : -1],
+            ]
         )
     return np.column_stack([np.convolve(column, weights, "valid") for column in padded.T])
 

@@ -27,32 +27,32 @@ LARGEST = 200.0
 PAPER_MARGIN = 1.0
 """Width of the blank margin of a sheet, cm."""
 
-STAND = 3.0
+STAND_RADIUS = 3.0
 """Distance from the arm's axis within which no sheet can lie, cm: the arm stands there."""
 
 LEAST_SIZE = 0.2
 """Least size of a drawing, cm."""
 
-COARSE, FINE = 1.0, 0.2
+COARSE_STEP, FINE_STEP = 1.0, 0.2
 """Grid spacings of the search for a place, cm: over the whole table, and near the best place."""
 
-ENOUGH_AHEAD = 0.93
+MIN_SHARE_AHEAD = 0.93
 """Share of the greatest size that suffices for a drawing to lie straight ahead of the arm."""
 
 COARSE_CELLS, FINE_CELLS = 24, 96
 """Cells along the drawing's greater side, coarse and fine: of each stroke one point in a cell is
 tried."""
 
-MOST_TRIED = 2500
+MAX_TRIED_POINTS = 2500
 """Number of points above which the cells are enlarged."""
 
-OUTLINE = 24
+OUTLINE_POINTS = 24
 """Number of points of the outline that are tried before all others."""
 
 HALVINGS = 12
 """Number of halvings in the bisection for the greatest size."""
 
-SHRINK, SHRINKINGS = 0.99, 30
+SHRINK_FACTOR, MAX_SHRINKS = 0.99, 30
 """Factor by which a drawing that is a little too large is reduced, and greatest number of
 reductions."""
 
@@ -227,7 +227,7 @@ def _corners(paper: tuple[float, float]) -> np.ndarray:
 
 
 def _covers_stand(sheet: np.ndarray) -> bool:
-    return cv2.pointPolygonTest(sheet.astype(np.float32), (0.0, 0.0), True) > -STAND
+    return cv2.pointPolygonTest(sheet.astype(np.float32), (0.0, 0.0), True) > -STAND_RADIUS
 
 
 class _Finder:
@@ -251,9 +251,9 @@ class _Finder:
         self._fine = _thinned(shapes, FINE_CELLS)
         self._extent = max(float(np.ptp(np.vstack(shapes), axis=0).max()), 1e-9)
         outline = cv2.convexHull(np.vstack(shapes).astype(np.float32))[:, 0]
-        self._outline = outline[:: max(1, len(outline) // OUTLINE)]
+        self._outline = outline[:: max(1, len(outline) // OUTLINE_POINTS)]
         edge = -self._map.origin
-        places = np.arange(-math.floor(edge), math.floor(edge) + 1) * COARSE
+        places = np.arange(-math.floor(edge), math.floor(edge) + 1) * COARSE_STEP
         x, y = np.meshgrid(places, places)
         self._centres = np.column_stack([x.ravel(), y.ravel()])
         self._row = len(places)
@@ -265,10 +265,10 @@ class _Finder:
         if scale is None:
             raise self._nowhere()
         ahead = self._centres[
-            (np.abs(self._centres[:, 1]) < COARSE / 2) & (self._centres[:, 0] > 0)
+            (np.abs(self._centres[:, 1]) < COARSE_STEP / 2) & (self._centres[:, 0] > 0)
         ]
         straight = self._halved(top, lambda s: self._best(s, ahead, self._coarse))
-        if straight is not None and straight > ENOUGH_AHEAD * scale:
+        if straight is not None and straight > MIN_SHARE_AHEAD * scale:
             centre, scale = self._best(straight, ahead, self._coarse), straight
         else:
             centre = self._best(scale, self._centres, self._coarse)
@@ -320,7 +320,7 @@ class _Finder:
         return BadPlace(f"{whole}; give --size, --at and --clip to draw what can be reached")
 
     def _near(self, centre: np.ndarray) -> np.ndarray:
-        steps = np.arange(-COARSE, COARSE + FINE / 2, FINE)
+        steps = np.arange(-COARSE_STEP, COARSE_STEP + FINE_STEP / 2, FINE_STEP)
         x, y = np.meshgrid(steps, steps)
         return centre + np.column_stack([x.ravel(), y.ravel()])
 
@@ -370,11 +370,11 @@ class _Finder:
         assert self._wish.paper is not None
         half = np.array(self._wish.paper) / 2
         own = np.abs(middles @ self._turn)  # the axis, seen from the sheet
-        return np.hypot(*np.maximum(own - half, 0.0).T) < STAND
+        return np.hypot(*np.maximum(own - half, 0.0).T) < STAND_RADIUS
 
     def _shrunk(self, scale: float, centre: np.ndarray) -> float:
         """Return the scale at which all points, tried or not, can be drawn in one posture."""
-        for _ in range(SHRINKINGS):
+        for _ in range(MAX_SHRINKS):
             middle = centre if self._wish.at is None else centre + scale * self._offset
             tried = reach.try_strokes(
                 self._arm,
@@ -384,7 +384,7 @@ class _Finder:
             )
             if np.any(list(tried.whole.values()), axis=0).all():
                 return scale
-            scale *= SHRINK
+            scale *= SHRINK_FACTOR
         raise self._nowhere()
 
 
@@ -396,10 +396,10 @@ def _thinned(shapes: list[np.ndarray], cells: int) -> tuple[np.ndarray, np.ndarr
     while True:
         keys = np.column_stack([stroke, np.rint(points / cell).astype(np.int64)])
         _, kept = np.unique(keys, axis=0, return_index=True)
-        if len(kept) <= MOST_TRIED or cell > extent / 4:
+        if len(kept) <= MAX_TRIED_POINTS or cell > extent / 4:
             break
         cell *= 1.5
-    if len(kept) > MOST_TRIED:  # so many strokes: their places alone, as if they were one
+    if len(kept) > MAX_TRIED_POINTS:  # so many strokes: their places alone, as if they were one
         _, kept = np.unique(np.rint(points / (extent / 40)).astype(int), axis=0, return_index=True)
         return points[kept], np.array([0])
     kept.sort()

@@ -166,8 +166,8 @@ def prepare(
     found = strokes.cut(arm, placement.strokes, layers, options.height, postures)
     notes = list(placement.notes)
     if found.in_parts:
-        named = ", ".join(map(str, found.in_parts[: strokes.NAMED]))
-        more = len(found.in_parts) - strokes.NAMED
+        named = ", ".join(map(str, found.in_parts[: strokes.MAX_NAMED]))
+        more = len(found.in_parts) - strokes.MAX_NAMED
         several = len(found.in_parts) > 1
         notes.append(
             f"stroke{'s' * several} {named}{f' and {more} more' if more > 0 else ''} "

@@ -33,16 +33,16 @@ from robot.motion import kinematics
 MARGIN = 1.0
 """Margin around all that is shown, cm."""
 
-MISSED = "#e00000"
+MISSED_COLOR = "#e00000"
 """Colour of what cannot be reached, and of the words that say so."""
 
-IN_TIME = ListedColormap(colormaps["plasma"](np.linspace(0, 0.78, 256)))
+TIME_COLORS = ListedColormap(colormaps["plasma"](np.linspace(0, 0.78, 256)))
 """Colours of the strokes from the first to the last, without the map's lightest."""
 
 TICKS = 6
 """Number of ticks of the time scale."""
 
-OUTLINE_PRECISION, FINER = 0.02, 4
+OUTLINE_PRECISION, OUTLINE_REFINEMENT = 0.02, 4
 """Precision of the reach's outline, cm; and factor by which it is drawn finer than the map, so that
 it looks smooth."""
 
@@ -58,7 +58,7 @@ def draw_preview(figure: Figure, plan: DrawingPlan, words: Sequence[str]) -> Non
     """Draw the picture of a plan into an empty figure TALL px high."""
     for note in write_title(figure, plan.name, *words):
         if "cannot be reached" in note.get_text():
-            note.set_color(MISSED)
+            note.set_color(MISSED_COLOR)
     sheet = Sheet(figure, WIDE, BEHIND)
     strokes = [stroke.placed.points for stroke in plan.strokes]
     missed = [miss.points for miss in plan.missed]
@@ -76,11 +76,11 @@ def draw_preview(figure: Figure, plan: DrawingPlan, words: Sequence[str]) -> Non
     sheet.arm(home, "the arm, at home", pale=0.6)
     ways = [np.vstack([a[-1], b[0]]) for a, b in pairwise(strokes) if np.any(a[-1] != b[0])]
     sheet.lines(_at_once(ways), "pen up", **TRAVEL_LINE)
-    sheet.lines(_at_once(missed), "out of reach", color=MISSED, lw=1.8, zorder=6)
+    sheet.lines(_at_once(missed), "out of reach", color=MISSED_COLOR, lw=1.8, zorder=6)
     if strokes:
         drawn = sheet.coloured(
             *(strokes, np.array(plan.estimate.starts), plan.estimate.seconds),
-            cmap=IN_TIME, lw=0.9, zorder=5,
+            cmap=TIME_COLORS, lw=0.9, zorder=5,
         )  # fmt: skip
         bar = sheet.colour_scale(drawn, "when it is drawn", format=FuncFormatter(_in_minutes))
         bar.set_ticks(np.linspace(0, plan.estimate.seconds, TICKS).tolist())
@@ -105,12 +105,14 @@ def reach_outlines(plan: DrawingPlan) -> list[np.ndarray]:
     """Return the outlines (n, 2), cm, of the reach in the allowed postures; holes run backwards."""
     table = reach.reach_map(plan.arm, plan.options.height, plan.options.postures(plan.arm))
     soft = cv2.GaussianBlur((table.cells > 0).astype(np.float32), (0, 0), 1.5)
-    finer = np.arange(FINER * (len(soft) - 1) + 1, dtype=np.float32) / FINER
+    finer = (
+        np.arange(OUTLINE_REFINEMENT * (len(soft) - 1) + 1, dtype=np.float32) / OUTLINE_REFINEMENT
+    )
     x, y = np.meshgrid(finer, finer)
     inner = cv2.remap(soft, x.astype(np.float32), y.astype(np.float32), cv2.INTER_LINEAR)
     found, _ = cv2.findContours(
         (inner > 0.5).astype(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE
     )
-    cell = reach.RASTER / FINER
+    cell = reach.CELL_SIZE / OUTLINE_REFINEMENT
     smooth = (cv2.approxPolyDP(one, OUTLINE_PRECISION / cell, True)[:, 0] for one in found)
     return [table.origin + outline * cell for outline in smooth if len(outline) > 2]

@@ -20,7 +20,7 @@ POSTURES = ("up", "down")
 SPACING = 0.1
 """Greatest distance between points of a stroke that are tried, cm."""
 
-LEAP = math.radians(30)
+MAX_JOINT_STEP = math.radians(30)
 """Greatest turn of a joint between two of these, rad: a larger one is a change of posture."""
 
 LIMIT_MARGIN = math.radians(0.1)
@@ -30,7 +30,7 @@ EASY_MARGIN, EASY_SINGULARITY = math.radians(1), 0.3
 """Distance from the joint limits, rad, and least `kinematics.singularity`, where the arm moves
 easily."""
 
-RASTER = 0.1
+CELL_SIZE = 0.1
 """Width of a cell of a ReachMap, cm."""
 
 
@@ -178,7 +178,7 @@ class Reached:
 def _joined(poses: np.ndarray, stroke: np.ndarray) -> np.ndarray:
     """Return whether the arm gets from each point to the next of the same stroke: (n - 1,)."""
     with np.errstate(invalid="ignore"):
-        near = (np.abs(np.diff(poses, axis=0)) <= LEAP).all(axis=1)
+        near = (np.abs(np.diff(poses, axis=0)) <= MAX_JOINT_STEP).all(axis=1)
     return near & (np.diff(stroke) == 0)
 
 
@@ -204,7 +204,7 @@ def try_strokes(
 
 @dataclass(frozen=True, eq=False)
 class ReachMap:
-    """The table in cells of RASTER: bit k is set where POSTURES[k] has the middle of the cell.
+    """The table in cells of CELL_SIZE: bit k is set where POSTURES[k] has the middle of the cell.
 
     cells   (m, m) uint8, by y and x
     origin  x and y of the middle of the first cell, cm
@@ -216,7 +216,7 @@ class ReachMap:
     def at(self, points: np.ndarray) -> np.ndarray:
         """Return the posture bits at points (..., 2), cm; 0 beyond the map."""
         size = len(self.cells)
-        k = np.rint((points - self.origin) / RASTER).astype(np.int32)
+        k = np.rint((points - self.origin) / CELL_SIZE).astype(np.int32)
         inside = ((k >= 0) & (k < size)).all(axis=-1)
         k = np.where(inside[..., None], k, 0)
         return np.where(inside, self.cells[k[..., 1], k[..., 0]], 0)
@@ -231,8 +231,8 @@ def reach_map(
 ) -> ReachMap:
     """Return the map of where on the table the arm can draw, and in which posture."""
     _, outer = kinematics.reach(arm)
-    half = int(math.ceil(outer / RASTER)) + 2
-    places = np.arange(-half, half + 1) * RASTER
+    half = int(math.ceil(outer / CELL_SIZE)) + 2
+    places = np.arange(-half, half + 1) * CELL_SIZE
     x, y = np.meshgrid(places, places)
     points = on_table(arm, np.column_stack([x.ravel(), y.ravel()]), height)
     cells = np.zeros(x.size, np.uint8)

@@ -19,14 +19,14 @@ from robot.motion.paths import CORNER
 PEN_WIDTH = 0.03
 """Length below which a stroke is a dot, and to which that is drawn, cm."""
 
-SAME = 0.002
+SAME_POINT = 0.002
 """Distance below which two points are one, cm."""
 
 CURVE_TURN, CURVE_STEP = math.radians(6), 0.25
 """Greatest turn, rad, and greatest step, cm, of a curve from point to point, so that the tangents
 computed from its points are its own."""
 
-SHARPEST = math.radians(60)
+MAX_CURVE_TURN = math.radians(60)
 """Greatest turn of a curve from point to point, rad, before it is cut there."""
 
 STRAIGHT_SHARE = 0.3
@@ -35,7 +35,7 @@ STRAIGHT_SHARE = 0.3
 NOISE_SHARE = 0.2
 """Share of the tolerance up to which a deviation is noise."""
 
-SMOOTHINGS = 20
+MAX_SMOOTHING_PASSES = 20
 """Greatest number of passes that remove corners that do not show, which may expose others."""
 
 
@@ -56,7 +56,7 @@ def pieces(points: np.ndarray, tolerance: float) -> list[np.ndarray]:
     for a, b in zip(cuts, cuts[1:], strict=False):
         thin = _thinned(points[a : b + 1], tolerance)
         # What goes back on itself is no curve, however small.
-        again = [0, *(np.flatnonzero(turns(thin) > SHARPEST) + 1).tolist(), len(thin) - 1]
+        again = [0, *(np.flatnonzero(turns(thin) > MAX_CURVE_TURN) + 1).tolist(), len(thin) - 1]
         out += [thin[i : j + 1] for i, j in zip(again, again[1:], strict=False)]
     # What is smaller than the tolerance may have come back to where it began.
     out = [piece[np.append(True, np.diff(piece, axis=0).any(axis=1))] for piece in out]
@@ -66,7 +66,7 @@ def pieces(points: np.ndarray, tolerance: float) -> list[np.ndarray]:
 def _dot(points: np.ndarray) -> np.ndarray:
     middle, way = (points[0] + points[-1]) / 2, points[-1] - points[0]
     length = math.hypot(*way)
-    half = way / length if length > SAME else np.array([1.0, 0.0])
+    half = way / length if length > SAME_POINT else np.array([1.0, 0.0])
     half = half * PEN_WIDTH / 2
     return np.vstack([middle - half, middle + half])
 
@@ -74,12 +74,12 @@ def _dot(points: np.ndarray) -> np.ndarray:
 def _apart(points: np.ndarray) -> np.ndarray:
     """Return the points without those too near to the one before; first and last stay."""
     steps = np.hypot(*np.diff(points, axis=0).T)
-    if len(steps) and steps.min() >= SAME:
+    if len(steps) and steps.min() >= SAME_POINT:
         return points
     kept = [0]
     last = points[0]
     for k in range(1, len(points)):
-        if math.hypot(points[k, 0] - last[0], points[k, 1] - last[1]) >= SAME:
+        if math.hypot(points[k, 0] - last[0], points[k, 1] - last[1]) >= SAME_POINT:
             kept.append(k)
             last = points[k]
     if kept[-1] != len(points) - 1:
@@ -93,7 +93,7 @@ def _apart(points: np.ndarray) -> np.ndarray:
 def _without_jitter(points: np.ndarray, tolerance: float) -> np.ndarray:
     """Return the points without corners whose absence does not show."""
     shown: np.ndarray | None = None
-    for _ in range(SMOOTHINGS):
+    for _ in range(MAX_SMOOTHING_PASSES):
         sharp = _sharp(points, tolerance)
         if not sharp.any():
             break
@@ -103,7 +103,7 @@ def _without_jitter(points: np.ndarray, tolerance: float) -> np.ndarray:
         if not gone.any():
             break
         points, shown = points[~gone], shown[~gone]
-        near = np.append(np.hypot(*np.diff(points, axis=0).T) < SAME, False)
+        near = np.append(np.hypot(*np.diff(points, axis=0).T) < SAME_POINT, False)
         near[0] = False
         points, shown = points[~near], shown[~near]  # there and back
     return points

@@ -18,7 +18,7 @@ from laptop.drawing.xml_guard import is_svg
 from laptop.system.picture_heads import MAX_PICTURE_BYTES, is_picture
 from shared.small_files import SpoiltFile, open_file
 
-OTHERS = (
+OTHER_FORMATS = (
     (b"%PDF", "a PDF", "save it as SVG, for instance with Inkscape"),
     (b"%!PS", "PostScript", "save it as SVG, for instance with Inkscape"),
     (b"GIF8", "a GIF", "save it as PNG"),
@@ -31,7 +31,7 @@ OTHERS = (
 )
 """Other formats that people try: their first bytes, their names, and what to do."""
 
-BRANDS = (
+ISO_BRANDS = (
     (b"avi", "an AVIF", "save the picture as JPEG"),
     (b"he", "a HEIC, as phones take pictures", "save or send it as JPEG"),
     (b"mif1", "a HEIC, as phones take pictures", "save or send it as JPEG"),
@@ -50,7 +50,7 @@ PLOTTER_FILES = (
     (rf"(?:{_GAP}999[^\n]*\n[^\n]*\n)*{_GAP}0{_GAP}\n{_GAP}SECTION{_GAP}\n", "a DXF"),
 )
 """Patterns of texts for other machines, and the formats' names."""
-HEAD = 5000
+HEAD_LENGTH = 5000
 """Number of characters by which the format of a text is recognised."""
 
 DRAWING_ENDINGS = (".svg", ".svgz", ".png", ".jpg", ".jpeg")
@@ -91,9 +91,9 @@ def read_source(
         return read_picture(data, name, tracing)
     if is_svg(data):
         return read_svg(data, name, is_hatched)
-    found = [said for begin, *said in OTHERS if data.startswith(begin)]
+    found = [said for begin, *said in OTHER_FORMATS if data.startswith(begin)]
     if data[4:8] == b"ftyp":
-        found = [said for brand, *said in BRANDS if brand in data[8:64]]
+        found = [said for brand, *said in ISO_BRANDS if brand in data[8:64]]
     if found:
         what, advice = found[0]
         raise BadArtwork(f"{name}: is {what}, which is not read; {advice}")
@@ -109,7 +109,7 @@ def read_source(
     if text is None or control:
         raise BadArtwork(f"{name}: is no drawing that is known here; give an SVG, a PNG or a JPEG")
     for pattern, what in PLOTTER_FILES:
-        if re.match(pattern, text[:HEAD]):
+        if re.match(pattern, text[:HEAD_LENGTH]):
             raise BadArtwork(
                 f"{name}: is {what}, which is for a machine of its own; give the drawing that it "
                 "was made of, as SVG"

@@ -14,10 +14,10 @@ from shared.arm_description import Arm
 CUT_PRECISION = 0.005
 """Precision with which a line is cut at the end of the reach, cm."""
 
-LEAST_PART = 0.05
+MIN_PART = 0.05
 """Least length of a part of a cut line, cm; shorter ones are left out, too."""
 
-NAMED = 3
+MAX_NAMED = 3
 """Number of unreachable strokes that are named one by one."""
 
 
@@ -95,7 +95,7 @@ def cut(
         for first, last in spans:
             line = _ended(arm, dense, first, last, gaps, height, postures)
             can = tuple(p for p in postures if runs[p][part][first] > last - first)
-            if stroke_length(line) >= LEAST_PART:
+            if stroke_length(line) >= MIN_PART:
                 found.append(PlacedStroke(line, layer, k + 1, can))
         if len(found) > before + 1 and not gaps:
             in_parts.append(k + 1)
@@ -176,9 +176,9 @@ def refusal(
     """
     numbers = sorted({miss.number for miss in missed})
     length = sum(stroke_length(miss.points) for miss in missed)
-    named = ", ".join(map(str, numbers[:NAMED]))
-    if len(numbers) > NAMED:
-        named += f" and {len(numbers) - NAMED} more"
+    named = ", ".join(map(str, numbers[:MAX_NAMED]))
+    if len(numbers) > MAX_NAMED:
+        named += f" and {len(numbers) - MAX_NAMED} more"
     plural = "s" if len(numbers) > 1 else ""
     advice = "place it elsewhere, make it smaller, or leave that out by --clip"
     if clipped:

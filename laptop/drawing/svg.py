@@ -39,7 +39,7 @@ HATCH_ANGLE, HATCH_LINES = math.radians(45), 90
 """Direction of the hatching of areas, rad, and number of lines of a black area across the drawing's
 greater side; lighter ones are farther apart."""
 
-COVERS = 0.99
+COVERING_OPACITY = 0.99
 """Opacity from which an area hides what is below it."""
 
 
@@ -215,7 +215,7 @@ class _SvgReader:
             over = [
                 areas[j]
                 for j in known.query(areas[k], "intersects")
-                if j > k and self._areas[j][1].opacity > COVERS
+                if j > k and self._areas[j][1].opacity > COVERING_OPACITY
             ]
             try:
                 seen = areas[k].difference(shapely.union_all(over)) if over else areas[k]

@@ -23,11 +23,11 @@ from laptop.drawing.svg_servers import paint_of
 from laptop.drawing.svg_units import UnreadableValue, compose
 from laptop.drawing.xml_guard import MAX_DEPTH
 
-FINE = 3e-4
+EDGE_TOLERANCE = 3e-4
 """Greatest distance of an area's edge from a curve, as a share of the area's greater side."""
 MAX_POINTS = 20_000
 """Greatest number of points of an edge."""
-MAX_KEPT = 500
+MAX_CACHED = 500
 """Greatest number of cached areas, for other shapes that have the same."""
 
 Area: TypeAlias = BaseGeometry | None
@@ -72,7 +72,7 @@ def _area(
             return NOTHING
     key = (target, place.affine.tobytes(), place.viewport, box)
     if key not in tree.areas:
-        if len(tree.areas) >= MAX_KEPT:
+        if len(tree.areas) >= MAX_CACHED:
             tree.areas.clear()
         with tree.muted():
             try:
@@ -138,6 +138,6 @@ def filled(shape: Shape, rule: str) -> BaseGeometry:
     if shape.tag == "line" or not shape.pieces:
         return NOTHING
     hull = np.concatenate([piece.hull() for line in shape.pieces for piece in line])
-    fine = max(float(np.ptp(hull, axis=0).max()) * FINE, 1e-9)
+    fine = max(float(np.ptp(hull, axis=0).max()) * EDGE_TOLERANCE, 1e-9)
     contours = [flatten(line, fine) for line in shape.pieces]
     return area_of(contours, shape.place.style[rule] == "evenodd")

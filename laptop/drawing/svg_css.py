@@ -15,7 +15,7 @@ import tinycss2
 
 from laptop.drawing.svg_paint import is_number, is_paint
 
-INITIAL = {
+INHERITED = {
     **{"fill": "black", "fill-opacity": "1", "fill-rule": "nonzero", "clip-rule": "nonzero"},
     **{"stroke": "none", "stroke-opacity": "1", "stroke-width": "1", "stroke-linecap": "butt"},
     **{"stroke-dasharray": "none", "color": "black", "visibility": "visible"},
@@ -26,7 +26,7 @@ INITIAL = {
 }
 """Inherited properties that matter here, with their initial values (SVG 2, appendix F)."""
 
-OWN = {
+NOT_INHERITED = {
     **{"display": "inline", "opacity": "1", "clip-path": "none", "mask": "none", "overflow": ""},
     **{"transform": "none", "transform-origin": "", "transform-box": "view-box"},
     **{"translate": "none", "rotate": "none", "scale": "none"},
@@ -182,7 +182,7 @@ def _long(name: str, value: str) -> list[tuple[str, str]]:
         return [(marker, value) for marker in MARKERS]
     if name == "font":
         return _font(value)
-    if name in INITIAL or name in OWN or name in GEOMETRY:
+    if name in INHERITED or name in NOT_INHERITED or name in GEOMETRY:
         return [(name, value)]
     return []
 
@@ -232,7 +232,7 @@ def style_of(element: ET.Element, parent: Style, sheets: StyleSheets) -> dict[st
     given = {}
     for key, value in attributes.items():
         name = key
-        if (name in INITIAL or name in OWN) and name not in UNLESS_CSS:
+        if (name in INHERITED or name in NOT_INHERITED) and name not in UNLESS_CSS:
             value = value.strip()
             if _is_valid(name, value):
                 given[name] = value
@@ -244,12 +244,12 @@ def style_of(element: ET.Element, parent: Style, sheets: StyleSheets) -> dict[st
         given.update(own[0])
     given.update(important)
     given.update(own[1])
-    style = {key: parent[key] for key in INITIAL}
-    style.update(OWN)
+    style = {key: parent[key] for key in INHERITED}
+    style.update(NOT_INHERITED)
     for key, value in given.items():
-        if value == "inherit" or (value == "unset" and key in INITIAL):
+        if value == "inherit" or (value == "unset" and key in INHERITED):
             value = parent.get(key, "")
         elif value in ("initial", "unset"):
-            value = INITIAL.get(key) or OWN.get(key, "")
+            value = INHERITED.get(key) or NOT_INHERITED.get(key, "")
         style[key] = value
     return style

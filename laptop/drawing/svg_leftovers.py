@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-EXAMPLES = 3
+MAX_EXAMPLES = 3
 """Number of elements of a kind that are named; the others are counted."""
 LONGEST_EXAMPLE = 40
 
@@ -133,7 +133,7 @@ class Leftovers:
         self._counts[kind] = self._counts.get(kind, 0) + 1
         names = self._names.setdefault(kind, [])
         name = _shown(name)
-        if name and name not in names and len(names) <= EXAMPLES:
+        if name and name not in names and len(names) <= MAX_EXAMPLES:
             names.append(name)
 
     def has(self, kind: str) -> bool:
@@ -145,7 +145,7 @@ class Leftovers:
         found = []
         for kind, count in self._counts.items():
             names = self._names[kind]
-            shown = ", ".join(names[:EXAMPLES]) + (", ..." if len(names) > EXAMPLES else "")
+            shown = ", ".join(names[:MAX_EXAMPLES]) + (", ..." if len(names) > MAX_EXAMPLES else "")
             one, several = WORDS[kind]
             which = f" ({shown})" if names else ""
             found.append(

@@ -21,14 +21,14 @@ Point = tuple[float, float]
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 NUMBERS = re.compile(NUMBER)
 BETWEEN = r"[\s,]*"
-TAKES = {"m": 2, "l": 2, "h": 1, "v": 1, "c": 6, "s": 4, "q": 4, "t": 2}
+NUMBERS_PER_SEGMENT = {"m": 2, "l": 2, "h": 1, "v": 1, "c": 6, "s": 4, "q": 4, "t": 2}
 """Numbers per segment, by command."""
 COMMANDS = re.compile(r"\s*([MmLlHhVvCcSsQqTtAaZz])([^MmLlHhVvCcSsQqTtAaZz]*)")
 ARGUMENT = re.compile(rf"{BETWEEN}({NUMBER})")
 _COORDINATE, _FLAG = rf"{BETWEEN}({NUMBER})", rf"{BETWEEN}([01])"
 ARC = re.compile(3 * _COORDINATE + 2 * _FLAG + 2 * _COORDINATE)
 """Pattern of an arc's numbers; the flags may be glued to what follows."""
-ODD = re.compile(r"(?<![\d.])0\d+\.?\d*(?:[eE][-+]?\d+)?|\d+\.(?!\d)(?:[eE][-+]?\d+)?")
+ODD_NUMBERS = re.compile(r"(?<![\d.])0\d+\.?\d*(?:[eE][-+]?\d+)?|\d+\.(?!\d)(?:[eE][-+]?\d+)?")
 """Pattern of numbers with a leading zero, or without a digit behind the point: fontTools reads them
 as two."""
 PLAIN = {ord(c): None for c in " ,\t\r\n\f"}
@@ -80,7 +80,7 @@ def path_pieces(text: str, most: int) -> Subpaths:
         sound, is_whole = [], False
     pen = PiecePen()
     try:
-        parse_path(ODD.sub(lambda number: repr(float(number[0])), " ".join(sound)), pen)
+        parse_path(ODD_NUMBERS.sub(lambda number: repr(float(number[0])), " ".join(sound)), pen)
     except (ValueError, OverflowError):
         is_whole = False
     found = pen.subpaths()
@@ -101,7 +101,7 @@ def _arguments(command: str, text: str, most: int) -> tuple[list[str], bool, int
         return [], not text.translate(PLAIN), 1
     if command in "Aa":
         return _arcs(text, most)
-    takes = TAKES[command.lower()]
+    takes = NUMBERS_PER_SEGMENT[command.lower()]
     numbers = list(islice((n.group() for n in NUMBERS.finditer(text)), takes * (most + 1)))
     is_sound = not NUMBERS.sub("", text).translate(PLAIN)
     if not is_sound:

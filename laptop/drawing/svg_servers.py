@@ -10,7 +10,7 @@ from laptop.drawing.svg_elements import href_of, tag_of
 from laptop.drawing.svg_paint import Paint, colour_paint, reference, share
 from laptop.drawing.svg_place import SvgElements, SvgPlace
 
-MAX_LED = 10
+MAX_GRADIENT_CHAIN = 10
 """Longest chain of gradients that take their colours from one another."""
 GRADIENTS = ("linearGradient", "radialGradient")
 
@@ -38,7 +38,7 @@ def _gradient_paint(
 ) -> Paint | None:
     """Return the mean of a gradient's stops, None where nothing of it is seen."""
     stops: list[ET.Element] = []
-    for _ in range(MAX_LED):
+    for _ in range(MAX_GRADIENT_CHAIN):
         stops = [child for child in server if tag_of(child) == "stop"]
         href = href_of(server)
         further = tree.find(href)

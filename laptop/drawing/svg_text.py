@@ -25,7 +25,7 @@ GENERIC = {
 }
 """Fonts of matplotlib that stand for the generic families."""
 
-AS_WIDE = {
+METRIC_COMPATIBLE = {
     **{"arial": "Liberation Sans", "helvetica": "Liberation Sans"},
     **{"times new roman": "Liberation Serif", "times": "Liberation Serif"},
     **{"courier new": "Liberation Mono", "courier": "Liberation Mono"},
@@ -221,7 +221,7 @@ def find_font(families: str, style: str, weight: str) -> FontFile:
         heavy = min(int(weight), 1000)
     for name in names:
         kind = GENERIC.get(name.lower())
-        for asked in (kind,) if kind else (name, AS_WIDE.get(name.lower())):
+        for asked in (kind,) if kind else (name, METRIC_COMPATIBLE.get(name.lower())):
             if not asked:
                 continue
             wish = FontProperties(family=[asked], style=slope, weight=heavy)

@@ -23,9 +23,9 @@ from laptop.drawing.curves import flatten
 from laptop.drawing.svg_clips import clips_of
 from laptop.drawing.svg_css import (
     GEOMETRY,
-    INITIAL,
+    INHERITED,
     MAX_TRIED,
-    OWN,
+    NOT_INHERITED,
     Style,
     StyleSheets,
     TooManyRules,
@@ -88,7 +88,7 @@ class SvgTree:
             for value in values:
                 self.left_out.add(kind, value)
         self.areas: dict[Any, BaseGeometry | None] = {}
-        self.first_style: Style = {**INITIAL, **OWN}
+        self.first_style: Style = {**INHERITED, **NOT_INHERITED}
         self._points = self._repeated = self._read = 0
         self._known: dict[tuple[ET.Element, tuple[float, float], float], Subpaths] = {}
 

@@ -19,7 +19,7 @@ UNITS = {
     **{"mm": 96 / 25.4, "cm": 96 / 2.54, "q": 96 / 101.6, "rem": FONT_SIZE},
 }
 """Units of length, px."""
-OF_FONT = {"em": 1.0, "ex": 0.5, "ch": 0.5}
+FONT_UNITS = {"em": 1.0, "ex": 0.5, "ch": 0.5}
 """Units relative to the size of letters, as shares of it, for fonts that say nothing else."""
 ANGLES = {"": 1.0, "deg": 1.0, "grad": 0.9, "rad": 180 / math.pi, "turn": 360.0}
 """Units of angles, degrees."""
@@ -29,7 +29,7 @@ LENGTH = re.compile(rf"\s*({NUMBER})\s*([a-zA-Z]*|%)\s*")
 NUMBERS = re.compile(NUMBER)
 FUNCTION = re.compile(r"[\s,]*([a-zA-Z0-9]+)\s*\(([^()]*)\)[\s,]*")
 ARGUMENT = re.compile(rf"[\s,]*({NUMBER})([a-zA-Z]*|%)")
-COUNTS = {
+TRANSFORM_NUMBERS = {
     **{"matrix": (6,), "translate": (1, 2), "scale": (1, 2), "rotate": (1, 3), "skew": (1, 2)},
     **{"skewX": (1,), "skewY": (1,), "translateX": (1,), "translateY": (1,), "rotateZ": (1,)},
     **{"scaleX": (1,), "scaleY": (1,), "translate3d": (3,), "scale3d": (3,)},
@@ -74,8 +74,8 @@ def length(
 def _unit(unit: str, whole: float, font: float, text: str) -> float:
     if unit == "%":
         return whole / 100
-    if unit in OF_FONT:
-        return OF_FONT[unit] * font
+    if unit in FONT_UNITS:
+        return FONT_UNITS[unit] * font
     if unit not in UNITS:
         raise UnreadableValue(text)
     return UNITS[unit]
@@ -99,7 +99,7 @@ def transform(
     while at < len(text):
         match = FUNCTION.match(text, at)
         count += 1
-        if match is None or match[1] not in COUNTS or count > MAX_FUNCTIONS:
+        if match is None or match[1] not in TRANSFORM_NUMBERS or count > MAX_FUNCTIONS:
             raise UnreadableValue(text)
         try:
             with np.errstate(over="ignore", invalid="ignore"):
@@ -117,7 +117,7 @@ def _function(name: str, text: str, box: tuple[float, float], font: float) -> np
     while match := ARGUMENT.match(text, at):
         found.append((float(match[1]), match[2].lower()))
         at = match.end()
-    if text[at:].strip() or len(found) not in COUNTS[name]:
+    if text[at:].strip() or len(found) not in TRANSFORM_NUMBERS[name]:
         raise UnreadableValue(text)
     if name.startswith("translate"):
         wholes = (box[1],) if name == "translateY" else box

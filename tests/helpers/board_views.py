@@ -3,7 +3,7 @@
 import numpy as np
 
 from laptop.see.markers.board import BOARDS
-from laptop.see.markers.finders.board import INNER, BoardView
+from laptop.see.markers.finders.board import INNER_SHARE, BoardView
 
 LENS = (610.0, 325.0, 233.0, -0.28, 0.09, 0.001, -0.0008)
 SIZE = (640, 480)
@@ -57,7 +57,7 @@ def view(where, luck=None, noise=0.03, lens=LENS, paper="a4", keep=None, scale=1
         if keep is None or keep(*centre)
     ]
     points = np.concatenate(
-        [board.square(number, INNER) for number in numbers] or [np.empty((0, 3))]
+        [board.square(number, INNER_SHARE) for number in numbers] or [np.empty((0, 3))]
     )
     seen = pixels(where, scale * points, lens)
     if luck is not None:

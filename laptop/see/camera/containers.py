@@ -15,11 +15,11 @@ OTHER_CHUNKS = b"wb", b"tx", b"pc"
 """Endings of the other chunk names: sound, text, palettes."""
 EBML, SEGMENT = bytes.fromhex("1a45dfa3"), bytes.fromhex("18538067")
 """First bytes of a Matroska or WebM file, and of its part that holds the film."""
-BARE = b"\xff\xd8\xff", b"\0\0\1", b"\0\0\0\1"
+BARE_STARTS = b"\xff\xd8\xff", b"\0\0\1", b"\0\0\0\1"
 """First bytes of pictures without a container."""
 PROGRAM_STREAM = b"\0\0\1\xba"
 """First bytes of an MPEG program stream, which is a container."""
-TRIM = 0.02
+MIN_TRIM = 0.02
 """Time by which a film must be shown shorter than it is to count as trimmed, s."""
 MAX_EDITS = 1000
 
@@ -127,7 +127,7 @@ def _is_trimmed(file: BinaryIO, size: int) -> bool:
             for edits in _inside(file, *track, b"edts"):
                 for begin, _ in _inside(file, *edits, b"elst"):
                     shown = sum(_edits(file, begin)) / unit
-                    return bool(ticks) and shown < lasts / ticks - TRIM
+                    return bool(ticks) and shown < lasts / ticks - MIN_TRIM
     return False
 
 
@@ -167,7 +167,7 @@ def is_bare(path: Path) -> bool:
             begin = file.read(4)
     except OSError:
         return False
-    return begin.startswith(BARE) and begin != PROGRAM_STREAM
+    return begin.startswith(BARE_STARTS) and begin != PROGRAM_STREAM
 
 
 def how_cut_off(path: Path) -> str:

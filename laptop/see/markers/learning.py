@@ -14,7 +14,7 @@ from laptop.see.markers.finders.color_search import MIN_SCENE_BRIGHTNESS, SEVERA
 from laptop.see.markers.finders.confidence import MIN_REPORTED_CONFIDENCE, isolation
 from laptop.see.markers.limb import fit_limb, rim_width, scaled_misfit
 from laptop.see.markers.markers import (
-    WIDER,
+    WIDER_SATURATION,
     BadMarker,
     Color,
     Marker,
@@ -34,23 +34,23 @@ _REACH, _WIDE_REACH = 5, 15
 """Greatest distance of a marker's colour from a picked pixel, px; and around a highlight."""
 _FLOORS = ((0.55, 0.4), (0.75, 0.4), (0.55, 0.65), (0.75, 0.65))
 """Floors of saturation and value that are tried: the lowest that the surroundings allow."""
-_ROUND = 0.6
+_SURE_ROUNDNESS = 0.6
 """Roundness from which a region is surely a marker, so that no other floors are tried."""
 _MAX_STRAY = 0.2
 """Share outside of the circle from which the ground may have the colour."""
-_WHOLE = 0.9
+_MIN_COLORED_SHARE = 0.9
 """Least share of a marker that has its colour, where nothing is across it."""
 _MIN_ALIKE = 0.1
 """Share of the surroundings in a marker's own hue from which they must be separated from it."""
 _MAX_GAP = 0.3
 """Greatest missing share of a contour where a stripe was taken for the ground."""
-_UPRIGHT = 0.1
+_MAX_UPRIGHT_SINE = 0.1
 """Greatest sine between the longer axis of a stretched picture's marker and the picture's edges."""
 _MAX_STRETCH = 1.3
 """Greatest ratio of length to width of a ball."""
 _MIN_VISIBLE = 0.9
 """Share of a marker inside the picture from which it must be found there again."""
-_MAX_APART = 0.2
+_MAX_REFOUND_DISTANCE = 0.2
 """Greatest distance of a marker found again from where it was learned, in radii."""
 _MAX_AREA_SHARE = 0.4
 """Greatest share of the picture that a marker may fill; what is larger is a table."""
@@ -58,7 +58,7 @@ _MAX_RIM_WIDTH, _MAX_MISFIT = 0.27, 0.062
 """Width of the rim, in radii, above which only the core tells the colour and the contour the size:
 what is out of focus looks pale, and up to 1.6 times as large. Then the contour's misfit above which
 they do not, either. (What is only shaded has a contour that fits.)"""
-_CORE = 0.5
+_CORE_RADIUS = 0.5
 """Radius of the core, in radii."""
 _MIN_ROUNDNESS = 0.25
 """Least roundness of a marker of which fingers hide a half; a whole disc has 0.9."""
@@ -106,9 +106,9 @@ def learn(name: str, image: np.ndarray, pick: tuple[float, ...], kind: str | Non
         if wide is None:
             raise
         return wide[0]
-    if first[1].roundness < _ROUND:
+    if first[1].roundness < _SURE_ROUNDNESS:
         wide = _learn_widely(name, image, pick, kind)
-        if wide is not None and wide[1].roundness > _ROUND:
+        if wide is not None and wide[1].roundness > _SURE_ROUNDNESS:
             return wide[0]
     return first[0]
 
@@ -148,7 +148,7 @@ def _learn(
     marker = Marker(name, kind, color, radius=region.circle.radius)
     if width_of_rim > _MAX_RIM_WIDTH or region.circle.visible < _MIN_VISIBLE:
         return marker, region  # it will be sharp and whole when it is looked for
-    clear = region.roundness > _ROUND and region.whole.fill > _WHOLE
+    clear = region.roundness > _SURE_ROUNDNESS and region.whole.fill > _MIN_COLORED_SHARE
     least = LEAST_CONFIDENCE if clear else MIN_REPORTED_CONFIDENCE
     if (why := _why_lost(marker, image, region.circle, hsv, least)) is not None:
         if kind == "disc" and _kind(hsv, region.mask) == "ball":
@@ -169,7 +169,7 @@ def _striped(region: _Region, image: np.ndarray, where: str) -> _Region:
     advice = "pick it in a frame where it is at rest and whole"
     scale = f"{region.stretch:.2f}"
     for what, size, along in (("high", f"{scale}*iw:ih", 1), ("wide", f"iw:{scale}*ih", 0)):
-        if abs(abs(math.sin(region.turn)) - along) < _UPRIGHT:
+        if abs(abs(math.sin(region.turn)) - along) < _MAX_UPRIGHT_SINE:
             raise BadMarker(
                 f"{problem} {what} as a ball is; {advice}, or, if all the picture is stretched, "
                 f"scale it, for example: ffmpeg -i FILE -vf scale={size} NEW.mp4"
@@ -188,7 +188,7 @@ def _of_core(
             f"({_MAX_RIM_WIDTH:g} is well); pick it in a frame where it is at rest and in focus"
         )
     circle = region.circle._replace(radius=limb.radius)
-    core = region.mask & _disc(region.mask, circle, _CORE)
+    core = region.mask & _disc(region.mask, circle, _CORE_RADIUS)
     # A ring has none.
     color = _typical(hsv[core > 0], region.color) if core.any() else region.color
     return region._replace(color=color, circle=circle)
@@ -236,7 +236,9 @@ def _region(
                 continue
             if best is None or tried.roundness > best.roundness + 0.05:
                 best = tried
-        if best is not None and (best.roundness > _ROUND or best.circle.stray < _MAX_STRAY):
+        if best is not None and (
+            best.roundness > _SURE_ROUNDNESS or best.circle.stray < _MAX_STRAY
+        ):
             break
     if best is not None and best.roundness >= _MIN_ROUNDNESS:
         return best
@@ -305,7 +307,7 @@ def _why_lost(
     if tracker.why[marker.name] == SEVERAL:
         return None  # it is found beside another one, which may be taken away
     if seen is not None and seen.confidence >= least:
-        if math.hypot(seen.u - circle.u, seen.v - circle.v) < _MAX_APART * circle.radius:
+        if math.hypot(seen.u - circle.u, seen.v - circle.v) < _MAX_REFOUND_DISTANCE * circle.radius:
             return None
         return (
             f"{seen.u:.0f},{seen.v:.0f} looks more like it; pick the middle of the marker, "
@@ -375,7 +377,7 @@ def _parted(color: Color, own: np.ndarray, around: np.ndarray) -> Color:
     for channel, typical in ((1, color.saturation), (2, color.value)):
         theirs = float(np.percentile(alike[:, channel], 95)) / 255 / typical
         ours = float(np.percentile(own[:, channel], 25)) / 255 / typical
-        floors.append((ours - theirs, min(ours, theirs / WIDER)))
+        floors.append((ours - theirs, min(ours, theirs / WIDER_SATURATION)))
     (by_saturation, saturation), (by_value, value) = floors
     if max(by_saturation, by_value) <= 0:
         return color

@@ -65,23 +65,23 @@ _FULL_STEP_HEIGHT = 40.0
 """Change of colour along a ray above which its weight does not grow, DN."""
 _ROUGHNESS = 0.06
 """Greatest distance of a step on the rim, in radii (at least 1 px)."""
-_CLEAR = 2.5
+_CLEAR_DISTANCE = 2.5
 """Distance from a rim at which a camera shows the colours on either side as they are, px."""
-_DARK = 0.5
+_MIN_BRIGHTNESS = 0.5
 """Brightness, relative to the marker's, below which what is beside it has no usable colour."""
 _RIM_REACH = 0.6, 1.5
 """Range in which the rim of a circle from a mask is sought, in radii."""
 _BESIDE_RIM = 0.5, 0.7
 """Range in which the colour within is sampled, in radii."""
-_STEEP, _LEVEL = 0.4, 0.2
+_MIN_RIM_SLOPE, _NO_RIM_SLOPE = 0.4, 0.2
 """Least slope of a rim, relative to the greatest one; and slope, relative to that, of no rim."""
 _BLUR_COST, _GAP_COST = 0.2, 0.025
 """Increases of the residual by a blurred rim (width squared) and by a missing one, in radii."""
-_SHARP = 4.0
+_MAX_SHARP_WIDTH = 4.0
 """Greatest width of a sharp rim, px: nothing has moved."""
-_SHADED = 0.6
+_SHADED_BRIGHTNESS = 0.6
 """Share of a ball's brightness that is left at its contour."""
-_PALE, _FULL = 0.2, 0.8
+_OUTER_SHARE, _INNER_SHARE = 0.2, 0.8
 """Shares of the inner colour between which a rim passes into what is around."""
 _SMEAR_COST, _LEAN_COST = 0.3, 0.4
 """Increases of the misfit by a smear: by its rim's greater width along than across, and by how far
@@ -163,7 +163,7 @@ def fit_limb(
     blur = float(np.sort(width[on_rim])[count // 2])
     gap = 1 - count / max(1, int(np.count_nonzero(visible)))
     misfit = dilution * (residual + _BLUR_COST * blur * blur + _GAP_COST * gap)
-    if blur * radius > _SHARP:
+    if blur * radius > _MAX_SHARP_WIDTH:
         smear, lean = _smear(rays)
         misfit += _SMEAR_COST * smear + _LEAN_COST * min(lean, smear)
     return Limb(
@@ -186,8 +186,8 @@ def _smear(rays: np.ndarray) -> tuple[float, float]:
     contrast = pairs[:, :1]
     shares = (pairs @ contrast.transpose(0, 2, 1))[..., 0]
     full = np.maximum(shares[:, :1], _MIN_STEP_HEIGHT**2)
-    first = (shares < _FULL * full).argmax(axis=1)
-    last = shares.shape[1] - 1 - (shares[:, ::-1] > _PALE * full).argmax(axis=1)
+    first = (shares < _INNER_SHARE * full).argmax(axis=1)
+    last = shares.shape[1] - 1 - (shares[:, ::-1] > _OUTER_SHARE * full).argmax(axis=1)
     both = np.sort(np.stack([last - first, last + first]).take(_SECTOR, axis=1))
     widths, middles = both[..., _SECTOR.shape[1] // 2]
     opposite = widths.reshape(2, 12)
@@ -226,10 +226,10 @@ def rim_width(image: np.ndarray, u: float, v: float, radius: float) -> float:
     way = np.median(rays, axis=0)
     slopes = np.linalg.norm(way[2:] - way[:-2], axis=1)  # of one sample to the next but one
     first, last = np.searchsorted(rho[1:-1], _RIM_REACH)
-    steep = first + int(np.argmax(slopes[first:last] > _STEEP * slopes[first:last].max()))
+    steep = first + int(np.argmax(slopes[first:last] > _MIN_RIM_SLOPE * slopes[first:last].max()))
     while steep + 1 < last and slopes[steep + 1] > slopes[steep]:
         steep += 1
-    level = steep + np.flatnonzero(slopes[steep:] < _LEVEL * slopes[steep])
+    level = steep + np.flatnonzero(slopes[steep:] < _NO_RIM_SLOPE * slopes[steep])
     inner, outer = np.searchsorted(rho, _BESIDE_RIM)
     within = np.median(rays[:, inner : outer + 1].reshape(-1, 3), 0)
     without = [np.median(rays[:, -8:].reshape(-1, 3), 0), *way[1 + level[:1]]]
@@ -280,11 +280,13 @@ def _contrast(
     rays: np.ndarray, along: np.ndarray, on_rim: np.ndarray, color: Color, radius: float
 ) -> float:
     """Part of the rim that has the colour within and not without."""
-    inner = rays[_EVERY, np.maximum(along - max(4, round(_CLEAR / (_STEP * radius))), 0)]
-    beyond = max(5, round(_CLEAR / (_STEP * radius)))
+    inner = rays[_EVERY, np.maximum(along - max(4, round(_CLEAR_DISTANCE / (_STEP * radius))), 0)]
+    beyond = max(5, round(_CLEAR_DISTANCE / (_STEP * radius)))
     outer = rays[_EVERY, np.minimum(along + beyond, _SAMPLES - 1)]
     both = cv2.cvtColor(np.stack([inner, outer]), cv2.COLOR_BGR2HSV)
-    within, without = hsv_mask(both, color.wider(value=_SHADED)) > 0
-    without &= outer.max(axis=1) > _DARK * inner.max(axis=1)  # noise on black has colours, too
+    within, without = hsv_mask(both, color.wider(value=_SHADED_BRIGHTNESS)) > 0
+    without &= outer.max(axis=1) > _MIN_BRIGHTNESS * inner.max(
+        axis=1
+    )  # noise on black has colours, too
     both_sides = np.count_nonzero(within & on_rim) - np.count_nonzero(without & on_rim)
     return float(both_sides / np.count_nonzero(on_rim))

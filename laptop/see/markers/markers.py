@@ -32,7 +32,7 @@ class BadMarker(ArmError, ValueError):
     """A marker that cannot be understood, learned or read."""
 
 
-WIDER = 0.8
+WIDER_SATURATION = 0.8
 """Factor on a marker's saturation down to which its surroundings still count as its colour."""
 
 
@@ -67,7 +67,7 @@ class Color:
         return replace(
             self,
             tolerance=min(90.0, 1.3 * self.tolerance),
-            saturation=WIDER * self.saturation,
+            saturation=WIDER_SATURATION * self.saturation,
             value=value * self.value,
         )
 
@@ -177,9 +177,9 @@ def read_spec(name: str, text: str) -> Marker:
     )
 
 
-_LIT = 60
+_MIN_LIT_VALUE = 60
 """Least value, 0 to 255, in a picture whose colours would be seen."""
-_GREY_CHROMA = 6
+_MAX_GREY_CHROMA = 6
 """Greatest difference of two channels, 0 to 255, without colour: as much as a JPEG leaves."""
 _FILE_HEADER = """\
 # The markers, as the tracker learned them; correct by hand what it got wrong.
@@ -341,11 +341,11 @@ def is_grey(image: np.ndarray) -> bool:
     The camera or film is in grey, or all that it sees is.  Not where there is hardly any light.
     """
     seen = np.ascontiguousarray(image[8::16, 8::16])
-    if not seen.size or cv2.norm(seen, cv2.NORM_INF) < _LIT:
+    if not seen.size or cv2.norm(seen, cv2.NORM_INF) < _MIN_LIT_VALUE:
         return False
     blue, green, red = cv2.split(seen)
     apart = max(cv2.norm(one, green, cv2.NORM_INF) for one in (blue, red))
-    return apart <= _GREY_CHROMA
+    return apart <= _MAX_GREY_CHROMA
 
 
 def scene_of(image: np.ndarray) -> tuple[float, float, float]:

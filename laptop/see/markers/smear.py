@@ -17,14 +17,14 @@ import numpy as np
 
 from laptop.see.markers.circles import solve_normal
 
-_SOFTNESS = 0.8
+_BLUR_SIGMA = 0.8
 """Sigma of the blur of lens and pixel together, px."""
 _MAX_STEPS = 8
-_SETTLED = 0.02
+_CONVERGED_STEP = 0.02
 """Change of the parameters below which a fit has converged, px."""
 _MAX_STEP = 0.4
 """Greatest change of a parameter in an iteration, in radii."""
-_OUTLIER = 0.12
+_HALF_WEIGHT_DEVIATION = 0.12
 """Deviation of a share at which its weight is half: what is not the disc's must not pull."""
 _DAMPING = 1e-3 * np.eye(5)
 
@@ -119,7 +119,7 @@ class _Shares:
 
 def _soft(shares: np.ndarray) -> np.ndarray:
     """Blur as lens and pixels do; any number of channels."""
-    return cv2.GaussianBlur(shares, (5, 5), _SOFTNESS)
+    return cv2.GaussianBlur(shares, (5, 5), _BLUR_SIGMA)
 
 
 def fit_smear(share: np.ndarray, start: Smear) -> Smear | None:
@@ -139,14 +139,14 @@ def fit_smear(share: np.ndarray, start: Smear) -> Smear | None:
         shares = _Shares(Smear(*at), share.shape)
         off = (share - _soft(shares.share)).reshape(-1, 1)
         slopes = _soft(shares.slopes()).reshape(-1, 5)
-        weighted = slopes / (1 + (off / _OUTLIER) ** 2)
+        weighted = slopes / (1 + (off / _HALF_WEIGHT_DEVIATION) ** 2)
         normal, right = (weighted.T @ slopes).astype(float), (weighted.T @ off)[:, 0].astype(float)
         most = _MAX_STEP * start.radius
         step = np.clip(solve_normal(normal + _DAMPING, right), -most, most)
         at += step
         if not 0.5 * start.radius < at[4] < 2 * start.radius:
             return None
-        if np.abs(step).max() < _SETTLED:
+        if np.abs(step).max() < _CONVERGED_STEP:
             break
     return Smear(*at.tolist())
 

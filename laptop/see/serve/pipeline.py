@@ -22,7 +22,7 @@ SILENCE_TIMEOUT = 1.0
 """Longest wait for a live camera's frame, or three frames' time, before it is reported as silent,
 s."""
 
-STALE = 0.3
+MAX_SHOWN_AGE = 0.3
 """Greatest age of a place in space that is shown beside a marker, s: the other camera's picture is
 later."""
 
@@ -178,7 +178,7 @@ class CameraPipeline:
             if self._csv:
                 self._csv.add_pairs(new)
             for name, pair in self._pairs.latest.items():
-                if frame.t - pair.t < STALE and markers.get(name):
+                if frame.t - pair.t < MAX_SHOWN_AGE and markers.get(name):
                     places.setdefault(name, pair.place)
         self._count(frame, found, places)
         return True

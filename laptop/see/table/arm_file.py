@@ -21,11 +21,11 @@ from shared.arm_description import (
 )
 from shared.ini import BadIni, read_ini, with_values
 
-BACKUP = ".bak"
+BACKUP_SUFFIX = ".bak"
 """Suffix of the previous file's name; a number follows if that is kept."""
-NOTED = re.compile(r"\s*\+- [^;]*?\b\d{4}-\d\d-\d\d\b;?")
+NOTE_PATTERN = re.compile(r"\s*\+- [^;]*?\b\d{4}-\d\d-\d\d\b;?")
 """Pattern of a note in a comment, of an earlier measurement."""
-COLUMN = 19
+COMMENT_COLUMN = 19
 """Column, in characters, behind which a line's comment begins."""
 
 
@@ -61,7 +61,7 @@ def write_values(
             "+- 0.2 deg, seen by a camera 2026-05-01"; it takes the place of the one before.
 
     Returns:
-        The file that has them now, and the one before, beside it, with BACKUP behind its name.
+        The file that has them now, and the one before, beside it, its name with BACKUP_SUFFIX.
 
     Raises:
         ArmNotWritten: nothing has changed.
@@ -119,7 +119,7 @@ def _keep(path: Path) -> Path | None:
     """
     if not path.exists():
         return None
-    names = (Path(f"{path}{BACKUP}{number if number > 1 else ''}") for number in count(1))
+    names = (Path(f"{path}{BACKUP_SUFFIX}{number if number > 1 else ''}") for number in count(1))
     before = next(name for name in names if not os.path.lexists(name))
     with written(before, path.stat().st_mode & 0o777) as draft:
         shutil.copy2(path, draft)
@@ -146,9 +146,11 @@ def _noted(text: str, notes: Mapping[tuple[str, str], str]) -> str:
         note = notes.get((section, bare.partition("=")[0].strip()))
         if note and bare[:1] not in ("#", ";"):
             value, _, comment = line.rstrip("\r\n").partition(";")
-            comment = NOTED.sub("", comment).strip()
+            comment = NOTE_PATTERN.sub("", comment).strip()
             told = f"{note}; {comment}" if comment else note
-            lines[number] = f"{value.rstrip():<{COLUMN}} ; {told}{line[len(line.rstrip()) :]}"
+            lines[number] = (
+                f"{value.rstrip():<{COMMENT_COLUMN}} ; {told}{line[len(line.rstrip()) :]}"
+            )
     return "".join(lines)
 
 

@@ -20,21 +20,21 @@ from laptop.see.table.camera_fit import MAX_BLUR, BadCalibration, Calibration, c
 from laptop.see.table.camera_report import describe, shift_since
 from shared.messages import EFFECTOR
 
-LOOK_PERIOD = 10
+SEARCH_PERIOD = 10
 """Number of pictures from one search for the board to the next, while its place is not known."""
 CHECK_PERIOD = 50
 """Number of pictures from one check of some of its markers to the next, once it is known."""
-SAMPLE = 3
+CHECKED_MARKERS = 3
 """Number of markers that are checked, each time others."""
-LEAST_SEEN = 2
+MIN_SEEN = 2
 """Least number of markers by which a motion is judged."""
 MAX_PAUSE = 8
 """Longest pause between two full searches while the board is covered, in check periods."""
-ENOUGH = 0.5
+GOOD_SHARE = 0.5
 """Share of the board's markers with which a picture is taken at once."""
-PATIENCE = 5
+MAX_SEARCHES = 5
 """Number of searches after which the best picture so far is taken."""
-STILL = 0.3
+MAX_REST_MOTION = 0.3
 """Greatest motion of a board that stands between two searches, px (median)."""
 BLURRED_SHARE = 3.0
 """Displacement in a blurred picture, in sigmas of the blur, from which something has moved
@@ -88,7 +88,7 @@ class BoardWatch:
 
     def look(self, image: np.ndarray) -> None:
         """Look for the board, or after it, in a picture (BGR, uint8), now and then."""
-        due = self._pictures % LOOK_PERIOD == 0
+        due = self._pictures % SEARCH_PERIOD == 0
         self._pictures += 1
         if self.calibration is None:
             if due:
@@ -108,8 +108,8 @@ class BoardWatch:
         if self._best is None:
             return
         self._looks += 1
-        if len(self._best.numbers) < ENOUGH * len(self._best.board.numbers):
-            if self._looks < PATIENCE:
+        if len(self._best.numbers) < GOOD_SHARE * len(self._best.board.numbers):
+            if self._looks < MAX_SEARCHES:
                 return
             self._looks = 0
         try:
@@ -146,20 +146,20 @@ class BoardWatch:
         """Look whether some markers are where they were; if not, look at all."""
         self._next_check = self._pictures + CHECK_PERIOD
         board, numbers = known.board, list(known.board.numbers)
-        start = self._pictures // CHECK_PERIOD * SAMPLE
+        start = self._pictures // CHECK_PERIOD * CHECKED_MARKERS
         order = [numbers[(start + 7 * k) % len(numbers)] for k in range(len(numbers))]
         corners = {n: known.camera.project(known.scale * board.square(n)) for n in order}
         there = {n: quad for n, quad in corners.items() if np.isfinite(quad).all()}
         left = iter(there.items())
         seen = 0
-        while some := dict(islice(left, SAMPLE)):
+        while some := dict(islice(left, CHECKED_MARKERS)):
             view = find_again(image, board, some)
             if view is None:
                 continue
             if shift_since(known, view).moved:
                 break
             seen += len(view.numbers)
-            if seen >= LEAST_SEEN:
+            if seen >= MIN_SEEN:
                 self._stay()
                 return
         self._search(find_board(image), known)
@@ -186,7 +186,7 @@ class BoardWatch:
 
     def _off(self, view: BoardView | None, known: Calibration) -> tuple[str, bool]:
         """Return what is the matter with a view, "" for nothing, and whether something moved."""
-        if view is None or len(view.numbers) < LEAST_SEEN:
+        if view is None or len(view.numbers) < MIN_SEEN:
             return "the board is covered, blurred, or outside of the picture", False
         try:
             shift = shift_since(known, view)
@@ -208,7 +208,7 @@ class BoardWatch:
                 "on"
             )
             return
-        still = moved and view and self._last and _apart(view, self._last) < STILL
+        still = moved and view and self._last and _apart(view, self._last) < MAX_REST_MOTION
         if not still or (view and view.blur > MAX_BLUR):
             self._begin()
             self._last = view if moved else None

@@ -17,7 +17,7 @@ from laptop.see.markers.board import BAR, Board
 from laptop.see.markers.finders.board import BoardView
 from laptop.see.table.camera_model import CameraModel
 from laptop.see.table.views_fit import (
-    LEAST_SIGMA,
+    MIN_SIGMA,
     USUAL_FIELD,
     Unknowns,
     huber_weights,
@@ -33,19 +33,19 @@ MIN_SIDE = 14.0
 MAX_TILT = math.radians(75)
 """Greatest tilt of the camera's axis from straight down, rad; beyond, the board is seen too flat.
 """
-TELLING_TILT = math.radians(6)
+MIN_FOCAL_TILT = math.radians(6)
 """Tilt below which no view tells anything of the focal length, rad."""
 BAR_LIMITS = (50.0, 200.0)
 """Least and greatest length of the bar that is believed, mm."""
 MAX_RMS = 1.0
 """Greatest RMS residual of a flat board of these markers, px."""
-FAR_OFF, FAR_OFF_PX = 8.0, 1.0
+OUTLIER_MEDIANS, OUTLIER_PX = 8.0, 1.0
 """Residual of a marker that is no part of the board: in medians, and in px; both hold."""
 MAX_LEFT_OUT = 0.25
 """Greatest share of such markers; above, nothing is believed."""
-SAME_VIEW = 0.05
+SAME_VIEW_SHIFT = 0.05
 """Displacement of a marker's corners, relative to its side, below which two views are one."""
-ZOOMED, ZOOMED_SIGMAS, ZOOMED_F = 0.03, 5.0, 20.0
+MIN_ZOOM, MIN_ZOOM_SIGMAS, MIN_ZOOM_F = 0.03, 5.0, 20.0
 """Limits beyond which two views have not one focal length: relative difference, sigmas, and R. A.
 Fisher's F of the residuals with one length for each view."""
 MAX_BLUR = 1.5
@@ -172,7 +172,7 @@ def _alike(one: BoardView, other: BoardView) -> bool:
     if one.board != other.board or 2 * len(common) < max(len(one.numbers), len(other.numbers)):
         return False
     off = one.pixels.reshape(-1, 4, 2)[here] - other.pixels.reshape(-1, 4, 2)[there]
-    limit = SAME_VIEW * min(one.side, other.side)
+    limit = SAME_VIEW_SHIFT * min(one.side, other.side)
     return bool(np.median(np.linalg.norm(off, axis=2)) < limit)
 
 
@@ -188,7 +188,7 @@ def _fit(views: Sequence[BoardView], scale: float) -> tuple[np.ndarray, np.ndarr
     tilts = [_tilt(state[unknowns.pose(k)][:3]) for k in range(len(views))]
     # Tilted by so little, a board looks like one that is printed a little askew: by its square a
     # tilt shortens, and what is linear at the best fit is so nowhere else.
-    if max(tilts) < TELLING_TILT:
+    if max(tilts) < MIN_FOCAL_TILT:
         covariance = with_prior_focal(covariance, state)
     return state, off, covariance
 
@@ -218,14 +218,14 @@ def _check_zoom(
     own, left, information = refine(views, points, start, unknowns)
     before, after = (float((huber_weights(each) * each**2).sum()) for each in (off, left))
     free = max(left.size - len(own), left.size // 4)
-    gain = (before - after) / (count - 1) / (after / free + LEAST_SIGMA**2)
+    gain = (before - after) / (count - 1) / (after / free + MIN_SIGMA**2)
     zooms = np.append(own[unknowns.zoom], 0.0)
     covariance = np.zeros((count, count))
     covariance[:-1, :-1] = np.linalg.inv(information)[unknowns.zoom, unknowns.zoom]
     variances = np.diag(covariance)
     sigmas = np.sqrt(np.maximum(variances[:, None] + variances - 2 * covariance, 0.0))
     apart = np.abs(zooms[:, None] - zooms)
-    if gain > ZOOMED_F and (apart > np.maximum(ZOOMED, ZOOMED_SIGMAS * sigmas)).any():
+    if gain > MIN_ZOOM_F and (apart > np.maximum(MIN_ZOOM, MIN_ZOOM_SIGMAS * sigmas)).any():
         focals = own[0] * np.exp(zooms)
         raise BadCalibration(
             f"the pictures fit with a focal length each, from {focals.min():.0f} to "
@@ -237,7 +237,7 @@ def _check_zoom(
 def _without_outliers(views: Sequence[BoardView], off: np.ndarray) -> list[BoardView]:
     """Return the views without the markers that are far off, (n, 2) px."""
     distances = np.linalg.norm(off, axis=1).reshape(-1, 4).max(axis=1)
-    limit = max(FAR_OFF * float(np.median(distances)), FAR_OFF_PX)
+    limit = max(OUTLIER_MEDIANS * float(np.median(distances)), OUTLIER_PX)
     ends = np.cumsum([len(view.numbers) for view in views])[:-1]
     kept = []
     for view, near in zip(views, np.split(distances <= limit, ends), strict=True):

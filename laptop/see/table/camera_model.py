@@ -22,7 +22,7 @@ MIN_CROSSING = 1e-6
 NEWTON_STEPS = 4
 MAX_STEP = 0.5
 """Greatest step of an undistortion iteration, as a tangent."""
-REDISTORTED = 0.05
+MAX_REDISTORTION_ERROR = 0.05
 """Greatest error with which a pixel must be found again, px; beyond, the lens has no such pixel."""
 
 
@@ -159,7 +159,7 @@ class CameraModel:
             steps = np.linalg.solve(by_ray, (usable - again)[..., None])[..., 0]
             rays[:, :2] += np.clip(steps, -MAX_STEP, MAX_STEP)
         again, _ = projected(rays, self.lens, np.zeros(3), np.zeros(3))
-        missed = ~(np.abs(again - pixels).max(axis=1) < REDISTORTED)
+        missed = ~(np.abs(again - pixels).max(axis=1) < MAX_REDISTORTION_ERROR)
         rays[missed] = np.nan
         return np.asarray(rays / np.linalg.norm(rays, axis=1, keepdims=True) @ self.turned)
 

@@ -11,22 +11,22 @@ import numpy as np
 from laptop.see.markers.board import CROSSES
 from laptop.see.table.camera_fit import BadCalibration, Calibration
 from laptop.see.table.camera_report import shift_since
-from laptop.see.table.marker_offset import JOINTS, BadTouches, MarkerFit, Touch, fit_marker
+from laptop.see.table.marker_offset import JOINTS_SIGMA, BadTouches, MarkerFit, Touch, fit_marker
 from laptop.see.table.touch_looks import CrossLook
 from robot.motion import kinematics
 from shared.arm_description import PULLED_DOWN, Arm
 from shared.message_fields import printable
 from shared.small_files import SpoiltFile, number, parse_json
 
-WHERE = (
+CROSS_NAMES = (
     *("top left", "top middle", "top right"),
     *("middle left", "the centre", "middle right"),
     *("bottom left", "bottom middle", "bottom right"),
 )
 """Places of crosses 1 to 9 on the sheet, its writing upright."""
-SAME_ARM = 0.02
+MAX_TIP_DIFFERENCE = 0.02
 """Greatest distance between the tip's places by brick and by laptop for one arm file, cm."""
-SCALE_OFF, PLACE_OFF = 0.07, 0.6
+MAX_SCALE_ERROR, MAX_PLACE_ERROR = 0.07, 0.6
 """Greatest error of two touches' distance against that of their crosses, relative, and in cm,
 beside what backlash causes: links and prints are wrong by some per cent, and a pen is set by hand.
 """
@@ -124,7 +124,8 @@ class CrossTouching:
     def request(self) -> str:
         """Say what somebody is to do now."""
         k = self._left[0]
-        return f"set the pen on cross {k + 1} of {len(CROSSES)}, {WHERE[k]} on the sheet, and press"
+        where = CROSS_NAMES[k]
+        return f"set the pen on cross {k + 1} of {len(CROSSES)}, {where} on the sheet, and press"
 
     def skip(self) -> None:
         """Leave out the cross to be touched now."""
@@ -140,7 +141,7 @@ class CrossTouching:
         """
         k = self._left[0]
         tip = kinematics.forward(self._arm, point.q)
-        if math.dist(tip, point.p) > SAME_ARM:
+        if math.dist(tip, point.p) > MAX_TIP_DIFFERENCE:
             raise BadTouches(
                 f"the brick has the tip at {_pair(point.p)} cm, and {self._arm.file} at "
                 f"{_pair(tip)}: the brick's file of this arm is another one; put yours there: "
@@ -183,7 +184,11 @@ class CrossTouching:
             apart = math.dist(other.cross, self._calibration.scale * CROSSES[k])
             moved = math.dist(other.tip, point.p)
             # Either tip is up to its play off: of two joints that is some 2.5 sigma.
-            most = PLACE_OFF + SCALE_OFF * apart + 2.5 * (play + _play_sigma(self._arm, point.q))
+            most = (
+                MAX_PLACE_ERROR
+                + MAX_SCALE_ERROR * apart
+                + 2.5 * (play + _play_sigma(self._arm, point.q))
+            )
             if abs(moved - apart) > most:
                 return (
                     f"the pen is {moved:.1f} cm from where it touched the cross "
@@ -202,7 +207,7 @@ class CrossTouching:
         """
         mean = math.sqrt(float(np.mean(np.square(self._play)))) if self._play else 0.0
         return fit_marker(
-            self._calibration.camera, self.touches, height, joints=math.hypot(JOINTS, mean)
+            self._calibration.camera, self.touches, height, joints=math.hypot(JOINTS_SIGMA, mean)
         )
 
 

@@ -22,11 +22,11 @@ from shared.arm_description import ArmError
 
 MIN_TOUCHES = 6
 """Least number of touches: of four none is redundant, so that no slip would be seen."""
-PLACING = 0.03
+PLACING_SIGMA = 0.03
 """Sigma with which a hand sets a pen on a cross, cm."""
-JOINTS = 0.05
+JOINTS_SIGMA = 0.05
 """Sigma with which the joints tell where that is, cm: backlash, and a degree's fraction."""
-PIXEL = 0.1
+PIXEL_SIGMA = 0.1
 """Sigma of a marker in the picture, px."""
 USUAL_HEIGHT, HEIGHT_SPREAD = 2.5, 3.0
 """Prior of a marker's height over the paper: mean and sigma, cm."""
@@ -34,9 +34,9 @@ GIVEN_HEIGHT_SPREAD = 0.05
 """Sigma of a height that was measured, cm."""
 SCALE_SPREAD = 0.05
 """Sigma of the ratio of print to links."""
-LIKELY = 3.0
+CHANCE_SIGMAS = 3.0
 """Number of standard deviations up to which a difference is chance."""
-SCALE_NOTED = 0.007
+REPORTED_SCALE_ERROR = 0.007
 """Relative disagreement in scale from which it is reported."""
 UNSURE_OFFSET = 0.1
 """Standard deviation of the offset above which it is called unsure, cm."""
@@ -119,7 +119,7 @@ class MarkerFit:
             f"{10 * self.height_sigma:.1f} mm",
         ]
         off, sigma = self.scale - 1, math.sqrt(self.covariance[3, 3])
-        if abs(off) > max(SCALE_NOTED, LIKELY * sigma):
+        if abs(off) > max(REPORTED_SCALE_ERROR, CHANCE_SIGMAS * sigma):
             nearer = "nearer together" if off > 0 else "farther apart"
             lines.append(
                 f"by the arm's measure the crosses are {100 * abs(1 / self.scale - 1):.1f} % "
@@ -151,8 +151,8 @@ def fit_marker(
     camera: CameraModel,
     touches: Sequence[Touch],
     height: float | None = None,
-    placing: float = PLACING,
-    joints: float = JOINTS,
+    placing: float = PLACING_SIGMA,
+    joints: float = JOINTS_SIGMA,
 ) -> MarkerFit:
     """Find where the marker sits on the last link.
 
@@ -179,7 +179,7 @@ def fit_marker(
     problem = _Problem(camera, touches, height, placing, joints)
     state, surprise = problem.solve(range(len(touches)))
     # Of each touch 4 numbers; 7 are fitted.
-    if surprise.sum() / (4 * len(touches) - 7) > LIKELY:
+    if surprise.sum() / (4 * len(touches) - 7) > CHANCE_SIGMAS:
         raise problem.culprit(surprise)
     information = problem.information(state)
     seen = camera.to_table(values[:, 5:], state[6])
@@ -209,7 +209,7 @@ class _Problem:
         self.height = USUAL_HEIGHT if height is None else height
         self.spreads = (SCALE_SPREAD, HEIGHT_SPREAD if height is None else GIVEN_HEIGHT_SPREAD)
         # The pen's distance from the cross is in both of a touch's residuals.
-        pixel = PIXEL / camera.px_per_cm(self.crosses, self.height)
+        pixel = PIXEL_SIGMA / camera.px_per_cm(self.crosses, self.height)
         if not np.isfinite(camera.to_table(self.pixels, self.height)).all():
             raise BadTouches("a marker was seen where no table is: touch all crosses anew")
         self.whiten = []
@@ -266,7 +266,7 @@ class _Problem:
             _, rest = self.solve([k for k in range(count) if k != left_out])
             if rest.sum() < best:
                 best, by = float(rest.sum()), left_out
-        if best / (4 * (count - 1) - 7) < LIKELY:
+        if best / (4 * (count - 1) - 7) < CHANCE_SIGMAS:
             x, y = self.crosses[by]
             return BadTouches(
                 f"the touch of the cross at {x:g}, {y:g} cm does not fit the others: was it this "

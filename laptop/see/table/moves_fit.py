@@ -30,9 +30,9 @@ MIN_SPREAD = 2.0
 """Least RMS distance of the places from their middle on the table, cm."""
 FOCAL_SHARES = (0.5, 0.7, 1.0, 1.4, 2.0)
 """Focal lengths that are tried, relative to a usual camera's."""
-FALSE_PX = 12.0
+OUTLIER_PX = 12.0
 """Residual above which a detection is taken for something else, px."""
-MAX_FALSE = 0.3
+MAX_OUTLIER_SHARE = 0.3
 """Greatest share of such detections; above, nothing is believed."""
 MAX_RMS = 5.0
 """Greatest RMS residual of joints and camera that belong together, px."""
@@ -98,8 +98,12 @@ def fit_moves(points: np.ndarray, pixels: np.ndarray, size: tuple[int, int]) -> 
     guess = _first_guess(points, pixels, size)
     for _ in range(2):  # the second time without what is something else
         state, off, information = refine([_Sights(pixels, size)], [points], guess, Unknowns(1))
-        near = np.linalg.norm(off, axis=1) < FALSE_PX
-        if near.all() or near.sum() < (1 - MAX_FALSE) * len(near) or near.sum() < MIN_PLACES:
+        near = np.linalg.norm(off, axis=1) < OUTLIER_PX
+        if (
+            near.all()
+            or near.sum() < (1 - MAX_OUTLIER_SHARE) * len(near)
+            or near.sum() < MIN_PLACES
+        ):
             break
         points, pixels, guess = points[near], pixels[near], state
     distances = np.linalg.norm(off, axis=1)
@@ -146,13 +150,13 @@ def _first_guess(points: np.ndarray, pixels: np.ndarray, size: tuple[int, int]) 
         matrix = np.array([[focal, 0, lens[1]], [0, focal, lens[2]], [0, 0, 1]])
         cv2.setRNGSeed(0)  # the same places give the same camera
         found, turn, shift, _ = cv2.solvePnPRansac(
-            points, pixels, matrix, None, reprojectionError=FALSE_PX, flags=cv2.SOLVEPNP_SQPNP
+            points, pixels, matrix, None, reprojectionError=OUTLIER_PX, flags=cv2.SOLVEPNP_SQPNP
         )
         if not found or not np.isfinite([*turn, *shift]).all():
             continue
         seen, _ = cv2.projectPoints(points, turn, shift, matrix, None)
         off = np.linalg.norm(seen[:, 0] - pixels, axis=1)
-        score = float(np.minimum(off, FALSE_PX).mean()) + 0.3 * abs(math.log(share))
+        score = float(np.minimum(off, OUTLIER_PX).mean()) + 0.3 * abs(math.log(share))
         if score < least:
             best, least = np.concatenate([lens, turn.ravel(), shift.ravel()]), score
     if best is None:
@@ -207,9 +211,9 @@ def fit_stand(camera: CameraModel, points: np.ndarray, pixels: np.ndarray) -> St
         if np.abs(step).max() < 1e-8:
             break
     distances = np.linalg.norm(_missed(camera, state, points, pixels), axis=1)
-    near = distances < FALSE_PX
+    near = distances < OUTLIER_PX
     rms = math.sqrt(float((distances[near] ** 2).mean())) if near.any() else math.inf
-    if near.mean() < 1 - MAX_FALSE or not rms < MAX_RMS:
+    if near.mean() < 1 - MAX_OUTLIER_SHARE or not rms < MAX_RMS:
         raise BadMoves(
             "what joints and the camera over the board say of the tip differs by "
             f"{float(np.median(distances)):.0f} px: is it the arm of this file, with its zero "

@@ -25,7 +25,7 @@ LIMITS = {
     "rms_mm": (0.0, 1000.0),
 }
 """Least and greatest values that are believed, cm and rad."""
-FARTHEST = 500.0
+MAX_DISTANCE = 500.0
 """Greatest distance from the board's origin to the arm, and from the pen to the marker, cm."""
 
 
@@ -106,8 +106,8 @@ def _understand(told: dict[str, object]) -> TouchedArm:
         numbers[key] = number(told[key])
         if not low <= numbers[key] <= high:
             raise SpoiltFile(f"{key} {numbers[key]:g} is not from {low:g} to {high:g}")
-    if np.abs([*arrays["offset"], *arrays["base"]]).max() > FARTHEST:
-        raise SpoiltFile(f"offset or base is farther than {FARTHEST:g} cm")
+    if np.abs([*arrays["offset"], *arrays["base"]]).max() > MAX_DISTANCE:
+        raise SpoiltFile(f"offset or base is farther than {MAX_DISTANCE:g} cm")
     if np.diag(arrays["covariance"]).min() < 0:
         raise SpoiltFile("variances are above 0")
     if told["board"] not in BOARDS:

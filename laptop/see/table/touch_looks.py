@@ -13,15 +13,15 @@ from laptop.see.markers.tracker import Tracker
 from laptop.see.table.camera_fit import BadCalibration, Calibration, calibrate
 from shared.messages import LEAST_CONFIDENCE
 
-PICTURES = 5
+MEDIAN_PICTURES = 5
 """Number of a live camera's pictures with the marker; the median place counts."""
-STANDS = 1.0
+MAX_REST_DISTANCE = 1.0
 """Greatest distance of a place from that median for a marker at rest, px."""
 SURE_AFTER = 3
 """Number of looks at the first picture after which the tracker is sure, or never."""
-PATIENCE = 30
+MAX_PICTURES = 30
 """Greatest number of pictures in which the board is sought, and that may fail."""
-ENOUGH = 0.75
+GOOD_SHARE = 0.75
 """Share of the board's markers with which a picture is taken at once."""
 
 
@@ -65,12 +65,12 @@ class Looks:
             BadCalibration: it is not seen, or too little of it.
         """
         best: BoardView | None = None
-        for _ in range(PATIENCE if self._live else 1):
+        for _ in range(MAX_PICTURES if self._live else 1):
             frame = self._read()
             view = find_board(frame.image)
             if view and (best is None or len(view.numbers) > len(best.numbers)):
                 best = view
-            if best and len(best.numbers) >= ENOUGH * len(best.board.numbers):
+            if best and len(best.numbers) >= GOOD_SHARE * len(best.board.numbers):
                 break
         if best is None:
             raise BadCalibration(
@@ -83,7 +83,7 @@ class Looks:
         """Look where the marker is now, and where the board."""
         places, why = [], ""
         tracker, name = Tracker([self._marker]), self._marker.name  # it was elsewhere before
-        for k in range(PICTURES if self._live else 1):
+        for k in range(MEDIAN_PICTURES if self._live else 1):
             frame = self._read()
             for _ in range(SURE_AFTER if k == 0 else 1):
                 seen = tracker.find(frame.image, frame.t)[name]
@@ -92,15 +92,15 @@ class Looks:
             else:
                 why = tracker.why[name] or "too unsure"
         view = find_board(frame.image)
-        if 2 * len(places) <= (PICTURES if self._live else 1):
+        if 2 * len(places) <= (MEDIAN_PICTURES if self._live else 1):
             return CrossLook(None, f"the arm's marker is not seen ({why})", view)
         middle = np.median(places, axis=0)
-        if np.linalg.norm(places - middle, axis=1).max() > STANDS:
+        if np.linalg.norm(places - middle, axis=1).max() > MAX_REST_DISTANCE:
             return CrossLook(None, "the arm's marker moves in the picture", view)
         return CrossLook((float(middle[0]), float(middle[1])), "", view)
 
     def _read(self) -> Frame:
-        for _ in range(PATIENCE):
+        for _ in range(MAX_PICTURES):
             frame = self._camera.read(0.5)
             if frame is not None:
                 return frame

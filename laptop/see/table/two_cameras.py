@@ -40,17 +40,17 @@ Sights = Mapping[str, tuple[float, float, float] | None]
 
 MAX_GAP = 0.15
 """Longest gap between two pictures across which a marker's place is interpolated, s."""
-FRESH = 1.0
+MAX_PLACE_AGE = 1.0
 """Time for which a place is reported, s."""
-WAITING = 32
+MAX_WAITING = 32
 """Greatest number of pictures of the first camera that wait for the second."""
-CELL = 1.5
+CELL_SIZE = 1.5
 """Side of the cubes, in each of which the place with the slowest tip is kept, cm."""
 MAX_SPEED = 250.0
 """Greatest speed of a usable tip, px/s: pictures are not timed to the millisecond."""
-GROWTH = 1.3
+REFIT_GROWTH = 1.3
 """Growth of the number of places after which the camera is fitted anew, as a factor."""
-MOVED, MOVED_PLACES = 10.0, 6
+MOVED_PX, MOVED_PLACES = 10.0, 6
 """Residual, px, and number of consecutive places with it, by which the camera has moved."""
 
 
@@ -94,9 +94,9 @@ class TwoCameras:
         self._tracks: dict[str, dict[str, TipTrack]] = {name: {} for name in watches}
         self._sizes: dict[str, tuple[int, int]] = {}
         self._waiting: dict[str, deque[tuple[int, float, Sights]]] = {
-            name: deque(maxlen=WAITING) for name in watches
+            name: deque(maxlen=MAX_WAITING) for name in watches
         }
-        self._told: deque[tuple[float, tuple[float, ...]]] = deque(maxlen=WAITING)
+        self._told: deque[tuple[float, tuple[float, ...]]] = deque(maxlen=MAX_WAITING)
         self._by_moves = {name: _ByMoves() for name in watches}
         self._versions: dict[str, int] = {}
         self._t = -math.inf  # of the newest picture, s
@@ -219,7 +219,7 @@ class TwoCameras:
     def lines(self) -> list[str]:
         """Return lines of status: where markers are in space, as far as that is known."""
         with self._lock:
-            fresh = [pair for pair in self.latest.values() if self._t - pair.t < FRESH]
+            fresh = [pair for pair in self.latest.values() if self._t - pair.t < MAX_PLACE_AGE]
         parts = [
             f"{pair.marker} at {pair.place}, the lines of sight miss by {10 * pair.gap:.1f} mm"
             for pair in fresh
@@ -249,17 +249,17 @@ class _ByMoves:
             return False
         point = self._stand.on_board(np.array([sample.point]))
         off = math.dist(self.fit.camera.project(point)[0], sample.other)
-        self._far = self._far + 1 if off > MOVED else 0
+        self._far = self._far + 1 if off > MOVED_PX else 0
         return self._far >= MOVED_PLACES
 
     def add(self, sample: _TipSample) -> bool:
         """Take in a sample; return whether there are enough new ones to fit."""
-        key = tuple(math.floor(x / CELL) for x in sample.point)
+        key = tuple(math.floor(x / CELL_SIZE) for x in sample.point)
         known = self._samples.get(key)
         if known is None or sample.speed <= known.speed:
             self._samples[key] = sample
         count = len(self._samples)
-        return count >= max(MIN_PLACES, GROWTH * self._fitted) and count > self._fitted
+        return count >= max(MIN_PLACES, REFIT_GROWTH * self._fitted) and count > self._fitted
 
     def refit(self, over: CameraModel, size: tuple[int, int]) -> None:
         """Fit the camera to all samples.

@@ -17,12 +17,12 @@ import numpy as np
 
 from laptop.see.table.camera_model import projected
 
-LEAST_SIGMA = 0.02
+MIN_SIGMA = 0.02
 """Least error of a corner, px: no marker is placed better."""
-FIRST_SIGMA, PASSES = 0.2, 3
+FIRST_SIGMA, SIGMA_PASSES = 0.2, 3
 """Error of a corner in the first fit, px; and number of fits, each with the error that the last
 one's residuals show."""
-OUTLIER = 3.0
+OUTLIER_DEVIATIONS = 3.0
 """Number of median absolute deviations from which a corner counts less (P. J. Huber, 1964)."""
 MAX_STEPS = 60
 
@@ -119,12 +119,12 @@ def refine(
         The state, what is left over (n, 2), px, and the information matrix.
     """
     sigma = FIRST_SIGMA
-    for _ in range(PASSES):
+    for _ in range(SIGMA_PASSES):
         state, off, information = _minimize(views, points, state, unknowns, sigma)
         # As many corners as there are unknowns tell nothing of the noise.
         free = max(off.size - len(state), off.size // 4)
         noise = math.sqrt(float((huber_weights(off) * off**2).sum()) / free)
-        sigma = math.hypot(noise, LEAST_SIGMA)
+        sigma = math.hypot(noise, MIN_SIGMA)
     return state, off, information
 
 
@@ -142,7 +142,7 @@ def with_prior_focal(covariance: np.ndarray, state: np.ndarray) -> np.ndarray:
 def huber_weights(off: np.ndarray) -> np.ndarray:
     """Return the weights (n, 1) of corners that are off by (n, 2)."""
     distances = np.linalg.norm(off, axis=1)
-    limit = OUTLIER * max(float(np.median(distances)), LEAST_SIGMA)
+    limit = OUTLIER_DEVIATIONS * max(float(np.median(distances)), MIN_SIGMA)
     return np.minimum(1.0, limit / np.maximum(distances, 1e-12))[:, None]
 
 

@@ -62,7 +62,7 @@ def test_as_large_as_the_arm_reaches_and_no_larger(arm):
 def test_what_was_tried_by_too_few_points_is_made_smaller(monkeypatch):
     for name in ("COARSE_CELLS", "FINE_CELLS"):
         monkeypatch.setattr(placing, name, 6)
-    monkeypatch.setattr(placing, "OUTLINE", 6)
+    monkeypatch.setattr(placing, "OUTLINE_POINTS", 6)
     monkeypatch.setattr(reach, "EASY_MARGIN", 0.0)
     monkeypatch.setattr(reach, "EASY_SINGULARITY", 0.0)
     placed = place(rings())
@@ -115,7 +115,7 @@ def test_on_another_sheet_it_is_as_large_as_margins_allow():
     assert placed.size[1] == pytest.approx(10.5 - 2)  # 0.7 as high as wide: its height decides
     assert placed.size[0] < 14.8 - 2
     assert placed.paper is not None
-    assert min(np.hypot(*placed.paper.T)) > placing.STAND
+    assert min(np.hypot(*placed.paper.T)) > placing.STAND_RADIUS
 
 
 def test_a_sheet_that_is_too_large_is_drawn_on_as_far_as_the_arm_reaches():

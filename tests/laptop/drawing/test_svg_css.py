@@ -4,9 +4,9 @@ import xml.etree.ElementTree as ET
 
 import pytest
 
-from laptop.drawing.svg_css import INITIAL, StyleSheets, is_shown_media, style_of
+from laptop.drawing.svg_css import INHERITED, StyleSheets, is_shown_media, style_of
 
-ROOT = {**INITIAL}
+ROOT = {**INHERITED}
 
 
 def styles(body, css=""):
@@ -77,7 +77,7 @@ def test_the_fill_is_that_of_the_cascade(css, attributes, fill):
 
 def test_a_size_without_a_unit_is_none():
     (found,) = styles("<path/>", "path{font:12 Arial}")
-    assert found["font-size"] == INITIAL["font-size"]
+    assert found["font-size"] == INHERITED["font-size"]
 
 
 def test_what_is_no_child_s_is_not_inherited():

@@ -12,7 +12,7 @@ from laptop.see.markers.board import BOARDS, DICTIONARY, Board
 from laptop.see.markers.finders.aruco import detector
 from laptop.see.markers.finders.code_alignment import SQUARE, align, edge_blur, project
 
-INNER = 0.5
+INNER_SHARE = 0.5
 """Share of a marker's square whose corners stand for it. An error of the sensor model shows at the
 outline, where a black square looks a little too large or too small, and less nearer to the middle.
 """
@@ -103,7 +103,7 @@ def _placed(grey: np.ndarray, board: Board, quads: Mapping[int, np.ndarray]) -> 
         homography, fits = align(grey, quad, number, DICTIONARY)
         if fits:
             corners.append(project(homography, SQUARE))
-            pixels.append(project(homography, INNER * SQUARE))
+            pixels.append(project(homography, INNER_SHARE * SQUARE))
             kept.append(number)
     if not kept:
         return None
@@ -113,7 +113,7 @@ def _placed(grey: np.ndarray, board: Board, quads: Mapping[int, np.ndarray]) -> 
     return BoardView(
         board,
         np.array(kept),
-        np.concatenate([board.square(number, INNER) for number in kept]),
+        np.concatenate([board.square(number, INNER_SHARE) for number in kept]),
         np.concatenate(pixels),
         (grey.shape[1], grey.shape[0]),
         float(np.median(sides)),

@@ -7,9 +7,9 @@ import numpy as np
 
 from laptop.see.markers.finders.board import BoardView, find_board, find_markers
 
-DOUBLED, DOUBLED_SHARE = 4, 1 / 3
+MIN_DOUBLED, MIN_DOUBLED_SHARE = 4, 1 / 3
 """Number of markers, and share of those seen, that must be seen twice for two boards."""
-MIRRORED, MIRRORED_TIMES = 4, 2
+MIN_MIRRORED, MIN_MIRRORED_RATIO = 4, 2
 """Number of markers, and factor, by which the mirrored picture must show more for a mirrored board:
 a few markers read as others in the mirror."""
 
@@ -25,10 +25,10 @@ def board_fault(image: np.ndarray, view: BoardView | None) -> str | None:
     if view is not None and seen == len(view.board.numbers):
         return None
     found, doubled = find_markers(image)
-    if len(doubled) >= max(DOUBLED, DOUBLED_SHARE * (len(found) + len(doubled))):
+    if len(doubled) >= max(MIN_DOUBLED, MIN_DOUBLED_SHARE * (len(found) + len(doubled))):
         return f"two boards are seen, {len(doubled)} markers twice: show one of them alone"
     mirrored = find_board(cv2.flip(image, 1))
-    if mirrored and len(mirrored.numbers) > max(seen + MIRRORED, MIRRORED_TIMES * seen):
+    if mirrored and len(mirrored.numbers) > max(seen + MIN_MIRRORED, MIN_MIRRORED_RATIO * seen):
         return (
             f"the picture is mirrored: {len(mirrored.numbers)} markers are seen in its mirror, and "
             f"{seen} in it; turn mirroring off in the program that takes it"

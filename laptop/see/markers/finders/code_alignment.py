@@ -18,14 +18,14 @@ import numpy as np
 
 CELLS = 6
 """Number of cells along a side: four bits and the black border."""
-RIM = 0.5
+RIM_CELLS = 0.5
 """Width of the white rim that belongs to the pattern, cells: half of what is printed."""
-BLUR = 0.8
+BLUR_SIGMA = 0.8
 """Sigma of lens, pixel and interpolation together, px."""
 CELL_SIZES = (2, 12)
 """Least and greatest number of samples along a cell; about one a pixel."""
 MAX_STEPS = 8
-SETTLED = 0.002
+CONVERGED_SHIFT = 0.002
 """Greatest motion of a corner at which the iteration has converged, px."""
 MAX_SHIFT = 0.1
 """Greatest distance of a corner from the detector's, in sides; beyond, the detector's counts."""
@@ -76,7 +76,7 @@ def align(
     factor = max(1, math.ceil(side / CELLS / CELL_SIZES[1]))
     pixels = max(side / factor / CELLS, 1.0)
     cell = int(np.clip(round(pixels), *CELL_SIZES))
-    pattern = _pattern(code, dictionary, cell, round(BLUR * cell / pixels, 1))
+    pattern = _pattern(code, dictionary, cell, round(BLUR_SIGMA * cell / pixels, 1))
     height, width = grey.shape
     low = np.floor(corners.min(axis=0) - 0.3 * side - 2).astype(int)
     left, top = (int(np.clip(x, 0, most)) for x, most in zip(low, (width, height), strict=True))
@@ -116,7 +116,7 @@ def align(
         before = after
         if not moved < side / factor:
             return first, False
-        if moved < SETTLED:
+        if moved < CONVERGED_SHIFT:
             break
     deviation = seen - seen.mean()
     likeness = float(deviation @ pattern.values / max(np.linalg.norm(deviation), 1e-9))
@@ -176,7 +176,7 @@ def edge_blur(grey: np.ndarray, corners: np.ndarray) -> float:
     return float(np.median(contrast / steepest) / math.sqrt(2 * math.pi))
 
 
-FINE = 8
+SUPERSAMPLING = 8
 """Number of points of the drawn pattern along a sample."""
 
 
@@ -187,23 +187,23 @@ def _pattern(code: int, dictionary: int, cell: int, blur: float) -> Pattern:
         cv2.aruco.getPredefinedDictionary(dictionary), code, CELLS, borderBits=1
     )
     bits = cv2.copyMakeBorder(bits, 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=(255.0,))
-    fine = cell * FINE
+    fine = cell * SUPERSAMPLING
     sharp = np.kron(bits.astype(np.float32) / 255, np.ones((fine, fine), np.float32))
-    drawn = cv2.GaussianBlur(sharp, (0, 0), blur * FINE, borderType=cv2.BORDER_REPLICATE)
-    size = round(cell * (CELLS + 2 * RIM))
+    drawn = cv2.GaussianBlur(sharp, (0, 0), blur * SUPERSAMPLING, borderType=cv2.BORDER_REPLICATE)
+    size = round(cell * (CELLS + 2 * RIM_CELLS))
     # Between two fine points lies the middle of a sample: the mean of both sides.
-    first = round((1 - RIM) * fine) + FINE // 2
-    at = first + FINE * np.arange(size)
+    first = round((1 - RIM_CELLS) * fine) + SUPERSAMPLING // 2
+    at = first + SUPERSAMPLING * np.arange(size)
     middle = (drawn[at - 1] + drawn[at]) / 2
     across = (drawn[:, at - 1] + drawn[:, at]) / 2
     values = (middle[:, at - 1] + middle[:, at]) / 2
-    per_square = FINE * cell * CELLS / 2  # fine points a unit of the square -1 .. 1
+    per_square = SUPERSAMPLING * cell * CELLS / 2  # fine points a unit of the square -1 .. 1
     slope_x = (middle[:, at] - middle[:, at - 1]) * per_square
     slope_y = (across[at] - across[at - 1]) * per_square
     # A sample's middle is its whole number, as a pixel's is.
     unit = 2 / (cell * CELLS)
     sampling = np.array([[unit, 0, 0], [0, unit, 0], [0, 0, 1]])
-    sampling[:2, 2] = -1 - RIM * 2 / CELLS + unit / 2
+    sampling[:2, 2] = -1 - RIM_CELLS * 2 / CELLS + unit / 2
     x, y = np.meshgrid(*[unit * np.arange(size) + sampling[0, 2]] * 2)
     turned = x * slope_x + y * slope_y
     columns = [values, np.ones_like(values), x, y]

@@ -25,14 +25,14 @@ shorter lists of a family are parts of these. Left out is AprilTag 16h5: some of
 others in 4x4."""
 CELL, INNER = 8, slice(2, 6)
 """Number of samples along a cell of a square that is read, and those of them off its edges."""
-LEAST_CONTRAST = 15.0
+MIN_CONTRAST = 15.0
 """Least standard deviation of a code's grey values, 0 to 255."""
-CLEAR = 0.08
+MIN_BIT_MARGIN = 0.08
 """Least distance of each quarter of a cell from half-way between black and white, as a share of
 that range."""
-MANY = 4
+MIN_BOARD_MARKERS = 4
 """Least number of markers that are a board, if most of them are set like one."""
-NEAR, ALIKE = 3.0, 0.95
+MAX_NEIGHBOUR_DISTANCE, MIN_TURN_COSINE = 3.0, 0.95
 """Limits on a board: greatest distance to the nearest other marker, in sides, and least cosine of
 the angle between the two."""
 MAX_NAMED = 3
@@ -81,7 +81,7 @@ def only(found: Mapping[str, Mapping[int, np.ndarray]]) -> str:
 
 def _is_board(squares: Collection[np.ndarray]) -> bool:
     """Return whether most squares have one nearby of equal size and turn, as on a board."""
-    if len(squares) < MANY:
+    if len(squares) < MIN_BOARD_MARKERS:
         return False
     quads = np.array(list(squares), float)
     middles, edges = quads.mean(axis=1), quads[:, 1] - quads[:, 0]
@@ -90,7 +90,7 @@ def _is_board(squares: Collection[np.ndarray]) -> bool:
     nearest = away.argmin(axis=1)
     turned = (edges * edges[nearest]).sum(axis=1)
     turned /= np.linalg.norm(edges, axis=1) * np.linalg.norm(edges[nearest], axis=1)
-    set_alike = (away.min(axis=1) < NEAR * sides) & (turned > ALIKE)
+    set_alike = (away.min(axis=1) < MAX_NEIGHBOUR_DISTANCE * sides) & (turned > MIN_TURN_COSINE)
     return bool(set_alike.mean() > 0.5)
 
 
@@ -110,15 +110,15 @@ def _code_in(grey: np.ndarray, corners: np.ndarray) -> tuple[str, int] | None:
         side = cells * CELL
         square = np.array([(0, 0), (side, 0), (side, side), (0, side)], np.float32) - 0.5
         seen = cv2.warpPerspective(grey, cv2.getPerspectiveTransform(corners, square), (side, side))
-        if cv2.meanStdDev(seen)[1][0, 0] < LEAST_CONTRAST:
+        if cv2.meanStdDev(seen)[1][0, 0] < MIN_CONTRAST:
             return None
         _, white = cv2.threshold(seen, 0, 255, cv2.THRESH_BINARY | cv2.THRESH_OTSU)
         high, low = cv2.mean(seen, white)[0], cv2.mean(seen, 255 - white)[0]
         middles = seen.reshape(cells, CELL, cells, CELL)[:, INNER, :, INNER]
         quarters = middles.reshape(cells, 2, -1, cells, 2, CELL // 4).mean(axis=(2, 5))
         shares = (quarters - low) / (high - low) - 0.5
-        code = (shares.min(axis=(1, 3)) > CLEAR).astype(np.uint8)
-        black = shares.max(axis=(1, 3)) < -CLEAR
+        code = (shares.min(axis=(1, 3)) > MIN_BIT_MARGIN).astype(np.uint8)
+        black = shares.max(axis=(1, 3)) < -MIN_BIT_MARGIN
         if not (code | black).all() or code.sum() != code[1:-1, 1:-1].sum():
             continue
         if found := numbers.get(_packed(code[1:-1, 1:-1])):

@@ -25,7 +25,7 @@ MAX_SMEARED_CONFIDENCE = 0.85
 only if it moved evenly."""
 MIN_SMEAR, MAX_SMEAR = 0.8, 6.0
 """Lengths of the way, in radii, from which a disc is smeared, and up to which it is found."""
-_START = 20
+_MAX_EXTENSION = 20
 """Greatest reach of a disc's smear beyond its window, px: it may just have started to move."""
 _MISFITS = (0.12, 0.2, 0.3)
 """Misfits of a smear: of a certain one, of a doubtful one, of none, ..."""
@@ -33,7 +33,7 @@ _TRUSTS = (MAX_SMEARED_CONFIDENCE, LEAST_CONFIDENCE, 0.0)
 """... and the confidences at these."""
 _AROUND = (2, 8)
 """Distances from a smear between which its surroundings are sampled, px."""
-_ROUGH_SHARE = 0.25
+_MIN_SHARE = 0.25
 """Least share of disc of a pixel in the search for a smear."""
 _MASSES = (0.4, 2.5)
 """Least and greatest disc area in a blob that may be a smear, relative to the disc's."""
@@ -51,7 +51,7 @@ def measure_smear(image: np.ndarray, place: Place, track: Track) -> Track | None
     if model is None or track.seen is None:
         return None
     u, v, radius = place
-    crop = crop_around(image, u, v, math.ceil(half_window(radius)) + _START)
+    crop = crop_around(image, u, v, math.ceil(half_window(radius)) + _MAX_EXTENSION)
     if crop is None:
         return None
     at = u - crop.left, v - crop.top
@@ -105,7 +105,7 @@ def _is_smeared(smear: Smear | None, radius: float) -> bool:
 
 def _rough(share: np.ndarray, at: tuple[float, float], radius: float) -> Smear | None:
     """Return a smear's rough place: the nearest blob with about a whole disc's area."""
-    blobs = (cv2.blur(share, (3, 3)) > _ROUGH_SHARE).astype(np.uint8)
+    blobs = (cv2.blur(share, (3, 3)) > _MIN_SHARE).astype(np.uint8)
     _, labels, _, centers = cv2.connectedComponentsWithStats(blobs)
     masses = np.bincount(labels.ravel().astype(np.intp), share.ravel()) / (
         math.pi * radius * radius

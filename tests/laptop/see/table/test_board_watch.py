@@ -9,7 +9,13 @@ from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.scene_constants import read_scene
 from laptop.emulator.scene.synthetic_camera import SyntheticCamera
 from laptop.see.table import board_watch
-from laptop.see.table.board_watch import CHECK_PERIOD, LOOK_PERIOD, MAX_PAUSE, PATIENCE, BoardWatch
+from laptop.see.table.board_watch import (
+    CHECK_PERIOD,
+    MAX_PAUSE,
+    MAX_SEARCHES,
+    SEARCH_PERIOD,
+    BoardWatch,
+)
 
 WHERE = stand(52, 25, 200, 3)
 IMAGE = np.zeros((480, 640, 3), np.uint8)
@@ -34,7 +40,7 @@ def watch(lines=None, **heights):
 
 
 def look(watcher, times):
-    for _ in range(times * LOOK_PERIOD):
+    for _ in range(times * SEARCH_PERIOD):
         watcher.look(IMAGE)
 
 
@@ -73,7 +79,7 @@ def test_a_board_that_the_arm_half_hides_is_waited_for_but_not_for_ever(shown):
     assert watcher.calibration.markers == (13,)
     views[:] = [view(WHERE, keep=lambda x, y: x < 0 < y)]
     watcher = watch()
-    look(watcher, PATIENCE - 1)
+    look(watcher, MAX_SEARCHES - 1)
     assert watcher.calibration is None
     look(watcher, 1)
     assert 4 <= watcher.calibration.markers[0] < 13
@@ -159,7 +165,7 @@ def test_what_moved_gives_no_places_until_it_stands_again_and_is_calibrated_anew
     assert "mm; places in cm go on once it stands again" in line
     assert line == f"camera A: {watched.watcher.why}"
     assert watched.watcher.version == 1
-    watched.see(moved, LOOK_PERIOD)
+    watched.see(moved, SEARCH_PERIOD)
     assert len(watched.lines) == 2
     assert watched.lines[1].startswith("camera A: calibrated anew, places in cm go on: board a4: 2")
     assert watched.watcher.version == 2
@@ -174,7 +180,7 @@ def test_while_it_still_moves_it_is_not_calibrated(watched, still):
     for k in range(6):
         off = np.array([[1.0, 0, 9 + 5 * k], [0, 1, 0]])
         moved = cv2.warpAffine(still, off, (640, 480))
-        watched.see(moved, LOOK_PERIOD if k else CHECK_PERIOD)
+        watched.see(moved, SEARCH_PERIOD if k else CHECK_PERIOD)
         assert watched.place is None
     assert watched.watcher.version == 1
     assert len(watched.lines) == 1
@@ -185,7 +191,7 @@ def test_a_camera_that_was_bumped_and_is_back_goes_on_as_before(watched, still):
     before = watched.place
     watched.see(bumped)
     assert watched.place is None
-    watched.see(still, LOOK_PERIOD)
+    watched.see(still, SEARCH_PERIOD)
     assert watched.place == before
     assert watched.watcher.version == 1
     assert watched.lines[1] == (
@@ -238,7 +244,7 @@ def test_another_board_in_its_place_is_calibrated_by(watched):
     other = photo("board=letter")
     watched.see(other)
     assert "another board lies there now (letter)" in watched.lines[0]
-    watched.see(other, LOOK_PERIOD)
+    watched.see(other, SEARCH_PERIOD)
     assert watched.watcher.calibration.board.paper == "letter"
     assert watched.place
 
