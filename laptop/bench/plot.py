@@ -123,7 +123,7 @@ def draw(case: PlotCase) -> PlotResult:
         plan.write_job(file)
         with silenced(), Rig(arm) as rig:
             done = rig.job(file, timeout=TIMEOUT)
-    chains = planning.chains(plan.strokes, arm, plan.options.height)
+    chains = planning.merged_strokes(plan.strokes, arm, plan.options.height)
     accuracy = drawing_plot.compare(done.record, chains)
     if case.pictures:
         name = f"{Path(case.drawing).stem}-{case.arm}"

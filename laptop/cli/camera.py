@@ -103,7 +103,7 @@ def camera(
         found = calibrate(views, bar)
         for line in camera_report.describe(found):
             click.echo(line)
-        tell_figures(camera_file.figures_of(found))
+        tell_figures(camera_file.calibration_values(found))
         if out:
             camera_file.write_camera(out, found)
             click.echo(out)

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 MAX_INPUT = 20_000_000
 """Greatest size of what comes on standard input, bytes."""
 
-CARDS = ("grid", "star", "circles", "iso9283", "reach")
+TEST_PATTERNS = ("grid", "star", "circles", "iso9283", "reach")
 """Test cards, by their names."""
 IN_PLACE = "reach"
 """The card that is not placed: it shows where the arm's reach ends."""
@@ -55,7 +55,7 @@ LETTERING = {"height": "size"}
 HELP = f"""\
 Draw WHAT: an SVG, PNG, JPEG or text file, - for standard input, or a drawing by its name.
 
-Drawings that come along: {", ".join(gallery())}.  Test cards: {", ".join(CARDS)}.
+Drawings that come along: {", ".join(gallery())}.  Test cards: {", ".join(TEST_PATTERNS)}.
 Without --preview, --to or --simulate the brick draws it: Ctrl-C pauses, a second one aborts, and
 when this computer is closed the brick goes on; `brick watch` shows what it draws.
 """
@@ -120,7 +120,7 @@ def draw(
         if target.simulate:
             sys.exit(_simulated(plan, asked, target.out, (target.plant, built), orders))
         if target.preview or target.files:
-            tell_figures(previews.figures_of(plan))
+            tell_figures(previews.plan_numbers(plan))
             return
         if asked and asked.times:
             from laptop.cli.draw_by_sight import draw_by_sight
@@ -166,7 +166,7 @@ def _simulated(
 
 def _artwork(source: SourceOptions, arm: Arm) -> Artwork:
     """Return what is to be drawn."""
-    from laptop.drawing import cards, lettering, pictures, sources
+    from laptop.drawing import lettering, pictures, sources, test_patterns
     from laptop.drawing.lines import line_through
 
     what, text, asked = source.what, source.text, source.lettering
@@ -183,7 +183,7 @@ def _artwork(source: SourceOptions, arm: Arm) -> Artwork:
     if text is not None:
         return lettering.write_text(text.replace("\\n", "\n"), letters)
     if is_card(what):
-        return cards.draw_card(str(what), arm=arm)
+        return test_patterns.draw_test_pattern(str(what), arm=arm)
     if what == "-":
         data = sys.stdin.buffer.read(MAX_INPUT + 1)
         if len(data) > MAX_INPUT:
@@ -197,7 +197,7 @@ def _artwork(source: SourceOptions, arm: Arm) -> Artwork:
 
 def is_card(what: str | None) -> bool:
     """Return whether this is the name of a test card, and of no file here."""
-    return what in CARDS and not os.path.exists(what)
+    return what in TEST_PATTERNS and not os.path.exists(what)
 
 
 def _options(source: SourceOptions, place: PlaceOptions, artwork: Artwork) -> DrawingOptions:

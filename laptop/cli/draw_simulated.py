@@ -17,7 +17,7 @@ import click
 from laptop.cli.hearing import Hearing
 from laptop.cli.options import leave, typed_words
 from laptop.cli.simulate_record import camera_of
-from laptop.drawing.planning import chains
+from laptop.drawing.planning import merged_strokes
 from laptop.drawing.timing import in_minutes
 from laptop.emulator.device.buttons import Press
 from laptop.emulator.device.plant_constants import read_plant
@@ -104,7 +104,7 @@ def draw_simulated(
         taught: what was learned before.
     """
     run, seconds = _drawn(plan, brick, orders, taught)
-    wished = chains(plan.strokes, plan.arm, plan.options.height)
+    wished = merged_strokes(plan.strokes, plan.arm, plan.options.height)
     accuracy = drawing_plot.compare(run.record, wished)
     estimated = orders.repeat * seconds - _left_out(plan, orders)
     told = _record(plan, brick, taught, run, accuracy, estimated)

@@ -42,9 +42,9 @@ from shared.messages import EFFECTOR
 if TYPE_CHECKING:
     from laptop.cli.touch_simulated import SimulatedTouching
     from laptop.see.markers.markers import Marker
+    from laptop.see.table.cross_sampling import CrossSampler
     from laptop.see.table.cross_touching import CrossTouching
     from laptop.see.table.marker_offset import MarkerFit
-    from laptop.see.table.touch_looks import Looks
 
 MAX_LINE = 4096
 """Longest line of a file of touches, characters."""
@@ -248,10 +248,10 @@ def touch(
             say(folder.write(_record(arm, fit, hand, [file.name for file in places if file])))
 
 
-def _open(source: str | None, sight: PenSight, stack: ExitStack) -> Looks:
+def _open(source: str | None, sight: PenSight, stack: ExitStack) -> CrossSampler:
     """Open the camera, which is said where nothing is emulated."""
     from laptop.see.camera.cameras import is_live, open_camera
-    from laptop.see.table.touch_looks import Looks
+    from laptop.see.table.cross_sampling import CrossSampler
     from laptop.system.decoders import quiet_decoders
 
     assert source is not None
@@ -259,7 +259,7 @@ def _open(source: str | None, sight: PenSight, stack: ExitStack) -> Looks:
     stack.enter_context(quiet_decoders())
     camera = open_camera(source)
     stack.callback(camera.close)
-    return Looks(camera, marker, is_live(source))
+    return CrossSampler(camera, marker, is_live(source))
 
 
 def _marker(effector: str | None) -> Marker:

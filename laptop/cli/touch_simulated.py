@@ -21,8 +21,8 @@ from laptop.emulator.scene.synthetic_camera import SyntheticCamera, film
 from laptop.see.camera.frames import Frame
 from laptop.see.markers.board import CROSSES
 from laptop.see.markers.markers import read_spec
+from laptop.see.table.cross_sampling import CrossSampler
 from laptop.see.table.cross_touching import CrossTouching, read_point
-from laptop.see.table.touch_looks import Looks
 from laptop.system import platforms
 from shared.arm_description import Arm, ArmError
 from shared.messages import EFFECTOR
@@ -83,10 +83,10 @@ class SimulatedTouching:
         self._luck = random.Random(self._constants["seed"])
         self._index = -1
 
-    def looks(self, effector: str | None) -> Looks:
+    def looks(self, effector: str | None) -> CrossSampler:
         """Look through its camera; before the run, at the arm at home."""
         spec = effector or marker_specs(self._complete)[EFFECTOR]
-        return Looks(self, read_spec(EFFECTOR, spec), live=True)
+        return CrossSampler(self, read_spec(EFFECTOR, spec), live=True)
 
     def read(self, timeout: float = 1.0) -> Frame | None:
         """Return a picture of the arm as it stands."""

@@ -296,11 +296,11 @@ def _step_response(
     rise = float(t[inside[0]]) if len(inside) else math.inf
     beyond = float(np.max((q - target) * math.copysign(1, way)))
     off, hunting = abs(float(end.mean()) - target), float(np.ptp(end))
-    good = (
+    is_right = (
         rise <= RISE_TIME and beyond <= OVERSHOOT and off <= TARGET_TOLERANCE and hunting <= HUNTING
     )
     return CheckPoint(
-        good,
+        is_right,
         f"{name}: near after {rise:.2f} s ({RISE_TIME:g}), beyond by {max(0, beyond):.1f} deg "
         f"({OVERSHOOT:g}), at the end {off:.1f} deg off ({TARGET_TOLERANCE:g}) and "
         f"{hunting:.1f} deg to and fro ({HUNTING:g})",

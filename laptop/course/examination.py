@@ -166,8 +166,8 @@ def _answers(script: Path, questions: Sequence[Question]) -> list[Returned]:
                 why = _cause(complaints.getvalue(), folder / f"{NAME}.py") or "it ends by itself"
             raise CannotExamine(f"{script.name} cannot be imported: {why}; correct it")
         _, *lines = answered.read_text(encoding="utf-8").splitlines()
-    told = map(json.loads, lines)
-    found = [Returned(one.get("value"), one.get("error", "")) for one in told]
+    answers = map(json.loads, lines)
+    found = [Returned(one.get("value"), one.get("error", "")) for one in answers]
     if len(found) < len(questions):
         found.append(Returned(None, why, endless=True))
     return found

@@ -85,7 +85,7 @@ def _of_the_doctor(arm: Arm) -> Iterator[Trouble]:
     exchanged = {**motors, last: {"kind": "medium", "position": 0}}
     busy = {"load": 2.4, "others": [[412, "python3 robot/driver.py"]]}
 
-    def told(facts: dict[str, Any], motors: dict[str, Any] = motors) -> str:
+    def doctor_line(facts: dict[str, Any], motors: dict[str, Any] = motors) -> str:
         found = judge({**HEALTHY, "motors": motors, **facts}, arm, NOW)
         (line,) = (str(finding) for finding in found if finding.advice)
         return line
@@ -93,16 +93,25 @@ def _of_the_doctor(arm: Arm) -> Iterator[Trouble]:
     for sentence, remedy in (
         (str(judge_link([0.21] * 3)), "WiFi through walls is slow. The cable takes 1 ms."),
         (str(judge_program("", "0.2.0+1a2b3c4d")), "brick run does that by itself, too."),
-        (told({"library": None}), "It is another system than ev3dev, or an old one."),
-        (told({"room": 3.0}), "In the shell: df shows what is left, rm deletes a file."),
-        (told(busy), "Only one program at a time: end the others in the brick's menu by Back."),
-        (told({"battery": 6.2}), "Charge, or put in six new ones. A weak battery draws badly."),
+        (doctor_line({"library": None}), "It is another system than ev3dev, or an old one."),
+        (doctor_line({"room": 3.0}), "In the shell: df shows what is left, rm deletes a file."),
         (
-            told({"time": NOW - 3e8}),
+            doctor_line(busy),
+            "Only one program at a time: end the others in the brick's menu by Back.",
+        ),
+        (
+            doctor_line({"battery": 6.2}),
+            "Charge, or put in six new ones. A weak battery draws badly.",
+        ),
+        (
+            doctor_line({"time": NOW - 3e8}),
             "When it is off its clock stands still. Nothing else is wrong.",
         ),
-        (told({}, others), "Push both plugs in until they click; try another cable."),
-        (told({}, exchanged), "Plug it in where the line says, or write the port into your file."),
+        (doctor_line({}, others), "Push both plugs in until they click; try another cable."),
+        (
+            doctor_line({}, exchanged),
+            "Plug it in where the line says, or write the port into your file.",
+        ),
     ):
         yield Trouble("brick doctor", re.sub(" +", " ", sentence), remedy)
     blind = "Its encoder is dead, or you turned another joint."

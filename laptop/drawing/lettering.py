@@ -126,7 +126,7 @@ def write_text(text: str, how: Lettering | None = None, name: str = "") -> Artwo
     if not any(line.strokes for line in lines):
         raise BadArtwork(
             f"{name or 'text'}: nothing in it can be written"
-            f"{_told(lacking)}; give letters of the Latin, Greek or Cyrillic alphabet"
+            f"{_listed(lacking)}; give letters of the Latin, Greek or Cyrillic alphabet"
         )
     scale = how.size / CAPITALS
     widest = max(line.width for line in lines)
@@ -138,8 +138,8 @@ def write_text(text: str, how: Lettering | None = None, name: str = "") -> Artwo
         for stroke in line.strokes:
             # Leaning about its own baseline, so that lines stay below each other
             strokes.append((stroke @ lean + place) * scale)
-    told = (f"The font lacks{_told(lacking, brackets=False)}.",) if lacking else ()
-    return Artwork(name, tuple(strokes), ("",) * len(strokes), None, told, "text")
+    notes = (f"The font lacks{_listed(lacking, brackets=False)}.",) if lacking else ()
+    return Artwork(name, tuple(strokes), ("",) * len(strokes), None, notes, "text")
 
 
 def _line(text: str, how: Lettering, lacking: list[str]) -> _Line:
@@ -187,8 +187,8 @@ def _letter(font: str, character: str) -> _Letter | None:
     base, marks = character, ""
     drawn = glyph(FONTS[font], character) if len(character) == 1 else None
     if drawn is None:
-        apart = unicodedata.normalize("NFD", character)
-        base, marks = apart[:1], apart[1:]
+        decomposed = unicodedata.normalize("NFD", character)
+        base, marks = decomposed[:1], decomposed[1:]
         if not all(mark in ACCENTS for mark in marks):
             return None
         drawn = glyph(FONTS[font], base)
@@ -203,7 +203,7 @@ def _letter(font: str, character: str) -> _Letter | None:
     return _Letter([rounded(stroke, CORNER_ANGLE, CAPITALS / 1000) for stroke in strokes], width)
 
 
-def _told(characters: list[str], brackets: bool = True) -> str:
+def _listed(characters: list[str], brackets: bool = True) -> str:
     if not characters:
         return ""
     shown = " ".join(

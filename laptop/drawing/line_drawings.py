@@ -37,7 +37,7 @@ MAX_INK_SHARE, MIN_INK_SHARE = 0.2, 5e-4
 MIN_LINE_SHARE, MIN_CLEAN_SHARE = 0.75, 0.8
 """Least share of a drawing's ink that is in lines, and least share of clean paper in the rest."""
 
-Way = tuple[list[tuple[int, int]], tuple[int, int]]
+PixelPath = tuple[list[tuple[int, int]], tuple[int, int]]
 """Pixels (x, y) from node to node, and the numbers of these; both 0 for a loop."""
 
 
@@ -101,10 +101,10 @@ def centre_lines(grey: np.ndarray) -> list[np.ndarray]:
     count, nodes = cv2.connectedComponents(is_node.astype(np.uint8), connectivity=8)
     places = [np.argwhere(nodes == k)[:, ::-1].mean(axis=0) for k in range(1, count)]
     wide = [float(mask.half_width[nodes == k].max()) for k in range(1, count)]
-    ways = _without_bridges(_ways(thin & ~is_node, nodes), places, wide)
-    degree = np.bincount([node for _, ends in ways for node in ends if node], minlength=count)
+    paths = _without_bridges(_paths(thin & ~is_node, nodes), places, wide)
+    degree = np.bincount([node for _, ends in paths for node in ends if node], minlength=count)
     kept = []
-    for pixels, ends in ways:
+    for pixels, ends in paths:
         far = [node for node in ends if node and degree[node] > 1]
         is_spur = len(far) == 1 and len(pixels) < MAX_SPUR * wide[far[0] - 1]
         if not is_spur or ends[0] == ends[1]:  # else it is a corner of a wide line
@@ -112,7 +112,9 @@ def centre_lines(grey: np.ndarray) -> list[np.ndarray]:
     return _joined(kept, places)
 
 
-def _without_bridges(ways: list[Way], places: list[np.ndarray], wide: list[float]) -> list[Way]:
+def _without_bridges(
+    paths: list[PixelPath], places: list[np.ndarray], wide: list[float]
+) -> list[PixelPath]:
     """Return the paths with nodes merged that lie within a line's width: oblique crossings."""
     one = list(range(len(places) + 1))
 
@@ -122,7 +124,7 @@ def _without_bridges(ways: list[Way], places: list[np.ndarray], wide: list[float
         return node
 
     kept = []
-    for pixels, (a, b) in ways:
+    for pixels, (a, b) in paths:
         if a and b and a != b and len(pixels) < wide[a - 1] + wide[b - 1] + 2:
             one[root(b)] = root(a)
         else:
@@ -135,35 +137,39 @@ def _without_bridges(ways: list[Way], places: list[np.ndarray], wide: list[float
     return [(pixels, (root(a), root(b))) for pixels, (a, b) in kept]
 
 
-def _joined(ways: list[Way], places: list[np.ndarray]) -> list[np.ndarray]:
+def _joined(paths: list[PixelPath], places: list[np.ndarray]) -> list[np.ndarray]:
     """Return paths joined to long lines, each continued at a node by the straightest path."""
     at: dict[int, list[tuple[int, int]]] = {}
-    for k, (_, ends) in enumerate(ways):
+    for k, (_, ends) in enumerate(paths):
         for side in (0, 1):
             if ends[side]:
                 at.setdefault(ends[side], []).append((k, side))
     beyond: dict[tuple[int, int], tuple[int, int]] = {}
-    for node, there in at.items():
+    for node, leaving in at.items():
         place = places[node - 1]
         leaves = {
-            one: _direction(ways[one[0]][0][:: 1 if one[1] == 0 else -1], place) for one in there
+            one: _direction(paths[one[0]][0][:: 1 if one[1] == 0 else -1], place) for one in leaving
         }
         pairs = sorted(
-            (float(leaves[a] @ leaves[b]), a, b) for a, b in combinations(there, 2)
+            (float(leaves[a] @ leaves[b]), a, b) for a, b in combinations(leaving, 2)
         )  # the straightest first: -1
         for bend, a, b in pairs:
-            if a not in beyond and b not in beyond and (bend < MAX_BEND_COSINE or len(there) == 2):
+            if (
+                a not in beyond
+                and b not in beyond
+                and (bend < MAX_BEND_COSINE or len(leaving) == 2)
+            ):
                 beyond[a], beyond[b] = b, a
-    found, used = [], [False] * len(ways)
-    begins = [(k, side) for k in range(len(ways)) for side in (0, 1) if (k, side) not in beyond]
-    for k, side in (*begins, *((k, 0) for k in range(len(ways)))):  # what is left is round
+    found, used = [], [False] * len(paths)
+    begins = [(k, side) for k in range(len(paths)) for side in (0, 1) if (k, side) not in beyond]
+    for k, side in (*begins, *((k, 0) for k in range(len(paths)))):  # what is left is round
         if used[k]:
             continue
-        first = ways[k][1][side]
+        first = paths[k][1][side]
         line: list[np.ndarray] = [places[first - 1]] if first else []
         while not used[k]:
             used[k] = True
-            pixels, ends = ways[k]
+            pixels, ends = paths[k]
             line += [np.array(pixel, float) for pixel in pixels[:: 1 if side == 0 else -1]]
             if ends[1 - side]:
                 line.append(places[ends[1 - side] - 1])
@@ -180,7 +186,7 @@ def _direction(pixels: Sequence[tuple[int, int]], place: np.ndarray) -> np.ndarr
     return ahead / max(float(np.hypot(*ahead)), 1e-9)
 
 
-def _ways(thin: np.ndarray, nodes: np.ndarray) -> list[Way]:
+def _paths(thin: np.ndarray, nodes: np.ndarray) -> list[PixelPath]:
     """Return paths of pixels (x, y) between nodes, and their node numbers; 0, 0 for a loop."""
     untaken = Pixels(thin)
 
@@ -189,7 +195,7 @@ def _ways(thin: np.ndarray, nodes: np.ndarray) -> list[Way]:
         found = [int(n) for n in np.unique(near) if n and n != other_than]
         return found[0] if found else 0
 
-    ways = []
+    paths = []
     # Those at a node first, so that only round ones are begun elsewhere.
     every = sorted(untaken.left)
     at_nodes = [pixel for pixel in every if node_at(*pixel)]
@@ -197,10 +203,10 @@ def _ways(thin: np.ndarray, nodes: np.ndarray) -> list[Way]:
         if start not in untaken.left:
             continue
         untaken.left.remove(start)
-        first, way = node_at(*start), [start, *untaken.walk(start)]
-        last = node_at(*way[-1], other_than=first if len(way) == 1 else 0)
-        ways.append((way, (first, last)))
-    return ways
+        first, path = node_at(*start), [start, *untaken.walk(start)]
+        last = node_at(*path[-1], other_than=first if len(path) == 1 else 0)
+        paths.append((path, (first, last)))
+    return paths
 
 
 def is_line_drawing(grey: np.ndarray) -> bool:

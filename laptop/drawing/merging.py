@@ -43,8 +43,8 @@ def merged(strokes: Sequence[PlacedStroke], meeting: float = MEETING) -> list[Pl
                 parts = [*parts, points] if forwards else [points[::-1], *parts]
         joined = parts[0] if len(parts) == 1 else np.vstack(parts)
         if len(parts) > 1:
-            apart = np.hypot(*np.diff(joined, axis=0).T) > 1e-9
-            joined = joined[np.append(True, apart)]
+            is_distinct = np.hypot(*np.diff(joined, axis=0).T) > 1e-9
+            joined = joined[np.append(True, is_distinct)]
         out.append(replace(stroke, points=joined, postures=postures))
     return out
 

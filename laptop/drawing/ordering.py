@@ -112,10 +112,12 @@ def _ends_of(strokes: Sequence[PlacedStroke]) -> tuple[np.ndarray, np.ndarray]:
     # One that any posture can draw lies with those that only the preferred one can.
     other = [stroke.postures[0] for stroke in strokes]
     base = max(set(other), key=lambda posture: (other.count(posture), posture))
-    apart = np.array([0.0 if base in stroke.postures else POSTURE_CHANGE_WAY for stroke in strokes])
+    posture_offset = np.array(
+        [0.0 if base in stroke.postures else POSTURE_CHANGE_WAY for stroke in strokes]
+    )
     heads = np.array([stroke.points[0] for stroke in strokes])
     tails = np.array([stroke.points[-1] for stroke in strokes])
-    return np.column_stack([heads, apart]), np.column_stack([tails, apart])
+    return np.column_stack([heads, posture_offset]), np.column_stack([tails, posture_offset])
 
 
 def _nearest_neighbours(

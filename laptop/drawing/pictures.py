@@ -94,13 +94,13 @@ def read_picture(data: bytes, name: str = "picture", how: Tracing | None = None)
     """
     how = how or Tracing()
     how.check()
-    grey, told = read_grey(data, name), []
+    grey, notes = read_grey(data, name), []
     is_lines = how.style == "lines" or (how.style == "auto" and is_line_drawing(grey))
     if is_lines:
         grey = read_grey(data, name, LINES_SIDE)
         lines, more = _longest_smooth(centre_lines(grey))
         if how.style == "auto":
-            told.append(
+            notes.append(
                 "It is a drawing of lines, and they are followed along their middles; "
                 'the style "photo" has edges and tones.'
             )
@@ -122,8 +122,8 @@ def read_picture(data: bytes, name: str = "picture", how: Tracing | None = None)
     left_out += more
     strokes = [(stroke * [1, -1] + [0, rows]) * scale for stroke in kept]
     if left_out:
-        told.append(f"The {left_out} shortest lines are not drawn: {MAX_STROKES} are the most.")
-    return Artwork(name, tuple(strokes), ("",) * len(strokes), size, tuple(told), "picture")
+        notes.append(f"The {left_out} shortest lines are not drawn: {MAX_STROKES} are the most.")
+    return Artwork(name, tuple(strokes), ("",) * len(strokes), size, tuple(notes), "picture")
 
 
 def _prepared(grey: np.ndarray, smoothing: float) -> np.ndarray:

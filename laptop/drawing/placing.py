@@ -345,22 +345,24 @@ class _Finder:
         """Return the most interior centre at which every stroke is in reach, or None."""
         points, firsts = thinned
         # Most places are out by the outline alone.
-        good = (self._map.at(centres[:, None, :] + scale * self._outline[None]) != 0).all(axis=1)
-        left = centres[good]
+        reachable = (self._map.at(centres[:, None, :] + scale * self._outline[None]) != 0).all(
+            axis=1
+        )
+        left = centres[reachable]
         bits = self._map.at(left[:, None, :] + scale * points[None])
-        good[good] = (np.bitwise_and.reduceat(bits, firsts, axis=1) != 0).all(axis=1)
-        if self._wish.paper and good.any():
-            clear = good & ~self._over_stand(centres - scale * self._offset)
-            good = clear if clear.any() else good
-        if not good.any():
+        reachable[reachable] = (np.bitwise_and.reduceat(bits, firsts, axis=1) != 0).all(axis=1)
+        if self._wish.paper and reachable.any():
+            clear = reachable & ~self._over_stand(centres - scale * self._offset)
+            reachable = clear if clear.any() else reachable
+        if not reachable.any():
             return None
         if len(centres) == len(self._centres):
             # Amid the good ones: farthest from what is not.
-            grid = np.pad(good.reshape(self._row, self._row).astype(np.uint8), 1)
+            grid = np.pad(reachable.reshape(self._row, self._row).astype(np.uint8), 1)
             depth = cv2.distanceTransform(grid, cv2.DIST_L2, 5)[1:-1, 1:-1].ravel()
         else:
-            depth = -np.linalg.norm(centres - centres[good].mean(axis=0), axis=1)
-        depth = np.where(good, depth, -np.inf)
+            depth = -np.linalg.norm(centres - centres[reachable].mean(axis=0), axis=1)
+        depth = np.where(reachable, depth, -np.inf)
         # Of all but equal ones, that nearest to straight ahead.
         tied = np.flatnonzero(depth >= depth.max() - 0.7)
         return centres[tied[np.argmin(np.abs(centres[tied, 1]))]]

@@ -176,12 +176,14 @@ def _postures(arm: Arm, strokes: Sequence[PlacedStroke], height: float) -> list[
     return chosen[::-1]
 
 
-def _time(q: np.ndarray, there: np.ndarray, top: np.ndarray) -> float:
+def _time(q: np.ndarray, goal: np.ndarray, top: np.ndarray) -> float:
     """Return the approximate duration of a joint move, s."""
-    return float((np.abs(there - q) / top).max())
+    return float((np.abs(goal - q) / top).max())
 
 
-def chains(strokes: Sequence[PlannedStroke], arm: Arm, height: float) -> list[list[np.ndarray]]:
+def merged_strokes(
+    strokes: Sequence[PlannedStroke], arm: Arm, height: float
+) -> list[list[np.ndarray]]:
     """Return the tip's paths, cm, grouped by what is drawn without a pen lift."""
     out: list[list[np.ndarray]] = []
     for before, stroke in zip([None, *strokes], strokes, strict=False):

@@ -34,7 +34,7 @@ Progress = Callable[[str, float], None]
 
 
 @dataclass(frozen=True)
-class Figures:
+class StrokeCounts:
     """Numbers of a drawing before it was put into order, or after.
 
     strokes    from pen down to pen up
@@ -58,7 +58,7 @@ class DrawingPlan:
     strokes    PlannedStrokes, in order
     missed     parts of strokes that cannot be reached
     total      how many strokes the artwork has
-    before     Figures as they came, and
+    before     counts as they came, and
     after      as they are drawn
     estimate   how long it takes
     speed      greatest of the tip, cm/s
@@ -72,8 +72,8 @@ class DrawingPlan:
     strokes: tuple[PlannedStroke, ...]
     missed: tuple[Missed, ...]
     total: int
-    before: Figures
-    after: Figures
+    before: StrokeCounts
+    after: StrokeCounts
     estimate: Estimate
     speed: float
     notes: tuple[str, ...]
@@ -126,13 +126,13 @@ class DrawingPlan:
             self._pens(),
         )
 
-    def told_pens(self) -> list[str]:
+    def pen_lines(self) -> list[str]:
         """Say which pens draw it, and when, in a sentence for people; none of a single one."""
         if not self.options.pens:
             return []
         counts = Counter(stroke.placed.layer for stroke in self.strokes)
-        told = ", ".join(f"{name or 'no layer'} ({count})" for name, count in counts.items())
-        return [f"{len(counts)} pens, in this order (strokes): {told}"]
+        pens = ", ".join(f"{name or 'no layer'} ({count})" for name, count in counts.items())
+        return [f"{len(counts)} pens, in this order (strokes): {pens}"]
 
     def _pens(self) -> str:
         """Return the pen changes as a job states them."""
@@ -175,16 +175,16 @@ def prepare(
             "the other way"
         )
     progress("ordering", STAGES["ordering"])
-    before = _figures(found.strokes)
-    laid: list[PlacedStroke] = list(found.strokes)
-    if options.order and laid:
+    before = _count(found.strokes)
+    placed: list[PlacedStroke] = list(found.strokes)
+    if options.order and placed:
         home = kinematics.forward(arm, [joint.home for joint in arm.joints])
-        laid = ordering.ordered(merging.merged(laid), np.array(home[:2], float))
+        placed = ordering.ordered(merging.merged(placed), np.array(home[:2], float))
     progress("planning", STAGES["planning"])
     speed = float(options.speed or arm.speed)
     planned, left = planning.plan_strokes(
         arm,
-        laid,
+        placed,
         options.height,
         speed,
         options.tolerance,
@@ -205,7 +205,7 @@ def prepare(
         found.missed + tuple(left),
         len(kept),
         before,
-        _figures([stroke.placed for stroke in planned]),
+        _count([stroke.placed for stroke in planned]),
         expected,
         speed,
         tuple(notes),
@@ -230,9 +230,9 @@ def _layers(artwork: Artwork, kept: list[int], options: DrawingOptions) -> tuple
     return layers
 
 
-def _figures(laid: list[PlacedStroke] | tuple[PlacedStroke, ...]) -> Figures:
-    points = sum(len(stroke.points) for stroke in laid)
-    return Figures(len(laid), points, ordering.pen_up_way(laid))
+def _count(placed: list[PlacedStroke] | tuple[PlacedStroke, ...]) -> StrokeCounts:
+    points = sum(len(stroke.points) for stroke in placed)
+    return StrokeCounts(len(placed), points, ordering.pen_up_way(placed))
 
 
 def _chosen(artwork: Artwork, options: DrawingOptions) -> list[int]:

@@ -45,7 +45,7 @@ def write_preview(plan: DrawingPlan, file: str | os.PathLike[str]) -> None:
     write_whole(file, preview_bytes(plan, lines_of(plan), ending))
 
 
-def figures_of(plan: DrawingPlan) -> dict[str, Any]:
+def plan_numbers(plan: DrawingPlan) -> dict[str, Any]:
     """Return a plan's size and place, cm, strokes, ways, cm, and the time it takes, s."""
     return {
         "size_cm": list(plan.placement.size),
@@ -75,4 +75,4 @@ def lines_of(plan: DrawingPlan) -> list[str]:
         length = sum(stroke_length(miss.points) for miss in plan.missed)
         left = ", and are left out" if plan.options.clip else ""
         lines.append(f"{length:.1f} cm cannot be reached (red){left}")
-    return [*lines, *plan.told_pens(), *plan.notes]
+    return [*lines, *plan.pen_lines(), *plan.notes]

@@ -71,10 +71,10 @@ def joint_angles(
     for q in poses:
         q = q - kinematics.TURN * np.round((q - middle) / kinematics.TURN)
         with np.errstate(invalid="ignore"):
-            good = (np.abs(q - middle) <= half - margin + kinematics.LIMIT_SLACK).all(axis=1)
-            good &= singularity(arm, q) >= least_singularity
-        take = good & np.isnan(chosen[:, 0])
-        chosen[take] = np.clip(q[take], lower, upper)
+            allowed = (np.abs(q - middle) <= half - margin + kinematics.LIMIT_SLACK).all(axis=1)
+            allowed &= singularity(arm, q) >= least_singularity
+        chosen_now = allowed & np.isnan(chosen[:, 0])
+        chosen[chosen_now] = np.clip(q[chosen_now], lower, upper)
     return chosen
 
 
@@ -169,10 +169,10 @@ class Reached:
     def runs(self, posture: str) -> np.ndarray:
         """Return how many points follow each one on its stroke without a leap: (n,)."""
         joined = _joined(self.poses[posture], self.stroke)
-        good = ~np.isnan(self.poses[posture][:, 0])
+        allowed = ~np.isnan(self.poses[posture][:, 0])
         ends = np.flatnonzero(np.append(~joined, True))
-        last = ends[np.searchsorted(ends, np.arange(len(good)))]
-        return np.where(good, last - np.arange(len(good)) + 1, 0)
+        last = ends[np.searchsorted(ends, np.arange(len(allowed)))]
+        return np.where(allowed, last - np.arange(len(allowed)) + 1, 0)
 
 
 def _joined(poses: np.ndarray, stroke: np.ndarray) -> np.ndarray:

@@ -46,7 +46,7 @@ def pieces(points: np.ndarray, tolerance: float) -> list[np.ndarray]:
         points: from pen down to pen up.
         tolerance: greatest distance of what is left out from what is kept, cm.
     """
-    points = _apart(points)
+    points = _distinct(points)
     if len(points) < 2 or np.hypot(*np.diff(points, axis=0).T).sum() < PEN_WIDTH:
         return [_dot(points)]
     points = _without_jitter(points, tolerance)
@@ -71,7 +71,7 @@ def _dot(points: np.ndarray) -> np.ndarray:
     return np.vstack([middle - half, middle + half])
 
 
-def _apart(points: np.ndarray) -> np.ndarray:
+def _distinct(points: np.ndarray) -> np.ndarray:
     """Return the points without those too near to the one before; first and last stay."""
     steps = np.hypot(*np.diff(points, axis=0).T)
     if len(steps) and steps.min() >= SAME_POINT:

@@ -98,9 +98,9 @@ def _put(element: ET.Element, place: SvgPlace, found: list[Letter], first: int) 
                 value = length(word, place.viewport[whole], None, place.font)
             except UnreadableValue:
                 break
-            told = getattr(found[k], key)
-            change: Any = {key: value if told is None else told + value}
-            if told is None or key in ("dx", "dy"):
+            given = getattr(found[k], key)
+            change: Any = {key: value if given is None else given + value}
+            if given is None or key in ("dx", "dy"):
                 found[k] = replace(found[k], **change)
     turns = element.get("rotate", "").replace(",", " ").split()
     for k in range(first, len(found)) if turns else ():

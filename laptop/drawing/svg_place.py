@@ -16,8 +16,8 @@ import numpy as np
 from shapely.geometry.base import BaseGeometry
 
 from laptop.drawing.svg_css import Style
-from laptop.drawing.svg_leftovers import Leftovers
 from laptop.drawing.svg_path import Subpaths
+from laptop.drawing.svg_skipped import SkippedElements
 from laptop.drawing.svg_units import FONT_SIZE
 
 Box = tuple[float, float, float, float]
@@ -63,7 +63,7 @@ class SvgElements(Protocol):
     first_style  of the outermost element
     """
 
-    left_out: Leftovers
+    left_out: SkippedElements
     areas: dict[Any, BaseGeometry | None]
     first_style: Style
 

@@ -32,12 +32,12 @@ from laptop.drawing.svg_css import (
     style_of,
 )
 from laptop.drawing.svg_elements import CONTAINERS, DRAWABLE, href_of, is_for_us, layer_of, tag_of
-from laptop.drawing.svg_leftovers import Leftovers
 from laptop.drawing.svg_letters import letters_of, words_of
 from laptop.drawing.svg_paint import share
 from laptop.drawing.svg_path import BadShape, Subpaths
 from laptop.drawing.svg_place import Box, Shape, SvgPlace
 from laptop.drawing.svg_shapes import NoShape, shape_pieces
+from laptop.drawing.svg_skipped import SkippedElements
 from laptop.drawing.svg_text import Layout, NoFont
 from laptop.drawing.svg_units import (
     IDENTITY,
@@ -77,7 +77,7 @@ class SvgTree:
 
     def __init__(self, root: ET.Element, name: str) -> None:
         self.name, self.root = name, root
-        self.left_out = Leftovers()
+        self.left_out = SkippedElements()
         self.layout = Layout()
         self._ids: dict[str, ET.Element] = {}
         for element in root.iter():
@@ -229,7 +229,7 @@ class SvgTree:
     @contextmanager
     def muted(self) -> Iterator[None]:
         """Record nothing as skipped while the block runs."""
-        kept, self.left_out = self.left_out, Leftovers()
+        kept, self.left_out = self.left_out, SkippedElements()
         try:
             yield
         finally:

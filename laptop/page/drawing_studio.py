@@ -172,7 +172,7 @@ class Studio:
             strokes=len(plan.strokes),
             cm=plan.cm,
             seconds=plan.estimate.seconds,
-            notes=(*plan.told_pens(), *self._artwork.left_out, *plan.notes),
+            notes=(*plan.pen_lines(), *self._artwork.left_out, *plan.notes),
             job=job,
         )
 

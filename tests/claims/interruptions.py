@@ -87,7 +87,7 @@ def interrupt(case: Interruption) -> InterruptionResult:
     draw = random.Random(case.seed)
     arm = read_arm(find_arm(case.arm))
     plan = preparing.prepare(sources.read_source(DRAWING), arm, DrawingOptions(size=(SIZE, None)))
-    chains = planning.chains(plan.strokes, arm, 0.0)
+    chains = planning.merged_strokes(plan.strokes, arm, 0.0)
     seconds = plan.estimate.seconds
     end = ENDS[case.seed % len(ENDS)]
     over = draw.uniform(0.2, 0.9) * seconds if end != "none" else math.inf

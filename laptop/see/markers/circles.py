@@ -190,18 +190,18 @@ def _fit(
     (ax, bx, cx), (ay, by, cy) = xs[_TRIPLES], ys[_TRIPLES]
     bx, by, cx, cy = bx - ax, by - ay, cx - ax, cy - ay
     double = 2 * (bx * cy - by * cx)
-    good = (np.abs(double) > 1e-6) & inside[_TRIPLES].all(0)
-    double[~good] = 1
+    plausible = (np.abs(double) > 1e-6) & inside[_TRIPLES].all(0)
+    double[~plausible] = 1
     ab2, ac2 = bx * bx + by * by, cx * cx + cy * cy
     du, dv = (cy * ab2 - by * ac2) / double, (bx * ac2 - cx * ab2) / double
     us, vs, radii = ax + du, ay + dv, np.sqrt(du * du + dv * dv)
     span = max(xs.max() - xs.min(), ys.max() - ys.min())
-    good &= (radii > 0.25 * span) & (radii < 1.2 * span)
+    plausible &= (radii > 0.25 * span) & (radii < 1.2 * span)
     if expected:
-        good &= (radii > 0.6 * expected) & (radii < 1.6 * expected)
-    if not good.any():
+        plausible &= (radii > 0.6 * expected) & (radii < 1.6 * expected)
+    if not plausible.any():
         return None
-    us, vs, radii = us[good], vs[good], radii[good]
+    us, vs, radii = us[plausible], vs[plausible], radii[plausible]
     xs, ys = xs[inside], ys[inside]
     # Which of them most points lie on needs no more than this precision.
     x, y, around = (part.astype(np.float32) for part in (xs, ys, np.stack([us, vs, radii])))

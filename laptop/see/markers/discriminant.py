@@ -185,8 +185,8 @@ def _core_and_ring(
     """Return masks of an ellipse's core and the ring around it, in a square of 2 half + 1 px."""
     across, down, skew = covariance
     turn = math.atan2(2 * skew, across - down) / 2
-    middle, apart = (across + down) / 2, math.hypot((across - down) / 2, skew)
-    long, short = 2 * math.sqrt(middle + apart), 2 * math.sqrt(max(middle - apart, 0.25))
+    middle, half_gap = (across + down) / 2, math.hypot((across - down) / 2, skew)
+    long, short = 2 * math.sqrt(middle + half_gap), 2 * math.sqrt(max(middle - half_gap, 0.25))
     v, u = np.ogrid[-half : half + 1, -half : half + 1]
     along2 = (u * math.cos(turn) + v * math.sin(turn)) ** 2
     beside2 = (v * math.cos(turn) - u * math.sin(turn)) ** 2

@@ -9,10 +9,10 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
+from laptop.see.markers.ball_contour import fit_ball_contour, rim_width, scaled_misfit
 from laptop.see.markers.circles import Circle, ellipse_of, find_circle
 from laptop.see.markers.finders.color_search import MIN_SCENE_BRIGHTNESS, SEVERAL
 from laptop.see.markers.finders.confidence import MIN_REPORTED_CONFIDENCE, isolation
-from laptop.see.markers.limb import fit_limb, rim_width, scaled_misfit
 from laptop.see.markers.markers import (
     WIDER_SATURATION,
     BadMarker,
@@ -159,9 +159,9 @@ def _learn(
 
 def _striped(region: _Region, image: np.ndarray, where: str) -> _Region:
     """Return an elongated region as a whole ball that a stripe partly hides."""
-    limb = fit_limb(image, *region.whole[:3], _edges(image), region.color)
-    if limb is not None and scaled_misfit(limb) < _MAX_MISFIT and limb.gap < _MAX_GAP:
-        circle = region.whole._replace(u=limb.u, v=limb.v, radius=limb.radius)
+    contour = fit_ball_contour(image, *region.whole[:3], _edges(image), region.color)
+    if contour is not None and scaled_misfit(contour) < _MAX_MISFIT and contour.gap < _MAX_GAP:
+        circle = region.whole._replace(u=contour.u, v=contour.v, radius=contour.radius)
         return region._replace(circle=circle, stretch=1.0)
     if region.stretch < _MAX_STRETCH:
         return region
@@ -181,13 +181,13 @@ def _of_core(
     region: _Region, image: np.ndarray, hsv: np.ndarray, where: str, width_of_rim: float
 ) -> _Region:
     """Return a blurred marker, with the colour of its core and the size of its contour."""
-    limb = fit_limb(image, *region.circle[:3], _edges(image), region.color)
-    if limb is None or scaled_misfit(limb) > _MAX_MISFIT:
+    contour = fit_ball_contour(image, *region.circle[:3], _edges(image), region.color)
+    if contour is None or scaled_misfit(contour) > _MAX_MISFIT:
         raise BadMarker(
             f"{where} is blurred, its rim {width_of_rim:.1f} radii wide "
             f"({_MAX_RIM_WIDTH:g} is well); pick it in a frame where it is at rest and in focus"
         )
-    circle = region.circle._replace(radius=limb.radius)
+    circle = region.circle._replace(radius=contour.radius)
     core = region.mask & _disc(region.mask, circle, _CORE_RADIUS)
     # A ring has none.
     color = _typical(hsv[core > 0], region.color) if core.any() else region.color

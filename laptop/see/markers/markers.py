@@ -344,8 +344,8 @@ def is_grey(image: np.ndarray) -> bool:
     if not seen.size or cv2.norm(seen, cv2.NORM_INF) < _MIN_LIT_VALUE:
         return False
     blue, green, red = cv2.split(seen)
-    apart = max(cv2.norm(one, green, cv2.NORM_INF) for one in (blue, red))
-    return apart <= _MAX_GREY_CHROMA
+    chroma = max(cv2.norm(one, green, cv2.NORM_INF) for one in (blue, red))
+    return chroma <= _MAX_GREY_CHROMA
 
 
 def scene_of(image: np.ndarray) -> tuple[float, float, float]:

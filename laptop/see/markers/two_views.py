@@ -41,8 +41,8 @@ class TwoViews:
         """Take in where the tip is in both pictures at one time, px, if that is new."""
         pair = (*one, *other)
         for known in self._pairs:
-            apart = max(math.dist(known[:2], pair[:2]), math.dist(known[2:], pair[2:]))
-            if apart < PAIR_SPACING:
+            distance = max(math.dist(known[:2], pair[:2]), math.dist(known[2:], pair[2:]))
+            if distance < PAIR_SPACING:
                 return
         self._pairs.append(pair)
         del self._pairs[:-MAX_PAIRS]

@@ -48,15 +48,15 @@ class JointTrack:
     """Angles of the joints by time."""
 
     def __init__(self) -> None:
-        self._told: deque[tuple[float, Sequence[float]]] = deque()
+        self._samples: deque[tuple[float, Sequence[float]]] = deque()
 
     def add(self, t: float, q: Sequence[float]) -> None:
         """Take in that the joints were at q (rad) at t (s)."""
-        if self._told and t <= self._told[-1][0]:
+        if self._samples and t <= self._samples[-1][0]:
             return
-        self._told.append((t, q))
-        while self._told[0][0] < t - DURATION:
-            self._told.popleft()
+        self._samples.append((t, q))
+        while self._samples[0][0] < t - DURATION:
+            self._samples.popleft()
 
     def at(self, t: float) -> tuple[float, ...] | None:
         """Return the angles at t (s), rad, between those told; None: nothing was told about then.
@@ -64,13 +64,13 @@ class JointTrack:
         What comes after the last word is not known yet, either.
         """
         after = None
-        for told, q in reversed(self._told):
-            if told <= t:
+        for time, q in reversed(self._samples):
+            if time <= t:
                 if after is None:
-                    return tuple(q) if told == t else None
-                if after[0] - told > MAX_GAP:
+                    return tuple(q) if time == t else None
+                if after[0] - time > MAX_GAP:
                     return None
-                share = (t - told) / (after[0] - told)
+                share = (t - time) / (after[0] - time)
                 return tuple(a + share * (b - a) for a, b in zip(q, after[1], strict=True))
-            after = told, q
+            after = time, q
         return None

@@ -75,7 +75,7 @@ class TablePlacer(Protocol):
 
     def look(self, image: np.ndarray) -> None: ...  # noqa: D102
     def place_at(self, pixel: Point, height: float) -> Point | None: ...  # noqa: D102
-    def tell(self, marker: str, pixel: Point) -> BoardPlace | None: ...  # noqa: D102
+    def board_place(self, marker: str, pixel: Point) -> BoardPlace | None: ...  # noqa: D102
 
 
 class PairPlacer(Protocol):
@@ -191,7 +191,7 @@ class CameraPipeline:
             return {}
         self._placer.look(frame.image)
         places = {
-            name: self._placer.tell(name, (seen[0], seen[1]))
+            name: self._placer.board_place(name, (seen[0], seen[1]))
             for name, seen in markers.items()
             if seen
         }

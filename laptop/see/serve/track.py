@@ -174,7 +174,7 @@ def _track(
         placers: Sequence[TablePlacer | None] = [None] * len(names)
         pairs = None
         if watch_boards:
-            placers, pairs = watch_boards(names, print_line, partial(_told_joints, server, now))
+            placers, pairs = watch_boards(names, print_line, partial(_reported_joints, server, now))
         pipelines = [
             CameraPipeline(
                 name,
@@ -236,7 +236,7 @@ def _columns(options: TrackOptions) -> list[str]:
     return ["x", "y", *space, *(["arm_x", "arm_y"] if options.touched else [])]
 
 
-def _told_joints(
+def _reported_joints(
     server: TrackingServer | None, now: Callable[[], float]
 ) -> tuple[float, Sequence[float]] | None:
     """Return when the brick's joints were where, as it told last; see Joints."""

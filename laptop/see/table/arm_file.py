@@ -147,9 +147,9 @@ def _noted(text: str, notes: Mapping[tuple[str, str], str]) -> str:
         if note and bare[:1] not in ("#", ";"):
             value, _, comment = line.rstrip("\r\n").partition(";")
             comment = NOTE_PATTERN.sub("", comment).strip()
-            told = f"{note}; {comment}" if comment else note
+            noted = f"{note}; {comment}" if comment else note
             lines[number] = (
-                f"{value.rstrip():<{COMMENT_COLUMN}} ; {told}{line[len(line.rstrip()) :]}"
+                f"{value.rstrip():<{COMMENT_COLUMN}} ; {noted}{line[len(line.rstrip()) :]}"
             )
     return "".join(lines)
 

@@ -15,7 +15,7 @@ import numpy as np
 from laptop.see.markers.finders.board import BoardView, find_again, find_board
 from laptop.see.markers.view import BoardPlace
 from laptop.see.serve.joint_track import Joints
-from laptop.see.table.arm_stand import ArmStand
+from laptop.see.table.arm_pose import ArmPose
 from laptop.see.table.camera_fit import MAX_BLUR, BadCalibration, Calibration, calibrate
 from laptop.see.table.camera_report import describe, shift_since
 from shared.messages import EFFECTOR
@@ -66,11 +66,11 @@ class BoardWatch:
         heights: Mapping[str, float],
         name: str,
         say: Callable[[str], None],
-        stand: ArmStand | None = None,
+        arm_pose: ArmPose | None = None,
         joints: Joints = lambda: None,
         alone: bool = True,
     ) -> None:
-        self._stand, self._joints, self._alone = stand, joints, alone
+        self._arm_pose, self._joints, self._alone = arm_pose, joints, alone
         self.calibration: Calibration | None = None
         self.version = 0
         self.why = ""
@@ -116,12 +116,12 @@ class BoardWatch:
             found = calibrate([self._best], self._bar)
         except BadCalibration as problem:
             self._best = None
-            self._tell(f"no place on the board yet: {problem}")
+            self._report(f"no place on the board yet: {problem}")
             return
         lines = describe(found)
         if self.why:
             lines = [f"calibrated anew, places in cm go on: {lines[0]}"]
-            if self._stand and self.version == 1:
+            if self._arm_pose and self.version == 1:
                 lines.append(
                     "the pen's place is not told any more: it may be the board that has moved "
                     "before the arm; touch its crosses anew, or, if it was the camera, start anew"
@@ -149,8 +149,8 @@ class BoardWatch:
         start = self._pictures // CHECK_PERIOD * CHECKED_MARKERS
         order = [numbers[(start + 7 * k) % len(numbers)] for k in range(len(numbers))]
         corners = {n: known.camera.project(known.scale * board.square(n)) for n in order}
-        there = {n: quad for n, quad in corners.items() if np.isfinite(quad).all()}
-        left = iter(there.items())
+        found = {n: quad for n, quad in corners.items() if np.isfinite(quad).all()}
+        left = iter(found.items())
         seen = 0
         while some := dict(islice(left, CHECKED_MARKERS)):
             view = find_again(image, board, some)
@@ -177,7 +177,7 @@ class BoardWatch:
             self._unseen += 1
             self._next_check = self._pictures + CHECK_PERIOD * min(self._unseen, MAX_PAUSE)
             if self._unseen > 1:
-                self._tell(
+                self._report(
                     f"{off}: whether it has moved is not seen; places in cm are told as if it had "
                     "not"
                 )
@@ -208,7 +208,7 @@ class BoardWatch:
                 "on"
             )
             return
-        still = moved and view and self._last and _apart(view, self._last) < MAX_REST_MOTION
+        still = moved and view and self._last and _distance(view, self._last) < MAX_REST_MOTION
         if not still or (view and view.blur > MAX_BLUR):
             self._begin()
             self._last = view if moved else None
@@ -238,7 +238,7 @@ class BoardWatch:
         x, y = known.camera.to_table(np.array([pixel]), height)[0]
         return (float(x), float(y)) if np.isfinite(x) else None
 
-    def tell(self, marker: str, pixel: tuple[float, float]) -> BoardPlace | None:
+    def board_place(self, marker: str, pixel: tuple[float, float]) -> BoardPlace | None:
         """Return where on the board something is, for people: of the tip it is the pen's place.
 
         Args:
@@ -246,22 +246,22 @@ class BoardWatch:
             pixel: of its centre, (u, v).
         """
         at = self.place(marker, pixel) if self._alone else None
-        if at is None or self._stand is None:
+        if at is None or self._arm_pose is None:
             return at and BoardPlace(*at)
         if self.version > 1:  # the board may have moved before the arm
             return None if marker == EFFECTOR else BoardPlace(*at)
         if marker == EFFECTOR:
-            told = self._joints()
-            at = self._stand.pen(at, told[1] if told else None)
-        return at and BoardPlace(*at, arm=self._stand.in_arm(at))
+            reported = self._joints()
+            at = self._arm_pose.pen(at, reported[1] if reported else None)
+        return at and BoardPlace(*at, arm=self._arm_pose.in_arm(at))
 
-    def _tell(self, line: str) -> None:
+    def _report(self, line: str) -> None:
         if line not in self._told:
             self._told.add(line)
             self._say(f"camera {self._name}: {line}")
 
 
-def _apart(one: BoardView, other: BoardView) -> float:
+def _distance(one: BoardView, other: BoardView) -> float:
     """Return by how much the markers that both show are apart, px (median); inf: none."""
     if one.size != other.size:
         return np.inf

@@ -48,7 +48,7 @@ ASYMMETRY = 1e-3
 """Greatest error of a correlation: by how much it is beyond 1, or not the same both ways."""
 
 
-def figures_of(calibration: Calibration) -> dict[str, Any]:
+def calibration_values(calibration: Calibration) -> dict[str, Any]:
     """Return a calibration as it stands in its file."""
     camera = calibration.camera
     return {
@@ -68,20 +68,20 @@ def write_camera(file: str | Path, calibration: Calibration) -> None:
         BadCalibration: the file cannot be written.
     """
     try:
-        write_json(file, figures_of(calibration))
+        write_json(file, calibration_values(calibration))
     except OSError as error:
         raise BadCalibration(
             f"cannot write {printable(str(file))}: {error.strerror}; choose another file"
         ) from None
 
 
-def write_json(file: str | Path, told: Mapping[str, object]) -> None:
+def write_json(file: str | Path, fields: Mapping[str, object]) -> None:
     """Write a file of JSON, whole or not at all.
 
     Raises:
         OSError: it cannot be written.
     """
-    write_whole(Path(file), json.dumps(told).encode())
+    write_whole(Path(file), json.dumps(fields).encode())
 
 
 def read_camera(file: str | Path) -> Calibration:
@@ -92,7 +92,7 @@ def read_camera(file: str | Path) -> Calibration:
     """
     name = printable(str(file))
     try:
-        told = json.loads(read_text(str(file)))
+        fields = json.loads(read_text(str(file)))
     except OSError as error:
         raise BadCalibration(
             f"cannot read {name}: {error.strerror}; make it with measure camera"
@@ -102,7 +102,7 @@ def read_camera(file: str | Path) -> Calibration:
             f"{name}: this is no camera's file ({printable(str(error))}); make it anew"
         ) from None
     try:
-        return _understand(told)
+        return _understand(fields)
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
         what = f"{error.args[0]}" if error.args else "?"
         raise BadCalibration(
@@ -110,17 +110,18 @@ def read_camera(file: str | Path) -> Calibration:
         ) from None
 
 
-def _understand(told: dict[str, object]) -> Calibration:
+def _understand(fields: dict[str, object]) -> Calibration:
     arrays = {}
     for key, shape in SHAPES.items():
-        array = np.array(told[key], float)
+        array = np.array(fields[key], float)
         if array.shape != shape or not np.isfinite(array).all():
             raise ValueError(f"{key} is not {' x '.join(map(str, shape))} numbers")
         arrays[key] = array
-    size, bar, markers = _list(told["size"], "size"), told["bar"], _list(told["markers"], "markers")
-    if told["board"] not in BOARDS:
+    size, markers = _list(fields["size"], "size"), _list(fields["markers"], "markers")
+    bar = fields["bar"]
+    if fields["board"] not in BOARDS:
         raise ValueError("board is not one of " + ", ".join(BOARDS))
-    board = BOARDS[str(told["board"])]
+    board = BOARDS[str(fields["board"])]
     if any(type(one) is not int for one in [*size, *markers]):
         raise ValueError("size and markers are whole numbers")
     width, height = size
@@ -128,7 +129,7 @@ def _understand(told: dict[str, object]) -> Calibration:
     _within("size", max(size), *SIDES)
     _within("markers", min(markers), MIN_MARKERS, len(board.numbers))
     _within("markers", max(markers), MIN_MARKERS, len(board.numbers))
-    rms, rms_mm, blur = (_within(key, told[key], 0, most) for key, most in NUMBERS.items())
+    rms, rms_mm, blur = (_within(key, fields[key], 0, most) for key, most in NUMBERS.items())
     length = None if bar is None else _within("bar", bar, *BAR_LIMITS)
     camera = CameraModel((width, height), **arrays)
     _check(camera)

@@ -168,10 +168,10 @@ def _different(views: Sequence[BoardView]) -> list[BoardView]:
 
 def _alike(one: BoardView, other: BoardView) -> bool:
     """Return whether most markers are in the same places of two pictures."""
-    common, here, there = np.intersect1d(one.numbers, other.numbers, return_indices=True)
+    common, in_one, in_other = np.intersect1d(one.numbers, other.numbers, return_indices=True)
     if one.board != other.board or 2 * len(common) < max(len(one.numbers), len(other.numbers)):
         return False
-    off = one.pixels.reshape(-1, 4, 2)[here] - other.pixels.reshape(-1, 4, 2)[there]
+    off = one.pixels.reshape(-1, 4, 2)[in_one] - other.pixels.reshape(-1, 4, 2)[in_other]
     limit = SAME_VIEW_SHIFT * min(one.side, other.side)
     return bool(np.median(np.linalg.norm(off, axis=2)) < limit)
 
@@ -224,8 +224,8 @@ def _check_zoom(
     covariance[:-1, :-1] = np.linalg.inv(information)[unknowns.zoom, unknowns.zoom]
     variances = np.diag(covariance)
     sigmas = np.sqrt(np.maximum(variances[:, None] + variances - 2 * covariance, 0.0))
-    apart = np.abs(zooms[:, None] - zooms)
-    if gain > MIN_ZOOM_F and (apart > np.maximum(MIN_ZOOM, MIN_ZOOM_SIGMAS * sigmas)).any():
+    differences = np.abs(zooms[:, None] - zooms)
+    if gain > MIN_ZOOM_F and (differences > np.maximum(MIN_ZOOM, MIN_ZOOM_SIGMAS * sigmas)).any():
         focals = own[0] * np.exp(zooms)
         raise BadCalibration(
             f"the pictures fit with a focal length each, from {focals.min():.0f} to "

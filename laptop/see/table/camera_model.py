@@ -118,16 +118,16 @@ class CameraModel:
         pixels = np.asarray(pixels, float).reshape(-1, 2)
         xy = self.to_table(pixels, height)
         covariance = np.full((len(xy), 2, 2), np.nan)
-        there = np.isfinite(xy).all(axis=1)
-        if there.any():
-            points = np.column_stack([xy[there], np.full(there.sum(), height)])
+        finite = np.isfinite(xy).all(axis=1)
+        if finite.any():
+            points = np.column_stack([xy[finite], np.full(finite.sum(), height)])
             _, slopes = projected(points, self.lens, self.rotation, self.translation)
             across = per_cm(self, points)
             # uv(X, c) stays, so dX = -(duv/dX)^-1 duv/dc dc: of numbers c, and of the height.
             back = np.linalg.inv(across[:, :, :2])
             own = back @ slopes
             up = back @ across[:, :, 2:]
-            covariance[there] = (
+            covariance[finite] = (
                 own @ self.covariance @ own.transpose(0, 2, 1)
                 + pixel_sigma**2 * back @ back.transpose(0, 2, 1)
                 + height_sigma**2 * up @ up.transpose(0, 2, 1)

@@ -11,8 +11,8 @@ import numpy as np
 from laptop.see.markers.board import CROSSES
 from laptop.see.table.camera_fit import BadCalibration, Calibration
 from laptop.see.table.camera_report import shift_since
+from laptop.see.table.cross_sampling import CrossSample
 from laptop.see.table.marker_offset import JOINTS_SIGMA, BadTouches, MarkerFit, Touch, fit_marker
-from laptop.see.table.touch_looks import CrossLook
 from robot.motion import kinematics
 from shared.arm_description import PULLED_DOWN, Arm
 from shared.message_fields import printable
@@ -52,11 +52,11 @@ def read_point(line: str) -> BrickPoint:
         BadTouches: it is none.
     """
     try:
-        told = parse_json(line)
-        p, q = (tuple(number(value) for value in told[key]) for key in ("p", "q"))
+        fields = parse_json(line)
+        p, q = (tuple(number(value) for value in fields[key]) for key in ("p", "q"))
         if len(p) != 2 or len(q) != 2:
             raise SpoiltFile("is not of an arm in the plane")
-        return BrickPoint((p[0], p[1]), q, number(told["t"]))
+        return BrickPoint((p[0], p[1]), q, number(fields["t"]))
     except KeyError as error:
         why = f"has no {error.args[0]}"
     except (SpoiltFile, TypeError) as error:
@@ -94,7 +94,7 @@ class CrossTouching:
         self,
         arm: Arm,
         calibration: Calibration,
-        look: Callable[[], CrossLook],
+        look: Callable[[], CrossSample],
         say: Callable[[str], None],
         again: bool = True,
         chosen: Sequence[int] = range(len(CROSSES)),
@@ -165,7 +165,7 @@ class CrossTouching:
         self._say(f"cross {k + 1}: tip at {_pair(tip)} cm, the arm's marker at {u:.1f},{v:.1f} px")
         return True
 
-    def check_camera(self, look: CrossLook) -> None:
+    def check_camera(self, look: CrossSample) -> None:
         """Refuse, by BadCalibration, a camera or board that has moved since it was calibrated."""
         if look.view is None:
             if look.pixel is not None:
@@ -181,18 +181,19 @@ class CrossTouching:
     def _trouble(self, k: int, point: BrickPoint) -> str:
         """Return why this is no touch of cross `k` if the others are right; "" if it may be one."""
         for other, play in zip(self.touches, self._play, strict=True):
-            apart = math.dist(other.cross, self._calibration.scale * CROSSES[k])
+            distance = math.dist(other.cross, self._calibration.scale * CROSSES[k])
             moved = math.dist(other.tip, point.p)
             # Either tip is up to its play off: of two joints that is some 2.5 sigma.
             most = (
                 MAX_PLACE_ERROR
-                + MAX_SCALE_ERROR * apart
+                + MAX_SCALE_ERROR * distance
                 + 2.5 * (play + _play_sigma(self._arm, point.q))
             )
-            if abs(moved - apart) > most:
+            if abs(moved - distance) > most:
                 return (
                     f"the pen is {moved:.1f} cm from where it touched the cross "
-                    f"{_number_of(other, self._calibration)}, and the two are {apart:.1f} cm apart"
+                    f"{_number_of(other, self._calibration)}, "
+                    f"and the two are {distance:.1f} cm apart"
                 )
         return ""
 

@@ -180,7 +180,7 @@ def fit_marker(
     state, surprise = problem.solve(range(len(touches)))
     # Of each touch 4 numbers; 7 are fitted.
     if surprise.sum() / (4 * len(touches) - 7) > CHANCE_SIGMAS:
-        raise problem.culprit(surprise)
+        raise problem.outlier(surprise)
     information = problem.information(state)
     seen = camera.to_table(values[:, 5:], state[6])
     crosses = values[:, :2] + turned(state[0] + values[:, 4], state[4:6])
@@ -258,7 +258,7 @@ class _Problem:
         x, y = crosses - rotation(turn) @ tips
         return turn, float(x), float(y)
 
-    def culprit(self, surprise: np.ndarray) -> BadTouches:
+    def outlier(self, surprise: np.ndarray) -> BadTouches:
         """Name the touch without which the others fit, or say that there is none."""
         count = len(self.crosses)
         best, by = math.inf, 0

@@ -65,7 +65,7 @@ class MovesFit:
 
 
 @dataclass(frozen=True, eq=False)
-class StandFit:
+class ArmPoseFit:
     """How the arm stands on the board, by the tip's moves.
 
     turn   of the arm's x from the board's, rad
@@ -167,7 +167,7 @@ def _first_guess(points: np.ndarray, pixels: np.ndarray, size: tuple[int, int]) 
     return best
 
 
-def fit_stand(camera: CameraModel, points: np.ndarray, pixels: np.ndarray) -> StandFit:
+def fit_arm_pose(camera: CameraModel, points: np.ndarray, pixels: np.ndarray) -> ArmPoseFit:
     """Find how the arm stands on the board that a camera is calibrated by.
 
     Args:
@@ -180,8 +180,8 @@ def fit_stand(camera: CameraModel, points: np.ndarray, pixels: np.ndarray) -> St
     """
     points, pixels = np.asarray(points, float), np.asarray(pixels, float)
     on_board = camera.to_table(pixels, points[:, 2]) if len(points) else np.empty((0, 2))
-    there = np.isfinite(on_board).all(axis=1) & np.isfinite(points).all(axis=1)
-    points, pixels, on_board = points[there], pixels[there], on_board[there]
+    finite = np.isfinite(on_board).all(axis=1) & np.isfinite(points).all(axis=1)
+    points, pixels, on_board = points[finite], pixels[finite], on_board[finite]
     if len(points) < MIN_PLACES:
         raise BadMoves(
             f"the tip was seen at {len(points)} place{'s' * (len(points) != 1)} so far; "
@@ -189,7 +189,7 @@ def fit_stand(camera: CameraModel, points: np.ndarray, pixels: np.ndarray) -> St
         )
     if math.sqrt(np.var(points[:, :2], axis=0).sum()) < MIN_SPREAD:
         raise BadMoves("the tip was seen in a small part of its reach: let it move farther about")
-    state = np.array([*_flat_stand(points[:, :2], on_board), 0.0])
+    state = np.array([*_flat_pose(points[:, :2], on_board), 0.0])
     for _ in range(STEPS):
         off = _missed(camera, state, points, pixels)
         slopes = np.stack(
@@ -219,7 +219,7 @@ def fit_stand(camera: CameraModel, points: np.ndarray, pixels: np.ndarray) -> St
             f"{float(np.median(distances)):.0f} px: is it the arm of this file, with its zero "
             "found?"
         )
-    return StandFit(float(state[0]), state[1:], rms)
+    return ArmPoseFit(float(state[0]), state[1:], rms)
 
 
 def _missed(
@@ -228,15 +228,16 @@ def _missed(
     return np.asarray(camera.project(points @ _upright(state[0]).T + state[1:]) - pixels)
 
 
-def _flat_stand(points: np.ndarray, goals: np.ndarray) -> tuple[float, float, float]:
+def _flat_pose(points: np.ndarray, goals: np.ndarray) -> tuple[float, float, float]:
     """Return turn (rad) and shift (x, y) from points (n, 2) to goals (n, 2) (W. Kabsch, 1976)."""
-    keep = np.ones(len(points), bool)
+    inliers = np.ones(len(points), bool)
     for _ in range(3):  # without those that are far off the others
-        a, b = points[keep] - points[keep].mean(axis=0), goals[keep] - goals[keep].mean(axis=0)
+        near, aims = points[inliers], goals[inliers]
+        a, b = near - near.mean(axis=0), aims - aims.mean(axis=0)
         turn = math.atan2((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum(), (a * b).sum())
-        shift = goals[keep].mean(axis=0) - rotation(turn) @ points[keep].mean(axis=0)
+        shift = aims.mean(axis=0) - rotation(turn) @ near.mean(axis=0)
         off = np.linalg.norm(points @ rotation(turn).T + shift - goals, axis=1)
-        keep = off <= 3 * max(float(np.median(off)), 0.05)
+        inliers = off <= 3 * max(float(np.median(off)), 0.05)
     return turn, float(shift[0]), float(shift[1])
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from laptop.see.serve.joint_track import Joints
-from laptop.see.table.arm_stand import ArmStand
+from laptop.see.table.arm_pose import ArmPose
 from laptop.see.table.board_watch import BoardWatch
 from laptop.see.table.camera_fit import check_bar
 from laptop.see.table.marker_offset import BadTouches
@@ -34,23 +34,23 @@ def watch_tables(bar: float | None, height: float | None, touched: Path | None, 
         ArmError: one line that says what is wrong.
     """
     check_bar(bar)
-    stand = ArmStand(read_touched(touched).fit, arm) if touched else None
-    if stand and height is not None:
+    arm_pose = ArmPose(read_touched(touched).fit, arm) if touched else None
+    if arm_pose and height is not None:
         raise BadTouches(
-            f"height {height:g} mm: by the touched crosses it is {10 * stand.height:.1f} mm; "
+            f"height {height:g} mm: by the touched crosses it is {10 * arm_pose.height:.1f} mm; "
             "leave --marker-height out"
         )
     heights = {}
-    if stand:
-        heights = {EFFECTOR: stand.height}
+    if arm_pose:
+        heights = {EFFECTOR: arm_pose.height}
     elif height is not None:
         heights = {EFFECTOR: height / 10}
 
     def watch(
         names: Sequence[str], say: Say, joints: Joints
     ) -> tuple[list[BoardWatch], TwoCameras | None]:
-        alone = len(names) == 1 or height is not None or stand is not None
-        watches = [BoardWatch(bar, heights, name, say, stand, joints, alone) for name in names]
+        alone = len(names) == 1 or height is not None or arm_pose is not None
+        watches = [BoardWatch(bar, heights, name, say, arm_pose, joints, alone) for name in names]
         if len(names) == 1:
             return watches, None
         return watches, TwoCameras(dict(zip(names, watches, strict=True)), arm, joints, say)

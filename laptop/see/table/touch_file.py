@@ -56,12 +56,12 @@ def write_touched(file: str | Path, found: TouchedArm) -> None:
     Raises:
         BadTouches: the file cannot be written.
     """
-    told: dict[str, object] = {"arm": found.arm, "board": found.paper, "bar": found.bar}
-    told.update({name: float(getattr(found.fit, name)) for name in LIMITS})
-    told.update({name: np.asarray(getattr(found.fit, name), float).tolist() for name in SHAPES})
+    fields: dict[str, object] = {"arm": found.arm, "board": found.paper, "bar": found.bar}
+    fields.update({name: float(getattr(found.fit, name)) for name in LIMITS})
+    fields.update({name: np.asarray(getattr(found.fit, name), float).tolist() for name in SHAPES})
     try:
         Path(file).parent.mkdir(parents=True, exist_ok=True)
-        write_json(file, told)
+        write_json(file, fields)
     except OSError as error:
         raise BadTouches(
             f"cannot write {printable(str(file))}: {error.strerror}; choose another file"
@@ -87,15 +87,15 @@ def read_touched(file: str | Path) -> TouchedArm:
         ) from None
 
 
-def _understand(told: dict[str, object]) -> TouchedArm:
+def _understand(fields: dict[str, object]) -> TouchedArm:
     """Return what a JSON object tells; SpoiltFile: it is something else."""
     keys = "arm", "board", "bar", *LIMITS, *SHAPES
-    if missing := [name for name in keys if name not in told]:
+    if missing := [name for name in keys if name not in fields]:
         raise SpoiltFile(f"without {missing[0]}")
     arrays = {}
     for key, shape in SHAPES.items():
         try:
-            array = np.array(told[key], float)
+            array = np.array(fields[key], float)
         except (TypeError, ValueError):
             array = np.array(np.nan)
         if array.shape != shape or not np.isfinite(array).all():
@@ -103,18 +103,18 @@ def _understand(told: dict[str, object]) -> TouchedArm:
         arrays[key] = array
     numbers = {}
     for key, (low, high) in LIMITS.items():
-        numbers[key] = number(told[key])
+        numbers[key] = number(fields[key])
         if not low <= numbers[key] <= high:
             raise SpoiltFile(f"{key} {numbers[key]:g} is not from {low:g} to {high:g}")
     if np.abs([*arrays["offset"], *arrays["base"]]).max() > MAX_DISTANCE:
         raise SpoiltFile(f"offset or base is farther than {MAX_DISTANCE:g} cm")
     if np.diag(arrays["covariance"]).min() < 0:
         raise SpoiltFile("variances are above 0")
-    if told["board"] not in BOARDS:
+    if fields["board"] not in BOARDS:
         raise SpoiltFile("board is not one of " + ", ".join(BOARDS))
-    if not isinstance(told["arm"], str):
+    if not isinstance(fields["arm"], str):
         raise SpoiltFile("arm is not a name")
-    bar = None if told["bar"] is None else number(told["bar"])
+    bar = None if fields["bar"] is None else number(fields["bar"])
     fit = MarkerFit(
         arrays["offset"],
         numbers["height"],
@@ -124,4 +124,4 @@ def _understand(told: dict[str, object]) -> TouchedArm:
         arrays["covariance"],
         numbers["rms_mm"],
     )
-    return TouchedArm(told["arm"], str(told["board"]), bar, fit)
+    return TouchedArm(fields["arm"], str(fields["board"]), bar, fit)

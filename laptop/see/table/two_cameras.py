@@ -25,12 +25,12 @@ from laptop.see.table.board_watch import BoardWatch
 from laptop.see.table.camera_model import CameraModel, triangulate
 from laptop.see.table.moves_fit import (
     MIN_PLACES,
+    ArmPoseFit,
     BadMoves,
     MovesFit,
-    StandFit,
     check_moves,
+    fit_arm_pose,
     fit_moves,
-    fit_stand,
 )
 from shared.arm_description import Arm
 from shared.messages import EFFECTOR, LEAST_CONFIDENCE
@@ -96,7 +96,7 @@ class TwoCameras:
         self._waiting: dict[str, deque[tuple[int, float, Sights]]] = {
             name: deque(maxlen=MAX_WAITING) for name in watches
         }
-        self._told: deque[tuple[float, tuple[float, ...]]] = deque(maxlen=MAX_WAITING)
+        self._reports: deque[tuple[float, tuple[float, ...]]] = deque(maxlen=MAX_WAITING)
         self._by_moves = {name: _ByMoves() for name in watches}
         self._versions: dict[str, int] = {}
         self._t = -math.inf  # of the newest picture, s
@@ -143,10 +143,10 @@ class TwoCameras:
         while waiting and waiting[0][1] <= last:
             index, t, markers = waiting.popleft()
             for name, seen in markers.items():
-                there = tracks[name].at(t, MAX_GAP) if name in tracks else None
-                if not (seen and seen[2] >= LEAST_CONFIDENCE and there):
+                interpolated = tracks[name].at(t, MAX_GAP) if name in tracks else None
+                if not (seen and seen[2] >= LEAST_CONFIDENCE and interpolated):
                     continue
-                pixels = np.array([seen[:2]]), np.array([there[0]])
+                pixels = np.array([seen[:2]]), np.array([interpolated[0]])
                 ((x, y, z),), (gap,) = triangulate(first, second, *pixels)
                 if math.isfinite(x):
                     place = BoardPlace(float(x), float(y), float(z))
@@ -161,28 +161,28 @@ class TwoCameras:
         versions = {name: watch.version for name, watch in self._watches.items()}
         if any(self._versions.get(name, 0) not in (0, versions[name]) for name in versions):
             self._by_moves = {name: _ByMoves() for name in self._watches}
-            self._told.clear()
+            self._reports.clear()
         self._versions = versions
 
     def _learn(self) -> None:
         """Take in where joints and cameras have the tip, for those that do not see the board."""
         if self._arm is None:
             return
-        told = self._joints()
-        if told and len(told[1]) == len(self._arm.joints) and told not in self._told:
-            self._told.append((told[0], tuple(told[1])))
+        reported = self._joints()
+        if reported and len(reported[1]) == len(self._arm.joints) and reported not in self._reports:
+            self._reports.append((reported[0], tuple(reported[1])))
         known = [n for n, w in self._watches.items() if w.calibration and not w.why]
         unknown = [n for n, w in self._watches.items() if not w.calibration]
         if not known or not unknown:
-            self._told.clear()
+            self._reports.clear()
             return
         over = known[0]
         tracks = {n: self._tracks[n].get(EFFECTOR) for n in (over, *unknown)}
-        while self._told:
-            t, q = self._told[0]
+        while self._reports:
+            t, q = self._reports[0]
             if any(track is None or track.last < t for track in tracks.values()):
                 return  # pictures come later
-            self._told.popleft()
+            self._reports.popleft()
             above = tracks[over].at(t, MAX_GAP)  # type: ignore[union-attr]
             for name in unknown:
                 beside = tracks[name].at(t, MAX_GAP)  # type: ignore[union-attr]
@@ -238,16 +238,16 @@ class _ByMoves:
     def __init__(self) -> None:
         self.fit: MovesFit | None = None
         self._samples: dict[tuple[int, ...], _TipSample] = {}
-        self._stand: StandFit | None = None
+        self._arm_pose: ArmPoseFit | None = None
         self._fitted = 0
         self._far = 0
         self._said: set[str] = set()
 
     def has_moved(self, sample: _TipSample) -> bool:
         """Return whether the last samples are all seen elsewhere than the fit has them."""
-        if self.fit is None or self._stand is None:
+        if self.fit is None or self._arm_pose is None:
             return False
-        point = self._stand.on_board(np.array([sample.point]))
+        point = self._arm_pose.on_board(np.array([sample.point]))
         off = math.dist(self.fit.camera.project(point)[0], sample.other)
         self._far = self._far + 1 if off > MOVED_PX else 0
         return self._far >= MOVED_PLACES
@@ -276,8 +276,8 @@ class _ByMoves:
         points = np.array([sample.point for sample in samples])
         seen = np.array([sample.other for sample in samples])
         check_moves(points, seen, size)
-        stand = fit_stand(over, points, np.array([sample.over for sample in samples]))
-        self.fit, self._stand = fit_moves(stand.on_board(points), seen, size), stand
+        arm_pose = fit_arm_pose(over, points, np.array([sample.over for sample in samples]))
+        self.fit, self._arm_pose = fit_moves(arm_pose.on_board(points), seen, size), arm_pose
 
     def news(self, what: str) -> bool:
         """Return whether nothing like this was said, whatever its numbers."""

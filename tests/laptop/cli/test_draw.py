@@ -14,8 +14,8 @@ from laptop.brick.jobs import BrickJobStatus
 from laptop.cli.draw_simulated import PenChanger
 from laptop.cli.job_display import JobDisplay, line_of
 from laptop.cli.main import laptop
-from laptop.drawing.cards import reach_card
 from laptop.drawing.sources import GALLERY
+from laptop.drawing.test_patterns import reach_pattern
 from laptop.record.figures import drawing_plot
 from laptop.record.figures.line_accuracy import distances
 from robot.motion.kinematics import forward
@@ -155,7 +155,7 @@ def test_it_is_begun_at_a_share_and_repeated_there(draw):
 def test_the_boundary_of_the_reach_is_drawn_where_it_is(draw, tmp_path):
     draw("reach", "--to", "reach.job")
     arm = read_arm(find_arm("planar"))
-    wished = reach_card(arm).strokes
+    wished = reach_pattern(arm).strokes
     job = Job(str(tmp_path / "reach.job"), arm)
     pieces = [piece for k in range(1, job.header.strokes + 1) for piece in job.stroke(k).pieces]
     ends = np.array([forward(arm, piece[2]) for piece in pieces])

@@ -8,20 +8,20 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
+from laptop.see.markers.ball_contour import fit_ball_contour, scaled_misfit
 from laptop.see.markers.circles import find_circle
 from laptop.see.markers.finders.confidence import (
     MAX_USED_MISFIT,
     color_likeness,
     color_step,
+    contour_confidence,
     isolation,
-    limb_confidence,
     other_size,
     ramp,
     size_doubt,
     size_likeness,
 )
 from laptop.see.markers.finders.illumination import adapt_color, relight
-from laptop.see.markers.limb import fit_limb, scaled_misfit
 from laptop.see.markers.markers import Marker, hsv_mask, hsv_of
 from laptop.see.markers.tracks import Place, Sighting, Track, half_window
 
@@ -109,16 +109,16 @@ def measure_circle(
         * isolation(window.hsv, circle, learned)
         * (ramp(circle.radius, 4, 9) if strict else 1)
     )
-    limb = fit_limb(window.relit, circle.u, circle.v, circle.radius, window.edges, color)
+    contour = fit_ball_contour(window.relit, circle.u, circle.v, circle.radius, window.edges, color)
     known = track.known_radii(marker)
-    score *= 1 - ramp(size_doubt(limb, marker.radius), 0.12, 0.3)
+    score *= 1 - ramp(size_doubt(contour, marker.radius), 0.12, 0.3)
     if track.seen is None and not strict:  # what is where nothing was expected has to look like it
         score *= 1 - ramp(color_step(shade, color), 0.3, 0.8)
     size = size_likeness(circle.radius, radius, known)
     why = other_size(size, score, circle.radius, known)
-    score = min(size * score, max_confidence, limb_confidence(limb, circle, bool(track.seen)))
-    if limb is not None and scaled_misfit(limb) < MAX_USED_MISFIT:
-        circle = circle._replace(u=limb.u, v=limb.v, radius=limb.radius)
+    score = min(size * score, max_confidence, contour_confidence(contour, circle, bool(track.seen)))
+    if contour is not None and scaled_misfit(contour) < MAX_USED_MISFIT:
+        circle = circle._replace(u=contour.u, v=contour.v, radius=contour.radius)
     new = Sighting(circle.u + window.left, circle.v + window.top, score, circle.radius)
     # Where confidences are equal, the rounder one is the better.
     score *= 1 + 0.1 * circle.arc * circle.fill

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 import cv2
 import numpy as np
 
+from laptop.see.markers.ball_contour import BallContour, scaled_misfit
 from laptop.see.markers.circles import Circle
-from laptop.see.markers.limb import Limb, scaled_misfit
 from laptop.see.markers.markers import Color, hsv_mask, hue_distance
 from shared.messages import LEAST_CONFIDENCE
 
@@ -116,29 +116,29 @@ def color_step(hsv: tuple[float, float, float], color: Color) -> float:
     return away + abs(math.log(max(hsv[1], 0.01) / color.saturation))
 
 
-def size_doubt(limb: Limb | None, picked: float | None) -> float:
+def size_doubt(contour: BallContour | None, picked: float | None) -> float:
     """Return a radius's log ratio to the picked one, weighted by the missing rim.
 
     A whole rim proves a size; of an arc, any circle can be made.  What was seen before says little
     here: where more and more is hidden or smeared, one arc follows another.
     """
-    if limb is None or not picked:
+    if contour is None or not picked:
         return 0.0
-    return limb.gap * abs(math.log(limb.radius / picked))
+    return contour.gap * abs(math.log(contour.radius / picked))
 
 
-def limb_confidence(limb: Limb | None, circle: Circle, followed: bool) -> float:
+def contour_confidence(contour: BallContour | None, circle: Circle, followed: bool) -> float:
     """Return the confidence in a circle from the contour around it.
 
     Args:
-        limb: None if there is hardly any.
-        circle: of the mask, in the limb's px.
+        contour: None if there is hardly any.
+        circle: of the mask, in px of the contour.
         followed: it is where the marker was expected: a blurred one is no less the marker then.
     """
     least = LEAST_CONFIDENCE if followed else MIN_REPORTED_CONFIDENCE
-    if limb is None:
+    if contour is None:
         return max(least, MAX_AMBIGUOUS_CONFIDENCE)
-    apart = math.hypot(limb.u - circle.u, limb.v - circle.v) / limb.radius
-    misfit = scaled_misfit(limb) + _DISAGREEMENT_COST * apart
+    distance = math.hypot(contour.u - circle.u, contour.v - circle.v) / contour.radius
+    misfit = scaled_misfit(contour) + _DISAGREEMENT_COST * distance
     trust = float(np.interp(misfit, _MISFITS, _TRUSTS))
-    return max(least, min(trust, 0.4 + 0.6 * ramp(limb.contrast, 0, 0.4)))
+    return max(least, min(trust, 0.4 + 0.6 * ramp(contour.contrast, 0, 0.4)))

@@ -8,9 +8,9 @@ import pytest
 
 from laptop.bench.track_precision import LOOKS, PrecisionCase
 from laptop.bench.track_rims import FRAMES, PRECISE, RimCase, rimmed
+from laptop.see.markers.ball_contour import rim_width
 from laptop.see.markers.discriminant import outline_at
 from laptop.see.markers.learning import learn
-from laptop.see.markers.limb import rim_width
 from laptop.see.markers.tracker import Tracker
 
 SEED = 31

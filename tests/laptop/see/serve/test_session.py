@@ -332,7 +332,7 @@ class FakePlacer:
     def place(self, marker, pixel):
         return (pixel[0] / 10, pixel[1] / 10) if self.looks > 1 else None
 
-    def tell(self, marker, pixel):
+    def board_place(self, marker, pixel):
         at = self.place(marker, pixel)
         return at and BoardPlace(*at, arm=(7.0, -1.0))
 

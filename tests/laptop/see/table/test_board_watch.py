@@ -269,23 +269,23 @@ def test_people_are_told_the_pens_place_where_it_is_known_how_the_arm_stands(sho
     told = [(1.0, (0.1, 0.2))]
     stand, lines = FakeStand(), []
     watcher = BoardWatch(None, {"effector": 2.5}, "A", lines.append, stand, lambda: told[-1])
-    assert watcher.tell("effector", (320, 240)) is None
+    assert watcher.board_place("effector", (320, 240)) is None
     look(watcher, 1)
     seen = tuple(pixels(WHERE, [[3.0, -4.0, 2.5]])[0])
-    place = watcher.tell("effector", seen)
+    place = watcher.board_place("effector", seen)
     assert place[:2] == pytest.approx((2.0, -4.0), abs=0.03)
     assert place.arm == pytest.approx((12.0, -4.0), abs=0.03)
     assert stand.asked == [(0.1, 0.2)]
     assert watcher.place("effector", seen) == pytest.approx((3.0, -4.0), abs=0.03)
     lying = tuple(pixels(WHERE, [[3.0, -4.0, 0.0]])[0])
-    goal = watcher.tell("goal", lying)
+    goal = watcher.board_place("goal", lying)
     assert (goal[:2], goal.arm) == (
         pytest.approx((3.0, -4.0), abs=0.03),
         pytest.approx((13.0, -4.0), abs=0.03),
     )
     told[-1] = None
     far = tuple(pixels(WHERE, [[3.0, 6.0, 2.5]])[0])
-    assert watcher.tell("effector", far) is None, "no pose puts the marker there"
+    assert watcher.board_place("effector", far) is None, "no pose puts the marker there"
     assert stand.asked[-1] is None
 
 
@@ -295,18 +295,18 @@ def test_of_several_cameras_none_tells_places_alone(shown):
     watcher = BoardWatch(None, {}, "A", [].append, alone=False)
     look(watcher, 1)
     assert watcher.place("goal", (320, 240))
-    assert watcher.tell("goal", (320, 240)) is None
+    assert watcher.board_place("goal", (320, 240)) is None
 
 
 def test_after_something_moved_the_arm_may_stand_elsewhere_on_the_board(still, monkeypatch):
     watched = Watched(still, monkeypatch, FakeStand())
-    assert watched.watcher.tell("effector", (400.0, 300.0)).arm
+    assert watched.watcher.board_place("effector", (400.0, 300.0)).arm
     moved = photo("board_x=9.4,board_turn=2")
     watched.see(moved, 2 * CHECK_PERIOD)
     assert watched.watcher.version == 2
     assert "the pen's place is not told any more" in watched.lines[2]
-    assert watched.watcher.tell("effector", (400.0, 300.0)) is None
-    goal = watched.watcher.tell("goal", (400.0, 300.0))
+    assert watched.watcher.board_place("effector", (400.0, 300.0)) is None
+    goal = watched.watcher.board_place("goal", (400.0, 300.0))
     assert goal is not None
     assert goal.arm is None
 

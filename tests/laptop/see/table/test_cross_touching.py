@@ -10,9 +10,9 @@ from board_views import pixels, stand, turned, view
 
 from laptop.see.markers.board import CROSSES
 from laptop.see.table.camera_fit import BadCalibration, calibrate
+from laptop.see.table.cross_sampling import CrossSample
 from laptop.see.table.cross_touching import BrickPoint, CrossTouching, read_point
 from laptop.see.table.marker_offset import BadTouches
-from laptop.see.table.touch_looks import CrossLook
 from robot.motion import kinematics
 
 CAMERA = stand(58, 25, 200, 3)
@@ -26,7 +26,7 @@ class Scene:
     def __init__(self, play=0.0):
         self.luck, self.play = np.random.default_rng(5), play
         self.heard = []
-        self.seen = CrossLook(None, "", VIEW)
+        self.seen = CrossSample(None, "", VIEW)
         self.touching = CrossTouching(
             PLANAR, calibrate([view(CAMERA, np.random.default_rng(0), 0.02)]), lambda: self.seen,
             self.heard.append,
@@ -38,7 +38,7 @@ class Scene:
         q = np.array(kinematics.inverse(PLANAR, tuple(turned(-TURN, pen - BASE))))
         marker = pen + turned(TURN + q.sum(), OFFSET)
         seen = pixels(CAMERA, [[*marker, HEIGHT]])[0]
-        self.seen = CrossLook(tuple(seen), "", VIEW)
+        self.seen = CrossSample(tuple(seen), "", VIEW)
         q = tuple(q + math.radians(self.play) * self.luck.uniform(-0.5, 0.5, 2))
         return BrickPoint(tuple(kinematics.forward(PLANAR, q)), q, 1.0)
 
@@ -61,7 +61,7 @@ def test_nine_crosses_give_the_offset_whatever_the_play(play):
 def test_a_marker_that_is_not_seen_is_asked_for_again():
     scene = Scene()
     point = scene.at(0)
-    scene.seen = CrossLook(None, "the arm's marker is not seen (covered)", VIEW)
+    scene.seen = CrossSample(None, "the arm's marker is not seen (covered)", VIEW)
     assert not scene.touching.take(point)
     assert scene.touching.cross == 0
     assert scene.heard == [

@@ -17,7 +17,7 @@ from laptop.see.markers.tracker import Tracker
 from laptop.see.serve.joint_track import marker_place
 from laptop.see.table.camera_fit import calibrate
 from laptop.see.table.camera_model import triangulate
-from laptop.see.table.moves_fit import BadMoves, fit_moves, fit_stand
+from laptop.see.table.moves_fit import BadMoves, fit_arm_pose, fit_moves
 
 SIZE = (640, 480)
 
@@ -116,16 +116,16 @@ def test_a_camera_over_the_board_tells_how_the_arm_stands_on_it(side, over):
     points, _, true = seen(side, 40)
     sights = pixels(OVER, on_board(true))
     sights[::9] += 60
-    fit = fit_stand(over, points, sights)
+    fit = fit_arm_pose(over, points, sights)
     assert fit.turn == pytest.approx(TURN, abs=0.01)
     assert fit.base == pytest.approx(BASE, abs=0.15)
     assert fit.rms < 1.0
     with pytest.raises(BadMoves, match="at 5 places so far"):
-        fit_stand(over, points[:5], sights[:5])
+        fit_arm_pose(over, points[:5], sights[:5])
     with pytest.raises(BadMoves, match="a small part of its reach"):
-        fit_stand(over, points[0] + 0.01 * points, sights[0] + 0 * sights)
+        fit_arm_pose(over, points[0] + 0.01 * points, sights[0] + 0 * sights)
     with pytest.raises(BadMoves, match="is it the arm of this file"):
-        fit_stand(over, points[::-1], sights)
+        fit_arm_pose(over, points[::-1], sights)
 
 
 def test_a_point_in_space_is_where_it_is_though_one_camera_sees_no_board(side, over):
@@ -134,7 +134,7 @@ def test_a_point_in_space_is_where_it_is_though_one_camera_sees_no_board(side, o
     for seed in range(6):
         points, sights, true = seen(side, 40, seed)
         above = pixels(OVER, on_board(true)) + np.random.default_rng(seed).normal(0, 0.1, (40, 2))
-        arm = fit_stand(over, points, above)
+        arm = fit_arm_pose(over, points, above)
         beside = fit_moves(arm.on_board(points), sights, SIZE)
         asked = np.array([marker_place(ARM, q) for q in poses(50, 50 + seed)])
         there, gap = triangulate(over, beside.camera, pixels(OVER, on_board(asked)), side(asked))
@@ -186,7 +186,7 @@ def test_in_rendered_pictures_a_ball_in_space_is_placed_to_some_millimetres():
     )
     points = np.array([marker_place(ARM, q) for q in told])
     both = np.isfinite(above[:learn] + beside[:learn]).all(axis=1)
-    arm = fit_stand(over, points[both], above[:learn][both])
+    arm = fit_arm_pose(over, points[both], above[:learn][both])
     by_moves = fit_moves(arm.on_board(points[both]), beside[:learn][both], SIZE)
     for camera, sights, name, most in (
         (other, askew, "both see the board", (2.0, 4.0)),

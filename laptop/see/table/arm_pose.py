@@ -23,7 +23,7 @@ Point = tuple[float, float]
 """A place (x, y), cm."""
 
 
-class ArmStand:
+class ArmPose:
     """An arm on the board.
 
     Args:

@@ -32,7 +32,7 @@ class PictureSource(Protocol):
         """Return the next picture, or None if there is none within `timeout` s."""
 
 
-class CrossLook(NamedTuple):
+class CrossSample(NamedTuple):
     """What is seen at one moment.
 
     pixel  of the marker's centre, (u, v), px; None: it is not seen, or moves
@@ -45,7 +45,7 @@ class CrossLook(NamedTuple):
     view: BoardView | None
 
 
-class Looks:
+class CrossSampler:
     """Looks through one camera.
 
     Args:
@@ -79,7 +79,7 @@ class Looks:
             )
         return calibrate([best], bar)
 
-    def look(self) -> CrossLook:
+    def look(self) -> CrossSample:
         """Look where the marker is now, and where the board."""
         places, why = [], ""
         tracker, name = Tracker([self._marker]), self._marker.name  # it was elsewhere before
@@ -93,11 +93,11 @@ class Looks:
                 why = tracker.why[name] or "too unsure"
         view = find_board(frame.image)
         if 2 * len(places) <= (MEDIAN_PICTURES if self._live else 1):
-            return CrossLook(None, f"the arm's marker is not seen ({why})", view)
+            return CrossSample(None, f"the arm's marker is not seen ({why})", view)
         middle = np.median(places, axis=0)
         if np.linalg.norm(places - middle, axis=1).max() > MAX_REST_DISTANCE:
-            return CrossLook(None, "the arm's marker moves in the picture", view)
-        return CrossLook((float(middle[0]), float(middle[1])), "", view)
+            return CrossSample(None, "the arm's marker moves in the picture", view)
+        return CrossSample((float(middle[0]), float(middle[1])), "", view)
 
     def _read(self) -> Frame:
         for _ in range(MAX_PICTURES):

@@ -1,11 +1,9 @@
-"""The limb of a ball: its outline in the picture itself, where a mask loses what is dark or shines.
+"""The contour of a ball, its limb, in the picture itself: a mask loses what is dark or shines.
 
 Pure.  Along rays from about the centre, the strongest step of colour is looked for.  The circle
-through most of these steps is the limb; how well they fit it, and on how much of it there are any,
-tells how far off its centre may be.
+through most of these steps is the contour; how well they fit it, and on how much of it there are
+any, tells how far off its centre may be.
 """
-
-from __future__ import annotations
 
 import math
 from typing import NamedTuple
@@ -17,13 +15,13 @@ from laptop.see.markers.circles import solve_normal
 from laptop.see.markers.markers import Color, hsv_mask
 
 
-class Limb(NamedTuple):
+class BallContour(NamedTuple):
     """A circle fitted to steps of colour, and how far to trust it.
 
     u, v, radius  px
     misfit        expected error of the centre, as a share of the radius
-    contrast      part of the limb that has the colour within and another without: 0 to 1
-    gap           part of the limb, as far as it lies in the picture, on which there is no step
+    contrast      part of the contour that has the colour within and another without: 0 to 1
+    gap           part of the contour, as far as it lies in the picture, on which there is no step
     """
 
     u: float
@@ -92,14 +90,14 @@ _ACROSS = (np.arange(12) + 6) % 12
 """Indices of the perpendicular directions, for half of these rays."""
 
 
-def fit_limb(
+def fit_ball_contour(
     image: np.ndarray,
     u: float,
     v: float,
     radius: float,
     picture: tuple[float, float, float, float],
     color: Color,
-) -> Limb | None:
+) -> BallContour | None:
     """Fit a circle to the steps of colour around one that is about right.
 
     Args:
@@ -158,15 +156,15 @@ def fit_limb(
         cv2.resize(rays[1:-1, part], (1, _RAYS), interpolation=cv2.INTER_AREA)
         for part in (_WITHIN, _WITHOUT)
     )
-    apart = _distance(within, without)[:, 0]
-    width = apart * (2 * half * _STEP) / np.maximum(1, slopes[_EVERY, along])
+    contrast_step = _distance(within, without)[:, 0]
+    width = contrast_step * (2 * half * _STEP) / np.maximum(1, slopes[_EVERY, along])
     blur = float(np.sort(width[on_rim])[count // 2])
     gap = 1 - count / max(1, int(np.count_nonzero(visible)))
     misfit = dilution * (residual + _BLUR_COST * blur * blur + _GAP_COST * gap)
     if blur * radius > _MAX_SHARP_WIDTH:
         smear, lean = _smear(rays)
         misfit += _SMEAR_COST * smear + _LEAN_COST * min(lean, smear)
-    return Limb(
+    return BallContour(
         u, v, radius, misfit, _contrast(rays[1:-1], along + half, on_rim, color, radius), gap
     )
 
@@ -197,9 +195,9 @@ def _smear(rays: np.ndarray) -> tuple[float, float]:
     return smear, abs(int(middles[along] - middles[along + 12])) / 4 * _STEP
 
 
-def scaled_misfit(limb: Limb) -> float:
+def scaled_misfit(contour: BallContour) -> float:
     """Return a contour's misfit relative to a precise one's: a tenth of the radius and 1 px."""
-    return limb.misfit / (1 + 10 / limb.radius)
+    return contour.misfit / (1 + 10 / contour.radius)
 
 
 def rim_width(image: np.ndarray, u: float, v: float, radius: float) -> float:
@@ -256,7 +254,7 @@ def _rays(image: np.ndarray, u: float, v: float, radius: float) -> tuple[np.ndar
 def _steps(rays: np.ndarray, half: int, reach: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return colour steps along rays, less those across; all steps; the index of the best."""
     slopes = _distance(rays[1:-1, 2 * half :], rays[1:-1, : -2 * half])
-    # What lies across rays, like the edge of something that hides a part, is no limb.
+    # What lies across rays, like the edge of something that hides a part, is no contour.
     beside_slopes = _distance(rays[2:, half:-half], rays[:-2, half:-half])
     rho = _RHO[half:-half]
     beside_slopes *= half * _STEP * _RAYS / (2 * math.pi) / rho

@@ -32,7 +32,7 @@ GRID_SPACING = 1.0
 """Least distance of the grid's lines, cm; of larger cards it is an eighth of the side."""
 
 
-def draw_card(name: str, size: float = 8.0, arm: Arm | None = None) -> Artwork:
+def draw_test_pattern(name: str, size: float = 8.0, arm: Arm | None = None) -> Artwork:
     """Return the Artwork of a test card.
 
     Args:
@@ -46,15 +46,15 @@ def draw_card(name: str, size: float = 8.0, arm: Arm | None = None) -> Artwork:
     if name == "reach":
         if arm is None:
             raise BadArtwork("reach: is the boundary of an arm's reach; say of which arm")
-        return reach_card(arm)
-    if name not in CARDS:
-        known = ", ".join((*CARDS, "reach"))
+        return reach_pattern(arm)
+    if name not in TEST_PATTERNS:
+        known = ", ".join((*TEST_PATTERNS, "reach"))
         raise BadArtwork(f"{name[:30]}: there is no such test card; there are {known}")
     if not MIN_SIZE <= size <= MAX_SIZE:
         raise BadArtwork(
             f"size = {size:g} cm: a test card's side must be from {MIN_SIZE:g} to {MAX_SIZE:g} cm"
         )
-    strokes = tuple(CARDS[name](size))
+    strokes = tuple(TEST_PATTERNS[name](size))
     return Artwork(name, strokes, ("",) * len(strokes), (size, size))
 
 
@@ -96,7 +96,7 @@ def _iso9283(size: float) -> Iterator[np.ndarray]:
     yield _circle(middle, 0.04 * size)
 
 
-CARDS: dict[str, Callable[[float], Iterator[np.ndarray]]] = {
+TEST_PATTERNS: dict[str, Callable[[float], Iterator[np.ndarray]]] = {
     "grid": _grid,
     "star": _star,
     "circles": _circles,
@@ -115,7 +115,7 @@ def _circle(centre: np.ndarray, radius: float) -> np.ndarray:
 # ---- the boundary of an arm's reach
 
 
-def reach_card(arm: Arm, margin: float = MARGIN) -> Artwork:
+def reach_pattern(arm: Arm, margin: float = MARGIN) -> Artwork:
     """Return the boundary of the tip's reach on the paper, drawn at a margin inside of it.
 
     Its strokes are in the arm's own frame, x forward and y left, cm: they are drawn where they are,
@@ -190,13 +190,13 @@ def _spatial_curves(arm: Arm) -> Iterator[np.ndarray]:
     middle = (base.lower + base.upper) / 2
     ahead = np.array([math.cos(middle), math.sin(middle)])
     radii = np.linspace(0.0, far * 1.01, 400)
-    there = [_is_reachable(arm, radius * ahead) for radius in radii]
-    for k in np.flatnonzero(np.diff(there)):
+    is_inside = [_is_reachable(arm, radius * ahead) for radius in radii]
+    for k in np.flatnonzero(np.diff(is_inside)):
         low, high = radii[k], radii[k + 1]
         for _ in range(40):  # where it changes, by halving
             half = (low + high) / 2
             low, high = (
-                (half, high) if _is_reachable(arm, half * ahead) == there[k] else (low, half)
+                (half, high) if _is_reachable(arm, half * ahead) == is_inside[k] else (low, half)
             )
         sweep = _angles(base.lower, base.upper)
         yield low * np.column_stack([np.cos(sweep), np.sin(sweep)])

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from laptop.drawing.artwork import SMOOTH_TURN, BadArtwork, stroke_length, turns
-from laptop.drawing.cards import CARDS, MARGIN, draw_card, reach_card
+from laptop.drawing.test_patterns import MARGIN, TEST_PATTERNS, draw_test_pattern, reach_pattern
 from shared.arm_description import find_arm, read_arm
 
 
@@ -15,9 +15,9 @@ def arm(name):
     return read_arm(find_arm(name))
 
 
-@pytest.mark.parametrize("name", CARDS)
+@pytest.mark.parametrize("name", TEST_PATTERNS)
 def test_a_card_lies_on_its_sheet(name):
-    artwork = draw_card(name, 6.0)
+    artwork = draw_test_pattern(name, 6.0)
     least, greatest = artwork.bounds()
     assert artwork.size == (6.0, 6.0)
     assert least.min() >= -1e-9
@@ -28,23 +28,23 @@ def test_a_card_lies_on_its_sheet(name):
 
 
 def test_the_grid_has_lines_a_centimetre_apart_to_and_fro():
-    lines = draw_card("grid", 8.0).strokes
+    lines = draw_test_pattern("grid", 8.0).strokes
     level = [line for line in lines if line[0, 1] == line[1, 1]]
     assert [line[0, 1] for line in level] == pytest.approx(range(9))
     assert [np.sign(line[1, 0] - line[0, 0]) for line in level] == [1, -1] * 4 + [1]
     assert len(lines) == 18
-    assert len(draw_card("grid", 40.0).strokes) == 18
+    assert len(draw_test_pattern("grid", 40.0).strokes) == 18
 
 
 def test_all_lines_of_the_star_meet_in_its_middle():
-    for line in draw_card("star", 8.0).strokes:
+    for line in draw_test_pattern("star", 8.0).strokes:
         assert line.mean(axis=0) == pytest.approx([4, 4])
         assert stroke_length(line) == pytest.approx(8)
 
 
 def test_every_other_circle_goes_the_other_way_round():
     areas = []
-    for ring in draw_card("circles", 8.0).strokes:
+    for ring in draw_test_pattern("circles", 8.0).strokes:
         x, y = ring.T
         areas.append((np.dot(x[:-1], y[1:]) - np.dot(y[:-1], x[1:])) / 2)
         assert ring[0].tolist() == ring[-1].tolist()
@@ -53,7 +53,7 @@ def test_every_other_circle_goes_the_other_way_round():
 
 
 def test_the_standards_square_is_a_tenth_of_the_diagonal_from_the_corners():
-    square, one, other, large, small = draw_card("iso9283", 10.0).strokes
+    square, one, other, large, small = draw_test_pattern("iso9283", 10.0).strokes
     for corner in square[:4]:
         near = min(np.hypot(*(corner - c)) for c in np.array([[0, 0], [0, 10], [10, 0], [10, 10]]))
         assert near == pytest.approx(0.1 * math.hypot(10, 10))
@@ -85,7 +85,7 @@ def test_the_boundary_is_a_margin_away_from_where_the_reach_ends(name):
     description = arm(name)
     angles = np.linspace(0, 2 * math.pi, 180)
     around = np.column_stack([np.cos(angles), np.sin(angles)])
-    for point in np.concatenate(reach_card(description).strokes):
+    for point in np.concatenate(reach_pattern(description).strokes):
         assert reached(description, point + 0.78 * MARGIN * around).all()
         assert not reached(description, point + 1.06 * MARGIN * around).all()
 
@@ -99,7 +99,7 @@ def test_the_boundary_goes_all_around():
     axis = np.arange(-24, 24, step)
     grid = np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2)
     is_reached = reached(description, grid)
-    drawn = np.concatenate(reach_card(description).strokes)
+    drawn = np.concatenate(reach_pattern(description).strokes)
     near = np.array([np.hypot(*(drawn - p).T).min() < 2 * MARGIN for p in grid])
     inside, outside = (
         part.reshape(len(axis), -1) for part in (is_reached & ~near, ~is_reached & ~near)
@@ -115,7 +115,7 @@ def test_the_boundary_goes_all_around():
 def test_the_boundary_in_space_is_where_the_ends_of_the_arm_touch_the_table():
     """By all poses of shoulder and elbow that bring the tip down to the table."""
     description = arm("spatial")
-    radii = np.hypot(*np.concatenate(reach_card(description).strokes).T)
+    radii = np.hypot(*np.concatenate(reach_pattern(description).strokes).T)
     base, shoulder, elbow = description.joints
     q1 = np.linspace(shoulder.lower, shoulder.upper, 601)[:, None]
     q2 = np.linspace(elbow.lower, elbow.upper, 601)[None, :]
@@ -124,13 +124,13 @@ def test_the_boundary_in_space_is_where_the_ends_of_the_arm_touch_the_table():
     on_table = np.abs(out[np.abs(height) < 0.03])
     assert radii.max() == pytest.approx(on_table.max() - MARGIN, abs=0.2 * MARGIN)
     assert radii.min() == pytest.approx(on_table.min() + MARGIN, abs=0.2 * MARGIN)
-    headings = np.arctan2(*np.concatenate(reach_card(description).strokes).T[::-1])
+    headings = np.arctan2(*np.concatenate(reach_pattern(description).strokes).T[::-1])
     assert headings.max() == pytest.approx(base.upper, abs=0.07)
 
 
 def test_the_boundary_is_smooth_and_in_few_strokes():
     for name, count in (("planar", 4), ("spatial", 4)):
-        artwork = draw_card("reach", arm=arm(name))
+        artwork = draw_test_pattern("reach", arm=arm(name))
         assert len(artwork.strokes) == count
         for stroke in artwork.strokes:
             assert np.degrees(turns(stroke)).max() <= SMOOTH_TURN
@@ -150,9 +150,9 @@ def test_the_boundary_is_smooth_and_in_few_strokes():
 )
 def test_a_card_that_is_none_is_refused(words, told):
     with pytest.raises(BadArtwork, match=f"^{re.escape(told)}"):
-        draw_card(*words)
+        draw_test_pattern(*words)
 
 
 def test_a_margin_that_leaves_nothing_is_refused():
     with pytest.raises(BadArtwork, match="reaches nothing on the paper"):
-        reach_card(arm("planar"), margin=30.0)
+        reach_pattern(arm("planar"), margin=30.0)

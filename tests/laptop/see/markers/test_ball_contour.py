@@ -1,4 +1,4 @@
-"""The limb of a ball: its place, and what is said of how far off it may be."""
+"""The contour of a ball: its place, and what is said of how far off it may be."""
 
 import math
 
@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from marker_views import marker_frame
 
+from laptop.see.markers.ball_contour import fit_ball_contour, rim_width, scaled_misfit
 from laptop.see.markers.learning import learn
-from laptop.see.markers.limb import fit_limb, rim_width, scaled_misfit
 
 U, V = 150.4, 110.3
 SIZE = (300, 220)
@@ -22,24 +22,24 @@ def picture(radius, kind="ball", **options):
 
 
 def fitted(image, radius, du=0.0, dr=1.0):
-    """The limb, sought from a place and with a size that are off."""
+    """The contour, sought from a place and with a size that are off."""
     color = learn("ball", picture(radius), (U, V), "ball").color
-    return fit_limb(image, U + du * radius, V, dr * radius, EDGES, color)
+    return fit_ball_contour(image, U + du * radius, V, dr * radius, EDGES, color)
 
 
-def off(limb):
-    return math.hypot(limb.u - U, limb.v - V)
+def off(contour):
+    return math.hypot(contour.u - U, contour.v - V)
 
 
 @pytest.mark.short(every=4)
 @pytest.mark.parametrize("radius", [8, 16, 40, 70])
 @pytest.mark.parametrize(("du", "dr"), [(0.0, 1.0), (0.12, 0.9), (-0.1, 1.1)])
 def test_a_shaded_ball_is_placed_by_its_limb(radius, du, dr):
-    limb = fitted(picture(radius), radius, du, dr)
-    assert off(limb) < 0.01 * radius + 0.15
-    assert limb.radius == pytest.approx(radius, rel=0.08)
-    assert scaled_misfit(limb) < 0.03
-    assert limb.contrast > 0.7
+    contour = fitted(picture(radius), radius, du, dr)
+    assert off(contour) < 0.01 * radius + 0.15
+    assert contour.radius == pytest.approx(radius, rel=0.08)
+    assert scaled_misfit(contour) < 0.03
+    assert contour.contrast > 0.7
 
 
 def hidden(radius, share):
@@ -59,8 +59,8 @@ def test_an_edge_that_hides_a_half_does_not_pull():
 
 
 def test_the_more_blurred_it_is_the_less_it_is_trusted():
-    limbs = [fitted(picture(30, blur=blur), 30) for blur in (0.7, 4, 8)]
-    misfits = [scaled_misfit(limb) for limb in limbs]
+    contours = [fitted(picture(30, blur=blur), 30) for blur in (0.7, 4, 8)]
+    misfits = [scaled_misfit(contour) for contour in contours]
     assert misfits == sorted(misfits)
     assert misfits[-1] > 3 * misfits[0]
 
@@ -91,8 +91,8 @@ def test_a_limb_beyond_the_picture_s_edge_counts_for_nothing():
     image = picture(30)[:, : round(U + 15)]
     color = learn("ball", picture(30), (U, V), "ball").color
     edges = (-0.5, -0.5, image.shape[1] - 0.5, SIZE[1] - 0.5)
-    limb = fit_limb(np.ascontiguousarray(image), U - 2, V, 29, edges, color)
-    assert off(limb) < 0.5
+    contour = fit_ball_contour(np.ascontiguousarray(image), U - 2, V, 29, edges, color)
+    assert off(contour) < 0.5
 
 
 @pytest.mark.parametrize("kind", ["disc", "ball"])

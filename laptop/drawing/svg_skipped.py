@@ -121,7 +121,7 @@ WORDS = {
 """Sentences for one and for several elements of each kind; `which` is the names in brackets."""
 
 
-class Leftovers:
+class SkippedElements:
     """Counts what is left out, by the kinds of WORDS, with examples."""
 
     def __init__(self) -> None:
