@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 
@@ -199,39 +198,20 @@ def is_joined(stroke: PlannedStroke, after: PlannedStroke) -> bool:
     return max(abs(a - b) for a, b in ends) <= job.JOINED
 
 
-def write(
-    file: str | Path,
-    arm: Arm,
-    name: str,
-    speed: float,
+def job_strokes(
     strokes: Sequence[PlannedStroke],
     starts: Sequence[float],
-    pen_up_cm: float,
-    seconds: float,
     offsets: Sequence[Sequence[Learned]] = (),
-    log: float = 0.0,
-    pens: str = "",
-) -> job.JobHeader:
-    """Write the job's file, whole or not at all.
+) -> list[job.Stroke]:
+    """Return strokes as they stand in a job.
 
     Args:
-        file: where to.
-        arm: shared.arm_description.Arm.
-        name: of the drawing.
-        speed: greatest of the tip, cm/s.
         strokes: in order.
         starts: when the pen comes down on each, s.
-        pen_up_cm: length of the ways between them.
-        seconds: for all of it.
-        offsets: per stroke, what was learned of its pieces, see shared.job.Stroke.
-        log: so often the brick logs where its motors are, s; 0: never.
-        pens: how they are changed between layers, one of shared.job.PENS.
-
-    Raises:
-        job.BadJob: too much for the brick.
-        OSError: as the system says it.
+        offsets: per stroke, the stored offsets of its pieces, see shared.job.Stroke; none: no
+            stroke has any.
     """
-    lines = [
+    return [
         job.Stroke(
             stroke.placed.layer,
             round(stroke.cm, 3),
@@ -243,8 +223,3 @@ def write(
             strokes, starts, offsets or [()] * len(strokes), strict=True
         )
     ]
-    header: job.JobHeader = job.header_of(
-        arm, name, speed, lines, round(pen_up_cm, 3), round(seconds, 2)
-    )._replace(log=log, pens=pens)
-    job.write_job(str(file), header, lines)
-    return header

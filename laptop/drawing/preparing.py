@@ -99,7 +99,7 @@ class DrawingPlan:
         offsets: Sequence[Sequence[planning.Learned]] = (),
         log: float = 0.0,
     ) -> job.JobHeader:
-        """Write the job that the brick draws.
+        """Write the job that the brick draws, whole or not at all.
 
         Args:
             file: where to.
@@ -112,19 +112,17 @@ class DrawingPlan:
             OSError: as the system says it.
         """
         self.check()
-        return planning.write(
-            Path(file),
+        lines = planning.job_strokes(self.strokes, self.estimate.starts, offsets)
+        header: job.JobHeader = job.header_of(
             self.arm,
             self.name,
             self.speed,
-            self.strokes,
-            self.estimate.starts,
-            self.after.pen_up_cm,
-            self.estimate.seconds,
-            offsets,
-            log,
-            self._pens(),
-        )
+            lines,
+            round(self.after.pen_up_cm, 3),
+            round(self.estimate.seconds, 2),
+        )._replace(log=log, pens=self._pens())
+        job.write_job(str(Path(file)), header, lines)
+        return header
 
     def pen_lines(self) -> list[str]:
         """Say which pens draw it, and when, in a sentence for people; none of a single one."""
@@ -149,8 +147,13 @@ def prepare(
 ) -> DrawingPlan:
     """Place an artwork, put it into order, plan and time it.
 
-    What cannot be reached is told by the plan (`missed`), so that it can be shown; `check` refuses
-    it.
+    What cannot be reached is in the plan (`missed`), so that it can be shown; `check` refuses it.
+
+    Args:
+        artwork: what is to be drawn.
+        arm: the arm that draws it.
+        options: how it is to be drawn; None: as large as the arm reaches.
+        progress: called with the stage and the share that is done.
 
     Raises:
         BadArtwork: there is nothing to draw, or no place for it; see the options' errors.
@@ -164,22 +167,9 @@ def prepare(
     placement = replace(placement, strokes=tuple(placement.strokes[k] for k in kept))
     layers = _layers(artwork, kept, options)
     found = strokes.cut(arm, placement.strokes, layers, options.height, postures)
-    notes = list(placement.notes)
-    if found.in_parts:
-        named = ", ".join(map(str, found.in_parts[: strokes.MAX_NAMED]))
-        more = len(found.in_parts) - strokes.MAX_NAMED
-        several = len(found.in_parts) > 1
-        notes.append(
-            f"stroke{'s' * several} {named}{f' and {more} more' if more > 0 else ''} "
-            f"{'are' if several else 'is'} drawn in parts, between which the elbow bends "
-            "the other way"
-        )
     progress("ordering", STAGES["ordering"])
     before = _count(found.strokes)
-    placed: list[PlacedStroke] = list(found.strokes)
-    if options.order and placed:
-        home = kinematics.forward(arm, [joint.home for joint in arm.joints])
-        placed = ordering.ordered(merging.merged(placed), np.array(home[:2], float))
+    placed = _in_order(arm, found.strokes) if options.order else found.strokes
     progress("planning", STAGES["planning"])
     speed = float(options.speed or arm.speed)
     planned, left = planning.plan_strokes(
@@ -208,8 +198,30 @@ def prepare(
         _count([stroke.placed for stroke in planned]),
         expected,
         speed,
-        tuple(notes),
+        (*placement.notes, *_part_notes(found.in_parts)),
     )
+
+
+def _part_notes(in_parts: Sequence[int]) -> list[str]:
+    """Return a sentence for people on the strokes, by number, that are drawn in parts."""
+    if not in_parts:
+        return []
+    named = ", ".join(map(str, in_parts[: strokes.MAX_NAMED]))
+    more = len(in_parts) - strokes.MAX_NAMED
+    is_several = len(in_parts) > 1
+    return [
+        f"stroke{'s' * is_several} {named}{f' and {more} more' if more > 0 else ''} "
+        f"{'are' if is_several else 'is'} drawn in parts, between which the elbow bends "
+        "the other way"
+    ]
+
+
+def _in_order(arm: Arm, found: Sequence[PlacedStroke]) -> Sequence[PlacedStroke]:
+    """Return strokes joined where they meet, with short pen-up ways from the home pose on."""
+    if not found:
+        return found
+    home = kinematics.forward(arm, [joint.home for joint in arm.joints])
+    return ordering.ordered(merging.merged(found), np.array(home[:2], float))
 
 
 def several(artwork: Artwork) -> tuple[str, ...]:
@@ -230,7 +242,7 @@ def _layers(artwork: Artwork, kept: list[int], options: DrawingOptions) -> tuple
     return layers
 
 
-def _count(placed: list[PlacedStroke] | tuple[PlacedStroke, ...]) -> StrokeCounts:
+def _count(placed: Sequence[PlacedStroke]) -> StrokeCounts:
     points = sum(len(stroke.points) for stroke in placed)
     return StrokeCounts(len(placed), points, ordering.pen_up_way(placed))
 

@@ -77,26 +77,43 @@ def read_source(
     Raises:
         BadArtwork: Nothing can be drawn of it, or it is beyond a limit; in one sentence.
     """
-    if source == "":
-        raise BadArtwork(f"no file is named; give one, or a drawing: {', '.join(gallery())}")
-    if isinstance(source, bytes):
-        data, name = source, name or "drawing"
-    else:
-        data, path = _read(Path(source))
-        name = name or (path.stem if path.parent == GALLERY else path.name) or str(path)
-    name = _one_line(name)
+    data, name = _contents(source, name)
     if not data.strip():
         raise BadArtwork(f"{name}: is empty; give an SVG, a PNG, a JPEG or a text")
     if is_picture(data):
         return read_picture(data, name, tracing)
     if is_svg(data):
         return read_svg(data, name, is_hatched)
+    _refuse_other_formats(data, name)
+    text = _readable_text(data, name)
+    _refuse_other_texts(text, name)
+    return write_text(text, lettering, name)
+
+
+def _contents(source: str | Path | bytes, name: str) -> tuple[bytes, str]:
+    """Return the bytes of a source, and its name for people in one line."""
+    if source == "":
+        raise BadArtwork(f"no file is named; give one, or a drawing: {', '.join(gallery())}")
+    if isinstance(source, bytes):
+        return source, _one_line(name or "drawing")
+    data, path = _read(Path(source))
+    return data, _one_line(
+        name or (path.stem if path.parent == GALLERY else path.name) or str(path)
+    )
+
+
+def _refuse_other_formats(data: bytes, name: str) -> None:
+    """Refuse formats that people try, told by their first bytes, with what to do instead."""
     found = [said for begin, *said in OTHER_FORMATS if data.startswith(begin)]
     if data[4:8] == b"ftyp":
         found = [said for brand, *said in ISO_BRANDS if brand in data[8:64]]
     if found:
         what, advice = found[0]
         raise BadArtwork(f"{name}: is {what}, which is not read; {advice}")
+
+
+def _readable_text(data: bytes, name: str) -> str:
+    """Return a text in UTF-8; refuse what is none, or has control characters."""
     text = _text(data)
     if text is None and b"\0" not in data and name.lower().endswith(".txt"):
         raise BadArtwork(f"{name}: is no text in UTF-8; save it so")
@@ -108,6 +125,11 @@ def read_source(
         )
     if text is None or control:
         raise BadArtwork(f"{name}: is no drawing that is known here; give an SVG, a PNG or a JPEG")
+    return text
+
+
+def _refuse_other_texts(text: str, name: str) -> None:
+    """Refuse texts for other machines, and those whose name says that they are a drawing."""
     for pattern, what in PLOTTER_FILES:
         if re.match(pattern, text[:HEAD_LENGTH]):
             raise BadArtwork(
@@ -119,7 +141,6 @@ def read_source(
             f"{name}: is a text, whatever its name says; "
             "name it .txt to write it in letters, or give a drawing"
         )
-    return write_text(text, lettering, name)
 
 
 def _read(path: Path) -> tuple[bytes, Path]:

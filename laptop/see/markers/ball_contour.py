@@ -125,18 +125,8 @@ def fit_ball_contour(
         visible = (
             (rim_u > left + 1) & (rim_u < right - 1) & (rim_v > top + 1) & (rim_v < bottom - 1)
         )
-        full = np.minimum(height, _FULL_STEP_HEIGHT) * visible
-        weight = full
-        for turn in range(3):
-            normal = (weight @ _PRODUCTS).reshape(3, 3)
-            shift = solve_normal(normal + _RIDGE, (weight * (rho - 1)) @ _DESIGN)
-            off = np.abs(rho - 1 - _DESIGN @ shift)
-            if turn == 2:
-                break
-            middle = float(np.partition(off, _RAYS // 2)[_RAYS // 2])
-            spread = max(0.5 / radius, 0.02, 1.2 * middle)
-            weight = full * np.maximum(0, 1 - (off / (2.5 * spread)) ** 2) ** 2
-        du, dv, dr = shift.tolist()
+        weight = np.minimum(height, _FULL_STEP_HEIGHT) * visible
+        (du, dv, dr), off = _fit_circle(rho, weight, radius)
         if math.hypot(du, dv) > 0.5 or abs(dr) > 0.5:
             return None
         u, v, radius = u + radius * du, v + radius * dv, radius * (1 + dr)
@@ -148,10 +138,6 @@ def fit_ball_contour(
     if count < 6:
         return None
     residual = math.sqrt(float((off[on_rim] ** 2).mean()))
-    # The centre's covariance in units of the residual's: 1 if the whole rim is seen.
-    normal = (on_rim.astype(float) @ _PRODUCTS).reshape(3, 3) + _STABLE
-    inverse = cv2.invert(normal, flags=cv2.DECOMP_CHOLESKY)[1]
-    dilution = math.sqrt(inverse[0, 0] + inverse[1, 1]) * math.sqrt(_RAYS) / 2
     within, without = (
         cv2.resize(rays[1:-1, part], (1, _RAYS), interpolation=cv2.INTER_AREA)
         for part in (_WITHIN, _WITHOUT)
@@ -160,13 +146,60 @@ def fit_ball_contour(
     width = contrast_step * (2 * half * _STEP) / np.maximum(1, slopes[_EVERY, along])
     blur = float(np.sort(width[on_rim])[count // 2])
     gap = 1 - count / max(1, int(np.count_nonzero(visible)))
-    misfit = dilution * (residual + _BLUR_COST * blur * blur + _GAP_COST * gap)
+    misfit = _dilution(on_rim) * (residual + _BLUR_COST * blur * blur + _GAP_COST * gap)
     if blur * radius > _MAX_SHARP_WIDTH:
         smear, lean = _smear(rays)
         misfit += _SMEAR_COST * smear + _LEAN_COST * min(lean, smear)
     return BallContour(
         u, v, radius, misfit, _contrast(rays[1:-1], along + half, on_rim, color, radius), gap
     )
+
+
+# A circle by robust linear least squares.  Seen from a point near its centre, a circle that is
+# shifted by (du, dv) and larger by dr, all in radii, has its rim in the direction a at
+#     rho(a) = 1 + du cos a + dv sin a + dr
+# to first order, so that three numbers follow linearly from the distances measured along the rays.
+# That is a geometric fit: it minimizes distances from the rim.  The algebraic one (I. Kasa, 1976),
+# with which `circles` fits masks, minimizes d^2 - r^2, which draws a short arc's circle inwards.
+# Steps that belong to a finger or a highlight are not noise about the rim but elsewhere: hence the
+# biweight of J. W. Tukey, whose weight (1 - (r / c)^2)^2 is zero beyond c.  (P. J. Huber's is not:
+# they would go on pulling.)  The scale comes from the median residual, as almost half of the rays
+# may be wrong; a ridge keeps at its place what too few rays tell.
+def _fit_circle(
+    rho: np.ndarray, full: np.ndarray, radius: float
+) -> tuple[tuple[float, float, float], np.ndarray]:
+    """Fit a circle to distances along the rays.
+
+    Args:
+        rho: of the strongest steps from the centre, in radii, (rays,).
+        full: weights of the steps, were none of them an outlier, (rays,).
+        radius: px, for the least spread of the steps.
+
+    Returns:
+        Shift (du, dv) and growth dr, in radii; and by how much each step is off, in radii, (rays,).
+    """
+    weight = full
+    for turn in range(3):
+        normal = (weight @ _PRODUCTS).reshape(3, 3)
+        shift = solve_normal(normal + _RIDGE, (weight * (rho - 1)) @ _DESIGN)
+        off = np.abs(rho - 1 - _DESIGN @ shift)
+        if turn == 2:
+            break
+        middle = float(np.partition(off, _RAYS // 2)[_RAYS // 2])
+        spread = max(0.5 / radius, 0.02, 1.2 * middle)
+        weight = full * np.maximum(0, 1 - (off / (2.5 * spread)) ** 2) ** 2
+    du, dv, dr = shift.tolist()
+    return (du, dv, dr), off
+
+
+def _dilution(on_rim: np.ndarray) -> float:
+    """Return the centre's standard deviation in residuals', relative to a rim seen whole.
+
+    As a satellite receiver's dilution of precision: the rays on the rim alone decide it.
+    """
+    normal = (on_rim.astype(float) @ _PRODUCTS).reshape(3, 3) + _STABLE
+    inverse = cv2.invert(normal, flags=cv2.DECOMP_CHOLESKY)[1]
+    return math.sqrt(inverse[0, 0] + inverse[1, 1]) * math.sqrt(_RAYS) / 2
 
 
 def _smear(rays: np.ndarray) -> tuple[float, float]:

@@ -77,13 +77,43 @@ def align(
     pixels = max(side / factor / CELLS, 1.0)
     cell = int(np.clip(round(pixels), *CELL_SIZES))
     pattern = _pattern(code, dictionary, cell, round(BLUR_SIGMA * cell / pixels, 1))
+    window = _light_around(grey, corners, side, factor)
+    if window is None:
+        return first, False
+    light, shrink = window
+    fitted = _iterate(light, shrink @ first, pattern, side / factor)
+    if fitted is None:
+        return first, False
+    now, seen = fitted
+    deviation = seen - seen.mean()
+    likeness = float(deviation @ pattern.values / max(np.linalg.norm(deviation), 1e-9))
+    now = np.linalg.inv(shrink) @ now
+    if likeness < MIN_LIKENESS or np.abs(_corners(now) - corners).max() > MAX_SHIFT * side + 1:
+        return first, False
+    return now, True
+
+
+def _light_around(
+    grey: np.ndarray, corners: np.ndarray, side: float, factor: int
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """Return the linear light around a code, and the map (3, 3) from the picture's px to its own.
+
+    Args:
+        grey: uint8, (height, width).
+        corners: of the code, px, (4, 2).
+        side: of the code, px.
+        factor: by which the light is made smaller, a whole number.
+
+    Returns:
+        None where hardly anything of it is in the picture.
+    """
     height, width = grey.shape
     low = np.floor(corners.min(axis=0) - 0.3 * side - 2).astype(int)
     left, top = (int(np.clip(x, 0, most)) for x, most in zip(low, (width, height), strict=True))
     right, bottom = np.ceil(corners.max(axis=0) + 0.3 * side + 2 + factor).astype(int)
     window = grey[top : max(bottom, 0), left : max(right, 0)]
     if min(window.shape) < 2 * factor:
-        return first, False
+        return None
     light = cv2.LUT(window, LIGHT)
     if factor > 1:
         rows, columns = (n // factor for n in window.shape)
@@ -94,8 +124,34 @@ def align(
         )
     middle = (1 - factor) / 2  # of the smaller picture's first pixel, px of the large one
     shrink = np.array([[1, 0, -left + middle], [0, 1, -top + middle], [0, 0, factor]], float)
-    now = shrink @ first
-    now = now / now[2, 2]
+    return light, shrink
+
+
+# Inverse compositional alignment (S. Baker and I. Matthews, "Lucas-Kanade 20 years on", IJCV 2004).
+# Sought is the homography H for which the picture at H x looks like the pattern T at x, but for the
+# light: I(H x) = g T(x) + o + s . x, with gain g, offset o and slope s.  Lucas and Kanade would add
+# a step to H's numbers, and had to sample the picture's slopes anew in each iteration.  Here the
+# step P moves the pattern instead: I(H x) = g T(P x) + o + s . x.  To first order in P's eight
+# numbers p that is linear in (g, o, s, g p), and its matrix holds T and T's slopes alone: it is
+# solved once a code (`_pattern`), so that an iteration is one resampling and one product with the
+# (12, n) solver.  Then H <- H P^-1, as what moved the pattern forwards moves the picture backwards.
+# Blur and brightness need no search of their own; refining the outline's corners alone would use
+# the edges of four sides instead of those of all cells.
+def _iterate(
+    light: np.ndarray, start: np.ndarray, pattern: Pattern, max_move: float
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """Move a pattern until it lies on the picture as it looks there.
+
+    Args:
+        light: linear, (height, width).
+        start: homography (3, 3) from the code's square to px of `light`.
+        pattern: the code's.
+        max_move: greatest move of a corner in one iteration, px.
+
+    Returns:
+        The homography (3, 3) and the samples (size^2,) last seen; None if it gets lost.
+    """
+    now = start / start[2, 2]
     before = _corners(now)
     for _ in range(MAX_STEPS):
         seen = cv2.warpPerspective(
@@ -107,23 +163,18 @@ def align(
         ).ravel()
         fit = pattern.solver @ seen
         if fit[0] <= 0:
-            return first, False
+            return None
         step = np.append(fit[4:] / fit[0], 0.0).reshape(3, 3) + np.eye(3)
         now = now @ np.linalg.inv(step)
         now = now / now[2, 2]
         after = _corners(now)
         moved = float(np.abs(after - before).max())
         before = after
-        if not moved < side / factor:
-            return first, False
+        if not moved < max_move:
+            return None
         if moved < CONVERGED_SHIFT:
             break
-    deviation = seen - seen.mean()
-    likeness = float(deviation @ pattern.values / max(np.linalg.norm(deviation), 1e-9))
-    now = np.linalg.inv(shrink) @ now
-    if likeness < MIN_LIKENESS or np.abs(_corners(now) - corners).max() > MAX_SHIFT * side + 1:
-        return first, False
-    return now, True
+    return now, seen
 
 
 SQUARE = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], float)

@@ -191,6 +191,43 @@ def _soft_centroid(
     return _SoftCentroid(u, v, window, share, m)
 
 
+# A disc in perspective is very nearly an ellipse, with half axes a >= b.  Weighted by the share of
+# disc in each pixel, its moments are those of an even ellipse: the covariance has the eigenvalues
+# a^2 / 4 and b^2 / 4, so that a = 2 sqrt(longest), and the area is
+#     pi a b = 4 pi sqrt(det covariance).
+# Of all even shapes of one area the ellipse has the least determinant: what is spread wider, with
+# something missing or added, shows in the ratio of both (`solid`).  Third moments are zero where
+# there is a centre of symmetry: what lacks a side shows in them (`lopsided`).  Their squares, each
+# as often as it stands in the symmetric tensor, have a sum that does not turn with the picture.
+# Shares instead of a mask, for a mask's edge moves by whole pixels; and a centroid instead of a
+# fitted rim, for it averages over all of the disc.
+def _ellipse_likeness(moments: Any) -> tuple[tuple[float, float, float], float, float]:
+    """Return how much shares of disc are like those of a whole ellipse.
+
+    Args:
+        moments: of the shares, as of cv2.moments.
+
+    Returns:
+        Their covariance (across, down, skew), px^2; its greater eigenvalue, px^2; and the likeness,
+        0 to 1.
+    """
+    m = moments
+    m00 = m["m00"]
+    across, down, skew = m["mu20"] / m00, m["mu02"] / m00, m["mu11"] / m00
+    area = m00 / FULL_SHARE
+    solid = area / (4 * math.pi * math.sqrt(max(across * down - skew * skew, 1e-9)))
+    middle = (across + down) / 2
+    longest = middle + math.hypot((across - down) / 2, skew)
+    # Whole ones of 6 px have up to 0.08, one without a fifth of its radius 0.14, half of it 0.37.
+    thirds = m["mu30"] ** 2 + m["mu03"] ** 2 + 3 * (m["mu21"] ** 2 + m["mu12"] ** 2)
+    lopsided = math.sqrt(thirds) / m00 / middle**1.5
+    return (
+        (across, down, skew),
+        longest,
+        ramp(solid, 0.75, 0.9) * (1 - ramp(lopsided, 0.15, 0.3)),
+    )
+
+
 def _measure_whole(
     image: np.ndarray, place: Place, marker: Marker, track: Track, separate: bool = False
 ) -> Track | None:
@@ -213,25 +250,14 @@ def _measure_whole(
     if found is None:
         return None
     u, v, window, share, m = found
-    m00 = m["m00"]
-    covariance = across, down, skew = m["mu20"] / m00, m["mu02"] / m00, m["mu11"] / m00
-    # A full ellipse has area = 4 pi sqrt(det of its second moments); anything else is spread wider.
-    area = m00 / FULL_SHARE
-    solid = area / (4 * math.pi * math.sqrt(max(across * down - skew * skew, 1e-9)))
-    middle = (across + down) / 2
-    longest = middle + math.hypot((across - down) / 2, skew)
-    # A whole ellipse has no third moments; one of which something hides a part has.  (Whole ones of
-    # 6 px have up to 0.08, one that lacks a fifth of its radius 0.14, half of it 0.37.)
-    thirds = m["mu30"] ** 2 + m["mu03"] ** 2 + 3 * (m["mu21"] ** 2 + m["mu12"] ** 2)
-    lopsided = math.sqrt(thirds) / m00 / middle**1.5
-    shape = ramp(solid, 0.75, 0.9) * (1 - ramp(lopsided, 0.15, 0.3))
+    covariance, longest, shape = _ellipse_likeness(m)
     if shape < 1 and not separate:
-        stretched = longest > MIN_STRETCH * (2 * middle - longest)
+        stretched = longest > MIN_STRETCH * (covariance[0] + covariance[1] - longest)
         smeared = measure_smear(image, place, track) if stretched else None
         if smeared is not None:
             return smeared
         return _measure_whole(image, place, marker, track, separate=True)
-    inside = cv2.inRange(share, 50000, 65535)
+    inside = cv2.inRange(share, 50000, FULL_SHARE)
     blue, green, red, _ = cv2.mean(window, inside)
     gains = track.gains or (1.0, 1.0, 1.0)
     shade = hsv_of((blue / gains[2], green / gains[1], red / gains[0]))
