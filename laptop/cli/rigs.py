@@ -66,7 +66,7 @@ def live_rig(
     from laptop.measure.live_rig import LiveRig, SightCollector
     from laptop.see.markers.tracker import Tracker
     from laptop.see.serve.options import CAMERA_NAMES, TrackOptions
-    from laptop.see.serve.pipeline import CameraPipeline
+    from laptop.see.serve.pipeline import CameraPipeline, PipelineOutputs
     from laptop.see.serve.setup import prepare
     from laptop.see.serve.track import clock_of, serve
     from laptop.system.decoders import quiet_decoders
@@ -93,9 +93,10 @@ def live_rig(
         now = clock_of(setup.cameras)
         server = serve(options, stack, now, click.echo)
         collector = SightCollector(server)
+        outputs = PipelineOutputs(collector)
         marks = [marker for marker in setup.markers if marker.name == EFFECTOR]
         pipelines = [
-            CameraPipeline(name, camera, Tracker(marks), server=collector, live=setup.live, now=now)
+            CameraPipeline(name, camera, Tracker(marks), None, outputs, setup.live, now)
             for name, camera in zip(CAMERA_NAMES, setup.cameras, strict=False)
         ]
         called = _brick_of(asked, server)

@@ -17,7 +17,7 @@ from laptop.page.rpc import RpcClient, serve_requests
 from laptop.see.camera.frames import Frame
 from laptop.see.markers.markers import read_spec
 from laptop.see.markers.tracker import Tracker
-from laptop.see.serve.pipeline import CameraPipeline
+from laptop.see.serve.pipeline import CameraPipeline, PipelineOutputs
 from laptop.see.serve.server_state import ServerState as LinkState
 from shared.messages import EFFECTOR, GOAL, Status
 
@@ -85,7 +85,9 @@ class PageScene:
             for _ in range(cameras)
         ]
         self.watchers = [
-            CameraPipeline(name, FakeCamera(), tracker, goal, self.server, now=lambda: self.t)
+            CameraPipeline(
+                name, FakeCamera(), tracker, goal, PipelineOutputs(self.server), now=lambda: self.t
+            )
             for name, tracker in zip("AB", self.trackers, strict=False)
         ]
         self.controller = PageController(

@@ -7,7 +7,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -89,6 +89,34 @@ class PairPlacer(Protocol):
     def lines(self) -> list[str]: ...  # noqa: D102
 
 
+class PipelineOutputs(NamedTuple):
+    """Where a pipeline's results go.
+
+    server  is given every frame's observation, or None
+    csv     is given every frame's rows, or None
+    keep    index of the frame to keep as a picture; None: the last one
+    """
+
+    server: ObservationSink | None = None
+    csv: ObservationCsv | None = None
+    keep: int | None = None
+
+
+class MarkerPlacers(NamedTuple):
+    """What knows where markers are beyond the picture.
+
+    table  where on the table, cm, or None
+    space  where in space, with the other cameras, or None
+    """
+
+    table: TablePlacer | None = None
+    space: PairPlacer | None = None
+
+
+_NO_OUTPUTS = PipelineOutputs()
+_NO_PLACERS = MarkerPlacers()
+
+
 class CameraPipeline:
     """One camera with its tracker, and what became of its frames.
 
@@ -97,13 +125,10 @@ class CameraPipeline:
         camera: gives the frames.
         tracker: finds the markers in them.
         goal: a fixed goal (u, v), px, or None.
-        server: is given every frame's observation, or None.
-        csv: is given every frame's rows, or None.
+        outputs: where the results go.
         live: the camera goes on whether or not its frames are taken.
-        keep: index of the frame to keep as a picture; None: the last one.
         now: the clock of live capture times, s.
-        placer: tells where on the table a marker is, cm, or None.
-        pairs: tells where in space it is, with the other cameras, or None.
+        placers: what knows where on the table and in space the markers are.
 
     Attributes:
         ended: the camera gives no more frames.
@@ -119,13 +144,10 @@ class CameraPipeline:
         camera: FrameSource,
         tracker: FrameTracker,
         goal: Point | None = None,
-        server: ObservationSink | None = None,
-        csv: ObservationCsv | None = None,
+        outputs: PipelineOutputs = _NO_OUTPUTS,
         live: bool = True,
-        keep: int | None = None,
         now: Callable[[], float] = time.monotonic,
-        placer: TablePlacer | None = None,
-        pairs: PairPlacer | None = None,
+        placers: MarkerPlacers = _NO_PLACERS,
     ) -> None:
         self.name = name
         self.camera = camera
@@ -138,13 +160,10 @@ class CameraPipeline:
         self.fixed = {GOAL: (*goal, 1.0)} if goal else {}
         self._view_changed = threading.Condition()
         self._tracker = tracker
-        self._server = server
-        self._csv = csv
-        self._keep = keep
+        self._server, self._csv, self._keep = outputs
         self._kept: AnnotatedFrame | None = None
         self._now = now
-        self._placer = placer
-        self._pairs = pairs
+        self._placer, self._pairs = placers
         self._ages: deque[float] = deque(maxlen=30)
         self._counts: deque[tuple[float, int]] = deque(maxlen=60)  # when (s), frames by then
         self._last_index: int | None = None

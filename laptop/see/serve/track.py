@@ -24,7 +24,14 @@ from laptop.see.serve.joint_track import Joints
 from laptop.see.serve.observation_csv import ObservationCsv, TrackingInterrupted
 from laptop.see.serve.options import CAMERA_NAMES, TrackOptions
 from laptop.see.serve.pairing_file import read_pairing
-from laptop.see.serve.pipeline import CameraPipeline, FrameSource, PairPlacer, TablePlacer
+from laptop.see.serve.pipeline import (
+    CameraPipeline,
+    FrameSource,
+    MarkerPlacers,
+    PairPlacer,
+    PipelineOutputs,
+    TablePlacer,
+)
 from laptop.see.serve.process_signals import signals_ignored
 from laptop.see.serve.server import TrackingServer
 from laptop.see.serve.session import TrackingSession
@@ -164,35 +171,16 @@ def _track(
         if setup.learned:
             write_markers(setup.file, {**setup.known, **setup.learned})
         # Only now: an old file is not given up for a run that does not begin.
-        several = len(setup.cameras) > 1
-        csv = ObservationCsv(options.csv, several, _columns(options)) if options.csv else None
-        if csv:
-            stack.callback(csv.close)
-        keep = setup.picture and setup.picture[1]
-        trackers = [Tracker(setup.markers) for _ in setup.cameras]
+        csv = _open_csv(options, stack)
         names = CAMERA_NAMES[: len(setup.cameras)]
-        placers: Sequence[TablePlacer | None] = [None] * len(names)
-        pairs = None
+        tables: Sequence[TablePlacer | None] = [None] * len(names)
+        space = None
         if watch_boards:
-            placers, pairs = watch_boards(names, print_line, partial(_reported_joints, server, now))
-        pipelines = [
-            CameraPipeline(
-                name,
-                camera,
-                tracker,
-                point,
-                server,
-                csv,
-                setup.live,
-                keep,
-                now,
-                placer,
-                pairs,
-            )  # fmt: skip
-            for name, camera, tracker, point, placer in zip(
-                names, setup.cameras, trackers, setup.points, placers, strict=True
-            )
-        ]
+            tables, space = watch_boards(names, print_line, partial(_reported_joints, server, now))
+        trackers = [Tracker(setup.markers) for _ in setup.cameras]
+        outputs = PipelineOutputs(server, csv, setup.picture and setup.picture[1])
+        placers = [MarkerPlacers(table, space) for table in tables]
+        pipelines = _pipelines(setup, trackers, outputs, placers, now)
         _introduce(print_line, announce, pipelines, options.camera, setup)
         if server:
             _invite(print_line, announce, server, len(pipelines), bool(serve_page))
@@ -209,10 +197,7 @@ def _track(
                 )
             )  # fmt: skip
             _show(print_line, announce, page, options.open)
-        link = (lambda: link_status(server.state())) if server else None
-        has_viewers = page.has_viewers if page else (lambda: False)
-        others = pairs.lines if pairs else list
-        session = TrackingSession(pipelines, csv, link, console, has_viewers, others)
+        session = _session(console, pipelines, outputs.csv, server, page, space)
         try:
             status = session.run(partial(announce, announcements.READY))
         except TrackingInterrupted as error:
@@ -226,6 +211,47 @@ def _track(
         print(f"laptop: stopped by {session.ended_by}", file=sys.stderr)
         return status, f"stopped by {session.ended_by}"
     return status, "every camera has ended"
+
+
+def _open_csv(options: TrackOptions, stack: ExitStack) -> ObservationCsv | None:
+    """Open the file of observations, if one is wanted; the stack closes it."""
+    if not options.csv:
+        return None
+    csv = ObservationCsv(options.csv, len(options.camera) > 1, _columns(options))
+    stack.callback(csv.close)
+    return csv
+
+
+def _pipelines(
+    setup: TrackingSetup,
+    trackers: Sequence[Tracker],
+    outputs: PipelineOutputs,
+    placers: Sequence[MarkerPlacers],
+    now: Callable[[], float],
+) -> list[CameraPipeline]:
+    """Return a pipeline for each camera, in their order."""
+    names = CAMERA_NAMES[: len(setup.cameras)]
+    return [
+        CameraPipeline(name, camera, tracker, point, outputs, setup.live, now, placer)
+        for name, camera, tracker, point, placer in zip(
+            names, setup.cameras, trackers, setup.points, placers, strict=True
+        )
+    ]
+
+
+def _session(
+    console: Console,
+    pipelines: Sequence[CameraPipeline],
+    csv: ObservationCsv | None,
+    server: TrackingServer | None,
+    page: ServedPage | None,
+    space: PairPlacer | None,
+) -> TrackingSession:
+    """Return the session over all pipelines, with what its status shows."""
+    link = (lambda: link_status(server.state())) if server else None
+    has_viewers = page.has_viewers if page else (lambda: False)
+    others = space.lines if space else list
+    return TrackingSession(pipelines, csv, link, console, has_viewers, others)
 
 
 def _columns(options: TrackOptions) -> list[str]:

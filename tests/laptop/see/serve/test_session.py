@@ -17,7 +17,7 @@ from laptop.see.markers.view import BoardPlace
 from laptop.see.serve import session, status_display, status_text
 from laptop.see.serve.detection_stats import DetectionStats
 from laptop.see.serve.observation_csv import ObservationCsv, PairedPlace, TrackingInterrupted
-from laptop.see.serve.pipeline import CameraPipeline
+from laptop.see.serve.pipeline import CameraPipeline, MarkerPlacers, PipelineOutputs
 from laptop.see.serve.server_state import ServerState
 from laptop.see.serve.session import TrackingSession
 from laptop.see.serve.status_display import StatusDisplay
@@ -29,7 +29,7 @@ def test_every_frame_is_published_with_its_own_time_and_number():
     server = FakeServer()
     camera = FakeCamera(frame(4, 10.5, 90), None, frame(7, 10.6, 0))
     pipeline = CameraPipeline(
-        "B", camera, FakeTracker(), (5, 6), server, None, True, now=lambda: 10.7
+        "B", camera, FakeTracker(), (5, 6), PipelineOutputs(server), now=lambda: 10.7
     )
     assert [pipeline.step(0.1) for _ in range(3)] == [True, True, True]
     assert [tuple(observation) for observation in server.sent] == [
@@ -74,7 +74,10 @@ def test_a_camera_that_is_given_up_ends_it_in_one_line(tmp_path):
     camera.why = "camera 0 stopped giving pictures and did not come back"
     out = ObservationCsv(tmp_path / "out.csv", False)
     run = TrackingSession(
-        [CameraPipeline("A", camera, FakeTracker(), csv=out)], out, None, silent()
+        [CameraPipeline("A", camera, FakeTracker(), outputs=PipelineOutputs(csv=out))],
+        out,
+        None,
+        silent(),
     )
     with pytest.raises(TrackingInterrupted, match="did not come back"):
         run.run()
@@ -120,7 +123,7 @@ def test_a_camera_that_hangs_keeps_no_frame_of_another_back():
     server = FakeServer()
     camera_a = FakeCamera(after=hang)
     camera_b = FakeCamera(*(frame(k, 5 + k / 30, 9) for k in range(20)), after=end)
-    pipelines = pipelines_of(camera_a, camera_b, server=server, now=lambda: 6.0)
+    pipelines = pipelines_of(camera_a, camera_b, outputs=PipelineOutputs(server), now=lambda: 6.0)
     assert TrackingSession(pipelines, None, None, silent()).run() == 0
     assert hung == [True]
     assert [(seen.camera, seen.t) for seen in server.sent] == [("B", 5 + k / 30) for k in range(20)]
@@ -212,7 +215,10 @@ def test_a_signal_ends_it_with_everything_on_the_disk(tmp_path, number, status):
     camera.struck = False
     before = signal.getsignal(number)
     run = TrackingSession(
-        [CameraPipeline("A", camera, FakeTracker(), csv=out)], out, None, silent()
+        [CameraPipeline("A", camera, FakeTracker(), outputs=PipelineOutputs(csv=out))],
+        out,
+        None,
+        silent(),
     )
     assert run.run() == status
     assert run.ended_by == ("Ctrl-C" if number == signal.SIGINT else signal.Signals(number).name)
@@ -236,7 +242,10 @@ def test_what_was_tracked_is_on_the_disk_meanwhile(tmp_path, monkeypatch):
 
     camera = FakeCamera(frame(0, 0.0, 9), after=look)
     TrackingSession(
-        [CameraPipeline("A", camera, FakeTracker(), csv=out)], out, None, silent()
+        [CameraPipeline("A", camera, FakeTracker(), outputs=PipelineOutputs(csv=out))],
+        out,
+        None,
+        silent(),
     ).run()
     out.close()
     assert read.is_set()
@@ -342,7 +351,13 @@ def test_places_on_the_table_stand_in_the_file_once_they_are_known(tmp_path):
     out = ObservationCsv(file, True, ["x", "y", "arm_x", "arm_y"])
     camera = FakeCamera(frame(0, 0.0, 1), frame(1, 0.1, 1))
     pipeline = CameraPipeline(
-        "A", camera, FakeTracker(), (40.0, 20.0), csv=out, live=False, placer=FakePlacer()
+        "A",
+        camera,
+        FakeTracker(),
+        (40.0, 20.0),
+        PipelineOutputs(csv=out),
+        False,
+        placers=MarkerPlacers(FakePlacer()),
     )
     while pipeline.step(0.1):
         pass
@@ -379,7 +394,13 @@ def test_what_two_cameras_tell_together_has_rows_of_its_own(tmp_path):
     out = ObservationCsv(file, True, ["x", "y", "z", "gap"])
     camera = FakeCamera(frame(0, 0.0, 1), frame(1, 0.1, 1), frame(2, 0.9, 1))
     pipeline = CameraPipeline(
-        "A", camera, FakeTracker(), (40.0, 20.0), csv=out, live=False, pairs=FakePairs()
+        "A",
+        camera,
+        FakeTracker(),
+        (40.0, 20.0),
+        PipelineOutputs(csv=out),
+        False,
+        placers=MarkerPlacers(space=FakePairs()),
     )
     places = []
     while pipeline.step(0.1):
