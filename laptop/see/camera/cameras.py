@@ -12,7 +12,7 @@ import cv2
 from laptop.see.camera.containers import frame_numbers, how_cut_off, is_bare, tells_count
 from laptop.see.camera.frames import MakeCapture, NoCamera
 from laptop.see.camera.live_cameras import LiveCamera, NetworkStream
-from laptop.see.camera.recordings import PictureFolder, Recording, open_files
+from laptop.see.camera.recordings import FileFacts, PictureFolder, Recording, open_files
 from laptop.see.camera.webcams import Webcam
 
 WEBCAM = re.compile(r"(?:/dev/video)?(\d{1,3})")
@@ -58,7 +58,8 @@ def open_camera(
     if isinstance(capture, PictureFolder):
         return Recording(source, capture, fps, live, now, sleep)
     counted, cut = tells_count(Path(source)), how_cut_off(Path(source))
-    film = Recording(source, capture, fps, live, now, sleep, numbers, not gapless, not counted, cut)
+    facts = FileFacts(numbers, not gapless, not counted, cut)
+    film = Recording(source, capture, fps, live, now, sleep, facts)
     if fps is None and is_bare(Path(source)):
         film.remarks.append(f"it tells no pace: {film.fps:g} a second is a guess; give it as --fps")
     return film

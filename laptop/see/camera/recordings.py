@@ -13,7 +13,7 @@ import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -43,6 +43,24 @@ MAX_NAMED = 3
 """Number of unreadable pictures that are named; the others are counted."""
 
 
+class FileFacts(NamedTuple):
+    """What a look into a recording's file told.
+
+    numbers  of the frames that a damaged file still holds; None: not known, or all of them
+    stamped  False: a frame that is lost leaves no gap in the recording's own time stamps
+    guessed  the number of frames is not told, but its length times its pace
+    cut      how the file is cut off, after "the file is"; "" if it is whole
+    """
+
+    numbers: Sequence[int] | None = None
+    stamped: bool = True
+    guessed: bool = False
+    cut: str = ""
+
+
+_SOUND_FILE = FileFacts()
+
+
 class Recording:
     """Frames that lie on a disk: every one in order, or played live.
 
@@ -53,11 +71,9 @@ class Recording:
         live: frame n is due at (time of the first `read`) + n / fps on the clock `now`, and this is
             its capture time; those that are late are left out.  Otherwise t is seconds into the
             recording.
-        now, sleep: the clock to play by, s.
-        numbers: of the frames that a damaged file still holds; None: not known, or all of them.
-        stamps: False: a frame that is lost leaves no gap in the recording's own time stamps.
-        guessed: the number of frames is not told, but its length times its pace.
-        cut: how the file is cut off, after "the file is"; "" if it is whole.
+        now: the clock to play by, s.
+        sleep: waits on that clock, s.
+        facts: what a look into the file told.
 
     Attributes:
         count: frames that the recording says it has, or None.  Of one that is guessed, about; what
@@ -79,10 +95,7 @@ class Recording:
         live: bool = False,
         now: Callable[[], float] = time.monotonic,
         sleep: Callable[[float], None] = time.sleep,
-        numbers: Sequence[int] | None = None,
-        stamps: bool = True,
-        guessed: bool = False,
-        cut: str = "",
+        facts: FileFacts = _SOUND_FILE,
     ) -> None:
         own = capture.get(cv2.CAP_PROP_FPS)
         own = own if math.isfinite(own) and 0.01 <= own <= 1000 else PICTURE_FPS
@@ -91,6 +104,7 @@ class Recording:
         self.fps: float = fps or own
         self.count = int(count) if 0 < count < 1e9 else None
         self.size = size_of(capture)
+        numbers = facts.numbers
         if self.count is None or (numbers and numbers[-1] >= self.count):
             numbers = None
         self._numbers = numbers
@@ -98,10 +112,10 @@ class Recording:
         self.unread = self.count - len(numbers) if numbers and self.count else 0
         self.ended = False
         self._capture = capture
-        self._stamped = fps is None and not live and stamps
-        self._gapless = not stamps
-        self.guessed = self._guess = guessed and self.count is not None
-        self._cut = cut
+        self._stamped = fps is None and not live and facts.stamped
+        self._gapless = not facts.stamped
+        self.guessed = self._guess = facts.guessed and self.count is not None
+        self._cut = facts.cut
         odd = "" if isinstance(capture, PictureFolder) else _odd_height(capture)
         self.remarks = [odd] if odd else []
         self._live = live

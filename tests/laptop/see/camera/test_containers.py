@@ -12,7 +12,7 @@ from waiting import PATIENCE
 
 from laptop.see.camera.cameras import open_camera
 from laptop.see.camera.containers import how_cut_off, is_bare, tells_count
-from laptop.see.camera.recordings import Recording
+from laptop.see.camera.recordings import FileFacts, Recording
 from laptop.see.markers.tracker import Tracker
 from laptop.see.serve.pipeline import CameraPipeline
 from laptop.see.serve.status_display import StatusDisplay
@@ -150,7 +150,7 @@ class Uneven:
 
 
 def test_of_an_uneven_pace_it_is_said_what_is_odd():
-    source = Recording("film", Uneven(), guessed=True)
+    source = Recording("film", Uneven(), facts=FileFacts(guessed=True))
     assert source.notes == []
     assert len(everything(source)) == 36
     assert source.notes == [
@@ -161,7 +161,7 @@ def test_of_an_uneven_pace_it_is_said_what_is_odd():
 
 
 def test_frames_that_are_lost_before_others_are_unread_however_many_there_are():
-    source = Recording("film", Uneven([4, 4, 9]), fps=FPS, guessed=True)
+    source = Recording("film", Uneven([4, 4, 9]), fps=FPS, facts=FileFacts(guessed=True))
     assert len(everything(source)) == 36
     assert source.notes == ["3 of 39 frames could not be read"]
 
