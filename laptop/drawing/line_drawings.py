@@ -65,6 +65,13 @@ def ink_of(grey: np.ndarray) -> InkMask:
     return InkMask(ink, cv2.distanceTransform(ink.astype(np.uint8), cv2.DIST_L2, 5))
 
 
+# A photograph of a drawing is light times reflectance, I = L R: a shadow lowers L by a factor and
+# ink lowers R.  L changes slowly, and lines are thin.  So L is a morphological closing of I, which
+# fills all that is dark and narrower than its disc, and the darkness is 1 - I / L, whatever the
+# light.  N. Otsu's threshold (1979) then parts ink from paper where the variance between both
+# classes is greatest; plain paper is left out before, for of two classes one of which has nearly
+# all pixels, it would cut the larger one in two.  A fixed threshold on I would find ink in every
+# shadow; an edge detector would draw each line twice, along both of its sides.
 def _darkness(grey: np.ndarray) -> np.ndarray:
     """Return the share of the paper's light that is absorbed, 0 to 1."""
     reach = max(3, max(grey.shape) // PAPER_DIVISOR) | 1

@@ -49,6 +49,14 @@ def merged(strokes: Sequence[PlacedStroke], meeting: float = MEETING) -> list[Pl
     return out
 
 
+# Where several ends meet, which of them is the line's continuation?  Strokes are the edges of a
+# graph and their ends its nodes; a graph with 2 k nodes of odd degree can be drawn with k lines
+# (L. Euler, 1736, for k = 1), and C. Hierholzer's algorithm (1873) finds them.  That has the fewest
+# pen lifts, but such lines turn into any edge at a crossing, and at each of these corners the arm
+# has to stop.  Here each line goes on as straight as it can, with the least |turn|, as a hand would
+# draw it: where two lines cross they stay two, and smooth ones stay smooth.  The choice is greedy,
+# by the order of the file, so that the same file gives the same lines.  Ends are kept in cells as
+# wide as MEETING: whatever is near enough lies in a cell beside or in the same one.
 class _Ends:
     """Finds the end at which a line goes on best, by place and direction.
 

@@ -157,6 +157,15 @@ def _first_undrawn(
         many *= 4
 
 
+# The order is a travelling salesman's path: as many stops as strokes, each of which may be drawn
+# from either end.  Begun with the nearest neighbour, it is improved by two kinds of changes:
+#     2-opt (G. A. Croes, 1958): cut two ways, and reverse what is between them;
+#     Or-opt (I. Or, 1976): move a few strokes elsewhere, reversed or not.
+# Only changes are tried whose new way from an end is shorter than the old one, for every change
+# that gains has such an end, and it leads to one of a few near neighbours.  Where none gains any
+# more, parts that follow one another are exchanged (`improve`) and the rest settles anew.
+# S. Lin and B. W. Kernighan's deeper exchanges (1973) come nearer to the shortest path, by some per
+# cent, with much more code.
 class _Tour:
     """An order of strokes that can be improved; where it begins and ends is free.
 

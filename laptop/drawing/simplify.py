@@ -124,6 +124,13 @@ def _sharp(points: np.ndarray, tolerance: float) -> np.ndarray:
     return sharp
 
 
+# The algorithm of U. Ramer (1972), and D. H. Douglas and T. K. Peucker (1973): of a line's points
+# the one farthest from the chord between its ends is kept if it is farther off than the tolerance,
+# and both parts are treated alike; what is left out is within the tolerance of what is kept.
+# Here it tells what is noise and where corners are, but it does not choose the points of a curve:
+# its chords are near the line, whereas the brick goes through the points smoothly, with tangents by
+# their neighbours, and from a polygon's few points these are not the curve's.  Points of curves
+# are chosen by turn and length instead (`_thinned`).
 def _needed(points: np.ndarray, tolerance: float) -> np.ndarray:
     """Return the points that the Ramer-Douglas-Peucker algorithm keeps: (n,) bool."""
     low = points.min(axis=0)

@@ -81,6 +81,15 @@ class TwoViews:
         return self._learned[1:]
 
 
+# A place a of the first picture and the same point's place b in the second have b . F a = 0: b lies
+# on the line F a (H. C. Longuet-Higgins, 1981).  F has seven degrees of freedom; of points in one
+# plane a homography, b ~ H a, explains all, and infinitely many F do.  So H is tried first.
+# Both are fitted by the least median of squares (P. J. Rousseeuw, 1984): the candidate from few
+# pairs is best whose residuals have the least median, so that almost half of the pairs may be
+# false.  RANSAC needs to be told how many px a true pair may be off, which nobody knows of unknown
+# cameras; the median tells it.  F is then fitted anew to all pairs that belong to it, by the
+# eight-point algorithm.  A median may be small by chance: F is believed where each half of the
+# pairs teaches the same lines (`where`).
 def _taught(pairs: np.ndarray) -> tuple[np.ndarray | None, list[np.ndarray]]:
     if len(pairs) < MIN_PAIRS:
         return None, []

@@ -319,6 +319,6 @@ def _first_guess(views: Sequence[BoardView], points: Sequence[np.ndarray]) -> np
             state += [turns[0].ravel(), shifts[0].ravel()]
             score += float(np.ravel(errors)[0]) ** 2
         states.append(np.concatenate(state))
-        # PointsView straight on, all fit alike: then it is the usual one.
+        # Views from straight above fit with all of them alike: then it is the usual one.
         scores.append(score / len(views) + 0.01 * math.log(share) ** 2)
     return states[int(np.argmin(scores))]

@@ -228,6 +228,11 @@ def _missed(
     return np.asarray(camera.project(points @ _upright(state[0]).T + state[1:]) - pixels)
 
 
+# The rotation of least squares between two sets of paired points (W. Kabsch, 1976), in the plane:
+# with both sets about their means, sum |R a - b|^2 is least where sum (R a) . b is greatest, at
+#     turn = atan2(sum a x b, sum a . b),
+# and the shift takes one mean to the other: no first guess, no iteration, and never a mirror image.
+# Three rounds, each without the pairs that are off by more than three medians of the last one.
 def _flat_pose(points: np.ndarray, goals: np.ndarray) -> tuple[float, float, float]:
     """Return turn (rad) and shift (x, y) from points (n, 2) to goals (n, 2) (W. Kabsch, 1976)."""
     inliers = np.ones(len(points), bool)

@@ -128,6 +128,16 @@ class TwoCameras:
         # A camera that has seen the board is found by the board alone.
         return fit.camera if fit and not watch.calibration else None
 
+    # Two webcams have no common shutter.  With the newest picture of each, a tip at 250 px/s would
+    # be compared with itself a thirtieth of a second later, 8 px on, which triangulation takes for
+    # another height.  So every frame bears the time at which it was taken, and what the first
+    # camera sees at t is compared with the second's straight line between its sightings about t,
+    #     p(t) = p0 + (t - t0) / (t1 - t0) (p1 - p0),
+    # which an acceleration a takes off by a (t1 - t0)^2 / 8 at the most, the error of linear
+    # interpolation.  Pictures wait until the other camera has got beyond them, instead of going on
+    # from its last two: an extrapolation over one more interval is up to eight times as far off,
+    # and draws every turn too wide.  Where the sightings are too far apart in time, nothing is
+    # said.
     def _pair(self) -> list[PairedPlace]:
         """Return the places of markers in the pictures that both cameras have got beyond."""
         known = {name: model for name in self._watches if (model := self.camera(name))}

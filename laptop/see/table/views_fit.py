@@ -146,6 +146,17 @@ def huber_weights(off: np.ndarray) -> np.ndarray:
     return np.minimum(1.0, limit / np.maximum(distances, 1e-12))[:, None]
 
 
+# The camera is a pinhole with the lens of D. C. Brown (1966), as OpenCV has it: a point X of the
+# board is at R X + t before the camera, at (a, b) = (x / z, y / z) in the plane of unit distance,
+# there moved along the radius by k1, k2, k3 and by decentering by p1, p2, and then at f (a, b) + c.
+# Sought is the state s with the least
+#     sum w |pixel(s) - seen|^2 / sigma^2 + sum ((s - usual) / spread)^2,
+# the most probable one if errors and priors are normal; the weights w are those of P. J. Huber
+# (1964) and follow the residuals.  The method is that of K. Levenberg (1944) and D. W. Marquardt
+# (1963): (N + damping diag N) step = -gradient, the diagonal as px, rad and cm stand in one state.
+# OpenCV's calibrateCamera, after Z. Zhang (2000), takes no priors: a single picture from straight
+# above, in which a longer lens looks like a camera farther up, leaves its equations singular.  Here
+# the priors fill what is open, and the inverse of N says how open it is.
 def _minimize(
     views: Sequence[PointsView],
     points: Sequence[np.ndarray],
