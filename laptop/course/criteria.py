@@ -1,4 +1,4 @@
-"""What a handout's solution must do, each by an oracle that knows nothing of the solution.
+"""Criteria for the handouts' solutions, each by an oracle that knows nothing of the solution.
 
 The oracles are numpy and the emulator's truth: where the links really were, not what the script
 believes.
@@ -48,7 +48,7 @@ _UNTRIED = "the arm is not tried while a function does not end"
 
 @dataclass(frozen=True)
 class CheckPoint:
-    """Something that was looked at: whether it is right, and the figures."""
+    """A property of a solution that was checked: whether it is right, and the figures."""
 
     right: bool
     text: str

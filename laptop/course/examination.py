@@ -44,7 +44,7 @@ class CannotExamine(ArmError):
 
 @dataclass(frozen=True)
 class Returned:
-    """What a function returned, or in `error` what went wrong; `endless`: it did not return."""
+    """A function's return value, or in `error` what went wrong; `endless`: it did not return."""
 
     value: Any
     error: str

@@ -87,7 +87,7 @@ class GearPair:
 
     @property
     def fits(self) -> bool:
-        """Whether their axes are whole holes apart."""
+        """True if their axes are whole holes apart."""
         return self.distance % PITCH == 0
 
     def sets(self, joints: int = 1) -> list[str]:

@@ -1,4 +1,4 @@
-"""What can go wrong, each with the sentence that the programs say: made by them, not copied."""
+"""Failures that people may meet, each with the sentence that the programs say, made by them."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from shared.arm_description import Arm, ArmError, read_arm
 
 
 class Trouble(NamedTuple):
-    """Something that goes wrong: when it is met, the sentence, what to do."""
+    """A failure that people may meet: when, the sentence, the remedy."""
 
     seen: str
     sentence: str

@@ -1,4 +1,4 @@
-"""What is to be drawn, whatever it was read from: strokes on a sheet.  Pure."""
+"""The common form of all that is drawn, whatever it was read from: strokes on a sheet.  Pure."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class BadArtwork(ArmError, ValueError):
 
 @dataclass(frozen=True)
 class Artwork:
-    """What is to be drawn, on a sheet of its own: cm, x to the right, y upwards.
+    """Strokes to be drawn, on a sheet of their own: cm, x to the right, y upwards.
 
     name      of it, for people
     strokes   tuple of arrays (n, 2), n >= 2, float64: from pen down to pen up, each a line of

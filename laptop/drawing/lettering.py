@@ -51,7 +51,7 @@ IGNORED = re.compile("[\u034f\u115f\u1160\u3164\ufe00-\ufe0f\U000e0100-\U000e01e
 
 @dataclass(frozen=True)
 class Lettering:
-    """How a text is written.
+    """Style and layout of a text.
 
     font     a key of FONTS
     size     height of capitals, cm

@@ -58,7 +58,7 @@ def merged(strokes: Sequence[PlacedStroke], meeting: float = MEETING) -> list[Pl
 # by the order of the file, so that the same file gives the same lines.  Ends are kept in cells as
 # wide as MEETING: whatever is near enough lies in a cell beside or in the same one.
 class _Ends:
-    """Finds the end at which a line goes on best, by place and direction.
+    """Index of the strokes' ends, by place and direction.
 
     In each cell the ends are in the order of the directions in which their strokes leave: the best
     is found by bisection, and those that are used are stepped over at once.

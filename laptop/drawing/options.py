@@ -1,4 +1,4 @@
-"""How a drawing is to be drawn: checked once, then frozen.  Pure."""
+"""Options of a drawing: checked once, then frozen.  Pure."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class BadDrawingOption(BadArtwork):
 
 @dataclass(frozen=True)
 class DrawingOptions:
-    """What may be wished of a drawing; where nothing is, it is as large as the arm reaches.
+    """Options of a drawing; by default it is as large as the arm reaches.
 
     paper      sheet on which it lies with a margin: a5, a4, letter, a5-landscape, WxH in cm
     at         its centre (with paper: the sheet's) in the arm's coordinates, cm

@@ -48,7 +48,7 @@ class ShowsNothing(BadArtwork):
 
 @dataclass(frozen=True)
 class Tracing:
-    """How a picture is drawn.
+    """Options of the tracing of a picture.
 
     detail     0 to 100: how weak a step of brightness still gets an outline; 0 draws none
     shades     0 to 4: tones that are hatched, each in a direction of its own; 0 hatches none

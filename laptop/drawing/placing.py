@@ -1,4 +1,4 @@
-"""Where on the table a drawing comes to lie.  Pure.
+"""Placing of a drawing on the table.  Pure.
 
 A sheet lies so that whoever sits behind the arm and looks the way it points (along x) sees the
 drawing upright: up on the sheet is x, to the right is -y.  It is turned by `rotate` from there,
@@ -108,7 +108,7 @@ class Placement:
 
 @dataclass(frozen=True)
 class Wish:
-    """Where and how large a drawing is to be; see laptop.drawing.options."""
+    """Wanted place and size of a drawing; see laptop.drawing.options."""
 
     paper: tuple[float, float] | None = None
     at: tuple[float, float] | None = None
@@ -231,7 +231,7 @@ def _covers_stand(sheet: np.ndarray) -> bool:
 
 
 class _Finder:
-    """Looks for where a drawing can be, and how large."""
+    """Search for a drawing's place and size."""
 
     def __init__(
         self,

@@ -1,4 +1,4 @@
-"""From an artwork to all that is known of its drawing: the room's door.  Pure but for the job."""
+"""The preparation of a drawing, from an artwork to its plan.  Pure but for the job's file."""
 
 from __future__ import annotations
 

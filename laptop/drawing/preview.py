@@ -1,4 +1,4 @@
-"""A drawing seen before it is drawn: what is said of it, and its picture as SVG or PNG."""
+"""Preview of a drawing: its numbers and lines for people, and its picture as SVG or PNG."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A drawing seen before it is drawn: its picture, by matplotlib.  Pure."""
+"""The picture of a drawing's preview, by matplotlib.  Pure."""
 
 from __future__ import annotations
 

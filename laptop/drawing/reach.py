@@ -1,4 +1,4 @@
-"""What the arm's tip reaches on the table, for many points at once.  Pure.
+"""Reach of the arm's tip on the table, for many points at once.  Pure.
 
 The formulas are those of robot.motion.chains, by numpy for all points together.  A *posture* is
 the way the elbow is bent, "up" or "down"; within one a stroke can be drawn whole.

@@ -1,4 +1,4 @@
-"""The door for what is to be drawn: files, bytes, and the drawings that come along.
+"""Reader of all that can be drawn: files, bytes, and the bundled drawings.
 
 What a file is, its contents tell, not its name. Nothing but the file itself is opened.
 """

@@ -59,7 +59,7 @@ class Missed:
 
 @dataclass(frozen=True, eq=False)
 class CutStrokes:
-    """What can be drawn of the strokes, what cannot, and the numbers of those drawn in parts."""
+    """Reachable parts of strokes, unreachable ones, and the numbers of strokes drawn in parts."""
 
     strokes: tuple[PlacedStroke, ...]
     missed: tuple[Missed, ...]

@@ -1,4 +1,4 @@
-"""SVG becomes an Artwork: what a browser shows of it as strokes, and what is not drawn in words.
+"""Reader of SVG: the visible as strokes of an Artwork, and the skipped in words.
 
 An area is drawn by its outline.  Lines are cut where a clip ends what is seen of them.
 """
@@ -45,7 +45,7 @@ COVERING_OPACITY = 0.99
 
 @dataclass(frozen=True)
 class _Stroke:
-    """What is drawn without lifting the pen, before it is cut.
+    """A stroke from pen down to pen up, before it is cut.
 
     area  by whose clipped outline it is drawn: lines that belong together, and whether they
           surround by even and odd; None for a line
@@ -104,7 +104,7 @@ def _unpacked(data: bytes, name: str) -> bytes:
 
 
 class _SvgReader:
-    """Takes the shapes of a tree, and makes strokes of them, in cm."""
+    """Converter of a tree's shapes to strokes, in cm."""
 
     def __init__(self, root: ET.Element, name: str, is_hatched: bool) -> None:
         self.name, self.root, self._is_hatched = name, root, is_hatched

@@ -1,4 +1,4 @@
-"""What clips and masks of SVG leave of a shape: an area on the sheet.
+"""Clips and masks of SVG, as areas on the sheet that cut a shape.
 
 A mask of opaque white and black shapes is an area, too; any other shows through in part, which no
 pen can draw.

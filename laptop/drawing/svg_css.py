@@ -1,4 +1,4 @@
-"""What CSS says of the elements of an SVG: attributes, style sheets and `style`.  Pure.
+"""CSS for the elements of an SVG: attributes, style sheets and `style`.  Pure.
 
 tinycss2 parses and cssselect2 matches; here is what a screen with light colours shows.
 """

@@ -78,7 +78,7 @@ def _halves(text: str) -> list[str]:
 
 
 class Paint(NamedTuple):
-    """What is seen of a fill or a stroke: how dark it is, and how opaque, each 0 to 1; its name."""
+    """Visible effect of a fill or a stroke: darkness and opacity, each 0 to 1, and its name."""
 
     darkness: float
     opacity: float
@@ -86,12 +86,12 @@ class Paint(NamedTuple):
 
     @property
     def is_paper(self) -> bool:
-        """Whether it is as the paper."""
+        """True if it looks as the paper does."""
         return self.darkness == 0.0
 
     @property
     def tone(self) -> float:
-        """How dark it makes white paper."""
+        """Darkness of white paper under it, 0 to 1."""
         return self.darkness * self.opacity
 
 

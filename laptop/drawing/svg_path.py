@@ -129,7 +129,7 @@ def _arcs(text: str, most: int) -> tuple[list[str], bool, int]:
 
 
 class PiecePen:
-    """Takes what is drawn by the calls of a font's pen: straight lines are joined to one piece."""
+    """Recorder of a font pen's calls; straight lines are joined to one piece."""
 
     def __init__(self) -> None:
         self._found: Subpaths = []

@@ -1,4 +1,4 @@
-"""What the parts of the SVG reader hand to one another: places, shapes, and a view of the tree.
+"""Types that the parts of the SVG reader share: places, shapes, and a view of the tree.
 
 Clips, letters and paint are parts of a shape's place, and to tell them shapes and places of other
 elements are needed.  They know the tree as what it does for them, `SvgElements`.
@@ -25,7 +25,7 @@ Box = tuple[float, float, float, float]
 
 @dataclass(frozen=True)
 class SvgPlace:
-    """What an element takes from those around it.
+    """Properties that an element inherits from those around it.
 
     affine    from its coordinates to the sheet's, cm (2, 3)
     viewport  width and height that percentages are of, px
@@ -48,7 +48,7 @@ class SvgPlace:
 
 @dataclass(frozen=True)
 class Shape:
-    """Something that may be seen: its lines in cm on the sheet."""
+    """A shape that may be visible: its lines in cm on the sheet."""
 
     tag: str
     pieces: Subpaths

@@ -1,4 +1,4 @@
-"""What is seen of a fill or stroke of SVG, by a colour, a gradient or a pattern.  Pure."""
+"""Visible colour of a fill or stroke of SVG: a colour, a gradient or a pattern.  Pure."""
 
 from __future__ import annotations
 

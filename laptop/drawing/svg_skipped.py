@@ -1,4 +1,4 @@
-"""What of an SVG is not drawn, counted while it is read and told in sentences.  Pure."""
+"""Elements of an SVG that are skipped, counted while it is read, and reported.  Pure."""
 
 from __future__ import annotations
 
@@ -122,7 +122,7 @@ WORDS = {
 
 
 class SkippedElements:
-    """Counts what is left out, by the kinds of WORDS, with examples."""
+    """Counts of skipped elements, by the kinds of WORDS, with examples."""
 
     def __init__(self) -> None:
         self._counts: dict[str, int] = {}

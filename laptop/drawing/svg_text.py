@@ -82,7 +82,7 @@ class Outlined(NamedTuple):
 
 
 class Layout:
-    """Sets texts.
+    """Typesetter of texts in fonts.
 
     instead  fonts that were taken for others: (what was asked for, what was taken)
     lacking  letters that a font does not have

@@ -1,4 +1,4 @@
-"""How long the brick takes for a drawing: the estimate.  Pure.
+"""Estimate of the time that the brick takes for a drawing.  Pure.
 
 Motions last what the brick's own code says, crossings of the backlash included.  What that does not
 tell is measured on the emulated brick: how long joints settle where a motion ends, and what the
@@ -47,7 +47,7 @@ READING = {DIRECT: 0.0078, GEARED: 0.0078, IN_SPACE: 0.0142}
 
 @dataclass(frozen=True)
 class Estimate:
-    """How long a drawing takes.
+    """Estimated times of a drawing.
 
     seconds     from the start to where the arm rests again
     starts      when the pen comes down on each stroke, s

@@ -75,7 +75,7 @@ def read_xml(data: bytes, name: str) -> tuple[ET.Element, tuple[str, ...]]:
 
 
 class _BoundedReader:
-    """Builds the tree from what expat says, and counts."""
+    """Builder of a tree from Expat's events, with limits on what it counts."""
 
     def __init__(self, name: str) -> None:
         self.name = name

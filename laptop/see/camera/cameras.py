@@ -1,4 +1,4 @@
-"""Any camera, by what people call it."""
+"""Opening of any camera by what people call it."""
 
 from __future__ import annotations
 

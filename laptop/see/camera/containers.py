@@ -1,4 +1,4 @@
-"""Looks into video files: how many frames they have, and what is left of those that are damaged."""
+"""Inspection of video files: their number of frames, and what is left of damaged ones."""
 
 from __future__ import annotations
 

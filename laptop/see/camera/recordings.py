@@ -44,7 +44,7 @@ MAX_NAMED = 3
 
 
 class FileFacts(NamedTuple):
-    """What a look into a recording's file told.
+    """Facts about a recording's file, from a look into it.
 
     numbers  of the frames that a damaged file still holds; None: not known, or all of them
     stamped  False: a frame that is lost leaves no gap in the recording's own time stamps

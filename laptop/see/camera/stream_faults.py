@@ -1,4 +1,4 @@
-"""Why an address gives no stream: asks once, as a browser would, and reads the answer's head."""
+"""Diagnosis of an address without a stream: asks as a browser would, and reads the answer."""
 
 from __future__ import annotations
 

@@ -65,7 +65,7 @@ _MIN_ROUNDNESS = 0.25
 
 
 class _Region(NamedTuple):
-    """What was taken for a marker in a picture.
+    """A region of a picture that was taken for a marker.
 
     color      of it
     mask       uint8, shape (h, w), 255 inside

@@ -20,7 +20,7 @@ from laptop.see.markers.tracks import Sighting, Track, Window
 
 
 class MarkerFinder(Protocol):
-    """Finds one marker in one frame."""
+    """Finder of one marker in one frame."""
 
     def __call__(self, image: np.ndarray, t: float, marker: Marker, track: Track) -> Track:
         """Find it.
@@ -41,7 +41,7 @@ FINDERS: dict[str, MarkerFinder] = {"disc": find_disc, "ball": find_ball, "aruco
 
 
 class Tracker:
-    """Finds markers in one camera's frames, one after the other.
+    """Finder of markers in one camera's consecutive frames.
 
     Args:
         markers: what to look for.

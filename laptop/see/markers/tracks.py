@@ -55,7 +55,7 @@ class Sighting(NamedTuple):
 
 
 class Suspect(NamedTuple):
-    """Something that may be the marker, but is not where that can be.
+    """A detection that may be the marker, but is where that cannot be.
 
     u, v, radius  where it is, px
     since, t      when it was seen there for the first and for the last time, s

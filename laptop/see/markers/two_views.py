@@ -1,4 +1,4 @@
-"""What a place in one camera's picture means in another's, learned from a tip that both see.
+"""A place of one camera's picture in another's, learned from a tip that both see.
 
 Nothing is known of the cameras.  A tip that has moved through space teaches their epipolar geometry
 (the fundamental matrix): a place in A is a line in B.  One that has moved in a plane teaches how

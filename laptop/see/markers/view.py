@@ -22,7 +22,7 @@ class BadPicture(ArmError, OSError):
 
 
 class BoardPlace(NamedTuple):
-    """Where something is on the board, cm.
+    """A place on the board, cm.
 
     x, y  on it
     z     over it; None: that was not measured

@@ -1,4 +1,4 @@
-"""Where the joints were lately, as the brick told, and where that puts pen and marker.  Pure.
+"""Recent angles of the joints, as the brick reports them, and the marker's place.  Pure.
 
 The tip's marker is not where the pen is: `marker_offset` of the arm's file says how far off it sits
 on the last link.

@@ -21,7 +21,7 @@ class TrackingInterrupted(ArmError):
 
 
 class PairedPlace(NamedTuple):
-    """Where two cameras see a marker together.
+    """A marker's place that two cameras see together.
 
     frame, t  of the first one's picture, s
     marker    its name

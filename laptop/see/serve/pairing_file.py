@@ -19,7 +19,7 @@ class BadPairing(ArmError, OSError):
 
 
 class Pairing(NamedTuple):
-    """What bricks pair with.
+    """Code and salt that bricks pair with.
 
     Attributes:
         code: as shared.pairing.read_code returns it.

@@ -61,7 +61,7 @@ class ObservationSink(Protocol):
 
 
 class TablePlacer(Protocol):
-    """What knows where on the table a pixel is, once it has seen how; see `see.table`.
+    """Map from pixels to places on the table, once that is known; see `see.table`.
 
     Attributes:
         version: rises whenever it is found anew how.
@@ -79,7 +79,7 @@ class TablePlacer(Protocol):
 
 
 class PairPlacer(Protocol):
-    """What knows where in space two cameras see something; see `see.table.two_cameras`."""
+    """Places in space by two cameras; see `see.table.two_cameras`."""
 
     latest: dict[str, PairedPlace]
 
@@ -90,7 +90,7 @@ class PairPlacer(Protocol):
 
 
 class PipelineOutputs(NamedTuple):
-    """Where a pipeline's results go.
+    """Destinations of a pipeline's results.
 
     server  is given every frame's observation, or None
     csv     is given every frame's rows, or None
@@ -103,7 +103,7 @@ class PipelineOutputs(NamedTuple):
 
 
 class MarkerPlacers(NamedTuple):
-    """What knows where markers are beyond the picture.
+    """Placers of markers beyond the picture.
 
     table  where on the table, cm, or None
     space  where in space, with the other cameras, or None
@@ -244,7 +244,7 @@ class CameraPipeline:
 
     @property
     def placing(self) -> tuple[int, str]:
-        """Which calibration places markers, 0: none; and why it does not any more, or ""."""
+        """Version of the calibration in use, 0: none; and why it places nothing any more, or ""."""
         return (self._placer.version, self._placer.why) if self._placer else (0, "")
 
     def wait(self, timeout: float) -> None:

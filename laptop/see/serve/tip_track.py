@@ -1,4 +1,4 @@
-"""Where a marker was in one camera's picture lately, by time.  Pure."""
+"""Recent places of a marker in one camera's picture, by time.  Pure."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from laptop.see.serve.pipeline import Point
 
 
 class TipTrack:
-    """Where the tip was in one camera's picture lately, by time.
+    """Recent places of the tip in one camera's picture, by time.
 
     Args:
         duration: s that are kept.

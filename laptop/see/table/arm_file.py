@@ -1,4 +1,4 @@
-"""Writes measured numbers into an arm's file: comments stay, the old file is kept beside it."""
+"""Measured numbers in an arm's file: comments stay, the old file is kept beside it."""
 
 from __future__ import annotations
 

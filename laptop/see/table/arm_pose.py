@@ -1,4 +1,4 @@
-"""Where the pen is, by the marker that a camera sees and how the arm stands on the board.
+"""The pen's place, by the marker that a camera sees and the arm's pose on the board.
 
 The marker is a point of the last link.  So where it is tells how the joints must stand, by the
 inverse kinematics of an arm whose last link ends there, and thereby where the pen is beside it.

@@ -1,4 +1,4 @@
-"""Waits for the board in a camera's pictures, and looks whether both stay where they are.
+"""Watch for the board in a camera's pictures, and for motions of either.
 
 While they do, pixels are places on the board.  A look at a few markers, where they must be, is
 cheap; the whole picture is searched only where these are not there.  Then they are covered, or the
@@ -42,7 +42,7 @@ nevertheless."""
 
 
 class BoardWatch:
-    """Places markers on the board of one camera, once that was seen; see `pipeline.TablePlacer`.
+    """Placer of markers on the board of one camera, once seen; see `pipeline.TablePlacer`.
 
     Args:
         bar: length of the printed bar as measured, mm, or None.

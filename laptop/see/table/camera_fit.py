@@ -1,4 +1,4 @@
-"""From pictures of the board to a camera: its lens, its place, and how sure both are.
+"""Calibration of a camera by pictures of the board: lens, pose, and how sure both are.
 
 All views are fitted at once (`views_fit`) to where the board's markers are seen.  One picture is
 enough to begin with; the covariance says what is still open.

@@ -72,7 +72,7 @@ class CameraModel:
 
     @property
     def position(self) -> np.ndarray:
-        """Where the camera stands, (3,), cm."""
+        """The camera's position, (3,), cm."""
         return np.asarray(-self.turned.T @ self.translation)
 
     @property

@@ -109,7 +109,7 @@ def parallax(calibration: Calibration, height: float = 1.0) -> float:
 
 @dataclass(frozen=True)
 class Shift:
-    """By how much the board is seen elsewhere than it was.
+    """Displacement of the board against where it was.
 
     px     median over its markers
     mm     the same on the table

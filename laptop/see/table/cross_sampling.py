@@ -1,4 +1,4 @@
-"""Looks at the board and the arm's marker, in the pictures of one camera."""
+"""Samples of the board and the arm's marker, in the pictures of one camera."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class PictureSource(Protocol):
 
 
 class CrossSample(NamedTuple):
-    """What is seen at one moment.
+    """Marker and board as seen at one moment.
 
     pixel  of the marker's centre, (u, v), px; None: it is not seen, or moves
     why    it is not, for people; "" if it is
@@ -46,7 +46,7 @@ class CrossSample(NamedTuple):
 
 
 class CrossSampler:
-    """Looks through one camera.
+    """Sampler of the marker and the board through one camera.
 
     Args:
         camera: gives the pictures.

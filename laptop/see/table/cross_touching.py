@@ -1,4 +1,4 @@
-"""Leads somebody through the printed crosses, and gathers what arm and camera have of each."""
+"""Guide through the printed crosses, which gathers what arm and camera have of each."""
 
 from __future__ import annotations
 

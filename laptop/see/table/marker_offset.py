@@ -1,4 +1,4 @@
-"""The marker is not where the pen is: how far off it sits, found by touching printed crosses.
+"""Offset of the marker from the pen, found by touching printed crosses.
 
 The pen is set on six to nine crosses of the board.  Each time three things are known: where the
 cross is on the board, where the joints have the pen in the arm's own frame, and at which pixel the
@@ -64,7 +64,7 @@ class Touch(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class MarkerFit:
-    """Where the marker sits, and how the arm stands on the board.
+    """The marker's offset, and the arm's pose on the board.
 
     offset   from the pen's tip, in the last link's frame, (2,), cm
     height   over the paper, cm

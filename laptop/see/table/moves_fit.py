@@ -1,4 +1,4 @@
-"""From the tip's own moves to a camera that does not see the board, and to the arm on the board.
+"""A camera that does not see the board, and the arm's pose on it, by the tip's own moves.
 
 The joints tell where the tip's marker is in space, the camera tells its pixel.  Enough places, not
 in one plane, give the camera's pose and lens; where a camera that knows the board sees them, too,
@@ -66,7 +66,7 @@ class MovesFit:
 
 @dataclass(frozen=True, eq=False)
 class ArmPoseFit:
-    """How the arm stands on the board, by the tip's moves.
+    """The arm's pose on the board, by the tip's moves.
 
     turn   of the arm's x from the board's, rad
     base   the arm's origin on the board, (3,), cm

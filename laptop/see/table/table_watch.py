@@ -1,4 +1,4 @@
-"""What `track --board` tells about places: each camera's, and where there are several, in space."""
+"""Places for `track --board`: each camera's, and where there are several, in space."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How the arm stands on the board, and where its marker sits, as a file: JSON, cm and rad.
+"""An arm's pose on the board, and its marker's offset, as a file: JSON, cm and rad.
 
 It holds what touching the board's crosses gave; it is written whole or not at all.
 """
@@ -31,7 +31,7 @@ MAX_DISTANCE = 500.0
 
 @dataclass(frozen=True, eq=False)
 class TouchedArm:
-    """What was found by touching crosses.
+    """Results of touching the crosses.
 
     arm    its name
     paper  name of the board's paper, see `laptop.see.markers.board.BOARDS`

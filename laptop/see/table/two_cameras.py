@@ -1,4 +1,4 @@
-"""Where in space two cameras see a marker, once both know where they stand on one board.
+"""Places of markers in space, by two cameras whose poses on one board are known.
 
 A camera knows that by the board; or, if it does not see it, by the tip's own moves: the joints tell
 where the tip is, and a camera over the board how the arm stands there.  Sights of two cameras are
@@ -55,7 +55,7 @@ MOVED_PX, MOVED_PLACES = 10.0, 6
 
 
 class _TipSample(NamedTuple):
-    """Where the joints had the marker, and where two cameras saw it.
+    """One place of the marker: by the joints, and in the pictures of two cameras.
 
     speed  of it in either picture, px/s
     point  in the arm's frame, (3,), cm
@@ -70,7 +70,7 @@ class _TipSample(NamedTuple):
 
 
 class TwoCameras:
-    """Places markers by the first two cameras that know where they stand; from any thread.
+    """Placer of markers by the first two cameras with a known pose; thread-safe.
 
     Args:
         watches: of the board, by camera name.
@@ -243,7 +243,7 @@ class TwoCameras:
 
 
 class _ByMoves:
-    """What the tip's moves have told of one camera that does not see the board."""
+    """Samples and fit of one camera that does not see the board."""
 
     def __init__(self) -> None:
         self.fit: MovesFit | None = None

@@ -1,4 +1,4 @@
-"""Fits a lens, and the camera's place for each view, to where known points are seen.
+"""Least-squares fit of a lens, and of the camera's pose in each view, to known points.
 
 All views at once, by Levenberg and Marquardt's method.  What they do not tell, what cameras and
 sheets of paper are like tells: the priors below.  So nothing is ever divided by nothing, and the
@@ -49,7 +49,7 @@ BENDS = [(power - up, up) for power in (2, 3, 4) for up in range(power + 1)]
 
 @dataclass(frozen=True)
 class Unknowns:
-    """What is fitted, and where it is in the state: lens, places, sheet, zooms.
+    """Layout of the fitted state: lens, poses, sheet, zooms.
 
     views  number of views
     sheet  the points are on a sheet of paper: how it is printed, and in each view how it is bent
@@ -67,7 +67,7 @@ class Unknowns:
 
     @property
     def print(self) -> slice:
-        """Where the print's stretch up the page and its skew are, 2 or none."""
+        """Slice of the print's stretch up the page and its skew, 2 or none."""
         start = 8 + 6 * self.views
         return slice(start, start + 2 * self.sheet)
 
@@ -78,7 +78,7 @@ class Unknowns:
 
     @property
     def zoom(self) -> slice:
-        """Where the logarithms of all views' focal lengths in the last one's are, n - 1 or none."""
+        """Slice of the views' focal lengths, as logarithms relative to the last, n - 1 or none."""
         start = self.bend(self.views).start
         return slice(start, start + (self.views - 1) * self.zooms)
 
@@ -89,7 +89,7 @@ class Unknowns:
 
 
 class PointsView(Protocol):
-    """What one picture shows of points that are known.
+    """Pixels of known points in one picture.
 
     pixels  (n, 2)
     size    of the picture, (width, height), px

@@ -1,4 +1,4 @@
-"""Finds ArUco markers, by OpenCV's detector: first in the window, then in the whole frame.
+"""Finder of ArUco markers, by OpenCV's detector: first in the window, then in the frame.
 
 The detector says which ones there are and about where; all of a marker's cells say where exactly.
 """

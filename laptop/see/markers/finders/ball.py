@@ -1,4 +1,4 @@
-"""Finds balls.
+"""Finder of balls.
 
 A ball is shaded, shines and is held in fingers: there the circle is taken that most of its outline
 lies on.

@@ -1,4 +1,4 @@
-"""Finds the printed board in a picture: every marker of it that is seen, to the cell."""
+"""Finder of the printed board in a picture: every marker of it that is seen, to the cell."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ outline, where a black square looks a little too large or too small, and less ne
 
 @dataclass(frozen=True)
 class BoardView:
-    """What one picture shows of a board.
+    """Markers of a board seen in one picture.
 
     board    which one
     numbers  of its markers that are seen, (n,)

@@ -1,4 +1,4 @@
-"""Why a picture does not show one board as it is: there are two of them, or it is mirrored."""
+"""Diagnosis of a picture without one proper board: there are two of them, or it is mirrored."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Aligns a square code with the picture: a homography over all of its cells, not its outline alone.
+"""Alignment of a square code with the picture: a homography over all of its cells.
 
 The detector's corners are where two edges of a few pixels cross, each some hundredths of a pixel
 off.  The edges of all cells together tell ten times as much.  So the printed pattern is laid over

@@ -1,4 +1,4 @@
-"""From what was measured to a confidence: factors from 0 (surely not the marker) to 1."""
+"""Confidence of what was measured: factors from 0 (surely not the marker) to 1."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Finds flat discs.
+"""Finder of flat discs.
 
 A disc that is seen whole, an ellipse in perspective, is measured by a soft centroid: each pixel
 counts with the share of disc in it.  One that is partly hidden is for a while measured as a circle.

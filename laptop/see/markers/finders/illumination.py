@@ -1,4 +1,4 @@
-"""The light of a scene: by what it differs from that of learning, and colours that follow it."""
+"""The light of a scene, compared with that of learning, and colours that follow it."""
 
 from __future__ import annotations
 

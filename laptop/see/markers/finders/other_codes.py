@@ -1,4 +1,4 @@
-"""Which codes are in sight instead of the ArUco marker that is looked for, and cannot be it."""
+"""Codes in sight that cannot be the ArUco marker that is looked for."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Finds a disc that moved so far during the exposure that it is smeared over a stadium."""
+"""Finder of a disc that is smeared over a stadium by its motion during the exposure."""
 
 from __future__ import annotations
 
