@@ -234,7 +234,7 @@ def touch(
         for line in describe(calibration):
             say(line)
         again = asked.is_live
-        touching = CrossTouching(arm, calibration, looks.look, say, again, asked.crosses)
+        touching = CrossTouching(arm, calibration, looks.sample, say, again, asked.crosses)
         if simulation:
             simulation.run(touching)
         elif asked.file is not None:
@@ -242,7 +242,7 @@ def touch(
         else:
             _from_brick(touching, asked.name, asked.words(arm))
         if again:
-            touching.check_camera(looks.look())
+            touching.check_camera(looks.sample())
         fit = _conclude(touching, arm, sight.height, places)
         if folder:
             say(folder.write(_record(arm, fit, hand, [file.name for file in places if file])))
@@ -298,7 +298,7 @@ def _from_file(touching: CrossTouching, file: str) -> None:
     for line in _lines(file):
         if not line.strip():
             continue
-        touching.take(read_point(line))
+        touching.handle(read_point(line))
         if touching.cross is None:
             return
         click.echo(touching.request())
@@ -317,7 +317,7 @@ def _from_brick(touching: CrossTouching, name: str | None, words: tuple[str, ...
 
     def take(line: str) -> bool:
         if touching.cross is not None:
-            touching.take(read_point(line))
+            touching.handle(read_point(line))
         return went_on()
 
     def skip() -> bool:

@@ -172,7 +172,7 @@ class SimulatedTouching:
 
     def _take(self, line: str) -> None:
         try:
-            counts = self._touching.take(read_point(line))
+            counts = self._touching.handle(read_point(line))
         except ArmError as problem:
             self._problem = problem
             self._devices.press(Press("down", self._brick.world.now() + PRESSING, PRESS_TIME))

@@ -373,7 +373,7 @@ def _open_page(
             hold_unheard=asked.page_hold,
         )
         stack.callback(controller.drawings.close)
-        page = process.PageProcess(controller, listener, host, inputs.say, inputs.invite)
+        page = process.PageProcess(controller, listener, host, inputs.report, inputs.invite)
         stack.callback(page.close)
         return ServedPage(
             page.address, page.warning, lambda: controller.has_viewers, controller.expect_viewer

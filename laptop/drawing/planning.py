@@ -66,7 +66,7 @@ def plan_strokes(
         height: of the paper, cm; in space only.
         speed: greatest of the tip, cm/s.
         tolerance: by which lines are simplified, cm.
-        progress: told what share of the length is planned.
+        progress: called with the share of the length that is planned.
 
     Returns:
         What is planned, and what cannot be followed after all.

@@ -103,10 +103,10 @@ def _contents(source: str | Path | bytes, name: str) -> tuple[bytes, str]:
 
 
 def _refuse_other_formats(data: bytes, name: str) -> None:
-    """Refuse formats that people try, told by their first bytes, with what to do instead."""
-    found = [said for begin, *said in OTHER_FORMATS if data.startswith(begin)]
+    """Refuse formats that people try, known by their first bytes, with what to do instead."""
+    found = [refusal for begin, *refusal in OTHER_FORMATS if data.startswith(begin)]
     if data[4:8] == b"ftyp":
-        found = [said for brand, *said in ISO_BRANDS if brand in data[8:64]]
+        found = [refusal for brand, *refusal in ISO_BRANDS if brand in data[8:64]]
     if found:
         what, advice = found[0]
         raise BadArtwork(f"{name}: is {what}, which is not read; {advice}")

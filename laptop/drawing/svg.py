@@ -363,7 +363,7 @@ class _SvgReader:
         try:
             return (length(text, across, 1.0, place.font) or 0.0) > 0
         except UnreadableValue:
-            return True  # as if it were not said: 1
+            return True  # as if it were absent: 1
 
     def _is_within(self, contours: list[list[Piece]], clips: tuple[BaseGeometry, ...]) -> bool:
         """Return whether the clips take nothing away, as is usual."""

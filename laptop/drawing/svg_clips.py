@@ -55,7 +55,7 @@ def clips_of(
             continue
         target = tree.find(led[0])
         if target is None or not target.tag.endswith(kind):
-            continue  # as if it were not said (SVG 2, section 14.3)
+            continue  # as if it were absent (SVG 2, section 14.3)
         found.append(_area(tree, target, element, place, kind))
     return tuple(found)
 

@@ -97,8 +97,8 @@ class StyleSheets:
         if rule.lower_at_keyword == "import":
             self.imports.append(tinycss2.serialize(rule.prelude).strip()[:60])
         elif rule.content is not None and rule.lower_at_keyword in ("media", "supports", "layer"):
-            said = tinycss2.serialize(rule.prelude)
-            if rule.lower_at_keyword != "media" or is_shown_media(said):
+            query = tinycss2.serialize(rule.prelude)
+            if rule.lower_at_keyword != "media" or is_shown_media(query):
                 self._read(tinycss2.parse_rule_list(rule.content, True, True))
 
     def of(self, element: ET.Element) -> tuple[dict[str, str], dict[str, str]]:
@@ -170,9 +170,9 @@ def _declared(parsed: Iterable[Any]) -> Declared:
             continue
         value = tinycss2.serialize(declaration.value).strip()
         into = important if declaration.important else usual
-        for name, said in _long(declaration.lower_name, value):
-            if _is_valid(name, said):
-                into[name] = said
+        for name, longhand in _long(declaration.lower_name, value):
+            if _is_valid(name, longhand):
+                into[name] = longhand
     return usual, important
 
 

@@ -25,10 +25,10 @@ def is_for_us(element: ET.Element) -> bool:
     """Return whether an element is meant for a reader of LANGUAGE, and needs no extension."""
     if element.get("requiredExtensions", "").strip():
         return False
-    said = element.get("systemLanguage")
-    if said is None:
+    languages = element.get("systemLanguage")
+    if languages is None:
         return True
-    tongues = (tongue.strip().lower() for tongue in said.split(","))
+    tongues = (tongue.strip().lower() for tongue in languages.split(","))
     return any(t == LANGUAGE or t.startswith(f"{LANGUAGE}-") for t in tongues)
 
 

@@ -185,7 +185,7 @@ class SvgTree:
         return outer.font if found is None or found < 0 else found
 
     def _own_affine(self, element: ET.Element, place: SvgPlace) -> np.ndarray:
-        """Return an element's own transform; what cannot be read is as if it were not said."""
+        """Return an element's own transform; one that cannot be read is ignored."""
         style = place.style
         named = [style[key] for key in ("translate", "rotate", "scale", "transform")]
         if named == ["none"] * 4:
@@ -276,9 +276,9 @@ class SvgTree:
         y = self.length(element, place, "y", down) or 0.0
         size = []
         for key, whole in (("width", across), ("height", down)):
-            said = self.length(*user, key, whole) if user else None
-            said = self.length(element, place, key, whole) if said is None else said
-            size.append(whole if said is None else said)
+            given = self.length(*user, key, whole) if user else None
+            given = self.length(element, place, key, whole) if given is None else given
+            size.append(whole if given is None else given)
         if min(size) <= 0:
             return None
         box = self.box(element.attrib)

@@ -105,7 +105,7 @@ def transform(
             with np.errstate(over="ignore", invalid="ignore"):
                 affine = compose(affine, _function(match[1], match[2], box, font))
         except UnreadableValue:
-            raise UnreadableValue(text) from None  # all of it is said
+            raise UnreadableValue(text) from None  # the text says it all
         at = match.end()
     if not np.isfinite(affine).all():
         raise UnreadableValue(text)

@@ -25,7 +25,7 @@ MAX_EDITS = 1000
 
 
 def frame_numbers(path: Path) -> Sequence[int] | None:
-    """Return the numbers of the frames that an AVI with an index still holds; None: not told.
+    """Return the numbers of the frames that an AVI with an index still holds; None: unknown.
 
     The index lists every frame and its place.  What is no frame there is lost, and a decoder passes
     over it without a word.
@@ -204,7 +204,7 @@ def _whole(file: BinaryIO, size: int) -> int:
 def _number(file: BinaryIO, at: int) -> tuple[int, int]:
     """Return a Matroska number and the place behind it; 0 where it is not known.
 
-    Its length, 1 to 8 bytes, is told by how many bits at the beginning are 0.
+    Its length, 1 to 8 bytes, follows from how many bits at the beginning are 0.
     """
     file.seek(at)
     (first,) = struct.unpack("B", file.read(1))

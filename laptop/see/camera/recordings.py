@@ -48,7 +48,7 @@ class FileFacts(NamedTuple):
 
     numbers  of the frames that a damaged file still holds; None: not known, or all of them
     stamped  False: a frame that is lost leaves no gap in the recording's own time stamps
-    guessed  the number of frames is not told, but its length times its pace
+    guessed  the number of frames is its length times its pace, for the file states none
     cut      how the file is cut off, after "the file is"; "" if it is whole
     """
 
@@ -73,7 +73,7 @@ class Recording:
             recording.
         now: the clock to play by, s.
         sleep: waits on that clock, s.
-        facts: what a look into the file told.
+        facts: about the file.
 
     Attributes:
         count: frames that the recording says it has, or None.  Of one that is guessed, about; what

@@ -90,7 +90,7 @@ def ellipse_of(outline: np.ndarray, finer: int = 1) -> Ellipse | None:
 
 
 _POINTS = 48
-# Triples of points on a contour through which circles are laid: wide ones, and narrow ones for rims
+# Triples of a contour's points through which circles are drawn: wide ones, and narrow ones for rims
 # of which most is hidden.
 _TRIPLES = np.array(
     [

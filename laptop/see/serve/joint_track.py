@@ -51,7 +51,7 @@ class JointTrack:
         self._samples: deque[tuple[float, Sequence[float]]] = deque()
 
     def add(self, t: float, q: Sequence[float]) -> None:
-        """Take in that the joints were at q (rad) at t (s)."""
+        """Store that the joints were at q (rad) at t (s)."""
         if self._samples and t <= self._samples[-1][0]:
             return
         self._samples.append((t, q))
@@ -59,7 +59,7 @@ class JointTrack:
             self._samples.popleft()
 
     def at(self, t: float) -> tuple[float, ...] | None:
-        """Return the angles at t (s), rad, between those told; None: nothing was told about then.
+        """Return the angles at t (s), rad, interpolated; None: there is no report of about then.
 
         What comes after the last word is not known yet, either.
         """

@@ -24,7 +24,7 @@ class MarkerSelection:
     picks    markers to learn
     known    markers by name, from the markers file
     all      True: look for every known one, not only for effector and goal
-    default  SPEC by name, for those of which nothing is said
+    default  SPEC by name, for those that are not given
     """
 
     specs: Mapping[str, str | None]
@@ -37,7 +37,7 @@ class MarkerSelection:
         """Refuse contradictions, before any camera is opened.
 
         Raises:
-            InvalidTrackOption: two picks of one marker, an unknown name, a colour said twice.
+            InvalidTrackOption: two picks of one marker, an unknown name, a colour given twice.
         """
         names = [pick.name for pick in self.picks]
         for pick in self.picks:

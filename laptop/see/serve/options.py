@@ -88,7 +88,7 @@ def read_pick(text: str) -> Pick:
 
 
 def read_goals(texts: Sequence[str], cameras: int) -> str | list[Point] | None:
-    """Read a marker's SPEC, or one fixed point per camera; None if nothing is said.
+    """Read a marker's SPEC, or one fixed point per camera; None if none is given.
 
     Args:
         texts: a SPEC; or U,V for every camera in turn; or A:U,V, B:U,V, ... in any order.

@@ -33,7 +33,7 @@ class Pairing(NamedTuple):
 def known_code() -> str | None:
     """Return this laptop's pairing code, as people write it; None where there is none to be read.
 
-    Brick programs that this laptop starts are told it: nobody has to type it.
+    Brick programs that this laptop starts are given it: nobody has to type it.
     """
     try:
         code, _, _ = read_text(Path(state_folder()) / PAIRING_FILE).partition("\n")
@@ -43,7 +43,7 @@ def known_code() -> str | None:
 
 
 def read_pairing(
-    folder: Path | None = None, say: Callable[[str], None] = lambda line: None
+    folder: Path | None = None, report: Callable[[str], None] = lambda line: None
 ) -> Pairing:
     """Read this laptop's pairing code and salt; make them when they are first asked for.
 
@@ -51,7 +51,7 @@ def read_pairing(
 
     Args:
         folder: None takes $BRICKSERVO_STATE, or ~/.brickservo.
-        say: called with a line if a code was replaced.
+        report: called with a line if a code was replaced.
 
     Raises:
         BadPairing: naming the file and what to do.
@@ -66,7 +66,7 @@ def read_pairing(
                     file.chmod(0o600)
                 return found
             except pairing.OldCode:
-                say(
+                report(
                     "the pairing code was one of an earlier version, too short, and is replaced; "
                     "type the command with the new one on the brick, once"
                 )

@@ -66,14 +66,14 @@ class TablePlacer(Protocol):
     Attributes:
         version: rises whenever it is found anew how.
         why: why it is not known any more, or "".
-        height: of the arm's marker over the table, cm; None: nobody has told.
+        height: of the arm's marker over the table, cm; None: not known.
     """
 
     version: int
     why: str
     height: float | None
 
-    def look(self, image: np.ndarray) -> None: ...  # noqa: D102
+    def update(self, image: np.ndarray) -> None: ...  # noqa: D102
     def place_at(self, pixel: Point, height: float) -> Point | None: ...  # noqa: D102
     def board_place(self, marker: str, pixel: Point) -> BoardPlace | None: ...  # noqa: D102
 
@@ -208,7 +208,7 @@ class CameraPipeline:
         """Return where on the board the markers are, by name; {} where that is not known."""
         if self._placer is None:
             return {}
-        self._placer.look(frame.image)
+        self._placer.update(frame.image)
         places = {
             name: self._placer.board_place(name, (seen[0], seen[1]))
             for name, seen in markers.items()
@@ -239,7 +239,7 @@ class CameraPipeline:
 
     @property
     def marker_height(self) -> float | None:
-        """Height of the arm's marker over the table, cm, if that was told."""
+        """Height of the arm's marker over the table, cm, if that is known."""
         return self._placer.height if self._placer else None
 
     @property

@@ -68,7 +68,7 @@ class _Caller:
 
 
 class TrackingServer:
-    """Serves one brick that knows the code; everybody else is told why not.
+    """Serves one brick that knows the code; everybody else gets the reason.
 
     Args:
         host: address or name of this machine at which to listen; "" for all.

@@ -73,7 +73,7 @@ class PageInputs:
     file         of learned markers
     start_brick  starts an emulated brick that connects to the server, see StartBrick; or None
     now          the clock of the frames, s
-    say          tells people a line
+    report       gives people a line
     invite       is given each new address of the page, which lets one more browser in
     """
 
@@ -84,7 +84,7 @@ class PageInputs:
     file: Path
     start_brick: Callable[[], Callable[[], str]] | None
     now: Callable[[], float]
-    say: Callable[[str], None]
+    report: Callable[[str], None]
     invite: Callable[[str], None]
 
 
@@ -94,7 +94,7 @@ class ServedPage(NamedTuple):
     address        URL for a browser
     warning        a line for people, or ""
     has_viewers    returns True while somebody has it open, or is about to
-    expect_viewer  is told that somebody is about to open it
+    expect_viewer  announces that somebody is about to open it
     """
 
     address: str
@@ -265,7 +265,7 @@ def _columns(options: TrackOptions) -> list[str]:
 def _reported_joints(
     server: TrackingServer | None, now: Callable[[], float]
 ) -> tuple[float, Sequence[float]] | None:
-    """Return when the brick's joints were where, as it told last; see Joints."""
+    """Return the time and angles of the joints in the brick's last report; see Joints."""
     state = server.state() if server else None
     if state is None or state.status is None or state.client is None or state.status_age is None:
         return None
@@ -286,7 +286,7 @@ def serve(
 ) -> TrackingServer:
     """Listen for the brick, as the options say, by this laptop's code; the stack closes it."""
     port = messages.PORT if options.port is None else options.port
-    code, salt = read_pairing(say=print_line)
+    code, salt = read_pairing(report=print_line)
     server = TrackingServer(options.host, port, code, now, salt=salt)
     stack.callback(server.close)
     return server

@@ -69,7 +69,7 @@ class ArmPose:
 
         Args:
             marker: where that is on the board, cm.
-            q: about how the joints stand, rad, if that is told: where both ways of bending the
+            q: about how the joints stand, rad, if that is known: where both ways of bending the
                 elbow are possible, it says which; otherwise the arm's usual one is.
         """
         x, y = self.in_arm(marker)

@@ -48,7 +48,7 @@ class BoardWatch:
         bar: length of the printed bar as measured, mm, or None.
         heights: of markers over the table, cm, by name; others lie on it.
         name: of the camera.
-        say: tells people a line.
+        report: gives people a line.
         stand: how the arm stands on the board, or None: that is not known.
         joints: tells how its joints stood last.
         alone: this camera alone places markers; if not, only together with another one.
@@ -57,7 +57,7 @@ class BoardWatch:
         calibration: of the camera, or None as long as the board was not seen.
         version: rises with each new calibration: what was placed by another one is no more true.
         why: why nothing is placed though the board was seen before, for people, or "".
-        height: of the arm's marker over the table, cm; None: nobody has told.
+        height: of the arm's marker over the table, cm; None: not known.
     """
 
     def __init__(
@@ -65,7 +65,7 @@ class BoardWatch:
         bar: float | None,
         heights: Mapping[str, float],
         name: str,
-        say: Callable[[str], None],
+        report: Callable[[str], None],
         arm_pose: ArmPose | None = None,
         joints: Joints = lambda: None,
         alone: bool = True,
@@ -74,7 +74,7 @@ class BoardWatch:
         self.calibration: Calibration | None = None
         self.version = 0
         self.why = ""
-        self._bar, self._heights, self._name, self._say = bar, heights, name, say
+        self._bar, self._heights, self._name, self._report_line = bar, heights, name, report
         self.height = heights.get(EFFECTOR)
         self._pictures = 0
         self._told: set[str] = set()
@@ -86,7 +86,7 @@ class BoardWatch:
         self._best: BoardView | None = None
         self._last: BoardView | None = None
 
-    def look(self, image: np.ndarray) -> None:
+    def update(self, image: np.ndarray) -> None:
         """Look for the board, or after it, in a picture (BGR, uint8), now and then."""
         due = self._pictures % SEARCH_PERIOD == 0
         self._pictures += 1
@@ -131,7 +131,7 @@ class BoardWatch:
         self.version += 1
         self._stay()
         for line in lines:
-            self._say(f"camera {self._name}: {line}")
+            self._report_line(f"camera {self._name}: {line}")
 
     def _stay(self) -> None:
         """Take in that camera and board stand where they are known to."""
@@ -172,7 +172,7 @@ class BoardWatch:
             self._last = view
             self._pictures = 1  # the next look is soon
             self.why = f"{off}; places in cm go on once it stands again"
-            self._say(f"camera {self._name}: {self.why}")
+            self._report_line(f"camera {self._name}: {self.why}")
         elif off:
             self._unseen += 1
             self._next_check = self._pictures + CHECK_PERIOD * min(self._unseen, MAX_PAUSE)
@@ -203,7 +203,7 @@ class BoardWatch:
         off, moved = self._off(view, known)
         if not off:
             self._stay()
-            self._say(
+            self._report_line(
                 f"camera {self._name}: camera and board are back where they were; places in cm go "
                 "on"
             )
@@ -258,7 +258,7 @@ class BoardWatch:
     def _report(self, line: str) -> None:
         if line not in self._told:
             self._told.add(line)
-            self._say(f"camera {self._name}: {line}")
+            self._report_line(f"camera {self._name}: {line}")
 
 
 def _distance(one: BoardView, other: BoardView) -> float:

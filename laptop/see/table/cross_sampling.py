@@ -79,7 +79,7 @@ class CrossSampler:
             )
         return calibrate([best], bar)
 
-    def look(self) -> CrossSample:
+    def sample(self) -> CrossSample:
         """Look where the marker is now, and where the board."""
         places, why = [], ""
         tracker, name = Tracker([self._marker]), self._marker.name  # it was elsewhere before

@@ -81,8 +81,8 @@ class CrossTouching:
     Args:
         arm: in the plane.
         calibration: of the camera, by that board.
-        look: looks through that camera now.
-        say: tells people a line.
+        sample: samples through that camera, now.
+        report: gives people a line.
         again: whether a touch that is no good can be had anew; else its cross is left out.
         chosen: the crosses to touch, from 0 on.
 
@@ -94,14 +94,14 @@ class CrossTouching:
         self,
         arm: Arm,
         calibration: Calibration,
-        look: Callable[[], CrossSample],
-        say: Callable[[str], None],
+        sample: Callable[[], CrossSample],
+        report: Callable[[str], None],
         again: bool = True,
         chosen: Sequence[int] = range(len(CROSSES)),
     ) -> None:
         check_led(arm)
-        self._arm, self._calibration, self._look = arm, calibration, look
-        self._say, self._again = say, again
+        self._arm, self._calibration, self._sample = arm, calibration, sample
+        self._report, self._again = report, again
         self._left = list(chosen)
         self.touches: list[Touch] = []
         self._play: list[float] = []
@@ -130,9 +130,9 @@ class CrossTouching:
     def skip(self) -> None:
         """Leave out the cross to be touched now."""
         if self._left:
-            self._say(f"cross {self._left.pop(0) + 1} is left out")
+            self._report(f"cross {self._left.pop(0) + 1} is left out")
 
-    def take(self, point: BrickPoint) -> bool:
+    def handle(self, point: BrickPoint) -> bool:
         """Take the point that was touched now; whether it counts.
 
         Raises:
@@ -147,34 +147,38 @@ class CrossTouching:
                 f"{_pair(tip)}: the brick's file of this arm is another one; put yours there: "
                 "brick arm FILE"
             )
-        look = self._look()
-        self.check_camera(look)
-        trouble = look.why or self._trouble(k, point)
+        sample = self._sample()
+        self.check_camera(sample)
+        trouble = sample.why or self._trouble(k, point)
         if trouble and self._again:
-            self._say(f"{trouble}: cross {k + 1} does not count yet; set it right and press again")
+            self._report(
+                f"{trouble}: cross {k + 1} does not count yet; set it right and press again"
+            )
             return False
         self._left.pop(0)
         if trouble:
-            self._say(f"{trouble}: cross {k + 1} is left out")
+            self._report(f"{trouble}: cross {k + 1} is left out")
             return False
-        assert look.pixel is not None
+        assert sample.pixel is not None
         x, y = (float(one) for one in self._calibration.scale * CROSSES[k])
-        self.touches.append(Touch((x, y), (tip[0], tip[1]), sum(point.q), look.pixel))
+        self.touches.append(Touch((x, y), (tip[0], tip[1]), sum(point.q), sample.pixel))
         self._play.append(_play_sigma(self._arm, point.q))
-        u, v = look.pixel
-        self._say(f"cross {k + 1}: tip at {_pair(tip)} cm, the arm's marker at {u:.1f},{v:.1f} px")
+        u, v = sample.pixel
+        self._report(
+            f"cross {k + 1}: tip at {_pair(tip)} cm, the arm's marker at {u:.1f},{v:.1f} px"
+        )
         return True
 
-    def check_camera(self, look: CrossSample) -> None:
+    def check_camera(self, sample: CrossSample) -> None:
         """Refuse, by BadCalibration, a camera or board that has moved since it was calibrated."""
-        if look.view is None:
-            if look.pixel is not None:
+        if sample.view is None:
+            if sample.pixel is not None:
                 raise BadCalibration(
                     "no marker of the board is seen any more: leave the camera where it is, keep "
                     "the board free, and touch all crosses anew"
                 )
             return
-        shift = shift_since(self._calibration, look.view)
+        shift = shift_since(self._calibration, sample.view)
         if shift.moved:
             raise BadCalibration(f"{shift}, and touch all crosses anew; nothing is written")
 

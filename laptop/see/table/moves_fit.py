@@ -23,7 +23,7 @@ MIN_PLACES = 12
 """Least number of places: fewer do not tell how well they fit."""
 MIN_THICKNESS = 1.0
 """Least RMS distance of the places from their common plane, cm: of a flatter cloud lens and
-distance cannot be told apart."""
+distance cannot be separated."""
 MIN_EXTENT = 0.06
 """Least RMS width of the places in the picture, as a share of the picture's."""
 MIN_SPREAD = 2.0

@@ -15,14 +15,14 @@ from laptop.see.table.two_cameras import TwoCameras
 from shared.arm_description import Arm
 from shared.messages import EFFECTOR
 
-Say = Callable[[str], None]
-Watch = Callable[[Sequence[str], Say, Joints], tuple[list[BoardWatch], TwoCameras | None]]
+ReportLine = Callable[[str], None]
+Watch = Callable[[Sequence[str], ReportLine, Joints], tuple[list[BoardWatch], TwoCameras | None]]
 """Makes watches of the board from the cameras' names, a logger of lines for people, and the joints.
 """
 
 
 def watch_tables(bar: float | None, height: float | None, touched: Path | None, arm: Arm) -> Watch:
-    """Check what was said of the board, and return what makes a watch for each camera.
+    """Check the board's options, and return what makes a watch for each camera.
 
     Args:
         bar: length of the printed bar as measured, mm, or None.
@@ -47,12 +47,14 @@ def watch_tables(bar: float | None, height: float | None, touched: Path | None, 
         heights = {EFFECTOR: height / 10}
 
     def watch(
-        names: Sequence[str], say: Say, joints: Joints
+        names: Sequence[str], report: ReportLine, joints: Joints
     ) -> tuple[list[BoardWatch], TwoCameras | None]:
         alone = len(names) == 1 or height is not None or arm_pose is not None
-        watches = [BoardWatch(bar, heights, name, say, arm_pose, joints, alone) for name in names]
+        watches = [
+            BoardWatch(bar, heights, name, report, arm_pose, joints, alone) for name in names
+        ]
         if len(names) == 1:
             return watches, None
-        return watches, TwoCameras(dict(zip(names, watches, strict=True)), arm, joints, say)
+        return watches, TwoCameras(dict(zip(names, watches, strict=True)), arm, joints, report)
 
     return watch

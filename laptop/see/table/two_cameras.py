@@ -76,7 +76,7 @@ class TwoCameras:
         watches: of the board, by camera name.
         arm: whose tip moves, or None: it is not known.
         joints: tells its joints, and when.
-        say: tells people a line.
+        report: gives people a line.
 
     Attributes:
         latest: the last place of each marker.
@@ -87,10 +87,10 @@ class TwoCameras:
         watches: Mapping[str, BoardWatch],
         arm: Arm | None,
         joints: Joints,
-        say: Callable[[str], None],
+        report: Callable[[str], None],
     ) -> None:
         self.latest: dict[str, PairedPlace] = {}
-        self._watches, self._arm, self._joints, self._say = watches, arm, joints, say
+        self._watches, self._arm, self._joints, self._report = watches, arm, joints, report
         self._tracks: dict[str, dict[str, TipTrack]] = {name: {} for name in watches}
         self._sizes: dict[str, tuple[int, int]] = {}
         self._waiting: dict[str, deque[tuple[int, float, Sights]]] = {
@@ -136,8 +136,8 @@ class TwoCameras:
     # which an acceleration a takes off by a (t1 - t0)^2 / 8 at the most, the error of linear
     # interpolation.  Pictures wait until the other camera has got beyond them, instead of going on
     # from its last two: an extrapolation over one more interval is up to eight times as far off,
-    # and draws every turn too wide.  Where the sightings are too far apart in time, nothing is
-    # said.
+    # and draws every turn too wide.  Where the sightings are too far apart in time, no
+    # place is reported.
     def _pair(self) -> list[PairedPlace]:
         """Return the places of markers in the pictures that both cameras have got beyond."""
         known = {name: model for name in self._watches if (model := self.camera(name))}
@@ -207,7 +207,7 @@ class TwoCameras:
             return
         if by_moves.has_moved(sample):
             self._by_moves[name] = by_moves = _ByMoves()
-            self._say(f"camera {name} has moved: it is not known until the tip has moved about")
+            self._report(f"camera {name} has moved: it is not known until the tip has moved about")
         if not by_moves.add(sample):
             return
         calibration = self._watches[over].calibration
@@ -216,11 +216,13 @@ class TwoCameras:
             by_moves.refit(calibration.camera, self._sizes[name])
         except BadMoves as problem:
             if by_moves.news(str(problem)):
-                self._say(f"camera {name} does not see the board, and is not known yet: {problem}")
+                self._report(
+                    f"camera {name} does not see the board, and is not known yet: {problem}"
+                )
             return
         fit = by_moves.fit
         if fit and by_moves.news("known"):
-            self._say(
+            self._report(
                 f"camera {name} does not see the board: by the tip's own moves it stands "
                 f"{fit.camera.position[2]:.1f} cm above it; {fit.places} places are missed by "
                 f"{fit.rms:.2f} px, {fit.rms_mm:.2f} mm (RMS)"
@@ -290,7 +292,7 @@ class _ByMoves:
         self.fit, self._arm_pose = fit_moves(arm_pose.on_board(points), seen, size), arm_pose
 
     def news(self, what: str) -> bool:
-        """Return whether nothing like this was said, whatever its numbers."""
+        """Return whether no such line was reported yet, whatever its numbers."""
         kind = re.sub(r"\d+", "", what)
         new = kind not in self._said
         self._said.add(kind)

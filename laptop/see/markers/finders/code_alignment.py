@@ -1,10 +1,10 @@
 """Alignment of a square code with the picture: a homography over all of its cells.
 
 The detector's corners are where two edges of a few pixels cross, each some hundredths of a pixel
-off.  The edges of all cells together tell ten times as much.  So the printed pattern is laid over
-the picture and shifted until it fits: the inverse compositional algorithm of S. Baker and
-I. Matthews, "Lucas-Kanade 20 years on" (IJCV 2004), for a homography, with gain, offset and a slope
-of the light as linear unknowns beside it.  What does not depend on the picture is done once a code.
+off.  The edges of all cells together tell ten times as much.  So the printed pattern is aligned
+with the picture, by the inverse compositional algorithm (see `_iterate`), with gain, offset and a
+slope of the light as linear unknowns beside it.  What does not depend on the picture is done once a
+code.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ encoded values the black cells would look too small."""
 
 
 class Pattern(NamedTuple):
-    """One code, ready to be laid over a picture.
+    """The pattern of one code, ready to be aligned with a picture.
 
     sampling  (3, 3), from samples to the square -1 .. 1 (y down) of the code
     size      samples along a side, with the rim
@@ -58,7 +58,7 @@ class Pattern(NamedTuple):
 def align(
     grey: np.ndarray, corners: np.ndarray, code: int, dictionary: int = cv2.aruco.DICT_4X4_100
 ) -> tuple[np.ndarray, bool]:
-    """Lay a code's pattern over the picture, from the corners that the detector gives.
+    """Align a code's pattern with the picture, from the corners that the detector gives.
 
     Args:
         grey: uint8, (height, width).

@@ -114,7 +114,7 @@ def _search(image: np.ndarray, t: float, marker: Marker, track: Track, measure: 
         best = max(candidates, key=lambda candidate: candidate.score)
         if best.score >= LEAST_CONFIDENCE:
             return _suspected(best, candidates, image, t, track)
-        if best.score >= MIN_REPORTED_CONFIDENCE:  # said, but not held on to
+        if best.score >= MIN_REPORTED_CONFIDENCE:  # reported, but not followed
             return replace(track.update(best, t), seen=None)
         sizes = (candidate.why for candidate in candidates if candidate.why)
         why = next(sizes, "nothing of this colour is a " + marker.kind)

@@ -335,7 +335,7 @@ class FakePlacer:
     def __init__(self):
         self.looks = 0
 
-    def look(self, image):
+    def update(self, image):
         self.looks += 1
 
     def place(self, marker, pixel):

@@ -41,7 +41,7 @@ def watch(lines=None, **heights):
 
 def look(watcher, times):
     for _ in range(times * SEARCH_PERIOD):
-        watcher.look(IMAGE)
+        watcher.update(IMAGE)
 
 
 def test_before_the_board_is_seen_there_are_no_places(shown):
@@ -125,14 +125,14 @@ class Watched:
             return search(image)
 
         monkeypatch.setattr(board_watch, "find_board", counted)
-        self.watcher.look(image)
+        self.watcher.update(image)
         assert self.watcher.calibration
         self.lines.clear()
         self.searched = 0
 
     def see(self, image, times=CHECK_PERIOD):
         for _ in range(times):
-            self.watcher.look(image)
+            self.watcher.update(image)
 
     @property
     def place(self):
@@ -324,5 +324,5 @@ def test_a_shift_within_the_blur_is_none(shown, monkeypatch, blur, by, gone):
     seen.pixels[:, 0] += by
     views[:] = [seen]
     for _ in range(CHECK_PERIOD):
-        watcher.look(IMAGE)
+        watcher.update(IMAGE)
     assert (watcher.place("goal", (320, 240)) is None) == gone

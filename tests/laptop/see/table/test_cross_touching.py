@@ -49,7 +49,7 @@ def test_nine_crosses_give_the_offset_whatever_the_play(play):
     asked = []
     while scene.touching.cross is not None:
         asked.append(scene.touching.request())
-        assert scene.touching.take(scene.at(scene.touching.cross))
+        assert scene.touching.handle(scene.at(scene.touching.cross))
     assert asked[2] == "set the pen on cross 3 of 9, top right on the sheet, and press"
     fit = scene.touching.fit()
     assert fit.offset == pytest.approx(OFFSET, abs=0.05)
@@ -62,25 +62,25 @@ def test_a_marker_that_is_not_seen_is_asked_for_again():
     scene = Scene()
     point = scene.at(0)
     scene.seen = CrossSample(None, "the arm's marker is not seen (covered)", VIEW)
-    assert not scene.touching.take(point)
+    assert not scene.touching.handle(point)
     assert scene.touching.cross == 0
     assert scene.heard == [
         "the arm's marker is not seen (covered): cross 1 does not count yet; set it right and "
         "press again"
     ]
-    assert scene.touching.take(scene.at(0))
+    assert scene.touching.handle(scene.at(0))
     assert scene.touching.cross == 1
 
 
 def test_the_same_cross_twice_is_noticed():
     scene = Scene()
-    assert scene.touching.take(scene.at(0))
-    assert not scene.touching.take(scene.at(0))
+    assert scene.touching.handle(scene.at(0))
+    assert not scene.touching.handle(scene.at(0))
     assert (
         "the pen is 0.0 cm from where it touched the cross 1, and the two are 5.0 cm apart"
         in (scene.heard[-1])
     )
-    assert scene.touching.take(scene.at(1))
+    assert scene.touching.handle(scene.at(1))
 
 
 def test_a_camera_that_moved_ends_it():
@@ -89,7 +89,7 @@ def test_a_camera_that_moved_ends_it():
     moved = view(stand(58, 25, 200, 3, (0.1, 0)), np.random.default_rng(1), 0.02)
     scene.seen = scene.seen._replace(view=moved)
     with pytest.raises(BadCalibration, match="has moved since by .*; nothing is written"):
-        scene.touching.take(point)
+        scene.touching.handle(point)
 
 
 def test_a_board_that_is_gone_ends_it():
@@ -97,14 +97,14 @@ def test_a_board_that_is_gone_ends_it():
     point = scene.at(0)
     scene.seen = scene.seen._replace(view=None)
     with pytest.raises(BadCalibration, match="no marker of the board is seen any more"):
-        scene.touching.take(point)
+        scene.touching.handle(point)
 
 
 def test_a_brick_with_another_arms_numbers_is_noticed():
     scene = Scene()
     point = scene.at(0)
     with pytest.raises(BadTouches, match="the brick's file of this arm is another one"):
-        scene.touching.take(point._replace(p=(point.p[0] + 0.1, point.p[1])))
+        scene.touching.handle(point._replace(p=(point.p[0] + 0.1, point.p[1])))
 
 
 def test_crosses_that_are_left_out_are_too_few_in_the_end():
@@ -113,7 +113,7 @@ def test_crosses_that_are_left_out_are_too_few_in_the_end():
         if k in (2, 5, 7, 8):
             scene.touching.skip()
         else:
-            assert scene.touching.take(scene.at(k))
+            assert scene.touching.handle(scene.at(k))
     scene.touching.skip()
     assert scene.heard.count("cross 3 is left out") == 1
     with pytest.raises(BadTouches, match="5 crosses were touched; 6 are the least"):
