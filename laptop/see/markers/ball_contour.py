@@ -138,13 +138,7 @@ def fit_ball_contour(
     if count < 6:
         return None
     residual = math.sqrt(float((off[on_rim] ** 2).mean()))
-    within, without = (
-        cv2.resize(rays[1:-1, part], (1, _RAYS), interpolation=cv2.INTER_AREA)
-        for part in (_WITHIN, _WITHOUT)
-    )
-    contrast_step = _distance(within, without)[:, 0]
-    width = contrast_step * (2 * half * _STEP) / np.maximum(1, slopes[_EVERY, along])
-    blur = float(np.sort(width[on_rim])[count // 2])
+    blur = _blur(rays, half, slopes[_EVERY, along], on_rim)
     gap = 1 - count / max(1, int(np.count_nonzero(visible)))
     misfit = _dilution(on_rim) * (residual + _BLUR_COST * blur * blur + _GAP_COST * gap)
     if blur * radius > _MAX_SHARP_WIDTH:
@@ -190,6 +184,24 @@ def _fit_circle(
         weight = full * np.maximum(0, 1 - (off / (2.5 * spread)) ** 2) ** 2
     du, dv, dr = shift.tolist()
     return (du, dv, dr), off
+
+
+def _blur(rays: np.ndarray, half: int, slopes: np.ndarray, on_rim: np.ndarray) -> float:
+    """Return the median width of a rim, in radii: from the colour within to that without.
+
+    Args:
+        rays: as of `_rays`.
+        half: half the number of samples between the two of which a step is the difference.
+        slopes: the step at each ray's rim, DN, (rays,).
+        on_rim: which rays have a step on the rim, (rays,), bool.
+    """
+    within, without = (
+        cv2.resize(rays[1:-1, part], (1, _RAYS), interpolation=cv2.INTER_AREA)
+        for part in (_WITHIN, _WITHOUT)
+    )
+    contrast_step = _distance(within, without)[:, 0]
+    width = contrast_step * (2 * half * _STEP) / np.maximum(1, slopes)
+    return float(np.sort(width[on_rim])[int(np.count_nonzero(on_rim)) // 2])
 
 
 def _dilution(on_rim: np.ndarray) -> float:
@@ -276,7 +288,7 @@ def _quarters(rays: np.ndarray, within: np.ndarray, around: np.ndarray) -> int:
 
 
 def _rays(image: np.ndarray, u: float, v: float, radius: float) -> tuple[np.ndarray, int]:
-    """Return colours along rays, shape (rays + 2, samples, 3), and samples per px."""
+    """Return colours along rays, shape (rays + 2, samples, 3), and samples in a px, 2 to 8."""
     at_u, at_v = _GRID_U * np.float32(radius), _GRID_V * np.float32(radius)
     at_u += np.float32(u)
     at_v += np.float32(v)

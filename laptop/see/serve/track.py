@@ -53,7 +53,6 @@ StartBrick = Callable[[str], AbstractContextManager[Callable[[], str]]]
 """Starts an emulated brick that connects to HOST:PORT until the context is left; gives a function
 that returns why the brick has ended, "" while it has not."""
 
-
 WatchBoards = Callable[
     [Sequence[str], Callable[[str], None], Joints],
     tuple[Sequence[TablePlacer], PairPlacer | None],
@@ -133,14 +132,9 @@ def track(
     """
     try:
         status, reason = _track(
-            options,
-            open_synthetic,
-            console or Console(),
-            start_brick,
-            open_page,
-            announce,
+            options, open_synthetic, console or Console(), start_brick, open_page, announce,
             watch_boards,
-        )
+        )  # fmt: skip
     except ArmError as error:
         announce(announcements.END, status=1, reason=str(error))
         raise
@@ -172,14 +166,10 @@ def _track(
             write_markers(setup.file, {**setup.known, **setup.learned})
         # Only now: an old file is not given up for a run that does not begin.
         csv = _open_csv(options, stack)
-        names = CAMERA_NAMES[: len(setup.cameras)]
-        tables: Sequence[TablePlacer | None] = [None] * len(names)
-        space = None
-        if watch_boards:
-            tables, space = watch_boards(names, print_line, partial(_reported_joints, server, now))
+        joints = partial(_reported_joints, server, now)
+        placers = _placers(len(setup.cameras), watch_boards, print_line, joints)
         trackers = [Tracker(setup.markers) for _ in setup.cameras]
         outputs = PipelineOutputs(server, csv, setup.picture and setup.picture[1])
-        placers = [MarkerPlacers(table, space) for table in tables]
         pipelines = _pipelines(setup, trackers, outputs, placers, now)
         _introduce(print_line, announce, pipelines, options.camera, setup)
         if server:
@@ -197,7 +187,7 @@ def _track(
                 )
             )  # fmt: skip
             _show(print_line, announce, page, options.open)
-        session = _session(console, pipelines, outputs.csv, server, page, space)
+        session = _session(console, pipelines, outputs.csv, server, page, placers[0].space)
         try:
             status = session.run(partial(announce, announcements.READY))
         except TrackingInterrupted as error:
@@ -220,6 +210,19 @@ def _open_csv(options: TrackOptions, stack: ExitStack) -> ObservationCsv | None:
     csv = ObservationCsv(options.csv, len(options.camera) > 1, _columns(options))
     stack.callback(csv.close)
     return csv
+
+
+def _placers(
+    cameras: int,
+    watch_boards: WatchBoards | None,
+    print_line: Callable[[str], None],
+    joints: Joints,
+) -> list[MarkerPlacers]:
+    """Return what places the markers of each camera beyond its picture."""
+    if not watch_boards:
+        return [MarkerPlacers()] * cameras
+    tables, space = watch_boards(CAMERA_NAMES[:cameras], print_line, joints)
+    return [MarkerPlacers(table, space) for table in tables]
 
 
 def _pipelines(

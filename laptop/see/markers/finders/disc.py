@@ -191,6 +191,12 @@ def _soft_centroid(
     return _SoftCentroid(u, v, window, share, m)
 
 
+def _has_changed(model: DiscriminantModel, brightness: float) -> bool:
+    """Return whether a disc is no longer as bright as when its discriminant was fitted."""
+    before = model.brightness
+    return before is not None and abs(brightness / before - 1) > MAX_BRIGHTNESS_CHANGE
+
+
 # A disc in perspective is very nearly an ellipse, with half axes a >= b.  Weighted by the share of
 # disc in each pixel, its moments are those of an even ellipse: the covariance has the eigenvalues
 # a^2 / 4 and b^2 / 4, so that a = 2 sqrt(longest), and the area is
@@ -268,8 +274,7 @@ def _measure_whole(
     if score < LEAST_CONFIDENCE:
         return None
     brightness = blue + green + red
-    before = model.brightness
-    if before is not None and abs(brightness / before - 1) > MAX_BRIGHTNESS_CHANGE:
+    if _has_changed(model, brightness):
         # The light has changed: what was fitted before it did is of no use.
         fresh = fit_discriminant(image, u, v, radius, covariance)
         if fresh is None:
