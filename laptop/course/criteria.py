@@ -191,7 +191,7 @@ def check_servoing(script: Path) -> Iterator[CheckPoint]:
 
 
 def resting_places(trial: TrialRun) -> list[tuple[float, float]]:
-    """Return where the tip rested, cm, in order, the start too."""
+    """Return the places at which the tip rested, cm, in order, the start included."""
     places: list[tuple[float, float]] = []
     if len(trial.t) < 2:
         return places
@@ -211,7 +211,7 @@ def _tip(q: Sequence[float]) -> list[float]:
 
 
 def _slopes(q: Sequence[float], h: float = 1e-5) -> np.ndarray:
-    """Return how the tip follows the joints, by small differences, cm/rad."""
+    """Return the Jacobian of the tip by the joints, from small differences, cm/rad."""
     ends = [
         [np.array(_tip(np.add(q, sign * h * np.eye(2)[k]))) for sign in (1, -1)] for k in (0, 1)
     ]

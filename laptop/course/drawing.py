@@ -336,12 +336,12 @@ def draw_camera(arm: Arm) -> Drawing:
 
 
 def _marker_height(arm: Arm) -> float:
-    """Return how high the marker is above the table, mm: a proposal; in space 0, for it varies."""
+    """Return the marker's height above the table, mm: a proposal; in space 0, for it varies."""
     return MARKER_HEIGHT if arm.chain == "planar" else 0.0
 
 
 def camera_height(arm: Arm, angle: float = VIEW_ANGLE) -> float:
-    """Return how high above the marker a camera sees all its places, mm, with a tenth to spare.
+    """Return the height above the marker at which a camera sees all its places, mm, plus a tenth.
 
     Args:
         arm: the arm that is watched.

@@ -116,7 +116,7 @@ def run(script: Path, plant: str = "", scene: str | None = None) -> TrialRun:
 
 
 def ask(script: Path, questions: Sequence[Question]) -> list[Returned]:
-    """Return what functions of a script answer, each in turn, on an emulated brick.
+    """Return the return values of a script's functions, each in turn, on an emulated brick.
 
     A function that does not come to an end is not asked again.
 
@@ -138,7 +138,7 @@ def ask(script: Path, questions: Sequence[Question]) -> list[Returned]:
 
 
 def _answers(script: Path, questions: Sequence[Question]) -> list[Returned]:
-    """Return what functions answer, up to the first that does not come to an end.
+    """Return the functions' return values, up to the first that does not end.
 
     Raises:
         CannotExamine: the script cannot be imported.

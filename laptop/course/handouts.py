@@ -135,7 +135,7 @@ def write_handouts(folder: Path, solutions: bool = False) -> list[Path]:
 
 
 def _figures(name: str) -> dict[str, Any]:
-    """Return what the page of a handout shows of figures and pictures."""
+    """Return the figures and pictures of a handout's page."""
     arm = read_arm(find_arm("planar"))
     if name == "kinematics":
         from laptop.course.basins import draw_basins

@@ -48,7 +48,7 @@ HEALTHY: dict[str, Any] = {
 
 
 def troubles(arm: Arm) -> list[Trouble]:
-    """Return what can go wrong with an arm, in the order in which one meets it."""
+    """Return the failures that are possible with an arm, in the order in which one meets them."""
     return [*_on_the_way(), *_of_the_doctor(arm), *_at_the_arm(arm), *_in_a_servo_run()]
 
 

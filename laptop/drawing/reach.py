@@ -167,7 +167,7 @@ class Reached:
     whole: dict[str, np.ndarray]
 
     def runs(self, posture: str) -> np.ndarray:
-        """Return how many points follow each one on its stroke without a leap: (n,)."""
+        """Return the number of points from each one on, on its stroke, without a leap: (n,)."""
         joined = _joined(self.poses[posture], self.stroke)
         allowed = ~np.isnan(self.poses[posture][:, 0])
         ends = np.flatnonzero(np.append(~joined, True))

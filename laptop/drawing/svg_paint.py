@@ -46,7 +46,7 @@ def share(value: str) -> float | None:
 
 
 def reference(value: str) -> tuple[str, str] | None:
-    """Return where `url(...)` leads and what stands behind it, None where it is another value."""
+    """Return the target of `url(...)` and the text behind it; None for another value."""
     match = REFERENCE.fullmatch(value.strip())
     return (match[1], match[2].strip()) if match else None
 
@@ -96,7 +96,7 @@ class Paint(NamedTuple):
 
 
 def colour_paint(value: str, current: str, opacity: float) -> Paint | None:
-    """Return what is seen of a colour, None where it is nothing.
+    """Return the visible effect of a colour; None if there is none.
 
     Args:
         value: a colour.

@@ -77,7 +77,7 @@ class SvgElements(Protocol):
         """Return the size of letters in an element, px."""
 
     def place(self, element: ET.Element, outer: SvgPlace) -> SvgPlace | None:
-        """Return where an element is, None where it is not shown."""
+        """Return the place of an element; None where it is not shown."""
 
     def extent(self, element: ET.Element, place: SvgPlace) -> Box | None:
         """Return x, y, width and height of all that an element shows, in its own coordinates."""

@@ -16,7 +16,7 @@ GRADIENTS = ("linearGradient", "radialGradient")
 
 
 def paint_of(tree: SvgElements, key: str, place: SvgPlace) -> Paint | None:
-    """Return what is seen of a fill or stroke, None where it is nothing."""
+    """Return the visible effect of a fill or stroke; None if there is none."""
     style = place.style
     opacity = place.opacity * (share(style[f"{key}-opacity"]) or 0.0)
     text = style[key]

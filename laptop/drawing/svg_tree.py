@@ -124,7 +124,7 @@ class SvgTree:
     def inside(
         self, element: ET.Element, place: SvgPlace
     ) -> tuple[list[tuple[ET.Element, SvgPlace]], list[Shape]]:
-        """Return what is to be visited in an element, and what itself shows."""
+        """Return the elements to be visited in an element, and the one that itself shows."""
         tag = tag_of(element)
         if tag == "use":
             return self._use(element, place), []
@@ -139,7 +139,7 @@ class SvgTree:
         return [], list(self._drawn(tag, element, place))
 
     def place(self, element: ET.Element, outer: SvgPlace) -> SvgPlace | None:
-        """Return where an element is, None where it is not shown.
+        """Return the place of an element; None where it is not shown.
 
         Raises:
             UnreadableValue: Nobody knows where.

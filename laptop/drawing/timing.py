@@ -147,7 +147,7 @@ class _Run:
 
 
 def kind_of(arm: Arm) -> str:
-    """Return how an arm's joints settle: DIRECT, GEARED or IN_SPACE."""
+    """Return the kind of an arm, by which its joints settle: DIRECT, GEARED or IN_SPACE."""
     joints: Sequence[Joint] = arm.joints
     if arm.chain == "spatial":
         return IN_SPACE

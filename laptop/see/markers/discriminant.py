@@ -264,7 +264,7 @@ def reach_mask(radius: int) -> np.ndarray:
 def outline_quality(
     image: np.ndarray, u: float, v: float, radius: float, model: DiscriminantModel
 ) -> float:
-    """Return how well the contour at half disc share fits an ellipse, 0 to 1.
+    """Return the likeness of the contour at half disc share to an ellipse, 0 to 1.
 
     Brightness has a part in it, which a JPEG keeps finer than the colours that an HSV mask sees.
     """

@@ -258,7 +258,7 @@ def _region(
 def _grown(
     hsv: np.ndarray, color: Color, box: tuple[int, int, int, int]
 ) -> tuple[float, _Region | None]:
-    """Return what is connected with a box by colour; the colour moves to its middle.
+    """Return the region connected with a box by colour; the colour moves to its middle.
 
     Returns:
         the part of the picture that it fills, and what it is, if it may be a marker.

@@ -99,7 +99,7 @@ class Track:
     discriminant     computes a disc's share in a pixel; None until it was seen whole
     last_whole       when a disc was last seen whole, s
     ellipse_quality  how well its outline followed an ellipse when it was found, 0 to 1
-    home             the last sighting that was surely it, at home_t (s); kept when it is forgotten
+    last_sure        the last sighting that was surely it, at last_sure_t (s); never forgotten
     speed            the greatest one of late, px/s; kept, too
     picture          the frame of that sighting, BGR; None once others were looked for in it
     others           places of the same colour at that time, elsewhere: they are not it
@@ -119,8 +119,8 @@ class Track:
     discriminant: DiscriminantModel | None = None
     last_whole: float = -math.inf
     ellipse_quality: float = 1.0
-    home: Sighting | None = None
-    home_t: float = 0.0
+    last_sure: Sighting | None = None
+    last_sure_t: float = 0.0
     speed: float = 0.0
     picture: np.ndarray | None = field(default=None, repr=False, compare=False)
     others: tuple[Place, ...] = ()
@@ -136,8 +136,8 @@ class Track:
 
     def known_radii(self, marker: Marker) -> tuple[float, ...]:
         """Return the radii when the marker was picked, and when last surely seen, px."""
-        home = self.home.radius if self.home else None
-        return tuple(radius for radius in (marker.radius, home) if radius)
+        last_sure = self.last_sure.radius if self.last_sure else None
+        return tuple(radius for radius in (marker.radius, last_sure) if radius)
 
     def window(self, t: float) -> Window | None:
         """Return the window in which to look first at time t (s); None: everywhere."""
@@ -161,8 +161,9 @@ class Track:
             du = old * self.du + VELOCITY_BLEND * (new.u - self.seen.u) / dt
             dv = old * self.dv + VELOCITY_BLEND * (new.v - self.seen.v) / dt
         return replace(
-            measured, t=t, du=du, dv=dv, misses=0, last_whole=whole, home=self.home,
-            home_t=self.home_t, speed=self.speed, picture=self.picture, others=self.others,
+            measured, t=t, du=du, dv=dv, misses=0, last_whole=whole, last_sure=self.last_sure,
+            last_sure_t=self.last_sure_t, speed=self.speed, picture=self.picture,
+            others=self.others,
         )  # fmt: skip
 
     def miss(self, color: Color | None, why: str) -> Track:
@@ -183,21 +184,21 @@ class Track:
             color: as it was learned.
         """
         return Track(
-            color=color, home=self.home, home_t=self.home_t, speed=self.speed,
+            color=color, last_sure=self.last_sure, last_sure_t=self.last_sure_t, speed=self.speed,
             picture=self.picture, others=self.others, suspect=self.suspect,
         )  # fmt: skip
 
     def fits(self, seen: Sighting, t: float) -> bool:
         """Return whether the marker can have come there by time t (s), and may be as large."""
-        home = self.home
-        if home is None:
+        last_sure = self.last_sure
+        if last_sure is None:
             return True
-        if min(home.radius / seen.radius, seen.radius / home.radius) < MIN_SIZE_RATIO:
+        if min(last_sure.radius / seen.radius, seen.radius / last_sure.radius) < MIN_SIZE_RATIO:
             return False
-        dt = max(t - self.home_t, 0.0)
-        reach = half_window(home.radius) + self.speed * min(dt, MAX_REACH_TIME)
-        reach += MAX_SURPRISE_SPEED * home.radius * min(dt, MAX_PREDICTION_TIME)
-        return math.hypot(seen.u - home.u, seen.v - home.v) < reach
+        dt = max(t - self.last_sure_t, 0.0)
+        reach = half_window(last_sure.radius) + self.speed * min(dt, MAX_REACH_TIME)
+        reach += MAX_SURPRISE_SPEED * last_sure.radius * min(dt, MAX_PREDICTION_TIME)
+        return math.hypot(seen.u - last_sure.u, seen.v - last_sure.v) < reach
 
 
 def half_window(radius: float) -> float:

@@ -49,7 +49,7 @@ class TwoViews:
         self._learned = None
 
     def where(self, place: Point, size: tuple[int, int]) -> tuple[Point, ...]:
-        """Return where something that is at `place` in the first picture is in the other, px.
+        """Return the places in the other picture, px, of something at `place` in the first.
 
         Args:
             place: in the first picture, (u, v), px.
@@ -143,7 +143,7 @@ def _from_line(line: tuple[float, float, float], place: Sequence[float]) -> floa
 
 
 def _ends(line: tuple[float, float, float], size: tuple[int, int]) -> tuple[Point, ...]:
-    """Return where a line enters and leaves a picture, px; nothing if it misses it."""
+    """Return the places at which a line enters and leaves a picture, px; () if it misses it."""
     a, b, c = line
     width, height = size[0] - 1, size[1] - 1
     crossings = [(0.0, -c / b), (width, -(a * width + c) / b)] if abs(b) > 1e-9 else []

@@ -39,7 +39,7 @@ def marker_shift(arm: Arm, q: Sequence[float]) -> tuple[float, ...]:
 
 
 def marker_place(arm: Arm, q: Sequence[float]) -> tuple[float, ...]:
-    """Return where the marker is with the joints at q (rad), cm in the arm's frame."""
+    """Return the marker's place with the joints at q (rad), cm in the arm's frame."""
     pen = kinematics.forward(arm, q)
     return tuple(p + off for p, off in zip(pen, marker_shift(arm, q), strict=True))
 

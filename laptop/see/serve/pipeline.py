@@ -205,7 +205,7 @@ class CameraPipeline:
     def _places(
         self, frame: Frame, markers: Mapping[str, tuple[float, float, float] | None]
     ) -> dict[str, BoardPlace]:
-        """Return where on the board the markers are, by name; {} where that is not known."""
+        """Return the known places of the markers on the board, by name."""
         if self._placer is None:
             return {}
         self._placer.update(frame.image)
@@ -234,7 +234,7 @@ class CameraPipeline:
             self._kept = self.view
 
     def place_at(self, pixel: Point, height: float) -> Point | None:
-        """Return where over the table what is seen at a pixel is at a height, cm; None: unknown."""
+        """Return the place over the table, cm, of what a pixel shows at a height, cm, or None."""
         return self._placer.place_at(pixel, height) if self._placer else None
 
     @property

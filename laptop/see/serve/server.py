@@ -380,7 +380,7 @@ class TrackingServer:
 
 
 def _lag(link: Link, t: float, now: float) -> float:
-    """Return how long ago the other side sent what bears its time t, s; 0: that is not known."""
+    """Return the age, s, of a message that bears the other side's time t; 0: unknown."""
     return max(0.0, now - (t - link.clock.offset)) if link.clock.is_known else 0.0
 
 

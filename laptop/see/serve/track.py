@@ -218,7 +218,7 @@ def _placers(
     print_line: Callable[[str], None],
     joints: Joints,
 ) -> list[MarkerPlacers]:
-    """Return what places the markers of each camera beyond its picture."""
+    """Return the placers of each camera's markers."""
     if not watch_boards:
         return [MarkerPlacers()] * cameras
     tables, space = watch_boards(CAMERA_NAMES[:cameras], print_line, joints)

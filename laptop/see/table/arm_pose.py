@@ -65,7 +65,7 @@ class ArmPose:
         return float(x), float(y)
 
     def pen(self, marker: Point, q: Sequence[float] | None = None) -> Point | None:
-        """Return where on the board the pen is, cm; None: no pose of the arm puts the marker there.
+        """Return the pen's place on the board, cm; None: no pose of the arm puts the marker there.
 
         Args:
             marker: where that is on the board, cm.

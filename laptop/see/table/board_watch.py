@@ -185,7 +185,7 @@ class BoardWatch:
             self._stay()
 
     def _off(self, view: BoardView | None, known: Calibration) -> tuple[str, bool]:
-        """Return what is the matter with a view, "" for nothing, and whether something moved."""
+        """Return the trouble with a view, "" for none, and whether something moved."""
         if view is None or len(view.numbers) < MIN_SEEN:
             return "the board is covered, blurred, or outside of the picture", False
         try:
@@ -217,7 +217,7 @@ class BoardWatch:
         self._seek(view)
 
     def place(self, marker: str, pixel: tuple[float, float]) -> tuple[float, float] | None:
-        """Return where on the board a marker is, (x, y), cm; None if that is not known.
+        """Return a marker's place on the board, (x, y), cm; None: unknown.
 
         Args:
             marker: its name.
@@ -226,7 +226,7 @@ class BoardWatch:
         return self.place_at(pixel, self._heights.get(marker, 0.0))
 
     def place_at(self, pixel: tuple[float, float], height: float) -> tuple[float, float] | None:
-        """Return where over the board what is seen at a pixel is, (x, y), cm; None: not known.
+        """Return the place over the board, (x, y), cm, of what a pixel shows; None: unknown.
 
         Args:
             pixel: (u, v).
@@ -239,7 +239,7 @@ class BoardWatch:
         return (float(x), float(y)) if np.isfinite(x) else None
 
     def board_place(self, marker: str, pixel: tuple[float, float]) -> BoardPlace | None:
-        """Return where on the board something is, for people: of the tip it is the pen's place.
+        """Return a marker's place on the board, for people: of the tip it is the pen's place.
 
         Args:
             marker: its name.
@@ -262,7 +262,7 @@ class BoardWatch:
 
 
 def _distance(one: BoardView, other: BoardView) -> float:
-    """Return by how much the markers that both show are apart, px (median); inf: none."""
+    """Return the median distance of the markers that both show, px; inf: there are none."""
     if one.size != other.size:
         return np.inf
     ours, theirs = (

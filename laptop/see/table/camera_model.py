@@ -88,7 +88,7 @@ class CameraModel:
         return pixels
 
     def to_table(self, pixels: np.ndarray, height: float | np.ndarray = 0.0) -> np.ndarray:
-        """Return where pixels (n, 2) have their lines of sight at a height, cm: (n, 2), cm.
+        """Return the places, (n, 2), cm, at which pixels' (n, 2) lines of sight reach a height, cm.
 
         nan where one does not come down to that height, or where the lens has no such pixel.
         """
@@ -197,7 +197,7 @@ def per_cm(camera: CameraModel, points: np.ndarray) -> np.ndarray:
 def triangulate(
     one: CameraModel, other: CameraModel, pixels_one: np.ndarray, pixels_other: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return where two cameras of one board see something: points (n, 3), and their miss.
+    """Return points (n, 3), cm, where two cameras' lines of sight meet, and their gaps (n,), cm.
 
     The point is in the middle of where the two lines of sight are nearest; the gap (n,) between
     them, cm, tells how far the two are from agreeing.  Of parallel lines they are nan.

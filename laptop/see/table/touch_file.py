@@ -88,7 +88,7 @@ def read_touched(file: str | Path) -> TouchedArm:
 
 
 def _understand(fields: dict[str, object]) -> TouchedArm:
-    """Return what a JSON object tells; SpoiltFile: it is something else."""
+    """Return the touched arm of a JSON object; SpoiltFile: it is something else."""
     keys = "arm", "board", "bar", *LIMITS, *SHAPES
     if missing := [name for name in keys if name not in fields]:
         raise SpoiltFile(f"without {missing[0]}")

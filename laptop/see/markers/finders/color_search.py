@@ -75,14 +75,14 @@ def _taken(measured: Track, image: np.ndarray, t: float, track: Track) -> Track:
         return new
     speed = max(SPEED_MEMORY * track.speed, math.hypot(new.du, new.dv))
     return replace(
-        new, home=new.seen, home_t=t, speed=speed, picture=image, others=(), suspect=None
+        new, last_sure=new.seen, last_sure_t=t, speed=speed, picture=image, others=(), suspect=None
     )
 
 
 def _with_others(track: Track, marker: Marker) -> Track:
     """Return the track with the other places of its colour, as of its last detection."""
-    home, image = track.home, track.picture
-    if home is None or image is None:
+    last_sure, image = track.last_sure, track.picture
+    if last_sure is None or image is None:
         return track
     color = marker.color
     assert color is not None
@@ -92,7 +92,7 @@ def _with_others(track: Track, marker: Marker) -> Track:
         hsv = cv2.cvtColor(relight(small, gains), cv2.COLOR_BGR2HSV)
         for shade in dict.fromkeys((color, track.color or color)):
             for u, v, radius in _blobs(hsv_mask(hsv, shade), 2, track.known_radii(marker)):
-                if math.hypot(u - home.u, v - home.v) > home.radius + 0.5 * radius:
+                if math.hypot(u - last_sure.u, v - last_sure.v) > last_sure.radius + 0.5 * radius:
                     others.append((u, v, radius))
     return replace(track, others=tuple(others), picture=None)
 
@@ -200,7 +200,7 @@ def _candidates(
                         continue
                     measured.append((u, v))
                     radius = min(radius, largest)
-                    start = Track(color=shade, gains=gains, home=track.home)
+                    start = Track(color=shade, gains=gains, last_sure=track.last_sure)
                     candidate = measure(image, t, (u, v, radius), marker, start)
                     if candidate is not None:
                         candidates.append(candidate)

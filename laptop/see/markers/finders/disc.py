@@ -208,7 +208,7 @@ def _has_changed(model: DiscriminantModel, brightness: float) -> bool:
 # Shares instead of a mask, for a mask's edge moves by whole pixels; and a centroid instead of a
 # fitted rim, for it averages over all of the disc.
 def _ellipse_likeness(moments: Any) -> tuple[tuple[float, float, float], float, float]:
-    """Return how much shares of disc are like those of a whole ellipse.
+    """Return the likeness of shares of disc to those of a whole ellipse, and their moments.
 
     Args:
         moments: of the shares, as of cv2.moments.

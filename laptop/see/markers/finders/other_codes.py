@@ -55,7 +55,7 @@ def other_codes(grey: np.ndarray) -> dict[str, dict[int, np.ndarray]]:
 
 
 def only(found: Mapping[str, Mapping[int, np.ndarray]]) -> str:
-    """Return what is in sight instead, as the end of a sentence; "" if nothing is.
+    """Return the codes in sight instead, as the end of a sentence; "" if there are none.
 
     Args:
         found: as `other_codes` gives them.
