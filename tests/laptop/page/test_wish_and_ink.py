@@ -53,7 +53,7 @@ def board_watch(scene, height):
     watch = BoardWatch(100.0, {} if height is None else {"effector": height}, "A", print)
     away = np.round(to_srgb(scene.image((-1.2, 2.2)))).astype(np.uint8)
     for _ in range(60):
-        watch.look(away)
+        watch.update(away)
     assert watch.calibration
     return watch
 
