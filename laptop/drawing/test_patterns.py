@@ -36,7 +36,7 @@ def draw_test_pattern(name: str, size: float = 8.0, arm: Arm | None = None) -> A
     """Return the Artwork of a test card.
 
     Args:
-        name: one of CARDS, or "reach".
+        name: one of TEST_PATTERNS, or "reach".
         size: side of the card's square sheet, cm; "reach" is as large as it is.
         arm: whose reach; the others are of no arm.
 

@@ -457,13 +457,13 @@ class FakePlacer:
     def __init__(self, where):
         self.where = where
 
-    def look(self, image):
+    def update(self, image):
         pass
 
     def place_at(self, pixel, height):
         return self.where(pixel)
 
-    def tell(self, marker, pixel):
+    def board_place(self, marker, pixel):
         return None
 
 
