@@ -181,6 +181,7 @@ class MadeUpCameras(object):
     def __init__(self, arm, clock, goal):
         # type: (RobotArm, JumpingClock, Sequence[float]) -> None
         self._arm, self._clock, self._goal = arm, clock, goal
+        self._motors = models(arm)
         self._luck = random.Random(3)
         self._seq = 0
         names = "A" if len(goal) == 2 else "AB"
@@ -201,7 +202,7 @@ class MadeUpCameras(object):
         self._due[name] += FRAME
         self._seq += 1
         arm = self._arm
-        q = [motor.counted / motor.in_counts(1.0) for motor in models(arm)]
+        q = [motor.counted / motor.in_counts(1.0) for motor in self._motors]
         markers = {
             "effector": self._pixel(name, kinematics.forward(arm.description, q)),
             "goal": self._pixel(name, self._goal),

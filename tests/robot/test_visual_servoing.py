@@ -6,6 +6,7 @@ happens when something goes wrong is in test_servo_faults.
 
 import json
 import math
+import re
 import signal
 
 import pytest
@@ -331,7 +332,8 @@ def test_a_marker_in_too_few_pictures_is_blamed_when_the_budget_is_spent(watched
     )
     shown = w.run("--budget", "20")
     assert shown.log[-1]["verdict"] == "budget spent"
-    assert "20 s; 3.0 pictures a second with the marker in them, 7 are needed" in shown.err
+    few = r"20 s; (2\.9|3\.0) pictures a second with the marker in them, 7 are needed"
+    assert re.search(few, shown.err)
 
 
 @pytest.mark.long

@@ -126,15 +126,6 @@ def test_nobody_watches():
     assert refused(error, "no camera watches", "tilt=20")
 
 
-@pytest.mark.parametrize(
-    "ask", [lambda rig: rig.tip, lambda rig: rig.see(), lambda rig: rig.run("driver.py")]
-)
-def test_a_brick_without_an_arm_has_no_tip_and_nothing_to_watch(ask):
-    with Rig(None, cameras="") as rig, pytest.raises(InvalidSimulationOption) as error:
-        ask(rig)
-    assert refused(error, "no arm")
-
-
 def test_nothing_of_it_is_left(tmp_path, monkeypatch):
     with Rig("planar") as rig:
         home = rig.state_folder

@@ -41,3 +41,12 @@ def test_cameras_in_virtual_time_share_their_pace():
     with pytest.raises(InvalidSimulationOption) as error:
         watching("B.fps=10", arm)
     assert refused(error, "B.fps", "share")
+
+
+@pytest.mark.parametrize(
+    "ask", [lambda rig: rig.tip, lambda rig: rig.see(), lambda rig: rig.run("driver.py")]
+)
+def test_a_brick_without_an_arm_has_no_tip_and_nothing_to_watch(ask):
+    with Rig(None, cameras="") as rig, pytest.raises(InvalidSimulationOption) as error:
+        ask(rig)
+    assert refused(error, "no arm")
