@@ -19,8 +19,8 @@ if MYPY:
 
     from robot.benching.figures import Figures  # noqa: F401
     from robot.clock import Clock  # noqa: F401
+    from robot.ev3.motor import Motor  # noqa: F401
     from robot.motion.arm import RobotArm  # noqa: F401
-    from robot.motion.interfaces import DrivenMotor  # noqa: F401
     from shared.arm_description import Arm  # noqa: F401
 
 LEVELS = (0.3, 0.5, 0.75, 1.0)
@@ -201,7 +201,7 @@ class Bench(object):
         return figures(pairs, kind)
 
     def _pass(self, motor, gear, setpoint, stiffness, end, braking):
-        # type: (DrivenMotor, float, float, float, Optional[float], bool) -> Pass
+        # type: (Motor, float, float, float, Optional[float], bool) -> Pass
         """Turn one way at a set-point, rad/s at the joint, up to the angle `end`; a Pass."""
         now_of = self._clock.now
         longest = LONGEST if braking else LOADED_LONGEST
@@ -261,7 +261,7 @@ class Bench(object):
         )
 
     def _come_to_rest(self, motor, stopped):
-        # type: (DrivenMotor, float) -> float
+        # type: (Motor, float) -> float
         """Where a motor that was stopped at that time stands in the end, rad."""
         now_of = self._clock.now
         last, since = motor.angle(), stopped

@@ -32,11 +32,12 @@ if MYPY:
     from typing import Callable, Dict, Iterator, List, Optional, Sequence, Tuple  # noqa: F401
 
     from robot.clock import Timepiece  # noqa: F401
+    from robot.ev3.motor import Motor  # noqa: F401
     from robot.motion.chains import FixedPoint, FixedPose, Pose  # noqa: F401
     from robot.motion.control_loop import OnTick, Spare  # noqa: F401
     from robot.motion.feed import FeedOverride  # noqa: F401
     from robot.motion.following import AimAt, LinkTick  # noqa: F401
-    from robot.motion.interfaces import DrivenMotor, LinkMotion  # noqa: F401
+    from robot.motion.interfaces import LinkMotion  # noqa: F401
     from robot.motion.joint_controller import GainsByKind  # noqa: F401
     from robot.motion.online_trajectory import Aim  # noqa: F401
     from robot.motion.pace import Say  # noqa: F401
@@ -280,7 +281,7 @@ class RobotArm(object):
         self.move_motor(pen, move, MAX_PEN_ERROR)
 
     def move_motor(self, motor, move, max_error=MAX_ERROR, on_tick=None):
-        # type: (DrivenMotor, JointMove, float, Optional[OnTick]) -> None
+        # type: (Motor, JointMove, float, Optional[OnTick]) -> None
         """Let a motor follow a JointMove, without limits, `on_tick` as ControlLoop.run; hold it."""
         self._engage(self._zero_needed)
         with self._stopping_on_error():

@@ -14,15 +14,14 @@ if MYPY:
     from typing import Callable, Dict, List, NoReturn, Optional, Sequence  # noqa: F401
 
     from robot.clock import Timepiece  # noqa: F401
-    from robot.motion.interfaces import AtPort, DrivenMotor  # noqa: F401
+    from robot.ev3.motor import Motor  # noqa: F401
+    from robot.motion.interfaces import AtPort  # noqa: F401
     from robot.motion.joint_controller import GainsByKind  # noqa: F401
     from robot.motion.pace import Say  # noqa: F401
     from robot.motion.zero import Zero  # noqa: F401
     from shared.arm_description import Arm  # noqa: F401
 
-    MotorKind = Callable[
-        [str, str, str, float, int], DrivenMotor
-    ]  # name, port, kind, gear, direction
+    MotorKind = Callable[[str, str, str, float, int], Motor]  # name, port, kind, gear, direction
 
 MAX_PEN_OFFSET = math.radians(10)
 """A pen that is held and this far from there was turned by something else, rad."""
@@ -63,14 +62,14 @@ class ArmMotors(object):
 
     def __init__(self, description, clock, gains, say, kind=JointMotor):
         # type: (Arm, Timepiece, GainsByKind, Say, MotorKind) -> None
-        self.joints = [  # type: List[DrivenMotor]
+        self.joints = [  # type: List[Motor]
             kind(joint.name, joint.port, joint.motor, joint.gear, joint.direction)
             for joint in description.joints
         ]
         for motor in self.joints:
             motor.falls = any(joint.mass for joint in description.joints)
         pen = description.pen
-        self.pen = None  # type: Optional[DrivenMotor]
+        self.pen = None  # type: Optional[Motor]
         self._all = list(self.joints)
         self.controllers = {
             motor: JointController(joint.gear, gains[joint.motor], joint.backlash)
@@ -205,7 +204,7 @@ class ArmMotors(object):
         self._pen_held_at = None
 
     def hold(self, motors):
-        # type: (Sequence[DrivenMotor]) -> None
+        # type: (Sequence[Motor]) -> None
         """Stop some of these, each holding where it is."""
         for motor in motors:
             motor.hold()

@@ -8,8 +8,8 @@ MYPY = False
 if MYPY:
     from typing import Optional  # noqa: F401
 
+    from robot.ev3.motor import Motor  # noqa: F401
     from robot.motion.backlash import Bounds  # noqa: F401
-    from robot.motion.interfaces import DrivenMotor  # noqa: F401
     from robot.motion.joint_controller import JointController  # noqa: F401
 
 MAX_ERROR, MAX_ERROR_COUNTS = math.radians(3), 5
@@ -58,7 +58,7 @@ class Axis(object):
     """
 
     def __init__(self, motor, controller, tolerances, settle, bounds):
-        # type: (DrivenMotor, JointController, Tolerances, float, Bounds) -> None
+        # type: (Motor, JointController, Tolerances, float, Bounds) -> None
         self.motor, self.controller = motor, controller
         # (What each tick calls, looked up once.)
         self.bounds, self.drive, self.command = motor.bounds, motor.drive, controller.command

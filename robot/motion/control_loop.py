@@ -21,14 +21,15 @@ if MYPY:
     from typing import Callable, Dict, List, Optional, Sequence, Tuple  # noqa: F401
 
     from robot.clock import Timepiece  # noqa: F401
+    from robot.ev3.motor import Motor  # noqa: F401
     from robot.motion.axis import Tolerances  # noqa: F401
     from robot.motion.backlash import Bounds  # noqa: F401
-    from robot.motion.interfaces import DrivenMotor, MotorPlan  # noqa: F401
+    from robot.motion.interfaces import MotorPlan  # noqa: F401
     from robot.motion.joint_controller import JointController  # noqa: F401
     from robot.motion.linear_systems import Vector  # noqa: F401
     from robot.motion.pace import Say  # noqa: F401
 
-    Controllers = Dict[DrivenMotor, JointController]
+    Controllers = Dict[Motor, JointController]
     # By the plan's time, the clock's and the motors' angles.
     OnTick = Callable[[float, float, List[float]], object]
     Weigh = Callable[[List[float]], Sequence[float]]  # from the motors' angles, rad, to Nm
@@ -73,7 +74,7 @@ class Stalled(ArmError):
     """
 
     def __init__(self, motor, missing, angle=0.0, turning=False):
-        # type: (DrivenMotor, str, float, bool) -> None
+        # type: (Motor, str, float, bool) -> None
         self.motor, self.angle, self.turning = motor, angle, turning
         self.fact = "the {} (port {}) does not turn as it is driven, {}".format(
             motor.name, motor.port, missing
@@ -137,14 +138,14 @@ class ControlLoop(object):
         self.plan_time = 0.0
 
     def reset(self, motors):
-        # type: (Sequence[DrivenMotor]) -> None
+        # type: (Sequence[Motor]) -> None
         """The motors were stopped; their controllers begin anew."""
         for motor in motors:
             self._controllers[motor].reset()
 
     def run(
         self,
-        motors,  # type: Sequence[DrivenMotor]
+        motors,  # type: Sequence[Motor]
         plan,  # type: MotorPlan
         tolerances=TOLERANCES,  # type: Tolerances
         on_tick=None,  # type: Optional[OnTick]

@@ -25,10 +25,10 @@ MYPY = False
 if MYPY:
     from typing import Any, Callable, Dict, List, Optional  # noqa: F401
 
+    from robot.ev3.motor import Motor  # noqa: F401
     from robot.motion.arm import RobotArm  # noqa: F401
     from robot.motion.chains import Pose  # noqa: F401
     from robot.motion.control_loop import OnTick  # noqa: F401
-    from robot.motion.interfaces import DrivenMotor  # noqa: F401
     from robot.motion.pace import Say  # noqa: F401
     from shared.arm_description import Arm, Joint  # noqa: F401
 
@@ -131,7 +131,7 @@ def _by_stops(arm, k, say):
 
 
 def _seen(motor, joint, counts, sign, zero):
-    # type: (DrivenMotor, Joint, float, int, float) -> float
+    # type: (Motor, Joint, float, int, float) -> float
     """The stop's angle, rad, were that the zero."""
     return (counts - zero) / motor.in_counts(1) - sign * joint.backlash / 2
 

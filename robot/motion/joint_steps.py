@@ -9,8 +9,8 @@ if MYPY:
     from typing import Callable, List, Optional, Sequence  # noqa: F401
 
     from robot.clock import Timepiece  # noqa: F401
+    from robot.ev3.motor import Motor  # noqa: F401
     from robot.motion.chains import Pose  # noqa: F401
-    from robot.motion.interfaces import DrivenMotor  # noqa: F401
 
 STEP_SPEED, STEP_TICK = math.radians(100), 0.02
 """The speed of the report's joint steps, rad/s; and how often they are looked at, s."""
@@ -23,7 +23,7 @@ SETTLED_FOR, SETTLE_DEADLINE = 0.06, 0.4
 
 
 def go_and_settle(motors, q, q_before, clock, check):
-    # type: (Sequence[DrivenMotor], Pose, Pose, Timepiece, Callable[[], object]) -> None
+    # type: (Sequence[Motor], Pose, Pose, Timepiece, Callable[[], object]) -> None
     """Command all joints to `q`, and wait until each has been within a count of it for 60 ms.
 
     Args:
@@ -59,5 +59,5 @@ def go_and_settle(motors, q, q_before, clock, check):
 
 
 def _stalled(motor, counts):
-    # type: (DrivenMotor, float) -> Stalled
+    # type: (Motor, float) -> Stalled
     return Stalled(motor, "{:.0f} counts are missing".format(abs(counts)))

@@ -19,9 +19,9 @@ if MYPY:
     from typing import Dict, List, NamedTuple, Optional, Tuple  # noqa: F401
 
     from robot.clock import Timepiece  # noqa: F401
+    from robot.ev3.motor import Motor  # noqa: F401
     from robot.motion.arm import RobotArm  # noqa: F401
     from robot.motion.chains import Pose  # noqa: F401
-    from robot.motion.interfaces import DrivenMotor  # noqa: F401
     from robot.motion.pace import Say  # noqa: F401
     from shared.arm_description import Arm, Joint  # noqa: F401
 
@@ -114,7 +114,7 @@ def touch_stop(arm, k, side, say, farthest=None):
 
 
 def take_as_it_stands(motor, angle):
-    # type: (DrivenMotor, float) -> None
+    # type: (Motor, float) -> None
     """Declare that the motor stands at `angle` (rad) now."""
     motor.zero += motor.in_counts(motor.angle() - angle)
 
@@ -216,7 +216,7 @@ def _touches(arm, k, sign, farthest):
 
 
 def back_off(arm, motor, stop, sign):
-    # type: (RobotArm, DrivenMotor, float, int) -> None
+    # type: (RobotArm, Motor, float, int) -> None
     """Leave the stop (counts) on the side of `sign` by BACK_OFF."""
     at = (stop - motor.zero) / motor.in_counts(1)
 
@@ -229,7 +229,7 @@ def back_off(arm, motor, stop, sign):
 
 
 def push(arm, motor, joint, sign, force, farthest=None):
-    # type: (RobotArm, DrivenMotor, Joint, int, float, Optional[float]) -> float
+    # type: (RobotArm, Motor, Joint, int, float, Optional[float]) -> float
     """Push until the joint stands; the middle of what the encoder then allows, counts.
 
     Args:
@@ -271,7 +271,7 @@ def push(arm, motor, joint, sign, force, farthest=None):
 
 
 def _kick(clock, motor, joint, sign):
-    # type: (Timepiece, DrivenMotor, Joint, int) -> None
+    # type: (Timepiece, Motor, Joint, int) -> None
     """Push a joint that stands, and is free to go that way, until its encoder counts.
 
     One that is blind on the way looks as if it stood at its stop, until it is to leave that; then
