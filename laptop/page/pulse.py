@@ -53,11 +53,8 @@ class Pulse:
         """Give beats to a page from now on; `is_local`: its browser is on this computer."""
         self._browsers[page] = browser
         self._echoed.pop(page, None)
-        self._tabs = {
-            tab: (whose, sign)
-            for tab, (whose, sign) in [*self._tabs.items()][-MAX_TABS:]
-            if tab != page and not (whose == browser and sign.presence <= Presence.CLOSED)
-        }
+        known = [*self._tabs.items()][-MAX_TABS:]
+        self._tabs = {tab: sign for tab, sign in known if tab != page}
         self._tabs[page] = browser, Sign(Presence.SHOWN, is_local)
 
     def leave(self, page: str) -> None:
@@ -79,16 +76,32 @@ class Pulse:
             self._tabs[page] = browser, sign._replace(presence=WORDS[word])
 
     def signs(self) -> dict[int, Sign]:
-        """Return what is known of each browser: of several pages that of the most present."""
-        signs: dict[int, Sign] = {}
-        for browser, sign in self._tabs.values():
-            signs[browser] = max(sign, signs.get(browser, sign))
-        return signs
+        """Return what is known of each browser: of several pages that of the most present.
+
+        A page that loads counts only where there is no other: that it has come says nothing of why
+        the one before it was not heard.
+        """
+        ranks: dict[int, tuple[bool, Sign]] = {}
+        for page, (browser, sign) in self._tabs.items():
+            loads = page in self._browsers and page not in self._echoed
+            rank = (not loads, sign)
+            ranks[browser] = max(rank, ranks.get(browser, rank))
+        return {browser: sign for browser, (_, sign) in ranks.items()}
 
     def take_echo(self, page: str, beat: object) -> None:
         """Take in what a page has sent back."""
         if page in self._browsers and isinstance(beat, (int, float)) and math.isfinite(beat):
+            if page not in self._echoed:
+                self._forget_closed(self._browsers[page])
             self._echoed[page] = min(float(beat), time.monotonic())
+
+    def _forget_closed(self, browser: int) -> None:
+        """Forget the pages of a browser that have gone: another one has taken their place."""
+        self._tabs = {
+            tab: (whose, sign)
+            for tab, (whose, sign) in self._tabs.items()
+            if whose != browser or sign.presence > Presence.CLOSED
+        }
 
     def age(self, page: str) -> float:
         """Time since the tracker was known to a page to be there, s."""

@@ -114,7 +114,8 @@ class Tracker:
 
     def check(self):
         """Fail at once where it has ended, and not after waiting for what cannot come."""
-        assert self.process.poll() is None, "the tracker has ended"
+        status = self.process.poll()
+        assert status is None, f"the tracker has ended with {status}:\n" + "".join(self.lines[-20:])
 
     @property
     def cookie(self):

@@ -132,17 +132,13 @@ def is_held(surfer, silence, why):
     surfer.wait(said.and_(surfer.page.locator(":visible")))
 
 
-def test_a_page_that_was_closed_is_told_from_one_that_is_silent(browser, tracker):
-    surfer = Surfer(browser, tracker)
-
+def test_a_page_that_was_closed_is_told_from_one_that_is_silent(surfer, tracker):
     def silence():
         surfer.page.goto("about:blank")  # as for a tab that is closed, and there is one to look
         stands(surfer)
         surfer.page.goto(f"http://{tracker.host}/")
 
     is_held(surfer, silence, "as the page was closed in browser")
-    surfer.page.keyboard.press("Escape")
-    surfer.close()
 
 
 def test_a_page_s_process_that_is_stopped_is_told(surfer, tracker):

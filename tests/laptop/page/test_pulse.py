@@ -133,6 +133,8 @@ def test_what_a_page_said_last_is_known_after_it_has_gone():
     pulse.take_word("page", 1, "hidden")  # as it closed
     assert presence(pulse) is Presence.CLOSED
     pulse.join("page 2", 1)
+    assert presence(pulse) is Presence.CLOSED, "the next one loads, and was not heard yet"
+    pulse.take_echo("page 2", 100.0)
     assert presence(pulse) is Presence.SHOWN, "it was only loaded anew"
     pulse.take_word("page 2", 1, "asleep")
     pulse.leave("page 2")
@@ -150,6 +152,7 @@ def test_of_a_browser_s_pages_the_one_counts_that_is_most_present():
     pulse.take_word("b", 1, "hidden")
     assert presence(pulse) is Presence.HIDDEN
     pulse.join("a", 1)  # back from where browsers keep pages that were left
+    pulse.take_echo("a", 100.0)
     assert presence(pulse) is Presence.SHOWN
 
 
