@@ -18,7 +18,8 @@ import numpy as np
 from laptop.page.paper_below import HEIGHT_SIGMA
 from laptop.page.table_mapping import CELL, MAX_PLACES, TableView
 from laptop.see.serve.pipeline import Point
-from laptop.see.table.marker_offset import HEIGHT_SPREAD, USUAL_HEIGHT, rotation
+from laptop.see.table.marker_offset import HEIGHT_SPREAD, USUAL_HEIGHT
+from laptop.see.table.plane_motion import PlaneMotion, nearest_motion, rotation
 
 MIN_PLACES = 4
 """Fewer do not tell how well they fit."""
@@ -83,7 +84,7 @@ class BoardMapping:
         self._told: float | None = None  # cm
         self._size = (0, 0)  # of the picture, px
         self._grids: dict[tuple[float, ...], _Grid] = {}  # by their corners
-        self._stand: tuple[np.ndarray, np.ndarray] | None = None
+        self._from_board: PlaneMotion | None = None
         self.forget()
 
     def forget(self) -> None:
@@ -91,7 +92,7 @@ class BoardMapping:
         self._pairs.clear()
         self._grids.clear()
         self.view: TableView | None = None
-        self._stand = None
+        self._from_board = None
         self.height: float | None = self._told
         self.height_sigma = 0.0
 
@@ -107,12 +108,11 @@ class BoardMapping:
             pixels: of the marker, (n, 2).
             shifts: from the pen to the marker, cm, (n, 2).
         """
-        if self.view is None or self._stand is None or self.height is None:
+        if self.view is None or self._from_board is None or self.height is None:
             return None
-        turn, shift = self._stand
         places = [self._place_at((float(u), float(v)), self.height) for u, v in pixels]
         on_board = np.array([place or (math.nan, math.nan) for place in places])
-        return np.asarray(on_board @ turn.T + shift - shifts[:, :2])
+        return np.asarray(self._from_board.moved(on_board) - shifts[:, :2])
 
     def add(self, p: Sequence[float], pixel: Point, speed: float, size: tuple[int, int]) -> None:
         """Take in that the marker was at p (x, y), cm, and at a pixel (u, v) at once.
@@ -142,7 +142,7 @@ class BoardMapping:
             self._fit()
 
     def _fit(self) -> None:
-        self.view = self._stand = None
+        self.view = self._from_board = None
         self.height, self.height_sigma = self._told, 0.0
         if len(self._pairs) < MIN_PLACES:
             return
@@ -163,18 +163,18 @@ class BoardMapping:
         if self.height is None:
             return
         board = low + self.height * slope
-        turn, shift = rigid(board, arm)
-        misfit = math.sqrt(np.mean(np.sum((board @ turn.T + shift - arm) ** 2, axis=1)))
-        matrix = None if misfit > MAX_MISFIT else self._homography(turn, shift)
+        motion = nearest_motion(board, arm)
+        misfit = math.sqrt(np.mean(np.sum((motion.moved(board) - arm) ** 2, axis=1)))
+        matrix = None if misfit > MAX_MISFIT else self._homography(motion)
         if matrix is not None:
             unsure = sigma * float(np.hypot(*slope.mean(axis=0)))
             source = "the board on the table"
-            self._stand = turn, shift
+            self._from_board = motion
             self.view = TableView(
                 matrix, len(board), 10 * math.hypot(misfit, unsure), source, is_paper=True
             )
 
-    def _homography(self, turn: np.ndarray, shift: np.ndarray) -> np.ndarray | None:
+    def _homography(self, from_board: PlaneMotion) -> np.ndarray | None:
         """Return the matrix from the arm's places on the paper to pixels, about where it moves."""
         seen = np.array([pair.pixel for pair in self._pairs.values()])
         low = np.maximum(np.floor(seen.min(axis=0) / MARGIN - 1) * MARGIN, 0)
@@ -185,7 +185,7 @@ class BoardMapping:
         pixels, points = self._grids[corners]
         if len(points) < 8:
             return None
-        matrix, _ = cv2.findHomography(np.array(points) @ turn.T + shift, np.array(pixels))
+        matrix, _ = cv2.findHomography(from_board.moved(np.array(points)), np.array(pixels))
         return None if matrix is None else np.asarray(matrix / matrix[2, 2])
 
     def _grid(self, left: float, top: float, right: float, bottom: float) -> _Grid:
@@ -204,8 +204,8 @@ def marker_height(low: np.ndarray, slope: np.ndarray, arm: np.ndarray) -> tuple[
         slope: by how much that is elsewhere per cm of height, (n, 2).
         arm: where the joints say that it is, (n, 2), cm.
     """
-    turn, shift = rigid(low + USUAL_HEIGHT * slope, arm)
-    state = np.array([math.atan2(turn[1, 0], turn[0, 0]), *shift, USUAL_HEIGHT, 0.0])
+    first, shift = nearest_motion(low + USUAL_HEIGHT * slope, arm)
+    state = np.array([first, *shift, USUAL_HEIGHT, 0.0])
     usual = np.array([0.0, 0.0, 0.0, USUAL_HEIGHT, 0.0])
     per = np.array([0.0, 0.0, 0.0, 1 / HEIGHT_SPREAD, 1 / SCALE_SPREAD])
     x, y = np.tile([(1.0, 0.0), (0.0, 1.0)], (len(low), 1)).T
@@ -225,12 +225,3 @@ def marker_height(low: np.ndarray, slope: np.ndarray, arm: np.ndarray) -> tuple[
             normal, slopes.T @ off / sigma**2 + per**2 * (state - usual)
         )
     return float(state[3]), math.sqrt(float(np.linalg.inv(normal)[3, 3]))
-
-
-def rigid(points: np.ndarray, goals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return turn (2, 2) and shift (2,) that bring points (n, 2) nearest to goals (n, 2)."""
-    middle, goal = points.mean(axis=0), goals.mean(axis=0)
-    u, _, vt = np.linalg.svd((points - middle).T @ (goals - goal))
-    flip = np.diag([1.0, np.linalg.det(vt.T @ u.T)])
-    turn = vt.T @ flip @ u.T
-    return turn, goal - turn @ middle

@@ -15,7 +15,8 @@ from laptop.emulator.scene.board_photographs import Lens, Stand, draw_lens, phot
 from laptop.see.markers.board import CROSSES
 from laptop.see.markers.finders.board import find_board
 from laptop.see.table.camera_fit import calibrate
-from laptop.see.table.marker_offset import Touch, fit_marker, rotation
+from laptop.see.table.marker_offset import Touch, fit_marker
+from laptop.see.table.plane_motion import rotation
 from robot.motion import kinematics
 from shared.arm_description import Arm, find_arm, read_arm
 from tests.claims.camera import SHOWN, draw_stand

@@ -13,9 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 from laptop.measure.measured_run import MEDIAN_NOISE, NORMAL, SETTLED, MeasuredRun
-from laptop.measure.plane_motion import nearest_motion, turning
 from laptop.see.serve.joint_track import marker_shift
 from laptop.see.table.camera_model import CameraModel, triangulate
+from laptop.see.table.plane_motion import nearest_motion, rotation
 from robot.motion import kinematics
 from shared.arm_description import Arm, ArmError
 
@@ -75,7 +75,7 @@ class ArmOnBoard:
 
     def in_arm(self, places: Places) -> Places:
         """Return places of the board's frame in the arm's."""
-        matrix = turning(-self.turn, places.points.shape[1])
+        matrix = rotation(-self.turn, places.points.shape[1])
         return places.mapped(matrix, -matrix[:, :2] @ np.array(self.base))
 
 

@@ -7,7 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
-from laptop.measure.plane_motion import nearest_motion
+from laptop.see.table.plane_motion import nearest_motion
 
 
 class TableCamera(Protocol):

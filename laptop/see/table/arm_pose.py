@@ -11,7 +11,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from laptop.see.table.marker_offset import BadTouches, MarkerFit, rotation
+from laptop.see.table.marker_offset import BadTouches, MarkerFit
+from laptop.see.table.plane_motion import rotation
 from robot.motion import kinematics
 from shared.arm_description import Arm, ArmError
 

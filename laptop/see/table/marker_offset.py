@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from laptop.see.table.camera_model import CameraModel
+from laptop.see.table.plane_motion import nearest_motion, rotation
 from shared.arm_description import ArmError
 
 MIN_TOUCHES = 6
@@ -134,12 +135,6 @@ class MarkerFit:
         return lines
 
 
-def rotation(angle: float) -> np.ndarray:
-    """Return the matrix (2, 2) that turns counter-clockwise, rad."""
-    c, s = math.cos(angle), math.sin(angle)
-    return np.array([[c, -s], [s, c]])
-
-
 def turned(angles: np.ndarray, vector: np.ndarray) -> np.ndarray:
     """Turn a vector (2,) by each of some angles (n,), rad: (n, 2)."""
     c, s = np.cos(angles), np.sin(angles)
@@ -235,7 +230,8 @@ class _Problem:
     def solve(self, chosen: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
         """Fit to some touches: the state, and by touch its squared residuals, (n,)."""
         k = list(chosen)
-        state = np.array([*self._stand(k), 1.0, 0.0, 0.0, self.height])
+        turn, base = nearest_motion(self.tips[k], self.crosses[k])
+        state = np.array([turn, *base, 1.0, 0.0, 0.0, self.height])
         for _ in range(STEPS):
             slopes = _slopes(lambda x: self.residuals(x, k), state)
             step, *_ = np.linalg.lstsq(slopes, -self.residuals(state, k), rcond=None)
@@ -249,14 +245,6 @@ class _Problem:
         everything = range(len(self.crosses))
         slopes = _slopes(lambda x: self.residuals(x, everything), state)
         return np.asarray(slopes.T @ slopes)
-
-    def _stand(self, k: list[int]) -> tuple[float, float, float]:
-        """Return turn and base of the arm from tips and crosses alone (W. Kabsch, 1976)."""
-        tips, crosses = self.tips[k].mean(axis=0), self.crosses[k].mean(axis=0)
-        a, b = self.tips[k] - tips, self.crosses[k] - crosses
-        turn = math.atan2((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum(), (a * b).sum())
-        x, y = crosses - rotation(turn) @ tips
-        return turn, float(x), float(y)
 
     def outlier(self, surprise: np.ndarray) -> BadTouches:
         """Name the touch without which the others fit, or say that there is none."""

@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 
 from laptop.see.table.camera_model import CameraModel
-from laptop.see.table.marker_offset import rotation
+from laptop.see.table.plane_motion import PlaneMotion, nearest_motion, rotation
 from laptop.see.table.views_fit import USUAL_FIELD, Unknowns, refine
 from shared.arm_description import ArmError
 
@@ -79,7 +79,7 @@ class ArmPoseFit:
 
     def on_board(self, points: np.ndarray) -> np.ndarray:
         """Return points of the arm's frame, (n, 3), cm, in the board's."""
-        return np.asarray(points @ _upright(self.turn).T + self.base)
+        return np.asarray(points @ rotation(self.turn, 3).T + self.base)
 
 
 def fit_moves(points: np.ndarray, pixels: np.ndarray, size: tuple[int, int]) -> MovesFit:
@@ -189,7 +189,8 @@ def fit_arm_pose(camera: CameraModel, points: np.ndarray, pixels: np.ndarray) ->
         )
     if math.sqrt(np.var(points[:, :2], axis=0).sum()) < MIN_SPREAD:
         raise BadMoves("the tip was seen in a small part of its reach: let it move farther about")
-    state = np.array([*_flat_pose(points[:, :2], on_board), 0.0])
+    turn, shift = _flat_pose(points[:, :2], on_board)
+    state = np.array([turn, *shift, 0.0])
     for _ in range(STEPS):
         off = _missed(camera, state, points, pixels)
         slopes = np.stack(
@@ -225,29 +226,17 @@ def fit_arm_pose(camera: CameraModel, points: np.ndarray, pixels: np.ndarray) ->
 def _missed(
     camera: CameraModel, state: np.ndarray, points: np.ndarray, pixels: np.ndarray
 ) -> np.ndarray:
-    return np.asarray(camera.project(points @ _upright(state[0]).T + state[1:]) - pixels)
+    return np.asarray(camera.project(points @ rotation(state[0], 3).T + state[1:]) - pixels)
 
 
-# The rotation of least squares between two sets of paired points (W. Kabsch, 1976), in the plane:
-# with both sets about their means, sum |R a - b|^2 is least where sum (R a) . b is greatest, at
-#     turn = atan2(sum a x b, sum a . b),
-# and the shift takes one mean to the other: no first guess, no iteration, and never a mirror image.
-# Three rounds, each without the pairs that are off by more than three medians of the last one.
-def _flat_pose(points: np.ndarray, goals: np.ndarray) -> tuple[float, float, float]:
-    """Return turn (rad) and shift (x, y) from points (n, 2) to goals (n, 2) (W. Kabsch, 1976)."""
+def _flat_pose(points: np.ndarray, goals: np.ndarray) -> PlaneMotion:
+    """Return the motion from points (n, 2) to goals (n, 2), in three rounds.
+
+    Each goes without the pairs that are off by more than three medians of the last one.
+    """
     inliers = np.ones(len(points), bool)
-    for _ in range(3):  # without those that are far off the others
-        near, aims = points[inliers], goals[inliers]
-        a, b = near - near.mean(axis=0), aims - aims.mean(axis=0)
-        turn = math.atan2((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum(), (a * b).sum())
-        shift = aims.mean(axis=0) - rotation(turn) @ near.mean(axis=0)
-        off = np.linalg.norm(points @ rotation(turn).T + shift - goals, axis=1)
+    for _ in range(3):
+        motion = nearest_motion(points[inliers], goals[inliers])
+        off = np.linalg.norm(motion.moved(points) - goals, axis=1)
         inliers = off <= 3 * max(float(np.median(off)), 0.05)
-    return turn, float(shift[0]), float(shift[1])
-
-
-def _upright(turn: float) -> np.ndarray:
-    """Return the matrix (3, 3) that turns about z, rad."""
-    matrix = np.eye(3)
-    matrix[:2, :2] = rotation(turn)
-    return matrix
+    return motion

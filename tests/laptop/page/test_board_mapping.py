@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from laptop.page.board_mapping import BoardMapping, rigid
+from laptop.page.board_mapping import BoardMapping
 
 SIZE = 640, 480
 K = np.array([[700.0, 0, 320], [0, 700, 240], [0, 0, 1]])
@@ -97,14 +97,6 @@ def test_what_tells_too_little_or_does_not_fit_is_not_believed():
     for p, pixel in zip(PLACES * (1.0, -1.0), pixels, strict=True):
         wrong.add(p, tuple(pixel), 1.0, SIZE)
     assert wrong.view is None, "no turn and shift mirror an arm"
-
-
-def test_a_turn_and_a_shift_are_found_and_never_a_mirror():
-    turn, shift = rigid(to_board(PLACES), PLACES)
-    assert turn == pytest.approx(TURN)
-    assert shift == pytest.approx(SHIFT)
-    turn, _ = rigid(PLACES * (1, -1), PLACES)
-    assert np.linalg.det(turn) == pytest.approx(1.0)
 
 
 def test_the_pen_is_beside_the_marker_and_what_was_learned_can_be_forgotten():

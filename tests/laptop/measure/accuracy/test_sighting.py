@@ -16,8 +16,8 @@ from laptop.measure.accuracy.sighting import (
     nearest_stand,
 )
 from laptop.measure.measured_run import MeasuredRun, Sights
-from laptop.measure.plane_motion import turning
 from laptop.see.serve.joint_track import marker_shift
+from laptop.see.table.plane_motion import rotation
 from shared.arm_description import find_arm, read_arm
 from shared.job_log import LogRow
 
@@ -76,7 +76,7 @@ def test_the_tip_is_found_beside_its_marker_and_where_the_arm_stands():
     q = np.array([(0.3, 0.8), (-0.5, 1.2)])
     tips = np.array([(10.0, 2.0), (12.0, -3.0)])
     shifts = np.array([marker_shift(PLANAR, pose) for pose in q])
-    on_board = (tips + shifts) @ turning(STAND.turn, 2).T + STAND.base
+    on_board = (tips + shifts) @ rotation(STAND.turn, 2).T + STAND.base
     sighting = ArmSighting(PLANAR, {"A": CAMERA}, 2.5)
     found = sighting.tip(SeenMarker(places_at(on_board), q), STAND)
     assert found.points == pytest.approx(tips)
@@ -85,7 +85,7 @@ def test_the_tip_is_found_beside_its_marker_and_where_the_arm_stands():
 def test_an_arms_stand_is_fitted_to_its_poses_whatever_else_they_are_off_by():
     luck = np.random.default_rng(2)
     there = luck.uniform(-5, 5, (40, 2)) + (14, 0)
-    here = there @ turning(STAND.turn, 2).T + STAND.base + 0.01 * luck.standard_normal((40, 2))
+    here = there @ rotation(STAND.turn, 2).T + STAND.base + 0.01 * luck.standard_normal((40, 2))
     found = nearest_stand(here, there)
     assert (found.turn, *found.base) == pytest.approx((0.4, 3.0, -2.0), abs=0.02)
     # No other stand is nearer.

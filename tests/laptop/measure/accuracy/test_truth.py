@@ -8,7 +8,7 @@ import pytest
 from laptop.measure.accuracy.plan import PlannedWay
 from laptop.measure.accuracy.truth import in_nearest_frame, true_places
 from laptop.measure.measured_run import MeasuredRun
-from laptop.measure.plane_motion import turning
+from laptop.see.table.plane_motion import rotation
 from shared.job_log import LogRow
 
 Sample = namedtuple("Sample", ["t", "x", "y", "z"])
@@ -49,7 +49,7 @@ def test_a_path_is_where_the_tip_was_from_its_beginning_to_its_rest():
 def test_in_the_nearest_frame_an_arm_that_is_turned_as_a_whole_is_right():
     commanded = np.array([(10.0, 0.0), (14.0, 3.0), (12.0, -4.0)])
     ways = [PlannedWay("pose", k, 0, 1.0, np.array([(0, 0), p])) for k, p in enumerate(commanded)]
-    attained = commanded @ turning(0.02, 2).T + (0.1, -0.2)
+    attained = commanded @ rotation(0.02, 2).T + (0.1, -0.2)
     truth = list(true_places([], [], RUN))
     _, like = told([PlannedWay("pose", k, 0, 1.0, WAY) for k in (1, 2)])[0]
     truth = [
