@@ -49,9 +49,13 @@ LIBRARIES = {
     "laptop.see.markers.board_sheet": {*PICTURES, "matplotlib"},
     "laptop.see.markers.marker_sheet": {*PICTURES, "matplotlib"},
     "laptop.see.serve": {*PICTURES, "ifaddr", "rich"},
+    "laptop.see.table.marker_offset": {"numpy", "scipy"},
+    "laptop.see.table.moves_fit": {*PICTURES, "scipy"},
+    "laptop.see.table.views_fit": {*PICTURES, "scipy"},
     "laptop.emulator": {"ev3dev2"},  # it is the brick's Python, too
     "laptop.emulator.scene": {*PICTURES, "ev3dev2"},
     "laptop.page": {*PICTURES, "matplotlib"},
+    "laptop.page.board_mapping": {*PICTURES, "scipy"},
     "laptop.page.browser": {"nicegui"},
     "laptop.page.cards": {"nicegui"},
     "laptop.page.http_limits": {"uvicorn"},

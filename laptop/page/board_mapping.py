@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
+from scipy.optimize import least_squares
 
 from laptop.page.paper_below import HEIGHT_SIGMA
 from laptop.page.table_mapping import CELL, MAX_PLACES, TableView
@@ -35,8 +36,8 @@ MAX_HEIGHT_SIGMA = 0.6
 """A height that is less sure, cm, is not believed."""
 LEAST_MISFIT = 0.02
 """Of places from where they must be, cm: none are better."""
-STEPS = 8
-"""Of the fit of a height."""
+SIGMA_PASSES = 3
+"""Number of fits of a height, each with the misfit of places that the last one shows."""
 GRID = 6
 """So many pixels in each direction give the paper's homography."""
 MARGIN = 60.0
@@ -206,22 +207,28 @@ def marker_height(low: np.ndarray, slope: np.ndarray, arm: np.ndarray) -> tuple[
     """
     first, shift = nearest_motion(low + USUAL_HEIGHT * slope, arm)
     state = np.array([first, *shift, USUAL_HEIGHT, 0.0])
-    usual = np.array([0.0, 0.0, 0.0, USUAL_HEIGHT, 0.0])
-    per = np.array([0.0, 0.0, 0.0, 1 / HEIGHT_SPREAD, 1 / SCALE_SPREAD])
-    x, y = np.tile([(1.0, 0.0), (0.0, 1.0)], (len(low), 1)).T
-    for _ in range(STEPS):  # Gauss and Newton's
-        angle, _, _, height, longer = state
-        turn = (1 + longer) * rotation(angle)
-        turned = (low + height * slope) @ turn.T
-        around = turned @ rotation(math.pi / 2).T
-        slopes = np.column_stack(
-            [around.ravel(), x, y, (slope @ turn.T).ravel(), turned.ravel() / (1 + longer)]
-        )
-        off = (turned + state[1:3] - arm).ravel()
+    sigma = LEAST_MISFIT
+    for _ in range(SIGMA_PASSES):
+        fit = least_squares(_height_residuals, state, method="lm", args=(low, slope, arm, sigma))
+        state = fit.x
         # How far places are off is seen only when they are fitted.
-        sigma = max(LEAST_MISFIT, math.sqrt(float(np.mean(off**2))))
-        normal = slopes.T @ slopes / sigma**2 + np.diag(per**2)
-        state = state - np.linalg.solve(
-            normal, slopes.T @ off / sigma**2 + per**2 * (state - usual)
-        )
-    return float(state[3]), math.sqrt(float(np.linalg.inv(normal)[3, 3]))
+        sigma = max(LEAST_MISFIT, sigma * math.sqrt(float(np.mean(fit.fun[:-2] ** 2))))
+    return float(state[3]), math.sqrt(float(np.linalg.inv(fit.jac.T @ fit.jac)[3, 3]))
+
+
+def _height_residuals(
+    state: np.ndarray, low: np.ndarray, slope: np.ndarray, arm: np.ndarray, sigma: float
+) -> np.ndarray:
+    """Return the residuals (2 n + 2,), in standard deviations; the last two are the priors'.
+
+    Args:
+        state: turn, rad, shift (2), cm, height, cm, and by what share links are longer.
+        low: as in `marker_height`.
+        slope: likewise.
+        arm: likewise.
+        sigma: of places, cm.
+    """
+    turn, shift, height, longer = state[0], state[1:3], state[3], state[4]
+    off = (1 + longer) * (low + height * slope) @ rotation(turn).T + shift - arm
+    priors = [(height - USUAL_HEIGHT) / HEIGHT_SPREAD, longer / SCALE_SPREAD]
+    return np.concatenate([off.ravel() / sigma, priors])

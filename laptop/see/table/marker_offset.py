@@ -11,11 +11,12 @@ In the plane a link's frame has x along the link and y to its left.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from scipy.optimize import least_squares
 
 from laptop.see.table.camera_model import CameraModel
 from laptop.see.table.plane_motion import nearest_motion, rotation
@@ -41,7 +42,6 @@ REPORTED_SCALE_ERROR = 0.007
 """Relative disagreement in scale from which it is reported."""
 UNSURE_OFFSET = 0.1
 """Standard deviation of the offset above which it is called unsure, cm."""
-STEPS = 30
 
 
 class BadTouches(ArmError, ValueError):
@@ -172,11 +172,10 @@ def fit_marker(
     if not np.isfinite(values).all():
         raise BadTouches("a touch holds what is no number: touch all crosses anew")
     problem = _Problem(camera, touches, height, placing, joints)
-    state, surprise = problem.solve(range(len(touches)))
+    state, surprise, information = problem.solve(range(len(touches)))
     # Of each touch 4 numbers; 7 are fitted.
     if surprise.sum() / (4 * len(touches) - 7) > CHANCE_SIGMAS:
         raise problem.outlier(surprise)
-    information = problem.information(state)
     seen = camera.to_table(values[:, 5:], state[6])
     crosses = values[:, :2] + turned(state[0] + values[:, 4], state[4:6])
     rms = 10 * math.sqrt(float(((seen - crosses) ** 2).sum(axis=1).mean()))
@@ -227,31 +226,25 @@ class _Problem:
         priors = [(scale - 1) / self.spreads[0], (height - self.height) / self.spreads[1]]
         return np.concatenate([white.ravel(), priors])
 
-    def solve(self, chosen: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
-        """Fit to some touches: the state, and by touch its squared residuals, (n,)."""
+    def solve(self, chosen: Sequence[int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Fit to some touches.
+
+        Returns:
+            The state (7,), by touch its squared residuals (n,), and the information matrix (7, 7).
+        """
         k = list(chosen)
         turn, base = nearest_motion(self.tips[k], self.crosses[k])
         state = np.array([turn, *base, 1.0, 0.0, 0.0, self.height])
-        for _ in range(STEPS):
-            slopes = _slopes(lambda x: self.residuals(x, k), state)
-            step, *_ = np.linalg.lstsq(slopes, -self.residuals(state, k), rcond=None)
-            state = state + step
-            if np.abs(step).max() < 1e-9:
-                break
-        return state, (self.residuals(state, k)[:-2].reshape(len(k), 4) ** 2).sum(axis=1)
-
-    def information(self, state: np.ndarray) -> np.ndarray:
-        """Return the information matrix (7, 7) of all touches."""
-        everything = range(len(self.crosses))
-        slopes = _slopes(lambda x: self.residuals(x, everything), state)
-        return np.asarray(slopes.T @ slopes)
+        fit = least_squares(self.residuals, state, "3-point", method="lm", xtol=1e-12, args=(k,))
+        surprise = (fit.fun[:-2].reshape(len(k), 4) ** 2).sum(axis=1)
+        return fit.x, surprise, fit.jac.T @ fit.jac
 
     def outlier(self, surprise: np.ndarray) -> BadTouches:
         """Name the touch without which the others fit, or say that there is none."""
         count = len(self.crosses)
         best, by = math.inf, 0
         for left_out in range(count):
-            _, rest = self.solve([k for k in range(count) if k != left_out])
+            _, rest, _ = self.solve([k for k in range(count) if k != left_out])
             if rest.sum() < best:
                 best, by = float(rest.sum()), left_out
         if best / (4 * (count - 1) - 7) < CHANCE_SIGMAS:
@@ -265,15 +258,3 @@ class _Problem:
             f"the touches do not fit one another, {off:.0f} times worse than a careful hand: "
             "home the arm, check that camera and board have not moved, and touch all crosses anew"
         )
-
-
-def _slopes(function: Callable[[np.ndarray], np.ndarray], at: np.ndarray) -> np.ndarray:
-    """Return derivatives (n, m) by central differences."""
-    step = 1e-5
-    return np.stack(
-        [
-            (function(at + step * unit) - function(at - step * unit)) / (2 * step)
-            for unit in np.eye(len(at))
-        ],
-        axis=1,
-    )

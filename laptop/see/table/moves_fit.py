@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
+from scipy.optimize import least_squares
 
 from laptop.see.table.camera_model import CameraModel
 from laptop.see.table.plane_motion import PlaneMotion, nearest_motion, rotation
@@ -36,7 +37,8 @@ MAX_OUTLIER_SHARE = 0.3
 """Greatest share of such detections; above, nothing is believed."""
 MAX_RMS = 5.0
 """Greatest RMS residual of joints and camera that belong together, px."""
-STEPS = 30
+WEIGHT_PASSES = 6
+"""Number of fits, each with the weights that the last one's residuals give (P. J. Huber, 1964)."""
 
 
 class BadMoves(ArmError, ValueError):
@@ -191,26 +193,17 @@ def fit_arm_pose(camera: CameraModel, points: np.ndarray, pixels: np.ndarray) ->
         raise BadMoves("the tip was seen in a small part of its reach: let it move farther about")
     turn, shift = _flat_pose(points[:, :2], on_board)
     state = np.array([turn, *shift, 0.0])
-    for _ in range(STEPS):
-        off = _missed(camera, state, points, pixels)
-        slopes = np.stack(
-            [
-                (
-                    _missed(camera, state + 1e-5 * one, points, pixels)
-                    - _missed(camera, state - 1e-5 * one, points, pixels)
-                ).ravel()
-                / 2e-5
-                for one in np.eye(4)
-            ],
-            axis=1,
-        )
-        distances = np.linalg.norm(off, axis=1)
+    for _ in range(WEIGHT_PASSES):
+        distances = np.linalg.norm(_missed(camera, state, points, pixels), axis=1)
         limit = 3 * max(float(np.median(distances)), 0.05)
-        weights = np.sqrt(np.minimum(1.0, limit / np.maximum(distances, 1e-9))).repeat(2)
-        step, *_ = np.linalg.lstsq(weights[:, None] * slopes, -weights * off.ravel(), rcond=None)
-        state = state + step
-        if np.abs(step).max() < 1e-8:
-            break
+        weights = np.sqrt(np.minimum(1.0, limit / np.maximum(distances, 1e-9)))[:, None]
+        state = least_squares(
+            lambda x, w: (w * _missed(camera, x, points, pixels)).ravel(),
+            state,
+            method="lm",
+            x_scale="jac",
+            args=(weights,),
+        ).x
     distances = np.linalg.norm(_missed(camera, state, points, pixels), axis=1)
     near = distances < OUTLIER_PX
     rms = math.sqrt(float((distances[near] ** 2).mean())) if near.any() else math.inf

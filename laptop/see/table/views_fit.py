@@ -7,6 +7,7 @@ covariance says what is still open.
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,6 +15,7 @@ from typing import Protocol
 
 import cv2
 import numpy as np
+from scipy.optimize import least_squares
 
 from laptop.see.table.camera_model import projected
 
@@ -25,6 +27,8 @@ one's residuals show."""
 OUTLIER_DEVIATIONS = 3.0
 """Number of median absolute deviations from which a corner counts less (P. J. Huber, 1964)."""
 MAX_STEPS = 60
+IMPOSSIBLE_PX = 1e6
+"""Residual of a corner by a lens that there cannot be, px."""
 
 USUAL_FIELD, FIELD_SPREAD = 1.2, 0.5
 """Prior of cameras' fields of view: the picture's longer side in focal lengths, and its standard
@@ -152,11 +156,12 @@ def huber_weights(off: np.ndarray) -> np.ndarray:
 # Sought is the state s with the least
 #     sum w |pixel(s) - seen|^2 / sigma^2 + sum ((s - usual) / spread)^2,
 # the most probable one if errors and priors are normal; the weights w are those of P. J. Huber
-# (1964) and follow the residuals.  The method is that of K. Levenberg (1944) and D. W. Marquardt
-# (1963): (N + damping diag N) step = -gradient, the diagonal as px, rad and cm stand in one state.
+# (1964) and follow the residuals; the slopes given leave out that they do.  The method is that of
+# K. Levenberg (1944) and D. W. Marquardt (1963), in MINPACK's version (J. J. More, 1978): it scales
+# each number by its own slopes, as px, rad and cm stand in one state.
 # OpenCV's calibrateCamera, after Z. Zhang (2000), takes no priors: a single picture from straight
 # above, in which a longer lens looks like a camera farther up, leaves its equations singular.  Here
-# the priors fill what is open, and the inverse of N says how open it is.
+# the priors fill what is open, and the inverse of N = J' J says how open it is.
 def _minimize(
     views: Sequence[PointsView],
     points: Sequence[np.ndarray],
@@ -165,33 +170,37 @@ def _minimize(
     sigma: float,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Fit the state, as `refine` does, with corners that are off by sigma, px."""
-    damping = 1e-3
-    cost, off, normal, gradient = _system(views, points, state, unknowns, sigma)
-    for _ in range(MAX_STEPS):
-        diagonal = np.diag(np.diag(normal))
-        step = np.linalg.solve(normal + damping * diagonal, -gradient)
-        tried = _system(views, points, state + step, unknowns, sigma)
-        if tried[0] < cost:
-            done = cost - tried[0] < 1e-9 * cost
-            state, damping = state + step, max(damping / 5, 1e-9)
-            cost, off, normal, gradient = tried
-            if done:
-                break
-        elif damping > 1e9:
-            break
-        else:
-            damping *= 5
-    return state, off, normal
+    priors = _Priors(views[0].size, unknowns)
+
+    @functools.lru_cache(maxsize=1)  # asked for residuals, and then for the slopes of the same
+    def system(numbers: bytes) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        tried = np.frombuffer(numbers)
+        off, slopes = _offs(views, points, tried, unknowns)
+        if tried[0] <= 1 or not np.isfinite(off).all():
+            off = np.full_like(off, IMPOSSIBLE_PX)
+        weights = np.repeat(np.sqrt(huber_weights(off)), 2, axis=1).ravel() / sigma
+        surprise, per = priors.at(tried)
+        residuals = np.concatenate([weights * off.ravel(), surprise])
+        return residuals, np.vstack([weights[:, None] * slopes, np.diag(per)]), off
+
+    found = least_squares(
+        lambda x: system(x.tobytes())[0],
+        state,
+        lambda x: system(x.tobytes())[1],
+        method="lm",
+        x_scale="jac",
+        max_nfev=MAX_STEPS,
+    )
+    return found.x, system(found.x.tobytes())[2], found.jac.T @ found.jac
 
 
-def _system(
+def _offs(
     views: Sequence[PointsView],
     points: Sequence[np.ndarray],
     state: np.ndarray,
     unknowns: Unknowns,
-    sigma: float,
-) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
-    """Return the cost, residuals (n, 2), normal matrix and gradient, with the priors."""
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return by how much corners are off, (n, 2), px, and the slopes of that, (2 n, m)."""
     lens, zooms = state[:8], state[unknowns.zoom]
     offs, rows = [], []
     for k, (view, own) in enumerate(zip(views, points, strict=True)):
@@ -210,16 +219,7 @@ def _system(
             row[..., unknowns.zoom.start + k] = zoomed[0] * slopes[..., 0]
         offs.append(pixels - view.pixels)
         rows.append(row)
-    off, slopes = np.concatenate(offs), np.concatenate(rows)
-    if lens[0] <= 1 or not np.isfinite(off).all():
-        return math.inf, off, np.eye(len(state)), np.zeros(len(state))
-    weights = np.repeat(huber_weights(off), 2, axis=1).ravel() / sigma**2
-    flat, matrix = off.ravel(), slopes.reshape(-1, len(state))
-    surprise, per = _priors(views[0].size, state, unknowns)
-    normal = matrix.T @ (weights[:, None] * matrix) + np.diag(per**2)
-    gradient = matrix.T @ (weights * flat) + per * surprise
-    cost = float(weights @ flat**2 + surprise @ surprise)
-    return cost, off, normal, gradient
+    return np.concatenate(offs), np.concatenate(rows).reshape(-1, len(state))
 
 
 def _sheet(points: np.ndarray) -> np.ndarray:
@@ -231,23 +231,32 @@ def _sheet(points: np.ndarray) -> np.ndarray:
     return moved
 
 
-def _priors(
-    size: tuple[int, int], state: np.ndarray, unknowns: Unknowns
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the priors' deviations, in sigmas, and their derivatives, (m,) each.
+class _Priors:
+    """What cameras and sheets are like: normal distributions of the state's numbers.
 
     Of a place nothing is usual.
+
+    Args:
+        size: of the pictures, (width, height), px.
+        unknowns: what the numbers are.
     """
-    longer = max(size)
-    usual, spreads = np.zeros(len(state)), np.full(len(state), math.inf)
-    usual[1:3] = (size[0] - 1) / 2, (size[1] - 1) / 2
-    spreads[1:8] = LENS_SPREADS
-    spreads[1:3] *= longer
-    spreads[unknowns.print] = PRINT_SPREAD
-    spreads[unknowns.print.stop : unknowns.zoom.start] = BEND_SPREAD
-    spreads[unknowns.zoom] = ZOOM_SPREAD
-    surprise, per = (state - usual) / spreads, 1 / spreads
-    field = longer / state[0]
-    surprise[0] = (field - USUAL_FIELD) / FIELD_SPREAD
-    per[0] = -field / state[0] / FIELD_SPREAD
-    return surprise, per
+
+    def __init__(self, size: tuple[int, int], unknowns: Unknowns) -> None:
+        self._longer = max(size)
+        self._usual = np.zeros(unknowns.count)
+        self._usual[1:3] = (size[0] - 1) / 2, (size[1] - 1) / 2
+        spreads = np.full(unknowns.count, math.inf)
+        spreads[1:8] = LENS_SPREADS
+        spreads[1:3] *= self._longer
+        spreads[unknowns.print] = PRINT_SPREAD
+        spreads[unknowns.print.stop : unknowns.zoom.start] = BEND_SPREAD
+        spreads[unknowns.zoom] = ZOOM_SPREAD
+        self._spreads = spreads
+
+    def at(self, state: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the deviations of a state (m,), in sigmas, and their derivatives, (m,) each."""
+        surprise, per = (state - self._usual) / self._spreads, 1 / self._spreads
+        field = self._longer / state[0]
+        surprise[0] = (field - USUAL_FIELD) / FIELD_SPREAD
+        per[0] = -field / state[0] / FIELD_SPREAD
+        return surprise, per
