@@ -67,7 +67,6 @@ LIBRARIES = {
     "laptop.course": {"numpy", "matplotlib", "markupsafe"},
     "laptop.course.call_functions": set(),
     "laptop.course.solutions": {"ev3dev2"},
-    "laptop.course.tasks": {"ev3dev2"},
     "laptop.bench": {*PICTURES, "matplotlib", "rich"},
     "laptop.bench.workers": {"cv2", "distributed"},
     "laptop.cli": {"click", "rich"},

@@ -15,10 +15,9 @@ from places import ROOT
 BRICK_SIDE = [ROOT / "laptop" / "__init__.py"]  # the emulator's package
 for folder in ("robot", "shared", "laptop/emulator"):
     BRICK_SIDE += sorted((ROOT / folder).rglob("*.py"))
-# What students begin with, and what asks them, runs on the brick.
+# What students write, and what asks them, runs on the brick.
 BRICK_SIDE.append(ROOT / "laptop" / "course" / "call_functions.py")
-for folder in ("tasks", "solutions"):
-    BRICK_SIDE += sorted((ROOT / "laptop" / "course" / folder).glob("*.py"))
+BRICK_SIDE += sorted((ROOT / "laptop" / "course" / "solutions").glob("*.py"))
 # These need OpenCV, or the laptop's side of the link, and so never see an old Python.
 LAPTOP_SIDE = tuple(
     "laptop/emulator/" + name

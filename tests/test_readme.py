@@ -178,7 +178,7 @@ def folder(tmp_path, monkeypatch):
     shutil.copy(ROOT / "shared" / "arms" / "geared.ini", tmp_path / "my.ini")
     left(tmp_path / "runs" / "line")
     (tmp_path / "class").mkdir()
-    shutil.copy(ROOT / "laptop" / "course" / "tasks" / "line.py", tmp_path / "class")
+    shutil.copy(ROOT / "laptop" / "course" / "solutions" / "line.py", tmp_path / "class")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("BRICKSERVO_STATE", str(tmp_path / "state"))
     monkeypatch.setenv("PYTHONPATH", str(ROOT))

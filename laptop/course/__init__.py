@@ -2,7 +2,7 @@
 
 In comes an arm's file; out comes the building guide, a page of HTML with drawings true to scale
 (`build`, `drawing`, `lego`, `troubles`).  The handouts of a class are pages and scripts
-(`handouts`): what students begin with is in `tasks/`, what passes is in `solutions/`.
+(`handouts`): what passes is in `solutions/`, and marked in it, what students begin with.
 
 A student's script is run on an emulated brick (`examination`; `call_functions` is the part that
 runs there), and judged by oracles that know nothing of the solutions (`criteria`).  Begin with

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import shutil
+import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +18,18 @@ from shared.state import laptop_program
 HERE = Path(__file__).parent
 SOLUTIONS = "solutions"
 """Name of the folder of solutions, here and in a class's folder."""
+
+
+ANSWER = re.compile(r"(?P<begin>(?:^ *# -> .*\n)+)(?P<answer>(?s:.*?))^ *# <-\n", re.MULTILINE)
+"""An answer in a marked script: above it, behind "# -> ", what students begin with instead."""
+SOLVED = "A solution."
+PLACES = (
+    "One place is yours: it bears the word TODO.",
+    "Two places are yours: they bear the word TODO.",
+    "Three places are yours: they bear the word TODO.",
+    "Four places are yours: they bear the word TODO.",
+)
+"""What the head of a skeleton says in the place of SOLVED."""
 
 
 class NoHandout(ArmError):
@@ -43,14 +55,23 @@ class Handout:
         return f"{self.name}.py"
 
     @property
-    def skeleton(self) -> Path:
-        """The script as students get it; it fails its check."""
-        return HERE / "tasks" / self.script
+    def source(self) -> Path:
+        """The marked script that both are made of; it passes its check, too."""
+        return HERE / SOLUTIONS / self.script
 
     @property
-    def solution(self) -> Path:
-        """A script that passes."""
-        return HERE / SOLUTIONS / self.script
+    def skeleton(self) -> str:
+        """Text of the script as students get it; it fails its check."""
+        text = ANSWER.sub(lambda found: found["begin"].replace("# -> ", ""), self._marked())
+        return text.replace(SOLVED, PLACES[text.count("TODO") - 1])
+
+    @property
+    def solution(self) -> str:
+        """Text of a script that passes."""
+        return ANSWER.sub(lambda found: found["answer"], self._marked())
+
+    def _marked(self) -> str:
+        return self.source.read_text(encoding="utf-8")
 
     def findings(self, file: Path) -> Iterator[CheckPoint]:
         """Yield what is right and what is wrong with a script, also one that cannot be tried."""
@@ -114,24 +135,24 @@ def write_handouts(folder: Path, solutions: bool = False) -> list[Path]:
     Raises:
         NoHandout: some file is there already, or there is no room.
     """
-    files = {folder / handout.script: handout.skeleton for handout in HANDOUTS}
+    scripts = {folder / handout.script: handout.skeleton for handout in HANDOUTS}
     if solutions:
-        files |= {folder / SOLUTIONS / handout.script: handout.solution for handout in HANDOUTS}
+        scripts |= {folder / SOLUTIONS / handout.script: handout.solution for handout in HANDOUTS}
     pages = {folder / f"{handout.name}.html": handout for handout in HANDOUTS}
-    for file in (*files, *pages):
+    for file in (*scripts, *pages):
         if file.exists():
             raise NoHandout(f"{file} is there already; remove it, or choose another folder")
     try:
-        for file, source in files.items():
+        for file, text in scripts.items():
             file.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copy(source, file)
+            file.write_text(text, encoding="utf-8", newline="\n")
         for file, handout in pages.items():
             file.write_text(handout.page(), encoding="utf-8")
     except OSError as error:
         raise NoHandout(
             f"cannot write to {folder}: {error.strerror}; make room or choose another folder"
         ) from None
-    return [*pages, *files]
+    return [*pages, *scripts]
 
 
 def _figures(name: str) -> dict[str, Any]:

@@ -1,1 +1,4 @@
-"""Scripts that pass the checks."""
+"""Scripts that pass the checks.
+
+Above each answer, behind "# ->", stands what students begin with instead; "# <-" ends it.
+"""

@@ -17,39 +17,47 @@ NEAR_ENOUGH, MOST_STEPS = 0.001, 50
 def forward(q):
     # type: (list[float]) -> list[float]
     """Return the tip [x, y] at the joint angles q = (q1, q2)."""
+    # -> return [0.0, 0.0]  # TODO 1: both links, see the page
     first, second = q[0], q[0] + q[1]
     return [
         L1 * math.cos(first) + L2 * math.cos(second),
         L1 * math.sin(first) + L2 * math.sin(second),
     ]
+    # <-
 
 
 def jacobian(q):
     # type: (list[float]) -> list[list[float]]
     """Return [[dx/dq1, dx/dq2], [dy/dq1, dy/dq2]] at q, cm/rad."""
+    # -> return [[1.0, 0.0], [0.0, 1.0]]  # TODO 2: differentiate forward
     x, y = forward(q)
     second = q[0] + q[1]
     return [[-y, -L2 * math.sin(second)], [x, L2 * math.cos(second)]]
+    # <-
 
 
 def newton_step(J, e):
     # type: (list[list[float]], list[float]) -> list[float]
     """Return the step dq for which J dq = e; e is what is missing, goal - tip."""
+    # -> return [0.0, 0.0]  # TODO 3: two equations, two unknowns; beware of det J = 0
     (a, b), (c, d) = J
     det = a * d - b * c
     if abs(det) < 1e-6:
         det = 1e-6
     return [(d * e[0] - b * e[1]) / det, (a * e[1] - c * e[0]) / det]
+    # <-
 
 
 def broyden_update(J, dq, dp):
     # type: (list[list[float]], list[float], list[float]) -> list[list[float]]
     """Return J corrected by one step: dq was made, and the tip moved by dp."""
+    # -> return J  # TODO 4: J + (dp - J dq) dq^T / (dq^T dq)
     square = dq[0] ** 2 + dq[1] ** 2
     return [
         [a + (d - row[0] * dq[0] - row[1] * dq[1]) * x / square for a, x in zip(row, dq)]
         for row, d in zip(J, dp)
     ]
+    # <-
 
 
 def search(goal, q, exact):

@@ -25,11 +25,17 @@ def joint_speeds(q, p_wanted, v_wanted):
     p_wanted  where the tip should be now, cm
     v_wanted  how fast it should go, cm/s
     """
+    # -> # TODO: this goes straight in the joints' angles, and so bows on the paper. Use
+    # -> # dq = J^-1 (v_wanted + GAIN (p_wanted - p)) with J = jacobian(ARM, q), p = forward(ARM, q)
+    # -> first, last = inverse(ARM, START), inverse(ARM, END)
+    # -> seconds = math.hypot(END[0] - START[0], END[1] - START[1]) / SPEED
+    # -> return [(b - a) / seconds for a, b in zip(first, last)]
     (a, b), (c, d) = jacobian(ARM, q)
     p = forward(ARM, q)
     x, y = (v + GAIN * (w - is_) for v, w, is_ in zip(v_wanted, p_wanted, p))
     det = a * d - b * c
     return [(d * x - b * y) / det, (a * y - c * x) / det]
+    # <-
 
 
 def main():

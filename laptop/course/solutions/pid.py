@@ -8,7 +8,9 @@ import time
 
 from ev3dev2.motor import OUTPUT_A, OUTPUT_B, LargeMotor
 
+# -> KP, KI, KD = 0.0, 0.0, 0.0  # TODO 1: find them; begin with KP alone
 KP, KI, KD = 3.0, 6.0, 0.15
+# <-
 TARGETS = (40, -20, 10)  # where the elbow shall go, one after the other
 STAY, PERIOD = 3.0, 0.02  # s at each of them, and of one round
 
@@ -16,7 +18,9 @@ STAY, PERIOD = 3.0, 0.02  # s at each of them, and of one round
 def control(error, integral, rate):
     # type: (float, float, float) -> float
     """Return the duty cycle: error in deg, its integral in deg s, its rate in deg/s."""
+    # -> return 0.0  # TODO 2
     return KP * error + KI * max(-12.0, min(12.0, integral)) + KD * rate
+    # <-
 
 
 def main():

@@ -19,26 +19,32 @@ def first_jacobian(moved):
 
     moved  [[u, v], [u, v]]: by how many px the tip moved when joint 1, joint 2 turned by TEST_MOVE
     """
+    # -> return [[1.0, 0.0], [0.0, 1.0]]  # TODO 1
     (u1, v1), (u2, v2) = moved
     return [[u1 / TEST_MOVE, u2 / TEST_MOVE], [v1 / TEST_MOVE, v2 / TEST_MOVE]]
+    # <-
 
 
 def step(J, e):
     # type: (list[list[float]], list[float]) -> list[float]
     """Return the joints' step dq that takes the error e = s - s_star away: dq = -J^-1 e."""
+    # -> return [0.0, 0.0]  # TODO 2
     (a, b), (c, d) = J
     det = a * d - b * c
     return [-(d * e[0] - b * e[1]) / det, -(a * e[1] - c * e[0]) / det]
+    # <-
 
 
 def broyden_update(J, dq, ds):
     # type: (list[list[float]], list[float], list[float]) -> list[list[float]]
     """Return J corrected by one step: dq was made, and the tip moved by ds px."""
+    # -> return J  # TODO 3: as in handout 1
     square = dq[0] ** 2 + dq[1] ** 2
     return [
         [a + (d - row[0] * dq[0] - row[1] * dq[1]) * x / square for a, x in zip(row, dq)]
         for row, d in zip(J, ds)
     ]
+    # <-
 
 
 def look(client, arm, goal=None):

@@ -66,7 +66,7 @@ def folder(tmp_path, monkeypatch):
         shutil.copy(find_arm("geared"), tmp_path / name)
     monkeypatch.setenv("BRICKSERVO_STATE", str(tmp_path))
     for handout in HANDOUTS:
-        shutil.copy(handout.skeleton, tmp_path)
+        (tmp_path / handout.script).write_text(handout.skeleton, "utf-8")
     (tmp_path / "arms").mkdir()
     shutil.copy(find_arm("geared"), tmp_path / "arms" / "anna.ini")
 

@@ -1,5 +1,6 @@
 """A class's handouts: what students get fails its check and says why, what is right passes."""
 
+import difflib
 import math
 import re
 
@@ -37,7 +38,7 @@ def check(*files):
 
 def changed(handout, folder, *changes):
     """A solution with something wrong in it."""
-    text = handout.solution.read_text("utf-8")
+    text = handout.solution
     for right, wrong in changes:
         assert text.count(right) == 1, right
         text = text.replace(right, wrong)
@@ -51,16 +52,17 @@ def named(name):
 
 
 @pytest.mark.parametrize("handout", cases())
-def test_a_solution_passes(handout):
-    status, output = check(handout.solution)
+def test_a_solution_passes(handout, tmp_path):
+    status, output = check(changed(handout, tmp_path))
     assert status == 0, output
     assert "WRONG" not in output
     assert output.splitlines()[-1] == "all is right"
 
 
 @pytest.mark.parametrize("handout", cases())
-def test_a_skeleton_fails_and_is_told_why_in_figures(handout):
-    status, output = check(handout.skeleton)
+def test_a_skeleton_fails_and_is_told_why_in_figures(handout, tmp_path):
+    (tmp_path / handout.script).write_text(handout.skeleton, "utf-8")
+    status, output = check(tmp_path / handout.script)
     assert status == 1
     assert "Traceback" not in output
     wrong = [line for line in output.splitlines() if line.startswith("  WRONG")]
@@ -221,8 +223,8 @@ def test_a_whole_class_is_checked_at_once(tmp_path):
     line = named("line")
     files = [tmp_path / name for name in ("kinematics_cy.py", "line_anna.py", "line-Björn.py")]
     files[0].write_text("def forward(q)\n")  # it stops nobody else's check
-    files[1].write_bytes(line.solution.read_bytes())
-    files[2].write_bytes(line.skeleton.read_bytes())
+    files[1].write_text(line.solution, "utf-8")
+    files[2].write_text(line.skeleton, "utf-8")
     status, output = check(*files)
     assert status == 1
     told = "kinematics_cy.py: 1. F", "line_anna.py: 3. A", "line-Björn.py: 3. A"
@@ -243,9 +245,7 @@ def test_the_handouts_go_into_a_class_folder(tmp_path, monkeypatch):
         assert handout.title.replace("'", "&#39;") in page
         assert f"class check {handout.script}" in page
         assert re.findall(r"(?:src|href)=\"(?!data:)", page) == []  # it needs nothing else
-        assert (tmp_path / "7b" / handout.script).read_text("utf-8") == handout.skeleton.read_text(
-            "utf-8"
-        )
+        assert (tmp_path / "7b" / handout.script).read_bytes() == handout.skeleton.encode()
     with pytest.raises(NoHandout, match="is there already"):
         write_handouts(tmp_path / "7b")
     write_handouts(tmp_path / "staff", solutions=True)
@@ -254,11 +254,18 @@ def test_the_handouts_go_into_a_class_folder(tmp_path, monkeypatch):
     )
 
 
-def test_no_skeleton_holds_its_solution():
+def test_skeleton_and_solution_are_one_script_but_for_the_answers():
     for handout in HANDOUTS:
-        assert "TODO" in handout.skeleton.read_text("utf-8")
-        assert "TODO" not in handout.solution.read_text("utf-8")
-        assert handout_of(handout.skeleton) is handout
+        skeleton, solution = handout.skeleton.splitlines(), handout.solution.splitlines()
+        for mark in ("# ->", "# <-"):
+            assert mark in handout.source.read_text("utf-8")
+            assert mark not in handout.skeleton + handout.solution
+        assert "TODO" not in handout.solution
+        own = [line for line in difflib.ndiff(skeleton, solution) if line[0] in "-+"]
+        assert sum("TODO" in line for line in own) == 1 + handout.skeleton.count(" # TODO")
+        answers = [line[2:] for line in own if line[0] == "+" and len(line.split()) > 2]
+        assert not set(answers) & set(skeleton), "no skeleton holds its answers"
+        assert handout_of(handout.source) is handout
 
 
 def test_a_basin_is_the_pose_that_lies_near():

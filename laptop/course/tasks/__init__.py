@@ -1,1 +1,0 @@
-"""What students begin with: each fails its check."""
