@@ -29,7 +29,9 @@ def artwork(name: str) -> Artwork:
 
 
 def _hilbert(order: int = 4) -> Iterator[list[tuple[float, float]]]:
-    def way(x: float, y: float, ax: float, ay: float, bx: float, by: float, n: int) -> Iterator:
+    def way(
+        x: float, y: float, ax: float, ay: float, bx: float, by: float, n: int
+    ) -> Iterator[tuple[float, float]]:
         if n == 0:
             yield x + (ax + bx) / 2, y + (ay + by) / 2
             return

@@ -150,7 +150,7 @@ def _drawn_arm(name: str, draw: random.Random) -> Arm:
 
 def _drawn_scenes(
     arm: Arm, seed: int, scene: ServoScenario, draw: random.Random
-) -> dict[str, dict]:
+) -> dict[str, dict[str, Any]]:
     """Any camera; of an arm in space, one that looks down on it and one from some side."""
 
     def turned() -> str:

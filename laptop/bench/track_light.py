@@ -26,7 +26,7 @@ from laptop.emulator.scene.sensor import through_jpeg
 from laptop.emulator.scene.synthetic_camera import SyntheticCamera
 from laptop.see.markers.learning import learn
 from laptop.see.markers.markers import BadMarker, Marker
-from laptop.see.markers.tracker import Sighting
+from laptop.see.markers.tracks import Sighting
 from shared.arm_description import find_arm, read_arm
 
 Light = Callable[[float, float], tuple[float, float, float]]

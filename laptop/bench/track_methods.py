@@ -10,7 +10,8 @@ import cv2
 import numpy as np
 
 from laptop.see.markers.markers import Color, Marker, hsv_mask
-from laptop.see.markers.tracker import Sighting, Tracker
+from laptop.see.markers.tracker import Tracker
+from laptop.see.markers.tracks import Sighting
 
 Method = Callable[[np.ndarray, float], "Sighting | None"]
 """A picture (BGR, uint8) and its time (s) -> where the marker is."""

@@ -22,7 +22,7 @@ from laptop.emulator.scene.optics import light_of, to_linear, to_srgb
 from laptop.emulator.scene.sensor import Development, blurred
 from laptop.see.markers.learning import learn
 from laptop.see.markers.markers import BadMarker, Marker
-from laptop.see.markers.tracker import Sighting
+from laptop.see.markers.tracks import Sighting
 
 FPS = 30.0
 

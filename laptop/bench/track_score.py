@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, fields
 
 from laptop.see.markers.markers import BadMarker
-from laptop.see.markers.tracker import Sighting
+from laptop.see.markers.tracks import Sighting
 
 Point = tuple[float, float]
 

@@ -132,7 +132,7 @@ class _Asked:
             raise asyncssh.ConnectionLost("no exit status")
         return Answer(process.returncode or 0, out, errors.decode(errors="replace"))
 
-    async def _send(self, process: asyncssh.SSHClientProcess) -> bytes:
+    async def _send(self, process: asyncssh.SSHClientProcess[bytes]) -> bytes:
         try:
             for k in range(0, len(self._given), CHUNK):
                 process.stdin.write(self._given[k : k + CHUNK])

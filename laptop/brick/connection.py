@@ -8,7 +8,7 @@ import ipaddress
 import os
 import re
 import socket
-from collections.abc import AsyncIterator, Callable, Iterator
+from collections.abc import AsyncIterator, Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import asyncssh
@@ -245,7 +245,9 @@ class _Login(asyncssh.SSHClient):
         self._asked = 0
         self._tried_usual = self._given_up = self._takes_passwords = False
 
-    def known_keys(self, host: str, addr: str, port: int | None) -> tuple:
+    def known_keys(
+        self, host: str, addr: str, port: int | None
+    ) -> tuple[Sequence[asyncssh.SSHKey], list[asyncssh.SSHKey], list[asyncssh.SSHKey]]:
         """Return the keys that are trusted, as asyncssh takes them."""
         return self._before, [], []
 

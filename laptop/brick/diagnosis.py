@@ -83,7 +83,9 @@ async def doctor(
     return not any(finding.advice for finding in findings)
 
 
-async def _facts(process: asyncssh.SSHClientProcess, told: AsyncIterator[str]) -> dict[str, Any]:
+async def _facts(
+    process: asyncssh.SSHClientProcess[bytes], told: AsyncIterator[str]
+) -> dict[str, Any]:
     """Return the first line of JSON that doctor.py tells.
 
     Raises:

@@ -369,7 +369,7 @@ class _Watching:
         self._reader = StatusReader()
         self._last: BrickJobStatus | None = None
 
-    async def follow(self, process: asyncssh.SSHClientProcess) -> bool:
+    async def follow(self, process: asyncssh.SSHClientProcess[bytes]) -> bool:
         """Follow it until it is over, or somebody leaves it to draw alone; return whether so.
 
         Args:

@@ -262,7 +262,7 @@ async def watched(
         ) from None
 
 
-async def _beat(watch: asyncssh.SSHClientProcess, dialogue: Dialogue) -> None:
+async def _beat(watch: asyncssh.SSHClientProcess[bytes], dialogue: Dialogue) -> None:
     while not watch.stdin.is_closing():
         watch.stdin.write(b"beat\n")
         await asyncio.sleep(BEAT_PERIOD)
@@ -333,7 +333,7 @@ async def on_terminal(
 
 async def _start_on_terminal(
     brick: asyncssh.SSHClientConnection, command: str | None
-) -> asyncssh.SSHClientProcess:
+) -> asyncssh.SSHClientProcess[bytes]:
     """Start a command, or a shell, on a terminal there that is like the one here."""
     typed = sys.stdin is not None and sys.stdin.isatty()
     modes = {} if typed else {asyncssh.PTY_ECHO: 0}
@@ -349,7 +349,7 @@ async def _start_on_terminal(
     )
 
 
-async def _show(process: asyncssh.SSHClientProcess, hear: Callable[[bytes], None]) -> None:
+async def _show(process: asyncssh.SSHClientProcess[bytes], hear: Callable[[bytes], None]) -> None:
     """Write here what is written there, to its end; `hear` is called with it."""
     while data := await process.stdout.read(1 << 16):
         hear(data)

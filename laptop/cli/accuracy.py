@@ -15,6 +15,7 @@ from laptop.cli.groups import in_groups
 from laptop.cli.options import (
     SYNTHETIC,
     FiniteRange,
+    ParamType,
     arm_option,
     calibration_option,
     call_option,
@@ -50,7 +51,7 @@ if TYPE_CHECKING:
 PICTURE, TABLE = "accuracy.png", "accuracy.csv"
 
 
-class Numbers(click.ParamType):
+class Numbers(ParamType):
     """Some numbers with commas between."""
 
     def __init__(self, name: str, counts: tuple[int, ...]) -> None:

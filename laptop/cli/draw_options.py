@@ -11,6 +11,7 @@ import click
 
 from laptop.cli.brick import THE_BRICK
 from laptop.cli.options import (
+    ParamType,
     json_option,
     option_group,
     out_option,
@@ -19,7 +20,7 @@ from laptop.cli.options import (
 )
 
 
-class Centimetres(click.ParamType):
+class Centimetres(ParamType):
     """Two numbers with a letter or comma between, or where `one` is set, one."""
 
     def __init__(self, between: str, one: bool = False) -> None:

@@ -12,7 +12,7 @@ import tempfile
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
@@ -23,6 +23,12 @@ from laptop.record.run_folder import RunFolder
 from shared import state
 from shared.arm_description import ArmError
 from shared.state import STATE
+
+if TYPE_CHECKING:
+    ParamType = click.ParamType[Any]
+else:
+    ParamType = click.ParamType  # generic since click 8.5 only
+_Command = TypeVar("_Command", bound=Callable[..., Any])
 
 SYNTHETIC = "synthetic"
 """The camera before which an emulated brick comes by itself."""
@@ -41,7 +47,7 @@ def importing() -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
 
-class Seeds(click.ParamType):
+class Seeds(ParamType):
     """A range of seeds, A:B, from A to below B."""
 
     name = "A:B"
@@ -72,7 +78,7 @@ class FiniteRange(click.FloatRange):
         return number
 
 
-class Settings(click.ParamType):
+class Settings(ParamType):
     """KEY=VALUE,... as {key: value}, each of its own type.
 
     Args:
@@ -81,7 +87,7 @@ class Settings(click.ParamType):
 
     name = "KEY=VALUE,..."
 
-    def __init__(self, kinds: Mapping[str, click.ParamType]) -> None:
+    def __init__(self, kinds: Mapping[str, ParamType]) -> None:
         self._kinds = kinds
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
@@ -98,9 +104,7 @@ class Settings(click.ParamType):
         return values
 
 
-def settings_option(
-    name: str, kinds: Mapping[str, click.ParamType], text: str
-) -> Callable[[Any], Any]:
+def settings_option(name: str, kinds: Mapping[str, ParamType], text: str) -> Callable[[Any], Any]:
     """Return an option of Settings; given several times, all of them count."""
 
     def merged(ctx: click.Context, param: click.Parameter, value: Any) -> dict[str, Any]:
@@ -111,7 +115,7 @@ def settings_option(
     )
 
 
-class ListenAt(click.ParamType):
+class ListenAt(ParamType):
     """[HOST:]PORT as (host, port); None for what is left out."""
 
     name = "[HOST:]P"
@@ -303,10 +307,10 @@ bar_option = click.option(
 """The option for the length of the board's printed bar."""
 
 
-def option_group(*options: Any) -> Any:
+def option_group(*options: Any) -> Callable[[_Command], _Command]:
     """Return what gives a command these options and arguments, in their order."""
 
-    def add(command: Any) -> Any:
+    def add(command: _Command) -> _Command:
         for option in reversed(options):
             command = option(command)
         return command

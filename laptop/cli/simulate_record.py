@@ -80,7 +80,7 @@ class ScriptRun:
         )
 
     @cached_property
-    def wanted(self) -> list:
+    def wanted(self) -> list[Any]:
         """The paths that were to be drawn.
 
         Without a pen motor all of the motion is ink, and none of it belongs to one path.

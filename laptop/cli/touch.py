@@ -17,6 +17,7 @@ from laptop.cli.brick import THE_BRICK, talk
 from laptop.cli.command import OwnCommand
 from laptop.cli.groups import in_groups
 from laptop.cli.options import (
+    ParamType,
     arm_option,
     bar_option,
     camera_option,
@@ -52,7 +53,7 @@ COUNT = 9
 """Crosses of the board."""
 
 
-class Crosses(click.ParamType):
+class Crosses(ParamType):
     """Some of the board's crosses, by the numbers that are printed beside them."""
 
     name = "N,N,..."

@@ -14,7 +14,7 @@ from laptop.course import drawing, lego
 from laptop.course.troubles import troubles
 from laptop.record.figures.document import render_report
 from robot.motion.mounting import jog_angles
-from shared.arm_description import SEEK_BEYOND, Arm, comes_along
+from shared.arm_description import SEEK_BEYOND, Arm, Joint, comes_along
 from shared.state import laptop_program
 from shared.version import VERSION
 
@@ -85,7 +85,7 @@ def render_guide(arm: Arm, arm_file: str) -> str:
     )
 
 
-def moving(arm: Arm) -> list:
+def moving(arm: Arm) -> list[Joint]:
     """Return the joints whose links are made of beams: all but a base."""
     return [joint for joint in arm.joints if joint.name != "base"]
 

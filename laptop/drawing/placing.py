@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import cv2
@@ -324,7 +325,9 @@ class _Finder:
         x, y = np.meshgrid(steps, steps)
         return centre + np.column_stack([x.ravel(), y.ravel()])
 
-    def _halved(self, top, found, bottom=None):  # type: ignore[no-untyped-def]
+    def _halved(
+        self, top: float, found: Callable[[float], object], bottom: float | None = None
+    ) -> float | None:
         """Return the greatest scale for which `found` finds a place, or None."""
         low = bottom or LEAST_SIZE / self._extent
         if found(top) is not None:

@@ -9,7 +9,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -233,7 +233,7 @@ class RunRecorder:
             self._groups[-1].images[camera] = data.tobytes()
 
 
-def _append(curve: list, point: tuple) -> None:
+def _append(curve: list[Any], point: Any) -> None:
     """Add a point to a curve if its time is later, and thin a curve that gets too long."""
     if curve and curve[-1][0] >= point[0]:
         return

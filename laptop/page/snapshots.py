@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from laptop.page.drawing_snapshots import DrawingState
 from laptop.page.run_records import RunSummary
-from laptop.see.markers.tracker import Window
+from laptop.see.markers.tracks import Window
 from laptop.see.markers.view import BoardPlace
 from laptop.see.serve.pipeline import Point
 from shared.messages import Start, Status

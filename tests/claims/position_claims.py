@@ -11,7 +11,8 @@ import numpy as np
 
 from laptop.see.markers.learning import learn
 from laptop.see.markers.markers import BadMarker
-from laptop.see.markers.tracker import Sighting, Tracker
+from laptop.see.markers.tracker import Tracker
+from laptop.see.markers.tracks import Sighting
 
 Circle = tuple[float, float, float]
 """Where a marker truly is: u, v, radius, px."""

@@ -13,7 +13,7 @@ LINK = re.compile(r"(!?)(\[[^\]]*\])\((?!https?:|#)([^)\s]+)\)")
 """A link of the README that leads to a file beside it."""
 
 
-class HouseHook(BuildHookInterface):
+class HouseHook(BuildHookInterface[Any]):
     """Adds the package `brickservo` to a wheel; one that stands for a checkout links to it."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:

@@ -190,7 +190,7 @@ class AccuracyPlan:
     def _planned(self, ways: Sequence[PlannedWay]) -> tuple[list[job.Stroke], float]:
         """Return the strokes of a job and how long it takes, about, s."""
         strokes, t = [], 0.0
-        planned: dict[tuple[bytes, float], tuple[list[tuple], float, float]] = {}
+        planned: dict[tuple[bytes, float], tuple[list[trajectory.PieceNumbers], float, float]] = {}
         for way in ways:
             key = (way.way.tobytes(), way.share)
             if key not in planned:  # each is done many times

@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -225,7 +226,9 @@ def pose_job(arm: Arm, poses: Sequence[ApproachedPose], file: Path) -> job.JobHe
     return header
 
 
-def joint_way(begin: Sequence[float], end: Sequence[float]) -> tuple[list, list, list]:
+def joint_way(
+    begin: Sequence[float], end: Sequence[float]
+) -> tuple[list[float], list[Any], list[float]]:
     """Return a piece of a stroke, joints in step: trapezoidal speed, low acceleration.
 
     Its length is an angle, that of the joint which turns most, so its speed is rad/s.

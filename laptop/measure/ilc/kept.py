@@ -11,6 +11,7 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -124,7 +125,7 @@ def _digest(value: object) -> str:
     return hashlib.sha256(json.dumps(value).encode()).hexdigest()[:32]
 
 
-def _read_offsets(plan: DrawingPlan, told: Sequence[Sequence[tuple]]) -> Drawn:
+def _read_offsets(plan: DrawingPlan, told: Sequence[Sequence[tuple[Any, Any]]]) -> Drawn:
     """Offsets of a file, which are those of the drawing's pieces."""
     out = []
     for own, ways in zip(told, Lessons(plan).ways, strict=True):

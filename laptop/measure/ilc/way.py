@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robot.motion import kinematics
+from robot.motion import kinematics, trajectory
 from robot.motion.backlash import BacklashCompensation
 from robot.motion.gravity import Gravity
 from robot.motion.trajectory import Trajectory
@@ -120,5 +120,7 @@ def _way(arm: Arm, motion: Trajectory, backlash: BacklashCompensation) -> PieceW
     )
 
 
-def _spans(times: Sequence[float], segments: Sequence[tuple]) -> list[tuple]:
+def _spans(
+    times: Sequence[float], segments: Sequence[trajectory.Segment]
+) -> list[tuple[float, float, trajectory.Segment]]:
     return list(zip(times, times[1:], segments, strict=False))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from nicegui import events, ui
 
 from laptop.page.cards.session import BrowserSession
@@ -34,7 +36,7 @@ def fold(session: BrowserSession, title: str, icon: str, is_open: bool = False) 
         is_open: at first.
     """
 
-    def keep(event: events.ValueChangeEventArguments) -> None:
+    def keep(event: events.ValueChangeEventArguments[Any]) -> None:
         session.folds[title] = bool(event.value)
 
     is_open = session.folds.get(title, is_open)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from typing import Any
 
 from nicegui import events, ui
 
@@ -75,7 +76,7 @@ class ColourCard:
                 ui.button("Leave it", on_click=self._dialog.close).props("flat no-caps")
                 ui.button("Rename it", on_click=self.rename).props("unelevated no-caps")
 
-    def _on_fold(self, event: events.ValueChangeEventArguments) -> None:
+    def _on_fold(self, event: events.ValueChangeEventArguments[Any]) -> None:
         """Let a click aim again once nobody sees what else it would do."""
         if not event.value and self._session.tool in COLOUR_EDITS:
             self.choose_tool(AIM)
@@ -141,11 +142,11 @@ class ColourCard:
         """Choose a marker, which need not be among those on offer."""
         self._marker.set_options([*dict.fromkeys([*self._marker.options, marker])], value=marker)
 
-    def _on_marker(self, event: events.ValueChangeEventArguments) -> None:
+    def _on_marker(self, event: events.ValueChangeEventArguments[Any]) -> None:
         self._session.marker = str(event.value or EFFECTOR)
         self._update_mask()
 
-    def _on_windows(self, event: events.ValueChangeEventArguments) -> None:
+    def _on_windows(self, event: events.ValueChangeEventArguments[Any]) -> None:
         self._session.windows = event.value
 
     def _update_mask(self) -> None:

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 
 from laptop.see.camera.frames import Frame
-from laptop.see.markers.tracker import Sighting, Window
+from laptop.see.markers.tracks import Sighting, Window
 from shared.arm_description import ArmError
 from shared.messages import LEAST_CONFIDENCE
 

@@ -12,7 +12,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from laptop.see.camera.frames import Frame
-from laptop.see.markers.tracker import Sighting, Window
+from laptop.see.markers.tracks import Sighting, Window
 from laptop.see.markers.view import AnnotatedFrame, BoardPlace
 from laptop.see.serve.detection_stats import DetectionStats
 from laptop.see.serve.observation_csv import ObservationCsv, PairedPlace
