@@ -11,7 +11,7 @@ import click
 from laptop.cli.options import FiniteRange, arm_option, json_option, option_group, out_option
 from laptop.cli.plugs import NO_ARM, plugged, wheels_of
 from laptop.emulator import measured_brick
-from laptop.emulator.device.buttons import LATEST, Press, read_press
+from laptop.emulator.device.buttons import MAX_ORDER_TIME, Press, read_press
 from laptop.emulator.device.leading_hand import HandPlace, read_hand
 from laptop.emulator.device.plant_constants import read_plant
 from laptop.emulator.device.sensor_orders import SensorOrder, read_sensors
@@ -108,7 +108,7 @@ OPTIONS = option_group(
     ),
     click.option(
         "--timeout",
-        type=FiniteRange(0, LATEST, min_open=True),
+        type=FiniteRange(0, MAX_ORDER_TIME, min_open=True),
         default=600.0,
         show_default=True,
         help="Virtual seconds allowed.",

@@ -4,7 +4,7 @@ import re
 from functools import partial
 from typing import Any, Dict, Iterable, NamedTuple, Optional
 
-from laptop.emulator.device.buttons import INPUTS, LATEST
+from laptop.emulator.device.buttons import INPUTS, MAX_ORDER_TIME
 from laptop.emulator.host.linux import Signals
 from shared.arm_description import ArmError
 from shared.message_fields import one_line
@@ -111,10 +111,10 @@ def read_fault(text: str) -> Fault:
                 }.get(FAULTS[kind], "SECONDS from 0 to {:g}".format(LONGEST_ACCESS)),
             )
         ) from None
-    if t > LATEST:
+    if t > MAX_ORDER_TIME:
         raise InvalidSimulationOption(
             "fault '{}': it would come at {:g} s; give a time up to {:g} s".format(
-                one_line(text), t, LATEST
+                one_line(text), t, MAX_ORDER_TIME
             )
         )
     return Fault(kind, what, t)

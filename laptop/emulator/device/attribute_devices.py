@@ -9,15 +9,15 @@ if MYPY:
     from typing import Any, Protocol  # noqa: F401
 
     class DeviceWorld(Protocol):
-        """What devices ask of the world that they live in; all times are virtual, s."""
+        """Clock and events that devices need of their world; all times are virtual, s."""
 
         @property
         def exit(self) -> Any:
-            """How the program has ended; None while it goes on."""
+            """End of the program, an exception or status; None while it runs."""
 
         @property
         def bodies(self) -> List[Callable[[float], object]]:
-            """What is to be advanced to a time."""
+            """Callables that advance a body to a time, s."""
 
         def now(self) -> float:
             """Return the time."""
@@ -32,7 +32,7 @@ if MYPY:
             """Wait."""
 
         def at(self, t: float, action: Callable[[], object]) -> Any:
-            """Call when time passes `t`; a handle for `cancel`."""
+            """Call `action` when time passes `t`; return a handle for `cancel`."""
 
         def cancel(self, event: Any) -> None:
             """Take back what `at` returned."""
@@ -44,7 +44,11 @@ def invalid() -> OSError:
 
 
 class Device(object):
-    """A device whose attributes are mostly constants."""
+    """A device whose attributes are mostly constants.
+
+    Args:
+        constants: attribute -> text.
+    """
 
     notifications = 0
 
@@ -63,7 +67,15 @@ class Device(object):
 
 
 class Led(Device):
-    """One of the four LEDs; `history` holds (s, brightness) from the start on."""
+    """One of the four LEDs.
+
+    Args:
+        world: the clock.
+        brightness: at the start, 0 to 255.
+
+    Attributes:
+        history: (s, brightness), from the start on.
+    """
 
     TRIGGERS = ("none", "default-on", "timer", "heartbeat")
 
@@ -76,7 +88,7 @@ class Led(Device):
 
     @property
     def brightness(self) -> int:
-        """0 to 255."""
+        """Brightness, 0 to 255."""
         return self.history[-1][1]
 
     def read(self, attribute: str) -> Union[str, bytes]:
@@ -84,8 +96,8 @@ class Led(Device):
         if attribute == "brightness":
             return str(self.brightness)
         if attribute == "trigger":
-            words = ("[{}]".format(t) if t == self.trigger else t for t in self.TRIGGERS)
-            return " ".join(words)
+            shown = ("[{}]".format(t) if t == self.trigger else t for t in self.TRIGGERS)
+            return " ".join(shown)
         if attribute in self._delays:
             return str(self._delays[attribute])
         return super(Led, self).read(attribute)

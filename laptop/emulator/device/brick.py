@@ -32,26 +32,27 @@ TICK_STEPS = round(TICK / STEP)
 SAMPLE_STEPS = 5
 """Steps between two samples of the record."""
 PORTS = "ABCD"
+"""Letters of the output ports."""
 
-FIRST_DEVICE = 9
-"""Number of the device at port A: after some plugging the system counts on from there."""
+FIRST_MOTOR_NUMBER = 9
+"""Number of the motor's device at port A: the system counts on from there after replugging."""
 
 PUSH_ANGLE, PUSH_SPEED = math.radians(20), math.radians(200)
-"""By how much a hand turns what a motor moves, rad, and how fast, rad/s."""
+"""Angle, rad, and speed, rad/s, at which a hand turns what a motor moves."""
 
 ACCESS_TIME = 0.44e-3
 """Time that the kernel takes for an access to an attribute, s."""
 
 MIN_ACCESS_TIME = 0.001
-"""Time of an access, with what goes with it, on a brick that computes in no time, s."""
+"""Time of an access with its overhead, on a brick that computes in no time, s."""
 
 
 def _time_of_sample(number: int) -> float:
     return number * SAMPLE_STEPS * STEP
 
 
-def _access_of(constants: "PlantConstants") -> float:
-    """Time of an access, s."""
+def _access_time(constants: "PlantConstants") -> float:
+    """Return the time of an access, s."""
     if constants["access"] is not None:
         return constants["access"]
     return ACCESS_TIME * constants["cpu"] or MIN_ACCESS_TIME
@@ -72,7 +73,7 @@ class EmulatedBrick(object):
 
     Attributes:
         record: MotionRecord of the true links and tip, one sample per 5 ms.
-        names: what the angles in it are of; None: of the arm's joints.
+        names: of the angles in it; None: they are of the arm's joints.
     """
 
     def __init__(
@@ -91,7 +92,7 @@ class EmulatedBrick(object):
         self.plant = (
             BarePlant(constants, wheels) if arm is None else ArmPlant(arm, constants, start)
         )  # type: Union[ArmPlant, BarePlant]
-        self.sysfs = Sysfs(world, _access_of(constants))
+        self.sysfs = Sysfs(world, _access_time(constants))
         self.slowness = constants["cpu"]
         self.motors = {}  # type: Dict[str, TachoMotor]
         self._names = {}  # type: Dict[str, str]  # of a port's device
@@ -128,7 +129,7 @@ class EmulatedBrick(object):
         self.motors[port] = motor
         discovery = {"address": "ev3-ports:out" + port, "driver_name": DRIVER[kind]}
         # As the system does, one that comes anew gets a number that none has had.
-        number = FIRST_DEVICE + PORTS.index(port) + len(PORTS) * self._loads.get(port, 0)
+        number = FIRST_MOTOR_NUMBER + PORTS.index(port) + len(PORTS) * self._loads.get(port, 0)
         self._loads[port] = self._loads.get(port, 0) + 1
         self._names[port] = "motor{}".format(number)
         self.sysfs.add("tacho-motor", self._names[port], discovery, motor)
@@ -151,7 +152,7 @@ class EmulatedBrick(object):
             self.sysfs.remove("tacho-motor", self._names[port])
 
     def advance(self, t: float) -> None:
-        """Bring physics and drivers up to time `t`, s."""
+        """Advance physics and drivers to time `t`, s."""
         step, motors = self.plant.step, self.motors.values()
         while (self._steps + 1) * STEP <= t + 1e-9:
             if self._hand is not None:
@@ -177,17 +178,17 @@ class EmulatedBrick(object):
         self.record.append(q, x, y, z, int(self.plant.pen_down))
 
     def reset_motors(self) -> None:
-        """Do as brickrun after the Back button: coast, encoders to zero."""
+        """Reset all motors as brickrun does after the Back button: coast, encoders to zero."""
         for motor in self.motors.values():
             if not motor.unplugged:
                 motor.write("command", "reset")
 
     def driven(self) -> List[str]:
-        """Ports of the motors that a command is turning."""
+        """Return the ports of the motors that a command is turning."""
         return [port for port in sorted(self.motors) if self.motors[port].driven]
 
     def asked(self) -> List[str]:
-        """Ports of the motors that a program has given a speed or a duty, or that are gone."""
+        """Return the ports of motors that were given a speed or a duty, or that are gone."""
         return [
             port
             for port, motor in sorted(self.motors.items())
@@ -210,7 +211,7 @@ class EmulatedBrick(object):
         return drive.link or drive
 
     def push(self, port: str) -> None:
-        """A hand turns back what the motor at `port` moves (it lifts a pen), and keeps it there."""
+        """Turn back what the motor at `port` moves, or lift the pen, as a hand, and keep it so."""
         self.jam(port)
         moved = self._moved(port)
         self._pushed.append((moved, moved.angle - PUSH_ANGLE))
@@ -231,5 +232,5 @@ class EmulatedBrick(object):
         self._hand = LeadingHand(arm, self.plant.links, coasts, places, now)
 
     def kill_encoder(self, port: str) -> None:
-        """The encoder at `port` counts no more."""
+        """Stop the counts of the encoder at `port`."""
         self.motors[port].encoder.dead = True

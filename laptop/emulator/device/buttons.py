@@ -17,7 +17,7 @@ if MYPY:
     from laptop.emulator.device.sysfs import Sysfs  # noqa: F401
 
     class KeyWaiting(Protocol):
-        """What threads wait at for a key."""
+        """A place where threads wait for a key."""
 
         def wait(self) -> object:
             """Wait until somebody wakes it."""
@@ -30,10 +30,12 @@ BUTTONS = {"up": 103, "down": 108, "left": 105, "right": 106, "enter": 28, "back
 """Key codes of the brick's buttons, by the names python-ev3dev2 gives them."""
 
 INPUTS = ("in1", "in2", "in3", "in4")
+"""Names of the input ports."""
 
 EV_SYN, EV_KEY = 0, 1
+"""Types of events, as linux/input-event-codes.h has them."""
 
-LATEST = 1e6
+MAX_ORDER_TIME = 1e6
 """Latest time that may be ordered, s."""
 
 
@@ -59,10 +61,10 @@ def read_press(text: str) -> Press:
             "the buttons are {}".format(one_line(text), ", ".join(names))
         )
     button, t, duration = match.group(1), float(match.group(2)), float(match.group(3) or 0.2)
-    if max(t, duration) > LATEST:
+    if max(t, duration) > MAX_ORDER_TIME:
         raise BadPress(
             "press '{}': give times up to {:g} s, not {:g} s".format(
-                one_line(text), LATEST, max(t, duration)
+                one_line(text), MAX_ORDER_TIME, max(t, duration)
             )
         )
     return Press("backspace" if button == "back" else button, t, duration)
@@ -84,7 +86,15 @@ class InputEvent(
 
 
 class ButtonPanel(object):
-    """The six buttons; `listeners` are called with each InputEvent."""
+    """The six buttons.
+
+    Args:
+        world: the clock.
+
+    Attributes:
+        down: names of the buttons held down.
+        listeners: called with each InputEvent.
+    """
 
     def __init__(self, world: "DeviceWorld") -> None:
         self._world = world
@@ -102,7 +112,7 @@ class ButtonPanel(object):
             listener(InputEvent(sec, usec, EV_SYN, 0, 0))
 
     def bits(self) -> "array.array[int]":
-        """The key states as the EVIOCGKEY ioctl hands them out."""
+        """Return the key states as the EVIOCGKEY ioctl hands them out."""
         state = array.array("B", [0] * 96)
         for button in self.down:
             state[BUTTONS[button] // 8] |= 1 << BUTTONS[button] % 8
@@ -110,7 +120,11 @@ class ButtonPanel(object):
 
 
 class EventFile(object):
-    """The buttons' device file, opened."""
+    """The buttons' device file, opened.
+
+    Args:
+        panel: ButtonPanel.
+    """
 
     name = "/dev/input/by-path/platform-gpio_keys-event"
 
@@ -118,7 +132,7 @@ class EventFile(object):
         self.panel = panel
 
     def close(self) -> None:
-        """Nothing to let go of."""
+        """Close the file, which holds nothing."""
 
 
 class KeyDevice(object):
@@ -138,25 +152,25 @@ class KeyDevice(object):
         self._panel = panel
         self._waiting = waiting
         self._events = collections.deque()  # type: Deque[InputEvent]
-        panel.listeners.append(self._hear)
+        panel.listeners.append(self._on_event)
 
-    def _hear(self, event: InputEvent) -> None:
+    def _on_event(self, event: InputEvent) -> None:
         self._events.append(event)
         self._waiting.wake()
 
     def read_one(self) -> Optional[InputEvent]:
-        """The next event, or None."""
+        """Return the next event, or None."""
         self._sysfs.touch()
         return self._events.popleft() if self._events else None
 
     def read(self) -> Iterator[InputEvent]:
-        """All events so far."""
+        """Iterate over all events so far."""
         self._sysfs.touch()
         while self._events:
             yield self._events.popleft()
 
     def read_loop(self) -> Iterator[InputEvent]:
-        """Events for ever, waiting for each."""
+        """Iterate over events for ever, waiting for each."""
         while True:
             self._sysfs.touch()
             while not self._events:
@@ -164,14 +178,14 @@ class KeyDevice(object):
             yield self._events.popleft()
 
     def active_keys(self) -> List[int]:
-        """Codes of the buttons held down."""
+        """Return the codes of the buttons held down."""
         self._sysfs.touch()
         return sorted(BUTTONS[button] for button in self._panel.down)
 
     def close(self) -> None:
-        """Hear no more."""
-        if self._hear in self._panel.listeners:
-            self._panel.listeners.remove(self._hear)
+        """Stop receiving events."""
+        if self._on_event in self._panel.listeners:
+            self._panel.listeners.remove(self._on_event)
 
 
 def evdev_module(
@@ -188,7 +202,11 @@ def evdev_module(
     """
 
     class InputDevice(KeyDevice):
-        """The buttons of this brick, whichever path a script opens them by."""
+        """The buttons of this brick, whichever path a script opens them by.
+
+        Args:
+            path: of the device file; there is only one device.
+        """
 
         def __init__(self, path: str = KeyDevice.path) -> None:
             super(InputDevice, self).__init__(sysfs, panel, waiting_line())

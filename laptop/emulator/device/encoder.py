@@ -1,50 +1,74 @@
-"""The encoder of an emulated EV3 motor, with the speed that the kernel's driver makes of it."""
+"""The encoder of an emulated EV3 motor, with the speed that the kernel's driver makes of it.
+
+The encoder gives 720 edges a turn of the shaft, two for each count of 1 degree.  The driver takes
+
+    speed = (edges now - edges then) / 2 / (t now - t then),  counts/s, towards zero,
+
+over its latest edges: at least 4, at most 64, and as many as span 20 ms.  So few edges are averaged
+when the motor is slow and many when it is fast, and each edge counts with its own time.  Counts
+per tick would be the obvious estimate.  At 500 Hz one count more or less is 500 counts/s, half of
+the large motor's full speed, and no regulator could work with that.  A shaft that stands gives no
+edges; after 50 ms without one the driver enters its standstill as if it were an edge, so speed is 0
+only 200 ms after the last.  Source: the speeds that ev3dev's driver was observed to report.
+"""
 
 import math
 from collections import deque
 
 
 class Encoder(object):
-    """Edges of the shaft's encoder, with the driver's estimate of speed from their times."""
+    """Edges of the shaft's encoder, with the driver's estimate of speed from their times.
+
+    Args:
+        phase: angle of the shaft past an edge where it starts, deg, 0 to 0.5.
+
+    Attributes:
+        edges: seen so far, positive forwards; two a count.
+        dead: whether it counts no more.
+        updated_at: time of the latest edge, or of the latest notice that there was none, s.
+    """
 
     EDGES_PER_COUNT = 2
-    SPAN = 0.02
-    IDLE = 0.05
-    FEWEST, MOST = 4, 64
+    SPEED_WINDOW = 0.02
+    """Time that the edges of an estimate have to span, s, if there are enough of them."""
+    STANDSTILL_TIME = 0.05
+    """Time without an edge after which a standstill is entered, s."""
+    MIN_EDGES, MAX_EDGES = 4, 64
+    """Fewest and most edges of an estimate."""
 
     def __init__(self, phase: float = 0.0) -> None:
         self.phase = phase
         self.edges = 0
         self.dead = False
         # It has stood still for as long as it takes to know that.
-        self._times = deque((-k * self.IDLE, 0) for k in range(self.FEWEST, -1, -1))
-        self.noted = 0.0
+        self._times = deque((-k * self.STANDSTILL_TIME, 0) for k in range(self.MIN_EDGES, -1, -1))
+        self.updated_at = 0.0
         self.speed = 0
-        """Counts per second over the last 4 to 64 edges that span 20 ms; whole numbers."""
+        """Counts per second over the last 4 to 64 edges that span 20 ms, a whole number."""
 
     def update(self, t: float, shaft: float) -> None:
-        """Take in the shaft's angle (rad) at time `t`."""
+        """Count the edges up to the shaft's angle (rad) at time `t`, s."""
         edges = math.floor((math.degrees(shaft) + self.phase) * self.EDGES_PER_COUNT)
         if edges != self.edges and not self.dead:
             step = 1 if edges > self.edges else -1
             for edge in range(self.edges + step, edges + step, step):
-                self._note(t, edge)
+                self._append(t, edge)
             self.edges = edges
-        elif t - self.noted >= self.IDLE:
+        elif t - self.updated_at >= self.STANDSTILL_TIME:
             self.stand(t)
 
     def stand(self, t: float) -> None:
-        """Take in that there was no edge for `IDLE` seconds since it was `noted`."""
-        self._note(t, self.edges)
+        """Enter that there was no edge for `STANDSTILL_TIME` s since `updated_at`."""
+        self._append(t, self.edges)
 
-    def _note(self, t: float, edge: int) -> None:
+    def _append(self, t: float, edge: int) -> None:
         times = self._times
         times.append((t, edge))
-        while len(times) > self.MOST + 1 or (
-            len(times) > self.FEWEST + 1 and t - times[1][0] >= self.SPAN
+        while len(times) > self.MAX_EDGES + 1 or (
+            len(times) > self.MIN_EDGES + 1 and t - times[1][0] >= self.SPEED_WINDOW
         ):
             times.popleft()
-        self.noted = t
+        self.updated_at = t
         since, first = times[0]
         turned = (edge - first) / self.EDGES_PER_COUNT
         self.speed = int(turned / (t - since)) if t > since else 0

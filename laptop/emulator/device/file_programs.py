@@ -1,4 +1,4 @@
-"""Programs of the brick that look at its files, its clock and its name, as scripts call them.
+"""Programs of the brick for its files, its clock and its name, as scripts call them.
 
 Rule: they see and change only what the script itself would, by the same `open` and `os`.  Output is
 as if it went into a pipe, and of what people read alone, such as dates of files, there is none.
@@ -15,7 +15,7 @@ Finished = NamedTuple(
     "Finished", [("status", int), ("output", bytes), ("errors", bytes), ("seconds", float)]
 )
 Finished.__doc__ = (
-    """What a program of the brick did: exit status, bytes, bytes, and how long, s."""
+    """Result of a program: exit status, output, error output, and the time that it took, s."""
 )
 
 RUN_COST = 0.01
@@ -39,32 +39,32 @@ NOT_DONE = {
 
 
 def done(output: str = "", errors: str = "", status: int = 0) -> Finished:
-    """Finished of a small program that wrote these texts."""
+    """Return the Finished of a small program that wrote these texts."""
     return Finished(status, output.encode(), errors.encode(), RUN_COST)
 
 
-def _each(name: str, words: Sequence[str], act: Callable[[str], str]) -> Finished:
-    """Call `act(word)`, which gives text, with each word; what cannot be is told, status 1."""
+def _each(name: str, args: Sequence[str], act: Callable[[str], str]) -> Finished:
+    """Join the texts of `act(arg)` for each arg; failures go to the errors, with status 1."""
     output, errors = [], []
-    for word in words:
+    for arg in args:
         try:
-            output.append(act(word))
+            output.append(act(arg))
         except OSError as error:
-            errors.append("{}: {}: {}\n".format(name, word, error.strerror))
+            errors.append("{}: {}: {}\n".format(name, arg, error.strerror))
     return done("".join(output), "".join(errors), 1 if errors else 0)
 
 
-def _options(words: Sequence[str]) -> Tuple[str, List[str]]:
-    """(letters of the options, the other words)."""
-    letters = "".join(word[1:] for word in words if re.match("-[a-zA-Z]", word))
-    return letters, [word for word in words if not re.match("-[a-zA-Z]", word)]
+def _options(args: Sequence[str]) -> Tuple[str, List[str]]:
+    """Return the letters of the options, and the other args."""
+    letters = "".join(arg[1:] for arg in args if re.match("-[a-zA-Z]", arg))
+    return letters, [arg for arg in args if not re.match("-[a-zA-Z]", arg)]
 
 
 class FilePrograms(object):
-    """Each `_run_NAME(words, piped)` gives Finished; `piped` are the bytes of standard input."""
+    """Programs by name: `_run_NAME(args, piped)` gives Finished; `piped`: its stdin, bytes."""
 
-    def _run_ls(self, words: Sequence[str], piped: bytes) -> Finished:
-        letters, places = _options(words)
+    def _run_ls(self, args: Sequence[str], piped: bytes) -> Finished:
+        letters, places = _options(args)
 
         def line(folder: str, name: str) -> str:
             if "l" not in letters:
@@ -84,18 +84,18 @@ class FilePrograms(object):
 
         return _each("ls", places or ["."], listed)
 
-    def _run_cat(self, words: Sequence[str], piped: bytes) -> Finished:
-        if not words or words == ["-"]:
+    def _run_cat(self, args: Sequence[str], piped: bytes) -> Finished:
+        if not args or args == ["-"]:
             return Finished(0, piped, b"", RUN_COST)
 
         def read(name: str) -> str:
             with open(name) as file:
                 return file.read()
 
-        return _each("cat", [word for word in words if not word.startswith("-")], read)
+        return _each("cat", [arg for arg in args if not arg.startswith("-")], read)
 
-    def _run_chmod(self, words: Sequence[str], piped: bytes) -> Finished:
-        wanted, names = (words[0], words[1:]) if len(words) > 1 else ("", [])
+    def _run_chmod(self, args: Sequence[str], piped: bytes) -> Finished:
+        wanted, names = (args[0], args[1:]) if len(args) > 1 else ("", [])
         match = re.match(r"([ugoa]*)([+=-])([rwx]+)$", wanted)
         if not match and not re.match("[0-7]{3,4}$", wanted):
             return done(errors="chmod: invalid mode: '{}'\n".format(wanted), status=1)
@@ -116,8 +116,8 @@ class FilePrograms(object):
 
         return _each("chmod", names, change)
 
-    def _run_mkdir(self, words: Sequence[str], piped: bytes) -> Finished:
-        letters, names = _options(words)
+    def _run_mkdir(self, args: Sequence[str], piped: bytes) -> Finished:
+        letters, names = _options(args)
 
         def make(name: str) -> str:
             if "p" in letters:
@@ -128,15 +128,15 @@ class FilePrograms(object):
 
         return _each("mkdir", names, make)
 
-    def _run_touch(self, words: Sequence[str], piped: bytes) -> Finished:
+    def _run_touch(self, args: Sequence[str], piped: bytes) -> Finished:
         def touch(name: str) -> str:
             with open(name, "a"):
                 return ""
 
-        return _each("touch", words, touch)
+        return _each("touch", args, touch)
 
-    def _run_rm(self, words: Sequence[str], piped: bytes) -> Finished:
-        letters, names = _options(words)
+    def _run_rm(self, args: Sequence[str], piped: bytes) -> Finished:
+        letters, names = _options(args)
         if set(letters) & set("rR"):
             return done(errors="rm: -r is not done: it might reach too far here\n", status=1)
 
@@ -147,20 +147,20 @@ class FilePrograms(object):
 
         return _each("rm", names, remove)
 
-    def _run_date(self, words: Sequence[str], piped: bytes) -> Finished:
-        form = words[-1][1:] if words and words[-1].startswith("+") else "%a %b %d %H:%M:%S UTC %Y"
-        time = importlib.import_module("time")  # the program's own, on the emulated clock
+    def _run_date(self, args: Sequence[str], piped: bytes) -> Finished:
+        form = args[-1][1:] if args and args[-1].startswith("+") else "%a %b %d %H:%M:%S UTC %Y"
+        time = importlib.import_module("time")  # of the program, on the emulated clock
         now = time.time()
         form = form.replace("%s", str(int(now)))
         return done(time.strftime(form, time.gmtime(now)) + "\n")
 
-    def _run_pwd(self, words: Sequence[str], piped: bytes) -> Finished:
+    def _run_pwd(self, args: Sequence[str], piped: bytes) -> Finished:
         return done(os.getcwd() + "\n")
 
-    def _run_whoami(self, words: Sequence[str], piped: bytes) -> Finished:
+    def _run_whoami(self, args: Sequence[str], piped: bytes) -> Finished:
         return done("robot\n")
 
-    def _run_uname(self, words: Sequence[str], piped: bytes) -> Finished:
+    def _run_uname(self, args: Sequence[str], piped: bytes) -> Finished:
         figures = collections.OrderedDict(
             [
                 ("s", "Linux"),
@@ -169,32 +169,32 @@ class FilePrograms(object):
                 ("m", "armv5tejl"),
             ]
         )
-        letters = _options(words)[0] or "s"
+        letters = _options(args)[0] or "s"
         return done(
             " ".join(text for key, text in figures.items() if key in letters or "a" in letters)
             + "\n"
         )
 
-    def _run_which(self, words: Sequence[str], piped: bytes) -> Finished:
-        found = [word for word in words if self.knows(word)]
-        return done("".join("/usr/bin/{}\n".format(w) for w in found), "", int(found != words))
+    def _run_which(self, args: Sequence[str], piped: bytes) -> Finished:
+        found = [arg for arg in args if self.knows(arg)]
+        return done("".join("/usr/bin/{}\n".format(w) for w in found), "", int(found != args))
 
-    def _run_test(self, words: Sequence[str], piped: bytes) -> Finished:
+    def _run_test(self, args: Sequence[str], piped: bytes) -> Finished:
         tests = {"-e": os.path.exists, "-f": os.path.isfile, "-d": os.path.isdir}
-        words = [word for word in words if word != "]"]
-        if len(words) != 2 or words[0] not in tests:
+        args = [arg for arg in args if arg != "]"]
+        if len(args) != 2 or args[0] not in tests:
             return done(errors="test: only -e, -f and -d are known here\n", status=2)
-        return done(status=0 if tests[words[0]](words[1]) else 1)
+        return done(status=0 if tests[args[0]](args[1]) else 1)
 
-    def _run_grep(self, words: Sequence[str], piped: bytes) -> Finished:
-        letters, words = _options(words)
-        if not words:
+    def _run_grep(self, args: Sequence[str], piped: bytes) -> Finished:
+        letters, args = _options(args)
+        if not args:
             return done(errors="grep: no pattern\n", status=2)
         try:
             text = (
-                piped.decode() if len(words) == 1 else self._run_cat(words[1:], b"").output.decode()
+                piped.decode() if len(args) == 1 else self._run_cat(args[1:], b"").output.decode()
             )
-            pattern = re.compile(words[0], re.I if "i" in letters else 0)
+            pattern = re.compile(args[0], re.I if "i" in letters else 0)
         except re.error as error:
             return done(errors="grep: {}\n".format(error), status=2)
         lines = [
@@ -202,7 +202,7 @@ class FilePrograms(object):
         ]
         return done("".join(lines), status=0 if lines else 1)
 
-    def _run_false(self, words: Sequence[str], piped: bytes) -> Finished:
+    def _run_false(self, args: Sequence[str], piped: bytes) -> Finished:
         return Finished(1, b"", b"", 0.0)
 
     def knows(self, name: str) -> bool:

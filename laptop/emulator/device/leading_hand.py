@@ -2,8 +2,8 @@
 
 The tip is at each place at its time and stays until it has to leave.  The hand is far stronger than
 a motor that coasts, so it gives the links their speeds, and the rotors follow through gears and
-play.  A motor that holds, brakes or is driven it leaves alone: then it comes later, as fast as it
-may, which is what a person does before a program that has not let go yet.
+backlash.  It waits where a motor holds, brakes or is driven.  After that it leads as fast as it
+may, as a person does before a program that has not released its motors yet.
 """
 
 import math
@@ -24,23 +24,23 @@ if MYPY:
     Angles = Tuple[float, ...]  # of the joints, rad
 
 
-SPEED, MAX_SPEED = math.radians(60), math.radians(240)
-"""Speeds of a joint: with which the hand leads if it has the time, and its greatest, rad/s."""
+LEAD_SPEED, MAX_SPEED = math.radians(60), math.radians(240)
+"""Usual and greatest speed at which the hand turns a joint, rad/s."""
 
-LATEST = 1e6
+MAX_ORDER_TIME = 1e6
 """Latest time that may be ordered, s."""
 
 
 class BadHand(ArmError, ValueError):
-    """A way of the hand that cannot be understood, or cannot be had."""
+    """A path of the hand that cannot be understood, or cannot be followed."""
 
 
 HandPlace = NamedTuple("HandPlace", [("p", Tuple[float, float]), ("t", float)])
-HandPlace.__doc__ = """Where the tip is led, (x, y), cm, and by when, s."""
+HandPlace.__doc__ = """A place of the tip, (x, y), cm, and the time by which it is there, s."""
 
 
 def read_hand(text: str) -> List[HandPlace]:
-    """Read the places of a hand's way from `X,Y@S X,Y@S ...`.
+    """Read the places of a hand's path from `X,Y@S X,Y@S ...`.
 
     Raises:
         BadHand: it is none.
@@ -59,10 +59,10 @@ def read_hand(text: str) -> List[HandPlace]:
                 )
             )
         least = places[-1].t if places else 0.0
-        if not least < t <= LATEST:
+        if not least < t <= MAX_ORDER_TIME:
             raise BadHand(
                 "hand '{}': its time must be above {:g} and up to {:g} s; times rise".format(
-                    one_line(word), least, LATEST
+                    one_line(word), least, MAX_ORDER_TIME
                 )
             )
         places.append(HandPlace((x, y), t))
@@ -72,7 +72,7 @@ def read_hand(text: str) -> List[HandPlace]:
 
 
 def _eased(share: float) -> float:
-    """The share of a way at a share of its time: a minimum-jerk motion (Flash and Hogan, 1985)."""
+    """Return the share of a move at a share of its time, by minimum jerk (Flash, Hogan 1985)."""
     share = min(max(share, 0.0), 1.0)
     return share * share * share * (10 + share * (6 * share - 15))
 
@@ -83,9 +83,9 @@ class LeadingHand(object):
     Args:
         arm: its description, as it was built.
         links: the joints' DrivenLinks, from the base outwards.
-        coasts: tells of each joint by its number whether its motor coasts.
+        coasts: whether the motor of a joint coasts, by the joint's number.
         places: from `read_hand`.
-        now: s.
+        now: time at which the hand begins, s.
 
     Raises:
         BadHand: the tip cannot get there, or not in that time.
@@ -109,7 +109,7 @@ class LeadingHand(object):
         self._led = set()  # type: Set[int]
         q = tuple([link.angle for link in self._links])
         # (begin, end, from, to): s and rad
-        self._ways = []  # type: List[Tuple[float, float, Angles, Angles]]
+        self._moves = []  # type: List[Tuple[float, float, Angles, Angles]]
         left = now
         for place in places:
             to = self._pose(arm, place, q)
@@ -120,8 +120,8 @@ class LeadingHand(object):
                     "hand {:g},{:g}@{:g}: it cannot be there before {:.1f} s; give a later "
                     "time".format(place.p[0], place.p[1], place.t, left + least + 0.05)
                 )
-            begin = max(left, place.t - max(1.9 * far / SPEED, 0.1))
-            self._ways.append((begin, place.t, q, to))
+            begin = max(left, place.t - max(1.9 * far / LEAD_SPEED, 0.1))
+            self._moves.append((begin, place.t, q, to))
             q, left = to, place.t
 
     @staticmethod
@@ -134,18 +134,18 @@ class LeadingHand(object):
             )) from None  # fmt: skip
 
     def pose(self, t: float) -> "Angles":
-        """Where the joints are led at the time `t` (s), rad."""
-        begin, end, start, goal = self._ways[0]
-        for way in self._ways:
-            if way[0] > t:
+        """Return the joint angles to which the hand leads at the time `t` (s), rad."""
+        begin, end, start, goal = self._moves[0]
+        for move in self._moves:
+            if move[0] > t:
                 break
-            begin, end, start, goal = way
+            begin, end, start, goal = move
         share = _eased((t - begin) / (end - begin))
         return tuple([a + share * (b - a) for a, b in zip(start, goal)])
 
     def lead(self, t: float, h: float) -> None:
-        """Give the links that it leads their speeds for a step of `h` seconds that ends at `t`."""
-        leads = t > self._ways[0][0]
+        """Set the speeds of the links that it leads, for a step of `h` s that ends at `t`."""
+        leads = t > self._moves[0][0]
         for k, (link, wanted) in enumerate(zip(self._links, self.pose(t))):
             if link.jammed:
                 continue
@@ -158,7 +158,7 @@ class LeadingHand(object):
                 self._led.discard(k)
 
     def let_go(self) -> None:
-        """Lead no more."""
+        """Stop leading."""
         for k in self._led:
             if not self._links[k].jammed:
                 self._links[k].imposed = None

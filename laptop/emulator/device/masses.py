@@ -1,4 +1,4 @@
-"""The masses that an arm in space carries: what its joints have to lift and to accelerate.
+"""Masses that an arm in space carries, which its joints lift and accelerate.
 
 The links' inertias are constants: the torques that one joint's acceleration puts on the other are
 left out.  Those of an arm in space are of its masses with the arm stretched out level.
@@ -18,9 +18,9 @@ if MYPY:
 
 
 MOTOR_MASS = {"large": 76.0, "medium": 36.0}
-"""g, as weighed by LEGO's builders."""
+"""Mass of a motor, g, as weighed by LEGO's builders."""
 
-ELBOW_MOTOR_AT, TIP_MOTOR_AT = 5.5, 5.0
+ELBOW_MOTOR_CENTRE, TIP_MOTOR_CENTRE = 5.5, 5.0
 """Centre of mass of the carried motors, cm from the axis of shoulder and elbow: each lies along its
 link, its shaft at the far end."""
 
@@ -35,18 +35,18 @@ def _carried(arm: "Arm", plant: "PlantConstants") -> Tuple["Masses", "Masses", "
     motors = plant["motor_mass"]
     on_upper = [
         (plant["upper_arm_mass"], upper.link / 2),
-        (motors * MOTOR_MASS[fore.motor], ELBOW_MOTOR_AT),
+        (motors * MOTOR_MASS[fore.motor], ELBOW_MOTOR_CENTRE),
     ]
     on_fore = [(plant["forearm_mass"], fore.link / 2), (plant["tip_mass"], fore.link)]
     if arm.pen:
-        on_fore.append((motors * MOTOR_MASS[arm.pen.motor], TIP_MOTOR_AT))
+        on_fore.append((motors * MOTOR_MASS[arm.pen.motor], TIP_MOTOR_CENTRE))
     return [], on_upper, on_fore
 
 
 def weighed(arm: "Arm", plant: "PlantConstants") -> "Arm":
-    """Return the Arm as who weighs this plant, and how its joints rub, describes it.
+    """Return the Arm with the plant's masses, kg, centres, cm, and frictions, Nm, of its links.
 
-    One in the plane is left as it is.
+    An arm in the plane is left as it is.
     """
     if arm.chain not in PULLED_DOWN:
         return arm
@@ -54,8 +54,8 @@ def weighed(arm: "Arm", plant: "PlantConstants") -> "Arm":
     for joint, parts in zip(arm.joints, _carried(arm, plant)):
         mass = sum(grams for grams, _ in parts)
         centre = sum(grams * at for grams, at in parts) / mass if mass else 0.0
-        rubs = at_port(plant, joint.port)["link_friction"]
-        joints.append(joint._replace(mass=0.001 * mass, centre=centre, friction=rubs))
+        friction = at_port(plant, joint.port)["link_friction"]
+        joints.append(joint._replace(mass=0.001 * mass, centre=centre, friction=friction))
     return arm._replace(joints=tuple(joints))
 
 

@@ -1,4 +1,4 @@
-"""What an emulated arm did, sample by sample; of an arm that stands it takes no more memory."""
+"""The motion of an emulated arm, sample by sample; an arm that stands takes no more memory."""
 
 from bisect import bisect_right
 from typing import Callable, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union, overload
@@ -20,7 +20,7 @@ MotionSample = NamedTuple(
         ("pen", int),
     ],
 )
-MotionSample.__doc__ = """Where the arm was.
+MotionSample.__doc__ = """A pose of the arm at a time.
 
 t        s
 q        joint angles, rad
@@ -32,7 +32,7 @@ pen      1 if it is down
 class MotionRecord(Sequence[MotionSample]):
     """The MotionSamples of a run, one per period; others can be added.
 
-    Only what differs from the sample before is kept; times follow from the number.
+    Only samples that differ from the one before are stored; times follow from the number.
 
     Args:
         time_of: from a sample's number, from 0 on, to its time, s.
@@ -41,13 +41,13 @@ class MotionRecord(Sequence[MotionSample]):
     def __init__(self, time_of: Callable[[int], float]) -> None:
         self._time_of = time_of
         self._length = 0
-        self._begins = []  # type: List[int]
-        self._places = []  # type: List[Place]  # numbers of the first of samples that are alike
+        self._begins = []  # type: List[int]  # numbers of the first of samples that are alike
+        self._places = []  # type: List[Place]
 
     def append(
         self, q: Tuple[float, ...], x: float, y: float, z: Optional[float], pen: int
     ) -> None:
-        """Add the next sample."""
+        """Add the next sample: joint angles q, rad, the tip, cm, and 1 where the pen is down."""
         place = q, x, y, z, pen
         if not self._places or self._places[-1] != place:
             self._begins.append(self._length)
@@ -100,7 +100,7 @@ class MotionRecord(Sequence[MotionSample]):
     __hash__ = None  # type: ignore[assignment]  # it grows
 
     def _between(self, numbers: range) -> Iterator[MotionSample]:
-        """Samples of rising numbers, one after the other."""
+        """Iterate over samples of rising numbers."""
         k = bisect_right(self._begins, numbers.start) - 1
         for number in numbers:
             while k + 1 < len(self._begins) and self._begins[k + 1] <= number:

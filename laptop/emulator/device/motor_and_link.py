@@ -1,8 +1,18 @@
 """One motor, its gear and the link behind the gap: two masses that meet.
 
-The rotor (seen through the gear) and the link are separated by a real gap, the backlash; where the
-gap is closed they move as one (contact is rigid, impacts are inelastic).  All friction is
-Coulomb's, solved as an impulse per step, so that things at rest stay at rest.
+The motor, with duty d (-1 .. 1), battery U, gear ratio n and joint speed w of the rotor:
+
+    i = (d U - Ke n w) / R            the winding, whose inductance is left out
+    n^2 J dw/dt = n Kt i - friction   the rotor, seen through its gear; i = 0 while it coasts
+    J2 dw2/dt = load - friction2      the link
+
+Kt is below Ke, as the losses of the gears within the motor are in it.  The gap, the backlash b, is
+an exact dead zone (Nordin and Gutman, 2002): inside |angle - angle2| <= b/2 the two move freely.
+Where it closes, the impact is inelastic, w = (J w + J2 w2) / (J + J2), and they go on as one mass.
+A stiff spring in the gap would be the obvious model, but its steps would have to be microseconds.
+Friction is Coulomb's.  A step takes at most h friction / J away from a speed and stops at 0
+(time stepping with impulses, Stewart and Trinkle, 1996).  So what rests stays at rest, where
+sign(w) would chatter.  Angles follow from the new speeds (semi-implicit Euler).
 Units are SI: rad, s, Nm, kg m2, V.
 """
 
@@ -15,7 +25,7 @@ if MYPY:
 
 
 def _slowed(speed: float, by: float) -> float:
-    """Coulomb friction: `speed` after an impulse that can take away at most `by`."""
+    """Return `speed` after an impulse of Coulomb friction that takes away at most `by`."""
     if speed > by:
         return speed - by
     if speed < -by:
@@ -32,6 +42,9 @@ class Drive(object):
         ratio: motor turns per joint turn, negative where the gear train reverses.
         link: None for a bare motor, else DrivenLink.
         angle: where rotor and link start, rad at the joint; the encoder reads 0 there.
+
+    Attributes:
+        angle, speed: of the rotor, rad and rad/s at the joint.
     """
 
     def __init__(
@@ -50,14 +63,14 @@ class Drive(object):
         self.speed = 0.0
         self._start = angle
         self.duty = None  # type: Optional[float]
-        """-1 .. 1; 0 shorts the motor (brake), None leaves it open (coast)."""
+        """Duty, -1 .. 1; 0 shorts the motor (brake), None leaves it open (coast)."""
         self.jammed = False
-        """True if a bare motor is blocked; behind a gear the link jams, and the gap stays."""
+        """Whether a bare motor is blocked; behind a gear the link jams, and the gap stays."""
         self._step = None  # type: Optional[float]  # s, what these are for
         self._electric = self._per_step = ()  # type: Tuple[float, ...]
 
     def _prepare(self, h: float) -> None:
-        """Work out once what never changes of a step of `h` seconds: there are thousands."""
+        """Compute once the factors of a step of `h` seconds: there are thousands of steps."""
         motor, ratio, link = self.motor, self.ratio, self.link
         inertia = motor.inertia * ratio * ratio
         drag = h * abs(ratio) * motor.friction / inertia
@@ -109,7 +122,7 @@ class Drive(object):
             link_angle = link.angle + h * link_speed
             angle = self.angle + h * speed
         else:
-            # Apart until they meet (at once where they touched already), from there on together.
+            # Free until they meet (at once where they touched already), then together.
             touching = half_gap if after > 0.0 else -half_gap
             alone = (touching - gap) / closing if closing else 0.0
             alone = 0.0 if alone <= 0.0 else h if alone > h else alone
@@ -132,19 +145,28 @@ class Drive(object):
         self.speed = speed
 
 
-FINGER = 1e-5
-"""Inertia of what a motor turns against its stops, a small beam, kg m2."""
+BEAM_INERTIA = 1e-5
+"""Inertia of a small beam that a bare motor turns between stops, kg m2."""
 
 
 def between(stops: Tuple[float, float]) -> "DrivenLink":
     """Return the DrivenLink that a motor turns between its stops, lower and upper, rad."""
-    return DrivenLink(0.0, FINGER, 0.0, 0.0, *stops)
+    return DrivenLink(0.0, BEAM_INERTIA, 0.0, 0.0, *stops)
 
 
 class DrivenLink(object):
     """The link behind the gap: inertia, friction, stops and the torque on it.
 
+    Args:
+        angle: where it starts, rad.
+        inertia: kg m2.
+        friction: of its bearing, Nm.
+        backlash: width of the gap, rad.
+        lower, upper: angles of its stops, rad; infinite where there is none.
+
     Attributes:
+        speed: rad/s.
+        load: torque on it, Nm.
         imposed: the speed that something far stronger gives it, rad/s; None: it is free.
     """
 

@@ -1,4 +1,4 @@
-"""Everything on the brick besides its motors: buttons, sensors, LEDs, battery, sound, screen.
+"""The peripherals of the brick: buttons, sensors, LEDs, battery, sound, screen.
 
 Rule: everything here is driven by the world's clock and keeps a memory that can be asked
 afterwards; no sound is played and no program of the laptop is started.  Every read or write of a
@@ -42,14 +42,14 @@ def _nothing_to_see(word: str, place: Dict[str, float]) -> "Sensed":
 
 
 class Peripherals(object):
-    """All of it, plugged into a sysfs.
+    """All peripherals, plugged into a sysfs.
 
     Args:
         world: the clock.
         sysfs: where the devices are found and accesses are counted.
         voltage, current: callables giving the battery's V and A.
         sensors: port -> SensorOrder; touch sensors everywhere if None.
-        scene: what sensors see of the emulated world, see `sensors.Measuring`.
+        scene: the emulated world as sensors see it, see `sensors.Measuring`.
 
     Attributes:
         sysfs: as above.
@@ -106,7 +106,7 @@ class Peripherals(object):
         self._world.at(press.t + press.duration, lambda: self._set(press.button, False))
 
     def _pressed_by(self, button: str) -> List["Measuring"]:
-        """What a hand on `touch` or `touch:PORT` presses: Measurings."""
+        """Return the Measurings that a hand on `touch` or `touch:PORT` presses."""
         return [
             device.measuring
             for port, device in self.inputs.items()
@@ -139,6 +139,9 @@ class Peripherals(object):
         """Answer an ioctl on the buttons or the framebuffer; False when it is neither.
 
         Args:
+            file: descriptor or EventFile.
+            request: number of the ioctl.
+            argument: buffer or structure, which is filled.
             screens: the descriptors that `screen.open` has handed out.
         """
         if isinstance(file, EventFile):
@@ -155,7 +158,7 @@ class Peripherals(object):
 
 
 def let_joints_touch(brick: "EmulatedBrick", peripherals: Peripherals) -> None:
-    """Let the joints of the arm, as it was built, close and open their touch sensors."""
+    """Connect the joints of the arm, as it was built, to their touch sensors."""
     if brick.arm is None:
         return
     touching = []
@@ -164,9 +167,9 @@ def let_joints_touch(brick: "EmulatedBrick", peripherals: Peripherals) -> None:
         if measuring is not None and joint.touch_at is not None:
             touching.append((link, joint.touch_at, joint.upper, measuring))
 
-    def look(t: float) -> None:
+    def sample(t: float) -> None:
         for link, at, upper, sensor in touching:
             sensor.pressed = link.angle >= at if at >= upper else link.angle <= at
 
     if touching:
-        brick.world.bodies.append(look)
+        brick.world.bodies.append(sample)

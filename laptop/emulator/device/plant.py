@@ -21,10 +21,10 @@ if MYPY:
     from shared.arm_description import Arm, Pen  # noqa: F401
 
 
-TOUCHES_AT, LEAVES_AT = 0.8, 0.7
-"""Shares of the way from `up` to `down` at which the pen meets the paper and leaves it.
+PEN_TOUCH_SHARE, PEN_LIFT_SHARE = 0.8, 0.7
+"""Shares of the turn from `up` to `down` at which the pen meets the paper and leaves it.
 
-`down` presses the tip a little, which follows for as long."""
+`down` presses the pen a little, so it stays on the paper for a part of the turn back."""
 
 
 class ArmPlant(object):
@@ -52,7 +52,7 @@ class ArmPlant(object):
         self.links = []  # type: List[DrivenLink]
         start = [joint.home for joint in arm.joints] if start is None else start
         self._gravity = Gravity(weighed(arm, plant), plant["gravity"])
-        self._pen_drag = 0.0 if self.weighs else plant["pen_drag"]  # there is no paper in the air
+        self._pen_drag = 0.0 if self.weighs else plant["pen_drag"]  # no paper in space
         for joint, angle, inertia in zip(arm.joints, start, inertias(arm, plant)):
             own = at_port(plant, joint.port)
             error = math.radians(own["zero_error"])
@@ -75,8 +75,8 @@ class ArmPlant(object):
         # Joint angles, and what gravity does there.
         self._pulled_at, self._torques = None, ()  # type: Optional[List[float]], Sequence[float]
         self.pen_down = not arm.pen  # one without a motor always is
-        self._pen = None  # type: Optional[Drive]  # what lowers it
-        self._pen_at = None  # type: Optional[float]  # where that was at the last step
+        self._pen = None  # type: Optional[Drive]  # its motor
+        self._pen_at = None  # type: Optional[float]  # its angle at the last step, rad
         if arm.pen:
             self._pen = self._drive(arm.pen.port, arm.pen.motor, 1.0, None, arm.pen.up)
             self.drives[arm.pen.port] = self._pen
@@ -95,16 +95,16 @@ class ArmPlant(object):
 
     @property
     def weighs(self) -> bool:
-        """True if gravity pulls at the joints."""
+        """Whether gravity pulls at the joints."""
         return self._gravity.loaded
 
     @property
     def q(self) -> Tuple[float, ...]:
-        """The TRUE joint angles (of the links), rad."""
+        """True joint angles (of the links), rad."""
         return tuple([link.angle for link in self.links])
 
     def tip(self) -> Tuple[float, float, Optional[float]]:
-        """The TRUE tip, cm: x, y and z, which is None in the plane."""
+        """Return the true tip, cm: x, y and z, which is None in the plane."""
         x, y, *z = kinematics.forward(self.arm, self.q)
         return x, y, z[0] if z else None
 
@@ -120,11 +120,11 @@ class ArmPlant(object):
                 drive.step(h)
 
     def _pen_touches(self, pen: "Pen", angle: float) -> bool:
-        way = (angle - pen.up) / (pen.down - pen.up)
-        return way > (LEAVES_AT if self.pen_down else TOUCHES_AT)
+        share = (angle - pen.up) / (pen.down - pen.up)
+        return share > (PEN_LIFT_SHARE if self.pen_down else PEN_TOUCH_SHARE)
 
     def _load_links(self) -> None:
-        """Constant load, gravity, and the paper dragging at the pen against its motion."""
+        """Set the links' torques: constant load, gravity, and the paper's drag at the pen."""
         links, load = self.links, self.plant["load"]
         if self._heavy:
             q = [link.angle for link in links]

@@ -1,4 +1,4 @@
-"""The plant's constants: their table, and what a text such as `backlash=3,seed=4` makes of them.
+"""The plant's constants: their table, and the parsing of texts such as `backlash=3,seed=4`.
 
 Constants of the EV3 motors: derived from the loaded and no-load points of published measurements,
 with the rotor inertia set so that the stopping distances of real motors come out (see the README).
@@ -14,7 +14,7 @@ MYPY = False
 if MYPY:
     from typing import TypedDict  # noqa: F401
 
-    # What the plant truly is: constants in the units of their table; None: not given.
+    # The true plant: constants in the units of their table; None: not given.
     PlantConstants = TypedDict(
         "PlantConstants",
         {
@@ -44,7 +44,7 @@ if MYPY:
             "base_inertia": float,
         },
     )
-    # What of it may differ from port to port, as it is at one of them.
+    # The constants that may differ from port to port, as they are at one of them.
     PortConstants = TypedDict(
         "PortConstants",
         {
@@ -71,12 +71,13 @@ MotorConstants = NamedTuple(
         ("inertia", float),
     ],
 )
-"""Nm/A, V s/rad, ohm, Nm and kg m2 at the motor's output shaft."""
+"""Constants of a motor: Nm/A, V s/rad, ohm, Nm and kg m2, at its output shaft."""
 
 MOTORS = {
     "large": MotorConstants(0.275, 0.473, 5.50, 0.0165, 0.0014),
     "medium": MotorConstants(0.246, 0.291, 10.7, 0.0246, 0.0005),
 }
+"""Nominal constants by kind of motor."""
 
 CONSTANTS = {
     "voltage": Constant(8.0, (4.5, 10.0), "V", "battery voltage at the motors"),
@@ -119,7 +120,7 @@ CONSTANTS = {
 }
 
 CPU = CONSTANTS["cpu"].default
-"""Slowness of every emulated brick if nothing is said, times the real one's time."""
+"""Default slowness of an emulated brick, times the real one's time."""
 
 IN_SPACE = {
     "gravity": Constant(9.81, (0.0, 25.0), "m/s2", "gravity; 0 lets nothing weigh"),
@@ -148,7 +149,7 @@ SCATTERED_BY_PORT = {
 """Constants that a seed draws for every motor by itself."""
 
 _DRAW_ORDER = sorted(CONSTANTS, key=lambda key: (key == "cpu", key in IN_SPACE, key))
-"""The order in which a seed draws: newer keys last, so that its plants stay what they were."""
+"""Order in which a seed draws: newer keys last, so that its plants stay the same."""
 
 
 class BadPlant(ArmError, ValueError):
@@ -172,8 +173,9 @@ def read_plant(text: str = "", measured: Optional[Dict[str, Any]] = None) -> "Pl
     draws the same plant.
 
     Args:
-        measured: name -> float, in place of the defaults; and "ports": port -> such a dict of what
-            is only so there.  What the text gives holds at all ports.
+        text: KEY=VALUE pairs with commas between them; "" for the defaults.
+        measured: name -> float, in place of the defaults; and "ports": port -> such a dict, for
+            that port alone.  Constants in the text hold at all ports.
 
     Returns:
         dict, name -> float or None (not given and without a default); and "ports" as measured.
@@ -184,16 +186,16 @@ def read_plant(text: str = "", measured: Optional[Dict[str, Any]] = None) -> "Pl
     given = TABLE.parse(text)[""]
     measured = measured or {}
     seed = given.get("seed", [None])[0]
-    draw = random.Random(int(seed or 0))
+    rng = random.Random(int(seed or 0))
     spread = given.get("spread", [CONSTANTS["spread"].default])[0]
     plant = {}  # type: Dict[str, Any]
     for key in _DRAW_ORDER:
         bounds = given.get(key, [measured.get(key, CONSTANTS[key].default)])
-        luck = draw.uniform(-1, 1)
+        deviate = rng.uniform(-1, 1)
         if len(bounds) == 2:
-            plant[key] = (bounds[0] + bounds[1]) / 2 + luck * (bounds[1] - bounds[0]) / 2
+            plant[key] = (bounds[0] + bounds[1]) / 2 + deviate * (bounds[1] - bounds[0]) / 2
         elif seed is not None and key in SCATTERED:
-            plant[key] = bounds[0] * (1 + spread * luck)
+            plant[key] = bounds[0] * (1 + spread * deviate)
         else:
             plant[key] = bounds[0]
     if "ports" in measured:
@@ -207,17 +209,17 @@ def read_plant(text: str = "", measured: Optional[Dict[str, Any]] = None) -> "Pl
 def at_port(plant: Mapping[str, Any], port: str) -> "PortConstants":
     """Return the plant's constants as they are at one port: no two motors are alike if drawn.
 
-    Where its encoder starts is always said.
+    The phase of its encoder is always a number, deg.
     """
     own = dict(plant)  # type: Dict[str, Any]
     own.update(own.get("ports", {}).get(port, {}))
-    draw = random.Random("{}/{}".format(plant["seed"], port))
+    rng = random.Random("{}/{}".format(plant["seed"], port))
     for key in _DRAW_ORDER:
-        luck = draw.uniform(-1, 1)
+        deviate = rng.uniform(-1, 1)
         if plant["seed"] is not None and key in SCATTERED_BY_PORT and key != "phase":
-            own[key] *= 1 + plant["spread"] * luck
+            own[key] *= 1 + plant["spread"] * deviate
         elif key == "phase" and plant["phase"] is None:
-            own[key] = 0.25 if plant["seed"] is None else 0.25 * (1 + luck)
+            own[key] = 0.25 if plant["seed"] is None else 0.25 * (1 + deviate)
     return cast("PortConstants", own)
 
 

@@ -1,4 +1,4 @@
-"""The brick's ports as ev3dev shows them: what is plugged in, and the driver loaded for it."""
+"""The brick's ports as ev3dev shows them: the plugged device, and the driver loaded for it."""
 
 import errno
 from typing import Callable, Optional, Sequence, Union
@@ -21,7 +21,7 @@ if MYPY:
 
 
 DETECTION_TIME = 0.4
-"""Time until the brick has found out what is plugged in, s."""
+"""Time until the brick has detected a plugged sensor, s."""
 
 AUTO, NXT_ANALOG, TACHO_MOTOR = "auto", "nxt-analog", "tacho-motor"
 INPUT_MODES = (
@@ -32,7 +32,7 @@ OUTPUT_MODES = (AUTO, TACHO_MOTOR, "dc-motor", "led", "raw")
 
 
 class _Port(Device):
-    """A lego-port: its mode, and what it says is plugged in.
+    """A lego-port: its mode and its status.
 
     Args:
         address: as ev3dev has it.
@@ -69,11 +69,11 @@ class _Port(Device):
             super(_Port, self).write(attribute, value)
 
     def _detected(self) -> str:
-        """The status in `auto`."""
+        """Return the status in `auto`."""
         raise NotImplementedError
 
     def _change(self) -> None:
-        """Go over to the mode."""
+        """Change to the mode."""
         raise NotImplementedError
 
     def _set_device(self, driver: str) -> None:
@@ -82,7 +82,7 @@ class _Port(Device):
 
 
 class InputPort(_Port):
-    """A lego-port: what is plugged into one input, and the driver that is loaded for it.
+    """A lego-port of one input, with the driver that is loaded for its sensor.
 
     Args:
         world: whose clock the detection takes its time on.
@@ -98,10 +98,10 @@ class InputPort(_Port):
     def __init__(
         self, world: "DeviceWorld", sysfs: "Sysfs", order: "SensorOrder", scene: "Scenery"
     ) -> None:
-        # What only people can tell the brick they have told it before.
-        told = order.kind != NONE and KINDS[order.kind].driver in UNKNOWN
+        # A sensor that the brick cannot detect has its mode set already.
+        preset = order.kind != NONE and KINDS[order.kind].driver in UNKNOWN
         super(InputPort, self).__init__(
-            "ev3-ports:" + order.port, "ev3-input-port", INPUT_MODES, NXT_ANALOG if told else AUTO
+            "ev3-ports:" + order.port, "ev3-input-port", INPUT_MODES, NXT_ANALOG if preset else AUTO
         )
         self._world = world
         self._sysfs = sysfs
@@ -115,7 +115,7 @@ class InputPort(_Port):
 
     @property
     def plugged(self) -> Optional["Kind"]:
-        """The Kind that is plugged in; None if there is none."""
+        """Kind that is plugged in; None if there is none."""
         return None if self.kind == NONE else KINDS[self.kind]
 
     def _load(self, kind: Optional["Kind"]) -> None:

@@ -12,7 +12,7 @@ if MYPY:
 
 
 WIDTH, HEIGHT = 178, 128
-"""px."""
+"""Size of the screen, px."""
 
 _FBIOGET_VSCREENINFO = 0x4600
 _FBIOGET_FSCREENINFO = 0x4602

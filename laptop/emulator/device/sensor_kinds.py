@@ -1,9 +1,9 @@
-"""The sensors that can be plugged in: their drivers, their modes, and what each mode measures.
+"""Sensors that can be plugged in: their drivers, their modes, and the quantities of each mode.
 
 Names, decimals, units, ranges and numbers of values are those that ev3dev documents for its
 drivers.  A mode measures with `m`: `m(key)` is a quantity now, `m.rate(key)` how fast it changes,
 `m.turned(key)` how far it has turned since the mode was entered or the sensor reset, `m.noise()`
-what the sensor's noise is now, `m.given(key)` whether somebody has said what a quantity is.
+the sensor's noise now, `m.given(key)` whether an order gives the quantity.
 """
 
 from typing import Any, Callable, List, Mapping, NamedTuple, Optional, Sequence, Tuple
@@ -71,13 +71,16 @@ volts       of an NXT/Analog sensor: m -> V, what the port sees; None for all ot
 """
 
 INCH = 2.54
+"""Length of an inch, cm."""
 CHANNELS = ("1", "2", "3", "4")
+"""Channels of the infrared remote control and beacon."""
 BY_CHANNEL = ("heading", "beacon", "buttons")
-"""Quantities that an infrared sensor has of each channel."""
+"""Quantities that an infrared sensor measures on each channel."""
 
-NOTHING = 255.0
+NO_ECHO = 255.0
 """Distance that an ultrasonic sensor shows where it hears no echo, cm."""
-FARTHEST_ECHO = 250.0
+MAX_ECHO_DISTANCE = 250.0
+"""Greatest distance of an echo, cm."""
 
 SURFACES = (
     ("none", (0, 0, 0)),
@@ -93,8 +96,9 @@ SURFACES = (
 %.  The shares are nominal: real surfaces and sensors differ."""
 
 RAW_PER_PERCENT = 3.5
-"""Of RGB-RAW and REF-RAW: white paper gives some 300."""
+"""Raw value per percent of light in RGB-RAW and REF-RAW: white paper gives some 300."""
 RAW_REFERENCE = 600
+"""Raw value of the reference channel."""
 
 BUTTONS = (
     "none",
@@ -110,7 +114,7 @@ BUTTONS = (
     "top_left+bottom_left",
     "top_right+bottom_right",
 )
-"""What may be held on the remote control, in the order of the sensor's numbers."""
+"""Buttons held on the remote control, in the order of the sensor's numbers."""
 
 _REMOTE_BITS = {"top_left": 0x10, "bottom_left": 0x20, "top_right": 0x40, "bottom_right": 0x80}
 _NO_BUTTON, _BEACON_ON = 384, 262
@@ -135,15 +139,15 @@ def _mode(
 
 
 def _light_back(m: "Measuring") -> List[float]:
-    """Shares of red, green and blue light that come back, %."""
-    whole = m("reflect") if m.given("reflect") else None
-    surface = dict(SURFACES)[m("surface")] if whole is None else (whole, whole, whole)
+    """Return the shares of red, green and blue light that come back, %."""
+    grey = m("reflect") if m.given("reflect") else None
+    surface = dict(SURFACES)[m("surface")] if grey is None else (grey, grey, grey)
     pairs = zip(("red", "green", "blue"), surface)
     return [(m(key) if m.given(key) else share) + m.noise() for key, share in pairs]
 
 
 def _colour(m: "Measuring") -> List[int]:
-    """Number of the surface that is nearest."""
+    """Return the number of the surface that is nearest."""
     light = _light_back(m)
     distances = [sum((a - b) ** 2 for a, b in zip(light, known)) for _, known in SURFACES]
     return [distances.index(min(distances))]
@@ -155,7 +159,7 @@ def _raw(m: "Measuring") -> List[float]:
 
 def _echo(m: "Measuring") -> float:
     distance = m("distance") + m.noise()
-    return distance if distance <= FARTHEST_ECHO else NOTHING
+    return distance if distance <= MAX_ECHO_DISTANCE else NO_ECHO
 
 
 def _seek(m: "Measuring") -> List[float]:
@@ -172,7 +176,7 @@ def _remote(m: "Measuring") -> List[int]:
 
 
 def _remote_bits(m: "Measuring") -> List[int]:
-    """Buttons of channel 1 as bits, with the checksum that stands below them."""
+    """Return the buttons of channel 1 as bits, with the checksum that stands below them."""
     word = m("1.buttons")
     if word in ("none", "beacon"):
         return [_NO_BUTTON if word == "none" else _BEACON_ON]
@@ -213,7 +217,7 @@ _PRESSED = {"pressed": Constant(0, _YES, "", "1 while it is pressed", int)}
 _HEARD = Constant(0, _YES, "", "1 while another such sensor is heard", int)
 
 _DISTANCE = {
-    "distance": Constant(NOTHING, (0.0, 1000.0), "cm", "to what is in front, or tip, or wall"),
+    "distance": Constant(NO_ECHO, (0.0, 1000.0), "cm", "to what is in front, or tip, or wall"),
     "heard": _HEARD,
     "x": _axis("x; of a wall, where it stands across the robot's way"),
     "y": _axis("y"),
@@ -299,7 +303,7 @@ def _ultrasonic_modes(
 
 
 def _ultrasonic(driver: str, connection: str, order: str, decimals: int, most_in: float) -> Kind:
-    modes = _ultrasonic_modes(order.split(), decimals, NOTHING, most_in)
+    modes = _ultrasonic_modes(order.split(), decimals, NO_ECHO, most_in)
     scene = {"distance": ("tip", "wall")}
     return Kind(driver, connection, _DISTANCE, ("distance",), scene, modes, None)
 
@@ -418,14 +422,14 @@ KINDS = {
 }  # fmt: skip
 
 GENERIC = "nxt-analog"
-"""Driver of whatever is NXT/Analog before somebody has said what it is."""
+"""Driver of an NXT/Analog sensor before `set_device` names another."""
 
 UNKNOWN = (KINDS["sound"].driver,)
-"""Drivers of what the brick takes for some NXT/Analog sensor; the others it knows by themselves."""
+"""Drivers of sensors that the brick only detects as NXT/Analog."""
 
 
 def generic(kind: Kind) -> Kind:
-    """Return a kind of NXT/Analog sensor as the brick sees it by itself: a voltage."""
+    """Return a kind of NXT/Analog sensor as the brick detects it: a voltage."""
     volts = kind.volts
     assert volts is not None, "only these show the brick a voltage"
     modes = tuple(

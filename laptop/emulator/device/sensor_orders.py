@@ -1,4 +1,4 @@
-"""What `--plug in2=ultrasonic:12..80/5s,heard=0:1@3` orders: a kind of sensor and its values."""
+"""Orders such as `--plug in2=ultrasonic:12..80/5s,heard=0:1@3`: a sensor and its values."""
 
 import re
 from functools import partial
@@ -21,10 +21,10 @@ if MYPY:
 
 
 NONE = "none"
-"""The kind of an input where nothing is plugged in."""
+"""Kind of an input where nothing is plugged in."""
 
 TOUCH_KINDS = ("touch", "nxt-touch")
-"""What a hand can press."""
+"""Kinds of sensors that a hand can press."""
 
 SensorOrder = NamedTuple(
     "SensorOrder",
@@ -104,12 +104,12 @@ def _quantities(name: str, text: str, has_main: bool) -> "Quantities":
 
 
 def _channelled(key: str, owner: str) -> str:
-    """The key of a quantity; of one that every channel has, with the channel's number."""
+    """Return the key of a quantity; of one that every channel has, with the channel's number."""
     return "{}.{}".format(owner or CHANNELS[0], key) if key in BY_CHANNEL else key
 
 
 def _table(name: str) -> ConstantTable:
-    """The grammar of one kind's quantities."""
+    """Return the grammar of one kind's quantities."""
     kind = KINDS[name]
     noun = "sensor " + name
     channels = CHANNELS if name == "infrared" else ()
@@ -141,7 +141,7 @@ def _table(name: str) -> ConstantTable:
 
 
 def _of_file(name: str, table: ConstantTable, file: str) -> "Quantities":
-    """Quantities that a file gives: by the names of its columns, or else the main one."""
+    """Return the quantities in a file: by the names of its columns, or else the main one."""
     kind = KINDS[name]
 
     def error(message: str) -> BadSensor:
@@ -164,14 +164,14 @@ def _of_file(name: str, table: ConstantTable, file: str) -> "Quantities":
 
 
 def listing() -> str:
-    """Return what `--help` says of all kinds, on one line."""
+    """Return the kinds and their quantities for `--help`, on one line."""
     return "; ".join(
         "{} ({})".format(name, ", ".join(KINDS[name].quantities)) for name in sorted(KINDS)
     )
 
 
 def read_sensors(texts: Iterable[str]) -> Dict[str, SensorOrder]:
-    """Read all SensorOrders, at most one for an input; a touch sensor is where nothing is said.
+    """Read all SensorOrders, at most one for an input; an input without one has a touch sensor.
 
     Returns:
         port -> SensorOrder.

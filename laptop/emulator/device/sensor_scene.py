@@ -1,4 +1,4 @@
-"""What the emulated world itself shows a sensor: the tip, the turning of a link or of the robot."""
+"""Quantities of the emulated world for its sensors: the tip, the turning of a link or robot."""
 
 import math
 from typing import Callable, Dict, List, Sequence, Tuple
@@ -17,22 +17,25 @@ if MYPY:
 
 
 ROBOT, TIP, WALL, LINE = "robot", "tip", "wall", "line"
+"""Words of an order for quantities of the emulated world."""
 
-STRAIGHT, RADIUS = 60.0, 30.0
-"""Of the line on the floor, cm: two straights, joined by half circles.  A robot that starts at 0, 0
-and looks along y stands on the middle of the right one."""
+STRAIGHT_LENGTH, BEND_RADIUS = 60.0, 30.0
+"""Length of the straights of the line on the floor, and radius of the half circles between, cm.
+
+A robot that starts at 0, 0 and looks along y stands on the middle of the right straight."""
 LINE_WIDTH = 2.0
-SPOT = 1.0
-"""Across the spot of floor that a colour sensor sees, cm."""
-FLOOR, INK = 85.0, 6.0
+"""Width of the line on the floor, cm."""
+SPOT_WIDTH = 1.0
+"""Width of the spot of floor that a colour sensor sees, cm."""
+FLOOR_LIGHT, LINE_LIGHT = 85.0, 6.0
 """Light that comes back from the floor and from the line, %."""
 
 
-class _Seen(object):
+class _WorldQuantity(object):
     """A quantity of the world now, as a Signal is one over time.
 
     Args:
-        value, slope: callables; what it is and how fast it changes, 1/s.
+        value, slope: callables that give the quantity, and its rate of change, 1/s.
     """
 
     def __init__(
@@ -42,32 +45,32 @@ class _Seen(object):
         self._slope = slope
 
     def value(self, t: float) -> float:
-        """The value now, which must be `t`."""
+        """Return the value now, which must be `t`."""
         return self._value()
 
     def slope(self, t: float) -> float:
-        """How fast it changes now, 1/s."""
+        """Return its rate of change now, 1/s."""
         return self._slope()
 
 
 def scene_of(brick: "EmulatedBrick") -> "Scenery":
     """Return `scene(word, place)` for the sensors of an EmulatedBrick, see `sensors.Measuring`.
 
-    It raises BadSensor for what this brick has not.
+    It raises BadSensor for what this brick does not have.
     """
 
-    def scene(word: str, place: "SensorPlace") -> _Seen:
+    def scene(word: str, place: "SensorPlace") -> _WorldQuantity:
         plant = brick.plant
-        has = []  # type: List[str]
+        known = []  # type: List[str]
         if isinstance(plant, ArmPlant):
             links = _links(plant)
-            has = [TIP] + sorted(links)
+            known = [TIP] + sorted(links)
             if word == TIP:
                 return _tip(plant, place)
             if word in links:
                 return _turning(links[word])
         elif plant.wheels is not None:
-            has = [ROBOT, WALL, LINE]
+            known = [ROBOT, WALL, LINE]
             if word == ROBOT:
                 return _heading(plant)
             if word == WALL:
@@ -76,31 +79,33 @@ def scene_of(brick: "EmulatedBrick") -> "Scenery":
                 return _line(plant, place)
         raise BadSensor(
             "sensor: there is no {} for it to see here; write a value, or one of {}".format(
-                word, ", ".join(has) or "nothing: this brick has neither arm nor wheels"
+                word, ", ".join(known) or "nothing: this brick has neither arm nor wheels"
             )
         )
 
     return scene
 
 
-def _tip(plant: ArmPlant, place: "SensorPlace") -> _Seen:
-    """Distance from the sensor to the arm's true tip, cm."""
+def _tip(plant: ArmPlant, place: "SensorPlace") -> _WorldQuantity:
+    """Return the distance from the sensor to the arm's true tip, cm."""
 
     def distance() -> float:
         x, y, z = plant.tip()
         across = math.hypot(x - place["x"], y - place["y"])
         return math.hypot(across, (z or 0.0) - place["z"])
 
-    return _Seen(distance)
+    return _WorldQuantity(distance)
 
 
-def _heading(plant: "BarePlant") -> _Seen:
-    """Angle and rate of the robot, deg, clockwise as seen from above."""
-    return _Seen(lambda: -math.degrees(plant.heading), lambda: -math.degrees(plant.turning))
+def _heading(plant: "BarePlant") -> _WorldQuantity:
+    """Return the angle and rate of the robot, deg, clockwise as seen from above."""
+    return _WorldQuantity(
+        lambda: -math.degrees(plant.heading), lambda: -math.degrees(plant.turning)
+    )
 
 
-def _wall(plant: "BarePlant", place: "SensorPlace") -> _Seen:
-    """Distance of the robot, the way it looks, to a wall across at the place's x, cm."""
+def _wall(plant: "BarePlant", place: "SensorPlace") -> _WorldQuantity:
+    """Return the distance of the robot, the way it looks, to a wall across at the place's x, cm."""
 
     def distance() -> float:
         x, _, _ = plant.tip()
@@ -109,11 +114,11 @@ def _wall(plant: "BarePlant", place: "SensorPlace") -> _Seen:
         # Beside a wall, or looking away from it, there is nothing to hear.
         return ahead / towards if ahead * towards > 0 else math.inf
 
-    return _Seen(distance)
+    return _WorldQuantity(distance)
 
 
-def _line(plant: "BarePlant", place: "SensorPlace") -> _Seen:
-    """Light from the floor below a sensor that is fixed to the robot, %."""
+def _line(plant: "BarePlant", place: "SensorPlace") -> _WorldQuantity:
+    """Return the light from the floor below a sensor that is fixed to the robot, %."""
 
     def reflect() -> float:
         x, y, _ = plant.tip()
@@ -121,23 +126,29 @@ def _line(plant: "BarePlant", place: "SensorPlace") -> _Seen:
         x += place["x"] * ahead - place["y"] * left
         y += place["x"] * left + place["y"] * ahead
         beside = line_distance(x, y) - LINE_WIDTH / 2
-        share = min(1.0, max(0.0, 0.5 + beside / SPOT))  # of the spot that is on the floor
-        return INK + share * (FLOOR - INK)
+        share = min(1.0, max(0.0, 0.5 + beside / SPOT_WIDTH))  # of the spot that is on the floor
+        return LINE_LIGHT + share * (FLOOR_LIGHT - LINE_LIGHT)
 
-    return _Seen(reflect)
+    return _WorldQuantity(reflect)
 
 
 def line_distance(x: float, y: float) -> float:
     """Return the distance of a point from the middle of the line on the floor, cm."""
-    from_straight = max(abs(y) - STRAIGHT / 2, 0.0)
-    return abs(math.hypot(x + RADIUS, from_straight) - RADIUS)
+    from_straight = max(abs(y) - STRAIGHT_LENGTH / 2, 0.0)
+    return abs(math.hypot(x + BEND_RADIUS, from_straight) - BEND_RADIUS)
 
 
 def line_points(steps: int = 60) -> List[Tuple[float, float]]:
     """Return points (x, y) along the middle of the line, cm, the last again the first."""
     half = [math.pi * k / steps for k in range(steps + 1)]
-    top = [(RADIUS * math.cos(a) - RADIUS, RADIUS * math.sin(a) + STRAIGHT / 2) for a in half]
-    return top + [(-2 * RADIUS - x, -y) for x, y in top] + top[:1]
+    top = [
+        (
+            BEND_RADIUS * math.cos(a) - BEND_RADIUS,
+            BEND_RADIUS * math.sin(a) + STRAIGHT_LENGTH / 2,
+        )
+        for a in half
+    ]
+    return top + [(-2 * BEND_RADIUS - x, -y) for x, y in top] + top[:1]
 
 
 def _links(plant: ArmPlant) -> Dict[str, List["DrivenLink"]]:
@@ -152,9 +163,9 @@ def _links(plant: ArmPlant) -> Dict[str, List["DrivenLink"]]:
     return turned_by
 
 
-def _turning(links: Sequence["DrivenLink"]) -> _Seen:
-    """Angle and rate of a link, clockwise where the joints' angles are counter-clockwise, deg."""
-    return _Seen(
+def _turning(links: Sequence["DrivenLink"]) -> _WorldQuantity:
+    """Return the angle, deg, and rate of a link, clockwise where its joints' are the other way."""
+    return _WorldQuantity(
         lambda: -math.degrees(sum(link.angle for link in links)),
         lambda: -math.degrees(sum(link.speed for link in links)),
     )

@@ -24,12 +24,12 @@ if MYPY:
     Row = Tuple[int, List[str]]  # number of the line, and its cells
 
 
-LATEST = 1e6
+MAX_SIGNAL_TIME = 1e6
 """Latest time that may be written, s."""
 
 _RAMP = re.compile(r"^(.+?)\.\.(.+?)/([^/]*?)s?$")
 
-LONGEST_FILE = 4000000
+MAX_FILE_LENGTH = 4000000
 """Greatest length of a file of values, characters."""
 
 
@@ -38,8 +38,8 @@ class _Piece(object):
 
     Args:
         points: (s, value) in order of time; before the first and behind the last it stays level.
-        jumps: True if a value holds until the next comes.
-        repeats: True if it begins anew at the time of its last point, whose value is the first's.
+        jumps: whether a value holds until the next comes.
+        repeats: whether it begins anew at the time of its last point, whose value is the first's.
     """
 
     def __init__(
@@ -56,11 +56,11 @@ class _Piece(object):
                 self._areas.append(self._areas[-1] + (after - t) * mean)
 
     def _segment(self, t: float) -> int:
-        """Index of the point at or before `t`, -1 if there is none."""
+        """Return the index of the point at or before `t`, -1 if there is none."""
         return bisect.bisect_right(self._times, t) - 1
 
     def value(self, t: float) -> "Value":
-        """The value at `t`, s since it began."""
+        """Return the value at `t`, s since it began."""
         if self._period:
             t = math.fmod(t, self._period)
         k = self._segment(t)
@@ -69,7 +69,7 @@ class _Piece(object):
         return self._values[k] + self.slope(t) * (t - self._times[k])
 
     def slope(self, t: float) -> float:
-        """The rate of change at `t`, 1/s; 0 where it jumps."""
+        """Return the rate of change at `t`, 1/s; 0 where it jumps."""
         if self._period:
             t = math.fmod(t, self._period)
         k = self._segment(t)
@@ -79,14 +79,14 @@ class _Piece(object):
         return rise / (self._times[k + 1] - self._times[k])
 
     def integral(self, t: float) -> float:
-        """The integral from 0 to `t`."""
+        """Return the integral from 0 to `t`, s."""
         if self._period:
             rounds, t = divmod(t, self._period)
             return rounds * self._areas[-1] + self._area(t)
         return self._area(t) - self._area(0.0)
 
     def _area(self, t: float) -> float:
-        """The integral from the first point to `t`."""
+        """Return the integral from the first point to `t`."""
         k = max(0, self._segment(t))
         since = t - self._times[k]
         twice = self._values[k] + self.value(t)  # type: float
@@ -109,17 +109,17 @@ class Signal(object):
         return self._pieces[k], t - self._starts[k]
 
     def value(self, t: float) -> "Value":
-        """The value at `t`, s."""
+        """Return the value at `t`, s."""
         piece, since = self._at(t)
         return piece.value(since)
 
     def slope(self, t: float) -> float:
-        """How fast it changes at `t`, 1/s."""
+        """Return its rate of change at `t`, s, in 1/s."""
         piece, since = self._at(t)
         return piece.slope(since)
 
     def integral(self, t: float) -> float:
-        """The integral from 0 s to `t`."""
+        """Return the integral from 0 to `t`, s."""
         total = 0.0
         for start, end, piece in zip(self._starts, self._starts[1:] + [math.inf], self._pieces):
             if start < t:
@@ -136,10 +136,10 @@ def read_signal(text: str, read_value: "ReadValue", jumps: bool, error: "ToError
     """Read a Signal.
 
     Args:
-        text: as this module's head has it.
-        read_value: text -> value; raises what it likes for one that is not allowed.
+        text: in the grammar of this module's docstring.
+        read_value: text -> value; raises an error of its own for one that is not allowed.
         jumps: True for whole numbers and words.
-        error: message -> exception, for what is wrong besides.
+        error: message -> exception, for all other mistakes.
     """
     if is_file(text):
         return read_column(text, None, read_value, jumps, error)
@@ -176,13 +176,15 @@ def _piece(text: str, read_value: "ReadValue", jumps: bool, error: "ToError") ->
     return _Piece([(0.0, low), (seconds, high), (2 * seconds, low)], repeats=True)
 
 
-def _time(text: str, whole: str, error: "ToError") -> float:
+def _time(text: str, written: str, error: "ToError") -> float:
     try:
         seconds = float(text)
     except ValueError:
         seconds = math.nan
-    if not 0 <= seconds <= LATEST:
-        raise error("'{}': '{}' is not a time from 0 to {:g} s".format(whole, text, LATEST))
+    if not 0 <= seconds <= MAX_SIGNAL_TIME:
+        raise error(
+            "'{}': '{}' is not a time from 0 to {:g} s".format(written, text, MAX_SIGNAL_TIME)
+        )
     return seconds
 
 
@@ -192,7 +194,11 @@ def read_column(
     """Read the Signal of one column of a file.
 
     Args:
+        file: path.
         column: its name, as in `columns`; None takes the second.
+        read_value: as in `read_signal`.
+        jumps: as there.
+        error: as there.
     """
     names, rows = _rows(file, error)
     index = 1 if column is None or names is None else names.index(column)
@@ -203,7 +209,7 @@ def read_column(
             cell = row[index].strip()
         except (ValueError, IndexError):
             t = math.nan
-        if not -LATEST <= t <= LATEST or points and t <= points[-1][0]:
+        if not -MAX_SIGNAL_TIME <= t <= MAX_SIGNAL_TIME or points and t <= points[-1][0]:
             raise error(
                 "{} line {}: '{}' is not a value and before it its time, later than the line "
                 "above".format(file, number, ",".join(row))
@@ -220,19 +226,19 @@ def columns(file: str, error: "ToError") -> List[str]:
 
 
 def _rows(file: str, error: "ToError") -> Tuple[Optional[List[str]], List["Row"]]:
-    """Names of the columns (None: there are none), and the numbered rows below."""
+    """Return the names of the columns (None: there are none), and the numbered rows below."""
     try:
         with open(file, newline="", encoding="utf-8-sig") as text:
-            whole = text.read(LONGEST_FILE + 1)
-        table = list(csv.reader(whole.splitlines()))
+            content = text.read(MAX_FILE_LENGTH + 1)
+        table = list(csv.reader(content.splitlines()))
     except OSError as reason:
         raise error(
             "cannot read {}: {}; give a file of time and value".format(file, reason.strerror)
         ) from None
     except (UnicodeDecodeError, csv.Error):
         raise error("{}: is not a text of time,value in each line".format(file)) from None
-    if len(whole) > LONGEST_FILE:
-        raise error("{}: give a file of at most {:g} MB".format(file, LONGEST_FILE / 1e6))
+    if len(content) > MAX_FILE_LENGTH:
+        raise error("{}: give a file of at most {:g} MB".format(file, MAX_FILE_LENGTH / 1e6))
     rows = [(k, row) for k, row in enumerate(table, 1) if any(cell.strip() for cell in row)]
     if rows and not _is_number(rows[0][1][0]):
         return [cell.strip() for cell in rows[0][1]], rows[1:]

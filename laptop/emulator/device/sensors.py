@@ -1,6 +1,6 @@
 """Emulated sensors, as their drivers show them.
 
-Rule: a mode gives its own values only.  What the world does to a sensor stays with the plug,
+Rule: a mode gives its own values only.  The state of the world at a sensor belongs to the plug,
 whatever driver the port has loaded for it.
 """
 
@@ -27,7 +27,7 @@ if MYPY:
         """A quantity of the emulated world, as a Signal is one that somebody has written."""
 
         def value(self, t: float) -> Value:
-            """Return what it is at `t`, s."""
+            """Return its value at `t`, s."""
 
         def slope(self, t: float) -> float:
             """Return how fast it changes at `t`, 1/s."""
@@ -36,15 +36,16 @@ if MYPY:
 
 
 SWITCH_TIME = {"ev3-uart": 0.02}
-"""Time of a change of mode by how a sensor is connected, s; in no time where nothing is said."""
+"""Time of a change of mode, s, by a sensor's connection; 0 for those not listed."""
 
 NOISE_PERIOD = 0.01
-"""Time for which noise stays what it is, s."""
+"""Period in which noise stays the same, s."""
 
 RESET_GYRO = "\x11"
-"""What a gyro takes by `direct` to set its angle to 0."""
+"""Byte to a gyro's `direct` that sets its angle to 0."""
 
-PACKED = {"s8": "b", "u8": "B", "s16": "h", "u16": "H", "s32": "i"}
+STRUCT_CODES = {"s8": "b", "u8": "B", "s16": "h", "u16": "H", "s32": "i"}
+"""Codes of `struct` by the format of `bin_data`."""
 
 
 def error(number: int) -> OSError:
@@ -89,7 +90,7 @@ class Measuring(object):
         self._origins = {}  # type: Dict[str, float]
 
     def given(self, key: str) -> bool:
-        """Return True if somebody has said what it is."""
+        """Return whether the order gives this quantity."""
         return key in self._given
 
     def __call__(self, key: str) -> "Value":
@@ -107,7 +108,7 @@ class Measuring(object):
         return self._sign * rate + drift
 
     def turned(self, key: str) -> float:
-        """Return how far it has turned since the origin was set, deg."""
+        """Return the angle since the origin was set, deg."""
         return self._turned(key) - self._origins.get(key, 0.0)
 
     def _turned(self, key: str) -> float:
@@ -162,13 +163,13 @@ class EmulatedSensor(Device):
     def _enter(self, mode: "Mode") -> None:
         self._mode = mode
         self._measuring.set_origin()
-        self._kept = None  # type: Optional[List[int]]
-        self._kept = self._raw() if mode.single else None
+        self._single_values = None  # type: Optional[List[int]]
+        self._single_values = self._raw() if mode.single else None
 
     def _raw(self) -> List[int]:
-        """The values as whole numbers, in units of their last decimal."""
-        if self._kept is not None:
-            return self._kept
+        """Return the values as whole numbers, in units of their last decimal."""
+        if self._single_values is not None:
+            return self._single_values
         mode = self._mode
         assert mode.measure is not None, "`_switch` enters none that does not come back"
         values = [min(mode.highest, max(mode.lowest, v)) for v in mode.measure(self._measuring)]
@@ -184,7 +185,7 @@ class EmulatedSensor(Device):
                 raise error(errno.ENXIO)
             return str(self._raw()[number])
         if attribute == "bin_data":
-            return struct.pack("<{}{}".format(mode.count, PACKED[mode.format]), *self._raw())
+            return struct.pack("<{}{}".format(mode.count, STRUCT_CODES[mode.format]), *self._raw())
         now = {
             "mode": mode.name,
             "decimals": mode.decimals,

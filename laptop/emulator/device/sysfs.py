@@ -1,7 +1,8 @@
-"""The seams under the unmodified python-ev3dev2: its device files lead to emulated devices.
+"""A replacement of /sys/class under the unmodified python-ev3dev2.
 
-A temporary folder holds only what discovery reads; every attribute the library opens is a file-like
-object bound to an emulated device.  Each access costs virtual time and is counted.
+A temporary folder holds only the files that discovery reads.  Every attribute that the library
+opens is a file-like object bound to an emulated device.  Each access costs virtual time, and is
+counted.
 """
 
 import contextlib
@@ -36,36 +37,42 @@ if MYPY:
 
 
 _REAL_OPEN = open
-"""What a program opens in the folder are the devices themselves."""
+"""The real `open`: a program's own leads to the devices themselves."""
 
 POLLPRI = 2
-"""Of linux/poll.h: a device has news; not every host's `select` has it."""
+"""Event of linux/poll.h for news of a device; not every host's `select` has it."""
 
 
 def _key(device_path: str) -> Tuple[str, str]:
-    """Class and name of a device, the last two parts of its path."""
+    """Return the class and name of a device, the last two parts of its path."""
     class_name, device_name = device_path.split(os.sep)[-2:]
     return class_name, device_name
 
 
 class Attribute(object):
-    """A stand-in for the open file of one attribute."""
+    """A stand-in for the open file of one attribute.
+
+    Args:
+        sysfs: Sysfs, on which accesses are counted.
+        device: read and written.
+        name: of the attribute.
+    """
 
     def __init__(self, sysfs: "Sysfs", device: "AttributeDevice", name: str) -> None:
         self.sysfs = sysfs
         self.device = device
         self.name = name
         self.seen = None  # type: Optional[int]
-        """The device's notifications when this was last read."""
+        """Number of the device's notifications when this was last read."""
 
     def seek(self, offset: int) -> None:
         """Rewind, as before every access; costs nothing."""
 
     def flush(self) -> None:
-        """Nothing is buffered."""
+        """Flush nothing, as nothing is buffered."""
 
     def read(self, size: int = -1) -> bytes:
-        """One access: the attribute's text and a newline, or the bytes that it is of; bytes."""
+        """Read, in one access, the attribute's text with a newline, or its bytes."""
         self.sysfs.touch()
         self.seen = getattr(self.device, "notifications", 0)
         data = self.device.read(self.name)
@@ -74,7 +81,7 @@ class Attribute(object):
         return data if size < 0 else data[:size]
 
     def write(self, value: bytes) -> int:
-        """One access: store the text, bytes; one newline at its end is none of it."""
+        """Write, in one access, the attribute's text, bytes, without one newline at its end."""
         self.sysfs.touch()
         text = value.decode()
         self.device.write(self.name, text[:-1] if text.endswith("\n") else text)
@@ -82,9 +89,14 @@ class Attribute(object):
 
 
 class Poll(object):
-    """Stands for `select.poll()` on attributes; ready are those notified since their last read."""
+    """A stand-in for `select.poll()`: attributes notified since their last read are ready.
+
+    Args:
+        world: whose clock it waits on.
+    """
 
     TICK = 0.002
+    """Period between two samples of the attributes, s."""
 
     def __init__(self, world: "DeviceWorld") -> None:
         self.world = world
@@ -95,7 +107,7 @@ class Poll(object):
         self._watched.append(attribute)
 
     def poll(self, timeout: Optional[float] = None) -> List[Tuple[Attribute, int]]:
-        """Wait at most `timeout` ms; the attributes that want to be read again."""
+        """Wait at most `timeout` ms; return the attributes that are ready, with POLLPRI."""
         deadline = None if timeout is None else self.world.now() + timeout / 1000.0
         while True:
             ready = [
@@ -135,7 +147,9 @@ class Sysfs(object):
         """Make `device` found as /sys/class/`class_name`/`device_name`.
 
         Args:
-            discovery: file name -> text, what the library's search reads.
+            class_name: such as "tacho-motor".
+            device_name: such as "motor9".
+            discovery: file name -> text, for the library's search.
             device: has `read(attribute) -> str`, or bytes of what is no text, and
                 `write(attribute, str)`, both raising OSError, and `notifications`, an int that
                 rises whenever poll() should wake.
@@ -158,7 +172,7 @@ class Sysfs(object):
         self.world.touch(self.access_cost)
 
     def open(self, device_path: str, attribute: str) -> Attribute:
-        """The file-like object of one attribute of the device at `device_path`."""
+        """Return the file-like object of one attribute of the device at `device_path`."""
         return Attribute(self, self._devices[_key(device_path)], attribute)
 
     def _opener(self, other: "Opener") -> "Opener":

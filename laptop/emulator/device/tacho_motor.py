@@ -2,9 +2,17 @@
 
 Behaves as the kernel's driver was observed to, oddities included: a 500 Hz tick, integer PI speed
 regulation on a speed taken from encoder edges, P-only hold, set-points that take effect with a
-command, but gains and positions at once.
+command, but gains and positions at once.  At each tick k of 2 ms, with the error e in counts/s (of
+a hold in counts),
 
-Of duty 0 and a duty that has not changed the driver writes nothing to the motor: see `_put_out`.
+    duty = (Kp e[k] + Ki (e[1] + ... + e[k]) + Kd (e[k-1] - e[k])) / 10000,  percent, towards zero.
+
+Where that is beyond 100 %, the duty is cut off there, and the sum does not take e[k]: conditional
+integration (Astrom and Hagglund, 1995).  Source: ev3dev's driver, run on this plant with the same
+commands; none of its code is here.  A textbook's regulator would be smoother, but differs where a
+program can tell: the sum grows even with Ki = 0, a positive Kd drives on instead of damping, and
+whole numbers leave a small error alone.  A duty equal to the one before is not written to the
+motor, see `_write_duty`.
 """
 
 import errno
@@ -26,9 +34,12 @@ if MYPY:
 
 
 TICK = 0.002
+"""Period of the driver, s."""
 COUNTS_PER_TURN = 360
 MAX_SPEED = {"large": 1050, "medium": 1560}
+"""Greatest speed that may be set, counts/s."""
 HOLD_KP = {"large": 80000, "medium": 160000}
+"""Gain of `hold` after a reset, 1/10000 percent per count."""
 DRIVER = {"large": "lego-ev3-l-motor", "medium": "lego-ev3-m-motor"}
 COMMANDS = (
     "run-forever",
@@ -41,10 +52,13 @@ COMMANDS = (
 )
 STOP_ACTIONS = ("coast", "brake", "hold")
 NOTIFY_PERIOD = 0.05
+"""Period in which changes of the state wake `poll`, s."""
 STALL_TIME = 0.1
+"""Time at speed 0 after which a running motor counts as stalled, s."""
 RAMP_PERIOD = 0.1
-SLOWEST_RAMP = 20
-"""The least speed on a ramp towards a position, counts/s: it would never arrive."""
+"""Period between two steps of a ramp, s."""
+MIN_RAMP_SPEED = 20
+"""Least speed on a ramp down to a position, counts/s, so that it arrives."""
 SIGNED = ("position", "speed", "duty_cycle", "speed_sp", "position_sp", "duty_cycle_sp")
 """Attributes whose sign polarity flips where they are shown and stored, and only there."""
 _INT32 = 2**31 - 1
@@ -65,12 +79,12 @@ _hold_gains = itemgetter("hold_pid/Kp", "hold_pid/Ki", "hold_pid/Kd")
 
 
 def _flipped(value: int, sign: int) -> int:
-    """`value` times `sign`, in 32 bits: their least has no positive counterpart."""
+    """Return `value` times `sign`, in 32 bits, whose least has no positive counterpart."""
     return value if value == -_INT32 - 1 else sign * value
 
 
 def _truncated(a: int, b: int) -> int:
-    """Integer division as in C: towards zero."""
+    """Return a / b, divided as in C: towards zero."""
     return -(-a // b) if (a < 0) != (b < 0) else a // b
 
 
@@ -81,7 +95,11 @@ class TachoMotor(object):
         port: letter of the output port.
         kind: "large" or "medium".
         drive: the plant's Drive; its `duty` is set, its `angle` and `shaft` are read.
-        phase: where between two encoder edges the shaft starts, deg.
+        phase: angle of the shaft past an encoder edge where it starts, deg.
+
+    Attributes:
+        notifications: number of changes of the state that `poll` has been woken for.
+        unplugged: whether its cable is pulled.
     """
 
     def __init__(self, port: str, kind: str, drive: "Drive", phase: float = 0.25) -> None:
@@ -106,10 +124,10 @@ class TachoMotor(object):
         self._next_notify = NOTIFY_PERIOD
         self._defaults()
         self._zero = 0
-        self._shared_state_defaults()
+        self._clear_state()
 
     def _defaults(self) -> None:
-        """Set-points and constants as after `reset`."""
+        """Set set-points and gains as after `reset`."""
         self._set = {  # type: Settings
             "speed_sp": 0,
             "position_sp": 0,
@@ -127,38 +145,38 @@ class TachoMotor(object):
             "polarity": "normal",
         }
 
-    def _shared_state_defaults(self) -> None:
+    def _clear_state(self) -> None:
         self._active = {}  # type: Settings
         self._command = "stop"
         self._mode = "coast"
-        """coast, brake, hold, speed or direct."""
+        """One of coast, brake, hold, speed and direct."""
         self._target = 0
-        """Of the last command to a position, from which relative ones go on."""
-        self._held = 0
-        """What `hold` keeps."""
+        """Target of the last move, counts, from which relative ones go on."""
+        self._hold_position = 0
+        """Position that `hold` keeps, counts."""
         self._direction = 1
-        self._is_there = False
+        self._at_target = False
         self._deadline = None  # type: Optional[float]
         self._goal_speed = 0
-        self._ramped = 0.0
+        self._ramp_speed = 0.0
         self._ramping = False
-        self._ends = None  # type: Optional[float]
-        """When a ramp down is over and with it the command, s; None if there is no such ramp."""
+        self._ramp_end = None  # type: Optional[float]
+        """End of a ramp down and of its command, s; None if there is no such ramp."""
         self._next_ramp = 0.0
         self._clear_pid()
         self._overloaded = False
         self._still_since = None  # type: Optional[float]
         self._duty = 0
 
-    # What a program sees
+    # The interface to programs
 
     def read(self, attribute: str) -> str:
-        """The text of one attribute.
+        """Return the text of one attribute.
 
         Raises:
             OSError: ENODEV when unplugged, ENOENT for an attribute there is not.
         """
-        self._plugged()
+        self._check_plugged()
         if attribute == "position":
             value = self.position  # type: Any
         elif attribute == "speed":
@@ -182,7 +200,7 @@ class TachoMotor(object):
             OSError: EINVAL for a value out of range, ERANGE for one that no int of 32 bits has,
                 ENODEV when unplugged.
         """
-        self._plugged()
+        self._check_plugged()
         if attribute in WORDS:
             if text not in WORDS[attribute]:
                 raise OSError(errno.EINVAL, "invalid argument", attribute)
@@ -205,8 +223,8 @@ class TachoMotor(object):
         if attribute in SIGNED:
             value = _flipped(value, self._sign)
         if attribute == "position":
-            # What `hold` keeps stays as it was: a held motor jumps.  A move to a position is over.
-            self._show_position(value)
+            # The position of a hold stays as it was: a held motor jumps.  A move is over.
+            self._set_position(value)
             self._target = value
         else:
             self._set[attribute] = value
@@ -215,16 +233,16 @@ class TachoMotor(object):
 
     @property
     def position(self) -> int:
-        """Counts, truncated towards zero."""
+        """Position, counts, truncated towards zero."""
         return _truncated(self.encoder.edges - self._zero, Encoder.EDGES_PER_COUNT)
 
-    def _show_position(self, counts: int) -> None:
+    def _set_position(self, counts: int) -> None:
         """Count on from here as if this were `counts`."""
         self._zero = self.encoder.edges - counts * Encoder.EDGES_PER_COUNT
 
     @property
     def state(self) -> str:
-        """The state words, in the driver's order."""
+        """State words, in the driver's order."""
         running = self._mode in ("speed", "direct")
         flags = (
             ("running", running),
@@ -237,16 +255,16 @@ class TachoMotor(object):
 
     @property
     def mode(self) -> str:
-        """coast, brake, hold, speed or direct."""
+        """One of coast, brake, hold, speed and direct."""
         return self._mode
 
     @property
     def driven(self) -> bool:
-        """True while a command is turning the motor (held and braked motors are stopped)."""
+        """Whether a command is turning the motor (held and braked motors are stopped)."""
         return self._mode in ("speed", "direct") and not self.unplugged
 
     def hold(self) -> None:
-        """Hold here, as after a program that has ended so; the attributes are as after `reset`."""
+        """Hold the position, as an ended program leaves it; attributes are as after `reset`."""
         self._active = dict(self._set, stop_action="hold")
         self._stop(self.position)
 
@@ -254,17 +272,17 @@ class TachoMotor(object):
         """Count from where the shaft is at `t`, s, as a driver that is loaded then."""
         edges = math.floor((math.degrees(self.drive.shaft) + self.encoder.phase))
         self.encoder.edges = edges * Encoder.EDGES_PER_COUNT
-        self.encoder.noted = self.t = t
+        self.encoder.updated_at = self.t = t
         self._sensed_at = self.drive.angle
         self._next_notify = t + NOTIFY_PERIOD
-        self._show_position(0)
+        self._set_position(0)
 
     def unplug(self) -> None:
         """Pull the cable: the motor coasts, every access fails."""
         self.unplugged = True
         self._stop_as("coast")
 
-    def _plugged(self) -> None:
+    def _check_plugged(self) -> None:
         if self.unplugged:
             raise OSError(errno.ENODEV, "no such device")
 
@@ -281,20 +299,20 @@ class TachoMotor(object):
     def _start(self, command: str) -> None:
         if command == "reset":
             self._defaults()
-            self._shared_state_defaults()
-            self._show_position(0)
+            self._clear_state()
+            self._set_position(0)
             self.drive.duty = None
             return
         previous, was_running = self._command, self._mode
         self._active = dict(self._set)
         self._command = command
         self._deadline = None
-        self._ramping, self._ends = False, None
+        self._ramping, self._ramp_end = False, None
         if command == "stop":
             self._end()
             return
         if was_running not in ("speed", "direct"):
-            self._clear_pid()  # of what has held it
+            self._clear_pid()  # of the hold
             self._still_since = None
         if command == "run-direct":
             self._mode = "direct"
@@ -312,30 +330,30 @@ class TachoMotor(object):
                 self._stop(self.position)
                 return
             self._direction = 1 if target >= self.position else -1
-            self._is_there = target == self.position
+            self._at_target = target == self.position
             speed = self._direction * abs(speed)
         if was_running != "speed":
-            self._ramped = 0.0
+            self._ramp_speed = 0.0
         self._mode = "speed"
         self._goal_speed = speed
         self._next_ramp = self.t
         if self._active["ramp_up_sp"] or self._active["ramp_down_sp"]:
-            self._ramping = self._ramped != speed
+            self._ramping = self._ramp_speed != speed
         else:
-            self._ramped = speed
+            self._ramp_speed = speed
 
     def _end(self) -> None:
         """End a command with its stop action, behind a ramp down if one is set."""
-        if self._mode == "speed" and self._active["ramp_down_sp"] and self._ramped:
+        if self._mode == "speed" and self._active["ramp_down_sp"] and self._ramp_speed:
             self._begin_ramp_down()
-            self._ends = self.t + abs(self._ramped) / self._deceleration
+            self._ramp_end = self.t + abs(self._ramp_speed) / self._deceleration
             self._next_ramp = self.t
         else:
             self._stop(self.position)
 
     @property
     def _deceleration(self) -> float:
-        """Of a ramp down, counts/s2."""
+        """Deceleration of a ramp down, counts/s2."""
         ramp_down = self._active["ramp_down_sp"]  # type: int
         return MAX_SPEED[self.kind] * 1000.0 / ramp_down
 
@@ -347,23 +365,23 @@ class TachoMotor(object):
 
     def _stop(self, position: int) -> None:
         """Take the stop action; hold keeps `position`."""
-        self._held = position
-        self._ends = None
+        self._hold_position = position
+        self._ramp_end = None
         self._overloaded = False
         self._still_since = None
         self._clear_pid()
         self._stop_as(self._active["stop_action"])
 
     def _stop_as(self, action: str) -> None:
-        # Whoever holds writes nothing to the motor before the count changes: what it last did goes
-        # on, though `duty_cycle` is 0.
+        # A hold writes nothing to the motor before the count changes: the last duty stays on,
+        # though `duty_cycle` is 0.
         self._mode = action
         self._duty = 0
         if action != "hold":
             self.drive.duty = None if action == "coast" else 0.0
 
-    def _put_out(self, duty: int) -> None:
-        """Let the motor have this duty (percent), if it is another one than before."""
+    def _write_duty(self, duty: int) -> None:
+        """Write the duty (percent) to the motor if it has changed."""
         if duty != self._duty:
             self._duty = duty
             self.drive.duty = duty / 100.0
@@ -372,15 +390,15 @@ class TachoMotor(object):
         self._integral = 0
         self._last_error = 0
 
-    # What the driver does all the time
+    # The driver's periodic work
 
     def sense(self, t: float) -> None:
-        """Let the encoder see the shaft, as it has to every step; `t` is the time, s."""
+        """Update the encoder, at every step of the physics; `t` is the time, s."""
         encoder, angle = self.encoder, self.drive.angle
         if angle != self._sensed_at:
             self._sensed_at = angle
             encoder.update(t, self.drive.shaft)
-        elif t - encoder.noted >= encoder.IDLE:
+        elif t - encoder.updated_at >= encoder.STANDSTILL_TIME:
             encoder.stand(t)
 
     def tick(self, t: float) -> None:
@@ -394,7 +412,7 @@ class TachoMotor(object):
                 if mode == "speed":
                     self._finish_if_due()
             elif mode == "hold":
-                self._put_out(self._pid(_hold_gains, self._held - self.position))
+                self._write_duty(self._pid(_hold_gains, self._hold_position - self.position))
         if t >= self._next_notify:
             self._next_notify += NOTIFY_PERIOD
             if self.state != self._notified:
@@ -404,14 +422,14 @@ class TachoMotor(object):
     def _finish_if_due(self) -> None:
         if self._deadline is not None and self.t >= self._deadline:
             self._end()
-        elif self._ends is not None and self.t >= self._ends:
+        elif self._ramp_end is not None and self.t >= self._ramp_end:
             self._ramping = False
             self._stop(self.position)
         elif self._command.endswith("-pos") and self._has_crossed():
             self._stop(self._target)
 
     def _has_crossed(self) -> bool:
-        if not (self._ramped or self._is_there):
+        if not (self._ramp_speed or self._at_target):
             return False  # at speed 0 it never arrives, not even by hand
         return self._direction * (self.position - self._target) >= 0
 
@@ -423,21 +441,20 @@ class TachoMotor(object):
 
     def _regulate(self, mode: str) -> None:
         if mode == "direct":
-            self._put_out(self._active["duty_cycle_sp"])
+            self._write_duty(self._active["duty_cycle_sp"])
             return
         if self._ramping or self._active["ramp_down_sp"]:
             self._ramp()
-        if self._ramped == 0:
+        if self._ramp_speed == 0:
             self._clear_pid()
             self._overloaded = False
-            self._put_out(0)
+            self._write_duty(0)
         else:
-            self._put_out(self._pid(_speed_gains, int(self._ramped) - self.encoder.speed))
+            self._write_duty(self._pid(_speed_gains, int(self._ramp_speed) - self.encoder.speed))
 
     def _pid(self, gains: "Gains", error: int) -> int:
         kp, ki, kd = gains(self._set)
         self._integral += error  # also where Ki is 0
-        # (A positive Kd drives on, where a textbook's holds back.)
         total = kp * error + ki * self._integral + kd * (self._last_error - error)
         self._last_error = error
         duty = _truncated(total, 10000)
@@ -452,18 +469,18 @@ class TachoMotor(object):
         if self.t < self._next_ramp:
             return
         self._next_ramp += RAMP_PERIOD
-        to_position = self._ends is None and self._command.endswith("-pos")
+        to_position = self._ramp_end is None and self._command.endswith("-pos")
         if to_position and self._goal_speed and self._active["ramp_down_sp"]:
             left = abs(self._target - self.position)
-            if left <= self._ramped * self._ramped / (2 * self._deceleration):
+            if left <= self._ramp_speed * self._ramp_speed / (2 * self._deceleration):
                 self._begin_ramp_down()
         goal = self._goal_speed
         if to_position and not goal:
-            goal = self._direction * min(SLOWEST_RAMP, abs(self._active["speed_sp"]))
-        rising = abs(goal) > abs(self._ramped)
+            goal = self._direction * min(MIN_RAMP_SPEED, abs(self._active["speed_sp"]))
+        rising = abs(goal) > abs(self._ramp_speed)
         time = self._active["ramp_up_sp" if rising else "ramp_down_sp"] / 1000.0
         top = float(MAX_SPEED[self.kind])
         step = top * RAMP_PERIOD / time if time else top * 2
-        self._ramped += max(-step, min(step, goal - self._ramped))
-        if self._ends is None:
-            self._ramping = self._ramped != self._goal_speed
+        self._ramp_speed += max(-step, min(step, goal - self._ramp_speed))
+        if self._ramp_end is None:
+            self._ramping = self._ramp_speed != self._goal_speed

@@ -81,7 +81,7 @@ def read_wheels(text: str) -> "Wheels":
 
 
 class BarePlant(object):
-    """What the motors of a brick without an arm move: themselves, or a robot on two wheels.
+    """Motors of a brick without an arm, which turn freely or drive a robot on two wheels.
 
     Wheels roll without slipping; the robot turns about the middle between them.
 
@@ -116,6 +116,8 @@ class BarePlant(object):
         """Plug in a motor; at a wheel's port it moves half of the robot.
 
         Args:
+            port: its letter.
+            kind: "large" or "medium".
             stops: lower and upper angle that it can turn to, rad; None: it turns freely.
         """
         motor = motor_constants(kind, at_port(self.plant, port))
@@ -130,22 +132,22 @@ class BarePlant(object):
 
     @property
     def names(self) -> List[str]:
-        """What `q` holds: the motors' ports in order, and the heading."""
+        """Names of what `q` holds: the motors' ports in order, and the heading."""
         return sorted(self.drives) + ([] if self.wheels is None else ["heading"])
 
     @property
     def q(self) -> Tuple[float, ...]:
-        """The motors' angles since the start and, on wheels, the heading, rad."""
+        """Angles of the motors since the start and, on wheels, the heading, rad."""
         angles = tuple([self.drives[port].angle for port in sorted(self.drives)])
         return angles if self.wheels is None else angles + (self.heading,)
 
     def tip(self) -> Tuple[float, float, Optional[float]]:
-        """The robot's place, cm: x, y and None, as it rolls in a plane."""
+        """Return the robot's place, cm: x, y and None, as it rolls in a plane."""
         return self._x, self._y, None
 
     @property
     def turning(self) -> float:
-        """How fast the robot turns, rad/s, counter-clockwise; 0 without wheels."""
+        """Rate at which the robot turns, rad/s, counter-clockwise; 0 without wheels."""
         wheels = self.wheels
         if wheels is None:
             return 0.0
