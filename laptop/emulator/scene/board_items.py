@@ -11,20 +11,21 @@ from laptop.emulator.scene.items import Item, place_outline
 from laptop.emulator.scene.optics import bit_rings, light_of, rectangle
 from laptop.see.markers.board import BAR, BAR_AT, BOARDS, CROSS_ARM, CROSSES, MARKER
 
-LINE = 0.02
-"""Width of its lines, cm."""
+LINE_WIDTH = 0.02
+"""Width of the board's lines, cm."""
 PAPER, INK, GREY = light_of("white"), light_of("black"), light_of("#808080")
+"""Light (3,), B, G, R, of the board's paper, of its print, and of its crosses."""
 
 
 def board_place(constants: dict[str, Any], points: np.ndarray) -> np.ndarray:
-    """Points (n, 2) of the board, cm, on the table: (n, 3)."""
+    """Return points (n, 2) of the board, cm, on the table: (n, 3)."""
     middle = constants["board_x"], constants["board_y"]
     turn = math.radians(constants["board_turn"])
     return place_outline(constants["board_scale"] * points, middle, turn, 0.0)
 
 
 def board_items(constants: dict[str, Any]) -> list[Item]:
-    """The board: its sheet, its markers, its crosses and its bar; nothing if there is none."""
+    """Return the board's items: sheet, markers, crosses and bar; none if there is no board."""
     if constants["board"] == "none":
         return []
     board = BOARDS[constants["board"]]
@@ -37,7 +38,7 @@ def board_items(constants: dict[str, Any]) -> list[Item]:
     for number, centre in zip(board.numbers, board.centres):
         squares.append(rectangle(-half, -half, half, half, 3) + centre)
         cells += [half * ring + centre for ring in bit_rings(number)]
-    arm, thin = CROSS_ARM, LINE / 2
+    arm, thin = CROSS_ARM, LINE_WIDTH / 2
     crosses = [
         ring + cross
         for cross in CROSSES

@@ -1,4 +1,4 @@
-"""The place of a camera: as the constants have it, and so that the workspace fits."""
+"""Placement of a camera: as the constants have it, and so that the workspace fits."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MAX_DISTANCE = 2000.0
 
 
 def place_camera(arm: Arm, constants: dict[str, Any]) -> Pinhole:
-    """Return the camera as the constants have it; what they leave open, so that the workspace fits.
+    """Return the camera as the constants have it, placed so that the workspace fits.
 
     In space that is all above the table; with a distance given, its middle is in the middle.
 
@@ -50,7 +50,7 @@ def camera_on(cell: Workcell) -> Pinhole:
 
 
 def _aimed(cell: Workcell, points: np.ndarray, distance: float) -> Pinhole:
-    """The camera at a distance, cm, that has points (n, 3), cm, in its middle, where that is free.
+    """Return the camera at a distance, cm, aimed at the middle of points (n, 3), cm.
 
     What the constants fix of its aim stays.
     """

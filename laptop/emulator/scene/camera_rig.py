@@ -13,9 +13,10 @@ from laptop.emulator.scene.workcell import cameras
 from shared.arm_description import Arm
 
 Vector = tuple[float, ...]
-_FREE = {"planar": 2, "spatial": 3}
-"""How many coordinates of the tip the joints of a chain move."""
-_ITERATIONS = 12
+_FREE_COORDINATES = {"planar": 2, "spatial": 3}
+"""Number of coordinates of the tip that the joints move, by the kind of chain."""
+_NEWTON_STEPS = 12
+"""Number of Newton's steps: they converge long before."""
 
 
 class CameraRig(dict[str, Scene]):
@@ -39,24 +40,24 @@ class CameraRig(dict[str, Scene]):
         return self._first.centres(home if q is None else q)[marker]
 
     def truth(self, q: Sequence[float], marker: str = "effector") -> Vector:
-        """Pixels of a marker in all pictures: u and v of each."""
+        """Return the pixels of a marker in all pictures: u and v of each."""
         return tuple(value for scene in self.values() for value in scene.truth(q)[marker])
 
     def visible(self, q: Sequence[float], marker: str = "effector") -> float:
-        """The part of a marker, 0 .. 1, that the camera sees that sees least of it."""
+        """Return the part of a marker, 0 .. 1, seen by the camera that sees least of it."""
         return min(scene.visible(q)[marker] for scene in self.values())
 
     def project(self, place: Sequence[float]) -> np.ndarray:
-        """Pixels of a place (x, y, z), cm, in all pictures: u and v of each."""
+        """Return the pixels of a place (x, y, z), cm, in all pictures: u and v of each."""
         return np.concatenate([s.project(np.array([place]))[0] for s in self.values()])
 
     def place_at(self, pixels: Sequence[float], marker: str) -> Vector:
-        """The place (x, y, z), cm, that is seen at these pixels.
+        """Return the place (x, y, z), cm, that is seen at these pixels.
 
         In the plane one camera does, which knows how high a marker is; in space it takes two.
         """
         at_home = self.centre(marker)
-        known = at_home[_FREE[self.arm.chain] :]
+        known = at_home[_FREE_COORDINATES[self.arm.chain] :]
 
         def seen(free: Vector) -> np.ndarray:
             return self.project([*free, *known])
@@ -67,14 +68,14 @@ class CameraRig(dict[str, Scene]):
 
 def solve(function: Callable[[Vector], Any], x: Vector, wanted: Sequence[float]) -> Vector:
     """Solve function(x) = wanted from x on, by Newton's method."""
-    for _ in range(_ITERATIONS):
+    for _ in range(_NEWTON_STEPS):
         rest = np.array(wanted) - function(x)
         x = tuple(x + np.linalg.lstsq(slope(function, x), rest, rcond=None)[0])
     return x
 
 
 def slope(function: Callable[[Vector], Any], x: Vector) -> np.ndarray:
-    """The Jacobian of a function at x, by central differences."""
+    """Return the Jacobian of a function at x, by central differences."""
     steps = 1e-4 * np.eye(len(x))
     ends = [(function(tuple(x + d)), function(tuple(x - d))) for d in steps]
     return np.stack([np.subtract(*pair) for pair in ends], axis=1) / 2e-4

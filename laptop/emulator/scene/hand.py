@@ -13,6 +13,7 @@ from laptop.emulator.scene.optics import Point, circle, light_of
 from laptop.emulator.scene.scene_constants import HAND_PASS
 
 SKIN = light_of("#c98f6b")
+"""Light (3,), B, G, R, of the hand."""
 
 FINGERS = ((-0.42, 6.6), (-0.14, 7.6), (0.12, 7.3), (0.38, 6.0), (1.1, 5.6))
 """Angle, rad, and length, cm, of each finger of a hand of usual size."""
@@ -22,7 +23,7 @@ HAND_DISTANCE = 3.0
 
 
 class HandPass(NamedTuple):
-    """One moment of a pass: whether the hand is over the tip, and how far it has come, 0 .. 1."""
+    """A moment of a pass: whether the hand covers the tip, and the share of its way in, 0 .. 1."""
 
     over_tip: bool
     share: float
@@ -43,7 +44,7 @@ def hand_pass(constants: dict[str, Any], t: float) -> HandPass | None:
 
 
 def covered_place(moment: HandPass, constants: dict[str, Any], tip: np.ndarray) -> np.ndarray:
-    """The place (3,), cm, that the hand is to cover; `tip` (3,) is the marker on the tip."""
+    """Return the place (3,), cm, to cover; `tip` (3,) is the marker on the tip."""
     if moment.over_tip:
         return tip
     return np.array([constants["goal_x"], constants["goal_y"], constants["goal_z"]])
@@ -52,9 +53,10 @@ def covered_place(moment: HandPass, constants: dict[str, Any], tip: np.ndarray) 
 def hand_outlines(
     constants: dict[str, Any], palm: Point, angle: float, z: float = 0.0
 ) -> list[np.ndarray]:
-    """Outlines (n, 3), cm, of arm, palm and fingers in a plane.
+    """Return the outlines (n, 3), cm, of arm, palm and fingers in a plane.
 
     Args:
+        constants: of the scene.
         palm: its middle, cm.
         angle: to which the fingers point, rad.
         z: height of the plane, cm.
@@ -67,5 +69,5 @@ def hand_outlines(
 
 
 def hand_items(outlines: Sequence[np.ndarray]) -> list[Item]:
-    """The hand with these outlines (n, 3), cm."""
+    """Return the hand with these outlines (n, 3), cm."""
     return [Item([outline], SKIN) for outline in outlines]

@@ -1,4 +1,16 @@
-"""The ground of a picture, all that stands still, and the ink that comes onto it."""
+"""The ground of a picture, all that stands still, and the ink that comes onto it.
+
+A stroke is a chain of segments, each a rectangle INK_WIDTH wide on the paper, z = 0.  Its corners
+go through the lens; a is the share of a pixel that the polygon covers, exactly (see
+`optics.coverages`).  Where shares of several segments meet, they add up to at most 1.  The light is
+
+    light = bare + INK_COVER a (INK - bare),
+
+that is "over" of Porter and Duff (1984), in linear light and not in sRGB, since a pixel gathers
+light.  `cv2.line` would be the obvious way.  It rounds to whole pixels, in which a line of 1.3 mm
+would be off by more than what is measured.  Ink only grows, so each picture adds the new segments
+alone; if the list is another than before, the ground is painted anew.
+"""
 
 from __future__ import annotations
 
@@ -9,12 +21,13 @@ import numpy as np
 from laptop.emulator.scene.optics import Box, Pinhole, box_of, coverage, light_of
 
 INK_WIDTH = 0.13
-"""cm."""
+"""Width of a stroke, cm."""
 
 INK = light_of("#23262e")
+"""Light (3,), B, G, R, of ink that covers fully."""
 
 INK_COVER = 0.92
-"""Share of the light of the paper that ink takes."""
+"""Opacity of ink, 0 .. 1."""
 
 
 class InkedGround:
@@ -39,7 +52,7 @@ class InkedGround:
         self._segments: list[Sequence[float]] = []
 
     def lay(self, ink: Sequence[Sequence[float]]) -> None:
-        """Bring the ink to these segments (n, 4), cm; those that are there already stay."""
+        """Paint the ink of these segments (n, 4), cm, as far as it is not there yet."""
         known = len(self._segments)
         if len(ink) < known or (known and tuple(ink[known - 1]) != tuple(self._segments[-1])):
             self._cover[:] = 0
@@ -63,7 +76,7 @@ class InkedGround:
         self.changes.append(box)
 
     def _outlines(self, segments: np.ndarray) -> list[np.ndarray]:
-        """Polygons (4, 2), px, of segments (n, 4), cm."""
+        """Return the polygons (4, 2), px, of segments (n, 4), cm."""
         a, b = segments.reshape(-1, 2, 2).transpose(1, 0, 2)
         along = b - a
         length = np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-9)

@@ -1,4 +1,4 @@
-"""One thing to paint, and the outlines that things are made of."""
+"""An item to paint, and the outlines that items are made of."""
 
 from __future__ import annotations
 
@@ -38,10 +38,11 @@ HOLE_SHARE = 0.32
 """Share of its beam's light that a hole shows."""
 
 GREY = light_of("#b9bcbf")
+"""Light (3,), B, G, R, of grey LEGO."""
 
 
 def stadium(length: float, radius: float) -> np.ndarray:
-    """A bar with round ends from the origin to (length, 0); its sides in pieces, which can bend."""
+    """Return a bar (n, 2) with round ends, from the origin to (length, 0), its sides in pieces."""
     arc = np.linspace(-math.pi / 2, math.pi / 2, 9)
     end = radius * np.stack([np.cos(arc), np.sin(arc)], axis=1)
     side = np.linspace(0, length, 8)[1:-1]
@@ -61,22 +62,23 @@ def place_outline(outline: np.ndarray, origin: Point, angle: float, z: float) ->
 
 
 def cast_shadow(points: np.ndarray) -> np.ndarray:
-    """The shadow of points (n, 3), cm, on the table."""
+    """Return the shadow of points (n, 3), cm, on the table."""
     return np.asarray(points - points[:, 2:] * (LAMP / LAMP[2]))
 
 
 def table_hull(points: np.ndarray) -> np.ndarray:
-    """The hull of points (n, 3), cm, that all lie on the table."""
+    """Return the hull of points (n, 3), cm, that all lie on the table."""
     hull = cv2.convexHull(points[:, :2].astype(np.float32)).reshape(-1, 2)
     return np.asarray(np.c_[hull, np.zeros(len(hull))])
 
 
 def block(outline: np.ndarray, at: Point, angle: float, height: float, light: Any) -> list[Item]:
-    """A solid on the table: shadow, sides, top.
+    """Return a solid on the table: shadow, sides, top.
 
     Args:
         outline: convex, (n, 2), cm.
-        at, angle: where it stands, cm, and how it is turned, rad.
+        at: where it stands, cm.
+        angle: by which it is turned, rad.
         height: cm.
         light: (3,), of its top.
     """

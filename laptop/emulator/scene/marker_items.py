@@ -13,6 +13,7 @@ from laptop.emulator.scene.optics import Pinhole, alike, bit_rings, circle, ligh
 from shared.arm_description import Arm
 
 ARUCO_IDS = {"effector": 0, "goal": 1}
+"""Number of an ArUco marker by the marker's name."""
 ARUCO_SIDE = 3.0
 """Side of the black square of an ArUco marker, in marker radii: a bit takes as much as it needs."""
 
@@ -23,12 +24,12 @@ def shown_markers(constants: dict[str, Any]) -> list[str]:
 
 
 def marker_lift(constants: dict[str, Any]) -> float:
-    """Height of a marker's centre above what it lies on, cm."""
+    """Return the height of a marker's centre above what it lies on, cm."""
     return float(constants["marker_radius"]) if constants["marker"] == "ball" else 0.0
 
 
 def marker_offset(arm: Arm, constants: dict[str, Any]) -> np.ndarray:
-    """Offset (2,), cm, of the tip's marker from the tip, in the last link's frame.
+    """Return the offset (2,), cm, of the tip's marker from the tip, in the last link's frame.
 
     It is as the arm's file has it, and off by `marker_stray` in a direction from the seed.
     """
@@ -38,7 +39,7 @@ def marker_offset(arm: Arm, constants: dict[str, Any]) -> np.ndarray:
 
 
 def outer_radius(constants: dict[str, Any]) -> float:
-    """Radius of a marker with all that belongs to it, cm."""
+    """Return the radius of a marker with all that belongs to it, cm."""
     radius = constants["marker_radius"]
     if constants["marker"] == "disc":
         return float(radius + constants["rim"])
@@ -46,7 +47,7 @@ def outer_radius(constants: dict[str, Any]) -> float:
 
 
 def beam_light(constants: dict[str, Any]) -> np.ndarray:
-    """Light (3,) of the arm's beams: yellow, unless a marker looks like that."""
+    """Return the light (3,) of the arm's beams: yellow, unless a marker looks like that."""
     near = any(alike("yellow", constants[name]) for name in shown_markers(constants))
     return light_of("grey" if near else "yellow")
 
@@ -54,23 +55,25 @@ def beam_light(constants: dict[str, Any]) -> np.ndarray:
 def marker_items(
     constants: dict[str, Any], name: str, centre: np.ndarray, angle: float, camera: Pinhole
 ) -> list[Item]:
-    """One marker as a camera sees it, what is on top last.
+    """Return the items of one marker as a camera sees it, the topmost last.
 
     Args:
+        constants: of the scene.
         name: "effector" or "goal".
         centre: (3,), cm.
         angle: to which a flat one is turned, rad.
+        camera: that sees it.
     """
     light, radius = light_of(constants[name]), constants["marker_radius"]
     if constants["marker"] == "ball":
-        return [Item([limb(centre, radius, camera)], light, "ball", name, (centre, radius))]
+        return [Item([ball_contour(centre, radius, camera)], light, "ball", name, (centre, radius))]
     if constants["marker"] == "aruco":
         return _aruco(name, radius, centre, angle)
     return _disc(name, radius, constants["rim"], light, centre)
 
 
-def limb(centre: np.ndarray, radius: float, camera: Pinhole) -> np.ndarray:
-    """The circle (n, 3), cm, on a ball that the camera sees as its outline."""
+def ball_contour(centre: np.ndarray, radius: float, camera: Pinhole) -> np.ndarray:
+    """Return the circle (n, 3), cm, on a ball that the camera sees as its outline."""
     view = camera.position - centre
     distance = float(np.linalg.norm(view))
     view = view / distance

@@ -1,4 +1,4 @@
-"""Pictures of one marker alone, seen straight on, whose place is known to the last digit."""
+"""Pictures of one marker alone, seen straight on, at an exactly known place."""
 
 from __future__ import annotations
 
@@ -45,15 +45,15 @@ class LoneMarker:
 
     @property
     def reach(self) -> float:
-        """How far it reaches from its centre, px."""
+        """Greatest distance of its pixels from its centre, px."""
         return self.radius * (4 / 3 if self.kind == "aruco" else 1) + 1
 
     def layers(self, place: np.ndarray, box: Box, lamp: np.ndarray) -> list[Layer]:
-        """What it is painted of, from below: polygons, px, and their light.
+        """Return its layers, the lowest first: polygons, px, and their light.
 
         Args:
             place: its centre (u, v), px.
-            box: pixels for which a ball's light is worked out.
+            box: pixels for which a ball's light is computed.
             lamp: the unit vector towards it (u, v, away from the camera).
         """
         if self.kind == "aruco":
@@ -80,7 +80,7 @@ def marker_frame(
     development: Development = Development(),  # noqa: B008 (it does not change)
     seed: int | Sequence[int] = 0,
 ) -> np.ndarray:
-    """A picture of one marker, through the sensor of the camera.
+    """Return a picture of one marker, through the sensor of the camera.
 
     Args:
         marker: what is shown.
@@ -108,7 +108,7 @@ def marker_light(
     motion: tuple[float, float] = (0.0, 0.0),
     lamp: np.ndarray | None = None,
 ) -> np.ndarray:
-    """One marker, seen straight on, on a background.
+    """Return the light of one marker, seen straight on, on a background.
 
     Args:
         marker: what is shown.

@@ -36,6 +36,7 @@ COLOURS = {
 # The lamp is up on the left, a little behind: unit vector towards it.
 LAMP = np.array([-0.38, 0.30, 0.875])
 LAMP = LAMP / np.linalg.norm(LAMP)
+"""Unit vector (3,) towards the lamp, in the world."""
 
 
 class BadLens(ArmError, ValueError):
@@ -46,19 +47,19 @@ class BadLens(ArmError, ValueError):
 
 
 def to_linear(srgb: np.ndarray | Sequence[float]) -> np.ndarray:
-    """Light of sRGB values 0 .. 255 (IEC 61966-2-1); any shape."""
+    """Return the light of sRGB values 0 .. 255 (IEC 61966-2-1); any shape."""
     c = np.asarray(srgb, float) / 255
     return np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4)
 
 
 def to_srgb(linear: np.ndarray | Sequence[float]) -> np.ndarray:
-    """SRGB values 0 .. 255, not rounded, of light 0 .. 1; any shape."""
+    """Return the sRGB values 0 .. 255, not rounded, of light 0 .. 1; any shape."""
     c = np.clip(np.asarray(linear, float), 0, 1)
     return np.asarray(255 * np.where(c <= 0.0031308, 12.92 * c, 1.055 * c ** (1 / 2.4) - 0.055))
 
 
 def light_of(colour: str) -> np.ndarray:
-    """Light (B, G, R) of a word of COLOURS or of #rrggbb."""
+    """Return the light (B, G, R) of a word of COLOURS or of #rrggbb."""
     code = COLOURS.get(colour, colour).lstrip("#")
     return to_linear([int(code[i : i + 2], 16) for i in (4, 2, 0)])
 
@@ -71,18 +72,26 @@ def alike(one: str, other: str) -> bool:
 
 
 # ---- the camera
+#
+# The lens is the radial part of OpenCV's model (Brown, 1966): a point at (x, y, 1) in the camera's
+# frame, r from the axis, lands at focal (x, y) s(r) + centre, with s(r) = 1 + k1 r^2 + k2 r^4.
+# This direction is a formula, so vertices are projected without error.  The inverse has none:
+# `rays` looks it up in a table of r s(r), which has to rise.  It does up to the least root of its
+# derivative, 1 + 3 k1 r^2 + 5 k2 r^4; 0.98 of that is `widest`.  Beyond, radii go on one to one.
+# `cv2.projectPoints` would be the obvious way, but beyond the root it folds points from far outside
+# back into the picture.  `cv2.undistortPoints` stops after a few steps, short of the inverse.
 
 MAX_TANGENT = 8.0
 """Greatest angle from the axis that a camera here sees, as a tangent."""
 
 
 MIN_DEPTH = 0.1
-"""Distance below which, and behind a camera, things land far outside of its picture, cm."""
+"""Least depth before a camera, cm: nearer points are projected as if they were there."""
 
 
 @functools.lru_cache(maxsize=64)
 def _widest(k1: float, k2: float) -> float:
-    """The radius up to which a lens with this distortion is one-to-one."""
+    """Return the radius up to which a lens with this distortion is one-to-one."""
     folds = np.roots([5 * k2, 3 * k1, 1.0])
     folds = folds.real[(abs(folds.imag) < 1e-9) & (folds.real > 0)]
     return 0.98 * math.sqrt(min([*folds, MAX_TANGENT**2]))
@@ -92,7 +101,7 @@ class Pinhole:
     """A pinhole camera with radial distortion (Brown 1966: x_d = x (1 + k1 r^2 + k2 r^4)).
 
     Args:
-        position: cm, in the world.
+        position: (3,), cm, in the world.
         rotation: (3, 3), world to camera; the camera's x is right, y down, z forward.
         focal: px.
         size: (width, height), px; the axis goes through the middle.
@@ -117,7 +126,7 @@ class Pinhole:
         self.size = size
         self.k1, self.k2 = k1, k2
         self.centre = np.array([(size[0] - 1) / 2, (size[1] - 1) / 2])
-        # Beyond, it goes on as if it were plain, so that what lies outside the picture stays there.
+        # Beyond `widest` radii go on one to one, so that points outside the picture stay there.
         self.widest = _widest(k1, k2)
         at_fold = self.widest * (1 + k1 * self.widest**2 + k2 * self.widest**4)
         if at_fold < max(size) / 2 / focal:
@@ -137,7 +146,7 @@ class Pinhole:
         k1: float = 0.0,
         k2: float = 0.0,
     ) -> Pinhole:
-        """A camera at `distance` from `target` (cm), by tilt, azimuth and roll (rad)."""
+        """Return a camera at `distance` from `target` (cm), by tilt, azimuth and roll (rad)."""
         tilt, azimuth, roll = angles
         away = np.array(
             [
@@ -153,13 +162,13 @@ class Pinhole:
         return cls(np.asarray(target) + distance * away, rotation, focal, size, k1, k2)
 
     def seen(self, points: np.ndarray) -> np.ndarray:
-        """Points (n, 3), cm, in the camera's own frame."""
+        """Return the points (n, 3), cm, in the camera's own frame."""
         return np.asarray((np.asarray(points, float) - self.position) @ self.rotation.T)
 
     def project(self, points: np.ndarray) -> np.ndarray:
         """Project points (n, 3), cm, into the picture: (n, 2), px.
 
-        What the lens would fold back, or what is behind the camera, lands far outside.
+        Points that the lens would fold back, or behind the camera, land far outside.
         """
         x, y, z = self.seen(points).T
         z = np.maximum(z, MIN_DEPTH)
@@ -204,7 +213,7 @@ class Box(NamedTuple):
 
     @property
     def empty(self) -> bool:
-        """True if there is no pixel in it."""
+        """Whether there is no pixel in it."""
         return self.right <= self.left or self.bottom <= self.top
 
     def seen_from(self, window: Box) -> Box:
@@ -213,7 +222,7 @@ class Box(NamedTuple):
         return Box(self.left - x, self.top - y, self.right - x, self.bottom - y)
 
     def grown(self, margin: int, within: Box) -> Box:
-        """With so many more pixels on every side, within another."""
+        """Return the box with `margin` more pixels on every side, within another."""
         return _clipped(
             (
                 self.left - margin,
@@ -225,18 +234,18 @@ class Box(NamedTuple):
         )
 
     def cut(self, image: np.ndarray) -> np.ndarray:
-        """The part of the image in this box (a view)."""
+        """Return the part of the image in this box (a view)."""
         return image[self.top : self.bottom, self.left : self.right]
 
 
 def box_of(points: np.ndarray, within: Box, margin: int = 0) -> Box:
-    """The pixels that points (n, 2) span, clipped."""
+    """Return the pixels that points (n, 2) span, clipped."""
     low, high = np.floor(points.min(axis=0) + 0.5), np.floor(points.max(axis=0) + 0.5)
     return _clipped((low[0] - margin, low[1] - margin, high[0] + margin, high[1] + margin), within)
 
 
 def _clipped(edges: Sequence[float], within: Box) -> Box:
-    """The box with these first and last pixels, within another."""
+    """Return the box with these first and last pixels, within another."""
     return Box(
         int(max(edges[0], within.left)),
         int(max(edges[1], within.top)),
@@ -250,7 +259,7 @@ def coverages(groups: Sequence[tuple[Sequence[np.ndarray], Box]]) -> list[np.nda
 
     Every edge is cut at the borders of the pixels; each piece adds, to all pixels right of it, the
     height it spans (signed area, as outline fonts are drawn).  All groups go through together:
-    with little in each of them, what a call costs is what counts.
+    with little in each of them, the cost of a call dominates.
 
     Args:
         groups: per group its polygons' corners, each (n, 2), px, which may overlap (a pixel is full
@@ -262,19 +271,19 @@ def coverages(groups: Sequence[tuple[Sequence[np.ndarray], Box]]) -> list[np.nda
     if not groups:
         return []
     begins, ends, sign, group = _edges(groups)
-    # Of each group: where its pixels begin, how many there are, where in one long row they lie; two
-    # columns more than asked for take what is right of them.
+    # All pixels lie in one long row, group behind group; two columns more than asked for take what
+    # is right of them.
     boxes = np.array([box for _, box in groups])
     spans = boxes[:, 2:] - boxes[:, :2]
     cells = (spans[:, 0] + 2) * spans[:, 1]
     bases = np.cumsum(cells) - cells
     origin = boxes[group, :2] - 0.5
-    used, a, way = _between_rows(begins - origin, ends - origin, spans[group, 1])
+    used, a, vector = _between_rows(begins - origin, ends - origin, spans[group, 1])
     sign, group = sign[used], group[used]
     limits = spans[group]
-    owner, t, until = _pieces(a, way, limits)
-    middle = a[owner] + (0.5 * (t + until))[:, None] * way[owner]
-    weight = (until - t) * way[owner, 1] * sign[owner]
+    owner, t, until = _pieces(a, vector, limits)
+    middle = a[owner] + (0.5 * (t + until))[:, None] * vector[owner]
+    weight = (until - t) * vector[owner, 1] * sign[owner]
     limit = limits[owner]
     x = np.clip(middle[:, 0], 0, limit[:, 0])
     column = np.floor(x).astype(int)
@@ -292,11 +301,11 @@ def coverages(groups: Sequence[tuple[Sequence[np.ndarray], Box]]) -> list[np.nda
 
 
 def _edges(groups: Sequence[tuple[Sequence[np.ndarray], Box]]) -> tuple[np.ndarray, ...]:
-    """The edges of all polygons of all groups.
+    """Return the edges of all polygons of all groups.
 
     Returns:
-        Where each begins and ends, (n, 2), px; -1 where its polygon goes round with the clock's
-        hands, else 1; and the number of its group.
+        Begin and end of each, (n, 2), px; -1 where its polygon goes round clockwise, else 1; and
+        the number of its group.
     """
     rings = [ring for own, _ in groups for ring in own]
     sizes = np.array([len(ring) for ring in rings])
@@ -314,33 +323,33 @@ def _edges(groups: Sequence[tuple[Sequence[np.ndarray], Box]]) -> tuple[np.ndarr
 def _between_rows(
     begins: np.ndarray, ends: np.ndarray, bottom: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """What edges (n, 2) have between row 0 and the bottom row of each, (n,), px.
+    """Cut edges (n, 2) to the rows from 0 to the bottom row of each, (n,), px.
 
     Returns:
-        Which edges cross rows there; and of those, where that begins, and the way to its end.
+        Which edges cross rows there; and of those, where that begins, and the vector to its end.
     """
     rise = ends[:, 1] - begins[:, 1]
     slope = np.where(rise == 0, 1.0, rise)
     shares = np.stack([-begins[:, 1] / slope, (bottom - begins[:, 1]) / slope])
     low, high = np.clip(shares.min(axis=0), 0, 1), np.clip(shares.max(axis=0), 0, 1)
     used = (rise != 0) & (high > low)
-    way = (ends - begins)[used]
-    return used, begins[used] + low[used, None] * way, (high - low)[used, None] * way
+    vector = (ends - begins)[used]
+    return used, begins[used] + low[used, None] * vector, (high - low)[used, None] * vector
 
 
-def _pieces(a: np.ndarray, way: np.ndarray, limits: np.ndarray) -> tuple[np.ndarray, ...]:
+def _pieces(a: np.ndarray, vector: np.ndarray, limits: np.ndarray) -> tuple[np.ndarray, ...]:
     """Cut edges at the borders of the pixels.
 
     Args:
         a: where each edge begins, (n, 2), px from its box's corner.
-        way: from there to its end.
+        vector: from there to its end.
         limits: columns and rows of its box.
 
     Returns:
-        Of each piece, edge by edge and in order: the number of its edge, and the shares of the way
+        Of each piece, edge by edge and in order: the number of its edge, and the shares of it
         at which it begins and ends.
     """
-    b = a + way
+    b = a + vector
     number = np.arange(len(a))
     owners, cuts = [number], [np.zeros(len(a))]
     for axis in (0, 1):
@@ -351,7 +360,7 @@ def _pieces(a: np.ndarray, way: np.ndarray, limits: np.ndarray) -> tuple[np.ndar
         count = np.maximum(last - first + 1, 0).astype(int)
         owner = np.repeat(number, count)
         line = np.arange(len(owner)) + np.repeat(first - np.cumsum(count) + count, count)
-        step = way[owner, axis]
+        step = vector[owner, axis]
         t = (line - one[owner]) / np.where(step == 0, 1.0, step)
         kept = (t > 0) & (t < 1) & (step != 0)
         owners.append(owner[kept])
@@ -371,14 +380,14 @@ def coverage(rings: Sequence[np.ndarray], box: Box) -> np.ndarray:
 
 
 def circle(radius: float, corners: int) -> np.ndarray:
-    """A polygon (corners, 2) about the origin, of the same area as the circle."""
+    """Return a polygon (corners, 2) about the origin, of the same area as the circle."""
     angle = np.arange(corners) * (2 * math.pi / corners)
     even = radius * math.sqrt(2 * math.pi / corners / math.sin(2 * math.pi / corners))
     return even * np.stack([np.cos(angle), np.sin(angle)], axis=1)
 
 
 def rectangle(x0: float, y0: float, x1: float, y1: float, pieces: int = 6) -> np.ndarray:
-    """The outline (4 pieces, 2) of a rectangle, every side in pieces, which a lens can bend."""
+    """Return a rectangle's outline (4 pieces, 2), its sides in pieces, which a lens can bend."""
     corners = np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1)], float)
     share = np.arange(pieces)[:, None] / pieces
     return np.concatenate(
@@ -390,7 +399,7 @@ def rectangle(x0: float, y0: float, x1: float, y1: float, pieces: int = 6) -> np
 
 
 def bit_rings(number: int) -> list[np.ndarray]:
-    """The white cells (4, 2) of an ArUco marker whose black square spans -1 .. 1; y is up."""
+    """Return the white cells (4, 2) of an ArUco marker whose black square spans -1 .. 1; y up."""
     dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_100)  # begins as 4X4_50
     bits = cv2.aruco.generateImageMarker(dictionary, number, 6)
     cell = 1 / 3
@@ -404,12 +413,12 @@ def bit_rings(number: int) -> list[np.ndarray]:
 def ball_light(
     light: Any, normals: np.ndarray, to_eye: np.ndarray, to_lamp: np.ndarray
 ) -> np.ndarray:
-    """Light of a glossy ball: Lambert's cosine beside a quarter from all around, and a highlight.
+    """Return the light of a glossy ball: a quarter from all around, Lambert's cosine, a highlight.
 
     Args:
         light: (3,), of its colour.
-        normals, to_eye: (height, width, 3), to_eye (1, 1, 3) if all look from afar; normals of any
-            length.
+        normals: (height, width, 3), of any length.
+        to_eye: unit vectors, of the same shape; (1, 1, 3) if the eye is far away.
         to_lamp: unit vector.
 
     Returns:

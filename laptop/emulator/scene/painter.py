@@ -13,7 +13,7 @@ from laptop.emulator.scene.optics import LAMP, Box, Pinhole, ball_light, box_of,
 
 
 class Painter:
-    """Lays items over pictures of one camera.
+    """A painter of items over pictures of one camera.
 
     Args:
         camera: Pinhole.
@@ -32,11 +32,11 @@ class Painter:
 
     @property
     def soft_edge(self) -> int:
-        """Pixels by which a shadow spreads beyond its outline."""
+        """Width by which a shadow spreads beyond its outline, px."""
         return math.ceil(3 * self._penumbra)
 
     def outlines(self, items: Sequence[Item]) -> list[list[np.ndarray]]:
-        """The polygons (n, 2) of each item in the picture, px."""
+        """Return the polygons (n, 2) of each item in the picture, px."""
         rings = [ring for item in items for ring in item.rings]
         places = self.camera.project(np.concatenate(rings))
         bounds = np.cumsum([0, *map(len, rings)])
@@ -58,7 +58,7 @@ class Painter:
     def covered(
         self, items: Sequence[Item], outlines: Sequence[list[np.ndarray]], window: Box
     ) -> list[tuple[Item, Box, np.ndarray]]:
-        """Each item with the pixels of a window that it spans and how it covers them."""
+        """Return each item with the pixels of a window that it spans, and its coverage of them."""
         boxes = [
             box_of(np.concatenate(rings), window, item.kind == "shadow" and self.soft_edge)
             for item, rings in zip(items, outlines)
@@ -74,6 +74,8 @@ class Painter:
 
         Args:
             pixels: float32 (height, width, 3), those of `window`.
+            window: place of these pixels in the picture.
+            item: what is laid.
             box: pixels that the item spans.
             cover: float32 (height, width), which part of each of them it covers.
         """
@@ -87,14 +89,14 @@ class Painter:
         local += cover[..., None] * (np.asarray(light, np.float32) - local)
 
     def _shaded(self, item: Item, box: Box) -> np.ndarray:
-        """Light (height, width, 3) of a ball: Lambert's cosine, and a highlight (Blinn 1977)."""
+        """Return the light (height, width, 3) of a ball, with a highlight (Blinn, 1977)."""
         assert item.ball is not None
         centre, radius = item.ball
         middle = self.camera.seen(centre[None])[0]
         ray = np.dstack([box.cut(self.rays), np.ones((box.bottom - box.top, box.right - box.left))])
         ray = ray / np.linalg.norm(ray, axis=2, keepdims=True)
         along = ray @ middle
-        # Rays that miss the ball by the part of a pixel take what its limb shows.
+        # Rays that miss the ball by part of a pixel take the light of its contour.
         depth = along - np.sqrt(np.maximum(along**2 - middle @ middle + radius**2, 0))
         return ball_light(
             item.light, depth[..., None] * ray - middle, -ray, self.camera.rotation @ LAMP

@@ -1,4 +1,4 @@
-"""An arm in the plane over its paper, and what a camera is to know of it."""
+"""The workcell of an arm in the plane over its paper."""
 
 from __future__ import annotations
 
@@ -46,12 +46,13 @@ MAX_TILT = 85.0
 """Greatest tilt of a camera that can see flat markers, deg."""
 
 JOINT_SAMPLES = 25
-"""Angles of each joint that are tried to find the workspace."""
+"""Number of angles of each joint that are tried to find the workspace."""
 
 PEN_RADIUS = 0.28
-"""cm."""
+"""Radius of the pen, cm."""
 
 DARK = light_of("#4a4d51")
+"""Light (3,), B, G, R, of pen and pins."""
 
 HAND_ANGLE = math.radians(112)
 """Direction on the table in which the hand reaches out, rad."""
@@ -67,7 +68,7 @@ class PlanarWorkcell:
     Attributes:
         usual_cameras: names of those that watch it if nothing is said.
         penumbra: softness of its shadows, px.
-        table_half_side: beyond this distance from the base, cm, there is a wall.
+        table_half_side: distance of the wall from the base, cm.
         clutter_area: two corners, reaches, between which bricks lie.
     """
 
@@ -87,7 +88,7 @@ class PlanarWorkcell:
 
     @staticmethod
     def check(arm: Arm, constants: dict[str, Any]) -> None:
-        """Refuse what cannot be shown of this arm.
+        """Refuse constants that do not suit this arm.
 
         Raises:
             BadScene
@@ -119,7 +120,7 @@ class PlanarWorkcell:
     # Where things are
 
     def tip_marker(self, q: Sequence[float]) -> np.ndarray:
-        """Centre (3,), cm, of the marker on the tip with the joints at q, rad."""
+        """Return the centre (3,), cm, of the marker on the tip with the joints at q, rad."""
         c = self.constants
         heading = sum(q)
         x, y = kinematics.forward(self.arm, q)
@@ -129,12 +130,12 @@ class PlanarWorkcell:
         return np.array([x, y, c["marker_height"] + marker_lift(c)])
 
     def goal_marker(self) -> np.ndarray:
-        """Centre (3,), cm, of the marker on the paper."""
+        """Return the centre (3,), cm, of the marker on the paper."""
         c = self.constants
         return np.array([c["goal_x"], c["goal_y"], c["goal_z"] + marker_lift(c)])
 
     def frame_points(self) -> np.ndarray:
-        """Points (n, 3), cm, that are all in a picture when the tip is wherever it can get.
+        """Return points (n, 3), cm, that span the workspace with the marker at the tip.
 
         They are every corner of the widest marker, at the tip's and at the paper's height.
         """
@@ -155,24 +156,24 @@ class PlanarWorkcell:
 
     @staticmethod
     def aim_step(step: np.ndarray, tilt: float) -> np.ndarray:
-        """The step (3,), cm, of the aim for one across the picture; `tilt` in rad."""
+        """Return the step (3,), cm, of the aim for one across the picture; `tilt` in rad."""
         return np.asarray(step / np.array([1.0, max(0.2, math.cos(tilt)), math.inf]))
 
     @staticmethod
     def can_aim(camera: Pinhole, points: np.ndarray, distance: float) -> bool:
-        """Return True if what a camera sees says where the middle is."""
+        """Return True: every distance lets a camera find the middle."""
         return True
 
     # What is painted
 
     def still_items(self, camera: Pinhole) -> list[Item]:
-        """The marker on the paper, which is painted once."""
+        """Return the items of the marker on the paper, which is painted once."""
         if "goal" not in shown_markers(self.constants):
             return []
         return marker_items(self.constants, "goal", self.goal_marker(), 0.0, camera)
 
     def fixtures(self) -> list[tuple[list[Item], np.ndarray]]:
-        """The shoulder: blocks on the table, each with its place (3,), cm."""
+        """Return the shoulder's blocks on the table, each with its place (3,), cm."""
         body = rectangle(-6.5, -1.5, 1.3, 1.5, 3)
         height = 0.28 * self.constants["marker_height"]
         return [(block(body, (0, 0), 0.0, height, GREY), np.zeros(3))]
@@ -182,7 +183,7 @@ class PlanarWorkcell:
         return False
 
     def moving_items(self, q: Sequence[float], t: float, camera: Pinhole) -> list[Item]:
-        """The arm, its shadow, its marker and perhaps a hand; what is on top comes last."""
+        """Return the items of arm, shadow, marker and perhaps a hand, the topmost last."""
         base, *middle = [np.array(p[:2]) for p in kinematics.joint_positions(self.arm, q)]
         joints = [base, *middle]
         tip, before = joints[-1], joints[-2]
@@ -200,7 +201,7 @@ class PlanarWorkcell:
         return items
 
     def _links(self, joints: Sequence[np.ndarray]) -> tuple[list[Item], list[np.ndarray]]:
-        """The links between joints (2,), cm, and the rings of their shadows."""
+        """Return the links between joints (2,), cm, and the rings of their shadows."""
         h = self.constants["marker_height"]
         light = self._beam_light
         tip = joints[-1]
@@ -250,7 +251,7 @@ class PlanarWorkcell:
 
 
 def sampled_tips(arm: Arm, count: int) -> np.ndarray:
-    """Points (n, coordinates), cm, that the tip gets to; each joint in `count` places."""
+    """Return points (n, coordinates), cm, that the tip reaches, for `count` angles per joint."""
     grids = [np.linspace(joint.lower, joint.upper, count) for joint in arm.joints]
     poses = np.stack(np.meshgrid(*grids), axis=-1).reshape(-1, len(grids))
     return np.array([kinematics.forward(arm, tuple(q)) for q in poses])

@@ -1,4 +1,4 @@
-"""The poses that a synthetic camera shows: of a function, of a record, or of a living arm."""
+"""Sources of the poses that a synthetic camera shows: a function, a record, or a live arm."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from shared.arm_description import Arm
 
 
 class Poses(Protocol):
-    """A camera's source of what to show."""
+    """A camera's source of poses."""
 
     @property
     def notes(self) -> list[str]:
         """Notes for people on what is shown."""
 
     def __call__(self, t: float) -> Pose:
-        """The pose at t, s on the camera's clock."""
+        """Return the pose at t, s on the camera's clock."""
 
     def close(self) -> None:
-        """No more is asked for."""
+        """Release the source."""
 
 
 class ScriptedPoses:
@@ -40,7 +40,7 @@ class ScriptedPoses:
         return Pose(self._arm, tuple(self._angles(t)), [])
 
     def close(self) -> None:
-        """Nothing is held."""
+        """Release nothing, as nothing is held."""
 
 
 class RecordedPoses:
@@ -57,7 +57,7 @@ class RecordedPoses:
         self.notes: list[str] = []
 
     def __call__(self, t: float) -> Pose:
-        """The true pose at t, s."""
+        """Return the true pose at t, s."""
         record = self._brick.record
         for sample in record[self._taken :]:
             self._history.append(sample.t, sample.q, sample.pen)
@@ -67,7 +67,7 @@ class RecordedPoses:
         return pose
 
     def close(self) -> None:
-        """Nothing is held."""
+        """Release nothing, as nothing is held."""
 
 
 class LivePoses:
@@ -83,12 +83,12 @@ class LivePoses:
         self._resting = Pose(arm, tuple(joint.home for joint in arm.joints), [])
 
     def __call__(self, t: float) -> Pose:
-        """The true pose at t, s on the world's clock."""
+        """Return the true pose at t, s on the world's clock."""
         self.reader.poll()
         return self.reader.at(t) or self._resting
 
     def close(self) -> None:
-        """Follow no more."""
+        """Stop following the arm."""
         self.reader.close()
 
     @property

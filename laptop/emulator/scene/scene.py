@@ -52,7 +52,7 @@ class Scene:
     Attributes:
         asked: the constants as they were given.
         constants: the same, completed for this arm.
-        cell: what stands before the camera.
+        cell: the workcell before the camera.
         camera: Pinhole.
         painter: paints for this camera.
         ground: float32 (height, width, 3), light of all that stands still, with the ink so far.
@@ -158,6 +158,6 @@ class Scene:
 
 
 def _area(ring: np.ndarray) -> float:
-    """Signed area of a polygon (n, 2), px."""
+    """Return the signed area of a polygon (n, 2), px."""
     after = np.roll(ring, -1, axis=0)
     return float(ring[:, 0] @ after[:, 1] - after[:, 0] @ ring[:, 1]) / 2

@@ -1,4 +1,4 @@
-"""The constants of the synthetic cameras and of what they see, as people write them.
+"""The constants of the synthetic cameras and of their scene, as people write them.
 
 `tilt=40,marker=ball,B.fps=60` sets one constant for all cameras, or for one of them alone.
 """
@@ -22,6 +22,7 @@ HAND_PASS = 2.0
 """Duration in which the hand comes, rests and goes, s."""
 
 WORDS = tuple(COLOURS)
+"""Names of colours."""
 CONSTANTS = {
     "width": Constant(640, (64, 1920), "px", "of the picture", int),
     "height": Constant(480, (48, 1440), "px", "of the picture", int),
@@ -82,7 +83,7 @@ CONSTANTS = {
 }
 
 COMMON = tuple(CONSTANTS)[tuple(CONSTANTS).index("marker") :]
-"""Keys of what all cameras see alike; any other constant a camera may have of its own."""
+"""Keys of constants that all cameras share; a camera may have any other of its own."""
 
 
 class BadScene(ArmError, ValueError):

@@ -15,7 +15,7 @@ from laptop.emulator.scene.optics import Box, to_srgb
 from laptop.emulator.scene.scene import Patch, Scene
 
 LEVELS = 64
-"""Levels per DN before noise and rounding."""
+"""Number of levels per DN before noise and rounding."""
 
 ENCODED = np.round(LEVELS * to_srgb(np.arange(65536) / 65535)).astype(np.int16)
 """Encoded value (in LEVELS per DN) of light in 65535ths."""
@@ -29,14 +29,14 @@ CHROMA = {
 
 
 def through_jpeg(image: np.ndarray, quality: int, chroma: str = "420") -> np.ndarray:
-    """The image after a JPEG of that quality (1 .. 100) and chroma subsampling."""
+    """Return the image after a JPEG of that quality (1 .. 100) and chroma subsampling."""
     options = [cv2.IMWRITE_JPEG_QUALITY, quality]
     options += [cv2.IMWRITE_JPEG_SAMPLING_FACTOR, CHROMA[chroma]]
     return np.asarray(cv2.imdecode(cv2.imencode(".jpg", image, options)[1], cv2.IMREAD_COLOR))
 
 
 def blurred(light: np.ndarray, sigma: float) -> np.ndarray:
-    """Light after a lens of Gaussian point spread, sigma px."""
+    """Return the light after a lens of Gaussian point spread, sigma px."""
     if not sigma:
         return light
     size = 2 * math.ceil(3.5 * sigma) + 1
@@ -45,7 +45,7 @@ def blurred(light: np.ndarray, sigma: float) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Development:
-    """How the light of one picture alone becomes its bytes.
+    """The steps by which the light of a single picture becomes bytes.
 
     blur    sigma of the point spread, px
     noise   sigma, DN
@@ -62,7 +62,7 @@ class Development:
     warm: float = 0.0
 
     def picture(self, light: np.ndarray, seed: int | Sequence[int] = 0) -> np.ndarray:
-        """The picture (BGR, uint8) of light (height, width, 3); `seed` draws its noise."""
+        """Return the picture (BGR, uint8) of light (height, width, 3); `seed` draws its noise."""
         tint = self.gain * np.array([1 - self.warm, 1.0, 1 + self.warm], np.float32)
         values = to_srgb(blurred(light, self.blur) * tint)
         if self.noise:
@@ -72,9 +72,12 @@ class Development:
 
 
 class Sensor:
-    """Light becomes bytes: lens blur, exposure, sRGB, noise, 8 bit, JPEG.
+    """The sensor of one camera: lens blur, exposure, sRGB, noise, 8 bit, JPEG.
 
     The ground is developed once and again where it changes; per frame only the patch is.
+
+    Args:
+        constants: of the scene.
     """
 
     def __init__(self, constants: dict[str, Any]) -> None:
@@ -98,12 +101,14 @@ class Sensor:
             bank = draw.standard_normal(shape, np.float32) * (LEVELS * c["noise"])
             self._noise = np.round(bank).astype(np.int16)
 
-    def develop(self, scene: Scene, patch: Patch, lamp: float, luck: random.Random) -> np.ndarray:
-        """The picture (BGR, uint8) of a scene's ground with a patch on it.
+    def develop(self, scene: Scene, patch: Patch, lamp: float, rng: random.Random) -> np.ndarray:
+        """Return the picture (BGR, uint8) of a scene's ground with a patch on it.
 
         Args:
+            scene: whose ground it is.
+            patch: all that moves.
             lamp: brightness of the lamp during this exposure, 1 on average.
-            luck: draws the noise.
+            rng: draws the noise of this picture.
         """
         self._refresh(scene, lamp)
         values = self._ground.copy()
@@ -111,12 +116,12 @@ class Sensor:
             soft = blurred(patch.pixels, self.constants["blur"])
             inside = patch.inner.seen_from(patch.outer).cut(soft)
             patch.inner.cut(values)[:] = self._encoded(inside, patch.inner, lamp)
-        image = self._read_out(values, luck)
+        image = self._read_out(values, rng)
         quality = self.constants["jpeg"]
         return through_jpeg(image, quality) if quality else image
 
     def _refresh(self, scene: Scene, lamp: float) -> None:
-        """Have the ground as it is now under this lamp."""
+        """Update the developed ground to the scene's, under this lamp."""
         if scene is not self._scene:
             self._scene, self._changes = scene, 0
             self._blurred = np.zeros_like(scene.ground)
@@ -138,11 +143,11 @@ class Sensor:
         exposed = cv2.multiply(light, box.cut(self._light), scale=lamp, dtype=cv2.CV_16U)
         return np.asarray(ENCODED[exposed])
 
-    def _read_out(self, values: np.ndarray, luck: random.Random) -> np.ndarray:
+    def _read_out(self, values: np.ndarray, rng: random.Random) -> np.ndarray:
         if not len(self._noise):
             return cv2.convertScaleAbs(values, alpha=1 / LEVELS)
         height, width = values.shape[:2]
-        top, left = luck.randrange(68), luck.randrange(84)
+        top, left = rng.randrange(68), rng.randrange(84)
         noise = self._noise[top : top + height, left : left + width]
-        sign = luck.choice((-1, 1)) / LEVELS
+        sign = rng.choice((-1, 1)) / LEVELS
         return cv2.addWeighted(values, 1 / LEVELS, noise, sign, 0, dtype=cv2.CV_8U)

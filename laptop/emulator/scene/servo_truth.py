@@ -1,4 +1,4 @@
-"""What truly became of a run of the servo, from the emulator's record."""
+"""The truth about a run of the servo, from the emulator's record."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from laptop.record.servo.servo_log import Log
 from laptop.record.servo.servo_run import Space, Truth
 
 PATH_SPACING = 0.2
-"""Distance of the points kept of the true path, px."""
+"""Distance between the stored points of the true path, px."""
 STILL_ANGLE = 1e-4
 """Motion of a joint below which it has not moved, rad."""
-LEAST_REST = 0.05
-"""Shortest rest of which the end is kept, s."""
+MIN_REST_TIME = 0.05
+"""Shortest rest whose end is stored, s."""
 
 
 class TruePose(Protocol):
@@ -25,11 +25,11 @@ class TruePose(Protocol):
 
     @property
     def t(self) -> float:
-        """When, s."""
+        """Time of the sample, s."""
 
     @property
     def q(self) -> Vector:
-        """The true joint angles, rad."""
+        """True joint angles, rad."""
 
 
 def truth_of(
@@ -39,15 +39,15 @@ def truth_of(
     began: float,
     goal: Sequence[float] | None = None,
 ) -> Truth:
-    """Return what truly became of a run.
+    """Return the truth about a run.
 
     Args:
         rig: the cameras.
         rows: of the emulator's record, on its clock.
         log: the servo's.
         began: when its clock said 0, on the emulator's clock, s.
-        goal: where it truly is, u and v in each picture; None: as the servo last had it, which of
-            a marker is where the tracker saw it.
+        goal: its true place, u and v in each picture, px; None: as the servo last had it, which
+            for a marker is where the tracker saw it.
     """
     path = true_path(rig, rows)
     ended = began + (log.verdict or {}).get("t", math.inf)
@@ -65,15 +65,15 @@ def truth_of(
 
 def _last_goal(rig: CameraRig, log: Log) -> Vector:
     steps = [step for step in log.steps if step.get("goal") is not None]
-    told = dict(zip(steps[-1]["rows"], steps[-1]["goal"], strict=True))
-    return tuple(float(told[f"{camera}.{axis}"]) for camera in rig for axis in "uv")
+    reported = dict(zip(steps[-1]["rows"], steps[-1]["goal"], strict=True))
+    return tuple(float(reported[f"{camera}.{axis}"]) for camera in rig for axis in "uv")
 
 
 def _space(rig: CameraRig, path: Sequence[tuple[float, Vector]], place: Vector) -> Space:
-    """Return the way in space.
+    """Return the path in space.
 
     A px is worth the greatest distance, mm, of places near the goal that are 1 px apart in the
-    pictures: that is in the direction in which the cameras together tell least.
+    pictures: that is in the direction in which the cameras together measure worst.
     """
     singular = np.linalg.svd(slope(rig.project, place), compute_uv=False)
     tips = np.array([rig.centre("effector", q) for _, q in path])
@@ -81,7 +81,7 @@ def _space(rig: CameraRig, path: Sequence[tuple[float, Vector]], place: Vector) 
 
 
 def true_path(rig: CameraRig, rows: Sequence[TruePose]) -> list[tuple[float, Vector]]:
-    """When (s) the joints truly were where (rad); in the pictures what lies between is straight."""
+    """Return times (s) and true joint angles (rad) between which pictures show straight lines."""
     kept = rows[0]
     place = rig.truth(kept.q)
     path = [(kept.t, kept.q)]
@@ -90,7 +90,7 @@ def true_path(rig: CameraRig, rows: Sequence[TruePose]) -> list[tuple[float, Vec
             continue
         here = rig.truth(row.q)
         if row is rows[-1] or math.dist(here, place) > PATH_SPACING:
-            if before.t - kept.t > LEAST_REST:
+            if before.t - kept.t > MIN_REST_TIME:
                 path.append((before.t, kept.q))
             path.append((row.t, row.q))
             kept, place = row, here

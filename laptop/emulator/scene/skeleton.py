@@ -1,4 +1,4 @@
-"""The bodies that an arm with a turning base is made of, and the stand of its goal."""
+"""The bodies of an arm with a turning base, and the stand of its goal."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from robot.motion import kinematics
 from shared.arm_description import Arm
 
 DARK = light_of("#3a3d40")
+"""Light (3,), B, G, R, of turntable and column."""
 
 
 class Skeleton:
@@ -22,7 +23,7 @@ class Skeleton:
 
     Args:
         arm: its links, cm.
-        light: of its beams.
+        light: (3,), B, G, R, of its beams.
         radius: of the ball at its tip, cm.
     """
 
@@ -59,22 +60,22 @@ class Skeleton:
         ]
 
     def solids(self, q: Sequence[float], eye: np.ndarray) -> list[Solid]:
-        """All but the marker, with the joints at q (rad), as a camera at `eye` sees it."""
+        """Return all bodies but the marker, joints at q, rad, seen from `eye` (3,), cm."""
         base, shoulder, elbow, tip = np.array(kinematics.joint_positions(self._arm, q))
         left = np.array([-math.sin(q[0]), math.cos(q[0]), 0.0])
         groups = [(self._standing, np.eye(3), base)]
-        for parts, way, origin in (
+        for parts, axis, origin in (
             (self._turning, np.cross(left, (0.0, 0.0, 1.0)), base),
             (self._upper, elbow - shoulder, shoulder),
             (self._fore, tip - elbow, elbow),
         ):
-            ahead = way / np.linalg.norm(way)
+            ahead = axis / np.linalg.norm(axis)
             groups.append((parts, np.array([ahead, left, np.cross(ahead, left)]), origin))
         return [solid(part, eye, axes, at) for parts, axes, at in groups for part in parts]
 
 
 def _holes(length: float, light: Any) -> list[Mark]:
-    """The holes on a beam's two faces."""
+    """Return the holes on a beam's two faces."""
     count = max(1, round(length / BEAM_HALF_WIDTH / 2))
     places = length * np.arange(1, count) / count
     return (
@@ -83,7 +84,7 @@ def _holes(length: float, light: Any) -> list[Mark]:
 
 
 def ball_stand(place: np.ndarray, radius: float, eye: np.ndarray) -> list[Solid]:
-    """The stand that holds a ball of a radius, cm, at a place (3,), cm, above the table."""
+    """Return the stand that holds a ball of a radius, cm, at a place (3,), cm, above the table."""
     x, y, z = place
     foot = prism(circle(1.3, 24), (0.0, 0.3), GREY, "z")
     parts = [foot]

@@ -1,4 +1,4 @@
-"""Convex bodies in space, and which of them hides which.
+"""Convex bodies in space, and the order in which they hide one another.
 
 A body is painted as its hull and, on that, the faces that a camera can see.  As no two bodies are
 inside one another, to paint them one after the other is exact if each comes after all that it can
@@ -17,6 +17,7 @@ from laptop.emulator.scene.items import SIDE_SHARE, Item
 from laptop.emulator.scene.optics import LAMP, MIN_DEPTH, Pinhole, light_of, rectangle
 
 BLACK = light_of("#26282b")
+"""Light (3,), B, G, R, of rods, and of bodies seen from within."""
 
 
 class Face(NamedTuple):
@@ -44,7 +45,7 @@ class ConvexBody(NamedTuple):
 
 
 class Solid(NamedTuple):
-    """A body in the world: what is painted, in this order, and the box that says where it is.
+    """A body in the world: its items, in the order of painting, and its bounding box.
 
     items      the first is its hull, or a ball
     centre     (3,), cm
@@ -61,7 +62,7 @@ class Solid(NamedTuple):
 
 
 Mark = tuple[Sequence[np.ndarray], Any]
-"""Something on a face: outlines, each (n, 2), cm, and their light."""
+"""Mark on a face: outlines, each (n, 2), cm, and their light."""
 
 
 def prism(
@@ -71,7 +72,7 @@ def prism(
     up: str = "y",
     marks: Sequence[Mark] = (),
 ) -> ConvexBody:
-    """A body with two parallel faces of the same outline.
+    """Return a body with two parallel faces of the same outline.
 
     Args:
         outline: convex, (n, 2), counter-clockwise, cm.
@@ -90,8 +91,8 @@ def prism(
     sides = _straights(outline)
     faces = []
     for begin, end in sides:
-        way = outline[end % len(outline)] - outline[begin]
-        normal = placed(np.array([[way[1], -way[0]]]) / np.hypot(*way), 0.0)[0]
+        edge = outline[end % len(outline)] - outline[begin]
+        normal = placed(np.array([[edge[1], -edge[0]]]) / np.hypot(*edge), 0.0)[0]
         along = np.arange(begin, end + 1) % len(outline)
         faces.append(Face(np.concatenate([low[along], high[along][::-1]])[None], normal, light))
     for height, sign in zip(across, (-1.0, 1.0)):
@@ -107,10 +108,10 @@ def prism(
 
 def _straights(outline: np.ndarray) -> list[tuple[int, int]]:
     """Return where an outline's straight sides of several edges begin and end: indices."""
-    ways = np.roll(outline, -1, axis=0) - outline
-    before = np.roll(ways, 1, axis=0)
-    bent = np.abs(before[:, 0] * ways[:, 1] - before[:, 1] * ways[:, 0])
-    limit = 1e-6 * np.hypot(*ways.T) * np.hypot(*before.T)
+    steps = np.roll(outline, -1, axis=0) - outline
+    before = np.roll(steps, 1, axis=0)
+    bent = np.abs(before[:, 0] * steps[:, 1] - before[:, 1] * steps[:, 0])
+    limit = 1e-6 * np.hypot(*steps.T) * np.hypot(*before.T)
     corners = np.flatnonzero(bent > limit).tolist()
     ends = [*corners[1:], corners[0] + len(outline)]
     return [(a, b) for a, b in zip(corners, ends) if b - a > 1]
@@ -119,21 +120,23 @@ def _straights(outline: np.ndarray) -> list[tuple[int, int]]:
 def box(
     x: tuple[float, float], y: tuple[float, float], z: tuple[float, float], light: np.ndarray
 ) -> ConvexBody:
-    """A box from ... to ... along its own axes, cm."""
+    """Return a box between two coordinates along each of its axes, cm."""
     return prism(rectangle(x[0], y[0], x[1], y[1], 3), z, light, "z")
 
 
 def ball(item: Item) -> Solid:
-    """The body of a ball's item."""
+    """Return the body of a ball's item."""
     assert item.ball is not None
     centre, radius = item.ball
     return Solid([item], centre, np.eye(3), np.zeros(3), radius)
 
 
 def solid(part: ConvexBody, eye: np.ndarray, axes: np.ndarray, origin: np.ndarray) -> Solid:
-    """A part in the world, as a camera at `eye` (3,) sees it.
+    """Return a part in the world, as a camera at `eye` (3,) sees it.
 
     Args:
+        part: in its own frame.
+        eye: place of the camera, cm.
         axes: (3, 3), its own in rows.
         origin: (3,), cm.
     """
@@ -151,7 +154,7 @@ def solid(part: ConvexBody, eye: np.ndarray, axes: np.ndarray, origin: np.ndarra
 
 
 def _lit(towards: float) -> float:
-    """Share of its colour's light of a face by how it faces the lamp (cosine); 1 if it is up."""
+    """Return the share of its light that a face shows, by its cosine to the lamp; 1 if it is up."""
     return 0.42 + 0.58 * max(0.0, towards) / float(LAMP[2])
 
 
@@ -165,7 +168,7 @@ def in_order(solids: Sequence[Solid], camera: Pinhole) -> list[Solid]:
     radius = np.array([s.radius for s in solids])
 
     def nearest(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-        """The points of the boxes a nearest to the centres of b."""
+        """Return the points of the boxes a nearest to the centres of b."""
         off = np.einsum("pij,pj->pi", axes[a], centres[b] - centres[a])
         return np.asarray(
             centres[a] + np.einsum("pi,pij->pj", np.clip(off, -half[a], half[a]), axes[a])
@@ -174,12 +177,12 @@ def in_order(solids: Sequence[Solid], camera: Pinhole) -> list[Solid]:
     # Normals of planes that may part two boxes: those of their sides, those along two of their
     # edges, and those across the shortest way from one to the other.
     edges = np.cross(axes[one][:, :, None], axes[other][:, None]).reshape(-1, 9, 3)
-    ways = [nearest(one, other) - centres[other], nearest(other, one) - centres[one]]
-    normals = np.concatenate([axes[one], axes[other], edges, np.stack(ways, axis=1)], axis=1)
+    steps = [nearest(one, other) - centres[other], nearest(other, one) - centres[one]]
+    normals = np.concatenate([axes[one], axes[other], edges, np.stack(steps, axis=1)], axis=1)
     length = np.linalg.norm(normals, axis=2)
     normals = normals / np.maximum(length, 1e-9)[..., None]
-    apart = np.einsum("pki,pi->pk", normals, centres[other] - centres[one])
-    normals = normals * np.where(apart < 0, -1.0, 1.0)[..., None]
+    distance = np.einsum("pki,pi->pk", normals, centres[other] - centres[one])
+    normals = normals * np.where(distance < 0, -1.0, 1.0)[..., None]
 
     def extent(which: np.ndarray) -> np.ndarray:
         along = np.abs(np.einsum("pki,pji->pkj", normals, axes[which]))
@@ -207,7 +210,7 @@ def in_order(solids: Sequence[Solid], camera: Pinhole) -> list[Solid]:
 
 
 def _overlapping(solids: Sequence[Solid], camera: Pinhole) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs (their indices) that may overlap in the picture: in each of eight directions."""
+    """Return the pairs (indices) that overlap in the picture in each of eight directions."""
     bodies = [np.concatenate(s.items[0].rings) for s in solids]
     firsts = np.cumsum([0, *map(len, bodies[:-1])])
     x, y, z = camera.seen(np.concatenate(bodies)).T

@@ -1,4 +1,4 @@
-"""An arm in space, and what a camera is to know of it."""
+"""The workcell of an arm in space."""
 
 from __future__ import annotations
 
@@ -32,6 +32,7 @@ from robot.motion import chains, kinematics
 from shared.arm_description import Arm
 
 _AZIMUTHS = (60.0, -60.0, 120.0, -120.0, 180.0, 0.0)
+"""Azimuths of the cameras from C on, deg."""
 VIEWS = {
     "A": (15.0, 0.0),
     "B": (90.0, 0.0),
@@ -40,7 +41,7 @@ VIEWS = {
 """Tilt and azimuth of cameras on an arm in space, deg: from above, from the side, and askew."""
 
 JOINT_SAMPLES = 13
-"""Angles of each joint that are tried to find the workspace: off by less than the marker's room."""
+"""Number of angles of each joint that are tried to find the workspace."""
 
 HAND_ANGLE = math.radians(-112)
 """Direction in the picture, v down, in which the hand reaches out, rad."""
@@ -56,7 +57,7 @@ class SpatialWorkcell:
     Attributes:
         usual_cameras: names of those that watch it if nothing is said.
         penumbra: softness of its shadows, which fall from high up, px.
-        table_half_side: beyond this distance from the base, cm, there is a wall.
+        table_half_side: distance of the wall from the base, cm.
         clutter_area: two corners, reaches, between which bricks lie.
     """
 
@@ -76,7 +77,7 @@ class SpatialWorkcell:
 
     @staticmethod
     def check(arm: Arm, constants: dict[str, Any]) -> None:
-        """Refuse what cannot be shown of this arm.
+        """Refuse constants that do not suit this arm.
 
         Raises:
             BadScene
@@ -103,13 +104,13 @@ class SpatialWorkcell:
 
     @functools.cached_property
     def skeleton(self) -> Skeleton:
-        """The arm's bodies."""
+        """Bodies of the arm."""
         return Skeleton(self.arm, beam_light(self.constants), self.constants["marker_radius"])
 
     # Where things are
 
     def tip_marker(self, q: Sequence[float]) -> np.ndarray:
-        """Centre (3,), cm, of the ball on the tip with the joints at q, rad."""
+        """Return the centre (3,), cm, of the ball on the tip with the joints at q, rad."""
         base, *pitches = q
         pitch = sum(pitches)
         along, up = self._marker_offset
@@ -119,12 +120,12 @@ class SpatialWorkcell:
         return np.asarray(np.array(kinematics.forward(self.arm, q)) + off)
 
     def goal_marker(self) -> np.ndarray:
-        """Centre (3,), cm, of the ball on the stand."""
+        """Return the centre (3,), cm, of the ball on the stand."""
         c = self.constants
         return np.array([c["goal_x"], c["goal_y"], c["goal_z"]])
 
     def frame_points(self) -> np.ndarray:
-        """Points (n, 3), cm, that are all in a picture when the tip is wherever it can get."""
+        """Return points (n, 3), cm, that span the workspace with the marker at the tip."""
         wide = self.constants["marker_radius"] * 1.5
         corners = np.array([(-wide, -wide), (wide, -wide), (wide, wide), (-wide, wide)])
         tips = sampled_tips(self.arm, JOINT_SAMPLES)
@@ -144,14 +145,15 @@ class SpatialWorkcell:
 
     @staticmethod
     def aim_step(step: np.ndarray, tilt: float) -> np.ndarray:
-        """The step (3,), cm, of the aim for one across the picture; `tilt` in rad."""
+        """Return the step (3,), cm, of the aim for one across the picture; `tilt` in rad."""
         return step
 
     @staticmethod
     def can_aim(camera: Pinhole, points: np.ndarray, distance: float) -> bool:
-        """Return True if what a camera sees says where the middle is: it is not too near for that.
+        """Return whether a camera finds the middle of points: it must not be too near.
 
         Args:
+            camera: that is to be aimed.
             points: (n, 3), that it is to show, cm.
             distance: to what it aims at, cm.
         """
@@ -160,19 +162,19 @@ class SpatialWorkcell:
     # What is painted
 
     def still_items(self, camera: Pinhole) -> list[Item]:
-        """Nothing: the arm may hide the goal, or be hidden by it, so both are painted anew."""
+        """Return nothing: arm and goal may hide one another, so both are painted anew."""
         return []
 
     def fixtures(self) -> list[tuple[list[Item], np.ndarray]]:
-        """Nothing: the arm's foot is one of its bodies."""
+        """Return nothing: the arm's foot is one of its bodies."""
         return []
 
     def keeps_clear(self, at: np.ndarray) -> bool:
-        """Return True at a place (2,), cm, that could hide the arm or what that reaches for."""
+        """Return True at a place (2,), cm, where a brick could hide the arm or its goal."""
         return bool(np.linalg.norm(at) < 1.15 * self.reach)
 
     def moving_items(self, q: Sequence[float], t: float, camera: Pinhole) -> list[Item]:
-        """Arm, goal, shadow and perhaps a hand; what hides something comes after it."""
+        """Return the items of arm, goal, shadow and perhaps a hand, each after those it hides."""
         solids = self._solids(q, camera)
         items = [item for solid in solids for item in solid.items]
         if self.constants["shadow"]:
@@ -182,7 +184,7 @@ class SpatialWorkcell:
         return items + self._hand(q, t, camera)
 
     def _solids(self, q: Sequence[float], camera: Pinhole) -> list[Solid]:
-        """All bodies with the joints at q, rad, each after those that it can hide."""
+        """Return all bodies with the joints at q, rad, each after those that it can hide."""
         eye, radius = camera.position, self.constants["marker_radius"]
 
         def marker(name: str, centre: np.ndarray) -> Solid:
@@ -199,7 +201,7 @@ class SpatialWorkcell:
         return [solid for group in groups for solid in in_order(group, camera)]
 
     def _hand(self, q: Sequence[float], t: float, camera: Pinhole) -> list[Item]:
-        """A hand that comes from above in the picture, before all that is in it."""
+        """Return a hand that comes from above in the picture, in front of everything."""
         moment = hand_pass(self.constants, t)
         if moment is None:
             return []

@@ -31,18 +31,18 @@ MAX_JITTER_MEANS = 6
 """Greatest jitter, times its mean; beyond, it is cut off."""
 
 PAINT_LEAD = 0.01
-"""Time before it is due at which a picture is painted, s: another process has told its pose."""
+"""Lead before its due time at which a picture is painted, s: its pose has been reported by then."""
 
 MIN_WAIT = 1e-4
 """Shortest wait for a picture to be due, s."""
 
 MAX_TRACKING_TIME = 0.01
-"""Time for which the world goes on while a picture is looked at and sent, s; then it waits."""
+"""Time for which the world goes on while a picture is tracked and sent, s; then it waits."""
 
 MAX_POSE_SPACING = 1.0
-"""Greatest way of a moving marker between two poses of one exposure, px."""
+"""Greatest distance of a moving marker between two poses of one exposure, px."""
 MAX_POSES = 16
-"""Most poses of one exposure."""
+"""Greatest number of poses of one exposure."""
 
 
 class SyntheticCamera:
@@ -50,7 +50,7 @@ class SyntheticCamera:
 
     Args:
         scene: what it sees; another arm's scene takes its place when a pose is of another arm.
-        poses: where the arm is when.
+        poses: the arm's pose at a time, s.
         now, sleep: its clock; `sleep` is what `read` waits with.
         start: when frame 0 is taken, s; now if None.
         world: the clock of a world in real time, which can wait for the pictures; None: there is
@@ -58,7 +58,7 @@ class SyntheticCamera:
 
     Attributes:
         name, fps: as of every camera.
-        ended: it has been closed.
+        ended: whether it has been closed.
     """
 
     def __init__(
@@ -108,14 +108,14 @@ class SyntheticCamera:
     # Time
 
     def time_of(self, index: int) -> float:
-        """Capture time of a frame, s: the middle of its exposure."""
+        """Return the capture time of a frame, s: the middle of its exposure."""
         c = self.constants
         frames = RATE_DRIFT_PERIOD * c["fps"]
         stray = math.sin(2 * math.pi * index / frames) * frames / (2 * math.pi)
         return float(self._start + (index + c["fps_wander"] * stray) / c["fps"])
 
     def due(self, index: int) -> float:
-        """Time at which a frame is handed over, s; frames never overtake one another."""
+        """Return the time at which a frame is handed over, s; frames never overtake one another."""
         lookback = math.ceil(MAX_JITTER_MEANS * self.constants["jitter"] * self.fps * 1.5)
         return max(self._arrival(k) for k in range(max(0, index - lookback), index + 1))
 
@@ -130,17 +130,17 @@ class SyntheticCamera:
 
     def _arrival(self, index: int) -> float:
         late = (
-            min(self._luck(index, 0).expovariate(1.0), MAX_JITTER_MEANS) * self.constants["jitter"]
+            min(self._rng(index, 0).expovariate(1.0), MAX_JITTER_MEANS) * self.constants["jitter"]
         )
         return float(self.time_of(index) + self._least_delay + late)
 
-    def _luck(self, index: int, what: int) -> random.Random:
+    def _rng(self, index: int, what: int) -> random.Random:
         c = self.constants
         source = (c["seed"] << 4) + CAMERAS.index(c["camera"])
         return random.Random((source << 36) + (index << 1) + what)
 
     def newest(self, t: float) -> int:
-        """Index of the newest frame that has been handed over by time t, -1 if none has."""
+        """Return the index of the newest frame handed over by time t, s; -1 if there is none."""
         c = self.constants
         ahead = c["fps_wander"] * RATE_DRIFT_PERIOD / (2 * math.pi)
         taken_by = t - self._least_delay
@@ -152,17 +152,17 @@ class SyntheticCamera:
     # Pictures
 
     def capture(self, index: int) -> Frame:
-        """Frame number `index`, at whatever time it is asked for."""
+        """Return frame number `index`, whatever the time is."""
         t = self.time_of(index)
         pose = self._pose(t)
         shutter = self._shutter(t, pose)
         patch = self.scene.patch(self._exposed(t + shutter, pose), pose.ink, t - self._start)
-        luck = self._luck(index, 1)
-        image = self._sensor.develop(self.scene, patch, self._lamp(t), luck)
+        rng = self._rng(index, 1)
+        image = self._sensor.develop(self.scene, patch, self._lamp(t), rng)
         return Frame(index, t, image)
 
     def frame_at(self, t: float) -> Frame | None:
-        """The newest frame that a program can have at time t, s; None before the first."""
+        """Return the newest frame that a program can have at time t, s; None before the first."""
         index = self.newest(t)
         return None if index < 0 else self.capture(index)
 
@@ -180,7 +180,7 @@ class SyntheticCamera:
         return pose
 
     def _shutter(self, t: float, pose: Pose) -> float:
-        """Time by which the marker's row is taken later than the middle one, s."""
+        """Return the time by which the marker's row is taken later than the middle one, s."""
         readout = self.constants["readout"]
         if not readout:
             return 0.0
@@ -192,18 +192,18 @@ class SyntheticCamera:
         return shift
 
     def _exposed(self, t: float, pose: Pose) -> list[Sequence[float]]:
-        """Joint angles, rad, spread evenly over the exposure around t, as many as needed."""
+        """Return joint angles, rad, spread evenly over the exposure around t, as many as needed."""
         exposure = self.constants["exposure"]
         first, last = (self._poses(t + share * exposure).q for share in (-0.5, 0.5))
         here, there = (self.scene.truth(q)["effector"] for q in (first, last))
-        way = math.dist(here, there)
-        if way < MAX_POSE_SPACING / 4:
+        distance = math.dist(here, there)
+        if distance < MAX_POSE_SPACING / 4:
             return [self._poses(t).q]
-        count = min(1 + math.ceil(way / MAX_POSE_SPACING), MAX_POSES)
+        count = min(1 + math.ceil(distance / MAX_POSE_SPACING), MAX_POSES)
         return [self._poses(t + ((k + 0.5) / count - 0.5) * exposure).q for k in range(count)]
 
     def _lamp(self, t: float) -> float:
-        """Brightness of lamps on the mains, the mean over the exposure."""
+        """Return the brightness of lamps on the mains, the mean over the exposure."""
         c = self.constants
         if not c["flicker"]:
             return 1.0
@@ -215,7 +215,7 @@ class SyntheticCamera:
     # As a camera
 
     def read(self, timeout: float = 1.0) -> Frame | None:
-        """The newest frame not yet given, or None if there is none within `timeout` s."""
+        """Return the newest frame not yet given, or None if there is none within `timeout` s."""
         deadline = self.now() + timeout
         while not self.ended:
             now = self.now()
@@ -227,7 +227,7 @@ class SyntheticCamera:
             begin = max(due - PAINT_LEAD, self.time_of(index) + self._whole)
             if not ready and now >= begin:
                 self._ready = self.capture(index)
-                # However long that took: or who paints slower than frames come due paints for ever.
+                # Painting may take longer than a frame: without a new time it would never end.
                 ready, now = True, self.now()
             if ready and now >= due:
                 frame, self._ready = self._ready, None
@@ -266,12 +266,12 @@ class SyntheticCamera:
 def open_live(
     text: str = "", folder: str | None = None, camera: str = "A", resting: str | None = None
 ) -> SyntheticCamera:
-    """A camera that looks at the arm of `simulate --realtime`, or at one at home if none runs.
+    """Return a camera on the arm of `simulate --realtime`, or on one at home if none runs.
 
     Args:
         text: constants, see `scene_constants.read_scene`.
         folder: see `live.PoseReader`.
-        camera: its name, which says where it stands and what the text has for it alone.
+        camera: its name, on which its place and its own constants in the text depend.
         resting: the arm at home, its name or file; None: as $BRICKSERVO_ARM says, else planar.
     """
     constants = read_scene(text, camera)
@@ -282,7 +282,7 @@ def open_live(
 
 
 def film(brick: Any, text: str = "", camera: str = "A") -> SyntheticCamera:
-    """A camera in the virtual time of an emulated brick: `capture`, `frame_at`, `truth`."""
+    """Return a camera in the virtual time of an emulated brick: `capture`, `frame_at`, `truth`."""
     scene = Scene(brick.arm, read_scene(text, camera))
     world = brick.world
     return SyntheticCamera(scene, RecordedPoses(brick), world.now, world.sleep, start=0.0)

@@ -17,20 +17,21 @@ from laptop.emulator.scene.painter import Painter
 from laptop.emulator.scene.workcell import Workcell
 
 BRICKS = ("red", "blue", "yellow", "green", "white", "black", "orange", "lime", "grey", "cyan")
-"""Colours of the bricks lying about."""
+"""Colours of the bricks on the table."""
 
 STUD_RADIUS = 0.24
-"""cm."""
+"""Radius of a brick's stud, cm."""
 
 PAPER, EDGE = light_of("#efeee9"), light_of("#4b3a29")
-"""The paper; and what it and the cable leave dark beside them."""
+"""Light (3,), B, G, R, of the paper, and of the dark edge beside paper and cable."""
 WOOD, WALL = light_of("#a98358"), light_of("#8d9299")
+"""Light (3,), B, G, R, of table and wall."""
 
 CONTROLLER_AT = np.array([-0.85, -0.55])
 """Place of the brick itself, reaches."""
 
-MAX_TRIES = 200
-"""Places that are drawn for a brick until one is free."""
+MAX_PLACE_TRIES = 200
+"""Number of places that are tried for a brick until one is free."""
 
 Block = tuple[list[Item], np.ndarray]
 """The items of a thing on the table, and its place (3,), cm."""
@@ -62,7 +63,7 @@ def paint_ground(cell: Workcell, painter: Painter) -> np.ndarray:
 
 @functools.lru_cache(maxsize=4)
 def _grain(seed: int) -> np.ndarray:
-    """The logarithm (n, n) of how much lighter wood is here and there."""
+    """Return the logarithm (n, n) of how much lighter wood is here and there."""
     draw = np.random.default_rng([seed, 2])
     grain = draw.normal(size=(512, 512)).astype(np.float32)
     streaks = cv2.GaussianBlur(grain, (0, 0), 24, sigmaY=1.6, borderType=cv2.BORDER_REFLECT)
@@ -71,7 +72,7 @@ def _grain(seed: int) -> np.ndarray:
 
 
 def _table(cell: Workcell, painter: Painter) -> np.ndarray:
-    """Wood, looked up for each pixel where its ray meets the table, and the wall behind."""
+    """Return the light of the table, where each pixel's ray meets it, and of the wall behind."""
     camera, rays = painter.camera, painter.rays
     grain = _grain(cell.constants["seed"])
     if not cell.constants["clutter"]:
@@ -104,20 +105,20 @@ def _paper(reach: float) -> list[Item]:
 
 
 def _bricks(cell: Workcell, draw: np.random.Generator) -> list[Block]:
-    """LEGO bricks beside the paper, none of a marker's colour but the decoys."""
+    """Return LEGO bricks beside the paper, of a marker's colour only the decoys."""
     r = cell.reach
     low, high = cell.clutter_area
     area = tuple(c * r for c in low), tuple(c * r for c in high)
     blocks: list[Block] = []
     places: list[np.ndarray] = []
     for colour in _brick_colours(cell.constants, draw):
-        for _ in range(MAX_TRIES):
+        for _ in range(MAX_PLACE_TRIES):
             at = draw.uniform(*area)
             on_paper = -0.52 * r < at[0] < 1.18 * r and -0.9 * r < at[1] < 1.35 * r
             beside = at - CONTROLLER_AT * r
             on_controller = abs(beside[0]) < 7 and abs(beside[1]) < 9
-            apart = all(np.linalg.norm(at - other) > 4.2 for other in places)
-            if apart and not on_paper and not on_controller and not cell.keeps_clear(at):
+            clear_of_others = all(np.linalg.norm(at - other) > 4.2 for other in places)
+            if clear_of_others and not on_paper and not on_controller and not cell.keeps_clear(at):
                 break
         places.append(at)
         across, along = int(draw.integers(1, 3)), int(draw.integers(2, 5))
@@ -137,12 +138,13 @@ def _brick_colours(constants: dict[str, Any], draw: np.random.Generator) -> list
 
 
 def _brick(at: np.ndarray, angle: float, along: int, across: int, colour: str) -> list[Item]:
-    """One LEGO brick.
+    """Return the items of one LEGO brick.
 
     Args:
         at: its middle (2,), cm.
         angle: to which it is turned, rad.
-        along, across: how many studs it has.
+        along: number of studs along it.
+        across: number of studs across it.
         colour: a word of `optics.COLOURS`.
     """
     light = light_of(colour)
@@ -160,7 +162,7 @@ def _brick(at: np.ndarray, angle: float, along: int, across: int, colour: str) -
 
 
 def _controller(reach: float) -> list[Item]:
-    """The brick itself, with screen and buttons."""
+    """Return the items of the EV3 brick, with screen and buttons."""
     at, angle, height = CONTROLLER_AT * reach, 0.25, 3.0
     items = block(rectangle(-3.6, -5.5, 3.6, 5.5, 3), at, angle, height, light_of("#c9cccd"))
     for outline, code in (
@@ -174,7 +176,7 @@ def _controller(reach: float) -> list[Item]:
 
 
 def _cable(reach: float) -> list[Item]:
-    """The cable from the brick to the shoulder's motor, and its shadow."""
+    """Return the items of the cable from the brick to the shoulder's motor, and its shadow."""
     share = np.linspace(0, 1, 40)[:, None]
     a, b = np.array([-0.75 * reach, -0.3 * reach]), np.array([-6.3, 0.0])
     path = a + share * (b - a)

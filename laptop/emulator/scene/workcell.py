@@ -1,6 +1,6 @@
 """The workcell before the cameras: an arm in the plane or one in space, with its markers.
 
-Here alone it is asked which of the two an arm is; all else works with either.
+Only this module tells the two apart; all else works with either.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from robot.motion import kinematics
 from shared.arm_description import Arm
 
 Workcell = PlanarWorkcell | SpatialWorkcell
+"""Either kind of workcell."""
 
 
 def _kind(arm: Arm) -> type[PlanarWorkcell] | type[SpatialWorkcell]:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from laptop.emulator.scene.items import stadium
-from laptop.emulator.scene.marker_items import limb, marker_items
+from laptop.emulator.scene.marker_items import ball_contour, marker_items
 from laptop.emulator.scene.optics import LAMP, Pinhole, circle, light_of
 from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.scene_constants import read_scene
@@ -113,7 +113,7 @@ def test_the_part_of_a_ball_that_is_visible_is_what_rays_say(camera, text):
         every, balls = bodies(view, q)
         visible = view.visible(q)
         for name, centre in view.centres(q).items():
-            outline = view.project(limb(centre, 1.1, view.camera))
+            outline = view.project(ball_contour(centre, 1.1, view.camera))
             middle, spread = outline.mean(axis=0), np.ptp(outline, axis=0) / 2
             rays = rays_through(view.camera, middle + disc * spread * 0.999)
             depths = [met(body, view.camera.position, rays) for body in every]
