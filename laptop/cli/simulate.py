@@ -37,7 +37,7 @@ from laptop.emulator.own_programs import BENCH_BRICK, DRIVER, SERVO, find_script
 from laptop.emulator.rig import Plugs, Rig, SimulationResult
 from laptop.record.figures.private_paths import without_folders
 from laptop.record.names import TRACE
-from laptop.record.run_folder import FIGURES, FROM_THE_SIDE, PICTURE, TRUE_PATH, run_folder
+from laptop.record.run_folder import FIGURES, PICTURE, SIDE_PICTURE, TRUE_PATH, run_folder
 from shared.arm_description import ArmError, find_arm
 from shared.state import CODE
 
@@ -111,7 +111,7 @@ def simulate(
         setup = brick.read(click.echo)
         due = events.read(setup.built)
         log = _log_of(args)
-        names = [TRACE, PICTURE, FROM_THE_SIDE]
+        names = [TRACE, PICTURE, SIDE_PICTURE]
         names += [*FIGURES, f"{log.stem}.jsonl", TRUE_PATH] if log else []
         folder = stack.enter_context(run_folder("simulate", out, *names))
         result = _run(setup, events, due, script, args)

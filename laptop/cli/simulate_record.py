@@ -18,7 +18,7 @@ from laptop.record.figures.arm_numbers import numbers_of
 from laptop.record.figures.private_paths import without_folders
 from laptop.record.names import TRACE
 from laptop.record.run import DRAWING, SCRIPT, Ending, Run
-from laptop.record.run_folder import ENDED_BY_OTHERS, FROM_THE_SIDE, PICTURE
+from laptop.record.run_folder import MIN_KILLED_STATUS, PICTURE, SIDE_PICTURE
 
 LINES_CAPTION = (
     "Left: ink and arm as they truly are on the emulated brick, and the wanted path. Right: how "
@@ -57,7 +57,7 @@ class ScriptRun:
     @property
     def is_refused(self) -> bool:
         """Whether it failed before any motor was asked to turn."""
-        return not self.run.asked and 0 < self.run.outcome.status < ENDED_BY_OTHERS
+        return not self.run.asked and 0 < self.run.outcome.status < MIN_KILLED_STATUS
 
     @property
     def is_seen(self) -> bool:
@@ -153,7 +153,7 @@ class ScriptRun:
         elif pictured:
             files[PICTURE] = (self._draw_robot, WAY_CAPTION)
         if pictured and record and record[0].z is not None:
-            files[FROM_THE_SIDE] = (partial(self._draw, axes="xz"), "The same from the side.")
+            files[SIDE_PICTURE] = (partial(self._draw, axes="xz"), "The same from the side.")
         return files
 
     def _write_trace(self, file: str) -> None:

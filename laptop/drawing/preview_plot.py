@@ -18,9 +18,9 @@ from laptop.drawing.preparing import DrawingPlan
 from laptop.drawing.timing import in_minutes
 from laptop.record.figures.formulas import svg
 from laptop.record.figures.sheet import (
-    BEHIND,
+    FROM_BEHIND,
     JOINTS,
-    TALL,
+    TALL_HEIGHT,
     TRAVEL_LINE,
     WIDE,
     Sheet,
@@ -49,17 +49,17 @@ it looks smooth."""
 
 def preview_bytes(plan: DrawingPlan, words: Sequence[str], ending: str) -> bytes:
     """Return a plan's picture as a file, ".svg" or ".png", with lines of text above it."""
-    with new_figure(TALL) as figure:
+    with new_figure(TALL_HEIGHT) as figure:
         draw_preview(figure, plan, words)
         return png_of(figure) if ending == ".png" else svg(figure, transparent=False).encode()
 
 
 def draw_preview(figure: Figure, plan: DrawingPlan, words: Sequence[str]) -> None:
-    """Draw the picture of a plan into an empty figure TALL px high."""
+    """Draw the picture of a plan into an empty figure TALL_HEIGHT px high."""
     for note in write_title(figure, plan.name, *words):
         if "cannot be reached" in note.get_text():
             note.set_color(MISSED_COLOR)
-    sheet = Sheet(figure, WIDE, BEHIND)
+    sheet = Sheet(figure, WIDE, FROM_BEHIND)
     strokes = [stroke.placed.points for stroke in plan.strokes]
     missed = [miss.points for miss in plan.missed]
     outlines = [sheet.seen(outline) for outline in reach_outlines(plan)]

@@ -1,4 +1,4 @@
-"""What a drawing is worth, as tables of its run."""
+"""The accuracy of a drawing, as tables of its run."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ if TYPE_CHECKING:  # matplotlib is slow to import
 PATHS, DRAWINGS = "paths", "drawings"
 """Names of the tables."""
 _DIGITS = 3
+"""Number of decimals of a value."""
 
 
 def paths_table(arm: str, measures: Sequence[Measure | None]) -> RunTable:
@@ -46,7 +47,7 @@ def drawing_table(
         arm: its name.
         name: of the drawing.
         accuracy: of its ink.
-        seconds: by heading: what it took, what was estimated.
+        seconds: times by heading, s: taken, estimated.
     """
     values: dict[str, object] = {
         "arm": arm,

@@ -1,7 +1,7 @@
-"""The names of the files that every run leaves; the emulated brick's side reads them, too."""
+"""Names of the files that every run leaves; the emulator's modules read them, too."""
 
 RUN = "run.json"
-"""What the run was, how it ended, what it measured, and which files are its own."""
+"""Name of the record: kind of the run, its ending, its measurements, and its own files."""
 
 TRACE = "trace.csv"
-"""The true motion of an emulated arm."""
+"""Name of the true motion of an emulated arm."""

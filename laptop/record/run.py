@@ -1,7 +1,7 @@
-"""One run: what every command that makes something leaves as run.json, and how that is read.
+"""One run: the record that every command leaves as run.json, and the reading of it.
 
-A table carries its caption and units, a file what it holds, so that nobody who reads a run needs to
-know which command it is of.
+A table carries its caption and units, a file its content in words.  So a run can be read without
+knowing its command.
 """
 
 from __future__ import annotations
@@ -19,21 +19,23 @@ from shared.small_files import SpoiltFile, read_text
 from shared.version import VERSION
 
 Cell: TypeAlias = bool | int | float | str | None
+"""Value in a cell of a table."""
 
 DRAWING, SERVO, ACCURACY, CALIBRATION, SCRIPT, TRACKING = (
     *("drawing", "servo", "accuracy", "calibration", "script", "tracking"),
 )
-"""Kinds of runs: by them a report has its sections, and tells aim and method."""
+"""Kinds of runs, on which sections, aim and method of a report depend."""
 
 UNITS = frozenset(("cm", "mm", "px", "s", "deg", "g", "%", "deg/s", "cm/s"))
+"""Units of columns."""
 MAX_BYTES = 40_000_000
-"""A longer run.json is none."""
+"""Greatest size of run.json, bytes."""
 MAX_COLUMNS, MAX_TABLES, MAX_CELLS, MAX_FILES = 64, 200, 300_000, 500
-"""A run has no more: columns of a table, tables, their cells, files."""
-SHOWN = 80
-"""So many letters of a name stand in a message."""
-GREATEST = 1e12
-"""No number that a run measures or counts is greater."""
+"""Greatest number of columns of a table, of tables, of their cells, and of files of a run."""
+MAX_NAME_SHOWN = 80
+"""Greatest length of a name in a message, letters."""
+MAX_NUMBER = 1e12
+"""Greatest number that a run measures or counts."""
 
 
 class DamagedRun(ArmError, ValueError):
@@ -48,18 +50,18 @@ class Column(msgspec.Struct, frozen=True):
 
     @property
     def heading(self) -> str:
-        """Both, for people."""
+        """Name and unit, for people."""
         return f"{self.name} {self.unit}".strip()
 
 
 class RunTable(msgspec.Struct, frozen=True):
-    """What a run measured.
+    """A table of a run's measurements.
 
     name      by which programs find it
     caption   for people
     columns   as many as each row has cells
     rows      of cells; None where there is no value
-    compared  a report makes one table of it and of those of other runs
+    compared  whether a report makes one table of it and of those of other runs
     """
 
     name: str
@@ -70,7 +72,7 @@ class RunTable(msgspec.Struct, frozen=True):
 
 
 class RunFile(msgspec.Struct, frozen=True):
-    """A file of a run: its name from the run's folder on, and what it holds, for people.
+    """A file of a run: its name from the run's folder on, and its content in words.
 
     A picture with words goes into a report as a figure, a CSV beside it as raw data; without words
     neither does.
@@ -81,12 +83,12 @@ class RunFile(msgspec.Struct, frozen=True):
 
 
 class Ending(msgspec.Struct, frozen=True):
-    """How a run ended.
+    """The ending of a run.
 
     status   of the program, 0 if well; None: it is of no one program
     reason   in a few words
-    seconds  it took; on the brick's clock, where one program ran there
-    more     that programs may want to know, by name
+    seconds  that it took; on the brick's clock, where one program ran there
+    more     further values for programs, by name
     well     whether it is what was wanted; by default, if the status is 0
     """
 
@@ -135,12 +137,12 @@ class Run(msgspec.Struct, kw_only=True):
     notes: list[str] = []
 
     def on_emulated_brick(self, plant: str = "", scene: str | None = None, /, **said: Any) -> None:
-        """Say that the brick was emulated, and what was drawn at random.
+        """Record that the brick was emulated, and its seeds.
 
         Args:
             plant: changes of its constants, as text.
             scene: before its cameras, as text; None: none, or nothing in it is random.
-            said: of its set-up besides, by their names.
+            said: further values of the set-up, by their names.
         """
         self.set_up = {**self.set_up, "brick": "emulated", **said}
         if plant:
@@ -171,14 +173,14 @@ def table(
     rows: Iterable[Sequence[Any]],
     compared: bool = False,
 ) -> RunTable:
-    """Return a table; what is no number in it that a run measures is None.
+    """Return a table; numbers beyond MAX_NUMBER are None in it.
 
     Args:
         name: by which programs find it.
         caption: for people.
         headings: of the columns; a unit of UNITS is their last word, as in "greatest mm".
         rows: of cells.
-        compared: a report makes one table of it and of those of other runs.
+        compared: whether a report makes one table of it and of those of other runs.
     """
     columns = []
     for heading in headings:
@@ -208,20 +210,20 @@ def seeds_of(**texts: str | None) -> dict[str, int]:
 def _cell(value: Any) -> Cell:
     if value is None or isinstance(value, (bool, str)):
         return value
-    if not abs(value) <= GREATEST:
+    if not abs(value) <= MAX_NUMBER:
         return None
     return value if isinstance(value, int) else float(value)
 
 
 def as_json(run: Run) -> bytes:
-    """Return what run.json holds; a row of a table is a line, what is no text a question mark."""
-    told = msgspec.to_builtins(run)
+    """Return the bytes of run.json, with a line for each row of a table."""
+    values = msgspec.to_builtins(run)
     rows = []
-    for k, one in enumerate(told["tables"]):
+    for k, one in enumerate(values["tables"]):
         lines = [json.dumps(row, ensure_ascii=False) for row in one["rows"]]
         rows.append("[\n    " + ",\n    ".join(lines) + "\n   ]" if lines else "[]")
         one["rows"] = f"\0{k}"
-    text = json.dumps(told, indent=1, ensure_ascii=False)
+    text = json.dumps(values, indent=1, ensure_ascii=False)
     for k, lines_of in enumerate(rows):
         text = text.replace(f'"rows": "\\u0000{k}"', f'"rows": {lines_of}')
     return text.encode("utf-8", "replace") + b"\n"
@@ -244,8 +246,8 @@ def read_run(folder: Path) -> Run:
     except OSError as error:
         raise DamagedRun(f"{RUN} cannot be read: {error.strerror}") from None
     except msgspec.ValidationError as error:
-        told = str(error).replace("`", "'")[: 2 * SHOWN]
-        raise DamagedRun(f"{RUN} is not as it is written ({told}); do this run again") from None
+        reason = str(error).replace("`", "'")[: 2 * MAX_NAME_SHOWN]
+        raise DamagedRun(f"{RUN} is not as it is written ({reason}); do this run again") from None
     except (msgspec.DecodeError, UnicodeError, RecursionError):
         raise DamagedRun(f"{RUN} is no JSON; do this run again") from None
     _check(run)
@@ -253,21 +255,21 @@ def read_run(folder: Path) -> Run:
 
 
 def _check(run: Run) -> None:
-    """Raise DamagedRun if a run holds what none does."""
+    """Raise DamagedRun if a run is beyond the limits above."""
     if len(run.tables) > MAX_TABLES or len(run.files) > MAX_FILES:
         raise DamagedRun(f"{RUN} holds more than {MAX_TABLES} tables or {MAX_FILES} files")
     if sum(len(row) for one in run.tables for row in one.rows) > MAX_CELLS:
         raise DamagedRun(f"{RUN} holds tables of more than {MAX_CELLS} values")
-    if abs(run.ending.seconds or 0.0) > GREATEST:
+    if abs(run.ending.seconds or 0.0) > MAX_NUMBER:
         raise DamagedRun(f"{RUN}: it took {run.ending.seconds} s, beyond any run's")
     for one in run.tables:
-        name = one.name[:SHOWN]
+        name = one.name[:MAX_NAME_SHOWN]
         if len(one.columns) > MAX_COLUMNS:
             raise DamagedRun(f"{RUN}: the table '{name}' has more than {MAX_COLUMNS} columns")
         if any(len(row) != len(one.columns) for row in one.rows):
             raise DamagedRun(f"{RUN}: a row of the table '{name}' has too many or few values")
         for value in (cell for row in one.rows for cell in row):
-            if isinstance(value, (int, float)) and abs(value) > GREATEST:
+            if isinstance(value, (int, float)) and abs(value) > MAX_NUMBER:
                 raise DamagedRun(f"{RUN}: the table '{name}' holds {value}, beyond any run's")
     names = [file.name for file in run.files]
     if len(names) > len({*names}):
@@ -275,4 +277,5 @@ def _check(run: Run) -> None:
     for name in names:
         place = PurePosixPath(name)
         if place.is_absolute() or not place.parts or ".." in place.parts or "\\" in name:
-            raise DamagedRun(f"{RUN}: the file '{name[:SHOWN]}' is outside of the run's folder")
+            shown = name[:MAX_NAME_SHOWN]
+            raise DamagedRun(f"{RUN}: the file '{shown}' is outside of the run's folder")

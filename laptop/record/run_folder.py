@@ -1,4 +1,4 @@
-"""The folder in which a command leaves what it made: its run.json and its files, each whole."""
+"""The folder of a command's results: its run.json and its files, each whole."""
 
 from __future__ import annotations
 
@@ -17,17 +17,18 @@ from laptop.system.files import CannotWrite, check_kind, check_shown, written
 from shared.arm_description import ArmError
 
 RUNS = "runs"
-"""In it every run has a folder of its own, unless another one is asked for."""
-PICTURE, FROM_THE_SIDE = "picture.png", "picture-side.png"
+"""Name of the folder in which every run has a folder of its own by default."""
+PICTURE, SIDE_PICTURE = "picture.png", "picture-side.png"
 """Names of the picture from above and, of an arm in space, from the side."""
 FIGURES = ("cameras.png", "space.png", "errors.png", "joints.png")
-"""Of runs of the servo."""
+"""Names of the figures of servo runs."""
 TRUE_PATH = "goal-true-path.csv"
-"""Of one run of it, where the emulator knows that."""
+"""Name of the true path of a servo run in the emulator."""
 
-ENDED_BY_OTHERS = 124
-"""From this exit status on a script was ended: its time was over, or by a signal."""
-_TRIES = 100
+MIN_KILLED_STATUS = 124
+"""Least exit status of a script that was ended, by its time limit or a signal."""
+_MAX_TRIES = 100
+"""Number of names that are tried for a new folder."""
 
 
 class NoRunFolder(ArmError, OSError):
@@ -58,10 +59,10 @@ class RunFolder:
 
         Args:
             run: it names the files that are there already; those written here are added.
-            files: by name, what writes one at the path that it is given, and what it then holds.
+            files: name -> a writer to a path, and the file's content in words.
 
         Returns:
-            In words for people what is there now.
+            The files that are there now, in words for people.
 
         Raises:
             NoRunFolder, CannotWrite: it cannot be written.
@@ -92,13 +93,13 @@ class RunFolder:
         return f"{_shown(self.path)}/{', '.join([*shown, RUN])}"
 
     def clear(self) -> None:
-        """Let the earlier run go, with all files that it names."""
+        """Remove the earlier run, with all files that it names."""
         for name in self._earlier():
             self._remove(name)
         self._remove(RUN)
 
     def _remove(self, name: str) -> None:
-        """Remove a file of an earlier run; what is behind a link is none of its own."""
+        """Remove a file of an earlier run; a file behind a link is none of its own."""
         if not any((self.path / part).is_symlink() for part in PurePath(name).parents):
             with contextlib.suppress(IsADirectoryError, NotADirectoryError):
                 (self.path / name).unlink(missing_ok=True)
@@ -110,7 +111,7 @@ class RunFolder:
         return False
 
     def check_room(self) -> None:
-        """Refuse what cannot take the results, before anything runs.
+        """Refuse a folder that cannot take the results, before anything runs.
 
         Raises:
             NoRunFolder: there is no room, or a file of that name is of no run.
@@ -149,7 +150,7 @@ class RunFolder:
 
 
 def writer_of(content: bytes) -> Callable[[str], None]:
-    """Return what writes a file with this content at the path that it is given."""
+    """Return a writer of this content to a path."""
 
     def write(path: str) -> None:
         Path(path).write_bytes(content)
@@ -210,12 +211,12 @@ def new_folder(command: str, within: Path = Path(RUNS)) -> Path:
     """
     name = f"{time.strftime('%Y-%m-%d-%H%M%S')}-{command}"
     try:
-        for attempt in range(1, _TRIES):
+        for attempt in range(1, _MAX_TRIES):
             folder = within / (name if attempt == 1 else f"{name}-{attempt}")
             within.mkdir(parents=True, exist_ok=True)
             # Another run of this second may have it, or have just let go of the empty one above.
             with contextlib.suppress(FileExistsError, FileNotFoundError):
-                folder.mkdir(mode=0o700)  # what a camera saw is its owner's alone
+                folder.mkdir(mode=0o700)  # pictures are private
                 return folder
     except OSError as error:
         raise _no_room(within, error) from None

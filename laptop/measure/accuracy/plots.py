@@ -16,7 +16,7 @@ from laptop.measure.accuracy.plan import SHARES, AccuracyPlan
 from laptop.record.figures.charts import head
 from laptop.record.figures.sheet import (
     BAND,
-    BEHIND,
+    FROM_BEHIND,
     INK,
     JOINTS,
     PEAK,
@@ -58,7 +58,7 @@ def _draw_poses(figure: Figure, result: AccuracyResult) -> None:
         for row in (0, 1)
         for column in range(3)
     ]
-    _draw_map(Sheet(figure, places[0], BEHIND), plan)
+    _draw_map(Sheet(figure, places[0], FROM_BEHIND), plan)
     shown = {number: _flat(plan, result.observed[f"P{number}"]) for number in range(1, 6)}
     from_sides = {
         number: [

@@ -18,10 +18,10 @@ from laptop.measure.demo.processes import log_name
 from laptop.record.drawing_tables import PATHS
 from laptop.record.names import RUN, TRACE
 from laptop.record.run import SERVO, Cell, Ending, Run, RunFile, RunTable, settings
-from laptop.record.run_folder import FIGURES, FROM_THE_SIDE, PICTURE
+from laptop.record.run_folder import FIGURES, PICTURE, SIDE_PICTURE
 from laptop.record.servo.figures import Scenery
 from laptop.record.servo.servo_files import Files, add_servo
-from laptop.record.servo.servo_run import TRUE_SHARE, ServoRun
+from laptop.record.servo.servo_run import MAX_TRUE_TOLERANCES, ServoRun
 
 TRACKER, DRAWING, BASELINE = "tracker", "three lines", "report's method"
 """Stages, beside the goals'."""
@@ -186,13 +186,13 @@ def _names() -> dict[str, str]:
     for home in homes:
         trace = f"the true motion of the arm: {home}"
         found |= {f"{home}.jsonl": "", f"{home}/{TRACE}": trace, f"{home}/{RUN}": ""}
-        found |= {f"{home}/{name}": "" for name in (PICTURE, FROM_THE_SIDE)}
+        found |= {f"{home}/{name}": "" for name in (PICTURE, SIDE_PICTURE)}
     return found | {
         f"{DRAWING_HOME}/{PICTURE}": (
             "The lines, drawn before anything was seen: ink and arm on the left, and on the right "
             "how far the ink is off the wanted line, magnified."
         ),
-        f"{DRAWING_HOME}/{FROM_THE_SIDE}": "The same lines and the same arm from the side.",
+        f"{DRAWING_HOME}/{SIDE_PICTURE}": "The same lines and the same arm from the side.",
     }
 
 
@@ -201,8 +201,8 @@ def _note(demo: DemoResult) -> str:
     within = [run.within_mm for run in demo.runs if run.within_mm]
     words = (
         "What the brick claims decides nothing here: the emulator knows where the tip truly is, "
-        f"and a goal counts as reached where that is at most {TRUE_SHARE:g} times the tolerance of "
-        f"{tolerance:g} px away in the picture"
+        f"and a goal counts as reached where that is at most {MAX_TRUE_TOLERANCES:g} times the "
+        f"tolerance of {tolerance:g} px away in the picture"
     )
     if within:
         return words + (

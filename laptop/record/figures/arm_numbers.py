@@ -1,4 +1,4 @@
-"""An arm's numbers as a run keeps them, so that a report can tell of them later."""
+"""An arm's numbers as a run stores them for its reports."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from shared.arm_description import Arm
 def numbers_of(arm: Arm) -> dict[str, Any]:
     """Return an arm's numbers for JSON, in its file's units: cm, degrees, cm/s, g.
 
-    The file's place on this computer is not among them.
+    The path of its file on this computer is not among them.
     """
     return {
         "name": arm.name,

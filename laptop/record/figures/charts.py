@@ -1,7 +1,6 @@
-"""Charts of a run of the servo: a camera's picture with ways in it, curves in time.
+"""Charts of a run of the servo: a camera's picture with paths in it, curves in time.
 
-The parts that go on axes, in the style of `line_plot`; which figures they make up, and of what, is
-the reports' own.
+These are parts that go on axes, in the style of `line_plot`; the reports make figures of them.
 """
 
 from __future__ import annotations
@@ -19,21 +18,22 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from laptop.record.figures.sheet import BAND, BAND_TEXT, INK, JOINTS, REACH_EDGE, TICKS
 
-GOALS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")
-"""Colours of goals and of the ways to them."""
-LEAST = 0.3
-"""Errors below are drawn there: the axis is logarithmic, px."""
+GOAL_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")
+"""Colours of goals and of the paths to them."""
+MIN_ERROR_SHOWN = 0.3
+"""Least error on the logarithmic axis, px: smaller ones are drawn there."""
 
-NUMBER = FuncFormatter(lambda value, _: f"{value:g}")
+NUMBER_FORMAT = FuncFormatter(lambda value, _: f"{value:g}")
+"""Format of numbers along an axis."""
 
 
 def head(axes: Axes, title: str) -> None:
-    """A title over the left end of the axes."""
+    """Write a title over the left end of the axes."""
     axes.set_title(title, loc="left", size=9.5, color=INK, weight="bold", pad=8)
 
 
 def name_curves(axes: Axes) -> None:
-    """A legend in the line of the title."""
+    """Draw a legend in the line of the title."""
     if not axes.get_legend_handles_labels()[0]:
         return
     axes.legend(
@@ -75,7 +75,7 @@ def badge(colour: str, size: float = 8.0) -> dict[str, Any]:
 
 
 def show_picture(axes: Axes, image: np.ndarray | None, width: int, height: int) -> None:
-    """A picture (BGR, or None), enlarged; the axes are its pixels, width x height."""
+    """Show a picture (BGR, or None), enlarged; the axes are its pixels, width x height."""
     axes.set_axis_off()
     if image is not None:
         # Pixel centres are at integers, before and after the view enlarged the picture.
@@ -91,52 +91,62 @@ def name_camera(axes: Axes, name: str, height: int) -> None:
     axes.text(9, height - 12, f"camera {name}", path_effects=shade, **words)
 
 
-def draw_way(axes: Axes, way: np.ndarray, looks: np.ndarray, colour: str) -> None:
-    """A way of the tip, from a ring at its start.
+def draw_path(axes: Axes, path: np.ndarray, samples: np.ndarray, colour: str) -> None:
+    """Draw a path of the tip, from a ring at its start.
 
     Args:
         axes: of two or three coordinates.
-        way, looks: points (n, coordinates) of the way, and of where the servo looked.
+        path: points (n, coordinates).
+        samples: points (n, coordinates) at which the servo stopped to look.
+        colour: of both.
     """
     halo = [effects.withStroke(linewidth=4.5, foreground="white")]
     dots: dict[str, Any] = {"ls": "", "marker": "o", "color": colour}
-    axes.plot(*way.T, color=colour, lw=2.4, zorder=4, path_effects=halo, solid_capstyle="round")
-    axes.plot(*looks.T, ms=4.5, mec="white", mew=0.9, zorder=5, **dots)
-    axes.plot(*way[:1].T, ms=9, mfc="white", mec=colour, mew=2.2, zorder=6, **dots)
+    axes.plot(*path.T, color=colour, lw=2.4, zorder=4, path_effects=halo, solid_capstyle="round")
+    axes.plot(*samples.T, ms=4.5, mec="white", mew=0.9, zorder=5, **dots)
+    axes.plot(*path[:1].T, ms=9, mfc="white", mec=colour, mew=2.2, zorder=6, **dots)
 
 
 def draw_goal(
     axes: Axes, x: float, y: float, tolerance: float | None, colour: str, number: str, small: bool
 ) -> None:
-    """A goal in a picture, px, its circle of tolerance if that is known, and its number or "".
+    """Draw a goal in a picture, with its circle of tolerance if that is known.
 
     Args:
-        small: the picture is one of several.
+        axes: of the picture.
+        x: place of the goal, px.
+        y: the same, downwards.
+        tolerance: px, or None.
+        colour: of the goal.
+        number: written beside it, or "".
+        small: whether the picture is one of several.
     """
-    apart = 1.4 if small else 1.0
-    for ink, wide in (("white", 4.2 / apart), (colour, 2.0 / apart)):
+    spread = 1.4 if small else 1.0
+    for ink, wide in (("white", 4.2 / spread), (colour, 2.0 / spread)):
         if tolerance:
             axes.add_patch(Circle((x, y), tolerance, fill=False, ec=ink, lw=wide, zorder=7))
         for dx, dy in ((11, 0), (0, 11)):
             axes.plot([x - dx, x + dx], [y - dy, y + dy], color=ink, lw=wide - 0.6, zorder=7)
     if number:
-        axes.text(x + 17 * apart, y + 15 * apart, number, **badge(colour, 11 / apart))
+        axes.text(x + 17 * spread, y + 15 * spread, number, **badge(colour, 11 / spread))
 
 
 # Curves
 
 
 def frame_errors(axes: Axes, most: float, tolerance: float | None, title: str, free: float) -> None:
-    """Axes for errors in time.
+    """Set axes up for errors in time.
 
     Args:
-        most: the greatest, px; 0 where there is none.
+        axes: to be set up.
+        most: the greatest error, px; 0 where there is none.
         tolerance: px, or None.
+        title: over the axes.
         free: where along the axis no curve crosses the tolerance, 0 to 1.
     """
     axes.set_yscale("log")
-    axes.set_ylim(LEAST, max(most, 2 * LEAST) * 1.6)
-    axes.yaxis.set_major_formatter(NUMBER)
+    axes.set_ylim(MIN_ERROR_SHOWN, max(most, 2 * MIN_ERROR_SHOWN) * 1.6)
+    axes.yaxis.set_major_formatter(NUMBER_FORMAT)
     axes.grid(axis="y", color=REACH_EDGE, lw=0.5)
     axes.set_axisbelow(True)
     head(axes, title)
@@ -144,7 +154,7 @@ def frame_errors(axes: Axes, most: float, tolerance: float | None, title: str, f
     axes.locator_params(axis="x", nbins=7, steps=TICKS)
     if tolerance is None:
         return
-    axes.axhspan(LEAST, tolerance, color=BAND, alpha=0.16, lw=0)
+    axes.axhspan(MIN_ERROR_SHOWN, tolerance, color=BAND, alpha=0.16, lw=0)
     axes.text(
         free,
         tolerance * 0.93,
@@ -157,26 +167,31 @@ def frame_errors(axes: Axes, most: float, tolerance: float | None, title: str, f
 
 
 def draw_error(
-    axes: Axes, t: np.ndarray, error: np.ndarray, looks: np.ndarray, colour: str, label: str
+    axes: Axes, t: np.ndarray, error: np.ndarray, samples: np.ndarray, colour: str, label: str
 ) -> None:
-    """A curve of errors (px) in time (s), to a dot at its end.
+    """Draw a curve of errors in time, to a dot at its end.
 
     Args:
-        looks: rows (s, px) of what the servo measured, where it did.
+        axes: from `frame_errors`.
+        t: times (n,), s.
+        error: (n,), px.
+        samples: rows (s, px) of the servo's own measurements.
+        colour: of the curve.
+        label: of it in the legend.
     """
-    error = np.maximum(error, LEAST)
+    error = np.maximum(error, MIN_ERROR_SHOWN)
     axes.plot(t, error, color=colour, lw=1.7, label=label)
     axes.plot(t[-1], error[-1], "o", color=colour, ms=5.5, mec="white", mew=0.9, clip_on=False)
-    if len(looks):
-        x, y = looks.T
-        axes.plot(x, np.maximum(y, LEAST), ".", color=colour, ms=4, alpha=0.55)
+    if len(samples):
+        x, y = samples.T
+        axes.plot(x, np.maximum(y, MIN_ERROR_SHOWN), ".", color=colour, ms=4, alpha=0.55)
 
 
 def frame_condition(axes: Axes, greatest: float) -> None:
-    """Axes for condition numbers up to the greatest."""
+    """Set axes up for condition numbers up to the greatest."""
     axes.set_yscale("log")
     axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axes.yaxis.set_major_formatter(NUMBER)
+    axes.yaxis.set_major_formatter(NUMBER_FORMAT)
     axes.yaxis.set_minor_formatter(NullFormatter())
     axes.grid(axis="y", color=REACH_EDGE, lw=0.5)
     axes.set_axisbelow(True)
@@ -186,7 +201,7 @@ def frame_condition(axes: Axes, greatest: float) -> None:
 
 
 def frame_angles(axes: Axes, title: str) -> None:
-    """Axes for joint angles in time."""
+    """Set axes up for joint angles in time."""
     head(axes, title)
     axes.set_xlabel("s")
     axes.grid(axis="y", color=REACH_EDGE, lw=0.5)
@@ -200,11 +215,14 @@ def draw_angle(
     seen: Sequence[tuple[float, float]],
     measured: Sequence[tuple[float, float]],
 ) -> None:
-    """One joint's angle in time.
+    """Draw one joint's angle in time.
 
     Args:
+        axes: from `frame_angles`.
         joint: its number, from 0.
-        seen: (s, rad); measured: the same where the servo decided on a step.
+        name: in the legend.
+        seen: (s, rad) of the curve.
+        measured: (s, rad) where the servo decided on a step.
     """
     colour = JOINTS[joint % len(JOINTS)]
     if seen:

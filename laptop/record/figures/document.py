@@ -11,12 +11,13 @@ import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 TEMPLATES = Path(__file__).with_name("templates")
+"""Folder of the templates that all reports share."""
 MAX_PNG = 400_000
-"""A PNG larger than this is a photograph, bytes: a tenth as large as JPEG."""
+"""Greatest size of a PNG that stays one, bytes: a larger one is a photograph, made JPEG."""
 
 
 def load_templates(*folders: Path) -> Environment:
-    """Return the templates in some folders; what is put into them is escaped."""
+    """Return the templates in some folders; values in them are escaped."""
     return Environment(
         loader=FileSystemLoader(folders),
         autoescape=True,

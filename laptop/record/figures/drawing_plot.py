@@ -1,7 +1,7 @@
 """A whole drawing after a run: the true ink against the strokes that were wished, in mm.
 
-Rows of a record are those of `line_accuracy`.  A *chain* is what is drawn from pen down to pen up:
-strokes (n, 2) or (n, 3), cm, each of which begins where the one before ends.
+Rows of a record are those of `line_accuracy`.  A *chain* is the strokes from pen down to pen up,
+ (n, 2) or (n, 3), cm, each of which begins where the one before ends.
 """
 
 from __future__ import annotations
@@ -21,25 +21,25 @@ from laptop.record.figures.line_accuracy import (
     refined,
 )
 from laptop.record.figures.sheet import (
-    BEHIND,
-    TALL,
+    FROM_BEHIND,
+    TALL_HEIGHT,
     WIDE,
-    WISHED_BAND,
+    WISHED_LINE,
     Sheet,
     written_figure,
 )
 
-COARSE = 5
-"""What was wished is looked at in steps so many times as long as the ink's."""
+WISHED_STEP_RATIO = 5
+"""Spacing of points on a wished path, times the ink's."""
 
 STANDING_SPEED = 0.2
-"""A tip below this speed stands, cm/s."""
+"""Speed of the tip below which it stands, cm/s."""
 
-GREAT_MM = 3.0
-"""Deviations from here on have one colour, mm: more than half a LEGO stud."""
+MAX_COLOUR_MM = 3.0
+"""Deviation from which on the colour stays the same, mm: more than half a LEGO stud."""
 
-ROOM = 0.06
-"""About a drawing, as a share of its size."""
+MARGIN_SHARE = 0.06
+"""Margin around a drawing, as a share of its size."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,13 +47,13 @@ class DrawingAccuracy:
     """A drawing's ink against its strokes.
 
     Attributes:
-        greatest_mm: greatest distance of the ink from what it was drawn for.
+        greatest_mm: greatest distance of the ink from its wished path.
         rms_mm: the same as root mean square over the ink's length.
-        missed_mm: greatest distance of what was wished from the ink.
+        missed_mm: greatest distance of a wished path from the ink.
         ink_cm: length of the ink.
-        pen_up_cm: length of the tip's way with the pen up, from the first stroke to the last.
-        chains: number that was wished.
-        inks: number that was drawn.
+        pen_up_cm: length of the tip's path with the pen up, from the first stroke to the last.
+        chains: number of wished chains.
+        inks: number of drawn ones.
         standing_s: longest time for which the tip stood with the pen down, s.
         points: of the ink, (n, 2), cm.
         off_mm: distance of each, mm.
@@ -71,7 +71,7 @@ class DrawingAccuracy:
     off_mm: np.ndarray
 
     def as_dict(self) -> dict[str, float | int | None]:
-        """All figures, for JSON; None for what nothing tells, as there is no ink."""
+        """Return all numbers, for JSON; None where there is no ink."""
         return {
             name: _for_json(value)
             for name, value in vars(self).items()
@@ -94,7 +94,7 @@ def compare(rows: Sequence[Any], chains: Sequence[Sequence[np.ndarray]]) -> Draw
     off = [10 * _nearest(ink, [paths[n] for n in ns]) for ink, ns in zip(inks, own, strict=True)]
     seekers = own if len(inks) == len(paths) else [list(range(len(inks)))] * len(paths)
     missed = [
-        10 * _nearest(refined(path)[::COARSE], [inks[n] for n in ns]).max()
+        10 * _nearest(refined(path)[::WISHED_STEP_RATIO], [inks[n] for n in ns]).max()
         for path, ns in zip(paths, seekers, strict=True)
         if ns
     ]
@@ -115,7 +115,7 @@ def compare(rows: Sequence[Any], chains: Sequence[Sequence[np.ndarray]]) -> Draw
 
 
 def _for_json(value: float | int) -> float | int | None:
-    """Return a figure as JSON has it, which knows no NaN."""
+    """Return a number for JSON, which has no NaN: None in its place."""
     if isinstance(value, int):
         return value
     return round(float(value), 3) if np.isfinite(value) else None
@@ -127,7 +127,7 @@ def _nearest(points: np.ndarray, paths: Sequence[np.ndarray]) -> np.ndarray:
 
 
 def _pen_up(rows: Sequence[Any]) -> float:
-    """Return the length of the tip's way with the pen up between the first ink and the last, cm."""
+    """Return the length of the tip's path with the pen up, from first ink to last, cm."""
     pen = np.array([bool(row.pen) for row in rows])
     if not pen.any():
         return 0.0
@@ -159,26 +159,26 @@ def write_drawing_plot(
     title: str,
     notes: str,
 ) -> None:
-    """Write the picture as PNG: what was wished, and over it the ink, coloured by its distance.
+    """Write the picture as PNG: the wished paths, and over them the ink, coloured by its distance.
 
-    Seen as by who sits behind the arm: x upwards, y to the left.
+    The view is from behind the arm: x upwards, y to the left.
 
     Raises:
         OSError: as the system says it.
     """
     wished = [np.concatenate(chain) for chain in chains]
-    with written_figure(file, title, notes, height=TALL) as figure:
-        sheet = Sheet(figure, WIDE, BEHIND)
-        sheet.lines(wished, "wished", **WISHED_BAND)
+    with written_figure(file, title, notes, height=TALL_HEIGHT) as figure:
+        sheet = Sheet(figure, WIDE, FROM_BEHIND)
+        sheet.lines(wished, "wished", **WISHED_LINE)
         sheet.travel(rows)
         segments = np.stack([accuracy.points[:-1], accuracy.points[1:]], axis=1)
-        # One that is longer is the way from one ink to the next.
+        # A longer segment leads from one ink to the next.
         near = np.linalg.norm(np.diff(accuracy.points, axis=0), axis=1) < 3 * INK_SPACING
         ink = sheet.coloured(
-            segments[near], accuracy.off_mm[1:][near], GREAT_MM, cmap="turbo", lw=1.4, zorder=5
+            segments[near], accuracy.off_mm[1:][near], MAX_COLOUR_MM, cmap="turbo", lw=1.4, zorder=5
         )
         points = sheet.seen(np.concatenate(wished))
-        sheet.show(points, ROOM * max(float(np.ptp(points, axis=0).max()), 1.0))
+        sheet.show(points, MARGIN_SHARE * max(float(np.ptp(points, axis=0).max()), 1.0))
         sheet.legend()
         words = "distance of the true ink from what was wished, mm"
         sheet.colour_scale(ink, words, extend="max")

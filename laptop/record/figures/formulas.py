@@ -11,7 +11,7 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 
 FORMULA_SIZE = 12.0
-"""Of a formula's letters, pt."""
+"""Size of a formula's letters, pt."""
 
 
 def formula(tex: str) -> Markup:
@@ -39,8 +39,9 @@ def svg(figure: Figure, tight: bool = False, transparent: bool = True) -> str:
     """Return a figure as the text of an SVG, the same text for the same figure.
 
     Args:
-        tight: cut off what is empty around it.
-        transparent: let what is behind it be seen.
+        figure: to be converted.
+        tight: cut off the empty margin.
+        transparent: without a background.
     """
     out = io.BytesIO()
     with rc_context({"svg.hashsalt": "brickservo"}):

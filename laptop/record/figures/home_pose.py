@@ -17,7 +17,7 @@ import numpy as np
 from matplotlib.patches import Arc, Wedge
 
 from laptop.record.figures.sheet import (
-    BASE,
+    HALF_BASE,
     INK,
     PEAK,
     QUIET,
@@ -28,8 +28,8 @@ from laptop.record.figures.sheet import (
 )
 from shared.arm_description import PULLED_DOWN, SEEK_BEYOND, Arm
 
-HEIGHT = 800
-"""Of the picture, px."""
+PICTURE_HEIGHT = 800
+"""Height of the picture, px."""
 
 
 def write_home_pose(file: Path, arm: Arm, skeleton: Sequence[Sequence[float]]) -> None:
@@ -47,11 +47,13 @@ def write_home_pose(file: Path, arm: Arm, skeleton: Sequence[Sequence[float]]) -
     joints = arm.joints[1:] if standing else arm.joints
     how = "from the side, its base turned straight ahead" if standing else "from above"
     title = f"Home pose of {arm.name}, seen {how}"
-    with written_figure(file, title, height=HEIGHT) as figure:
+    with written_figure(file, title, height=PICTURE_HEIGHT) as figure:
         sheet = Sheet(figure, (0.062, 0.13, 0.898, 0.77), "xz" if standing else "xy")
         axes, places = sheet.axes, sheet.seen(skeleton)
         axles, tip = places[-1 - len(joints) : -1], places[-1]
-        seen = np.concatenate([places, [(-BASE, -BASE), (BASE, BASE), (tip[0] + 6, 0)]])
+        seen = np.concatenate(
+            [places, [(-HALF_BASE, -HALF_BASE), (HALF_BASE, HALF_BASE), (tip[0] + 6, 0)]]
+        )
         sheet.show(seen, ((3.0, 4.0), (1.0, 4.0)))
         axes.axhline(0, color=REACH_EDGE, lw=1, zorder=0)
         before = 0.0

@@ -18,22 +18,24 @@ import numpy as np
 from shared.arm_description import ArmError
 
 Points = Sequence[Sequence[float]]
+"""Points (n, 2) or (n, 3), cm."""
 
 MAX_BOUNCE_TIME = 0.05
-"""A pen that is off the paper for no longer than this, s, has bounced; lifting it takes longer."""
+"""Longest time off the paper that counts as a bounce of the pen, s; lifting takes longer."""
 
 INK_SPACING = 0.02
-"""Ink is looked at this densely, cm, however fast the pen went."""
+"""Greatest distance between two points of an ink, cm, however fast the pen went."""
 
 MATCH_POINTS = 24
-"""Points along path and ink that stand for them when they are matched."""
+"""Number of points along path and ink that stand for them when they are matched."""
 
 JUMP_COST = 0.05
-"""cm of distance per cm between a point's place along the path and where it should have got to:
-keeps the place from jumping to another branch where a path crosses or touches itself."""
+"""Cost of a jump: cm of distance, per cm from a point's place on the path to the expected one.
+
+It keeps the place from jumping to another branch where a path crosses or touches itself."""
 
 SETTLING_ANGLE = math.radians(3)
-"""No more than this, rad, a joint moves by itself when it comes to rest at the end of its play."""
+"""Greatest motion of a joint that comes to rest at the end of its backlash, rad."""
 
 
 class BadWantedPath(ArmError, ValueError):
@@ -51,7 +53,7 @@ class Measure:
             at the ends does not dilute it.
         start_mm: from where the path starts to where the ink does.
         end_mm: from where the path ends to where the ink does.
-        missed_mm: greatest distance of the path from the ink: what was left out.
+        missed_mm: greatest distance of the path from the ink: a part was left out.
         seconds: time with the pen down.
         length_cm: length of the path.
         ink_cm: length of the ink.
@@ -72,14 +74,14 @@ class Measure:
     floor_mm: float | None = None
 
     def as_dict(self) -> dict[str, float | None]:
-        """Every number but the profile, for JSON, to a micrometre."""
+        """Return all numbers but the profile, rounded to 4 decimals, for JSON."""
         values = {field.name: getattr(self, field.name) for field in fields(self)}
         del values["lateral"]
         return {name: None if v is None else round(float(v), 4) for name, v in values.items()}
 
 
 def pen_down_runs(rows: Iterable[Any]) -> list[list[Any]]:
-    """The rows with the pen down, split where it was lifted, in order of time."""
+    """Return the rows with the pen down, split where it was lifted, in order of time."""
     runs: list[list[Any]] = []
     for row in rows:
         if row.pen:
@@ -116,19 +118,19 @@ def measure(rows: Iterable[Any], wanted: Sequence[Points]) -> list[Measure | Non
 
 
 def place(row: Any) -> tuple[float, ...]:
-    """Place of the tip, cm: x and y, in space also z."""
+    """Return the place of the tip, cm: x and y, in space also z."""
     return (row.x, row.y) if row.z is None else (row.x, row.y, row.z)
 
 
 def match(paths: Sequence[np.ndarray], inks: Sequence[np.ndarray]) -> list[int | None]:
-    """For each path the index of the ink that was drawn for it, or None; no ink serves two paths.
+    """Return for each path the index of its ink, or None; no ink serves two paths.
 
-    They belong together in order of time, exchanged as long as that brings paths and their inks
-    nearer to each other on the whole: a stroke left out, one too many or another order do no harm,
-    and a path wanted twice keeps its order.  Near is the mean distance, both ways.
+    They belong together in order of time.  Two are exchanged as long as that makes the sum of mean
+    distances smaller (2-opt), so a missing or further stroke, or another order, does no harm.  A
+    path wanted twice keeps its order.
     """
     n = max(len(paths), len(inks))
-    table = np.zeros((n, n))  # what is missing on either side costs nothing
+    table = np.zeros((n, n))  # a missing path or ink costs nothing
     if len(paths) and len(inks):
         thin_paths = [_resampled(path) for path in paths]
         thin_inks = [_resampled(ink) for ink in inks]
@@ -138,14 +140,14 @@ def match(paths: Sequence[np.ndarray], inks: Sequence[np.ndarray]) -> list[int |
             np.reshape(to_path, (len(paths), len(inks), -1)).mean(axis=2)
             + np.reshape(to_ink, (len(inks), len(paths), -1)).mean(axis=2).T
         ) / 2
-    apart = table.tolist()
+    distance = table.tolist()
     order = list(range(n))
     exchanged = True
     while exchanged:
         exchanged = False
         for i, j in itertools.combinations(range(n), 2):
-            now = apart[i][order[i]] + apart[j][order[j]]
-            if apart[i][order[j]] + apart[j][order[i]] < now - 1e-9:
+            now = distance[i][order[i]] + distance[j][order[j]]
+            if distance[i][order[j]] + distance[j][order[i]] < now - 1e-9:
                 order[i], order[j] = order[j], order[i]
                 exchanged = True
     return [k if k < len(inks) else None for k in order[: len(paths)]]
@@ -161,7 +163,7 @@ def write_trace(
     Args:
         file: where to.
         rows: the record.
-        angles: what the angles are of, in place of q1 to qn.
+        angles: names of the angles, in place of q1 to qn.
 
     Raises:
         OSError: as the system says it; the file may then be there in part.
@@ -238,24 +240,24 @@ def _profile(points: np.ndarray, path: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 
 def _segments(points: np.ndarray, path: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Each point against each segment of `path`.
+    """Compare each point with each segment of `path`.
 
     Returns:
         Three arrays, points x segments: distance, cm; the foot's place as a share of the segment,
         below 0 and above 1 beyond its ends; the side, positive on the left as seen from above.
     """
     a = path[:-1]
-    way = np.diff(path, axis=0)
+    vector = np.diff(path, axis=0)
     offset = points[:, None, :] - a
-    square = np.maximum((way**2).sum(axis=1), 1e-18)
-    share = (offset * way).sum(axis=2) / square
-    miss = offset - np.clip(share, 0, 1)[:, :, None] * way
-    side = way[:, 0] * offset[:, :, 1] - way[:, 1] * offset[:, :, 0]
+    square = np.maximum((vector**2).sum(axis=1), 1e-18)
+    share = (offset * vector).sum(axis=2) / square
+    miss = offset - np.clip(share, 0, 1)[:, :, None] * vector
+    side = vector[:, 0] * offset[:, :, 1] - vector[:, 1] * offset[:, :, 0]
     return np.linalg.norm(miss, axis=2), share, side
 
 
 def distances(points: np.ndarray, path: np.ndarray) -> np.ndarray:
-    """Distance of each point from a polyline, cm."""
+    """Return the distance of each point from a polyline, cm."""
     if len(path) == 1:
         return np.linalg.norm(points - path[0], axis=1)
     chunks = _chunks(len(points), len(path))
@@ -263,18 +265,18 @@ def distances(points: np.ndarray, path: np.ndarray) -> np.ndarray:
 
 
 def _chunks(rows: int, columns: int) -> list[slice]:
-    """Slices of `rows` so short that a table with that many columns stays small."""
+    """Return slices of `rows` so short that a table with that many columns stays small."""
     size = max(1, 250_000 // columns)
     return [slice(k, min(k + size, rows)) for k in range(0, rows, size)]
 
 
 def _steps(points: np.ndarray) -> np.ndarray:
-    """Distance from each point to the next, cm."""
+    """Return the distance from each point to the next, cm."""
     return np.linalg.norm(np.diff(points, axis=0), axis=1)
 
 
 def refined(points: np.ndarray) -> np.ndarray:
-    """The same polyline with points at most INK_SPACING apart, without repeated ones."""
+    """Return the same polyline with points at most INK_SPACING distance, without repeated ones."""
     points = points[np.concatenate([[True], _steps(points) > 1e-9])]
     counts = np.maximum(1, np.ceil(_steps(points) / INK_SPACING)).astype(int)
     first = np.cumsum(counts) - counts
@@ -284,7 +286,7 @@ def refined(points: np.ndarray) -> np.ndarray:
 
 
 def _resampled(points: np.ndarray) -> np.ndarray:
-    """The same polyline with MATCH_POINTS points evenly along it."""
+    """Return the same polyline with MATCH_POINTS points evenly along it."""
     places = np.concatenate([[0.0], np.cumsum(_steps(points))])
     even = np.linspace(0.0, places[-1], MATCH_POINTS)
     return np.column_stack([np.interp(even, places, c) for c in points.T])

@@ -1,6 +1,6 @@
-"""The picture of a run: what was drawn, the arm, and the deviation magnified beside it.
+"""The picture of a run: the ink, the arm, and the deviation magnified beside it.
 
-Nothing is computed here but where things go; numbers come from `line_accuracy`.
+Only the layout is computed here; numbers come from `line_accuracy`.
 """
 
 import math
@@ -16,8 +16,8 @@ from laptop.record.figures.line_accuracy import Measure, Points, pen_down_runs, 
 from laptop.record.figures.sheet import (
     BAND,
     BAND_TEXT,
-    BASE,
     COLUMN,
+    HALF_BASE,
     INK,
     INK_LINE,
     JOINTS,
@@ -33,12 +33,12 @@ from laptop.record.figures.sheet import (
     written_figure,
 )
 
-MOST_PANELS = 6
-"""More deviations than this side by side nobody reads."""
+MAX_PANELS = 6
+"""Greatest number of deviations that are shown below one another."""
 
 
 class FinalPose(NamedTuple):
-    """The arm as it is drawn.
+    """The pose in which the arm is drawn.
 
     skeleton  the base, every joint and the tip, cm; may be empty
     reach     least and greatest distance of the tip from the base, cm
@@ -98,7 +98,10 @@ def _draw_sheet(
     tip = [] if inks else [place(row) for row in rows]
     badges = _badge_places([sheet.seen(path) for path in wanted])
     points = [sheet.seen(line) for line in (*wanted, *inks, skeleton, tip)]
-    points += [np.reshape(badges, (-1, 2)), np.array([(-BASE, -BASE), (BASE, BASE)])]
+    points += [
+        np.reshape(badges, (-1, 2)),
+        np.array([(-HALF_BASE, -HALF_BASE), (HALF_BASE, HALF_BASE)]),
+    ]
     if len(np.concatenate(points)) == 2:  # nothing but the base
         points.append(np.array([(-reach[1], -reach[1]), reach[1:] * 2]))
     sheet.show(np.concatenate(points), ((1.0, 2.0), (1.0, 1.0)), 12.0)
@@ -128,12 +131,12 @@ def _draw_sheet(
 
 
 def _badge_places(paths: Sequence[np.ndarray]) -> list[np.ndarray]:
-    """Places for the numbers of the paths: a little before each start, and not on one another."""
+    """Return places for the paths' numbers, a little before each start, not on one another."""
     places: list[np.ndarray] = []
     for path in paths:
         ahead = path[np.hypot(*(path - path[0]).T) > 0.3]
-        way = ahead[0] - path[0] if len(ahead) else np.array([1.0, 0.0])
-        backwards = math.atan2(-way[1], -way[0])
+        direction = ahead[0] - path[0] if len(ahead) else np.array([1.0, 0.0])
+        backwards = math.atan2(-direction[1], -direction[0])
         tries = [
             path[0] + 0.85 * np.array([math.cos(backwards + turn), math.sin(backwards + turn)])
             for turn in (0.0, 1.0, -1.0, 2.0, -2.0)
@@ -159,7 +162,7 @@ def _badge(axes: Axes, place: np.ndarray, number: int, small: bool) -> None:
 
 
 def _draw_scale(axes: Axes) -> None:
-    """A bar of 5 cm in the strip that is kept free at the bottom."""
+    """Draw a bar of 5 cm in the free strip at the bottom."""
     right, bottom = axes.get_xlim()[1], axes.get_ylim()[0]
     x, y = right - 5.6, bottom + 0.5
     axes.plot([x, x + 5], [y, y], color=INK, lw=2.2, solid_capstyle="butt", zorder=7)
@@ -187,8 +190,8 @@ def _draw_column(
         return
     shown = list(enumerate(measures))
     heading, footnote = "Deviation from the wanted path, mm", ""
-    if len(measures) > MOST_PANELS:
-        worst = sorted(drawn, key=lambda item: -item[1].greatest_mm)[:MOST_PANELS]
+    if len(measures) > MAX_PANELS:
+        worst = sorted(drawn, key=lambda item: -item[1].greatest_mm)[:MAX_PANELS]
         shown = sorted(worst, key=lambda item: item[0])
         left_out, missing = len(measures) - len(shown), len(measures) - len(drawn)
         heading = f"The {len(shown)} greatest of {len(drawn)} deviations, mm"
@@ -259,7 +262,7 @@ def _mm(value: float) -> str:
 
 
 def _widened(values: Any, share: float) -> tuple[float, float]:
-    """Limits that leave a margin round the values."""
+    """Return limits that leave a margin around the values."""
     margin = share * max(float(np.ptp(values)), 0.1)
     return float(np.min(values)) - margin, float(np.max(values)) + margin
 
@@ -314,7 +317,7 @@ def _heading(figure: Figure, text: str) -> None:
 
 
 def stack(n: int, gap: float) -> list[tuple[float, float, float, float]]:
-    """Boxes of n axes one below the other, the first on top; `gap` is for the words above each."""
+    """Return boxes of n axes below one another, the first on top; `gap` is for texts above each."""
     left, bottom, width, height = COLUMN
     each = (height + gap) / n
     return [(left, bottom + (n - 1 - k) * each, width, each - gap) for k in range(n)]

@@ -16,7 +16,7 @@ _CODE = re.compile(
     r"(?:\x1b\[|\x9b)[0-?]*[@-~]?|\x1b[@-_a-z]?"
     r"|\[[\d;]+m(?=[/\\~])"  # of which somebody has taken the first letter
 )
-"""What steers a terminal; a path right behind it would seem to be part of a word."""
+"""Codes that steer a terminal; a path right behind one would seem to be part of a word."""
 
 
 def without_folders(text: str) -> str:

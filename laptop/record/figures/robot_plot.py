@@ -1,4 +1,4 @@
-"""The picture of a run without an arm: the way of a robot on wheels, and how it went in time."""
+"""The picture of a run without an arm: the path of a robot on wheels, and its motion in time."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ from laptop.record.figures.sheet import (
     written_figure,
 )
 
-LEAST_SPAN, ROOM = 24.0, 0.1
-"""Least width and height of what is shown, cm; around a way, as a share of its size."""
+MIN_SPAN, MARGIN_SHARE = 24.0, 0.1
+"""Least width and height of the view, cm; margin around the path, as a share of its size."""
 
 
 def write_robot_plot(
@@ -45,7 +45,7 @@ def write_robot_plot(
     """
     with written_figure(file, title) as figure:
         write_footnote(figure, "The TRUE way of the emulated robot: the middle between its wheels.")
-        _draw_way(Sheet(figure, SHEET), rows, line)
+        _draw_path(Sheet(figure, SHEET), rows, line)
         upper, lower = (figure.add_axes(box) for box in stack(2, gap=0.11))
         draw_in_time(
             *(upper, rows, "place  cm"),
@@ -56,18 +56,18 @@ def write_robot_plot(
         figure.align_ylabels([upper, lower])
 
 
-def _draw_way(sheet: Sheet, rows: Sequence[Any], line: Sequence[Sequence[float]]) -> None:
-    axes, way = sheet.axes, [place(row) for row in rows]
+def _draw_path(sheet: Sheet, rows: Sequence[Any], line: Sequence[Sequence[float]]) -> None:
+    axes, path = sheet.axes, [place(row) for row in rows]
     sheet.lines([line] if len(line) else [], "line on the floor", color=TRAVEL, lw=6, zorder=1)
-    sheet.lines([way], "way", **INK_LINE)
-    axes.plot(*way[0], "o", color=WANTED, ms=7, zorder=6, label="start")
-    points = sheet.seen([*way, *line])
-    size = max(LEAST_SPAN, float(np.ptp(points, axis=0).max()))
-    sheet.show(points, ROOM * size, LEAST_SPAN)
+    sheet.lines([path], "way", **INK_LINE)
+    axes.plot(*path[0], "o", color=WANTED, ms=7, zorder=6, label="start")
+    points = sheet.seen([*path, *line])
+    size = max(MIN_SPAN, float(np.ptp(points, axis=0).max()))
+    sheet.show(points, MARGIN_SHARE * size, MIN_SPAN)
     axes.set(xlabel="x, cm", ylabel="y, cm")  # no arm is there for which x were forward
     heading, length = rows[-1].q[-1], 0.06 * size
-    tip = np.add(way[-1], (length * math.cos(heading), length * math.sin(heading)))
+    tip = np.add(path[-1], (length * math.cos(heading), length * math.sin(heading)))
     arrow = {"arrowstyle": "-|>", "color": WANTED, "lw": 2}
-    axes.annotate("", tuple(tip), tuple(points[len(way) - 1]), arrowprops=arrow, zorder=6)
+    axes.annotate("", tuple(tip), tuple(points[len(path) - 1]), arrowprops=arrow, zorder=6)
     axes.plot([], [], color=WANTED, lw=2, label="where it looks at the end")
     sheet.legend()

@@ -1,6 +1,6 @@
-"""The sheet: the table or a plane in space, in cm of equal scales, and what lies on it.
+"""The sheet: the table or a plane in space, in cm of equal scales, with its drawings.
 
-Here are the style and the words of all figures, too.  Matplotlib's figures are used without pyplot
+Here are the style and the texts of all figures, too.  Matplotlib's figures are used without pyplot
 and with the style below, whatever the user's matplotlibrc says; equal input gives equal bytes.
 """
 
@@ -32,7 +32,7 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
 from laptop.record.figures.line_accuracy import place
 
 WIDTH, HEIGHT, DPI = 1600, 1000, 150
-"""px, px, px per inch."""
+"""Width and height of a figure, px, and its resolution, px per inch."""
 
 # Okabe and Ito's colours, which colour-blind people tell apart, and greys.
 INK, WANTED, PEAK, BAND = "#1a1a1a", "#0072B2", "#D55E00", "#E69F00"
@@ -65,35 +65,36 @@ STYLE: dict[Any, Any] = {
 }
 
 TICKS = (1, 2, 5, 10)
+"""Steps between ticks, times a power of 10."""
 
-# Where things are, as shares of the figure: left, bottom, width, height.
+# Boxes are shares of the figure: left, bottom, width, height.
 SHEET, COLUMN = (0.062, 0.135, 0.52, 0.74), (0.648, 0.095, 0.332, 0.74)
-"""A sheet, and beside it a column of graphs."""
-WIDE, SCALE, TALL = (0.062, 0.125, 0.77, 0.74), (0.86, 0.125, 0.018, 0.6), 1200
-"""A sheet in a figure so many px high, and beside it what its colours mean."""
+"""Box of a sheet, and beside it of a column of graphs."""
+WIDE, SCALE_BOX, TALL_HEIGHT = (0.062, 0.125, 0.77, 0.74), (0.86, 0.125, 0.018, 0.6), 1200
+"""Box of a sheet in a tall figure, of its colour scale, and that figure's height, px."""
 
-BEHIND = "-yx"
-"""A sheet as it is seen by who sits behind the arm."""
+FROM_BEHIND = "-yx"
+"""View of a sheet from behind the arm: x up, y to the left."""
 LABELS = {"x": "x, cm (forward)", "y": "y, cm (to the left)", "z": "z, cm (up)"}
-TICK_ROOM = 55
-"""From one number along the axes to the next, px at the least."""
+MIN_TICK_DISTANCE = 55
+"""Least distance from one number along the axes to the next, px."""
 
 INK_LINE: dict[str, Any] = {"color": INK, "lw": 2.0, "zorder": 5, "solid_capstyle": "round"}
 WANTED_LINE: dict[str, Any] = {"color": WANTED, "lw": 1.1, "zorder": 6}
-WISHED_BAND: dict[str, Any] = {"color": TRAVEL, "lw": 3.2, "alpha": 0.5, "zorder": 2}
-"""What was wished, under an ink whose colours tell something."""
+WISHED_LINE: dict[str, Any] = {"color": TRAVEL, "lw": 3.2, "alpha": 0.5, "zorder": 2}
+"""Style of a wished path under a coloured ink."""
 TRAVEL_LINE: dict[str, Any] = {"color": TRAVEL, "lw": 0.8, "ls": (0, (2, 2)), "zorder": 4}
 
-BEAM = 0.8
-"""Width of a LEGO beam and distance of its holes, cm."""
+BEAM_WIDTH = 0.8
+"""Width of a LEGO beam, and distance between its holes, cm."""
 
-BASE = 1.6
-"""Half the side of what the arm stands on, cm."""
+HALF_BASE = 1.6
+"""Half the side of the arm's base, cm."""
 
 
 @contextmanager
 def new_figure(height: int = HEIGHT) -> Iterator[Figure]:
-    """An empty figure, WIDTH x height px, in the style above; it has to be drawn in the block."""
+    """Give an empty figure, WIDTH x height px, in the style above, to be drawn in the block."""
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
         matplotlib.rcParams.update(STYLE)
@@ -106,7 +107,7 @@ def new_figure(height: int = HEIGHT) -> Iterator[Figure]:
 def written_figure(
     file: str | os.PathLike[str], title: str, *notes: str, height: int = HEIGHT
 ) -> Iterator[Figure]:
-    """A figure under its title and notes, to be drawn in the block; then it is written as PNG.
+    """Give a figure under its title and notes, to be drawn in the block; write it as PNG after.
 
     Raises:
         OSError: as the system says it; the file may then be there in part.
@@ -120,7 +121,7 @@ def written_figure(
 
 
 def png_of(figure: Figure) -> bytes:
-    """The figure as a PNG file; a letter that its font lacks is a box, without a word."""
+    """Return the figure as a PNG file; a letter that its font lacks is a box, without a warning."""
     picture = io.BytesIO()
     with warnings.catch_warnings():
         # Names come from runs and may hold anything; a reader can do nothing about a font.
@@ -130,12 +131,12 @@ def png_of(figure: Figure) -> bytes:
 
 
 class Sheet:
-    """Axes with equal scales in cm, and what is drawn there.
+    """Axes with equal scales in cm, with lines and the arm on them.
 
-    Points are those of the arm, (n, 2) or (n, 3), cm, unless something else is said.
+    Points are in the arm's frame, (n, 2) or (n, 3), cm, unless noted otherwise.
 
     Attributes:
-        axes: for what is drawn by one figure alone; they have the points that `seen` gives.
+        axes: for parts of one figure alone; they have the points that `seen` gives.
         cm: points of type per cm, once `show` was called.
     """
 
@@ -145,8 +146,10 @@ class Sheet:
         """Lay a sheet into a box (shares of the figure: left, bottom, width, height).
 
         Args:
-            view: what is to the right and what is up: "xy" from above, "xz" or "yz" from the side,
-                BEHIND.
+            figure: that the sheet is a part of.
+            box: its place.
+            view: axes to the right and up: "xy" from above, "xz" or "yz" from the side,
+                FROM_BEHIND.
         """
         mirrored, across, up = view.startswith("-"), view[-2], view[-1]
         self._figure, self._stands = figure, up == "z"
@@ -163,7 +166,7 @@ class Sheet:
             )
 
     def seen(self, points: Any) -> np.ndarray:
-        """Points as they lie on the sheet, (n, 2), cm to the right and up."""
+        """Return points on the sheet, (n, 2), cm to the right and up."""
         points = np.asarray(points, float)
         return points[:, self._columns] * self._signs if len(points) else np.zeros((0, 2))
 
@@ -172,8 +175,8 @@ class Sheet:
 
         Args:
             points: of the sheet, (n, 2).
-            room: what else is shown around them, cm; or ((left, bottom), (right, top)).
-            least: the least length of a side, cm.
+            room: margin around them, cm; or ((left, bottom), (right, top)).
+            least: least length of a side, cm.
         """
         before, after = np.broadcast_to(room, (2, 2))
         lower, upper = points.min(axis=0) - before, points.max(axis=0) + after
@@ -181,7 +184,7 @@ class Sheet:
         span = max(least / box.min(), *((upper - lower) / box)) * box
         left, bottom = (lower + upper - span) / 2
         self.axes.set(xlim=(left, left + span[0]), ylim=(bottom, bottom + span[1]))
-        numbers = MaxNLocator(max(3, int(box.max() / TICK_ROOM)), steps=TICKS)
+        numbers = MaxNLocator(max(3, int(box.max() / MIN_TICK_DISTANCE)), steps=TICKS)
         step = np.diff(numbers.tick_values(0.0, span.max()))[0]
         self.axes.xaxis.set_major_locator(MultipleLocator(step))
         self.axes.yaxis.set_major_locator(MultipleLocator(step))
@@ -204,14 +207,14 @@ class Sheet:
         return lines
 
     def travel(self, rows: Sequence[Any]) -> None:
-        """Draw the way of a record's tip with the pen up."""
+        """Draw the path of a record's tip with the pen up."""
         pen = np.array([bool(row.pen) for row in rows])
         if not pen.all():
-            way = np.where(pen[:, None], np.nan, [place(row) for row in rows])
-            self.lines([way], "pen up", **TRAVEL_LINE)
+            path = np.where(pen[:, None], np.nan, [place(row) for row in rows])
+            self.lines([path], "pen up", **TRAVEL_LINE)
 
     def reach(self, outlines: Sequence[np.ndarray], label: str) -> None:
-        """Shade what is within outlines of the sheet (n, 2); those of holes turn the other way."""
+        """Shade the area within outlines of the sheet (n, 2); those of holes turn the other way."""
         rings = [np.concatenate([outline, outline[:1]]) for outline in outlines]
         path = Path.make_compound_path(*(Path(ring, closed=True) for ring in rings))
         self.axes.add_patch(PathPatch(path, fc=REACH, ec=REACH_EDGE, label=label, zorder=0))
@@ -222,23 +225,24 @@ class Sheet:
 
         Args:
             skeleton: the base, every joint and the tip; may be empty, then there is the base alone.
-            pale: how much nearer to white all colours are, 0 to 1.
+            label: in the legend, or None.
+            pale: share of white in all colours, 0 to 1.
         """
 
         def of(*colours: str) -> list[Any]:
             return [tuple(1 - (1 - np.array(to_rgb(one))) * (1 - pale)) for one in colours]
 
         fill, edge, hole, steel, ink, base = of(ARM, ARM_EDGE, HOLE, STEEL, INK, "#DDE1E5")
-        height, round_by = (BASE / 2, 0.2) if self._stands else (2 * BASE, 0.5)
+        height, round_by = (HALF_BASE / 2, 0.2) if self._stands else (2 * HALF_BASE, 0.5)
         self.axes.add_patch(
             FancyBboxPatch(
-                (-BASE, -BASE / 2 if self._stands else -BASE), 2 * BASE, height,
+                (-HALF_BASE, -HALF_BASE / 2 if self._stands else -HALF_BASE), 2 * HALF_BASE, height,
                 f"round,pad=0,rounding_size={round_by}", fc=base, ec=steel, lw=0.8, zorder=1.7,
             )
         )  # fmt: skip
         joints = self.seen(skeleton)
         for k, (a, b) in enumerate(zip(joints, joints[1:], strict=False)):
-            draw_beam(self.axes, a, b, BEAM, self.cm, (fill, edge, hole), 2 + 0.1 * k)
+            draw_beam(self.axes, a, b, BEAM_WIDTH, self.cm, (fill, edge, hole), 2 + 0.1 * k)
         for k, joint in enumerate(joints):
             radius, colour = (0.2, ink) if k == len(joints) - 1 else (0.36, steel)
             self.axes.add_patch(Circle(joint, radius, fc=colour, ec="white", lw=0.9, zorder=3))
@@ -246,7 +250,7 @@ class Sheet:
             self.axes.plot([], [], color=fill, lw=6, solid_capstyle="round", label=label)
 
     def legend(self) -> None:
-        """Say in one line below the axes what all is that has a label."""
+        """Draw the legend in one line below the axes."""
         handles, labels = self.axes.get_legend_handles_labels()
         left, bottom, right, _ = self.axes.get_position().extents
         self._figure.legend(
@@ -255,8 +259,8 @@ class Sheet:
         )  # fmt: skip
 
     def colour_scale(self, lines: LineCollection, label: str, **options: Any) -> Colorbar:
-        """Draw what the colours mean; the options are the colour bar's."""
-        bar = self._figure.colorbar(lines, cax=self._figure.add_axes(SCALE), **options)
+        """Draw the colour scale; the options are the colour bar's."""
+        bar = self._figure.colorbar(lines, cax=self._figure.add_axes(SCALE_BOX), **options)
         bar.set_label(label)
         return bar
 
@@ -270,11 +274,12 @@ def draw_beam(
     colours: Sequence[Any],
     zorder: float,
 ) -> None:
-    """Draw a beam from axle to axle, over what lies there.
+    """Draw a beam from axle to axle.
 
     Args:
         axes: of any unit of length, with equal scales.
-        start, end: the axles, (2,), in that unit.
+        start: the first axle, (2,), in that unit.
+        end: the other one.
         pitch: from hole to hole, which is as wide as the beam, in that unit.
         points: of type per unit.
         colours: of the beam, its edge, its holes.
@@ -291,15 +296,15 @@ def draw_beam(
 
 
 def dot(points: np.ndarray) -> str | None:
-    """The marker of a line that is only a point."""
+    """Return the marker of a line that is only a point."""
     return "." if np.ptp(points, axis=0).max() < 0.02 else None
 
 
-# Text that nobody knows beforehand
+# Texts of any length
 
 
 def write_title(figure: Figure, title: str, *notes: str) -> list[Text]:
-    """The title on one line, smaller on two where it must be; under it the notes, which it returns.
+    """Write the title, on two lines if one is too short, and the notes below; return those.
 
     A note has two lines, or one where the title has two.
     """
@@ -320,13 +325,13 @@ def write_title(figure: Figure, title: str, *notes: str) -> list[Text]:
 
 
 def write_footnote(figure: Figure, text: str, right: bool = False) -> None:
-    """Small print at the lower edge, on the left or on the right."""
+    """Write small print at the lower edge, on the left or on the right."""
     x, align = (COLUMN[0] + COLUMN[2], "right") if right else (SHEET[0], "left")
     figure.text(x, 18 / figure.bbox.height, text, ha=align, size=8, color=QUIET)
 
 
 def _fit(artist: Text, text: str, lines: int) -> bool:
-    """Wrap `text` to the width of the picture; whether all of it found room."""
+    """Wrap `text` to the width of the picture; return whether all of it found room."""
     text = _printable(text)
     width = (COLUMN[0] + COLUMN[2] - SHEET[0]) * WIDTH
     for characters in range(200, 9, -2):
@@ -337,6 +342,6 @@ def _fit(artist: Text, text: str, lines: int) -> bool:
 
 
 def _printable(text: str) -> str:
-    """The text with a question mark for what the typeface does not have."""
+    """Return the text with a question mark for each letter that the typeface lacks."""
     known = get_font(findfont(FontProperties(family=STYLE["font.family"]))).get_charmap()
     return "".join(c if ord(c) in known or c.isspace() else "?" for c in text)

@@ -1,4 +1,4 @@
-"""Runs become a document: numbered tables and figures, in the order of a lab report."""
+"""Composition of a report from runs: numbered tables and figures, in the order of a lab report."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from laptop.record.figures.document import data_url, render_report
 from laptop.record.report.find_runs import CONTENTS
 from laptop.record.report.method import aim, method, questions
 from laptop.record.report.report_run import (
-    NOT_THERE,
+    NO_VALUE,
     LeftOut,
     RawData,
     ReportFigure,
@@ -45,14 +45,15 @@ from shared.message_fields import printable
 from shared.version import VERSION
 
 TEMPLATE = Path(__file__).with_name("templates") / "report.html"
-TALL = 0.9
-"""Pictures higher than this share of their width may take more of a page."""
-LONG, LONG_STEPS = 45, 25
-"""A table of more rows, or of more of the servo's steps, is folded on a screen, and a CSV beside a
-printed report; so are the steps of several goals."""
-MAX_STEM = 80
-"""Letters of the name of a file of raw data, without its ending."""
-_NUMERIC = re.compile(r"[\u2212+-]?\d[\d.]*( %)?|" + NOT_THERE)
+TALL_ASPECT = 0.9
+"""Ratio of height to width above which a picture may take more of a page."""
+MAX_ROWS, MAX_STEP_ROWS = 45, 25
+"""Greatest number of rows of a table, and of the servo's steps, that is not folded on a screen.
+
+A longer one is a CSV beside a printed report; so are the steps of several goals."""
+MAX_STEM_LENGTH = 80
+"""Greatest length of the name of a file of raw data, without its ending, letters."""
+_NUMERIC = re.compile(r"[\u2212+-]?\d[\d.]*( %)?|" + NO_VALUE)
 
 SECTIONS = {
     DRAWING: "Drawing",
@@ -62,13 +63,13 @@ SECTIONS = {
     TRACKING: "Tracking",
     SCRIPT: "Other programs",
 }
-"""Kinds of runs, in order, and the headings of their results."""
+"""Headings of the results by kind of run, in order."""
 
 
 class PrintedTable(NamedTuple):
-    """A table with its number; `source` names the runs; `numeric` says of each column if it is.
+    """A table with its number; `source` names its runs, `numeric` marks columns of numbers.
 
-    One that is long is folded on a screen.
+    A long one is folded on a screen.
     """
 
     number: int
@@ -91,7 +92,7 @@ class PrintedFigure(NamedTuple):
 
 
 class RunResults(NamedTuple):
-    """What a report shows of one run."""
+    """The tables and figures of one run in a report."""
 
     run: ReportRun
     tables: Sequence[PrintedTable]
@@ -106,7 +107,7 @@ class ReportSection(NamedTuple):
 
 
 class DataFile(NamedTuple):
-    """A CSV beside the report: its address from there, whose it is, and what it holds."""
+    """A CSV beside the report: its address from there, its run, and its content in words."""
 
     address: str
     source: str
@@ -118,7 +119,8 @@ class Report:
     """A report, to be written.
 
     Attributes:
-        runs, left_out: what was found.
+        runs: in the report.
+        left_out: folders and files that are not.
         values: of the template.
         data: the CSVs by name.
     """
@@ -141,7 +143,7 @@ class Report:
 
 
 class Numbering:
-    """Gives tables and figures their numbers, in order."""
+    """Numbers of tables and figures, given in order."""
 
     def __init__(self) -> None:
         self.tables: list[PrintedTable] = []
@@ -152,7 +154,7 @@ class Numbering:
         table: TextTable,
         runs: Iterable[ReportRun],
         source: str = "",
-        most: int = LONG,
+        most: int = MAX_ROWS,
     ) -> PrintedTable:
         """Return a table with its number; one of more than `most` rows is long."""
         columns = list(zip(*table.rows, strict=True))
@@ -186,7 +188,7 @@ def compose(
 
     Args:
         runs: with their numbers.
-        left_out: what could not be read.
+        left_out: folders and files that could not be read.
         title: over the report.
         data_folder: name of the folder of CSVs beside a lab report; None: the report of one run,
             which lies among its files.
@@ -247,23 +249,23 @@ def _overview(runs: Sequence[ReportRun]) -> TextTable:
     rows = []
     for run in runs:
         seconds = run.run.ending.seconds
-        took = NOT_THERE if seconds is None else f"{seconds:.1f}"
-        rows.append((run.label, run.name, run.what, run.arm, took, run.outcome or NOT_THERE))
+        took = NO_VALUE if seconds is None else f"{seconds:.1f}"
+        rows.append((run.label, run.name, run.what, run.arm, took, run.outcome or NO_VALUE))
     headings = ("run", "folder or file", "what it did", "arm", "time s", "ended")
     return TextTable("runs", "The runs of this report", headings, rows)
 
 
 def _ran_on(runs: Sequence[ReportRun], numbering: Numbering) -> PrintedTable | None:
     """Return brick, camera and settings, each once, with the runs that had them."""
-    told: dict[tuple[str, str], list[str]] = {}
+    facts: dict[tuple[str, str], list[str]] = {}
     for run in runs:
         for fact in run.set_up:
-            told.setdefault(fact, []).append(run.label)
-    if not told:
+            facts.setdefault(fact, []).append(run.label)
+    if not facts:
         return None
     several = len(runs) > 1
     headings = ("what", "it was", "in runs")[: 2 + several]
-    rows = [(*fact, ", ".join(labels))[: 2 + several] for fact, labels in sorted(told.items())]
+    rows = [(*fact, ", ".join(labels))[: 2 + several] for fact, labels in sorted(facts.items())]
     caption = "Brick, camera and settings, as the runs' files have them"
     tellers = [run for run in runs if run.set_up]
     return numbering.table(TextTable("set-up", caption, headings, rows), tellers)
@@ -296,33 +298,36 @@ def _compared(runs: Sequence[ReportRun], numbering: Numbering) -> list[PrintedTa
 
 def _results(run: ReportRun, numbering: Numbering) -> RunResults:
     several = sum(table.name == STEPS for table in run.tables) > 1
-    most = {STEPS: 0 if several else LONG_STEPS}
+    most = {STEPS: 0 if several else MAX_STEP_ROWS}
     return RunResults(
         run,
-        [numbering.table(table, [run], most=most.get(table.name, LONG)) for table in run.tables],
+        [
+            numbering.table(table, [run], most=most.get(table.name, MAX_ROWS))
+            for table in run.tables
+        ],
         [numbering.figure(figure, run) for figure in run.figures],
     )
 
 
 def _without_empty(table: TextTable) -> TextTable:
-    """Return a table without columns of which no run's files hold a value."""
-    kept = [k for k, cells in enumerate(zip(*table.rows, strict=True)) if set(cells) != {NOT_THERE}]
+    """Return a table without the columns that have no value in any run."""
+    kept = [k for k, cells in enumerate(zip(*table.rows, strict=True)) if set(cells) != {NO_VALUE}]
     rows = [[row[k] for k in kept] for row in table.rows]
     return table._replace(headings=[table.headings[k] for k in kept], rows=rows)
 
 
 def _source(runs: Iterable[ReportRun]) -> str:
-    """Return in words which runs something is from."""
-    told = list(dict.fromkeys(runs))
-    if len(told) == 1:
-        return f"run {told[0].label}, {told[0].name}" if told[0].number else ""
-    return "runs " + ", ".join(run.label for run in told)
+    """Return the runs of a table or figure, in words."""
+    own = list(dict.fromkeys(runs))
+    if len(own) == 1:
+        return f"run {own[0].label}, {own[0].name}" if own[0].number else ""
+    return "runs " + ", ".join(run.label for run in own)
 
 
 def _raw_data(
     runs: Sequence[ReportRun], tables: Sequence[PrintedTable], folder: str | None
 ) -> tuple[dict[str, RawData], list[DataFile]]:
-    """Return all CSVs by their names beside the report, and how the report tells of them."""
+    """Return all CSVs by their names beside the report, and the report's list of them."""
     if folder is None:  # they lie where they are
         own = [file for run in runs for file in run.run.files if file.name.endswith(".csv")]
         return {}, [DataFile(file.name, "", clean(file.holds)) for file in own if file.holds]
@@ -336,11 +341,11 @@ def _raw_data(
     for table in tables:
         name = f"table-{table.number}.csv"
         rows = [[cell.replace("\u2212", "-") for cell in row] for row in table.rows]
-        cells = [["" if cell == NOT_THERE else cell for cell in row] for row in rows]
+        cells = [["" if cell == NO_VALUE else cell for cell in row] for row in rows]
         data[name] = RawData(name, _as_csv(table.headings, cells), table.caption)
-    told = [(file.address.split("/")[-1], file.source, file.holds) for file in files]
-    told += [(f"table-{table.number}.csv", table.source, table.caption) for table in tables]
-    data[CONTENTS] = RawData(CONTENTS, _as_csv(("file", "from", "holds"), told), "")
+    contents = [(file.address.split("/")[-1], file.source, file.holds) for file in files]
+    contents += [(f"table-{table.number}.csv", table.source, table.caption) for table in tables]
+    data[CONTENTS] = RawData(CONTENTS, _as_csv(("file", "from", "holds"), contents), "")
     return data, files
 
 
@@ -353,11 +358,11 @@ def _as_csv(heading: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 def _is_tall(picture: bytes) -> bool:
     """Return whether a PNG needs more of a page's height, to be as wide as others."""
     wide, high = (int.from_bytes(picture[k : k + 4], "big") for k in (16, 20))
-    return picture.startswith(b"\x89PNG") and high > TALL * wide
+    return picture.startswith(b"\x89PNG") and high > TALL_ASPECT * wide
 
 
 def _free(name: str, taken: Iterable[str]) -> str:
     stem, ending = os.path.splitext(name)
-    stem, ending = stem[:MAX_STEM], ending[:MAX_STEM]
+    stem, ending = stem[:MAX_STEM_LENGTH], ending[:MAX_STEM_LENGTH]
     names = itertools.chain([stem + ending], (f"{stem}-{k}{ending}" for k in itertools.count(2)))
     return next(free for free in names if free not in taken)

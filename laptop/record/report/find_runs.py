@@ -1,4 +1,4 @@
-"""Finds the runs in a folder and below it, and reads each; a damaged one is named and left out."""
+"""Search for runs in a folder and below it; a damaged one is named and left out."""
 
 from __future__ import annotations
 
@@ -19,12 +19,13 @@ from shared.arm_description import ArmError
 from shared.message_fields import printable
 
 CONTENTS = "report-contents.csv"
-"""A folder with this file holds the raw data of a report, and no run."""
+"""Name of the file that marks a folder of a report's raw data, which holds no run."""
 MAX_FOLDERS, MAX_DEPTH = 2000, 8
+"""Greatest number of folders, and depth below the first."""
 
 
 class NoRuns(ArmError, ValueError):
-    """A folder without a run that a report could tell of."""
+    """A folder without a run for a report."""
 
 
 def read_runs(folder: Path) -> tuple[list[ReportRun], list[LeftOut]]:
@@ -53,7 +54,7 @@ def _walk(folder: Path, leave_out: Callable[[Path, str], None]) -> Iterator[tupl
 
     Args:
         folder: the walk begins there.
-        leave_out: is called with each folder that may hold runs and is not looked into, and why.
+        leave_out: called with each folder that may hold runs and is not searched, and why.
     """
     within = folder.resolve()
 
@@ -87,44 +88,48 @@ LINK = "it is a link, which is not followed; give the folder that it leads to"
 TOO_DEEP = (
     f"the folders in it are more than {MAX_DEPTH} deep, and are not looked into; give this folder"
 )
-SURPRISES = (
+READ_ERRORS = (
     *(ValueError, TypeError, LookupError, ArithmeticError, AttributeError),
     *(RecursionError, AssertionError, StopIteration),
 )
-"""What may come of reading anything."""
+"""Errors that reading arbitrary data may end in."""
 
 
 class RunReader:
-    """Reads folder by folder, the upper ones first.
+    """A reader of folders, the upper ones first.
+
+    Args:
+        folder: of the report.
 
     Attributes:
-        left_out: what cannot be read, and why.
+        runs: found so far.
+        left_out: folders and files that cannot be read, and why.
     """
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         self.runs: list[ReportRun] = []
         self.left_out: list[LeftOut] = []
-        self._told: set[Path] = set()  # folders and files of which a run above has told
+        self._reported: set[Path] = set()  # folders and files that belong to a run above
 
     def leave_out(self, place: Path, why: str) -> None:
-        """Note that a folder or file is not in the report, and why."""
+        """Record that a folder or file is not in the report, and why."""
         self.left_out.append(LeftOut(printable(_name(self._folder, place)), clean(why)))
 
     def read_place(self, place: Path, files: Sequence[str]) -> None:
         """Read what is in one folder."""
-        if place in self._told or any(parent in self._told for parent in place.parents):
+        if place in self._reported or any(parent in self._reported for parent in place.parents):
             return
         if RUN in files:
             run = self._read(place / RUN, lambda name: read_folder(name, place))
             for name in (file.name for file in run.run.files) if run else ():
-                self._told.add(place / PurePosixPath(name).parts[0])
+                self._reported.add(place / PurePosixPath(name).parts[0])
         for file in files:
-            if place / file not in self._told and (read := _reader_of(place / file)):
+            if place / file not in self._reported and (read := _reader_of(place / file)):
                 self._read(place / file, read)
 
     def _read(self, file: Path, read: Callable[[str], ReportRun]) -> ReportRun | None:
-        """Read one run, or note why it cannot be."""
+        """Read one run, or record why it cannot be."""
         whole = file.parent if file.name == RUN else file
         try:
             run = read(_name(self._folder, whole))
@@ -133,8 +138,8 @@ class RunReader:
             why = re.sub(rf"^{re.escape(file.name)} ", "it ", why)
             self.leave_out(file, why)
             return None
-        except SURPRISES as error:
-            # It is data, and may be anything: what no rule foresees costs this run, not the report.
+        except READ_ERRORS as error:
+            # The data may be anything: an unforeseen error costs this run, not the report.
             is_deep = isinstance(error, RecursionError)
             what = "nested too deeply" if is_deep else "not as it is written"
             self.leave_out(file, f"it is {what}; do this run again")
@@ -144,7 +149,7 @@ class RunReader:
 
 
 def _reader_of(file: Path) -> Callable[[str], ReportRun] | None:
-    """Return what reads the run of which a file alone tells; None if it tells of none."""
+    """Return a reader of the run that is a file alone; None if it is none."""
     if file.suffix == ".csv" and is_track(file):
         return partial(read_track, file=file)
     if file.suffix == ".jsonl" and is_log(file):

@@ -17,8 +17,11 @@ from shared.arm_description import ArmError
 from shared.small_files import SpoiltFile, read_text
 
 TITLE = "Lab report: a robot arm"
+"""Default title."""
 OUT = "lab-report.html"
+"""Default name of the file."""
 PAPERS = {"a4": "A4", "letter": "letter"}
+"""Sizes of paper in CSS, by the words of the option."""
 
 
 class BadLabReport(ArmError, OSError):
@@ -28,7 +31,7 @@ class BadLabReport(ArmError, OSError):
 def lab_report(folder: Path, title: str, data_folder: str) -> Report:
     """Return the lab report of the runs in a folder.
 
-    Slow, and to be called by one thread at a time: matplotlib's style is everybody's.
+    It is slow, and only one thread at a time may call it: matplotlib's style is global.
 
     Args:
         folder: of the runs.
@@ -42,7 +45,7 @@ def lab_report(folder: Path, title: str, data_folder: str) -> Report:
 
 
 def check_out(out: Path, replace: bool) -> None:
-    """Refuse where a report cannot be, or would take what somebody wrote with it.
+    """Refuse a file where a report cannot be, or would replace somebody's own.
 
     Raises:
         BadLabReport: so it is.
@@ -65,7 +68,7 @@ def check_out(out: Path, replace: bool) -> None:
 
 
 def _check_own(data: Path) -> None:
-    """Refuse a folder that holds anything but what a report has written there: it is to go.
+    """Refuse a folder with anything but a report's files, as it is to be replaced.
 
     Its list may be anybody's, so that it is believed of files only that a report names so.
 
@@ -76,13 +79,13 @@ def _check_own(data: Path) -> None:
         raise BadLabReport(f"{data} is there and is not of a report; give another file with --out")
     try:
         contents = read_text(str(data / CONTENTS), MAX_CONTENTS).splitlines()
-        told = {row[0] for row in csv.reader(contents) if row}
+        listed = {row[0] for row in csv.reader(contents) if row}
     except (SpoiltFile, OSError, csv.Error):
         raise BadLabReport(
             f"{data / CONTENTS} is no list of a report's files, so that none is replaced; move "
             f"{data}, or give another file with --out"
         ) from None
-    own = {name for name in told if _OWN.fullmatch(name) and is_plain(data / name)}
+    own = {name for name in listed if _OWN.fullmatch(name) and is_plain(data / name)}
     others = sorted(set(os.listdir(data)) - own - {CONTENTS})
     if others:
         raise BadLabReport(
@@ -92,7 +95,7 @@ def _check_own(data: Path) -> None:
 
 
 MAX_CONTENTS = 4_000_000
-"""A longer list of a report's files is none, bytes."""
+"""Greatest size of a list of a report's files, bytes."""
 _OWN = re.compile(r"(?:R\d+-[A-Za-z0-9._-]*|table-\d+)\.csv")
 """Names of the files of raw data."""
 

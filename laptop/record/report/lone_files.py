@@ -1,4 +1,4 @@
-"""Files that are a run alone: logs of visual_servoing.py from a brick, and CSVs of `track`."""
+"""Single files that are a run: logs of visual_servoing.py from a brick, and CSVs of `track`."""
 
 from __future__ import annotations
 
@@ -17,12 +17,13 @@ from laptop.record.servo.servo_log import read_log
 from laptop.record.servo.servo_run import run_of_log
 
 TRACK_HEADING = ["frame", "t", "marker", "u", "v", "confidence"]
-MAX_MARKERS, MAX_NAME = 64, 64
-"""Markers of all cameras, and letters of a marker's name."""
+"""Headings of a CSV of `track`, without that of the camera."""
+MAX_MARKERS, MAX_NAME_LENGTH = 64, 64
+"""Greatest number of markers of all cameras, and length of a marker's name, letters."""
 
 
 def read_lone_log(name: str, file: Path) -> ReportRun:
-    """Return the run of which a log alone tells.
+    """Return the run that a log alone holds.
 
     Raises:
         DamagedRun: it is no log, or not as it is written.
@@ -30,22 +31,22 @@ def read_lone_log(name: str, file: Path) -> ReportRun:
     log = read_log(file)
     servo = run_of_log("goal", log)
     words = ": ".join(filter(None, (servo.verdict, servo.reason)))
-    told = Run(
+    record = Run(
         kind=SERVO,
         what=f"servo, method {servo.method}",
         ending=Ending(0, words or "cut off", servo.seconds),
         arm={"name": servo.arm} if servo.arm else None,
         set_up={
             "servo": f"mode {servo.mode}, tolerance {servo.tolerance:g} px",
-            "cameras": ", ".join(sorted(servo.ways)) or None,
+            "cameras": ", ".join(sorted(servo.paths)) or None,
         },
     )
     if log.verdict is None:
-        told.notes.append(f"{file.name} ends without a verdict: the run was cut off")
-    if not servo.ways:
-        told.notes.append("its log holds no place at which the marker was seen")
-    add_servo(told, [servo], Scenery(), drawn=False)
-    run = ReportRun(name, told)
+        record.notes.append(f"{file.name} ends without a verdict: the run was cut off")
+    if not servo.paths:
+        record.notes.append("its log holds no place at which the marker was seen")
+    add_servo(record, [servo], Scenery(), drawn=False)
+    run = ReportRun(name, record)
     run.figures += [ReportFigure(words, png) for _, words, png in draw([servo], Scenery())]
     return run
 
@@ -61,7 +62,7 @@ def is_track(file: Path) -> bool:
 
 
 def read_track(name: str, file: Path) -> ReportRun:
-    """Return what `track --to FILE.csv` wrote.
+    """Return the run in a file of `track --to FILE.csv`.
 
     Raises:
         DamagedRun: it is not as it is written.
@@ -71,18 +72,18 @@ def read_track(name: str, file: Path) -> ReportRun:
     columns = [heading.index(name) for name in ("t", "u", "v", "confidence")]
     keys: dict[tuple[str, str], array[float]] = {}
     for row in rows:
-        told = dict(zip(heading, row, strict=True))
-        key = (told["camera"] if has_cameras else "A", told["marker"])
-        if (key not in keys and len(keys) == MAX_MARKERS) or max(map(len, key)) > MAX_NAME:
+        entry = dict(zip(heading, row, strict=True))
+        key = (entry["camera"] if has_cameras else "A", entry["marker"])
+        if (key not in keys and len(keys) == MAX_MARKERS) or max(map(len, key)) > MAX_NAME_LENGTH:
             raise DamagedRun(
                 f"{file.name} names more than {MAX_MARKERS} markers, or one of more than "
-                f"{MAX_NAME} letters"
+                f"{MAX_NAME_LENGTH} letters"
             )
         numbers = read_numbers([row[c] for c in columns], f"{file.name}: a row of {key[1]}")
         keys.setdefault(key, array("d")).extend(numbers)
     cells, tracks = [], []
-    for (camera, marker), told_rows in sorted(keys.items()):
-        values = np.array(told_rows).reshape(-1, len(columns))
+    for (camera, marker), numbers_of_key in sorted(keys.items()):
+        values = np.array(numbers_of_key).reshape(-1, len(columns))
         seen = np.isfinite(values[:, 1:3]).all(axis=1)
         seconds = round(float(np.ptp(values[:, 0])), 1)
         cells.append((camera, marker, len(values), round(100 * float(seen.mean())), seconds))
@@ -90,13 +91,13 @@ def read_track(name: str, file: Path) -> ReportRun:
         tracks.append((label, values[:, 1:3]))
     caption = "How often each marker was seen"
     headings = ("camera", "marker", "frames", "seen in %", "time s")
-    told_run = Run(
+    record = Run(
         kind=TRACKING,
         what="markers tracked by a camera",
         ending=Ending(0, "ended"),
         tables=[table("tracking", caption, headings, cells)],
     )
-    run = ReportRun(name, told_run)
+    run = ReportRun(name, record)
     picture = draw_tracks(tracks)
     if picture:
         run.figures.append(ReportFigure("Where the tracker saw the markers.", picture))

@@ -1,4 +1,4 @@
-"""Aim, method and questions of a report: what belongs to the kinds of runs that are in it."""
+"""Aim, method and questions of a report, by the kinds of runs in it."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ AIMS = {
     CALIBRATION: "to find the arm's own numbers from what a camera sees of its motion",
     TRACKING: "to follow markers in a camera's pictures",
 }
+"""Aims by kind of run, as parts of a sentence."""
 QUESTIONS = {
     DRAWING: (
         "Where along the path is the deviation greatest? What do the joints do there?",
@@ -38,6 +39,7 @@ QUESTIONS = {
     CALIBRATION: ("Which numbers are certain, which are not? Why can the camera not see these?",),
     TRACKING: ("When was a marker not seen, and why?",),
 }
+"""Questions of the discussion by kind of run."""
 LAST_QUESTION = "Which errors of the measurement itself are there, and how large are they?"
 
 
@@ -50,7 +52,7 @@ class MethodStep(NamedTuple):
 
 
 def aim(kinds: Collection[str]) -> str:
-    """Return the aim that the kinds of runs tell, a sentence."""
+    """Return the aim of the kinds of runs, a sentence."""
     parts = [words for kind, words in AIMS.items() if kind in kinds]
     if not parts:
         parts = ["to run programs on the arm and to see what it does"]
@@ -58,7 +60,7 @@ def aim(kinds: Collection[str]) -> str:
 
 
 def questions(kinds: Collection[str]) -> list[str]:
-    """Return what a discussion is to answer."""
+    """Return the questions that a discussion is to answer."""
     return [*(q for kind, them in QUESTIONS.items() if kind in kinds for q in them), LAST_QUESTION]
 
 

@@ -1,4 +1,4 @@
-"""Prints a page to PDF by a Chromium that is at hand."""
+"""Printing of a page to PDF by an installed Chromium."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ BROWSERS = (
     *("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome"),
     *("msedge", "microsoft-edge", "chromium-headless-shell"),
 )
-"""Programs that print so, by their names."""
-PLACES = (
+"""Names of programs that can print so."""
+BROWSER_PATHS = (
     "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
     "/Applications/Chromium.app/Contents/MacOS/Chromium",
     r"C:\Program Files\Google\Chrome\Application\chrome.exe",
     r"C:\Program Files (x86)\Microsoft\Edge\Application\msedge.exe",
 )
-"""Where they are on systems that do not put them on the PATH."""
+"""Paths of such programs on systems that do not put them on the PATH."""
 PRINT_TIMEOUT = 120.0
-"""Printing may take so long, s."""
+"""Longest time that printing may take, s."""
 
 
 class CannotPrint(ArmError, OSError):
@@ -37,7 +37,7 @@ def find_browser() -> str:
     Raises:
         CannotPrint: there is none.
     """
-    found = [*filter(None, map(shutil.which, BROWSERS)), *filter(os.path.exists, PLACES)]
+    found = [*filter(None, map(shutil.which, BROWSERS)), *filter(os.path.exists, BROWSER_PATHS)]
     if not found:
         raise CannotPrint(
             "there is no Chromium, Chrome or Edge to make a PDF; install one, or open the HTML in "
@@ -47,7 +47,7 @@ def find_browser() -> str:
 
 
 def print_pdf(html: str, out: Path, browser: str) -> None:
-    """Print a page that needs nothing else, as its style says.
+    """Print a page without external files, in its own style.
 
     Raises:
         CannotPrint: the browser does not, or the file cannot be written.
@@ -55,14 +55,14 @@ def print_pdf(html: str, out: Path, browser: str) -> None:
     with tempfile.TemporaryDirectory() as folder:
         page, made = Path(folder) / "page.html", Path(folder) / "page.pdf"
         page.write_text(html, encoding="utf-8")
-        words = [
+        args = [
             *(browser, "--headless", "--disable-gpu", "--no-first-run", "--no-pdf-header-footer"),
             *(f"--user-data-dir={folder}/profile", f"--print-to-pdf={made}"),
             *(["--no-sandbox"] if platforms.is_root() else []),
             page.as_uri(),
         ]
         try:
-            subprocess.run(words, capture_output=True, timeout=PRINT_TIMEOUT, check=False)
+            subprocess.run(args, capture_output=True, timeout=PRINT_TIMEOUT, check=False)
         except (OSError, subprocess.TimeoutExpired):
             raise CannotPrint(f"{browser} did not start, or did not end; print the HTML") from None
         if not _is_pdf(made):

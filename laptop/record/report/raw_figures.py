@@ -1,6 +1,6 @@
 """Figures that a report draws itself, from the columns of raw data.
 
-Slow, and to be called by one thread at a time: matplotlib's style is everybody's.
+They are slow, and only one thread at a time may draw: matplotlib's style is global.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from laptop.record.figures.charts import (
-    GOALS,
+    GOAL_COLOURS,
     draw_angle,
     frame_angles,
     head,
@@ -23,11 +23,11 @@ from laptop.record.figures.sheet import INK, REACH_EDGE, TRAVEL, new_figure, png
 LEFT, RIGHT = (0.065, 0.13, 0.42, 0.74), (0.56, 0.13, 0.42, 0.74)
 """Places of two panels, as shares of a figure."""
 MAX_POINTS = 4000
-"""A curve is thinned to about so many points."""
+"""Number of points to which a curve is thinned, about."""
 
 
 def draw_trace(columns: Mapping[str, np.ndarray]) -> bytes | None:
-    """Draw the tip's way and the joints in time, as PNG; None if nothing of it is there.
+    """Draw the tip's path and the joints in time, as PNG; None if the columns lack them.
 
     Args:
         columns: of trace.csv: t (s), q1, ... (rad), x, y (cm), pen (0 or 1).
@@ -67,7 +67,8 @@ def draw_tracks(tracks: Sequence[tuple[str, np.ndarray]]) -> bytes | None:
     with new_figure(820) as figure:
         axes = figure.add_axes((0.2, 0.1, 0.6, 0.8))
         for k, (name, places) in enumerate(tracks):
-            axes.plot(*_thin(places).T, ".-", color=GOALS[k % len(GOALS)], lw=0.8, ms=3, label=name)
+            colour = GOAL_COLOURS[k % len(GOAL_COLOURS)]
+            axes.plot(*_thin(places).T, ".-", color=colour, lw=0.8, ms=3, label=name)
         axes.set(xlabel="u  px", ylabel="v  px", aspect="equal", adjustable="datalim")
         head(axes, "Where the markers were seen")
         axes.grid(color=REACH_EDGE, lw=0.5)

@@ -1,4 +1,4 @@
-"""A run as a report has it: its texts fit for others, its pictures and CSVs at hand."""
+"""A run in a report, with texts free of private paths, pictures and CSVs."""
 
 from __future__ import annotations
 
@@ -14,20 +14,21 @@ from laptop.record.report.run_files import read_columns, read_picture, read_rows
 from laptop.record.run import Cell, DamagedRun, Run, RunTable, read_run
 from shared.message_fields import printable
 
-NOT_THERE = "\u2013"
-"""In a cell for which the files hold no value."""
-MOST_DIGITS = 4
-"""Of a number in a table."""
-MAX_FIGURES, MAX_LETTERS = 50, 1000
-"""Of a run; and of a word of its set-up."""
+NO_VALUE = "\u2013"
+"""Text of a cell without a value."""
+MAX_DIGITS = 4
+"""Greatest number of decimals in a table."""
+MAX_FIGURES, MAX_VALUE_LENGTH = 50, 1000
+"""Greatest number of figures of a run, and length of a value of its set-up, letters."""
 PICTURES = (".png", ".jpg", ".jpeg")
+"""Endings of pictures' names."""
 TRACE_CAPTION = "Way of the tip, with the pen down in black, and the joint angles in time."
 
 
 def clean(text: str) -> str:
     """Return a text of a run as a report has it: printable, and of each path the last name alone.
 
-    A report is for others, and what a run's files hold may be anything.
+    A report is for others, and a run's files may hold anything.
     """
     return printable(without_folders(text))
 
@@ -63,7 +64,7 @@ def _texts(cells: Sequence[Cell]) -> list[str]:
 
     def text(cell: Cell) -> str:
         if cell is None:
-            return NOT_THERE
+            return NO_VALUE
         if isinstance(cell, bool):
             return "yes" if cell else "no"
         if isinstance(cell, float):
@@ -75,7 +76,7 @@ def _texts(cells: Sequence[Cell]) -> list[str]:
 
 
 def _decimals(number: float) -> int:
-    return len(f"{number:.{MOST_DIGITS}f}".rstrip("0").partition(".")[2])
+    return len(f"{number:.{MAX_DIGITS}f}".rstrip("0").partition(".")[2])
 
 
 class ReportFigure(NamedTuple):
@@ -107,8 +108,9 @@ class ReportRun:
         run: its record.
         tables: of it, as texts.
         compared: those that are put together with other runs'.
-        figures, data: of this run alone.
-        gaps: what its files do not hold, a sentence each.
+        figures: of this run alone.
+        data: the same.
+        gaps: remarks on what its files lack, a sentence each.
         number: in the report, from 1 on.
     """
 
@@ -137,38 +139,38 @@ class ReportRun:
 
     @property
     def what(self) -> str:
-        """It did, in a line."""
+        """Line that says what it did."""
         return clean(self.run.what)
 
     @property
     def arm(self) -> str:
-        """Its arm's name, or NOT_THERE."""
-        return clean(str((self.run.arm or {}).get("name") or NOT_THERE))
+        """Its arm's name, or NO_VALUE."""
+        return clean(str((self.run.arm or {}).get("name") or NO_VALUE))
 
     @property
     def outcome(self) -> str:
-        """How it ended."""
+        """Outcome in words, with the exit status."""
         ending = self.run.ending
         status = f", status {ending.status}" if ending.status else ""
         return clean(ending.reason) + status
 
     @property
     def set_up(self) -> list[tuple[str, str]]:
-        """(what, as the run has it) of brick, camera, settings."""
+        """Pairs (name, value) of brick, camera and settings."""
         values: dict[str, Any] = dict(self.run.set_up)
         values |= {f"seed of {name}": seed for name, seed in self.run.seeds.items()}
         known = {what: value for what, value in values.items() if value is not None}
         return [(clean(what), clean(_value(value))) for what, value in known.items()]
 
     def leave_out(self, error: DamagedRun) -> None:
-        """Note a file that cannot be read."""
+        """Record a file that cannot be read."""
         self.gaps.append(clean(f"left out: {error}"))
 
 
 def _value(value: Any) -> str:
     if isinstance(value, list):
         return ", ".join(map(_value, value))
-    return f"{value:g}" if isinstance(value, float) else str(value)[:MAX_LETTERS]
+    return f"{value:g}" if isinstance(value, float) else str(value)[:MAX_VALUE_LENGTH]
 
 
 def read_folder(name: str, folder: Path) -> ReportRun:
@@ -214,7 +216,7 @@ def read_folder(name: str, folder: Path) -> ReportRun:
 def _draw_trace(found: ReportRun, trace: Path) -> None:
     try:
         picture = draw_trace(read_columns(trace))
-    except DamagedRun:  # it is told of already
+    except DamagedRun:  # it is reported already
         return
     if picture is None:
         found.gaps.append("trace.csv holds no motion to draw")
@@ -223,7 +225,7 @@ def _draw_trace(found: ReportRun, trace: Path) -> None:
 
 
 class LeftOut(NamedTuple):
-    """What is not in the report: its folder or file, and why."""
+    """A folder or file that is not in the report, and why."""
 
     name: str
     why: str

@@ -1,4 +1,4 @@
-"""Reads the files that runs leave: whatever they hold, the answer is values or one clear line."""
+"""Reading of the files that runs leave: the answer is values, or an error of one clear line."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ import cv2
 import numpy as np
 from matplotlib.image import imread
 
-from laptop.record.run import GREATEST, DamagedRun
+from laptop.record.run import MAX_NUMBER, DamagedRun
 from shared.small_files import SpoiltFile, open_file
 
 MAX_PICTURE, MAX_CSV = 40_000_000, 20_000_000
-"""Larger files are not read, bytes."""
+"""Greatest size of a picture and of a CSV, bytes."""
 MAX_COLUMNS, MAX_VALUES = 64, 3_000_000
-"""Of a CSV."""
+"""Greatest number of columns and of values of a CSV."""
 MAX_PIXELS, MAX_SIDE = 8_000_000, 10_000
-"""Larger pictures are not decoded."""
-HEADS = {b"\x89PNG\r\n\x1a\n": "png", b"\xff\xd8\xff": "jpeg"}
+"""Greatest size of a picture that is decoded, px, and of its sides, px."""
+PICTURE_HEADS = {b"\x89PNG\r\n\x1a\n": "png", b"\xff\xd8\xff": "jpeg"}
 """Kinds of pictures by their first bytes."""
-UNDECODED = (
+DECODE_ERRORS = (
     *(OSError, SyntaxError, ValueError, LookupError, TypeError, EOFError),
     *(struct.error, zlib.error, cv2.error),
 )
-"""What decoding a damaged picture ends in."""
+"""Errors that decoding a damaged picture ends in."""
 
 
 def is_plain(file: Path) -> bool:
@@ -39,7 +39,7 @@ def is_plain(file: Path) -> bool:
 
 
 def read_bytes(file: Path, most: int) -> bytes:
-    """Return what a file holds.
+    """Return the content of a file.
 
     Raises:
         DamagedRun: it cannot be read, is no file, or is larger than `most` bytes.
@@ -87,7 +87,7 @@ def read_numbers(cells: Sequence[str], place: str) -> list[float]:
     except ValueError:
         raise DamagedRun(f"{place} holds no numbers") from None
     for cell, number in zip(cells, numbers, strict=True):
-        if abs(number) > GREATEST:
+        if abs(number) > MAX_NUMBER:
             raise DamagedRun(f"{place} holds {cell[:20]}, which is beyond all that a run measures")
     return numbers
 
@@ -101,7 +101,7 @@ def read_rows(file: Path) -> tuple[list[str], Iterator[list[str]]]:
     """
     content = read_bytes(file, MAX_CSV)
     text = io.TextIOWrapper(io.BytesIO(content), "utf-8-sig", newline="")
-    rows = _told_rows(csv.reader(text), file.name)
+    rows = _filled_rows(csv.reader(text), file.name)
     heading = next(rows)
     if len(heading) > MAX_COLUMNS:
         raise DamagedRun(f"{file.name} has {len(heading)} columns, more than {MAX_COLUMNS}")
@@ -110,7 +110,7 @@ def read_rows(file: Path) -> tuple[list[str], Iterator[list[str]]]:
     return heading, _even_rows(rows, len(heading), file.name)
 
 
-def _told_rows(reader: Iterator[list[str]], name: str) -> Iterator[list[str]]:
+def _filled_rows(reader: Iterator[list[str]], name: str) -> Iterator[list[str]]:
     """Yield all rows that hold something, and at least one."""
     try:
         found = False
@@ -147,7 +147,7 @@ def read_picture(file: Path) -> bytes:
         DamagedRun: it is none.
     """
     content, name = read_bytes(file, MAX_PICTURE), file.name
-    kinds = [kind for head, kind in HEADS.items() if content.startswith(head)]
+    kinds = [kind for head, kind in PICTURE_HEADS.items() if content.startswith(head)]
     if not kinds:
         raise DamagedRun(f"{name} is neither PNG nor JPEG")
     wide, high = picture_size(content)
@@ -166,12 +166,12 @@ def read_picture(file: Path) -> bytes:
 def _is_whole(content: bytes, kind: str) -> bool:
     """Return whether both decoders take a picture: each lets pass what the other one refuses.
 
-    OpenCV takes what is cut off, Pillow what has chunks that nobody knows; OpenCV may print.
+    OpenCV takes truncated files, Pillow those with unknown chunks; OpenCV may print.
     """
     try:
         imread(io.BytesIO(content), kind)
         return cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_COLOR) is not None
-    except UNDECODED:
+    except DECODE_ERRORS:
         return False
 
 

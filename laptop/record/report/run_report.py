@@ -9,6 +9,7 @@ from laptop.record.report.report_run import read_folder
 from laptop.system.files import written
 
 REPORT = "report.html"
+"""Name of the report's file."""
 
 
 def report_of(folder: Path) -> Report:
@@ -22,7 +23,7 @@ def report_of(folder: Path) -> Report:
 
 
 def write_report(folder: Path, report: Report) -> Path:
-    """Write a report as REPORT into a folder; where it is.
+    """Write a report as REPORT into a folder, and return its path.
 
     Raises:
         CannotWrite: there is no room.

@@ -11,8 +11,8 @@ from typing import Any
 
 from laptop.record.figures.arm_numbers import numbers_of
 from laptop.record.names import RUN
-from laptop.record.report.report_run import NOT_THERE, ReportRun, TextTable, clean
-from laptop.record.run import GREATEST, DamagedRun
+from laptop.record.report.report_run import NO_VALUE, ReportRun, TextTable, clean
+from laptop.record.run import MAX_NUMBER, DamagedRun
 from shared.arm_description import ARMS_FOLDER, ArmError, read_arm
 from shared.message_fields import MAX_JOINTS
 
@@ -20,6 +20,7 @@ HEADINGS = (
     *("joint", "link cm", "motor", "port", "gear", "from deg", "to deg", "backlash deg"),
     *("greatest deg/s", "mass g"),
 )
+"""Headings of the table of joints."""
 _KEYS = ("lower_deg", "upper_deg", "backlash_deg", "max_speed_deg_s")
 
 
@@ -30,39 +31,39 @@ class DescribedArm:
     Attributes:
         table: its joints, a row each.
         chain: of its joints, as the arm's file names it.
-        told_by: by where its numbers are from, in words, the runs that have them from there.
+        reported_by: source of its numbers, in words -> the runs that have them from there.
     """
 
     table: TextTable
     chain: str
-    told_by: dict[str, list[ReportRun]] = field(default_factory=dict)
+    reported_by: dict[str, list[ReportRun]] = field(default_factory=dict)
 
     @property
     def runs(self) -> list[ReportRun]:
-        """Whose arm it is."""
-        return list(dict.fromkeys(run for runs in self.told_by.values() for run in runs))
+        """Runs with this arm."""
+        return list(dict.fromkeys(run for runs in self.reported_by.values() for run in runs))
 
     @property
     def source(self) -> str:
-        """Where its numbers are from; of which run, where they are from several places."""
-        if len(self.told_by) == 1:
-            return next(iter(self.told_by))
+        """Source of its numbers, in words; by run where there are several."""
+        if len(self.reported_by) == 1:
+            return next(iter(self.reported_by))
         labels = {
-            words: ", ".join(run.label for run in runs) for words, runs in self.told_by.items()
+            words: ", ".join(run.label for run in runs) for words, runs in self.reported_by.items()
         }
         return "; ".join(f"{runs}: {words}" for words, runs in labels.items())
 
 
 def describe_arms(runs: Sequence[ReportRun]) -> list[DescribedArm]:
-    """Return the arms of runs, each once; where one cannot be told, that is a gap of its run."""
+    """Return the arms of runs, each once; an unknown one is a gap of its run."""
     found: dict[str, DescribedArm] = {}
     for run in runs:
-        told = [(run.run.arm, RECORD), (run.run.built, BUILT)]
+        sources = [(run.run.arm, RECORD), (run.run.built, BUILT)]
         if run.run.arm is not None and "joints" not in run.run.arm:
-            told[0] = (_coming_along(str(run.run.arm.get("name"))), COMES_ALONG)
-            if told[0][0] is None:
+            sources[0] = (_coming_along(str(run.run.arm.get("name"))), COMES_ALONG)
+            if sources[0][0] is None:
                 run.gaps.append(f"its files do not hold the numbers of its arm {run.arm}")
-        for numbers, source in told:
+        for numbers, source in sources:
             if numbers is None:
                 continue
             key = json.dumps(numbers, sort_keys=True)
@@ -72,7 +73,7 @@ def describe_arms(runs: Sequence[ReportRun]) -> list[DescribedArm]:
                 run.leave_out(error)
                 continue
             found[key] = arm
-            arm.told_by.setdefault(source, []).append(run)
+            arm.reported_by.setdefault(source, []).append(run)
     return [*found.values()]
 
 
@@ -95,7 +96,7 @@ def describe(numbers: dict[str, Any]) -> DescribedArm:
     for joint in joints:
         cells = [_word(joint, "name"), _number(joint, "link_cm"), _word(joint, "motor")]
         cells += [_word(joint, "port"), _number(joint, "gear")]
-        mass = _number(joint, "mass_g") if joint.get("mass_g") else NOT_THERE  # 0: not known
+        mass = _number(joint, "mass_g") if joint.get("mass_g") else NO_VALUE  # 0: not known
         rows.append([*map(clean, cells), *(_number(joint, key) for key in _KEYS), mass])
     # (Each by itself: between two paths in a line the words would go, too.)
     name, speed = clean(_word(numbers, "name")), _number(numbers, "speed_cm_s")
@@ -133,8 +134,8 @@ def _word(values: dict[str, Any], key: str) -> str:
 def _number(values: dict[str, Any], key: str) -> str:
     value = values.get(key)
     if value is None:
-        return NOT_THERE
+        return NO_VALUE
     is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    if not is_number or not abs(value) <= GREATEST:
+    if not is_number or not abs(value) <= MAX_NUMBER:
         raise DamagedRun(f"{RUN}: '{key}' of the arm is no number; do this run again")
     return f"{value:g}".replace("-", "\u2212")

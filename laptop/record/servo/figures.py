@@ -11,13 +11,13 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
 from laptop.record.figures.charts import (
-    GOALS,
+    GOAL_COLOURS,
     badge,
     draw_angle,
     draw_error,
     draw_goal,
     draw_legend,
-    draw_way,
+    draw_path,
     frame_angles,
     frame_condition,
     frame_errors,
@@ -43,20 +43,21 @@ from laptop.record.figures.sheet import (
 from laptop.record.servo.servo_run import ServoRun
 
 BASELINE_COLOUR = "#5b6167"
+"""Colour of the baseline."""
 MAX_NUMBERED = 9
-"""More goals than these are not numbered."""
+"""Greatest number of goals that are numbered."""
 MAX_PANELS = 4
-"""More runs than these share one panel."""
-LEAST_HEIGHT, MOST_HEIGHT = 420, 900
-"""Of a camera's picture in a figure, px."""
+"""Greatest number of runs with a panel each."""
+MIN_PICTURE_HEIGHT, MAX_PICTURE_HEIGHT = 420, 900
+"""Least and greatest height of a camera's picture in a figure, px."""
 
 
 class Scenery(NamedTuple):
-    """What is to be seen beside the runs.
+    """The surroundings of the runs.
 
     images  by camera, its last picture (BGR); one that has none is left out
-    size    of pictures without an image, px; None: as far as the ways go
-    ink     what was drawn before in space: points (n, 3 + 2 * cameras) of each line, cm and px
+    size    of pictures without an image, px; None: as far as the paths go
+    ink     lines drawn before in space: points (n, 3 + 2 * cameras) of each line, cm and px
     """
 
     images: Mapping[str, np.ndarray] = {}
@@ -95,11 +96,11 @@ def draw(
 ) -> list[tuple[str, str, bytes]]:
     """Return (name, caption, PNG) of each figure for which there is something to draw.
 
-    Slow, and to be called by one thread at a time: matplotlib's style is everybody's.
+    It is slow, and only one thread at a time may call it: matplotlib's style is global.
 
     Args:
         runs: one after another.
-        scenery: what is to be seen beside them.
+        scenery: their surroundings.
         baseline: one of the goals by another method, for comparison.
     """
     drawn: list[tuple[str, str, bytes | None]] = [
@@ -118,14 +119,14 @@ def draw(
 def draw_cameras(
     runs: Sequence[ServoRun], scenery: Scenery, baseline: ServoRun | None = None
 ) -> bytes | None:
-    """Draw the tip's ways into the picture of each camera, as PNG; None if there is none."""
-    names = sorted({*scenery.images, *(camera for run in runs for camera in run.ways)})
+    """Draw the tip's paths into the picture of each camera, as PNG; None if there is none."""
+    names = sorted({*scenery.images, *(camera for run in runs for camera in run.paths)})
     if not names:
         return None
     count = len(names)
     frames = {name: _frame(name, runs, scenery) for name in names}
     high = max(WIDTH / count * (f[3] - f[1]) / (f[2] - f[0]) for f in frames.values())
-    tall = round(min(max(high, LEAST_HEIGHT), MOST_HEIGHT)) + 90
+    tall = round(min(max(high, MIN_PICTURE_HEIGHT), MAX_PICTURE_HEIGHT)) + 90
     with new_figure(tall) as figure:
         for k, name in enumerate(names):
             bare = name not in scenery.images  # its axes have numbers, which need room
@@ -141,13 +142,13 @@ Frame = tuple[float, float, float, float]
 
 
 def _frame(name: str, runs: Sequence[ServoRun], scenery: Scenery) -> Frame:
-    """Return left, top, right, bottom of what is shown of a picture, px."""
+    """Return left, top, right, bottom of the shown part of a picture, px."""
     if name in scenery.images:
         height, width = scenery.images[name].shape[:2]
         return (0, 0, width, height)
     if scenery.size:
         return (0, 0, *scenery.size)
-    places = [run.ways[name][:, 1:] for run in runs if name in run.ways]
+    places = [run.paths[name][:, 1:] for run in runs if name in run.paths]
     places += [np.array([run.goals[name]]) for run in runs if name in run.goals]
     points = np.concatenate(places)
     points = points[np.isfinite(points).all(axis=1)]
@@ -180,7 +181,7 @@ def _draw_camera(
         axes.set(xlabel="u  px", ylabel="v  px")
     column = 3 + 2 * (sorted(scenery.images).index(name) if name in scenery.images else 0)
     inks = [stroke[:, column : column + 2] for stroke in scenery.ink]
-    _draw_ways(axes, runs, baseline, inks, lambda run: _in_picture(run, name))
+    _draw_paths(axes, runs, baseline, inks, lambda run: _in_picture(run, name))
     for number, (run, colour) in enumerate(_coloured(runs), 1):
         if name in run.goals:
             shown = str(number) if 1 < len(runs) <= MAX_NUMBERED else ""
@@ -190,44 +191,44 @@ def _draw_camera(
 
 
 def _in_picture(run: ServoRun, camera: str) -> tuple[np.ndarray, np.ndarray]:
-    way = run.ways.get(camera, np.zeros((0, 3)))[:, 1:]
-    return way, run.looks.get(camera, np.zeros((0, 2)))
+    path = run.paths.get(camera, np.zeros((0, 3)))[:, 1:]
+    return path, run.samples.get(camera, np.zeros((0, 2)))
 
 
 def _coloured(runs: Sequence[ServoRun]) -> list[tuple[ServoRun, str]]:
-    return [(run, GOALS[k % len(GOALS)]) for k, run in enumerate(runs)]
+    return [(run, GOAL_COLOURS[k % len(GOAL_COLOURS)]) for k, run in enumerate(runs)]
 
 
-def _draw_ways(
+def _draw_paths(
     axes: Axes,
     runs: Sequence[ServoRun],
     baseline: ServoRun | None,
     inks: Sequence[np.ndarray],
     seen: Callable[[ServoRun], tuple[np.ndarray, np.ndarray]],
 ) -> None:
-    """The ways of the tip.
+    """Draw the paths of the tip.
 
     Args:
         axes: of two or three coordinates.
         runs: one after another.
         baseline: one of the goals by another method.
         inks: the lines drawn before, points (n, coordinates) of each.
-        seen: of a run, points (n, coordinates) of its way and of where it looked.
+        seen: of a run, points (n, coordinates) of its path and of its samples.
     """
     for ink in inks:
         axes.plot(*ink.T, color=QUIET, lw=1.6, zorder=2, solid_capstyle="round")
     if baseline:
         axes.plot(*seen(baseline)[0].T, color=INK, lw=1.4, ls=(0, (1, 1.6)), zorder=3)
     for run, colour in _coloured(runs):
-        way, looks = seen(run)
-        if len(way):
-            draw_way(axes, way, looks, colour)
+        path, samples = seen(run)
+        if len(path):
+            draw_path(axes, path, samples, colour)
 
 
 def draw_space(
     runs: Sequence[ServoRun], scenery: Scenery, baseline: ServoRun | None = None
 ) -> bytes | None:
-    """Draw the true way in space, seen askew, from above and from the side; None in the plane."""
+    """Draw the true path in space, seen askew, from above and from the side; None in the plane."""
     if not any(run.truth and run.truth.space for run in runs):
         return None
     inks = [stroke[:, :3] for stroke in scenery.ink]
@@ -236,7 +237,8 @@ def draw_space(
         for view, bottom, title in (("xy", 0.59, "From above"), ("xz", 0.125, "From the side")):
             sheet = Sheet(figure, (0.62, bottom, 0.365, 0.365), view)
             _draw_side(sheet, runs, baseline, inks, title)
-        _draw_legend(figure, runs, baseline, scenery, 0.035, {GOAL_MARK: RING, "base": BASE})
+        marks = {GOAL_MARK: RING_MARK, "base": BASE_MARK}
+        _draw_legend(figure, runs, baseline, scenery, 0.035, marks)
         return png_of(figure)
 
 
@@ -247,11 +249,11 @@ ASKEW: dict[str, Any] = {
     "azim": -62,
     "proj_type": "ortho",
 }
-"""Axes in space, and from where they are seen."""
+"""Axes in space, with their view point."""
 GOAL_MARK = "goal, tolerance"
-RING: dict[str, Any] = {"marker": "o", "ms": 11, "mfc": "none", "mew": 2}
-"""Its mark where it is a ring in space."""
-BASE: dict[str, Any] = {
+RING_MARK: dict[str, Any] = {"marker": "o", "ms": 11, "mfc": "none", "mew": 2}
+"""Mark of a goal that is a ring in space."""
+BASE_MARK: dict[str, Any] = {
     "ls": "",
     "marker": "s",
     "ms": 8,
@@ -268,7 +270,7 @@ def _draw_space(
     baseline: ServoRun | None,
     inks: Sequence[np.ndarray],
 ) -> None:
-    """The ways in space, on axes in ASKEW."""
+    """Draw the paths in space, on axes in ASKEW."""
     low, high = _extent(runs, baseline, inks)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(0, high[2]))
     axes.set_box_aspect(high - low)
@@ -279,9 +281,9 @@ def _draw_space(
         axis.set_label_text(f"{name}  cm")
         axis.labelpad = -4
     axes.tick_params(pad=-3)
-    axes.plot([0], [0], [0], **BASE)
+    axes.plot([0], [0], [0], **BASE_MARK)
     axes.locator_params(nbins=5, steps=TICKS)
-    _draw_ways(axes, runs, baseline, inks, _in_cm)
+    _draw_paths(axes, runs, baseline, inks, _in_cm)
     for number, (run, colour) in enumerate(_coloured(runs), 1):
         if not (run.truth and run.truth.space):
             continue
@@ -300,17 +302,17 @@ def _draw_side(
     inks: Sequence[np.ndarray],
     title: str,
 ) -> None:
-    """The ways from one side, which shows two coordinates."""
+    """Draw the paths from one side, which shows two coordinates."""
     axes = sheet.axes
     sheet.show(sheet.seen(_extent(runs, baseline, inks)), room=0.0)
-    axes.plot([0], [0], **BASE)
+    axes.plot([0], [0], **BASE_MARK)
     head(axes, title)
 
     def seen(run: ServoRun) -> tuple[np.ndarray, np.ndarray]:
-        way, looks = _in_cm(run)
-        return sheet.seen(way), sheet.seen(looks)
+        path, samples = _in_cm(run)
+        return sheet.seen(path), sheet.seen(samples)
 
-    _draw_ways(axes, runs, baseline, [sheet.seen(ink) for ink in inks], seen)
+    _draw_paths(axes, runs, baseline, [sheet.seen(ink) for ink in inks], seen)
     for number, (run, colour) in enumerate(_coloured(runs), 1):
         if run.truth and run.truth.space and run.within_mm:
             x, y = sheet.seen([run.truth.space.place])[0]
@@ -323,7 +325,7 @@ def _draw_side(
 
 
 def _in_cm(run: ServoRun) -> tuple[np.ndarray, np.ndarray]:
-    """Points (n, 3) of a run to a goal in space, cm: its way, and where it looked."""
+    """Return points (n, 3) of a run to a goal in space, cm: its path, and its samples."""
     if not (run.truth and run.truth.space):
         return np.zeros((0, 3)), np.zeros((0, 3))
     tips, t = run.truth.space.tips, run.truth.path[:, 0]
@@ -333,9 +335,9 @@ def _in_cm(run: ServoRun) -> tuple[np.ndarray, np.ndarray]:
 def _extent(
     runs: Sequence[ServoRun], baseline: ServoRun | None, inks: Sequence[np.ndarray]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Corners (3,), cm, of a box on the table that holds all ways, and the arm's base."""
-    ways = [_in_cm(run)[0] for run in [*runs, *([baseline] if baseline else [])]]
-    points = np.concatenate([np.zeros((1, 3)), *ways, *inks])
+    """Return the corners (3,), cm, of a box on the table that holds all paths and the base."""
+    paths = [_in_cm(run)[0] for run in [*runs, *([baseline] if baseline else [])]]
+    points = np.concatenate([np.zeros((1, 3)), *paths, *inks])
     return np.floor(points.min(axis=0) - (2, 2, 0)), np.ceil(points.max(axis=0) + 2)
 
 
@@ -372,14 +374,14 @@ def _draw_legend(
 
 
 LEFT_PANEL, RIGHT_PANEL = (0.065, 0.12, 0.42, 0.76), (0.56, 0.12, 0.42, 0.76)
-"""The places of two panels, as shares of a figure."""
+"""Places of two panels, as shares of a figure."""
 
 
 def draw_errors(runs: Sequence[ServoRun], baseline: ServoRun | None = None) -> bytes | None:
     """Draw the distance from the goal in time, as PNG; None if nothing is known of it.
 
-    Beside it the same for the baseline and the run that it compares with; where there is none, how
-    far the tip is off in each direction of the pictures.
+    Beside it the same for the baseline and the run that it compares with; without a baseline, the
+    error in each direction of the pictures.
     """
     everybody = [*runs, *([baseline] if baseline else [])]
     values = [rows[:, 1] for run in everybody for rows in (run.errors, run.measured)]
@@ -412,7 +414,7 @@ def draw_errors(runs: Sequence[ServoRun], baseline: ServoRun | None = None) -> b
 def _frame_errors(
     axes: Axes, runs: Sequence[ServoRun], most: float, title: str, free: float
 ) -> None:
-    """Axes for errors up to `most` px; `free` is where no curve crosses the tolerance."""
+    """Set axes up for errors up to `most` px; `free` is where no curve crosses the tolerance."""
     frame_errors(axes, most, runs[0].tolerance if runs else None, title, free)
     true = "true " if any(run.truth for run in runs) else ""
     axes.set_ylabel(f"{true}distance from the goal  px")

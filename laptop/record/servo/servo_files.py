@@ -1,4 +1,4 @@
-"""What runs of the servo add to the record of a run: tables, figures, the true path."""
+"""Additions of servo runs to the record of a run: tables, figures, the true path."""
 
 from __future__ import annotations
 
@@ -14,30 +14,30 @@ from laptop.record.servo.figures import Scenery, draw
 from laptop.record.servo.servo_run import ServoRun, goals_table
 
 Files = dict[str, tuple[Callable[[str], None], str]]
-"""By name, what writes a file at the path that it is given, and what it then holds."""
+"""Files by name: a writer to a path, and the content in words."""
 
 
 def add_servo(
-    told: Run,
+    record: Run,
     runs: Sequence[ServoRun],
     scenery: Scenery,
     baseline: ServoRun | None = None,
     drawn: bool = True,
 ) -> Files:
-    """Add runs of the servo to a record, and return what writes their files.
+    """Add runs of the servo to a record, and return the writers of their files.
 
     Args:
-        told: the record.
+        record: the record.
         runs: one after another.
-        scenery: pictures of the cameras, and what else is to be seen in them.
+        scenery: pictures of the cameras, and the lines in them.
         baseline: the first goal by another method, for comparison.
         drawn: with figures.
     """
     every = [(run.goal if len(runs) == 1 else run.name, run) for run in runs]
     if baseline:
         every.append((f"{baseline.name}, for comparison", baseline))
-    told.methods = sorted({*told.methods, *(run.method for _, run in every if run.method)})
-    told.tables = [*told.tables, goals_table(every)]
+    record.methods = sorted({*record.methods, *(run.method for _, run in every if run.method)})
+    record.tables = [*record.tables, goals_table(every)]
     files: Files = {}
     if drawn:
         for stem, caption, picture in draw(runs, scenery, baseline):
@@ -45,7 +45,7 @@ def add_servo(
     for _, run in every:
         stem = _stem(run, baseline)
         if run.steps:
-            told.tables = [*told.tables, run.steps]
+            record.tables = [*record.tables, run.steps]
         if run.truth is not None:
             words = "the true way of the tip in the pictures, px"
             files[f"{stem}-true-path.csv"] = (partial(_write_path, run=run), words)

@@ -7,11 +7,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from laptop.record.run import GREATEST, DamagedRun
+from laptop.record.run import MAX_NUMBER, DamagedRun
 from shared.small_files import SpoiltFile, read_text
 
 MAX_BYTES = 20_000_000
-"""A longer log is none."""
+"""Greatest size of a log, bytes."""
 
 
 class Log(NamedTuple):
@@ -34,7 +34,7 @@ def is_log(file: Path) -> bool:
 
 
 def read_log(file: Path) -> Log:
-    """Read a log of JSON lines; what is cut off at its end is left out.
+    """Read a log of JSON lines; a truncated last line is left out.
 
     Raises:
         DamagedRun: it is none.
@@ -63,16 +63,16 @@ def read_log(file: Path) -> Log:
 
 
 def _values(text: str, name: str) -> Any:
-    """Return what JSON holds; NaN and Infinity are numbers in it.
+    """Return the value of a JSON text; NaN and Infinity are numbers in it.
 
     Raises:
-        DamagedRun: a number is greater than GREATEST.
+        DamagedRun: a number is greater than MAX_NUMBER.
         ValueError, RecursionError: it is no JSON.
     """
 
     def bounded(read: Callable[[str], float]) -> Callable[[str], float]:
         def number(digits: str) -> float:
-            if abs(float(digits)) > GREATEST:
+            if abs(float(digits)) > MAX_NUMBER:
                 raise DamagedRun(
                     f"{name} holds {digits[:20]}, which is beyond all that a run measures"
                 )

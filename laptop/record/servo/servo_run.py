@@ -1,4 +1,4 @@
-"""One run of the servo to one goal: what a log, the page or an emulator that knows the truth tell.
+"""One run of the servo to one goal, from a log, the page or an emulator that knows the truth.
 
 All figures and tables of servo runs are made of this.
 """
@@ -15,22 +15,23 @@ import numpy as np
 from laptop.record.run import DamagedRun, RunTable, table
 from laptop.record.servo.servo_log import Log
 
-TRUE_SHARE = 1.6
-"""A goal is reached where the true distance is at most so many tolerances."""
+MAX_TRUE_TOLERANCES = 1.6
+"""Greatest true distance at which a goal counts as reached, in tolerances."""
 GOALS, STEPS = "goals", "steps"
 """Names of the tables."""
 MALFORMED = (LookupError, TypeError, ValueError, AttributeError, ArithmeticError)
-"""What reading values that are not as they are written ends in."""
+"""Errors that reading malformed values ends in."""
 NO_LOG = "the log is not as visual_servoing.py writes it"
 NO_ROWS = np.zeros((0, 2))
+"""Empty rows (t, value)."""
 
 
 class Space(NamedTuple):
-    """The way to a goal in space.
+    """The path to a goal in space.
 
     place      x, y, z of the goal, cm
     tips       the same of the true tip, row by row of the path
-    mm_per_px  how far apart places there may be that differ by 1 px in the pictures
+    mm_per_px  greatest distance of places there that differ by 1 px in the pictures, mm
     """
 
     place: tuple[float, ...]
@@ -39,14 +40,14 @@ class Space(NamedTuple):
 
 
 class Truth(NamedTuple):
-    """What an emulator knows of a run.
+    """The truth about a run, from an emulator.
 
     cameras  their names
-    goal     where it truly is in the pictures, u and v in each, px
+    goal     its true place in the pictures, u and v in each, px
     path     rows (s since the servo began, u, v in each picture) of the true tip, px
     miss_mm  when the servo ended, from the true tip to the place that shows at the goal; in the
-             plane at the tip's height; None where nobody can tell that place
-    space    where that was in space; None in the plane
+             plane at the tip's height; None where that place is unknown
+    space    the path in space; None in the plane
     """
 
     cameras: tuple[str, ...]
@@ -67,15 +68,15 @@ class ServoRun:
         tolerance: px, or None.
         verdict: a word; "" where it is not known.
         reason: of the verdict, or "".
-        moves: how many.
-        seconds: it took, or None.
-        error: as the servo says it, or None.
-        seen_error: as the tracker saw it at the end, or None.
+        moves: number of them.
+        seconds: duration, or None.
+        error: at the end, as the servo measured it, px, or None.
+        seen_error: at the end, as the tracker measured it, px, or None.
         joints: their names.
-        ways: by camera, rows (t, u, v) of the tip: true where that is known, else as it was seen;
+        paths: by camera, rows (t, u, v) of the tip: true where that is known, else as it was seen;
             NaN in gaps.
         goals: by camera, where the goal was at last.
-        looks: by camera, rows (u, v) of where the servo stopped to look.
+        samples: by camera, rows (u, v) at which the servo stopped to look.
         errors: rows (t, px), the distance from the goal; of all cameras together.
         measured: the same as the servo measured it.
         components: by row of the error as "A.u", rows (t, px).
@@ -83,7 +84,7 @@ class ServoRun:
         condition: rows (t, condition number of the image Jacobian).
         steps: every step as a table, or None.
         remarks: (t, text).
-        truth: what the emulator knows, or None.
+        truth: the emulator's, or None.
     """
 
     name: str
@@ -99,9 +100,9 @@ class ServoRun:
     error: float | None = None
     seen_error: float | None = None
     joints: list[str] = field(default_factory=list)
-    ways: dict[str, np.ndarray] = field(default_factory=dict)
+    paths: dict[str, np.ndarray] = field(default_factory=dict)
     goals: dict[str, tuple[float, float]] = field(default_factory=dict)
-    looks: dict[str, np.ndarray] = field(default_factory=dict)
+    samples: dict[str, np.ndarray] = field(default_factory=dict)
     errors: np.ndarray = field(default_factory=lambda: NO_ROWS)
     measured: np.ndarray = field(default_factory=lambda: NO_ROWS)
     components: dict[str, np.ndarray] = field(default_factory=dict)
@@ -114,32 +115,32 @@ class ServoRun:
 
     @property
     def true_error(self) -> float | None:
-        """The true distance at the end, px."""
+        """True distance at the end, px."""
         return float(self.errors[-1, 1]) if self.truth else None
 
     @property
     def claimed(self) -> bool:
-        """True if the brick says that it is there."""
+        """Whether the brick reports that the goal is reached."""
         return self.verdict == "converged"
 
     @property
     def within_mm(self) -> float | None:
         """Distance that counts as reached in space, mm; None in the plane, where px decide."""
         space = self.truth and self.truth.space
-        return TRUE_SHARE * (self.tolerance or 0.0) * space.mm_per_px if space else None
+        return MAX_TRUE_TOLERANCES * (self.tolerance or 0.0) * space.mm_per_px if space else None
 
     @property
     def reached(self) -> bool:
-        """True if it truly is, whatever the brick says; nobody knows without the truth."""
+        """Whether the goal is truly reached; False where the truth is unknown."""
         if self.truth is None or self.true_error is None:
             return False
         if self.within_mm is not None and self.truth.miss_mm is not None:
             return self.truth.miss_mm <= self.within_mm
-        return self.true_error <= TRUE_SHARE * (self.tolerance or 0.0)
+        return self.true_error <= MAX_TRUE_TOLERANCES * (self.tolerance or 0.0)
 
     @property
     def outcome(self) -> str:
-        """How it truly ended, in a few words."""
+        """True outcome in a few words."""
         if self.reached:
             if self.claimed:
                 return "reached"
@@ -150,7 +151,7 @@ class ServoRun:
 
     @property
     def words(self) -> str:
-        """The same with figures."""
+        """True outcome in words, with px, mm, moves and s."""
         miss = self.truth and self.truth.miss_mm
         off = "" if miss is None else f" ({miss:.1f} mm)"
         return (
@@ -160,12 +161,12 @@ class ServoRun:
 
 
 def run_of_log(name: str, log: Log, truth: Truth | None = None) -> ServoRun:
-    """Return the run of which a log tells.
+    """Return the run that a log holds.
 
     Args:
         name: of the goal, for people.
         log: of the servo.
-        truth: what an emulator knows of it.
+        truth: about it, from an emulator.
 
     Raises:
         DamagedRun: the log is not as visual_servoing.py writes it.
@@ -194,14 +195,14 @@ def _run_of_log(name: str, log: Log, truth: Truth | None) -> ServoRun:
         seconds=_number(verdict.get("t")),
         error=_number(verdict.get("error")),
         joints=joints,
-        ways={
+        paths={
             camera: _rows([(one["t"], *one["s"][:2]) for one in seen if one["camera"] == camera], 3)
             for camera in cameras
         },
         remarks=[(float(note["t"]), str(note["text"])) for note in log.notes],
         truth=truth,
     )
-    _add_looks(run, log, cameras)
+    _add_samples(run, log, cameras)
     run.measured = _rows(
         [(one["t"], one["error"]) for one in log.steps if one.get("error") is not None]
     )
@@ -226,25 +227,25 @@ def _run_of_log(name: str, log: Log, truth: Truth | None) -> ServoRun:
     return run
 
 
-def _add_looks(run: ServoRun, log: Log, cameras: Sequence[str]) -> None:
-    """Add where the servo looked, and where the goal was then."""
+def _add_samples(run: ServoRun, log: Log, cameras: Sequence[str]) -> None:
+    """Add the places at which the servo looked, and the goal then."""
     for camera in cameras:
         rows = [f"{camera}.u", f"{camera}.v"]
-        told = [
+        reported = [
             [dict(zip(step["rows"], step[key], strict=True)) for key in ("s", "goal")]
             for step in log.steps
             if step.get("s") is not None
             and step.get("goal") is not None
             and set(rows) <= set(step["rows"])
         ]
-        if told:
-            run.looks[camera] = np.array([[at[row] for row in rows] for at, _ in told], float)
-            goal = told[-1][1]
+        if reported:
+            run.samples[camera] = np.array([[at[row] for row in rows] for at, _ in reported], float)
+            goal = reported[-1][1]
             run.goals[camera] = (float(goal[rows[0]]), float(goal[rows[1]]))
 
 
 def _add_truth(run: ServoRun, truth: Truth) -> None:
-    """Let what the emulator knows take the place of what was seen."""
+    """Replace the seen path, errors and goals by the true ones."""
     t, seconds = truth.path[:, 0], run.seconds
     off = np.linalg.norm(truth.path[:, 1:] - truth.goal, axis=1)
     run.errors = np.column_stack([t, off])
@@ -253,7 +254,7 @@ def _add_truth(run: ServoRun, truth: Truth) -> None:
         run.errors = np.vstack([run.errors[t < seconds], [seconds, end]])
     for k, camera in enumerate(truth.cameras):
         columns = [0, 1 + 2 * k, 2 + 2 * k]
-        run.ways[camera] = truth.path[:, columns]
+        run.paths[camera] = truth.path[:, columns]
         run.goals[camera] = (truth.goal[2 * k], truth.goal[2 * k + 1])
 
 
@@ -268,22 +269,22 @@ def _steps(run: ServoRun, log: Log) -> RunTable | None:
         wanted = [math.degrees(angle) for angle in step.get("q_wanted") or []]
         turns = [b - a for a, b in zip(q, wanted, strict=True)] if wanted else []
         blank = [None] * len(run.joints)
-        told = [_round(step["t"], 1), step.get("action"), step.get("model")]
-        told += [_round(step.get("error"), 1)]
-        told += [_round(angle, 1) for angle in q] or blank
-        told += [_round(turn, 1) for turn in turns] or blank
-        rows.append([*told, _round(step.get("condition"), 1), step.get("frames")])
+        cells = [_round(step["t"], 1), step.get("action"), step.get("model")]
+        cells += [_round(step.get("error"), 1)]
+        cells += [_round(angle, 1) for angle in q] or blank
+        cells += [_round(turn, 1) for turn in turns] or blank
+        rows.append([*cells, _round(step.get("condition"), 1), step.get("frames")])
     return steps_table(f"{run.name}, method {run.method}", headings, rows)
 
 
 def steps_table(name: str, headings: Sequence[str], rows: Sequence[Sequence[Any]]) -> RunTable:
-    """Return what the servo measured and did on its way to a goal of this name, step by step."""
+    """Return a table of the servo's measurements and actions towards a goal of this name."""
     caption = f"What the servo measured and did, step by step: {name}"
     return table(STEPS, caption, headings, rows)
 
 
 def goals_table(runs: Sequence[tuple[str, ServoRun]]) -> RunTable:
-    """Return how each goal was reached, a row each.
+    """Return a table of the goals and their outcomes, a row each.
 
     Args:
         runs: with the name of each goal.

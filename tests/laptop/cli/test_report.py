@@ -66,7 +66,7 @@ def test_decoders_of_pictures_print_nothing_between_its_lines(tmp_path, no_formu
 def test_without_a_browser_no_pdf_is_begun(tmp_path, monkeypatch):
     left(tmp_path / "line")
     monkeypatch.setattr(print_pdf.shutil, "which", lambda name: None)
-    monkeypatch.setattr(print_pdf, "PLACES", ())
+    monkeypatch.setattr(print_pdf, "BROWSER_PATHS", ())
     result = run(tmp_path, "--to", tmp_path / "x.pdf")
     assert result.exit_code == 1
     assert "there is no Chromium, Chrome or Edge to make a PDF; install one" in result.output

@@ -11,7 +11,7 @@ from arms import PLANAR as ARM
 from laptop.drawing import preparing, preview, preview_plot
 from laptop.drawing.artwork import Artwork
 from laptop.drawing.options import DrawingOptions
-from laptop.record.figures.sheet import TALL, new_figure
+from laptop.record.figures.sheet import TALL_HEIGHT, new_figure
 from laptop.system.files import CannotWrite
 
 
@@ -27,7 +27,7 @@ def clipped():
 
 def sheet_of(drawing):
     """Of a preview: its axes, and what lies there by its name in the legend."""
-    with new_figure(TALL) as figure:
+    with new_figure(TALL_HEIGHT) as figure:
         preview_plot.draw_preview(figure, drawing, preview.lines_of(drawing))
         axes = figure.axes[0]
         return axes, dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))

@@ -98,7 +98,7 @@ def test_the_error_in_a_report_is_what_the_tracker_saw(scene):
     assert told.errors[0, 1] == pytest.approx(np.hypot(42, 2), abs=0.5)
     assert told.seen_error == pytest.approx(np.hypot(2, 2), abs=0.5)
     assert [row[3] for row in told.steps.rows] == [-42, -32, -22, -12, -2]
-    assert told.looks["A"][:, 0].tolist() == [60, 70, 80, 90, 100]
+    assert told.samples["A"][:, 0].tolist() == [60, 70, 80, 90, 100]
 
 
 def test_where_the_tip_was_not_seen_the_report_has_a_gap(scene):
@@ -109,7 +109,7 @@ def test_where_the_tip_was_not_seen_the_report_has_a_gap(scene):
     for tip in [(60, 120)] * 20 + [None] * 20 + [(100, 120)] * 20:
         scene.show(tip=tip)
     (told,) = servo_runs(scene.controller.record())
-    assert np.isnan(told.ways["A"]).any(axis=1).sum() == 1
+    assert np.isnan(told.paths["A"]).any(axis=1).sum() == 1
     t, errors = told.errors.T
     gap = t[np.isnan(errors)]
     assert (gap[0], gap[-1]) == pytest.approx((1.0, 2.0), abs=0.2)

@@ -7,7 +7,7 @@ from lab_runs import left
 
 from laptop.record.names import RUN
 from laptop.record.run import (
-    GREATEST,
+    MAX_NUMBER,
     Column,
     DamagedRun,
     Ending,
@@ -108,7 +108,7 @@ def test_a_file_of_a_run_lies_in_its_folder(tmp_path, name):
         read_run(tmp_path)
 
 
-@pytest.mark.parametrize("value", [2 * GREATEST, -2 * GREATEST, 10**15])
+@pytest.mark.parametrize("value", [2 * MAX_NUMBER, -2 * MAX_NUMBER, 10**15])
 def test_a_number_beyond_all_that_a_run_measures_is_damage(tmp_path, value):
     with_rows = RunTable("m", "", [Column("x")], [[value]])
     left(tmp_path, tables=[with_rows])

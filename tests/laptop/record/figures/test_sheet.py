@@ -6,10 +6,10 @@ from matplotlib.colors import to_rgb
 
 from laptop.record.figures.sheet import (
     ARM,
-    BEHIND,
     DPI,
+    FROM_BEHIND,
     SHEET,
-    TALL,
+    TALL_HEIGHT,
     WIDE,
     Sheet,
     new_figure,
@@ -18,10 +18,10 @@ from laptop.record.figures.sheet import (
     write_title,
 )
 
-VIEWS = {"xy": (1, 2), "xz": (1, 3), "yz": (2, 3), BEHIND: (-2, 1)}
+VIEWS = {"xy": (1, 2), "xz": (1, 3), "yz": (2, 3), FROM_BEHIND: (-2, 1)}
 
 
-@pytest.fixture(params=[(SHEET, 1000), (WIDE, TALL), ((0.6, 0.5, 0.2, 0.3), 800)])
+@pytest.fixture(params=[(SHEET, 1000), (WIDE, TALL_HEIGHT), ((0.6, 0.5, 0.2, 0.3), 800)])
 def figure_and_box(request):
     """Figures of any size, and a place in each."""
     box, height = request.param
@@ -35,7 +35,7 @@ def test_a_point_lies_where_the_view_has_it(view, figure_and_box):
     assert sheet.seen([(1, 2, 3)]).tolist() == [list(VIEWS[view])]
     assert sheet.seen([]).shape == (0, 2)
     to_the_right = sheet.axes.xaxis.get_major_formatter()
-    assert (to_the_right(-2, 0) == "2") == (view == BEHIND)
+    assert (to_the_right(-2, 0) == "2") == (view == FROM_BEHIND)
     assert sheet.axes.get_ylabel().startswith(view[-1])
 
 

@@ -45,11 +45,11 @@ INK = [np.array([[12, y, 8, 20 + y, 30, 40, 30 + y] for y in (-6, 6)])]
 
 def test_each_camera_shows_the_way_that_it_saw(tmp_path, monkeypatch):
     run = a_run(tmp_path, 1.0, "AB")
-    run.ways["B"] = truth(1.0, "AB").path[:, [0, 3, 4]]
+    run.paths["B"] = truth(1.0, "AB").path[:, [0, 3, 4]]
     scenery = Scenery({"A": IMAGE, "B": IMAGE}, (64, 48), INK)
     *views, _ = drawn_in(monkeypatch, figures.draw_cameras, [run], scenery)
     assert len(views) == 2
-    ways = [lines_of(axes, charts.GOALS[0])[0].get_xdata() for axes in views]
+    ways = [lines_of(axes, charts.GOAL_COLOURS[0])[0].get_xdata() for axes in views]
     assert (ways[0][0], ways[0][-1]) == (GOAL[0] - 200, GOAL[0] - 1)
     assert set(ways[1]) == {GOAL[0]}  # from there it moved along the line of sight
     inks = [lines_of(axes, sheet.QUIET)[0].get_xydata().tolist() for axes in views]
@@ -69,7 +69,7 @@ def test_the_way_in_space_is_shown_askew_from_above_and_from_the_side(tmp_path, 
     askew, above, side, _ = drawn_in(monkeypatch, figures.draw_space, [run], Scenery())
     assert askew.name == "3d"
     for axes, height in ((above, PLACE[1]), (side, PLACE[2])):
-        way = lines_of(axes, charts.GOALS[0])[0]
+        way = lines_of(axes, charts.GOAL_COLOURS[0])[0]
         assert way.get_xdata()[-1] == pytest.approx(PLACE[0] - 0.09)
         assert set(way.get_ydata()) == {height}
         (ring,) = [patch for patch in axes.patches if patch.get_edgecolor()[:3] != (1, 1, 1)]

@@ -15,9 +15,9 @@ def test_a_log_tells_way_errors_joints_and_steps(tmp_path):
     run = told(tmp_path, method="broyden", note="held a while")
     assert (run.method, run.mode, run.tolerance, run.verdict) == ("broyden", "look", 5, "converged")
     assert (run.moves, run.seconds, run.error, run.goal) == (4, 4.5, 2.0, "marker")
-    assert run.ways["A"][:, 1].tolist() == [200, 249.5, 299, 348.5, 398]
+    assert run.paths["A"][:, 1].tolist() == [200, 249.5, 299, 348.5, 398]
     assert run.goals == {"A": GOAL}
-    assert run.looks["A"].shape == (5, 2)
+    assert run.samples["A"].shape == (5, 2)
     assert run.errors.tolist() == [[0, 200], [1, 150.5], [2, 101], [3, 51.5], [4, 2]]
     assert run.components["A.u"][:, 1].tolist() == [-200, -150.5, -101, -51.5, -2]
     assert run.angles["shoulder"][:, 1].tolist() == [0, 0.1, 0.2, pytest.approx(0.3), 0.4]
@@ -36,8 +36,8 @@ def test_where_a_camera_was_blind_it_saw_nothing(tmp_path):
     blind.update(rows=["B.u", "B.v"], s=[1.0, 2.0], goal=[3.0, 4.0])
     seen = dict(next(entry for entry in lines if entry["kind"] == "seen"), camera="B")
     run = told(tmp_path, text=text_of([*lines, seen]))
-    assert len(run.looks["A"]) == 4
-    assert run.looks["B"][0].tolist() == [1.0, 2.0]
+    assert len(run.samples["A"]) == 4
+    assert run.samples["B"][0].tolist() == [1.0, 2.0]
 
 
 def test_a_log_that_is_cut_off_is_read_up_to_there(tmp_path):
@@ -111,7 +111,7 @@ def test_the_true_error_ends_with_the_run_and_not_with_the_rest_after_it(tmp_pat
     moved_on.path[-1, 1] = 0.0  # after the verdict, at 5 s
     run = told(tmp_path, true=moved_on)
     assert run.errors[-1].tolist() == [4.5, pytest.approx(2.0)]
-    assert run.ways["A"].shape[1] == 3
+    assert run.paths["A"].shape[1] == 3
 
 
 def test_a_camera_that_saw_nothing_has_its_own_true_way_all_the_same(tmp_path):
@@ -120,8 +120,8 @@ def test_a_camera_that_saw_nothing_has_its_own_true_way_all_the_same(tmp_path):
         if line["kind"] == "seen":
             line["camera"] = "B"
     run = told(tmp_path, text=text_of(lines), true=truth(2.0, "AB"), cameras="AB")
-    assert run.ways["A"][0, 1] == GOAL[0] - 200  # which B's line of sight is
-    assert set(run.ways["B"][:, 1]) == {GOAL[0]}
+    assert run.paths["A"][0, 1] == GOAL[0] - 200  # which B's line of sight is
+    assert set(run.paths["B"][:, 1]) == {GOAL[0]}
 
 
 def test_without_the_truth_nobody_knows_whether_it_is_there(tmp_path):
