@@ -14,8 +14,9 @@ from shared.arm_description import find_arm, read_arm
 
 ARMS = ("planar", "geared", "spatial")
 CYCLES = 30
-SHARE = 0.1
-"""A criterion is told well if it is off by no more of its true value."""
+"""Default number of cycles of a test."""
+MAX_RELATIVE_ERROR = 0.1
+"""Greatest error of a well measured criterion, as a share of its true value."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,7 @@ class AccuracyCase:
 
 @dataclass(frozen=True)
 class AccuracyFigure:
-    """A criterion by camera beside the truth, mm; u is its standard uncertainty as it is told."""
+    """A criterion by camera beside the truth, mm; u is its stated standard uncertainty."""
 
     arm: str
     seed: int
@@ -44,7 +45,7 @@ class AccuracyFigure:
 
     @property
     def off(self) -> float:
-        """How far the camera is off, as a share of the truth."""
+        """Error of the camera, as a share of the truth."""
         return self.camera / self.truth - 1 if self.truth else math.inf
 
     @property
@@ -54,7 +55,7 @@ class AccuracyFigure:
 
 
 def run_case(case: AccuracyCase) -> list[AccuracyFigure]:
-    """Do one case: all criteria, by camera and in truth.
+    """Run one case: all criteria, by camera and in truth.
 
     Raises:
         ArmError: the arm has no room for the test, or it failed.
@@ -72,7 +73,7 @@ LEGEND = "by camera beside the truth; U: expanded uncertainty by the camera (k =
 
 
 def table(figures: Sequence[AccuracyFigure]) -> list[list[str]]:
-    """One row per arm and criterion."""
+    """Return one row per arm and criterion."""
     return [
         [
             one.arm,
@@ -89,12 +90,12 @@ def table(figures: Sequence[AccuracyFigure]) -> list[list[str]]:
 
 
 def verdict(figures: Sequence[AccuracyFigure]) -> str:
-    """Say in a line how many are told well, and whether what is told of them is true."""
-    near = sum(abs(one.off) <= SHARE for one in figures)
+    """Return a line: how many are measured well, and how often U holds the truth."""
+    near = sum(abs(one.off) <= MAX_RELATIVE_ERROR for one in figures)
     within = sum(one.is_within for one in figures)
-    either = sum(one.is_within or abs(one.off) <= SHARE for one in figures)
+    either = sum(one.is_within or abs(one.off) <= MAX_RELATIVE_ERROR for one in figures)
     return (
-        f"{near} of {len(figures)} within {100 * SHARE:.0f} % of the truth; "
+        f"{near} of {len(figures)} within {100 * MAX_RELATIVE_ERROR:.0f} % of the truth; "
         f"of {within} the truth lies within U, of {either} one of both"
     )
 

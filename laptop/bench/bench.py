@@ -1,4 +1,4 @@
-"""What a bench is, and what all of them need to run cases and to tell of the results."""
+"""The record of a bench, and functions that all of them need for cases and results."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Row = Sequence[str]
 
 
 class BadBench(ArmError):
-    """What was asked of a bench does not go together."""
+    """Options of a bench that do not go together."""
 
 
 class BenchTable(NamedTuple):
@@ -35,24 +35,24 @@ class BenchTable(NamedTuple):
 
 
 def as_dicts(results: Iterable[Any]) -> Any:
-    """The results for JSON, field by field."""
+    """Return the results for JSON, field by field."""
     return [asdict(one) for one in results]
 
 
 @dataclass(frozen=True)
 class BenchRecord(Generic[C, R]):
-    """One bench.  `it` is what was typed, by the names of the command's options.
+    """One bench.  `it` holds the command's options, by their names.
 
     Attributes:
-        doing: what is done to a case, beside the bar.
-        cases: of `it`.
-        work: does one case, in another process: a function of a module.
-        shown: of what was gathered and `it` the tables, and lines below them.
-        figures: of what was gathered that which --json prints.
-        gather: of the cases' results and `it` what is told; may measure more, on this machine.
-        in_turn: does all cases in this process, in the place of `work`.
+        doing: a word for the work, beside the bar.
+        cases: `it` -> the cases.
+        work: case -> result, in another process: a function of a module.
+        shown: gathered results and `it` -> the tables, and lines below them.
+        figures: gathered results -> the value that --json prints.
+        gather: results of the cases and `it` -> gathered ones; may measure more, on this machine.
+        in_turn: cases -> results, in this process, in the place of `work`.
         chunk: number of cases that go to a process at a time.
-        holds: of what was gathered whether all is as it should be; else the status is 1.
+        holds: gathered results -> whether all is as it should be; else the status is 1.
     """
 
     doing: str
@@ -84,7 +84,7 @@ def flat(parts: Iterable[Iterable[R]], it: Any = None) -> list[R]:
 
 
 def grouped(results: Iterable[R], key: Callable[[R], K]) -> dict[K, list[R]]:
-    """The results by some key, in the order in which the keys come."""
+    """Return the results by some key, in the order in which the keys come."""
     groups: dict[K, list[R]] = {}
     for result in results:
         groups.setdefault(key(result), []).append(result)
@@ -92,22 +92,22 @@ def grouped(results: Iterable[R], key: Callable[[R], K]) -> dict[K, list[R]]:
 
 
 def seeds_of(it: Any) -> str:
-    """The seeds as they were typed."""
+    """Return the seeds as they were typed."""
     return f"seeds {it.seeds.start}:{it.seeds.stop}"
 
 
 def percentile(values: Sequence[float], q: int) -> float:
-    """A percentile that is one of the values."""
+    """Return a percentile that is one of the values."""
     return float(np.percentile(values, q, method="higher"))
 
 
 def spread(values: Sequence[float], digits: int, *quantiles: int) -> str:
-    """Percentiles, with a stroke between them: the median and the 95th if none is said."""
+    """Return percentiles with a stroke between them, by default the median and the 95th."""
     return "/".join(f"{percentile(values, q):.{digits}f}" for q in quantiles or (50, 95))
 
 
 @contextlib.contextmanager
 def silenced() -> Iterator[None]:
-    """Nobody wants to read what a script says."""
+    """Discard the output of scripts in a `with` block."""
     with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
         yield

@@ -1,4 +1,4 @@
-"""Arms that are not as they are described, calibrated: what is found beside what is true.
+"""Calibration of arms that are not as they are described: found values beside the true ones.
 
 Links are off by up to 5 %, zeros by up to 1.5 degrees, the backlash is anything from 0 to 4 degrees
 and described as 2, the marker sits up to 5 mm beside the pen.  A camera stands anywhere sensible
@@ -35,13 +35,15 @@ from shared.ini import with_values
 if TYPE_CHECKING:
     from laptop.emulator.device.plant_constants import PlantConstants
 
-LINK_OFF, ZERO_OFF, BACKLASH, OFFSET = 0.05, 1.5, (0.0, 4.0), 0.5
-"""Greatest errors of the description: of links, a share; of zeros, deg; the true backlash, deg;
-the marker beside the pen, cm."""
-NOISE_PX, TOUCHES = 1.0, 6
+MAX_LINK_ERROR, MAX_ZERO_ERROR, BACKLASH_RANGE, MAX_MARKER_OFFSET = 0.05, 1.5, (0.0, 4.0), 0.5
+"""Greatest errors of the description: of links, a share; of zeros, deg; the range of the true
+backlash, deg; the greatest offset of the marker from the pen, cm."""
+NOISE_PX, TOUCHED_CROSSES = 1.0, 6
+"""Sigma of a seen place, px, and number of crosses that a hand sets the pen on."""
 HEIGHT_SIGMA, TURN_SIGMA = 0.05, math.radians(0.3)
+"""Sigma of the measured height, cm, and of the board's direction, rad."""
 UNITS = {"link": ("%", 0.3), "zero": ("deg", 0.3), "backlash": ("deg", 0.3), "marker": ("mm", 0.5)}
-"""By what a number is: the unit of its error, and the wanted bound of that."""
+"""Unit of a number's error, and the wanted bound of that, by kind of number."""
 
 
 @dataclass(frozen=True)
@@ -54,12 +56,12 @@ class CalibrateCase:
 
 @dataclass(frozen=True)
 class CalibrateResult:
-    """What came of one arm.
+    """The result of one arm.
 
-    seed     which
+    seed     of the arm
     refused  why nothing was found, or ""
     errors   found less true, by the number's name: links in %, angles in deg, offsets in mm
-    sigmas   what was said of these
+    sigmas   stated sigmas of these
     poses, minutes  on the brick
     lines    greatest deviation of the three lines, mm: as described, as calibrated, with the truth
     """
@@ -75,9 +77,9 @@ class CalibrateResult:
 
 @dataclass(frozen=True, eq=False)
 class DrawnArm:
-    """An arm as its seed has it.
+    """An arm drawn with a seed.
 
-    described, built  the arm
+    described, built  as its file has it, and as it truly is
     zeros  true angles where the zero is believed, rad
     table  camera, board and hand
     height of the marker as a ruler has it, cm
@@ -100,41 +102,41 @@ class DrawnArm:
 
 def draw_arm(case: CalibrateCase) -> DrawnArm:
     """Draw an arm, and the camera over it."""
-    luck = np.random.default_rng([case.seed, 20])
+    rng = np.random.default_rng([case.seed, 20])
     described = read_arm(find_arm(case.arm))
     joints, zeros = [], []
     for joint in described.joints:
         joints.append(
             joint._replace(
-                link=joint.link * (1 + luck.uniform(-LINK_OFF, LINK_OFF)),
-                backlash=math.radians(luck.uniform(*BACKLASH)),
+                link=joint.link * (1 + rng.uniform(-MAX_LINK_ERROR, MAX_LINK_ERROR)),
+                backlash=math.radians(rng.uniform(*BACKLASH_RANGE)),
             )
         )
-        zeros.append(math.radians(luck.uniform(-ZERO_OFF, ZERO_OFF)))
-    along, aside = map(float, luck.uniform(-OFFSET, OFFSET, 2))
+        zeros.append(math.radians(rng.uniform(-MAX_ZERO_ERROR, MAX_ZERO_ERROR)))
+    along, aside = map(float, rng.uniform(-MAX_MARKER_OFFSET, MAX_MARKER_OFFSET, 2))
     built = described._replace(joints=tuple(joints), marker_offset=(along, aside))
-    focal = 640 / 2 / math.tan(math.radians(luck.uniform(50, 75)) / 2)
+    focal = 640 / 2 / math.tan(math.radians(rng.uniform(50, 75)) / 2)
     camera = camera_over(
         focal,
-        (-8.0 + luck.uniform(-2, 2), luck.uniform(-2, 2)),
-        focal * luck.uniform(44, 54) / 640,
-        luck.uniform(0.05, 0.5),
-        luck.uniform(0, 2 * math.pi),
-        math.pi / 2 * luck.integers(4) + luck.uniform(-0.2, 0.2),
-        distortion=(luck.uniform(-0.2, 0.05), 0.0, 0.0, 0.0, 0.0),
+        (-8.0 + rng.uniform(-2, 2), rng.uniform(-2, 2)),
+        focal * rng.uniform(44, 54) / 640,
+        rng.uniform(0.05, 0.5),
+        rng.uniform(0, 2 * math.pi),
+        math.pi / 2 * rng.integers(4) + rng.uniform(-0.2, 0.2),
+        distortion=(rng.uniform(-0.2, 0.05), 0.0, 0.0, 0.0, 0.0),
     )
-    base = (-12.5 + float(luck.uniform(-1, 1)), float(luck.uniform(-2, 2)))
-    height = float(luck.uniform(1.0, 4.0))
-    turn = TURN_SIGMA * float(luck.standard_normal())
+    base = (-12.5 + float(rng.uniform(-1, 1)), float(rng.uniform(-2, 2)))
+    height = float(rng.uniform(1.0, 4.0))
+    turn = TURN_SIGMA * float(rng.standard_normal())
     table = EmulatedTable(built, camera, base, turn, height)
-    said = height + HEIGHT_SIGMA * float(luck.standard_normal())
-    return DrawnArm(described, built, tuple(zeros), table, said)
+    stated = height + HEIGHT_SIGMA * float(rng.standard_normal())
+    return DrawnArm(described, built, tuple(zeros), table, stated)
 
 
 def calibrated(case: CalibrateCase) -> CalibrateResult:
     """Calibrate one arm, and draw lines before and after."""
     drawn = draw_arm(case)
-    luck = np.random.default_rng([case.seed, 21])
+    rng = np.random.default_rng([case.seed, 21])
     rig = EmulatedRig(
         drawn.described,
         drawn.built,
@@ -145,9 +147,9 @@ def calibrated(case: CalibrateCase) -> CalibrateResult:
         seed=case.seed,
     )
     try:
-        camera = drawn.table.calibrated(luck, 100.0).camera
-        touches = drawn.table.touches(TOUCHES, luck, NOISE_PX)
-        known = MeasuredByHand(drawn.height, 0, OFFSET / math.sqrt(3))
+        camera = drawn.table.calibrated(rng, 100.0).camera
+        touches = drawn.table.touches(TOUCHED_CROSSES, rng, NOISE_PX)
+        known = MeasuredByHand(drawn.height, 0, MAX_MARKER_OFFSET / math.sqrt(3))
         model = ArmModel(drawn.described, {"A": CameraPrior.of(camera)}, known)
         found = identify(rig, model, touches)
     except ArmError as error:
@@ -186,7 +188,7 @@ def calibrated(case: CalibrateCase) -> CalibrateResult:
 
 
 def _phase(joint: Joint, plant: PlantConstants) -> float:
-    """How much farther the brick takes a joint to be than its shaft is, in the mean, rad.
+    """Return the mean error of a joint's angle by the unknown phase of its encoder, rad.
 
     It counts a shaft's start as the middle between two encoder edges, and it is anywhere there: so
     far its zero is off without anybody's fault.
@@ -195,14 +197,14 @@ def _phase(joint: Joint, plant: PlantConstants) -> float:
 
 
 def _unit(name: str, true: float) -> float:
-    """By what a difference becomes the unit of UNITS."""
+    """Return the factor from a number's own unit to that of UNITS."""
     if name.startswith("marker"):
         return 10.0
     return 100 / true if name.endswith("link") else math.degrees(1)
 
 
 def _true_text(drawn: DrawnArm) -> str:
-    """The described arm's file with the true links and backlash."""
+    """Return the described arm's file with the true links and backlash."""
     values = {}
     for joint in drawn.built.joints:
         values[joint.name, "link"] = f"{joint.link:.4f}"
@@ -211,7 +213,7 @@ def _true_text(drawn: DrawnArm) -> str:
 
 
 def _lines(arm: Arm, drawn: DrawnArm, seed: int, zeros: Sequence[float]) -> tuple[float, ...]:
-    """Draw the three lines; their greatest deviations, mm, nan of one that was not drawn.
+    """Draw the three lines; return their greatest deviations, mm, nan for a missing one.
 
     Seen from the shoulder: how the whole arm stands on the table is no part of it.
     """
@@ -234,28 +236,28 @@ LEGEND = "errors against the truth, and of how many the stated uncertainty was t
 
 
 def table(results: Sequence[CalibrateResult]) -> list[list[str]]:
-    """One row per number."""
+    """Return one row per number."""
     done = [one for one in results if not one.refused]
     rows = []
     for name in done[0].errors if done else ():
         unit, wanted = UNITS[of_kind(name)]
         off = np.array([one.errors[name] for one in done])
-        said = np.array([one.sigmas[name] for one in done])
+        stated = np.array([one.sigmas[name] for one in done])
         rows.append(
             [
                 name,
                 f"{wanted:g} {unit}",
                 f"{math.sqrt((off**2).mean()):.3f}",
                 *(f"{q:.3f}" for q in np.quantile(np.abs(off), [0.5, 0.95, 1.0])),
-                f"{np.median(said):.3f}",
-                *(f"{100 * (np.abs(off) < k * said).mean():.0f} %" for k in (1, 2)),
+                f"{np.median(stated):.3f}",
+                *(f"{100 * (np.abs(off) < k * stated).mean():.0f} %" for k in (1, 2)),
             ]
         )
     return rows
 
 
 def ratios(results: Sequence[CalibrateResult]) -> tuple[float, float]:
-    """Greatest deviations over those with the true numbers, geometric mean: before and after."""
+    """Return deviations over those with the true numbers, geometric means: before and after."""
     done = np.array([one.lines for one in results if not one.refused])
     if not len(done):
         return math.nan, math.nan
@@ -266,7 +268,7 @@ def ratios(results: Sequence[CalibrateResult]) -> tuple[float, float]:
 
 
 def summary(results: Sequence[CalibrateResult]) -> list[str]:
-    """Lines below the table."""
+    """Return the lines below the table."""
     done = [one for one in results if not one.refused]
     lines = [f"{len(done)} of {len(results)} arms were calibrated"]
     lines += [f"seed {one.seed} was refused: {one.refused}" for one in results if one.refused]

@@ -4,8 +4,8 @@ The *floor* of a line is the deviation of a perfect controller that knows each j
 encoder count: half a count at every joint in the worst signs, mapped through the Jacobian onto the
 line's normal, at its largest along the line.
 
-In space the question is what gravity does, and what the driver makes of it: it feeds the weight
-forward, and counts on it to press the play to one side, the *preload*.
+In space the question is the effect of gravity, and the driver's answer to it.  It feeds the weight
+forward, and counts on it to press the backlash to one side, the *preload*.
 """
 
 from __future__ import annotations
@@ -48,18 +48,21 @@ CONDITIONS = (
     ("backlash 3", "backlash=3", 3.0),
     ("3 described as 2", "backlash=3", 2.0),
 )
-"""Name, true plant, and the backlash (deg) that the arm's description says."""
+"""Name, true plant, and the backlash (deg) in the arm's description."""
 
-RANDOM = ("random plants", "backlash=2,seed={}", 2.0)
+RANDOM_PLANTS = ("random plants", "backlash=2,seed={}", 2.0)
+"""The same of plants that are drawn with a seed."""
 
 ELBOW_DOWN = ", elbow down"
-"""The elbow of the classic program, whatever the arm prefers."""
+"""Words for a posture with the classic program's elbow."""
 
 
 class Weight(NamedTuple):
     """Gravity on an arm in space, and the driver's knowledge of it.
 
-    known: from motion.gravity.Gravity, the arm and its plant to what the driver takes for gravity.
+    words: on feedforward and preload, for the table.
+    plant: text of the constants that differ.
+    known: class Gravity, arm and plant -> the driver's model of gravity.
     """
 
     words: tuple[str, str] = ("fed forward", "counted on")
@@ -81,15 +84,17 @@ WEIGHTS = {
         known=lambda g, arm, plant: g(weighed(arm, plant)),
     ),
 }
+"""Weights by name."""
 
-EVERYWHERE = "every joint"
+EVERY_JOINT = "every joint"
+"""Word for backlash at all joints."""
 
 
 @dataclass(frozen=True)
 class DrawCase:
     """One line to draw: which arm, how, on which plant, and the backlash (deg) described.
 
-    `at` names the joint that has the play described, or EVERYWHERE; `weight` is a key of WEIGHTS.
+    `at` names the joint with the described backlash, or EVERY_JOINT; `weight` is a key of WEIGHTS.
     `elbow` is "up" or "down", the arm's own if None.
     """
 
@@ -100,7 +105,7 @@ class DrawCase:
     described: float
     line: Line
     name: str
-    at: str = EVERYWHERE
+    at: str = EVERY_JOINT
     weight: str = "felt"
     cpu: float = CPU
     elbow: str | None = None
@@ -108,9 +113,9 @@ class DrawCase:
 
 @dataclass(frozen=True)
 class DrawResult:
-    """One line drawn: mm, s; `error` says why it was not.
+    """One line drawn: mm, s; `error` is the reason why it was not.
 
-    `short` is what is missing along the line, negative where it was drawn past its end.
+    `short` is the missing length along the line, negative where it was drawn past its end.
     """
 
     arm: str
@@ -127,38 +132,40 @@ class DrawResult:
     error: str
 
 
-def described(name: str, backlash: float, at: str = EVERYWHERE) -> Arm:
-    """The arm of that name whose description says `backlash` degrees at every joint, or at one."""
+def described(name: str, backlash: float, at: str = EVERY_JOINT) -> Arm:
+    """Return the arm of that name, described with `backlash` degrees at every joint, or at one."""
     arm = read_arm(find_arm(name))
     joints = tuple(
-        joint._replace(backlash=math.radians(backlash) if at in (joint.name, EVERYWHERE) else 0.0)
+        joint._replace(backlash=math.radians(backlash) if at in (joint.name, EVERY_JOINT) else 0.0)
         for joint in arm.joints
     )
     return arm._replace(joints=joints)
 
 
 def floor(arm: Arm, line: Line) -> float:
-    """The line's floor, mm (see the module's docstring)."""
-    way = np.subtract(*line) / math.dist(*line)
+    """Return the line's floor, mm (see the module's docstring)."""
+    direction = np.subtract(*line) / math.dist(*line)
     errors = half_counts(arm)
     joints = trajectory.joint_path(arm, paths.spread(line), arm.elbow)
-    return 10 * max(off_across(way, np.array(kinematics.jacobian(arm, q)), errors) for q in joints)
+    return 10 * max(
+        deviation_across(direction, np.array(kinematics.jacobian(arm, q)), errors) for q in joints
+    )
 
 
 def half_counts(arm: Arm) -> np.ndarray:
-    """Half a count at every joint with all signs, one a column, rad."""
+    """Return half a count at every joint with all signs, one a column, rad."""
     halves = [math.radians(0.5) / joint.gear for joint in arm.joints]
     return np.array(list(itertools.product(*((-half, half) for half in halves)))).T
 
 
-def off_across(way: np.ndarray, jacobian: np.ndarray, errors: np.ndarray) -> float:
-    """How far errors of the joints, one a column, put the tip off its way (length 1), cm."""
-    across = np.eye(len(way)) - np.outer(way, way)
+def deviation_across(direction: np.ndarray, jacobian: np.ndarray, errors: np.ndarray) -> float:
+    """Return the greatest deviation, cm, across a unit direction, by errors (joints, n), rad."""
+    across = np.eye(len(direction)) - np.outer(direction, direction)
     return float(np.linalg.norm(across @ jacobian @ errors, axis=0).max())
 
 
 def random_line(arm: Arm, seed: int) -> Line:
-    """A reachable line of at least 4 cm."""
+    """Return a reachable line of at least 4 cm."""
     draw = random.Random(seed)
     reach, size = sum(joint.link for joint in arm.joints), kinematics.coordinates(arm)
     while True:
@@ -175,19 +182,19 @@ def random_line(arm: Arm, seed: int) -> Line:
 
 
 def cases(seeds: range) -> Iterator[DrawCase]:
-    """Every line under every condition; each random line also on the random plant of its seed."""
+    """Yield every line under every condition, random ones also on their seed's random plant."""
     for arm_name in METHODS:
         arm = read_arm(find_arm(arm_name))
         own = LINES[kinematics.coordinates(arm)]
         lines = [(f"line {n}", line) for n, line in enumerate(own, 1)]
-        luck = [("random", random_line(arm, seed)) for seed in seeds]
+        random_lines = [("random", random_line(arm, seed)) for seed in seeds]
         for method in METHODS[arm_name]:
             for condition, plant, play in CONDITIONS:
-                for name, line in lines + luck:
+                for name, line in lines + random_lines:
                     yield DrawCase(arm_name, method, condition, plant, play, line, name)
-            condition, plant, play = RANDOM
+            condition, plant, play = RANDOM_PLANTS
             for k, seed in enumerate(seeds):
-                for name, line in [*lines, luck[k]]:
+                for name, line in [*lines, random_lines[k]]:
                     yield DrawCase(
                         arm_name, method, condition, plant.format(seed), play, line, name
                     )
@@ -195,9 +202,12 @@ def cases(seeds: range) -> Iterator[DrawCase]:
 
 
 def _elbow_down(seeds: range) -> Iterator[DrawCase]:
-    """The three lines as the classic program draws them, by every method of its arm."""
+    """Yield the three lines as the classic program draws them, by every method of its arm."""
     nominal, plant, play = CONDITIONS[1]
-    plants = [(nominal, plant), *((RANDOM[0], RANDOM[1].format(seed)) for seed in seeds)]
+    plants = [
+        (nominal, plant),
+        *((RANDOM_PLANTS[0], RANDOM_PLANTS[1].format(seed)) for seed in seeds),
+    ]
     for method in METHODS["planar"]:
         for condition, plant in plants:
             for n, line in enumerate(LINES[2], 1):
@@ -206,7 +216,12 @@ def _elbow_down(seeds: range) -> Iterator[DrawCase]:
 
 
 class _CountingClock:
-    """The world's clock, remembering how many accesses each control tick made, and when."""
+    """The world's clock, with a count of accesses per control tick.
+
+    Args:
+        brick: whose accesses are counted.
+        clock: the program's.
+    """
 
     def __init__(self, brick: EmulatedBrick, clock: Any) -> None:
         self._brick, self._clock = brick, clock
@@ -221,14 +236,14 @@ class _CountingClock:
         self._last = made
 
     def usual(self) -> int:
-        """Accesses of the median tick with the pen down."""
+        """Return the accesses of the median tick with the pen down."""
         inked = [sample.t for sample in self._brick.record if sample.pen]
         ticks = [made for t, made in self._made if inked and inked[0] <= t <= inked[-1]]
         return int(np.median(ticks)) if ticks else 0
 
 
 def _drawn(case: DrawCase) -> tuple[Rig, int, str]:
-    """A line drawn with the real driver: the rig, accesses per tick, and why it was not."""
+    """Draw a line with the real driver; return the rig, accesses per tick, and the error or ""."""
     arm = described(case.arm, case.described, case.at)
     arm = arm._replace(elbow=case.elbow or arm.elbow)
     weight = WEIGHTS[case.weight]
@@ -283,7 +298,7 @@ HEADINGS: Row = (
 
 
 def table(results: list[DrawResult]) -> list[Row]:
-    """One row per arm, method, plant and line; many lines as their median and their p95."""
+    """Return one row per arm, method, plant and line; many lines as their median and p95."""
     rows = []
     groups = grouped(results, lambda r: (r.arm, r.method, r.condition, r.line))
     for key, group in groups.items():
@@ -296,7 +311,7 @@ def table(results: list[DrawResult]) -> list[Row]:
 
 
 def _figures(group: list[DrawResult], q: int) -> Row:
-    """The group's percentiles; what was not drawn is infinitely far off."""
+    """Return the group's percentiles; a line that was not drawn is infinitely far off."""
     out = [f"{percentile([r.floor for r in group], q):.2f}"]
     for field in ("greatest", "rms", "end"):
         values = [math.inf if r.error else getattr(r, field) for r in group]
@@ -311,7 +326,7 @@ def _figures(group: list[DrawResult], q: int) -> Row:
 
 
 def failures(results: list[DrawResult]) -> dict[str, int]:
-    """Why lines were not drawn, numbers aside, and how often."""
+    """Return the reasons why lines were not drawn, numbers aside, and how often each came."""
     reasons = (
         f"{r.arm}, {r.method}, {r.condition}: {re.sub('-?[0-9.]+ ', 'N ', r.error)}"
         for r in results
@@ -329,7 +344,7 @@ SPACE_HEADINGS: Row = (
 
 
 def space_cases(seeds: range) -> list[DrawCase]:
-    """The three lines in space, the play at one joint after the other; and random plants."""
+    """Return the three lines in space, with backlash at each joint in turn; and random plants."""
     arm = read_arm(find_arm("spatial"))
     own = list(zip(SPACE_LINES, LINES[3], strict=False))
 
@@ -344,13 +359,13 @@ def space_cases(seeds: range) -> list[DrawCase]:
 
     out = [
         case
-        for play, at in [(0.0, EVERYWHERE), *((2.0, joint.name) for joint in arm.joints)]
+        for play, at in [(0.0, EVERY_JOINT), *((2.0, joint.name) for joint in arm.joints)]
         for weight in ("off", "felt", "not fed forward" if not play else "no preload")
         for case in under(play, at, weight)
     ]
     for weight in ("off", "felt", "no preload", "not fed forward"):
-        out += under(2.0, EVERYWHERE, weight)
-    out += under(2.0, EVERYWHERE, "felt", "steps")
+        out += under(2.0, EVERY_JOINT, weight)
+    out += under(2.0, EVERY_JOINT, "felt", "steps")
     for weight in ("felt", "measured", "no preload"):
         words = "; ".join((f"every joint, {len(seeds)} plants", *WEIGHTS[weight].words))
         out += [
@@ -362,7 +377,7 @@ def space_cases(seeds: range) -> list[DrawCase]:
 
 
 def space_table(results: list[DrawResult]) -> list[Row]:
-    """One row per condition, the greatest deviation of each line; many as their median and p95."""
+    """Return one row per condition, with the greatest deviation of each line; many as p50, p95."""
     rows = []
     for condition, group in grouped(results, lambda r: r.condition).items():
         lines = grouped(group, lambda r: r.line)
@@ -379,7 +394,7 @@ def space_table(results: list[DrawResult]) -> list[Row]:
 
 
 def sag(weight: str, cpu: float = CPU) -> float:
-    """Sag of the level line at its lowest, mm: without backlash, under a `weight`."""
+    """Return the sag of the level line at its lowest, mm, without backlash, under a `weight`."""
     line = LINES[3][SPACE_LINES.index("level")]
     case = DrawCase("spatial", "smooth", "", "", 0.0, line, "level", weight=weight, cpu=cpu)
     rig, _, _ = _drawn(case)

@@ -1,7 +1,7 @@
-"""Lines and curves drawn by sight by arms that are not as described: what rehearsals bring.
+"""Learning of lines and curves by a camera, in trials, by arms that are not as described.
 
-Each seed draws an arm, planar or geared in turn, and what is wrong with it: links, zero, backlash,
-load.  A camera that knows the table sees its marker.  No file tells the arm what is wrong.
+Each seed draws an arm, planar or geared in turn, and its errors: links, zero, backlash, load.  A
+camera that knows the table sees its marker.  No file gives the arm its errors.
 """
 
 from __future__ import annotations
@@ -34,41 +34,43 @@ from shared.arm_description import Arm, ArmError, find_arm, read_arm
 
 ARMS = ("planar", "geared")
 
-REHEARSALS = 3
+TRIALS = 3
+"""Number of trials of a path."""
 
-DRAWINGS = 5
-"""An arm that is as described draws so many times without and with what was learned."""
+REPEATED_DRAWINGS = 5
+"""Number of drawings, without and with the learned offsets, of an arm as described."""
 
 LINES = {
     "line 1": ((10, 0), (5, 10)),
     "line 2": ((15, 0), (0, 15)),
     "line 3": ((12, 15), (0, 15)),
 }
-"""A usual lab report's; the last comes near to full reach, cm."""
+"""Lines of a usual lab report, cm; the last comes near to full reach."""
 
 CURVES = ("circle", "wave")
+"""Names of the curves."""
 
-LINK_ERROR, ZERO_ERROR, BACKLASH, LOAD = 0.05, 1.5, 3.0, 0.015
-"""What is wrong, at the most: share of a link, degrees, degrees, and Nm at every joint."""
+MAX_LINK_ERROR, MAX_ZERO_ERROR, MAX_BACKLASH, MAX_LOAD = 0.05, 1.5, 3.0, 0.015
+"""Greatest errors: share of a link, of the zero, deg, backlash, deg, load, Nm at every joint."""
 
-BATTERY = 7.85, 7.95
-"""Voltage of the motors, drawn anew for each drawing: so no two are the same, V."""
+VOLTAGE_RANGE = 7.85, 7.95
+"""Range of the motors' voltage, V, drawn anew for each drawing."""
 
 NOISE_PX, FPS = 0.5, 20.0
-"""Of the camera that sees by its formula."""
+"""Sigma of a seen place, px, and rate, Hz, of the ideal camera."""
 
 Inks = list[np.ndarray]
-"""Of some drawings, (n, 2) each, cm."""
+"""Inks of some drawings, (n, 2) each, cm."""
 
 
 @dataclass(frozen=True)
 class IlcCase:
     """One arm that draws one path.
 
-    seed, arm, path  which
+    seed, arm, path  names of them
     wrong            whether it is built otherwise than described
-    rendered         whether the real tracker looks at rendered pictures
-    cpu              how slowly its brick computes
+    rendered         whether the real tracker gets rendered pictures
+    cpu              slowness of its brick
     """
 
     seed: int
@@ -81,17 +83,18 @@ class IlcCase:
 
 @dataclass(frozen=True)
 class IlcResult:
-    """What became of a case.
+    """The result of a case.
 
-    greatest_mm  greatest distance of the true ink from its path, after 0, 1, ... rehearsals
+    greatest_mm  greatest distance of the true ink from its path, after 0, 1, ... trials
     end_mm       greater distance of the ink's two ends from the path's
     rms_mm       of the ink from its path
-    seen_mm      rms of what the camera saw missed, in each rehearsal
+    seen_mm      rms of the error seen by the camera, in each trial
     learned_deg  greatest offset of a joint in the end
-    repeats_mm   greatest distance between two drawings of what was learned in the end
-    means_mm     of an arm as described: mean greatest distance of some drawings without what was
-                 learned, and with it; () where nothing was learned, so that nothing differs
-    why          why it ended before all were done; or what went wrong
+    repeats_mm   greatest distance between two drawings with the final offsets
+    means_mm     of an arm as described: mean greatest distance of some drawings without the
+                 offsets, and with them; () where nothing was learned, so that nothing differs
+    why          why it ended before all were done; or the error
+    failed       whether it ended by an error
     """
 
     case: IlcCase
@@ -109,13 +112,13 @@ class IlcResult:
 def cases(
     seeds: range, arms: Sequence[str] = ARMS, rendered: int = 5, cpu: float = CPU
 ) -> list[IlcCase]:
-    """Every path by every seed's arm as built, and by one that is as described.
+    """Return every path by every seed's arm as built, and by one that is as described.
 
     Args:
         seeds: of the arms.
         arms: their descriptions, in turn.
-        rendered: so many seeds' arms as built are seen in rendered pictures.
-        cpu: how slowly their bricks compute.
+        rendered: number of seeds whose arms as built are seen in rendered pictures.
+        cpu: slowness of their bricks.
     """
     return [
         IlcCase(seed, arms[k % len(arms)], path, wrong, wrong and k < rendered, cpu)
@@ -138,7 +141,7 @@ def artwork_of(path: str) -> Artwork:
 
 
 class AgeingRig:
-    """An emulated arm whose battery is another one each time: no two drawings are the same.
+    """An emulated arm with another battery voltage for each drawing.
 
     Args:
         case: which arm.
@@ -148,28 +151,28 @@ class AgeingRig:
         view: of its camera.
         rig: EmulatedRig of the last drawing.
         rendered: whether pictures are rendered for the real tracker.
-        plant: text of what is wrong with its motors.
+        plant: text of its plant's constants, errors included.
     """
 
     rig: EmulatedRig
 
     def __init__(self, case: IlcCase) -> None:
         self.arm: Arm = read_arm(find_arm(case.arm))
-        draw = random.Random(f"{case.arm}/{case.seed}")
+        rng = random.Random(f"{case.arm}/{case.seed}")
         self.plant = f"seed={case.seed},cpu={case.cpu:g}"
         self._built = self.arm
         if case.wrong:
             links = [
-                joint.link * (1 + draw.uniform(-1, 1) * LINK_ERROR) for joint in self.arm.joints
+                joint.link * (1 + rng.uniform(-1, 1) * MAX_LINK_ERROR) for joint in self.arm.joints
             ]
             joints = zip(self.arm.joints, links, strict=True)
             self._built = self.arm._replace(
                 joints=tuple(joint._replace(link=link) for joint, link in joints)
             )
             self.plant += (
-                f",backlash={draw.uniform(0, BACKLASH):.3f}"
-                f",zero_error={draw.uniform(-1, 1) * ZERO_ERROR:.3f}"
-                f",load={draw.uniform(-1, 1) * LOAD:.4f}"
+                f",backlash={rng.uniform(0, MAX_BACKLASH):.3f}"
+                f",zero_error={rng.uniform(-1, 1) * MAX_ZERO_ERROR:.3f}"
+                f",load={rng.uniform(-1, 1) * MAX_LOAD:.4f}"
             )
         self._battery = random.Random(f"battery/{case.arm}/{case.seed}/{case.path}")
         self.rendered = case.rendered
@@ -177,8 +180,8 @@ class AgeingRig:
         self.view: TipView = view_of(self._scene, self.arm)
 
     def measure(self, job: Path, dry: bool = True) -> MeasuredRun:
-        """As MeasuringRig.measure."""
-        plant = f"{self.plant},voltage={self._battery.uniform(*BATTERY):.3f}"
+        """Measure a job's run, as MeasuringRig.measure."""
+        plant = f"{self.plant},voltage={self._battery.uniform(*VOLTAGE_RANGE):.3f}"
         seed = self._battery.randrange(2**31)
         if self.rendered:
             self.rig = RenderedRig(self.arm, {"A": self._scene}, self._built, plant, seed)
@@ -191,19 +194,19 @@ class AgeingRig:
         return self.rig.measure(job, dry)
 
     def ink(self) -> np.ndarray:
-        """The true ink of the last drawing, (n, 2), cm."""
+        """Return the true ink of the last drawing, (n, 2), cm."""
         (strokes,) = pen_down_runs(self.rig.last.record)
         return np.asarray(refined(np.array([place(row) for row in strokes], float))[:, :2])
 
 
 def plan_of(arm: Arm, path: str) -> DrawingPlan:
-    """Plan a path where it is."""
+    """Plan a path in its place."""
     artwork = artwork_of(path)
     return prepare(artwork, arm, in_place(artwork, DrawingOptions()))
 
 
 def _drawn(plan: DrawingPlan, offsets: list[list[Learned]], rig: AgeingRig, times: int) -> Inks:
-    """Draw it so many times with these offsets."""
+    """Draw it a number of times with these offsets; return the inks."""
     inks = []
     with tempfile.TemporaryDirectory() as folder:
         job = Path(folder) / "drawing.job"
@@ -215,14 +218,14 @@ def _drawn(plan: DrawingPlan, offsets: list[list[Learned]], rig: AgeingRig, time
 
 
 def run_case(case: IlcCase) -> IlcResult:
-    """Draw a path after none, one, ... rehearsals."""
+    """Draw a path after none, one, ... trials."""
     rig = AgeingRig(case)
     plan = plan_of(rig.arm, case.path)
     wished = np.concatenate([piece.p for stroke in Lessons(plan).ways for piece in stroke])
     inks: list[np.ndarray] = []
 
     class Watched:
-        """Keeps the ink of every rehearsal."""
+        """A rig that stores the ink of every trial."""
 
         arm = rig.arm
 
@@ -233,13 +236,13 @@ def run_case(case: IlcCase) -> IlcResult:
 
     try:
         with silenced():
-            learned = rehearse(plan, Watched(), rig.view, REHEARSALS)
-            rig.rendered = False  # nobody learns any more
+            learned = rehearse(plan, Watched(), rig.view, TRIALS)
+            rig.rendered = False  # learning is over
             twice = _drawn(plan, learned.numbers(), rig, 2)
             means: tuple[float, ...] = ()
             if not case.wrong and any(piece.greatest for own in learned.offsets for piece in own):
-                without = _drawn(plan, [], rig, DRAWINGS)
-                learned_inks = twice + _drawn(plan, learned.numbers(), rig, DRAWINGS - 2)
+                without = _drawn(plan, [], rig, REPEATED_DRAWINGS)
+                learned_inks = twice + _drawn(plan, learned.numbers(), rig, REPEATED_DRAWINGS - 2)
                 means = tuple(
                     float(np.mean([10 * distances(ink, wished).max() for ink in every]))
                     for every in (without, learned_inks)
@@ -247,8 +250,8 @@ def run_case(case: IlcCase) -> IlcResult:
     except ArmError as error:
         return IlcResult(case, why=str(error), failed=True)
     inks.append(twice[0])
-    # Who has no more to learn goes on drawing what was learned.
-    inks += [twice[1]] * (REHEARSALS + 1 - len(inks))
+    # Where learning ended early, the final offsets count for the rest.
+    inks += [twice[1]] * (TRIALS + 1 - len(inks))
     off = [10 * distances(ink, wished) for ink in inks]
     ends = [10 * max(math.dist(ink[0], wished[0]), math.dist(ink[-1], wished[-1])) for ink in inks]
     greatest = max(piece.greatest for stroke in learned.offsets for piece in stroke)
@@ -272,7 +275,7 @@ HEADINGS = (
 
 
 def table(results: Sequence[IlcResult]) -> list[list[str]]:
-    """One row per arm, path and whether it was described rightly; after 0, 1, ... rehearsals."""
+    """Return one row per arm, path and whether it is as described; after 0, 1, ... trials."""
     groups: dict[tuple[str, bool, str], list[IlcResult]] = {}
     for one in results:
         case = one.case

@@ -1,4 +1,4 @@
-"""Drawings, measured: their order beside vpype's, their estimate beside the run, their ink."""
+"""Whole drawings: their order beside vpype's, their estimate beside the run, their ink."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ from shared.arm_description import find_arm, read_arm
 
 ARMS = ("planar", "geared", "spatial")
 
-TIMEOUT = 24 * 3600.0
-"""A drawing may take so long on the emulated brick, s."""
+DRAWING_TIMEOUT = 24 * 3600.0
+"""Longest time of a drawing on the emulated brick, s."""
 
-VPYPE = ("read", "--no-crop", "-", "linemerge", "linesort", "write", "--format", "svg", "-")
-"""What vpype is told to do with a drawing on its standard input."""
+VPYPE_ARGS = ("read", "--no-crop", "-", "linemerge", "linesort", "write", "--format", "svg", "-")
+"""Arguments of vpype for a drawing on its standard input."""
 
-VPYPE_PATIENCE = 300.0
-"""For that, s."""
+VPYPE_TIMEOUT = 300.0
+"""Longest time of vpype, s."""
 
 
 @dataclass(frozen=True)
@@ -53,21 +53,21 @@ class PlotResult:
     """One drawing drawn.
 
     Attributes:
-        drawing, arm: what and by which.
-        strokes, points: as the drawing has them within the arm's reach.
-        drawn_strokes, drawn_points: as they are drawn.
-        before_cm: pen-up way as the drawing has it.
+        drawing, arm: their names.
+        strokes, points: numbers of them in the drawing, within the arm's reach.
+        drawn_strokes, drawn_points: numbers of drawn ones.
+        before_cm: pen-up path in the drawing's own order.
         vpype_cm: the same after vpype's `linemerge linesort`; None where that is not installed.
-        vpype_strokes: as many has that.
-        ours_cm: as it is planned.
-        true_cm: what the tip went with the pen up, which takes up backlash from behind.
-        ink_cm: drawn.
-        estimated_s, drawn_s: on the brick.
+        vpype_strokes: number of strokes after that.
+        ours_cm: pen-up path as it is planned.
+        true_cm: true pen-up path of the tip, which takes up backlash from behind.
+        ink_cm: length of the ink.
+        estimated_s, drawn_s: time on the brick, estimated and true.
         greatest_mm, rms_mm, missed_mm: see laptop.record.figures.drawing_plot.DrawingAccuracy.
         floor_mm: half an encoder count at every joint, at its largest along the drawing.
         standing_s: longest time for which the tip stood with the pen down.
-        prepared_s: that preparing it took this computer.
-        error: why it was not drawn; or "".
+        prepared_s: time of the preparation on this computer.
+        error: reason why it was not drawn, or "".
     """
 
     drawing: str
@@ -94,7 +94,7 @@ class PlotResult:
 
 
 def cases(files: Sequence[str], arms: Sequence[str], pictures: str | None) -> list[PlotCase]:
-    """Every drawing by every arm; ten of them if no file is given."""
+    """Return every drawing by every arm; ten drawings if no file is given."""
     drawings = files or (*gallery(), *plot_drawings.NAMES)
     return [PlotCase(drawing, arm, pictures) for drawing, arm in product(drawings, arms)]
 
@@ -122,7 +122,7 @@ def draw(case: PlotCase) -> PlotResult:
         file = str(Path(folder) / "drawing.job")
         plan.write_job(file)
         with silenced(), Rig(arm) as rig:
-            done = rig.job(file, timeout=TIMEOUT)
+            done = rig.job(file, timeout=DRAWING_TIMEOUT)
     chains = planning.merged_strokes(plan.strokes, arm, plan.options.height)
     accuracy = drawing_plot.compare(done.record, chains)
     if case.pictures:
@@ -161,10 +161,10 @@ def draw(case: PlotCase) -> PlotResult:
 
 
 def floor(plan: preparing.DrawingPlan) -> float:
-    """Deviation of a perfect controller that knows each joint to half a count, mm.
+    """Return the deviation of a perfect controller that knows each joint to half a count, mm.
 
     Half a count at every joint in the worst signs, mapped through the Jacobian onto the normal of
-    the way, at its largest along the drawing.
+    the path, at its largest along the drawing.
     """
     errors = lines.half_counts(plan.arm)
     greatest = 0.0
@@ -172,36 +172,36 @@ def floor(plan: preparing.DrawingPlan) -> float:
         for motion in stroke.motions:
             for t in np.linspace(0.0, motion.duration, 2 * len(motion.numbers()[1]) + 1)[1:-1]:
                 jacobian = np.array(kinematics.jacobian(plan.arm, motion.at(t)[0]))
-                way = jacobian @ motion.speeds(t)
-                way /= np.linalg.norm(way)
-                greatest = max(greatest, lines.off_across(way, jacobian, errors))
+                direction = jacobian @ motion.speeds(t)
+                direction /= np.linalg.norm(direction)
+                greatest = max(greatest, lines.deviation_across(direction, jacobian, errors))
     return 10 * greatest
 
 
 def by_vpype(lines: Sequence[np.ndarray]) -> tuple[float, int] | None:
-    """Pen-up way (cm) and number of strokes after vpype; None where it is not installed."""
+    """Return the pen-up path (cm) and number of strokes after vpype; None without vpype."""
     program = shutil.which("vpype")
     if program is None:
         return None
     done = subprocess.run(
-        [program, *VPYPE],
+        [program, *VPYPE_ARGS],
         input=svg_of(lines),
         capture_output=True,
         text=True,
-        timeout=VPYPE_PATIENCE,
+        timeout=VPYPE_TIMEOUT,
         check=True,
     )
-    return way_and_count(done.stdout)
+    return path_and_count(done.stdout)
 
 
-def way_and_count(svg: str) -> tuple[float, int]:
-    """Pen-up way (cm) and number of strokes of an SVG."""
+def path_and_count(svg: str) -> tuple[float, int]:
+    """Return the pen-up path (cm) and number of strokes of an SVG."""
     found = sources.read_source(svg.encode(), "vpype").strokes
     return sum(math.dist(a[-1], b[0]) for a, b in pairwise(found)), len(found)
 
 
 def svg_of(lines: Sequence[np.ndarray]) -> str:
-    """Strokes as an SVG of 60 x 60 cm."""
+    """Return strokes as an SVG of 60 x 60 cm."""
     text = "".join(
         '<polyline points="{}"/>'.format(" ".join(f"{x + 30:.5f},{y + 30:.5f}" for x, y in line))
         for line in lines
@@ -223,7 +223,7 @@ LEGEND = (
 
 
 def table(results: Sequence[PlotResult]) -> list[list[str]]:
-    """One row per drawing and arm."""
+    """Return one row per drawing and arm."""
     return [
         [
             Path(r.drawing).stem,

@@ -1,11 +1,11 @@
-"""Five drawings for `bench plot` that are everybody's, drawn anew from their rules.
+"""Five classic drawings for `bench plot`, made from their rules.
 
 hilbert    Hilbert's curve that fills a square (1891): one stroke, all corners
 snowflake  Koch's curve round a triangle (1904)
-maze       slanting strokes, each one way or the other by a die, as one-line programs for home
+maze       slanting strokes, each to one side or the other by a die, as one-line programs for home
            computers printed them: many short strokes, some of which meet
 tiles      Truchet's tiles as quarter arcs (after Smith 1987): strokes that meet in long curves
-stars      stars at random, far apart in the order in which they come: much way with the pen up
+stars      stars at random, far from one another in their order: a long path with the pen up
 """
 
 from __future__ import annotations
@@ -19,29 +19,29 @@ import numpy as np
 from laptop.drawing.artwork import Artwork
 
 SIDE = 12.0
-"""Of each, cm."""
+"""Side of each drawing, cm."""
 
 
 def artwork(name: str) -> Artwork:
-    """The drawing of that name, one of NAMES."""
+    """Return the drawing of that name, one of NAMES."""
     lines = tuple(np.array(line, float) for line in _DRAWINGS[name]())
     return Artwork(name, lines, ("",) * len(lines), (SIDE, SIDE), ())
 
 
 def _hilbert(order: int = 4) -> Iterator[list[tuple[float, float]]]:
-    def way(
+    def curve(
         x: float, y: float, ax: float, ay: float, bx: float, by: float, n: int
     ) -> Iterator[tuple[float, float]]:
         if n == 0:
             yield x + (ax + bx) / 2, y + (ay + by) / 2
             return
         ax, ay, bx, by = ax / 2, ay / 2, bx / 2, by / 2
-        yield from way(x, y, bx, by, ax, ay, n - 1)
-        yield from way(x + ax, y + ay, ax, ay, bx, by, n - 1)
-        yield from way(x + ax + bx, y + ay + by, ax, ay, bx, by, n - 1)
-        yield from way(x + ax + 2 * bx, y + ay + 2 * by, -bx, -by, -ax, -ay, n - 1)
+        yield from curve(x, y, bx, by, ax, ay, n - 1)
+        yield from curve(x + ax, y + ay, ax, ay, bx, by, n - 1)
+        yield from curve(x + ax + bx, y + ay + by, ax, ay, bx, by, n - 1)
+        yield from curve(x + ax + 2 * bx, y + ay + 2 * by, -bx, -by, -ax, -ay, n - 1)
 
-    yield list(way(0.0, 0.0, SIDE, 0.0, 0.0, SIDE, order))
+    yield list(curve(0.0, 0.0, SIDE, 0.0, 0.0, SIDE, order))
 
 
 def _snowflake(depth: int = 3) -> Iterator[list[tuple[float, float]]]:
@@ -114,3 +114,4 @@ _DRAWINGS: dict[str, Callable[[], Iterator[list[tuple[float, float]]]]] = {
     "stars": _stars,
 }
 NAMES = tuple(_DRAWINGS)
+"""Names of the drawings."""

@@ -1,7 +1,7 @@
-"""How long it takes to read and order large drawings, beside vpype doing the same.
+"""Time to read and order large drawings, beside vpype's.
 
-Each is a fresh process that reads an SVG and puts its strokes into order; what counts is the time
-that its processor computes, with all that it loads.
+Each is a fresh process that reads an SVG and puts its strokes into order; the CPU time of the
+whole process counts, imports included.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ from laptop.drawing import merging, ordering, sources
 from laptop.drawing.strokes import PlacedStroke
 from laptop.emulator.own_programs import HOUSE
 
-IN_ANOTHER = (
+TIMED_PROGRAM = (
     f"import sys; sys.path[0] = {HOUSE!r}; from laptop.bench.plot_speed import main; main()"
 )
-"""What the process runs that is timed: of the file that is its argument."""
+"""Program of the timed process, whose argument is the file."""
 
-TICK = 0.01
-"""Processors' times are told in steps of this, s."""
+CPU_TIME_STEP = 0.01
+"""Resolution of CPU times, s."""
 
 
 def _scattered(strokes: int, points: int) -> list[np.ndarray]:
@@ -57,7 +57,7 @@ SIZES: dict[str, Callable[[], list[np.ndarray]]] = {
 
 @dataclass(frozen=True)
 class Speed:
-    """How long one drawing took: CPU seconds, and the pen-up way of the order, cm."""
+    """The speed of one drawing: CPU seconds, and the pen-up path of the order, cm."""
 
     drawing: str
     ours_s: float
@@ -70,27 +70,27 @@ class Speed:
 
 def measure(drawing: str) -> Speed:
     """Read and order one of SIZES, and let vpype do so where it is installed."""
-    from laptop.bench.plot import VPYPE, svg_of, way_and_count  # not in the process that is timed
+    from laptop.bench.plot import VPYPE_ARGS, path_and_count, svg_of  # not when timed
 
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder, "it.svg")
         file.write_text(svg_of(SIZES[drawing]()), encoding="utf-8")
-        words = [sys.executable, "-c", IN_ANOTHER, str(file)]
-        took, out = _timed(words)
-        way, count = json.loads(out)
+        args = [sys.executable, "-c", TIMED_PROGRAM, str(file)]
+        took, out = _timed(args)
+        path, count = json.loads(out)
         vpype = shutil.which("vpype")
         if vpype is None:
-            return Speed(drawing, took, way, count)
-        told = list(VPYPE)
-        told[told.index("-")] = str(file)
-        vpype_took, out = _timed([vpype, *told])
-        return Speed(drawing, took, way, count, vpype_took, *way_and_count(out))
+            return Speed(drawing, took, path, count)
+        vpype_args = list(VPYPE_ARGS)
+        vpype_args[vpype_args.index("-")] = str(file)
+        vpype_took, out = _timed([vpype, *vpype_args])
+        return Speed(drawing, took, path, count, vpype_took, *path_and_count(out))
 
 
-def _timed(words: Sequence[str]) -> tuple[float, str]:
-    """CPU seconds that a program took, and what it printed."""
+def _timed(args: Sequence[str]) -> tuple[float, str]:
+    """Return the CPU seconds of a program, and its output."""
     before = os.times()
-    done = subprocess.run(words, capture_output=True, text=True, check=True)
+    done = subprocess.run(args, capture_output=True, text=True, check=True)
     after = os.times()
     took = after.children_user - before.children_user
     return took + after.children_system - before.children_system, done.stdout
@@ -100,13 +100,13 @@ HEADINGS = "drawing", "ours s", "vpype s", "times", "ours cm (strokes)", "vpype 
 
 
 def table(results: Sequence[Speed]) -> list[list[str]]:
-    """One row per drawing."""
+    """Return one row per drawing."""
     return [
         [
             one.drawing,
             f"{one.ours_s:.1f}",
             "-" if one.vpype_s is None else f"{one.vpype_s:.1f}",
-            "-" if one.vpype_s is None else f"{one.ours_s / max(one.vpype_s, TICK):.2f}",
+            "-" if one.vpype_s is None else f"{one.ours_s / max(one.vpype_s, CPU_TIME_STEP):.2f}",
             f"{one.ours_cm:.0f} ({one.ours_strokes})",
             "-" if one.vpype_cm is None else f"{one.vpype_cm:.0f} ({one.vpype_strokes})",
         ]
@@ -128,7 +128,7 @@ BENCH = BenchRecord(
 
 
 def main() -> None:
-    """Read and order a file, and print the pen-up way (cm) and the number of strokes."""
+    """Read and order a file, and print the pen-up path (cm) and the number of strokes."""
     artwork = sources.read_source(sys.argv[1])
     placed = [PlacedStroke(points, "", 1, ("up",)) for points in artwork.strokes]
     inked = ordering.ordered(merging.merged(placed), np.zeros(2))

@@ -1,4 +1,4 @@
-"""Servoing, measured: the report's method, ours, and an oracle that knows the true Jacobian.
+"""Visual servoing: the report's method, ours, and an oracle that knows the true Jacobian.
 
 One seed is one set-up: arm, errors of its description, camera, start, goal and noise; all methods
 run on it.  Everything is real but the points: the servo loop, the arm's control on emulated motors,
@@ -24,7 +24,7 @@ from laptop.bench.servo_setups import (
     Pixel,
     Pixels,
     SetUp,
-    apart,
+    image_distance,
     is_in_image,
     moving_goal,
     rendered_set_up,
@@ -41,30 +41,35 @@ from robot.motion import kinematics
 from robot.servoing.image_model import LinearImageModel, straight
 
 MAX_MOVES, TIME_BUDGET = 60, 180.0
-"""Limits of every run; a failure counts as so many moves and seconds."""
+"""Limits of every run, moves and s, which a failure counts as."""
 
 SUCCESS_TOLERANCES = 1.6
-"""A claim is true when the tip is within so many tolerances of the goal."""
+"""Greatest true distance at which a claim is true, in tolerances."""
 
 FOLLOW_WINDOW = (6.0, 20.0)
-"""Between these times the distance from a moving goal counts, s."""
+"""Time from which and up to which the distance from a moving goal counts, s."""
 
 
 class TrueJacobian:
-    """Model of an oracle: J at the true pose; the door of robot.servoing's models."""
+    """Model of an oracle: J at the true pose, by the interface of robot.servoing's models.
+
+    Args:
+        camera: that sees the tip.
+        brick: whose true pose counts.
+    """
 
     def __init__(self, camera: PinholeCamera, brick: EmulatedBrick) -> None:
         self._camera, self._brick = camera, brick
 
     def observe(self, q: Any, s: Any, variance: float, standing: bool = True) -> None:
-        """Nothing is learned."""
+        """Learn nothing."""
 
     def prepare(self, q: Any, s: Any, variance: float) -> Iterator[None]:
-        """Nothing is learned."""
+        """Learn nothing."""
         return iter(())
 
     def seen_from(self, q: Sequence[float], s: Sequence[float]) -> LinearImageModel:
-        """J is right here; elsewhere it is not."""
+        """Return the linear model at the true pose; elsewhere it does not hold."""
         jacobian = self._camera.jacobian(self._brick.plant.q)
         offset = [
             y - sum(a * b for a, b in zip(row, q, strict=True))
@@ -73,20 +78,20 @@ class TrueJacobian:
         return straight(jacobian, offset)
 
     def refit(self) -> Iterator[None]:
-        """There is nothing to fit."""
+        """Fit nothing."""
         return iter(())
 
     def shape(self) -> Any:
-        """The same, but for its place in the image."""
+        """Return the same model without its place in the image."""
         return straight(self._camera.jacobian(self._brick.plant.q))
 
     def covariance(self) -> list[list[float]]:
-        """There is no doubt."""
+        """Return zeros, as there is no uncertainty."""
         n = len(self._brick.plant.q)
         return [[0.0] * n for _ in range(n)]
 
     def doubt_all(self) -> None:
-        """There is no doubt."""
+        """Do nothing, as there is no uncertainty."""
 
 
 @dataclass(frozen=True)
@@ -117,7 +122,7 @@ class ServoResult:
 
 @dataclass(frozen=True)
 class ServoCase:
-    """One seed under one scene on one arm; which methods, by which rows (servo.Rows)."""
+    """One seed under one scene on one arm, with its methods and rows (servo.Rows)."""
 
     name: str
     scene: ServoScenario
@@ -137,7 +142,7 @@ def points(
     seed: int,
 ) -> See:
     """Return a tracker's view: the true places with noise, and outliers anywhere in the image."""
-    luck = {
+    rngs = {
         name: random.Random(f"{seed}/noise" + (f"/{name}" if name != "A" else ""))
         for name in cameras
     }
@@ -149,7 +154,7 @@ def points(
         return (u, v, 1.0) if is_in_image(place) else None
 
     def see(name: str, index: int, t: float) -> Markers:
-        draw = luck[name]
+        draw = rngs[name]
         tip = seen(cameras[name](brick.plant.q), draw)
         return {"effector": tip, "goal": seen(goal(t)[name], draw)}
 
@@ -157,11 +162,11 @@ def points(
 
 
 class ServoView(NamedTuple):
-    """What a run is seen by.
+    """The cameras of a run.
 
-    cameras  as the formula has them
-    shown    scenes that are rendered, by camera; {}: the formula's points are seen
-    goal     where the goal is in each picture, by time, s
+    cameras  ideal ones
+    shown    scenes that are rendered, by camera; {}: the ideal cameras' points are seen
+    goal     time, s -> place of the goal in each picture, px
     """
 
     cameras: PinholeCameras
@@ -169,14 +174,14 @@ class ServoView(NamedTuple):
     goal: Callable[[float], Pixels]
 
     def see(self, brick: EmulatedBrick, case: ServoCase) -> See:
-        """Return what a tracker sees of a brick's arm."""
+        """Return the tracker's view of a brick's arm."""
         if self.shown:
             return rendered(self.shown, brick)
         return points(self.cameras, brick, self.goal, case.scene, case.seed)
 
 
 def _set_up(case: ServoCase) -> tuple[SetUp, ServoView]:
-    """Return the set-up of a case, and what it is seen by."""
+    """Return the set-up of a case, and its cameras."""
     scene = case.scene
     shown: dict[str, pictured.Scene] = {}
     if case.rendered:
@@ -224,11 +229,11 @@ def run_one(case: ServoCase, method: str) -> ServoResult:
             except Exception as problem:  # a crash is a result here, and must not end the bench
                 word = f"{type(problem).__name__}: {problem}"
             if moves:
-                # Whoever gave up early stands while the goal goes on.
+                # A servo that gave up early stands while the goal goes on.
                 world.sleep(max(0.0, began + FOLLOW_WINDOW[1] - world.now()))
                 rms = _rms(brick, cameras, goal, began)
     q = brick.plant.q
-    error = apart(cameras(q), goal(world.now()), loop.servo.rows)
+    error = image_distance(cameras(q), goal(world.now()), loop.servo.rows)
     miss = 10 * math.dist(*(kinematics.forward(setting.arm, pose) for pose in (q, setting.goal)))
     claimed = word == "converged"
     success = claimed and error <= SUCCESS_TOLERANCES * scene.tolerance
@@ -271,9 +276,15 @@ def servo_loop(
     rig: Rig,
     **options: Any,
 ) -> Iterator[ServoLoop]:
-    """Provide what servoes on a rig, before a tracker.
+    """Provide a servo loop on a rig, before a tracker.
 
     Args:
+        case: to be run.
+        method: its name.
+        setting: of the case.
+        cameras: ideal ones, for the oracle.
+        tracker: that the loop listens to.
+        rig: with the emulated brick.
         options: of RunTerms.
     """
     with rig.program() as program:
@@ -299,12 +310,12 @@ def _servo(
     brick: EmulatedBrick,
     case: ServoCase,
 ) -> tuple[Any, Any]:
-    scene, told = case.scene, setting.configured
-    rows = program["robot.servoing.rows"].Rows(case.rows, len(told.joints))
+    scene, described = case.scene, setting.configured
+    rows = program["robot.servoing.rows"].Rows(case.rows, len(described.joints))
     if method == "oracle":
         models = {"oracle": lambda name: TrueJacobian(cameras[name], brick)}
         servo = program["robot.servoing.servo"].Servo(
-            told, models, scene.tolerance, known=True, rows=rows
+            described, models, scene.tolerance, known=True, rows=rows
         )
         return servo, program["robot.servoing.stream"].Stream(
             servo
@@ -313,16 +324,16 @@ def _servo(
         # It ends where it is near; after a goal that moves it has to go on.
         tolerance = 0.0 if scene.speed else scene.tolerance
         make = program["robot.servoing.report_servo"].ReportServo
-        return make(told.joints, tolerance, rows, robust=method != "report"), None
+        return make(described.joints, tolerance, rows, robust=method != "report"), None
     make = program["robot.servoing.runs"].make_servo
-    return make(told, method, scene.mode, scene.tolerance, setting.seed, case.rows)
+    return make(described, method, scene.mode, scene.tolerance, setting.seed, case.rows)
 
 
 def _rms(
     brick: EmulatedBrick, cameras: PinholeCameras, goal: Callable[[float], Pixels], began: float
 ) -> float:
     squares = [
-        apart(cameras(sample.q), goal(sample.t)) ** 2
+        image_distance(cameras(sample.q), goal(sample.t)) ** 2
         for sample in brick.record[::8]
         if FOLLOW_WINDOW[0] <= sample.t - began <= FOLLOW_WINDOW[1]
     ]
@@ -343,7 +354,7 @@ def cases(
     rows: str = "stereo",
     cpu: float = CPU,
 ) -> list[ServoCase]:
-    """One for every seed, arm and condition of a scene; the scene's own methods if none is said."""
+    """Return a case per seed, arm and condition of a scene, by default with the scene's methods."""
     methods = tuple(methods) or methods_of(name, rendered)
     kinds = "rendered" if rendered else "", rows if rows != "stereo" else ""
     return [

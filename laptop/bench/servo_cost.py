@@ -22,8 +22,8 @@ from shared.arm_description import find_arm, read_arm
 def step_cost(arm_name: str = "planar", keys: int = 24) -> str:
     """Measure one decision of the default method, with so many key-frames held; return a line.
 
-    The unit is the interpreter's own `a*d-b*c` on four floats, measured in the same moment: what
-    the decision costs on another machine can be told from what that costs there.  Both as `timeit`
+    The unit is the interpreter's own `a*d-b*c` on four floats, measured in the same moment.  Its
+    cost on another machine gives the decision's there.  Both as `timeit`
     measures: the fastest of several, without garbage collection; some decisions weigh the
     key-frames anew, and the mean is over as many as have one of these among them.
     """

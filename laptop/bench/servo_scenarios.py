@@ -1,4 +1,4 @@
-"""What the servoing bench may be asked for: its arms, methods and scenarios.
+"""The arms, methods and scenarios of the servoing bench.
 
 The command line offers them: nothing that is slow to import belongs here.
 """
@@ -10,10 +10,10 @@ from dataclasses import dataclass
 from shared import run_options
 
 ARMS = ("planar", "geared")
-"""Those of the plane, of which the scenes' figures are told; an arm in space is asked for."""
+"""Default arms, in the plane; an arm in space is asked for by name."""
 
 BASELINE = "report"
-"""The lab report's method, beside which the others stand."""
+"""Name of the lab report's method, the baseline."""
 
 METHODS = (
     BASELINE,
@@ -22,11 +22,25 @@ METHODS = (
     "oracle",
 )
 DEFAULT = "chain"
+"""Name of the default method."""
 
 
 @dataclass(frozen=True)
 class ServoScenario:
-    """Ranges from which a set-up is drawn, and the task."""
+    """Ranges from which a set-up is drawn, and the task.
+
+    tolerance  of the goal, px
+    sigma      of a seen place, px
+    outliers   share of them, 0 .. 1
+    latency    from the picture to the brick, s
+    jitter     mean of the further delay, s
+    drops      share of lost frames, 0 .. 1
+    tilt       greatest tilt of the camera, deg
+    bend       range of the elbow's angle, deg
+    turn       greatest angle of the first joint, deg
+    speed      of the goal, px/s
+    mode       "look" or "stream"
+    """
 
     tolerance: float = 5.0
     sigma: float = 1.0
@@ -65,10 +79,10 @@ SCENARIOS = {
         for v in (10.0, 25.0, 50.0)
     ],
 }
-"""By name: what is asked, and of which scene."""
+"""Scenarios by name: label and ServoScenario of each condition."""
 
 RENDERED = ("nominal", "precise", "latency")
-"""Those that differ by more than the noise of points."""
+"""Names of the scenarios that rendered pictures can show."""
 
 
 def methods_of(name: str, rendered: bool = False) -> tuple[str, ...]:

@@ -32,10 +32,10 @@ Pose = tuple[float, ...]
 Pixel = tuple[float, float]
 
 Pixels = dict[str, Pixel]
-"""By camera."""
+"""Places by camera, px."""
 
 MAX_DRAWN_POSES = 1000
-"""Poses; where no two of so many are far enough apart in the image, another camera is drawn."""
+"""Number of poses that are drawn for one camera; after them another camera is drawn."""
 
 WIDTH, HEIGHT = 640, 480
 """Size of every picture, px."""
@@ -44,20 +44,21 @@ LINK_LENGTHS = {
     "planar": ((10, 16), (8, 14)),
     "spatial": ((11, 14), (10, 13), (8, 11)),
 }
-"""Between which lengths links are drawn, by kind of chain, cm."""
+"""Ranges of the links' lengths by kind of chain, cm."""
 
 MIN_TIP_HEIGHT, MIN_AXIS_DISTANCE = 2.0, 5.0
-"""In space a tip starts and ends at least so high above the table and so far from the axis of the
-base (where the base moves nothing), cm."""
+"""Least height of start and goal above the table, and distance from the base's axis, in space, cm.
+
+On the axis the base would move nothing."""
 
 LIMIT_MARGIN = math.radians(10)
-"""And its joints are so far from their limits, as those in the plane are, rad."""
+"""Least distance of joints from their limits at start and goal, rad."""
 
 TILT_FROM_ABOVE, TILT_FROM_ASIDE = (0.0, 20.0), (75.0, 90.0)
-"""Tilt of the first camera of an arm in space, and of the second, degrees."""
+"""Ranges of the tilt of the first camera of an arm in space, and of the second, deg."""
 
 CAMERA_DISTANCE, FOCAL_LENGTH = (55.0, 65.0), (420.0, 520.0)
-"""Their distances from the middle of the arm's workspace, cm, and their focal lengths, px."""
+"""Ranges of their distance from the middle of the workspace, cm, and of their focal length, px."""
 
 
 @dataclass(frozen=True)
@@ -65,9 +66,10 @@ class SetUp:
     """One arm, its cameras, one task.
 
     Attributes:
-        arm: as it is.
-        configured: as the brick believes it to be: its links are off by up to 5 %.
-        plant: as read_plant has it: the zero is off by up to 1.5 degrees.
+        seed: of the set-up.
+        arm: the true one.
+        configured: the brick's description: its links are off by up to 5 %.
+        plant: text for read_plant: the zero is off by up to 1.5 degrees.
         scenes: constants of the synthetic camera, by camera.
         start, goal: joint angles, rad.
     """
@@ -82,7 +84,12 @@ class SetUp:
 
 
 class PinholeCamera:
-    """Ideal camera: the place of the tip's marker in its picture, px, without noise."""
+    """An ideal camera: the place of the tip's marker in its picture, px, without noise.
+
+    Args:
+        arm: that it sees.
+        constants: of the scene.
+    """
 
     def __init__(self, arm: Arm, constants: dict[str, Any]) -> None:
         self._arm = arm
@@ -90,13 +97,13 @@ class PinholeCamera:
         self._pinhole = place_camera(arm, constants)
 
     def __call__(self, q: Sequence[float]) -> Pixel:
-        """(u, v) with the joints at q, rad."""
+        """Return (u, v), px, with the joints at q, rad."""
         place = marker_centre(self._arm, self._constants, tuple(q))
         u, v = self._pinhole.project(place[None])[0]
         return float(u), float(v)
 
     def jacobian(self, q: Sequence[float]) -> tuple[tuple[float, ...], ...]:
-        """ds/dq at q by central differences, px/rad."""
+        """Return ds/dq at q by central differences, px/rad."""
         h = 1e-5
         columns = []
         for k in range(len(q)):
@@ -108,7 +115,7 @@ class PinholeCamera:
 
 
 class PinholeCameras(dict[str, PinholeCamera]):
-    """All of a set-up, by name."""
+    """The cameras of a set-up, by name."""
 
     def __call__(self, q: Sequence[float]) -> Pixels:
         """Place of the tip in each picture, px, with the joints at q, rad."""
@@ -124,8 +131,8 @@ def is_in_image(place: Pixel) -> bool:
     return 0 <= place[0] <= WIDTH - 1 and 0 <= place[1] <= HEIGHT - 1
 
 
-def apart(one: Pixels, other: Pixels, rows: Rows | None = None) -> float:
-    """Distance in the image, px, in the rows that count (all if None) of all cameras together."""
+def image_distance(one: Pixels, other: Pixels, rows: Rows | None = None) -> float:
+    """Return the distance in the image, px, over the given rows (all if None) of all cameras."""
     rows = rows or Rows("stereo", 0)
     return math.dist(rows.values(one), rows.values(other))
 
@@ -151,7 +158,7 @@ def _drawn_arm(name: str, draw: random.Random) -> Arm:
 def _drawn_scenes(
     arm: Arm, seed: int, scene: ServoScenario, draw: random.Random
 ) -> dict[str, dict[str, Any]]:
-    """Any camera; of an arm in space, one that looks down on it and one from some side."""
+    """Draw a camera; for an arm in space, one from above and one from some side."""
 
     def turned() -> str:
         return f"azimuth={draw.uniform(-180, 180):.3f},roll={draw.uniform(-180, 180):.3f}"
@@ -171,7 +178,7 @@ def _drawn_scenes(
 
 
 def _drawn_poses(arm: Arm, scene: ServoScenario, side: int, draw: random.Random) -> Iterator[Pose]:
-    """Poses of one elbow branch."""
+    """Yield poses of one elbow branch."""
     while True:
         turn = math.radians(draw.uniform(-scene.turn, scene.turn))
         if arm.chain == "planar":
@@ -191,10 +198,10 @@ def _drawn_poses(arm: Arm, scene: ServoScenario, side: int, draw: random.Random)
 
 @functools.lru_cache(maxsize=8)
 def set_up(arm_name: str, seed: int, scene: ServoScenario) -> tuple[SetUp, PinholeCameras]:
-    """The set-up of a seed, after section 2.1 of the method's facts: the same for all methods."""
+    """Return the set-up of a seed, the same for all methods."""
     draw = random.Random(f"{seed}/{scene.tilt}/{scene.bend}/{scene.turn}")
     arm = _drawn_arm(arm_name, draw)
-    told = arm._replace(
+    described = arm._replace(
         joints=tuple(j._replace(link=j.link * (1 + draw.uniform(-0.05, 0.05))) for j in arm.joints)
     )
     while True:
@@ -206,27 +213,27 @@ def set_up(arm_name: str, seed: int, scene: ServoScenario) -> tuple[SetUp, Pinho
         for _ in range(MAX_DRAWN_POSES):
             start, goal = next(poses), next(poses)
             seen = cameras.shows(start) and cameras.shows(goal)
-            if seen and apart(cameras(start), cameras(goal)) >= 80:
+            if seen and image_distance(cameras(start), cameras(goal)) >= 80:
                 plant = f"zero_error={draw.uniform(-1.5, 1.5):.3f}"
-                return SetUp(seed, arm, told, plant, scenes, start, goal), cameras
+                return SetUp(seed, arm, described, plant, scenes, start, goal), cameras
 
 
 def moving_goal(cameras: PinholeCameras, set_up: SetUp, speed: float) -> Callable[[float], Pixels]:
-    """Path of a goal that runs round at a steady `speed`, px/s: a circle on the table."""
+    """Return the path of a goal on a circle on the table, at a steady `speed`, px/s."""
     draw = random.Random(f"{set_up.seed}/path")
     radius = draw.uniform(2.5, 5)
     side = math.copysign(1, set_up.goal[-1])
 
     def pose(p: np.ndarray) -> Pose | None:
-        """The posture there, on the goal's side of the elbow, away from stretched and folded."""
+        """Return the posture there, on the goal's side, away from stretched and folded."""
         try:
             q = kinematics.inverse(set_up.arm, tuple(p), "up" if side > 0 else "down")
         except kinematics.Unreachable:
             return None
         return q if math.radians(25) < abs(q[-1]) < math.radians(125) else None
 
-    way = np.linspace(0, draw.choice((-1, 1)) * 2 * math.pi, 200)
-    ring = radius * np.column_stack([np.cos(way), np.sin(way)])
+    angle = np.linspace(0, draw.choice((-1, 1)) * 2 * math.pi, 200)
+    ring = radius * np.column_stack([np.cos(angle), np.sin(angle)])
     poses: list[Pose | None] = [None]
     while None in poses:
         turn, bend = math.radians(draw.uniform(-70, 70)), side * math.radians(draw.uniform(40, 110))
@@ -264,7 +271,7 @@ PAPER_AREA = (-0.3, 1.0), (-0.7, 1.1)
 def rendered_set_up(
     arm_name: str, seed: int, scene: ServoScenario
 ) -> tuple[SetUp, PinholeCameras, dict[str, pictured.Scene]]:
-    """A set-up whose goal is a marker, on the paper or in space; both are seen at the start.
+    """Return a set-up whose goal is a marker; both markers are seen at the start.
 
     In space, where the arm may stand before it, the tip is seen at the goal, too.  The first of the
     seed's own, then of those far behind it, for which that is so.

@@ -24,7 +24,7 @@ from laptop.bench.servo_cost import step_cost
 
 
 def wilson(successes: int, n: int) -> tuple[float, float]:
-    """95 % interval of a share, 0 .. 1 (E. B. Wilson 1927)."""
+    """Return the 95 % interval of a share, 0 .. 1 (E. B. Wilson 1927)."""
     z = 1.959964
     share, spread = successes / n, z * z / n
     middle = (share + spread / 2) / (1 + spread)
@@ -54,7 +54,7 @@ def _grouped(results: Sequence[ServoResult]) -> dict[tuple[str, str, str], list[
 
 
 def table(results: Sequence[ServoResult]) -> list[Row]:
-    """One row per arm, condition and method; figures of failures are those of the budget."""
+    """Return one row per arm, condition and method; failures count as the budget."""
     groups = _grouped(results)
     moving = any(r.rms is not None for r in results)
     rows: list[Row] = []
@@ -102,7 +102,7 @@ def table(results: Sequence[ServoResult]) -> list[Row]:
 
 
 def failures(results: Sequence[ServoResult]) -> list[str]:
-    """One line per row that has failures: the verdicts, numbers aside, and how often each."""
+    """Return a line per row with failures: the verdicts, numbers aside, and how often each."""
     lines = []
     for key, group in _grouped(results).items():
         words = Counter(

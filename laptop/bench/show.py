@@ -11,8 +11,8 @@ from rich.table import Table
 
 T = TypeVar("T")
 
-WIDE = 170
-"""Least columns of a table, for which no figure is cut."""
+MIN_TABLE_WIDTH = 170
+"""Least width of a table, letters, at which no number is cut."""
 
 
 def progress(results: Iterable[T], total: int, what: str) -> Iterator[T]:
@@ -32,4 +32,4 @@ def table(
             shown.add_section()
         shown.add_row(*row)
     # A narrow terminal folds the lines; cut figures would be worse.
-    Console(width=max(Console().width, WIDE)).print(shown)
+    Console(width=max(Console().width, MIN_TABLE_WIDTH)).print(shown)

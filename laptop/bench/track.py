@@ -1,4 +1,4 @@
-"""Tracking, measured: the tracker beside the usual OpenCV recipes, and the limit of any estimator.
+"""Tracking: the tracker beside the usual OpenCV recipes, and the limit of any estimator.
 
 Every picture comes from the emulator's sensor, so the true place of every marker is known.  All
 methods get the same colour, learned in the first picture of their clip; the circle search gets the
@@ -15,7 +15,7 @@ from laptop.bench import show, track_cost, track_table
 from laptop.bench.bench import BenchRecord, BenchTable, flat, seeds_of
 from laptop.bench.track_cost import Cost
 from laptop.bench.track_light import LIGHTS, SCENES, LightCase
-from laptop.bench.track_precision import LOOKS, PrecisionCase
+from laptop.bench.track_precision import APPEARANCES, PrecisionCase
 from laptop.bench.track_rims import RADII, RIMS, RimCase
 from laptop.bench.track_score import TrackResult
 
@@ -23,17 +23,18 @@ Case = PrecisionCase | LightCase | RimCase
 
 
 def cases(seeds: range) -> list[Case]:
-    """Everything but the cost, the longest first."""
+    """Return all cases but those of the cost, the longest first."""
     lights = tuple((name, name) for name in LIGHTS)
     scenes = [(text, ((name, "none"),)) for name, text in SCENES.items()]
     clips = [("", lights[:4]), ("", lights[4:]), *scenes]
     filmed = [LightCase(text, lights, seed) for text, lights in clips for seed in seeds]
     printed = [RimCase(radius, rim, seed) for radius in RADII for rim in RIMS for seed in seeds]
-    return [*filmed, *(PrecisionCase(look, seed) for look in LOOKS for seed in seeds), *printed]
+    alone = (PrecisionCase(appearance, seed) for appearance in APPEARANCES for seed in seeds)
+    return [*filmed, *alone, *printed]
 
 
 class Tracked(NamedTuple):
-    """What was scored, what costs how much, and the part of a core that serving takes."""
+    """The scores, the costs, and the part of a core that serving takes."""
 
     results: list[TrackResult]
     timed: list[Cost]

@@ -41,14 +41,18 @@ from shared.pairing import new_code
 from shared.state import CODE, STATE
 
 TURNS = 40
+"""Number of rounds in which everything is timed."""
 LAP_FRAMES = 8
+"""Number of pictures of a lap."""
 FULL_FRAME_RECIPES = ("HSV, gate, moments", "HSV, gate, contours")
+"""Names of the usual recipes on a whole frame."""
 ABSENT = "ours, searching the whole frame"
+"""Name of the tracker without its marker."""
 
 
 @dataclass(frozen=True)
 class Cost:
-    """Microseconds per frame (median, 95th percentile) and in which part of them it was seen."""
+    """Time per frame, us (median, 95th percentile), and share of frames with the marker seen."""
 
     method: str
     median: float
@@ -57,7 +61,7 @@ class Cost:
 
 
 def lap(text: str) -> list[np.ndarray]:
-    """Pictures (640x480) of an arm whose marker goes round in a small circle, which closes."""
+    """Return pictures (640x480) of an arm whose marker goes round a small, closed circle."""
     arm = read_arm(find_arm("planar"))
 
     def angles(t: float) -> tuple[float, float]:
@@ -111,14 +115,14 @@ def contenders() -> dict[str, tuple[list[np.ndarray], Callable[[np.ndarray, floa
 
 
 def costs(turns: Iterable[int], clock: Callable[[], int] = time.perf_counter_ns) -> list[Cost]:
-    """Time all of them in turn, on one thread: what disturbs one disturbs all.
+    """Time all of them in turn, on one thread, so that a disturbance meets all.
 
     A turn is two laps, of which the second counts: in the first one the marker is searched for, and
-    what the others left in the caches is replaced.
+    the caches are filled.
 
     Args:
         turns: their numbers, from 0.
-        clock: ns.
+        clock: gives the time, ns.
     """
     threads = cv2.getNumThreads()
     cv2.setNumThreads(1)
@@ -150,7 +154,7 @@ def costs(turns: Iterable[int], clock: Callable[[], int] = time.perf_counter_ns)
 
 
 def serving(fps: float = 60.0, seconds: float = 5.0) -> float:
-    """Part of a core that it costs to serve a brick with `fps` observations a second.
+    """Return the part of a core that serving a brick `fps` observations a second costs.
 
     The brick's own client runs in another process, over TCP; what the bare loop costs is taken off.
 
@@ -189,5 +193,5 @@ def serving(fps: float = 60.0, seconds: float = 5.0) -> float:
 
 
 def full_frame_cost(timed: Iterable[Cost]) -> float:
-    """Microseconds of the usual full-frame recipe: the quicker one of the two ways to end it."""
+    """Return the time of the usual full-frame recipe, us: the quicker of its two variants."""
     return min(cost.median for cost in timed if cost.method in FULL_FRAME_RECIPES)

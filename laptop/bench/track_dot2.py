@@ -1,4 +1,4 @@
-"""ViSP's vpDot2, by which others track dots when they servo, on the pictures that ours weighs.
+"""ViSP's vpDot2, the usual tracker of dots in visual servoing, on pictures of the disc's share.
 
 On grey ones it loses most red discs, so it gets the share of disc in each pixel.  `vp_dot2.cpp`
 runs it, which is compiled where g++ and ViSP are.
@@ -22,10 +22,11 @@ from laptop.see.markers.discriminant import disc_share, fit_discriminant
 from shared.arm_description import ArmError
 
 SOURCE = Path(__file__).with_name("vp_dot2.cpp")
+"""Source of the program that runs it."""
 COMPILER = "g++"
 LIBRARIES = ("-lvisp_blob", "-lvisp_core")
-TIMEOUT = 120.0
-"""Time for compiling, and for following a clip, of which each takes less than a second, s."""
+STEP_TIMEOUT = 120.0
+"""Longest time of compiling, and of following a clip, s; each takes less than a second."""
 
 
 class NoDot2(ArmError):
@@ -37,7 +38,7 @@ def follow(shares: Sequence[np.ndarray], places: Sequence[Point]) -> list[Point 
 
     Args:
         shares: the pictures, uint8, shape (h, w).
-        places: where it is taken up in the first one, and in the one after each loss, px.
+        places: where it starts in the first one, and in the one after each loss, px.
 
     Raises:
         NoDot2: it cannot be compiled, or did not come to the end.
@@ -59,7 +60,7 @@ def follow(shares: Sequence[np.ndarray], places: Sequence[Point]) -> list[Point 
 
 @cache
 def program() -> bytes:
-    """The compiled program.  It is kept as bytes, so that no file stays behind.
+    """Return the compiled program as bytes, so that no file stays behind.
 
     Raises:
         NoDot2: there is no compiler, or no ViSP.
@@ -70,30 +71,30 @@ def program() -> bytes:
         return file.read_bytes()
 
 
-def _run(words: list[str], given: bytes = b"") -> str:
+def _run(args: list[str], given: bytes = b"") -> str:
     """Run a program beside the source, and return what it prints."""
     try:
         done = subprocess.run(
-            words,
+            args,
             input=given,
             cwd=SOURCE.parent,
             env={**os.environ, "LC_ALL": "C"},
             capture_output=True,
-            timeout=TIMEOUT,
+            timeout=STEP_TIMEOUT,
         )
     except (OSError, subprocess.TimeoutExpired) as problem:
-        why = getattr(problem, "strerror", None) or f"no end in {TIMEOUT:g} s"
-        raise _left_out(why, words) from None
+        why = getattr(problem, "strerror", None) or f"no end in {STEP_TIMEOUT:g} s"
+        raise _left_out(why, args) from None
     if done.returncode:
         said = done.stderr.decode(errors="replace").splitlines() or [f"status {done.returncode}"]
-        told = (line for line in said if re.search("error: |cannot find ", line))
-        raise _left_out(next(told, said[0]), words)
+        reported = (line for line in said if re.search("error: |cannot find ", line))
+        raise _left_out(next(reported, said[0]), args)
     return done.stdout.decode()
 
 
-def _left_out(why: str, words: Sequence[str] = (SOURCE.stem,)) -> NoDot2:
+def _left_out(why: str, args: Sequence[str] = (SOURCE.stem,)) -> NoDot2:
     return NoDot2(
-        f"{DOT2} is left out, {Path(words[0]).name}: {why}; "
+        f"{DOT2} is left out, {Path(args[0]).name}: {why}; "
         "on Debian: apt install g++ libvisp-blob-dev"
     )
 
@@ -101,9 +102,9 @@ def _left_out(why: str, words: Sequence[str] = (SOURCE.stem,)) -> NoDot2:
 def shares_of(
     clip: Iterable[tuple[np.ndarray, Point]], radius: float, motion: Point
 ) -> list[np.ndarray]:
-    """The share of disc in each pixel, uint8, shape (h, w), 255 for all.
+    """Return the share of disc in each pixel, uint8, shape (h, w), 255 for all.
 
-    What tells the disc from its surroundings is fitted at the true place, in every picture.
+    The discriminant of disc and surroundings is fitted at the true place, in every picture.
 
     Args:
         clip: pictures, BGR, uint8, and where the disc is, px.

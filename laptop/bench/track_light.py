@@ -1,4 +1,4 @@
-"""Hold under changing light, in clips of the swinging arm."""
+"""Tracking under changing light, in clips of the swinging arm."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from laptop.see.markers.tracks import Sighting
 from shared.arm_description import find_arm, read_arm
 
 Light = Callable[[float, float], tuple[float, float, float]]
-"""Share of the clip that is over (0 to 1), time (s) -> factors of blue, green and red."""
+"""Light: share of the clip that is over (0 to 1), time (s) -> factors of blue, green and red."""
 
 
 def _grey(gain: float) -> tuple[float, float, float]:
@@ -50,7 +50,7 @@ LIGHTS: dict[str, Light] = {
     "flicker +-35 %": lambda share, t: _grey(1 + 0.35 * math.cos(200 * math.pi * t)),
     "step to 0.4": lambda share, t: _grey(0.4 if share >= 1 / 3 else 1.0),
 }
-"""On the values of the picture, as software does it: 0.3 of the value is 0.07 of the light."""
+"""Lights by name, as factors of the picture's values: 0.3 of the value is 0.07 of the light."""
 
 SCENES = {
     "camera tilted by 30 deg": "tilt=30",
@@ -62,19 +62,21 @@ SCENES = {
     "deep shadow of the arm": "shadow=0.8",
     "balls": "marker=ball",
 }
-"""Condition -> what is not as usual in the scene."""
+"""Constants that differ in the scene, by condition."""
 
 CLIP_FRAMES = 150
+"""Number of frames of a clip."""
 METHODS_IN_LIGHT = (OURS, LARGEST)
+"""Names of the methods that are compared."""
 
 OUTLINE = "outline"
-"""Not a method: from the side, the centre of a disc's picture is not the picture of its centre."""
+"""Name of the outline's centre: from the side it is not the picture of the disc's centre."""
 
 
 def swing(seed: int) -> Callable[[float], tuple[float, float]]:
-    """Joint angles (rad) over time (s) of a planar arm that swings to and fro."""
-    luck = np.random.default_rng([seed, 9])
-    first, second = luck.uniform(0, 2 * math.pi, 2)
+    """Return joint angles (rad) over time (s) of a planar arm that swings to and fro."""
+    rng = np.random.default_rng([seed, 9])
+    first, second = rng.uniform(0, 2 * math.pi, 2)
     return lambda t: (
         0.35 + 0.55 * math.sin(2 * math.pi * 0.23 * t + first),
         -0.8 + 0.6 * math.sin(2 * math.pi * 0.31 * t + second),
@@ -82,7 +84,7 @@ def swing(seed: int) -> Callable[[float], tuple[float, float]]:
 
 
 def filmed(text: str, seed: int) -> tuple[SyntheticCamera, Callable[[float], tuple[float, float]]]:
-    """A camera over the swinging arm, and how it swings; all markers are in sight at first."""
+    """Return a camera over the swinging arm, and its motion; all markers are in sight at first."""
     arm = read_arm(find_arm("planar"))
     constants = read_scene(f"{text},seed={seed}")
     scene = Scene(arm, constants)
@@ -95,18 +97,23 @@ def filmed(text: str, seed: int) -> tuple[SyntheticCamera, Callable[[float], tup
 
 
 class ClipSensor:
-    """Sensor of a clip, which makes of a clean picture: other light, noise of 2 DN, JPEG 90."""
+    """The sensor of a clip, which adds other light, noise of 2 DN and JPEG 90 to a clean picture.
+
+    Args:
+        seed: of the noise.
+        size: (width, height) of the pictures, px.
+    """
 
     def __init__(self, seed: int, size: tuple[int, int]) -> None:
-        self._luck = np.random.default_rng([seed, 10])
+        self._rng = np.random.default_rng([seed, 10])
         # Drawn once, and taken from another place for every picture: drawing is slow.
         shape = size[1] + 64, size[0] + 64, 3
-        self._noise = 2 * self._luck.standard_normal(shape, np.float32)
+        self._noise = 2 * self._rng.standard_normal(shape, np.float32)
 
     def read_out(self, image: np.ndarray, gains: tuple[float, float, float]) -> np.ndarray:
-        """The picture (BGR, uint8), its blue, green, red multiplied by gains."""
+        """Return the picture (BGR, uint8), its blue, green, red multiplied by gains."""
         height, width = image.shape[:2]
-        top, left = self._luck.integers(64, size=2)
+        top, left = self._rng.integers(64, size=2)
         noise = self._noise[top : top + height, left : left + width]
         return through_jpeg(
             cv2.add(image * np.array(gains, np.float32), noise, dtype=cv2.CV_8U), 90
@@ -123,7 +130,7 @@ class LightCase:
     frames: int = CLIP_FRAMES
 
     def run(self) -> list[TrackResult]:
-        """Ours and the fixed gate over the whole picture, both markers."""
+        """Run ours and the fixed gate over the whole picture, on both markers."""
         camera, angles = filmed(f"{self.text},noise=0,jpeg=0", self.seed)
         clip = [camera.capture(k) for k in range(self.frames)]
         truths = [camera.truth(k) for k in range(self.frames)]
@@ -162,13 +169,13 @@ class LightCase:
 
 
 def _tried(name: str, kind: str, truth: Point, image: np.ndarray) -> dict[str, Method]:
-    """The methods for a marker that is learned where it truly is in the first picture."""
+    """Return the methods for a marker that is learned at its true place in the first picture."""
     marker = learn(name, image, (round(truth[0]), round(truth[1])), kind)
     return {OURS: ours(marker), LARGEST: _fixed(marker)}
 
 
 def _fixed(marker: Marker) -> Method:
-    """The largest contour in the learned gate, at least half as wide as at first."""
+    """Return the largest contour in the learned gate, at least half as wide as at first."""
     color = marker.color
     assert color is not None
     least: list[float] = []
@@ -183,7 +190,7 @@ def _fixed(marker: Marker) -> Method:
 
 
 def outline_of(scene: Scene, q: Sequence[float], name: str) -> tuple[Sighting, float]:
-    """Centre of a flat marker's outline, and its radius (px; the longer one of an ellipse)."""
+    """Return the centre of a flat marker's outline, and its (longer) radius, px."""
     centre, size = scene.centres(q)[name], scene.constants["marker_radius"]
     flat = np.append(circle(size, 128), np.zeros((128, 1)), axis=1)
     m = cv2.moments(scene.project(centre + flat).astype(np.float32))

@@ -1,4 +1,4 @@
-"""The methods that are compared: the tracker itself, and the usual OpenCV recipes."""
+"""The compared methods: the tracker itself, and the usual OpenCV recipes."""
 
 from __future__ import annotations
 
@@ -14,28 +14,28 @@ from laptop.see.markers.tracker import Tracker
 from laptop.see.markers.tracks import Sighting
 
 Method = Callable[[np.ndarray, float], "Sighting | None"]
-"""A picture (BGR, uint8) and its time (s) -> where the marker is."""
+"""Method: a picture (BGR, uint8) and its time (s) -> where the marker is."""
 
 
 def ours(marker: Marker) -> Method:
-    """The tracker as it is, fed frame after frame."""
+    """Return the tracker as it is, fed frame after frame."""
     tracker = Tracker([marker])
     return lambda image, t: tracker.find(image, t)[marker.name]
 
 
 def mask_of(image: np.ndarray, color: Color) -> np.ndarray:
-    """The whole picture to HSV and through the gate (two `inRange` for a red one)."""
+    """Return the whole picture in HSV, through the gate (two `inRange` for a red one)."""
     return hsv_mask(cv2.cvtColor(image, cv2.COLOR_BGR2HSV), color)
 
 
 def hsv_moments(image: np.ndarray, color: Color) -> Sighting | None:
-    """The centre of gravity of all pixels in the gate."""
+    """Return the centre of gravity of all pixels in the gate."""
     m = cv2.moments(mask_of(image, color), True)
     return sighting_of_moments(m) if m["m00"] else None
 
 
 def hsv_contours(image: np.ndarray, color: Color) -> Sighting | None:
-    """The centre of gravity of the largest contour in the gate."""
+    """Return the centre of gravity of the largest contour in the gate."""
     blob = _largest(mask_of(image, color))
     if blob is None:
         return None
@@ -44,7 +44,7 @@ def hsv_contours(image: np.ndarray, color: Color) -> Sighting | None:
 
 
 def sighting_of_moments(m: Any) -> Sighting:
-    """Return centre and radius (px) of what has these image moments, OpenCV's."""
+    """Return centre and radius (px) of a blob with these image moments, OpenCV's."""
     area = m["m00"]
     return Sighting(m["m10"] / area, m["m01"] / area, 1.0, math.sqrt(area / math.pi))
 
@@ -67,7 +67,7 @@ def blur_and_enclose(image: np.ndarray, color: Color) -> Sighting | None:
 
 
 def hough(image: np.ndarray, radius: float) -> Sighting | None:
-    """The circle with most votes among those of about this radius (px)."""
+    """Return the circle with most votes among those of about this radius (px)."""
     grey = cv2.GaussianBlur(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), (5, 5), 0)
     low, high = math.floor(0.7 * radius), math.ceil(1.4 * radius)
     circles = cv2.HoughCircles(
@@ -80,7 +80,7 @@ def hough(image: np.ndarray, radius: float) -> Sighting | None:
 
 
 def spots(radius: float) -> Method:
-    """OpenCV's SimpleBlobDetector, on grey: of the spots of about this radius (px), the likest."""
+    """Return OpenCV's SimpleBlobDetector on grey: the spot nearest to this radius (px)."""
     wanted = cv2.SimpleBlobDetector.Params()
     wanted.filterByColor = wanted.filterByInertia = wanted.filterByConvexity = False
     wanted.minArea, wanted.maxArea = 0.4 * math.pi * radius**2, 2.5 * math.pi * radius**2
@@ -103,7 +103,7 @@ LARGEST, LIMIT = "HSV contour", "limit"
 
 
 def methods(marker: Marker, radius: float) -> dict[str, Method]:
-    """All that can find this marker; radius in px."""
+    """Return all methods for this marker; radius in px."""
     color = marker.color
     if color is None:
         return {OURS: ours(marker)}

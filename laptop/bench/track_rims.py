@@ -1,4 +1,4 @@
-"""The disc as it is printed, with its white rim, on grounds of all tones: seen, and how precisely.
+"""Precision on the printed disc with its white rim, on grounds of all tones.
 
 Concentric circles, drawn by their coverage of each pixel: ground, rim, colour.
 """
@@ -23,21 +23,25 @@ from laptop.see.markers.tracker import Tracker
 COLOURS = ("red", "orange", "yellow", "green", "cyan", "blue", "purple")
 GROUNDS = ("white", "#c0c0c0", "#808080", "#404040", "black", "#a98358", "#3c5a3c")
 RADII = (8, 16, 32)
+"""Radii of the disc, px."""
 RIMS = (1.3, 1.5, 1.7, 2.2)
-"""Radii of the white rim, in the disc's."""
+"""Radii of the white rim, in radii of the disc."""
 FRAMES = 8
+"""Number of frames after the one of learning."""
 NOISE, JPEG = 3.0, 90
-PRECISE = 0.05
-"""Root mean square error per axis, px, that a printed disc should have at most."""
+"""Sigma of the noise, DN, and quality of the JPEG."""
+MAX_PRECISE_RMS = 0.05
+"""Greatest root mean square error per axis of a precise disc, px."""
 
 
 def rimmed(
     colour: str, ground: str, radius: float, rim: float, at: Point, seed: Sequence[int]
 ) -> tuple[np.ndarray, Point]:
-    """A picture of one disc, BGR, uint8, and where its centre is, px.
+    """Return a picture of one disc, BGR, uint8, and the place of its centre, px.
 
     Args:
-        colour, ground: words or #rrggbb.
+        colour: a word or #rrggbb.
+        ground: the same.
         radius: px.
         rim: radius of the white rim, in radii.
         at: of the disc, from the middle of the picture, px.
@@ -64,13 +68,13 @@ class RimCase:
     seed: int
 
     def run(self) -> list[TrackResult]:
-        """Each is learned in one picture, and followed through some more."""
+        """Learn each in one picture, and follow it through some more."""
         return [self.follow(colour, ground) for colour in COLOURS for ground in GROUNDS]
 
     def follow(self, colour: str, ground: str) -> TrackResult:
-        """One of them; a frame in which it is not sure counts as lost."""
-        luck = np.random.default_rng([self.seed, self.radius, round(10 * self.rim)])
-        places = [(float(u), float(v)) for u, v in luck.uniform(-3, 3, (FRAMES + 1, 2))]
+        """Follow one of them; a frame in which it is not sure counts as lost."""
+        rng = np.random.default_rng([self.seed, self.radius, round(10 * self.rim)])
+        places = [(float(u), float(v)) for u, v in rng.uniform(-3, 3, (FRAMES + 1, 2))]
         clip = [
             rimmed(colour, ground, self.radius, self.rim, at, (self.seed, k))
             for k, at in enumerate(places)

@@ -11,7 +11,7 @@ from laptop.see.markers.tracks import Sighting
 Point = tuple[float, float]
 
 CLAIM_CONFIDENCE = 0.5
-"""Confidence from which on a sighting is a claim."""
+"""Least confidence of a sighting that is a claim."""
 
 
 @dataclass(frozen=True)
@@ -69,14 +69,14 @@ def judge(
     radius: float,
     least: float = CLAIM_CONFIDENCE,
 ) -> Score:
-    """One frame.
+    """Score one frame.
 
     Args:
-        found: what the method says.
-        truth: where the marker's centre is, px.
-        shown: which part of the marker can be seen, 0 to 1.
+        found: the method's answer.
+        truth: centre of the marker, px.
+        shown: visible part of the marker, 0 to 1.
         radius: of the marker, px.
-        least: confidence from which on it is a claim.
+        least: least confidence of a claim.
     """
     clear = shown >= 0.9
     if found is None or found.confidence < least:
@@ -90,7 +90,7 @@ def judge(
 
 @dataclass(frozen=True)
 class TrackResult:
-    """One method under one condition; `error` says why the marker could not be learned."""
+    """One method under one condition; `error` is the reason why a marker was not learned."""
 
     part: str
     condition: str
@@ -103,10 +103,10 @@ class TrackResult:
 def unlearned(
     part: str, condition: str, marker: str, method: str, frames: int, problem: BadMarker
 ) -> TrackResult:
-    """Result of a marker that cannot be learned: lost from the first frame to the last."""
+    """Return the result of a marker that cannot be learned: lost in all frames."""
     score = Score(frames, frames, frames)
     return TrackResult(part, condition, marker, method, score, str(problem))
 
 
 SURE_CONFIDENCE = 0.9
-"""Confidence from which on a position is good for measuring."""
+"""Least confidence of a position that is good for measuring."""

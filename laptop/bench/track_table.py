@@ -11,12 +11,12 @@ from typing import Any
 from laptop.bench.track_cost import Cost, full_frame_cost
 from laptop.bench.track_light import METHODS_IN_LIGHT, OUTLINE
 from laptop.bench.track_methods import DOT2, ENCLOSING, HOUGH, LIMIT, MOMENTS, OURS, SPOTS
-from laptop.bench.track_rims import PRECISE
+from laptop.bench.track_rims import MAX_PRECISE_RMS
 from laptop.bench.track_score import Score, TrackResult
 
 
 def gathered(results: Iterable[TrackResult]) -> list[TrackResult]:
-    """One result per condition, marker and method: the seeds' scores added, the last error kept."""
+    """Return a result per condition, marker and method: scores added, with the last error."""
     sums: dict[tuple[str, str, str, str], TrackResult] = {}
     for r in results:
         key = r.part, r.condition, r.marker, r.method
@@ -31,18 +31,18 @@ Row = tuple[str, ...]
 
 
 def _others(results: Iterable[TrackResult]) -> Row:
-    """The methods beside ours; vpDot2 only where it could be run."""
+    """Return the methods beside ours; vpDot2 only where it could be run."""
     has_dot2 = any(r.method == DOT2 and r.score.frames for r in results)
     return (MOMENTS, SPOTS, *([DOT2] if has_dot2 else []), ENCLOSING, HOUGH)
 
 
 def precision_headings(results: Iterable[TrackResult]) -> Row:
-    """The headings of `precision_table`."""
+    """Return the headings of `precision_table`."""
     return ("marker", "limit", "ours", "x limit", "bias u", "bias v", *_others(results))
 
 
 def _found(results: Iterable[TrackResult], part: str) -> dict[tuple[str, str], dict[str, Score]]:
-    """Scores by condition and marker, then by method."""
+    """Return scores by condition and marker, then by method."""
     found: dict[tuple[str, str], dict[str, Score]] = {}
     for r in results:
         if r.part == part:
@@ -51,7 +51,7 @@ def _found(results: Iterable[TrackResult], part: str) -> dict[tuple[str, str], d
 
 
 def _px(score: Score | None) -> str:
-    """RMS px, beside it how many of how many frames were missed."""
+    """Format the RMS, px, with the share of missed frames."""
     if score is None:
         return "-"
     missed = score.clear - score.measured
@@ -60,7 +60,7 @@ def _px(score: Score | None) -> str:
 
 
 def precision_table(results: Sequence[TrackResult]) -> list[Row]:
-    """One row per look."""
+    """Return one row per appearance."""
     rows: list[Row] = []
     others = _others(results)
     for (look, _), scores in _found(results, "precision").items():
@@ -87,14 +87,14 @@ RIM_HEADINGS: Row = (
 
 
 def rim_table(results: Sequence[TrackResult]) -> list[Row]:
-    """One row per radius and rim."""
+    """Return one row per radius and rim."""
     by_size: dict[str, list[Score]] = {}
     rows: list[Row] = []
     for (condition, _), scores in _found(results, "rims").items():
         by_size.setdefault(condition, []).append(scores[OURS])
     for condition, found in by_size.items():
         sure = [one for one in found if not one.lost and not one.false]
-        precise = sum(one.rms <= PRECISE for one in sure)
+        precise = sum(one.rms <= MAX_PRECISE_RMS for one in sure)
         errors = [one.rms for one in found if one.measured]
         rows.append(
             (
@@ -116,7 +116,7 @@ LIGHT_HEADINGS: Row = (
 
 
 def light_table(results: Sequence[TrackResult]) -> list[Row]:
-    """One row per condition and marker."""
+    """Return one row per condition and marker."""
     rows = []
     for (condition, marker), scores in _found(results, "light").items():
         row = [condition, marker]
@@ -132,7 +132,7 @@ COST_HEADINGS: Row = ("640x480, one thread", "us", "p95", "of the full-frame rec
 
 
 def cost_table(timed: Sequence[Cost]) -> list[Row]:
-    """One row per contender."""
+    """Return one row per contender."""
     usual = full_frame_cost(timed)
     return [
         (
@@ -147,14 +147,14 @@ def cost_table(timed: Sequence[Cost]) -> list[Row]:
 
 
 def errors(results: Iterable[TrackResult]) -> list[str]:
-    """Lines on what could not be tried, and why."""
+    """Return lines on methods that could not be tried, and why."""
     failed = [r for r in results if r.error]
     without = dict.fromkeys(r.error for r in failed if r.method == DOT2)  # once, not at every look
     return [*(f"{r.condition}: {r.error}" for r in failed if r.method == OURS), *without]
 
 
 def figures(results: Iterable[TrackResult], timed: Iterable[Cost]) -> dict[str, Any]:
-    """Everything, for `--json`; what was not measured is null."""
+    """Return everything, for `--json`; a missing value is null."""
 
     def number(x: float) -> float | None:
         return None if math.isnan(x) else x

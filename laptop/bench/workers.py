@@ -1,4 +1,4 @@
-"""The cases of a bench, shared out to all cores of this machine or to the workers of a cluster."""
+"""Distribution of a bench's cases to all cores of this machine or to the workers of a cluster."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ C = TypeVar("C")
 R = TypeVar("R")
 
 POLL_PERIOD = 0.5
-"""Time between two wake-ups of whoever waits for a result, s."""
+"""Period between two wake-ups of a thread that waits for a result, s."""
 
 ANSWER_TIMEOUT = 5.0
-"""Time for a cluster's scheduler to answer, and for one of its workers to be there, s."""
+"""Longest time until a cluster's scheduler answers, and until it has a worker, s."""
 
 _one_at_a_time = threading.Lock()
-"""The emulated brick takes the modules of its process for itself."""
+"""Lock of the process: an emulated brick replaces its modules."""
 
 
 class NoCluster(ArmError):
@@ -36,7 +36,7 @@ class NoCluster(ArmError):
 
 
 class WorkerLost(ArmError):
-    """A process that did some of the work is no more."""
+    """A process that did some of the work has ended."""
 
 
 @contextmanager
@@ -135,7 +135,7 @@ def map_cases(
 
 @contextmanager
 def _signals_held() -> Iterator[None]:
-    """Obey Ctrl-C and SIGTERM after the block: a pool that is half started cannot be ended."""
+    """Delay Ctrl-C and SIGTERM to the block's end: a half started pool cannot be ended."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return

@@ -29,7 +29,7 @@ from laptop.bench.servo_setups import (
     PinholeCameras,
     Pixel,
     Pixels,
-    apart,
+    image_distance,
     is_in_image,
     set_up,
 )
@@ -287,7 +287,7 @@ def run_case(case: DisturbedCase) -> DisturbedResult:
             except Exception as problem:  # a crash is a result here, and must not end the rest
                 word, reason, moves = type(problem).__name__, str(problem), 0
             ended = world.t
-    error = apart(cameras(brick.plant.q), stage.goals(world.t), loop.servo.rows)
+    error = image_distance(cameras(brick.plant.q), stage.goals(world.t), loop.servo.rows)
     return DisturbedResult(
         case.name,
         case.mode,

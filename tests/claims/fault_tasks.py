@@ -16,7 +16,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 from laptop.bench.draw import random_line
-from laptop.bench.servo_setups import PinholeCamera, PinholeCameras, apart
+from laptop.bench.servo_setups import PinholeCamera, PinholeCameras, image_distance
 from laptop.emulator.device.brick import EmulatedBrick
 from laptop.emulator.faults import Fault
 from laptop.emulator.rig import Rig
@@ -153,7 +153,7 @@ def _servo(arm: Arm, draw: random.Random) -> tuple[tuple[str, ...], str, dict[st
         start, goal = _pose(arm, draw), _pose(arm, draw)
         if not (cameras.shows(start) and cameras.shows(goal)):
             continue
-        if apart(cameras(start), cameras(goal)) < 80:
+        if image_distance(cameras(start), cameras(goal)) < 80:
             continue
         words = [f"--mode={draw.choice(('look', 'stream'))}"]
         for name, (u, v) in cameras(goal).items():

@@ -16,7 +16,7 @@ from robot.motion.kinematics import inverse, jacobian
 FELT, WITHOUT, NOT_FED, OFF = "felt", "no preload", "not fed forward", "off"
 
 
-def case(line, weight=FELT, play=2.0, at=draw.EVERYWHERE, plant=""):
+def case(line, weight=FELT, play=2.0, at=draw.EVERY_JOINT, plant=""):
     points = LINES[3][draw.SPACE_LINES.index(line)]
     return draw.DrawCase("spatial", "smooth", "", plant, play, points, line, at, weight)
 
@@ -86,7 +86,7 @@ def test_the_floor_is_half_a_count_at_every_joint_in_the_worst_signs(line):
 def test_every_joint_and_condition_is_drawn_once():
     cases = draw.space_cases(range(5, 8))
     assert len({(c.condition, c.plant, c.line) for c in cases}) == len(cases)
-    assert {c.at for c in cases} == {draw.EVERYWHERE, "base", "shoulder", "elbow"}
+    assert {c.at for c in cases} == {draw.EVERY_JOINT, "base", "shoulder", "elbow"}
     assert {c.weight for c in cases} == set(draw.WEIGHTS)
     assert sum(c.plant == "seed=6" for c in cases) == 3 * 4
 
@@ -121,7 +121,7 @@ def test_an_arm_it_does_not_know_is_refused(words):
 def test_the_planar_cases_are_drawn_by_every_method_of_their_arm():
     cases = list(draw.cases(range(1000, 1002)))
     assert {c.arm for c in cases} == {"planar", "geared"}
-    assert {(c.at, c.weight) for c in cases} == {(draw.EVERYWHERE, FELT)}
+    assert {(c.at, c.weight) for c in cases} == {(draw.EVERY_JOINT, FELT)}
     own, down = ([c for c in cases if c.elbow == elbow] for elbow in (None, "down"))
     assert Counter((c.arm, c.method) for c in own) == dict.fromkeys(
         [("geared", method) for method in ("smooth", "steps")]

@@ -90,7 +90,7 @@ def test_set_ups_in_space_keep_within_their_bounds():
             assert z > servo_setups.MIN_TIP_HEIGHT
             assert math.hypot(x, y) > servo_setups.MIN_AXIS_DISTANCE
             assert all(0 <= u < 640 and 0 <= v < 480 for u, v in cameras(q).values())
-        assert servo_setups.apart(cameras(setting.start), cameras(setting.goal)) >= 80
+        assert servo_setups.image_distance(cameras(setting.start), cameras(setting.goal)) >= 80
 
 
 def brick_of(setting):
@@ -111,10 +111,10 @@ def test_what_is_beyond_the_edge_is_not_seen():
 
 def test_the_distance_of_two_places_counts_the_rows_that_count():
     one, other = {"A": (0.0, 0.0), "B": (0.0, 0.0)}, {"A": (1.0, 2.0), "B": (4.0, 6.0)}
-    assert servo_setups.apart(one, other) == pytest.approx(math.sqrt(57))
+    assert servo_setups.image_distance(one, other) == pytest.approx(math.sqrt(57))
     rows = Rows("xyz", 3, "v")
     rows.choose({"A": ((1, 0, 0), (0, 1, 0)), "B": ((0, 1, 0), (0, 0, 1))})
-    assert servo_setups.apart(one, other, rows) == pytest.approx(math.sqrt(41))
+    assert servo_setups.image_distance(one, other, rows) == pytest.approx(math.sqrt(41))
 
 
 def test_the_cameras_jacobian_is_the_chain_rule():
@@ -244,7 +244,7 @@ def test_who_gives_up_on_a_moving_goal_is_left_behind(monkeypatch):
     result = run_with(monkeypatch, verdict_of("singular"), scene)
     setting, cameras = servo_setups.set_up("planar", SEED, scene)
     at, stands = servo_setups.moving_goal(cameras, setting, 25.0), cameras(setting.start)
-    squares = [servo_setups.apart(stands, at(6 + k / 100)) ** 2 for k in range(1400)]
+    squares = [servo_setups.image_distance(stands, at(6 + k / 100)) ** 2 for k in range(1400)]
     assert not result.success
     assert result.rms == pytest.approx(math.sqrt(np.mean(squares)), rel=0.02)
 
@@ -405,7 +405,7 @@ def test_what_cannot_be_run_is_refused_in_a_line(bench, arguments, word):
 
 def test_a_camera_that_sees_no_two_poses_apart_is_drawn_anew():
     setting, cameras = servo_setups.set_up("planar", 1083, SCENARIOS["lego"][0][1])
-    assert servo_setups.apart(cameras(setting.start), cameras(setting.goal)) >= 80
+    assert servo_setups.image_distance(cameras(setting.start), cameras(setting.goal)) >= 80
 
 
 @pytest.mark.parametrize("mode", ["look", "stream"])

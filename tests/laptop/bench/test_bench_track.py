@@ -13,7 +13,7 @@ from marker_views import marker_frame
 from laptop.bench import track, track_cost, track_light, track_methods, track_precision, track_table
 from laptop.bench.track_cost import Cost
 from laptop.bench.track_light import LightCase
-from laptop.bench.track_precision import LOOKS, PrecisionCase
+from laptop.bench.track_precision import APPEARANCES, PrecisionCase
 from laptop.bench.track_rims import RimCase
 from laptop.bench.track_score import Score, TrackResult, judge
 from laptop.cli.main import laptop
@@ -21,7 +21,7 @@ from laptop.see.markers.markers import BadMarker, Color, Marker
 from laptop.see.markers.tracker import Sighting
 
 SEED = 77
-DISC = LOOKS[1]
+DISC = APPEARANCES[1]
 RED = Color(356, 0.9, 0.78, 30)
 
 
@@ -108,7 +108,17 @@ def test_no_least_squares_beats_the_limit_and_one_reaches_it():
     )
 
 
-@pytest.mark.parametrize("look", [LOOKS[0], LOOKS[6], LOOKS[7], LOOKS[8], LOOKS[10], LOOKS[11]])
+@pytest.mark.parametrize(
+    "look",
+    [
+        APPEARANCES[0],
+        APPEARANCES[6],
+        APPEARANCES[7],
+        APPEARANCES[8],
+        APPEARANCES[10],
+        APPEARANCES[11],
+    ],
+)
 def test_the_limit_is_that_of_the_pictures_that_are_tracked(look):
     behind = track_precision.ground(look, SEED)
     image = marker_frame(
@@ -374,10 +384,12 @@ def test_every_condition_is_tried_with_every_seed():
     def conditions(case):
         if isinstance(case, RimCase):
             return [(case.radius, case.rim)]
-        return [case.look.name] if isinstance(case, PrecisionCase) else dict(case.lights)
+        return [case.appearance.name] if isinstance(case, PrecisionCase) else dict(case.lights)
 
     tried = [(name, case.seed) for case in cases for name in conditions(case)]
-    names = [look.name for look in LOOKS] + list(track_light.LIGHTS) + list(track_light.SCENES)
+    names = (
+        [look.name for look in APPEARANCES] + list(track_light.LIGHTS) + list(track_light.SCENES)
+    )
     names += [(radius, rim) for radius in (8, 16, 32) for rim in (1.3, 1.5, 1.7, 2.2)]
     assert sorted(tried, key=str) == sorted(
         ((name, seed) for name in names for seed in (5, 6)), key=str
@@ -391,7 +403,7 @@ def few(monkeypatch):
         track,
         "cases",
         lambda seeds: [
-            *(PrecisionCase(look, seeds.start, 2) for look in (DISC, LOOKS[-1])),
+            *(PrecisionCase(look, seeds.start, 2) for look in (DISC, APPEARANCES[-1])),
             LightCase("", (("none", "none"),), seeds.start, 3),
             RimCase(8, 1.7, seeds.start),
         ],
@@ -410,7 +422,7 @@ def test_bench_track_as_json(few):
     own = [r for r in figures["results"] if r["method"] == "ours"]
     ours = [r for r in own if r["part"] != "rims"]
     assert len(own) - len(ours) == 49
-    assert [r["condition"] for r in ours] == [DISC.name, LOOKS[-1].name, "none", "none"]
+    assert [r["condition"] for r in ours] == [DISC.name, APPEARANCES[-1].name, "none", "none"]
     assert 0 < ours[0]["rms"] < 0.1
     assert len(figures["costs"]) == 10
     assert figures["serving"] == 0.0123

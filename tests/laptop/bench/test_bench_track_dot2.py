@@ -11,7 +11,7 @@ from click.testing import CliRunner
 
 from laptop.bench import track, track_cost, track_dot2, track_table
 from laptop.bench.track_dot2 import NoDot2
-from laptop.bench.track_precision import LOOKS, PrecisionCase
+from laptop.bench.track_precision import APPEARANCES, PrecisionCase
 from laptop.bench.track_score import Score, TrackResult
 from laptop.cli.main import laptop
 
@@ -53,7 +53,7 @@ def test_it_goes_by_itself_until_it_loses_its_spot_and_then_takes_up_the_one_it_
 
 
 def test_it_is_beside_the_others_in_as_many_frames(visp):
-    results = {r.method: r for r in PrecisionCase(LOOKS[1], SEED, 8).run()}
+    results = {r.method: r for r in PrecisionCase(APPEARANCES[1], SEED, 8).run()}
     dot2 = results["vpDot2"]
     assert (dot2.score.frames, dot2.score.measured, dot2.error) == (8, 8, "")
     assert results["ours"].score.rms < dot2.score.rms < 0.1
@@ -68,7 +68,7 @@ def test_it_is_beside_the_others_in_as_many_frames(visp):
     "look", ["disc r 12, JPEG 90", "disc r 12, smeared by 30 px", "ball r 12, grey background"]
 )
 def test_what_it_gets_is_the_share_of_disc(look, monkeypatch):
-    case = PrecisionCase(next(one for one in LOOKS if one.name == look), SEED, 2)
+    case = PrecisionCase(next(one for one in APPEARANCES if one.name == look), SEED, 2)
     given = []
 
     def follow(shares, places):
@@ -88,7 +88,7 @@ def test_what_it_gets_is_the_share_of_disc(look, monkeypatch):
 
 
 def test_a_marker_without_a_colour_has_no_share():
-    assert "vpDot2" not in {r.method for r in PrecisionCase(LOOKS[-1], SEED, 1).run()}
+    assert "vpDot2" not in {r.method for r in PrecisionCase(APPEARANCES[-1], SEED, 1).run()}
 
 
 @pytest.mark.parametrize(
@@ -103,7 +103,7 @@ def test_the_bench_goes_on_without_it_and_says_so_once(name, value, why, monkeyp
     if name == "LIBRARIES" and not shutil.which(track_dot2.COMPILER):
         pytest.skip("there is no g++")
     monkeypatch.setattr(track_dot2, name, value)
-    cases = [PrecisionCase(look, SEED, 1) for look in LOOKS[:2]]
+    cases = [PrecisionCase(look, SEED, 1) for look in APPEARANCES[:2]]
     monkeypatch.setattr(track, "cases", lambda seeds: cases)
     here = replace(track.BENCH, in_turn=lambda todo: (case.run() for case in todo))
     monkeypatch.setattr(track, "BENCH", here)
