@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
-from laptop.bench.track_precision import LOOKS, PrecisionCase
-from laptop.bench.track_rims import FRAMES, PRECISE, RimCase, rimmed
+from laptop.bench.track_precision import APPEARANCES, PrecisionCase
+from laptop.bench.track_rims import FRAMES, MAX_PRECISE_RMS, RimCase, rimmed
 from laptop.see.markers.ball_contour import rim_width
 from laptop.see.markers.discriminant import outline_at
 from laptop.see.markers.learning import learn
@@ -27,7 +27,7 @@ def test_a_printed_disc_is_seen_surely_and_precisely_on_dark_ground(colour, grou
     result = RimCase(radius, rim, SEED).follow(colour, ground)
     assert not result.error
     assert (result.score.measured, result.score.lost) == (FRAMES, 0)
-    assert result.score.rms <= PRECISE
+    assert result.score.rms <= MAX_PRECISE_RMS
 
 
 @pytest.mark.parametrize("ground", ["black", "#404040", "#3c5a3c"])
@@ -68,7 +68,7 @@ def test_the_outline_around_a_place_is_not_that_of_what_lies_around_it():
 @pytest.mark.parametrize("look", ["disc r 6, JPEG 90", "disc r 12, noise 8, JPEG 60"])
 def test_chroma_that_a_jpeg_halves_counts_less_than_luma(look):
     """With all channels alike they are 0.030 and 0.057 px off here."""
-    case = PrecisionCase(next(one for one in LOOKS if one.name == look), SEED, 20)
+    case = PrecisionCase(next(one for one in APPEARANCES if one.name == look), SEED, 20)
     rms = {result.method: result.score.rms for result in case.run()}
     assert rms["ours"] < (0.026 if "r 6" in look else 0.045)
     assert rms["ours"] < rms["SimpleBlob"]
