@@ -92,7 +92,7 @@ class DrawnArm:
     height: float
 
     def plant(self, seed: int, zeros: Sequence[float]) -> PlantConstants:
-        """Return the constants of its motors, the zeros off by so much, rad."""
+        """Return the constants of its motors, with these errors of the zeros, rad."""
         ports = {
             joint.port: {"zero_error": math.degrees(zero)}
             for joint, zero in zip(self.described.joints, zeros, strict=True)
@@ -190,8 +190,8 @@ def calibrated(case: CalibrateCase) -> CalibrateResult:
 def _phase(joint: Joint, plant: PlantConstants) -> float:
     """Return the mean error of a joint's angle by the unknown phase of its encoder, rad.
 
-    It counts a shaft's start as the middle between two encoder edges, and it is anywhere there: so
-    far its zero is off without anybody's fault.
+    The brick takes a shaft's start for the middle between two encoder edges, though it is anywhere
+    between them.  No calibration can find that part of the zero.
     """
     return joint.direction / joint.gear * math.radians(at_port(plant, joint.port)["phase"] - 0.25)
 
@@ -215,7 +215,7 @@ def _true_text(drawn: DrawnArm) -> str:
 def _lines(arm: Arm, drawn: DrawnArm, seed: int, zeros: Sequence[float]) -> tuple[float, ...]:
     """Draw the three lines; return their greatest deviations, mm, nan for a missing one.
 
-    Seen from the shoulder: how the whole arm stands on the table is no part of it.
+    They are in the shoulder's frame: the arm's pose on the table is no part of them.
     """
     plant = drawn.plant(seed, [0.0, *zeros[1:]])
     with silenced(), Rig(arm, drawn.built, plant) as rig:

@@ -1,4 +1,4 @@
-"""Drawing, measured: smooth lines beside steps, timed steps and the encoders' floor.
+"""Drawing of lines: smooth ones beside steps, timed steps and the encoders' floor.
 
 The *floor* of a line is the deviation of a perfect controller that knows each joint to half an
 encoder count: half a count at every joint in the worst signs, mapped through the Jacobian onto the

@@ -20,7 +20,7 @@ from shared.arm_description import find_arm, read_arm
 
 
 def step_cost(arm_name: str = "planar", keys: int = 24) -> str:
-    """Measure one decision of the default method, with so many key-frames held; return a line.
+    """Measure one decision of the default method, with a number of key-frames held; return a line.
 
     The unit is the interpreter's own `a*d-b*c` on four floats, measured in the same moment.  Its
     cost on another machine gives the decision's there.  Both as `timeit`

@@ -118,7 +118,7 @@ class PinholeCameras(dict[str, PinholeCamera]):
     """The cameras of a set-up, by name."""
 
     def __call__(self, q: Sequence[float]) -> Pixels:
-        """Place of the tip in each picture, px, with the joints at q, rad."""
+        """Return the place of the tip in each picture, px, with the joints at q, rad."""
         return {name: camera(q) for name, camera in self.items()}
 
     def shows(self, q: Sequence[float]) -> bool:
@@ -252,7 +252,7 @@ def moving_goal(cameras: PinholeCameras, set_up: SetUp, speed: float) -> Callabl
 
 
 def under_the_tip(arm: Arm, constants: dict[str, Any], q: Pose) -> tuple[float, float]:
-    """Place on the paper, cm, of a marker that the tip's marker covers at q.
+    """Return the place on the paper, cm, of a marker that the tip's marker covers at q.
 
     It lies where the camera's ray through the tip's marker meets the paper.
     """

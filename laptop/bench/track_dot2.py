@@ -1,4 +1,4 @@
-"""ViSP's vpDot2, the usual tracker of dots in visual servoing, on pictures of the disc's share.
+"""ViSP's vpDot2, a tracker of dots for visual servoing, on pictures of the disc's share.
 
 On grey ones it loses most red discs, so it gets the share of disc in each pixel.  `vp_dot2.cpp`
 runs it, which is compiled where g++ and ViSP are.

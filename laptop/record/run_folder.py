@@ -160,7 +160,7 @@ def writer_of(content: bytes) -> Callable[[str], None]:
 
 @contextlib.contextmanager
 def run_folder(command: str, out: Path | None, *names: str) -> Iterator[RunFolder]:
-    """Give a folder for a run, which has it alone; the system frees it when the process ends.
+    """Provide a folder for a run alone; the system frees it when the process ends.
 
     A new one in RUNS that is still empty at the end goes.
 

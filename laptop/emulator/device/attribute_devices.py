@@ -1,4 +1,4 @@
-"""Devices that a script reads and writes as files: LEDs, the battery, what all of them share."""
+"""Devices that a script reads and writes as files: LEDs, the battery, and their base class."""
 
 import errno
 import os
@@ -23,7 +23,7 @@ if MYPY:
             """Return the time."""
 
         def begin(self) -> None:
-            """Let what the program computes take its time from now on."""
+            """Let the program's computing take its time from now on."""
 
         def touch(self, cost: float) -> None:
             """Spend time on one access to the outside."""
@@ -35,7 +35,7 @@ if MYPY:
             """Call `action` when time passes `t`; return a handle for `cancel`."""
 
         def cancel(self, event: Any) -> None:
-            """Take back what `at` returned."""
+            """Cancel an event by the handle that `at` returned."""
 
 
 def invalid() -> OSError:

@@ -63,7 +63,7 @@ class EmulatedBrick(object):
 
     Args:
         world: the clock.
-        arm: Arm, what is plugged in where; None for a brick without one.
+        arm: description of the arm, with its ports; None for a brick without one.
         plant: constants from `read_plant`; the honest LEGO arm if None.
         start: joint angles at the start, rad; the home pose if None.  Encoders read 0 there.
             Where gravity pulls the motors hold, as the last program has left them.

@@ -45,7 +45,7 @@ class BrickPrograms(FilePrograms):
         self.font = (8, 16)
 
     def run(self, args: Sequence[str], piped: bytes = b"") -> Optional[Finished]:
-        """Do what the program `args[0]` would on the brick.
+        """Do as the program `args[0]` would on the brick.
 
         Args:
             args: its command line.

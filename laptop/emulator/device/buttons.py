@@ -20,10 +20,10 @@ if MYPY:
         """A place where threads wait for a key."""
 
         def wait(self) -> object:
-            """Wait until somebody wakes it."""
+            """Wait until `wake` is called."""
 
         def wake(self) -> object:
-            """Let the threads go on."""
+            """Wake the threads."""
 
 
 BUTTONS = {"up": 103, "down": 108, "left": 105, "right": 106, "enter": 28, "backspace": 14}

@@ -1,4 +1,4 @@
-"""A hand that leads the arm's tip, against motors that coast; `--hand "10,5@2 12,0@5"`.
+"""Hand guiding of the arm's tip, against motors that coast; `--hand "10,5@2 12,0@5"`.
 
 The tip is at each place at its time and stays until it has to leave.  The hand is far stronger than
 a motor that coasts, so it gives the links their speeds, and the rotors follow through gears and
@@ -78,7 +78,7 @@ def _eased(share: float) -> float:
 
 
 class LeadingHand(object):
-    """The hand on one arm.
+    """The hand that guides one arm.
 
     Args:
         arm: its description, as it was built.

@@ -9,7 +9,7 @@ The motor, with duty d (-1 .. 1), battery U, gear ratio n and joint speed w of t
 Kt is below Ke, as the losses of the gears within the motor are in it.  The gap, the backlash b, is
 an exact dead zone (Nordin and Gutman, 2002): inside |angle - angle2| <= b/2 the two move freely.
 Where it closes, the impact is inelastic, w = (J w + J2 w2) / (J + J2), and they go on as one mass.
-A stiff spring in the gap would be the obvious model, but its steps would have to be microseconds.
+A stiff spring in the gap would be the obvious model, but it needs far shorter steps.
 Friction is Coulomb's.  A step takes at most h friction / J away from a speed and stops at 0
 (time stepping with impulses, Stewart and Trinkle, 1996).  So what rests stays at rest, where
 sign(w) would chatter.  Angles follow from the new speeds (semi-implicit Euler).

@@ -125,7 +125,7 @@ class Peripherals(object):
                 self.on_back()
 
     def open(self, path: str) -> Union[EventFile, "Attribute", None]:
-        """Return what the script gets for a device file of the brick, None for any other file."""
+        """Return the stand-in for a device file of the brick, None for any other file."""
         if path.startswith("/dev/input/"):
             return EventFile(self.buttons)
         if self.sysfs.is_inside(path):

@@ -72,7 +72,7 @@ class ArmPlant(object):
             self.joints.append(drive)
             self.links.append(link)
         self._heavy = self.weighs
-        # Joint angles, and what gravity does there.
+        # Joint angles, rad, and the torques of gravity there, Nm.
         self._pulled_at, self._torques = None, ()  # type: Optional[List[float]], Sequence[float]
         self.pen_down = not arm.pen  # one without a motor always is
         self._pen = None  # type: Optional[Drive]  # its motor

@@ -87,7 +87,7 @@ class InputPort(_Port):
     Args:
         world: whose clock the detection takes its time on.
         sysfs: where the sensor is found.
-        order: SensorOrder of what is plugged in.
+        order: SensorOrder of the plugged sensor.
         scene: see Measuring.
 
     Attributes:
@@ -197,6 +197,6 @@ class OutputPort(_Port):
         self._connect(self._port, self._mode in (AUTO, TACHO_MOTOR))
 
     def _set_device(self, driver: str) -> None:
-        # It says what is there anyway, or what is not, and then nothing works.
+        # The name of another device is accepted, but then nothing works.
         if self._mode != TACHO_MOTOR:
             raise error(errno.EOPNOTSUPP)

@@ -24,13 +24,13 @@ if MYPY:
     from laptop.emulator.device.sensor_values import Value  # noqa: F401
 
     class Sensed(Protocol):
-        """A quantity of the emulated world, as a Signal is one that somebody has written."""
+        """A quantity of the emulated world, with the interface of a Signal."""
 
         def value(self, t: float) -> Value:
             """Return its value at `t`, s."""
 
         def slope(self, t: float) -> float:
-            """Return how fast it changes at `t`, 1/s."""
+            """Return its rate of change at `t`, 1/s."""
 
     Scenery = Callable[[str, Dict[str, float]], Sensed]  # of a word and the sensor's place, cm
 
@@ -59,8 +59,8 @@ class Measuring(object):
     Args:
         world: whose clock it goes by.
         order: SensorOrder.
-        scene: `scene(word, place)` gives an object with `value(t)` and `slope(t)` of what the
-            emulated world has there; place: key -> cm.
+        scene: `scene(word, place)` gives a quantity of the emulated world there, with `value(t)`
+            and `slope(t)`; place: key -> cm.
 
     Attributes:
         pressed: whether a hand presses it.
@@ -100,7 +100,7 @@ class Measuring(object):
         return self._signals[key].value(self._world.now())
 
     def rate(self, key: str) -> float:
-        """Return how fast an angle changes now, deg/s."""
+        """Return the rate of change of an angle now, deg/s."""
         rate = self._signals[key].slope(self._world.now())  # type: float
         if key != "angle":
             return rate
@@ -120,12 +120,12 @@ class Measuring(object):
         return self._sign * angle + drifted
 
     def set_origin(self) -> None:
-        """Let all angles count from here."""
+        """Set the origin of all angles here."""
         for key in {"angle", "tilt"} & set(self._signals):
             self._origins[key] = self._turned(key)
 
     def noise(self) -> float:
-        """Return the noise of a value now: the same for anybody who asks at the same time."""
+        """Return the noise of a value now, the same in every call at the same time."""
         sigma = self("noise") if "noise" in self._signals else 0.0
         if not sigma:
             return 0.0
@@ -213,7 +213,7 @@ class EmulatedSensor(Device):
                 raise invalid()
             self._poll_ms = int(value)
         elif attribute == "direct" and self._kind.connection == "ev3-uart":
-            # Of what can be said to a sensor directly only this is known here.
+            # This is the only direct message that is known here.
             if self._kind is KINDS["gyro"] and value == RESET_GYRO:
                 self._measuring.set_origin()
         elif attribute == "command":

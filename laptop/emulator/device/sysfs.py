@@ -176,7 +176,7 @@ class Sysfs(object):
         return Attribute(self, self._devices[_key(device_path)], attribute)
 
     def _opener(self, other: "Opener") -> "Opener":
-        """Return how the library opens attributes: ours here, a script's own files as ever."""
+        """Return the library's opener of attributes: ours here, any other by the library itself."""
 
         def opened(device: "Any", name: str) -> "Any":
             ours = _key(device._path) in self._devices
@@ -194,7 +194,7 @@ class Sysfs(object):
         return sorted(found, key=lambda name: (len(name), name))
 
     def plugged_in(self) -> List[str]:
-        """Return what is found at each port, such as `outA lego-ev3-l-motor`."""
+        """Return the device at each port, such as `outA lego-ev3-l-motor`."""
         found = [
             "{} {}".format(text["address"].partition(":")[2], text["driver_name"])
             for (class_name, _), text in self._discovery.items()

@@ -69,7 +69,7 @@ def _aimed(cell: Workcell, points: np.ndarray, distance: float) -> Pinhole:
             break
         shown = camera.project(points)
         off = (shown.min(axis=0) + shown.max(axis=0)) / 2 - camera.centre
-        # Sideways by what the middle is off.
+        # A step sideways by the offset of the middle.
         step = camera.rotation[:2].T @ (off / camera.focal * distance)
         aim = aim + np.where(free, cell.aim_step(step, tilt), 0.0)
     return Pinhole.aimed(aim, distance, (tilt, azimuth, roll), *lens)

@@ -35,7 +35,7 @@ class CameraRig(dict[str, Scene]):
         self._first = self[names[0]]
 
     def centre(self, marker: str, q: Sequence[float] | None = None) -> np.ndarray:
-        """Place of a marker (3,), cm, with the joints at q (rad; at home if None)."""
+        """Return the place of a marker (3,), cm, with the joints at q (rad; at home if None)."""
         home = [joint.home for joint in self.arm.joints]
         return self._first.centres(home if q is None else q)[marker]
 

@@ -31,7 +31,7 @@ INK_COVER = 0.92
 
 
 class InkedGround:
-    """A picture of what stands still, with the ink so far.
+    """A picture of all that stands still, with the ink so far.
 
     Args:
         bare: float32 (height, width, 3), light of it without ink.

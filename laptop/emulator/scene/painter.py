@@ -75,7 +75,7 @@ class Painter:
         Args:
             pixels: float32 (height, width, 3), those of `window`.
             window: place of these pixels in the picture.
-            item: what is laid.
+            item: to be laid.
             box: pixels that the item spans.
             cover: float32 (height, width), which part of each of them it covers.
         """

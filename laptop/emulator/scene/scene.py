@@ -91,7 +91,7 @@ class Scene:
         return {name: (float(u), float(v)) for name, (u, v) in zip(centres, places)}
 
     def visible(self, q: Sequence[float], t: float = 0.0) -> dict[str, float]:
-        """Return which part of each marker is seen, 0 .. 1, neither occluded nor beyond the edge.
+        """Return the visible part of each marker, 0 .. 1, neither occluded nor beyond the edge.
 
         Args:
             q: joint angles, rad.
@@ -134,7 +134,7 @@ class Scene:
     def patch(
         self, poses: Sequence[Sequence[float]], ink: Sequence[Sequence[float]], t: float
     ) -> Patch:
-        """Return what moves, as the mean of several poses q (rad) of one exposure."""
+        """Return all that moves, as the mean of several poses q (rad) of one exposure."""
         self._inked.lay(ink)
         painter = self.painter
         margin = 1 + math.ceil(4 * self.constants["blur"])

@@ -79,7 +79,7 @@ def prism(
         across: from where to where it goes along the axis `up`, cm.
         light: (3,).
         up: "y": the outline is in x and z; "z": it is in x and y.
-        marks: what is on both faces.
+        marks: on both faces.
     """
 
     def placed(flat: np.ndarray, height: float) -> np.ndarray:
@@ -107,7 +107,7 @@ def prism(
 
 
 def _straights(outline: np.ndarray) -> list[tuple[int, int]]:
-    """Return where an outline's straight sides of several edges begin and end: indices."""
+    """Return the first and last indices of an outline's straight sides of several edges."""
     steps = np.roll(outline, -1, axis=0) - outline
     before = np.roll(steps, 1, axis=0)
     bent = np.abs(before[:, 0] * steps[:, 1] - before[:, 1] * steps[:, 0])

@@ -51,7 +51,7 @@ class SyntheticCamera:
     Args:
         scene: what it sees; another arm's scene takes its place when a pose is of another arm.
         poses: the arm's pose at a time, s.
-        now, sleep: its clock; `sleep` is what `read` waits with.
+        now, sleep: its clock; `read` waits with `sleep`.
         start: when frame 0 is taken, s; now if None.
         world: the clock of a world in real time, which can wait for the pictures; None: there is
             none.
@@ -95,7 +95,7 @@ class SyntheticCamera:
         ]
 
     def keep_pace(self) -> None:
-        """Let the world wait for somebody who reads on and on, until the camera is closed."""
+        """Let the world wait for the reader of the pictures, until the camera is closed."""
         if self._world and self._member is None and not self.ended:
             self._member = self._world.join(self.name)
 
@@ -247,7 +247,7 @@ class SyntheticCamera:
             self._sleep(until - now)
 
     def close(self) -> None:
-        """Give no more frames."""
+        """Stop giving frames."""
         self.ended = True
         self._poses.close()
         if self._member:

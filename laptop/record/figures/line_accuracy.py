@@ -59,7 +59,7 @@ class Measure:
         ink_cm: length of the ink.
         lateral: rows (cm along the path, mm of deviation), in the order of drawing; positive to the
             left of the path's direction, in space always; places before the start are negative.
-        floor_mm: what the arm's encoders allow at best, where the caller knows it.
+        floor_mm: least deviation that the arm's encoders allow, where the caller knows it.
     """
 
     greatest_mm: float
@@ -216,7 +216,7 @@ def _measured(path: np.ndarray, ink: np.ndarray, seconds: float) -> Measure:
 
 
 def _profile(points: np.ndarray, path: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Place along the path of every point of an ink, and its (in the plane signed) distance, cm."""
+    """Return place along the path and (in the plane signed) distance of an ink's points, cm."""
     if len(path) == 1:
         path = np.repeat(path, 2, axis=0)
     lengths = _steps(path)
@@ -276,7 +276,7 @@ def _steps(points: np.ndarray) -> np.ndarray:
 
 
 def refined(points: np.ndarray) -> np.ndarray:
-    """Return the same polyline with points at most INK_SPACING distance, without repeated ones."""
+    """Return the same polyline with points at most INK_SPACING from each other, none twice."""
     points = points[np.concatenate([[True], _steps(points) > 1e-9])]
     counts = np.maximum(1, np.ceil(_steps(points) / INK_SPACING)).astype(int)
     first = np.cumsum(counts) - counts

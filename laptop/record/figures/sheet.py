@@ -94,7 +94,7 @@ HALF_BASE = 1.6
 
 @contextmanager
 def new_figure(height: int = HEIGHT) -> Iterator[Figure]:
-    """Give an empty figure, WIDTH x height px, in the style above, to be drawn in the block."""
+    """Provide an empty figure, WIDTH x height px, in the style above, to be drawn in the block."""
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
         matplotlib.rcParams.update(STYLE)
@@ -107,7 +107,7 @@ def new_figure(height: int = HEIGHT) -> Iterator[Figure]:
 def written_figure(
     file: str | os.PathLike[str], title: str, *notes: str, height: int = HEIGHT
 ) -> Iterator[Figure]:
-    """Give a figure under its title and notes, to be drawn in the block; write it as PNG after.
+    """Provide a figure under its title and notes, to be drawn in the block; write it as PNG after.
 
     Raises:
         OSError: as the system says it; the file may then be there in part.
