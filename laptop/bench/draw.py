@@ -189,21 +189,21 @@ def cases(seeds: range) -> Iterator[DrawCase]:
         lines = [(f"line {n}", line) for n, line in enumerate(own, 1)]
         random_lines = [("random", random_line(arm, seed)) for seed in seeds]
         for method in METHODS[arm_name]:
-            for condition, plant, play in CONDITIONS:
+            for condition, plant, backlash in CONDITIONS:
                 for name, line in lines + random_lines:
-                    yield DrawCase(arm_name, method, condition, plant, play, line, name)
-            condition, plant, play = RANDOM_PLANTS
+                    yield DrawCase(arm_name, method, condition, plant, backlash, line, name)
+            condition, plant, backlash = RANDOM_PLANTS
             for k, seed in enumerate(seeds):
                 for name, line in [*lines, random_lines[k]]:
                     yield DrawCase(
-                        arm_name, method, condition, plant.format(seed), play, line, name
+                        arm_name, method, condition, plant.format(seed), backlash, line, name
                     )
     yield from _elbow_down(seeds)
 
 
 def _elbow_down(seeds: range) -> Iterator[DrawCase]:
     """Yield the three lines as the classic program draws them, by every method of its arm."""
-    nominal, plant, play = CONDITIONS[1]
+    nominal, plant, backlash = CONDITIONS[1]
     plants = [
         (nominal, plant),
         *((RANDOM_PLANTS[0], RANDOM_PLANTS[1].format(seed)) for seed in seeds),
@@ -212,7 +212,7 @@ def _elbow_down(seeds: range) -> Iterator[DrawCase]:
         for condition, plant in plants:
             for n, line in enumerate(LINES[2], 1):
                 words, name = condition + ELBOW_DOWN, f"line {n}"
-                yield DrawCase("planar", method, words, plant, play, line, name, elbow="down")
+                yield DrawCase("planar", method, words, plant, backlash, line, name, elbow="down")
 
 
 class _CountingClock:
@@ -348,20 +348,20 @@ def space_cases(seeds: range) -> list[DrawCase]:
     arm = read_arm(find_arm("spatial"))
     own = list(zip(SPACE_LINES, LINES[3], strict=False))
 
-    def under(play: float, at: str, weight: str, method: str = "smooth") -> Iterator[DrawCase]:
-        where = at if play else "none"
+    def under(backlash: float, at: str, weight: str, method: str = "smooth") -> Iterator[DrawCase]:
+        where = at if backlash else "none"
         if method == "steps":
             where += ", the report's steps"
         gravity, preload = WEIGHTS[weight].words
-        condition = "; ".join((where, gravity, preload if play else "-"))
+        condition = "; ".join((where, gravity, preload if backlash else "-"))
         for name, line in own:
-            yield DrawCase("spatial", method, condition, "", play, line, name, at, weight)
+            yield DrawCase("spatial", method, condition, "", backlash, line, name, at, weight)
 
     out = [
         case
-        for play, at in [(0.0, EVERY_JOINT), *((2.0, joint.name) for joint in arm.joints)]
-        for weight in ("off", "felt", "not fed forward" if not play else "no preload")
-        for case in under(play, at, weight)
+        for backlash, at in [(0.0, EVERY_JOINT), *((2.0, joint.name) for joint in arm.joints)]
+        for weight in ("off", "felt", "not fed forward" if not backlash else "no preload")
+        for case in under(backlash, at, weight)
     ]
     for weight in ("off", "felt", "no preload", "not fed forward"):
         out += under(2.0, EVERY_JOINT, weight)

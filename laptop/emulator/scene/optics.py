@@ -362,9 +362,9 @@ def _pieces(a: np.ndarray, vector: np.ndarray, limits: np.ndarray) -> tuple[np.n
         line = np.arange(len(owner)) + np.repeat(first - np.cumsum(count) + count, count)
         step = vector[owner, axis]
         t = (line - one[owner]) / np.where(step == 0, 1.0, step)
-        kept = (t > 0) & (t < 1) & (step != 0)
-        owners.append(owner[kept])
-        cuts.append(t[kept])
+        inside = (t > 0) & (t < 1) & (step != 0)
+        owners.append(owner[inside])
+        cuts.append(t[inside])
     owner, t = np.concatenate(owners), np.concatenate(cuts)
     order = np.argsort(owner + 0.999999 * t, kind="stable")
     owner, t = owner[order], t[order]

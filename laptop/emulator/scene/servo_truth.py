@@ -82,16 +82,16 @@ def _space(rig: CameraRig, path: Sequence[tuple[float, Vector]], place: Vector) 
 
 def true_path(rig: CameraRig, rows: Sequence[TruePose]) -> list[tuple[float, Vector]]:
     """Return times (s) and true joint angles (rad) between which pictures show straight lines."""
-    kept = rows[0]
-    place = rig.truth(kept.q)
-    path = [(kept.t, kept.q)]
+    stored = rows[0]
+    place = rig.truth(stored.q)
+    path = [(stored.t, stored.q)]
     for before, row in zip(rows, rows[1:], strict=False):
-        if row is not rows[-1] and max(map(abs, np.subtract(row.q, kept.q))) < STILL_ANGLE:
+        if row is not rows[-1] and max(map(abs, np.subtract(row.q, stored.q))) < STILL_ANGLE:
             continue
         here = rig.truth(row.q)
         if row is rows[-1] or math.dist(here, place) > PATH_SPACING:
-            if before.t - kept.t > MIN_REST_TIME:
-                path.append((before.t, kept.q))
+            if before.t - stored.t > MIN_REST_TIME:
+                path.append((before.t, stored.q))
             path.append((row.t, row.q))
-            kept, place = row, here
+            stored, place = row, here
     return path

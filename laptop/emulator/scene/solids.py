@@ -140,8 +140,8 @@ def solid(part: ConvexBody, eye: np.ndarray, axes: np.ndarray, origin: np.ndarra
         axes: (3, 3), its own in rows.
         origin: (3,), cm.
     """
-    points, there, lamp = part.points @ axes + origin, axes @ (eye - origin), axes @ LAMP
-    faces = [face for face in part.faces if (there - face.rings[0, 0]) @ face.normal > 0]
+    points, eye_in_body, lamp = part.points @ axes + origin, axes @ (eye - origin), axes @ LAMP
+    faces = [face for face in part.faces if (eye_in_body - face.rings[0, 0]) @ face.normal > 0]
     # What a box shows are faces: the first lies under the others, so that no seam is left open.
     # From within it nothing is seen.
     lights = [face.light * _lit(float(face.normal @ lamp)) for face in faces]

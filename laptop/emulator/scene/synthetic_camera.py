@@ -120,13 +120,13 @@ class SyntheticCamera:
         return max(self._arrival(k) for k in range(max(0, index - lookback), index + 1))
 
     @property
-    def _whole(self) -> float:
+    def _readout_end(self) -> float:
         """Time from the middle of the exposure to the end of the last row's, s."""
         return float(self.constants["exposure"] + self.constants["readout"]) / 2
 
     @property
     def _least_delay(self) -> float:
-        return float(max(self.constants["delay"], self._whole))
+        return float(max(self.constants["delay"], self._readout_end))
 
     def _arrival(self, index: int) -> float:
         late = (
@@ -224,7 +224,7 @@ class SyntheticCamera:
             if self._member:
                 self._member.promise(due + 2 * MIN_WAIT)
             ready = self._ready is not None and self._ready.index == index
-            begin = max(due - PAINT_LEAD, self.time_of(index) + self._whole)
+            begin = max(due - PAINT_LEAD, self.time_of(index) + self._readout_end)
             if not ready and now >= begin:
                 self._ready = self.capture(index)
                 # Painting may take longer than a frame: without a new time it would never end.

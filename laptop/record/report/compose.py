@@ -287,12 +287,12 @@ def _compared(runs: Sequence[ReportRun], numbering: Numbering) -> list[PrintedTa
                 cells = dict(zip(table.columns, row, strict=True))
                 rows.append([run.label, *(cells.get(column) for column in columns)])
         caption = parts[0][1].caption
-        whole = as_texts(RunTable(name, caption, [Column("run"), *columns], rows))
+        merged = as_texts(RunTable(name, caption, [Column("run"), *columns], rows))
         if len(runs) == 1:
-            whole = whole._replace(
-                headings=whole.headings[1:], rows=[row[1:] for row in whole.rows]
+            merged = merged._replace(
+                headings=merged.headings[1:], rows=[row[1:] for row in merged.rows]
             )
-        printed.append(numbering.table(_without_empty(whole), [run for run, _ in parts]))
+        printed.append(numbering.table(_without_empty(merged), [run for run, _ in parts]))
     return printed
 
 
@@ -311,9 +311,9 @@ def _results(run: ReportRun, numbering: Numbering) -> RunResults:
 
 def _without_empty(table: TextTable) -> TextTable:
     """Return a table without the columns that have no value in any run."""
-    kept = [k for k, cells in enumerate(zip(*table.rows, strict=True)) if set(cells) != {NO_VALUE}]
-    rows = [[row[k] for k in kept] for row in table.rows]
-    return table._replace(headings=[table.headings[k] for k in kept], rows=rows)
+    full = [k for k, cells in enumerate(zip(*table.rows, strict=True)) if set(cells) != {NO_VALUE}]
+    rows = [[row[k] for k in full] for row in table.rows]
+    return table._replace(headings=[table.headings[k] for k in full], rows=rows)
 
 
 def _source(runs: Iterable[ReportRun]) -> str:

@@ -130,9 +130,9 @@ class RunReader:
 
     def _read(self, file: Path, read: Callable[[str], ReportRun]) -> ReportRun | None:
         """Read one run, or record why it cannot be."""
-        whole = file.parent if file.name == RUN else file
+        named = file.parent if file.name == RUN else file
         try:
-            run = read(_name(self._folder, whole))
+            run = read(_name(self._folder, named))
         except DamagedRun as error:
             why = str(error).removeprefix(f"{file.name}: ")
             why = re.sub(rf"^{re.escape(file.name)} ", "it ", why)
