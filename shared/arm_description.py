@@ -1,4 +1,4 @@
-"""One arm's numbers: read from its INI file, checked once at the door, then frozen.
+"""Description of one arm: read from its INI file, checked once, then immutable.
 
 This is the only place where a number about one machine enters the programs. Files hold degrees and
 centimetres; everything handed out is in radians, centimetres and seconds. A file that is wrong in
@@ -112,7 +112,7 @@ Pen.__doc__ = """The pen's motor: port, "large" | "medium", its shaft's angles u
 
 def find_arm(name_or_path):
     # type: (AnyPath) -> str
-    """Path of an arm file, given as a path or as the bare name of an arm.
+    """Return the path of an arm file, given as a path or as the bare name of an arm.
 
     An existing file wins. Otherwise `planar` and `planar.ini` both mean the one in the folder of
     one's own arms, in the state folder, and else the one in shared/arms.
@@ -130,19 +130,23 @@ def find_arm(name_or_path):
 
 def users_file(name):
     # type: (str) -> str
-    """Path of the user's own file of an arm of this name; it need not be there."""
+    """Return the path of the user's own file of an arm of this name; it need not exist."""
     return os.path.join(_own_arms(), name + ".ini")
 
 
 def comes_along(arm):
     # type: (Arm) -> bool
-    """Whether an Arm was read from one of the files that come with the programs."""
+    """Return whether an Arm was read from one of the files that come with the programs."""
     return os.path.dirname(os.path.realpath(arm.file)) == os.path.realpath(ARMS_FOLDER)
 
 
 def read_arm(path):
     # type: (AnyPath) -> Arm
-    """The Arm described by the INI file at `path`; raises BadArmFile in one line."""
+    """Read the Arm described by the INI file at `path`.
+
+    Raises:
+        BadArmFile: the file is missing, unreadable or wrong; in one line.
+    """
     path = str(path)
     sections = _parse(path)
     known = _known_sections(sections)
@@ -169,7 +173,7 @@ def read_arm(path):
 
 def _parse(path):
     # type: (str) -> Sections
-    """The file's values by section and key."""
+    """Return the file's values by section and key."""
     try:
         return read_ini(read_text(path, encoding="utf-8-sig").split("\n"))
     except FileNotFoundError:
@@ -195,10 +199,17 @@ def _known_sections(sections):
 
 def _read_section(path, sections, section, keys, others=()):
     # type: (str, Sections, str, Keys, Keys) -> Dict[str, Any]
-    """Dict of the section's values, every key read by its rule; of the others those that are there.
+    """Read a section's values by the rules of its keys.
 
     Args:
-        keys, others: pairs (key, rule).
+        path: of the file, for people.
+        sections: the file's texts by section and key.
+        section: name of the section to read.
+        keys: pairs (key, rule) that must be there.
+        others: pairs (key, rule) that may be missing.
+
+    Returns:
+        {key: value}.
     """
     if section not in sections:
         raise _bad(
@@ -232,13 +243,13 @@ def _read_section(path, sections, section, keys, others=()):
 def _read_joint(path, sections, name, chain):
     # type: (str, Sections, str, str) -> Joint
     others = HOMING_KEYS + (WEIGHT_KEYS + REST_KEYS if chain in PULLED_DOWN else ())
-    unsaid = {"mass": 0.0, "centre": 0.0, "friction": 0.0, "park_angle": None, "touch_at": None}
+    defaults = {"mass": 0.0, "centre": 0.0, "friction": 0.0, "park_angle": None, "touch_at": None}
     values = _read_section(path, sections, name, JOINT_KEYS, others)
     if "rest" in values:
         values["park_angle"] = values.pop("rest")
-    way, port = values.pop("find_home", ("here", None))
-    values.setdefault("seek", stops_to_seek(values, way))
-    joint = Joint(name=name, find_home=way, touch_port=port, **dict(unsaid, **values))
+    method, port = values.pop("find_home", ("here", None))
+    values.setdefault("seek", stops_to_seek(values, method))
+    joint = Joint(name=name, find_home=method, touch_port=port, **dict(defaults, **values))
 
     def refuse(key, problem, *others):
         # type: (str, str, *str) -> NoReturn
@@ -300,7 +311,7 @@ def _no_such_file(path):
 
 def _arm_folders():
     # type: () -> Tuple[str, str]
-    """One's own arms come first: who changes one that comes along means the changed one."""
+    """Return the folders of arms; a user's own arm hides a bundled one of the same name."""
     return _own_arms(), ARMS_FOLDER
 
 
@@ -320,7 +331,7 @@ def _arms_in(folder):
 
 def _shown_path(path):
     # type: (str) -> str
-    """Short where it can be: relative to the folder in which the program was started."""
+    """Return a path for people: relative to the working folder where it lies below that."""
     here = os.getcwd() + os.sep
     return _one_line(path[len(here) :] if path.startswith(here) else path, 200)
 

@@ -1,6 +1,6 @@
 """The keys of an arm's file: each has a rule, text -> value, that raises ValueError saying why.
 
-What they say of a joint is held against each other here, too.
+Values of a joint that contradict each other are refused here, too.
 Files hold degrees and centimetres; the values are in radians, centimetres and seconds.
 """
 
@@ -37,7 +37,7 @@ CHAINS = {
 MOTOR_SPEEDS = {"large": 1050.0, "medium": 1560.0}
 
 PULLED_DOWN = ("spatial",)
-"""The chains whose links gravity turns; those of the others lie level."""
+"""Names of the chains whose links gravity turns; the links of the others lie level."""
 
 FIND_HOME = ("both", "lower", "upper", "here")
 # The hard stops that each way of finding the zero touches.
@@ -52,8 +52,8 @@ STOPS_TOUCHED = {
 TOUCH_PORTS = ("in1", "in2", "in3", "in4")
 
 SEEK_BEYOND = math.radians(15)
-"""A joint that was put at home by hand goes no farther than this beyond its limits to find its
-zero, rad; and so exactly is it to be put there."""
+"""Greatest search beyond a joint's limits for its zero, rad, after it was put at home by hand;
+also the tolerance of that placing."""
 
 
 def _number(low, high, scale=1.0):
@@ -92,12 +92,12 @@ def _angle_or_none(text):
         raise ValueError("{}, or none".format(error)) from None
 
 
-def _way_home(text):
+def _homing_method(text):
     # type: (str) -> Tuple[str, Optional[str]]
-    """("here" | "both" | "lower" | "upper" | "touch", port of the touch sensor or None)."""
-    way, _, port = text.partition(" ")
-    if way == "touch" and port.strip() in TOUCH_PORTS:
-        return way, port.strip()
+    """Read ("here" | "both" | "lower" | "upper" | "touch", port of the touch sensor or None)."""
+    method, _, port = text.partition(" ")
+    if method == "touch" and port.strip() in TOUCH_PORTS:
+        return method, port.strip()
     if text not in FIND_HOME:
         raise ValueError(
             "must be one of {}, or touch and the sensor's port, like touch in1".format(
@@ -109,7 +109,7 @@ def _way_home(text):
 
 def _two_lengths(text):
     # type: (str) -> Tuple[float, ...]
-    """(x, y), cm."""
+    """Read (x, y), cm."""
     parts = text.replace(",", " ").split()
     try:
         if len(parts) != 2:
@@ -136,7 +136,7 @@ ARM_KEYS = (
     ("elbow", _one_of(("up", "down"))),
     ("speed", _number(0.1, 50)),
 )  # type: Keys
-# What need not be said: where the marker that cameras look for sits beside the pen.
+# Optional: where the marker that cameras look for sits beside the pen.
 MARKER_KEYS = (("marker_offset", _two_lengths),)  # type: Keys
 JOINT_KEYS = (
     ("link", _number(1, 100)),
@@ -152,9 +152,9 @@ JOINT_KEYS = (
     ("max_speed", _number(1, max(MOTOR_SPEEDS.values()), _DEGREE)),
     ("home", _ANGLE),
 )  # type: Keys
-# What need not be said: how the zero is found.
+# Optional: how the zero is found.
 HOMING_KEYS = (
-    ("find_home", _way_home),
+    ("find_home", _homing_method),
     ("touch_at", _ANGLE),
     ("seek", _one_of(("both", "lower", "upper"))),
 )  # type: Keys
@@ -173,28 +173,29 @@ PEN_KEYS = (
 )  # type: Keys
 
 
-def stops_to_seek(values, way):
+def stops_to_seek(values, method):
     # type: (Mapping[str, Any], str) -> Optional[str]
-    """What a joint's `seek` is where the file does not say it.
+    """Return a joint's default `seek`: "both" | "lower" | "upper", or None without stops.
 
     Args:
         values: of the joint, by key.
-        way: in which it finds its zero.
+        method: by which it finds its zero, a key of STOPS_TOUCHED.
     """
-    if STOPS_TOUCHED[way]:
-        return way
-    there = [side for side in ("lower", "upper") if values["stop_" + side] is not None]
-    return "both" if len(there) == 2 else there[0] if there else None
+    if STOPS_TOUCHED[method]:
+        return method
+    sides = [side for side in ("lower", "upper") if values["stop_" + side] is not None]
+    return "both" if len(sides) == 2 else sides[0] if sides else None
 
 
 def check_joint(joint, given, refuse):
     # type: (Joint, Container[str], Refuse) -> None
-    """Refuse a Joint whose values, each of them right, do not go together.
+    """Refuse a Joint whose values, each of them right, contradict each other.
 
     Args:
+        joint: Joint.
         given: keys that are in its section.
-        refuse: raises an error about a key, of a problem in words, and of the keys whose values
-            are put into these.
+        refuse: raises an error; called with a key, the problem as a format text, and the keys
+            whose values fill it.
     """
     _check_limits(joint, refuse)
     _check_weight(given, refuse)
@@ -226,32 +227,32 @@ def _check_limits(joint, refuse):
 
 def _check_weight(given, refuse):
     # type: (Container[str], Refuse) -> None
-    whole = [key for key, _ in WEIGHT_KEYS]
-    said = [key for key in whole if key in given]
-    if said and said != whole:
-        refuse(said[0], "is only a part of the weight; give {}".format(", ".join(whole)))
+    needed = [key for key, _ in WEIGHT_KEYS]
+    present = [key for key in needed if key in given]
+    if present and present != needed:
+        refuse(present[0], "is only a part of the weight; give {}".format(", ".join(needed)))
 
 
 def _check_stops(joint, key, refuse):
     # type: (Joint, str, Refuse) -> None
-    """Of "find_home" or "seek": the stops that it touches are there."""
+    """Refuse "find_home" or "seek" (`key`) if a stop that it touches does not exist."""
     for stop in STOPS_TOUCHED[getattr(joint, key) or "here"]:
         if getattr(joint, stop) is None:
             refuse(
                 key,
                 "touches a stop that is not there, {} = none; without it use {}".format(
-                    stop, " or ".join(_ways_home(joint, key)) or "no such line"
+                    stop, " or ".join(_possible_methods(joint, key)) or "no such line"
                 ),
             )
 
 
-def _ways_home(joint, key):
+def _possible_methods(joint, key):
     # type: (Joint, str) -> List[str]
     return [
-        way
-        for way in FIND_HOME
-        if all(getattr(joint, stop) is not None for stop in STOPS_TOUCHED[way])
-        and (key, way) != ("seek", "here")
+        method
+        for method in FIND_HOME
+        if all(getattr(joint, stop) is not None for stop in STOPS_TOUCHED[method])
+        and (key, method) != ("seek", "here")
     ]
 
 

@@ -1,4 +1,4 @@
-"""A socket that is connected already: made ready, waited for, closed with a reason."""
+"""A connected socket: made non-blocking, waited for, closed with a reason."""
 
 import contextlib
 import socket
@@ -13,16 +13,18 @@ if MYPY:
     Wait = Callable[[Sockets, Sockets, Sockets, float], object]
 
 READ_SIZE = 16384
+"""Size of one read, bytes."""
+
 MAX_READS = 4
-"""Of READ_SIZE bytes, at most, in one poll: a flood must not keep us."""
+"""Greatest number of reads in one poll: a flood must not keep the caller."""
 
 
 class Connection(object):
-    """A connected socket that never waits unasked, with what is to go out; it ends with a reason.
+    """A connected socket that blocks only on request, and its queue of unsent lines.
 
     Args:
         sock: a connected stream socket, which is closed at the end.
-        select: waits for sockets, as select.select does.
+        select: waits for sockets, with the arguments of select.select.
 
     Attributes:
         reason: why it is closed; "" while it is open.
@@ -55,7 +57,7 @@ class Connection(object):
 
     def fileno(self):
         # type: () -> int
-        """The socket's number, for `select`; -1 once it is closed."""
+        """Return the socket's descriptor, for `select`; -1 once it is closed."""
         return self._sock.fileno()
 
     def _wait(self, seconds):
@@ -68,7 +70,7 @@ class Connection(object):
 
     def abort(self):
         # type: () -> None
-        """Close the socket without a word, as if the program were killed."""
+        """Close the socket without a Bye, as if the program were killed."""
         if not self._is_open:
             return
         self._is_open = False

@@ -1,6 +1,13 @@
-"""Lines of bytes on their way: cut out of a stream, and waiting to go out.
+"""Framing: lines cut out of a stream of bytes, and lines that wait to go out.
 
-Neither side lets the other fill its memory: both ends here are bounded.
+TCP carries bytes, not messages. Here a message is a line that ends in a newline, as in NDJSON:
+JSON escapes line ends, so a newline never stands inside a message. A length before each message
+would also do, but a damaged length loses all that follows; after a newline the reader is in step
+again, and people can read the stream.
+
+Both ends are bounded, so neither side can fill the other's memory. An overlong line is skipped up
+to its newline and counted. Of the observations of one camera only the newest waits to be sent: in
+visual servoing an old picture is worse than none.
 """
 
 import collections
@@ -11,20 +18,20 @@ if MYPY:
     from typing import Callable, Deque, List, Optional  # noqa: F401
 
 MAX_LINE = 2048
-"""Bytes of a message, without its newline."""
+"""Greatest length of a message, bytes, without its newline."""
 
 TAG_LENGTH = 16
-"""Bytes of the signature that follows a message on its line (shared.signing)."""
+"""Length of the signature, bytes, that follows a message on its line (shared.signing)."""
 
 MAX_QUEUE = 16
-"""Messages, other than observations, that wait to be sent or taken."""
+"""Greatest number of messages, other than observations, that wait to be sent or received."""
 
 
 class LineBuffer(object):
-    """Cuts a stream of bytes into lines, and never holds more than one unfinished line.
+    """Reader that cuts a stream of bytes into lines, and holds at most one unfinished line.
 
     Attributes:
-        overlong: lines that were longer than a message and its signature, left out.
+        overlong: number of lines left out, longer than a message and its signature.
     """
 
     def __init__(self):
@@ -36,12 +43,12 @@ class LineBuffer(object):
     @property
     def size(self):
         # type: () -> int
-        """Bytes of the unfinished line."""
+        """Length of the unfinished line, bytes."""
         return len(self._rest)
 
     def feed(self, data):
         # type: (bytes) -> List[bytes]
-        """The lines that `data` completes, without their newlines: a list of bytes."""
+        """Return the lines that `data` completes: a list of bytes, without their newlines."""
         lines = (self._rest + data).split(b"\n")
         self._rest = lines.pop()
         if self._skipping and lines:
@@ -53,13 +60,13 @@ class LineBuffer(object):
             self.overlong += 1
             self._rest = b""
             self._skipping = True
-        whole = [line for line in lines if len(line) <= MAX_LINE + TAG_LENGTH]
-        self.overlong += len(lines) - len(whole)
-        return whole
+        complete = [line for line in lines if len(line) <= MAX_LINE + TAG_LENGTH]
+        self.overlong += len(lines) - len(complete)
+        return complete
 
 
 class SendQueue(object):
-    """Lines that wait until the other side takes them: in order; of a camera only the newest.
+    """Queue of lines to send: in order, but of each camera only the newest observation.
 
     Args:
         sock: a non-blocking stream socket.
@@ -84,20 +91,20 @@ class SendQueue(object):
     @property
     def size(self):
         # type: () -> int
-        """Bytes that wait."""
+        """Number of bytes that wait."""
         lines = list(self._queue) + list(self._newest.values())
         return len(self._unsent) + sum([len(line) for line in lines])
 
     def sign_with(self, sign):
         # type: (Callable[[bytes], bytes]) -> None
-        """Have all lines go through `sign` when they begin to go out, but for those that wait."""
+        """Sign every later line by `sign` (bytes -> bytes); those that wait go out as they are."""
         self._unsent += b"".join(self._queue)
         self._queue.clear()
         self._sign = sign
 
     def put(self, line):
         # type: (bytes) -> bool
-        """Append a line; False if there are too many already."""
+        """Append a line; return False if there are too many already."""
         if len(self._queue) >= MAX_QUEUE:
             return False
         self._queue.append(line)
@@ -105,7 +112,7 @@ class SendQueue(object):
 
     def put_newest(self, camera, line):
         # type: (str, bytes) -> bool
-        """Put a camera's line in the place of its last one; whether that was still waiting."""
+        """Replace a camera's line by this one; return whether the last one was still waiting."""
         replaced = camera in self._newest
         self._newest[camera] = line
         return replaced
@@ -115,14 +122,14 @@ class SendQueue(object):
         """Send as much as the other side takes now.
 
         Args:
-            now: gives the time, s.
+            now: returns the time, s.
 
         Raises:
             OSError: the connection is broken.
         """
         while self.waits:
             if not self._unsent:
-                # Signed no sooner: what was replaced meanwhile must leave no gap in the count.
+                # Signed as late as this: a line that was replaced must leave no gap in the count.
                 self._unsent = self._sign(
                     self._queue.popleft() if self._queue else self._newest.popitem(last=False)[1]
                 )
@@ -142,5 +149,5 @@ class SendQueue(object):
 
     def shift_to(self, t):
         # type: (float) -> None
-        """Count from `t` (s) on: our clock has jumped."""
+        """Count from `t` (s) on, after a jump of the own clock."""
         self._blocked_since = None if self._blocked_since is None else t
