@@ -1,4 +1,4 @@
-"""Reads INI files as `configparser` does, whose import alone takes the brick 13 M instructions.
+"""Reader of INI files like `configparser`, whose import costs the brick 13 M instructions.
 
     [section]          # a comment, also with ;
     key = value        ; keys are in small letters, whatever the file has
@@ -14,10 +14,14 @@ if MYPY:
 
 
 class BadIni(ValueError):
-    """A line that cannot be.
+    """Error for an INI text that is malformed.
+
+    Args:
+        section, key: where the problem is; None: the line itself is malformed.
+        problem: one line for people.
 
     Attributes:
-        section, key: what it is about; None: the line itself.
+        section, key: where the problem is; None: the line itself is malformed.
         problem: what is wrong, in words.
     """
 
@@ -29,10 +33,13 @@ class BadIni(ValueError):
 
 def read_ini(lines):
     # type: (Sequence[str]) -> Dict[str, Dict[str, str]]
-    """The values by section and key, both in the order of the lines: OrderedDicts of texts.
+    """Read the values by section and key, in the order of the lines: OrderedDicts of texts.
+
+    Args:
+        lines: texts, without their line ends.
 
     Raises:
-        BadIni: a section or key is there twice, or a line is neither.
+        BadIni: a section or key stands there twice, or a line is neither.
     """
     sections = OrderedDict()  # type: Dict[str, Dict[str, str]]
     section = key = None  # type: Optional[str]
@@ -72,15 +79,16 @@ def read_ini(lines):
 
 def with_values(text, values):
     # type: (str, Mapping[Tuple[str, str], str]) -> str
-    """The text of a file with other values, all else as it was: comments, order, ends of lines.
+    """Return the text of a file with new values; comments, order and line ends stay.
 
     A comment behind a value stays in its column where it can.
 
     Args:
-        values: {(section, key): text}; all are in the file.
+        text: of the file.
+        values: {(section, key): text}; all keys stand in the file.
 
     Raises:
-        BadIni: one is not, or goes over several lines.
+        BadIni: a key is missing, or its value goes over several lines.
     """
     mark = text[: text.startswith("\ufeff")]
     lines, section, left = text[len(mark) :].splitlines(True), "", dict(values)
@@ -113,7 +121,7 @@ def with_values(text, values):
 
 def _without_comment(line):
     # type: (str) -> str
-    """What stands before `;` or `#` at the line's begin or after a blank; stripped."""
+    """Return a line, stripped, without the comment that begins at its start or after a blank."""
     if ";" in line or "#" in line:
         for at, letter in enumerate(line):
             if letter in ";#" and (at == 0 or line[at - 1].isspace()):

@@ -1,4 +1,4 @@
-"""A drawing that the brick draws alone: its file, written by the laptop, read stroke by stroke.
+"""Jobs: drawings on file, written by the laptop, which the brick reads stroke by stroke.
 
 Lines of JSON. The first is the JobHeader, then comes a line per Stroke, from pen down to pen up;
 the last ends the file and holds the checksum of all before it:
@@ -8,7 +8,7 @@ the last ends the file and holds the checksum of all before it:
     {"cm": 12.3, "layer": "", "pieces": [[times, segments, end], ...], "start_s": 3.1, "stroke": 1}
     {"end": 37, "crc": 305419896}
 
-A stroke may have "offsets" beside: what a camera has taught of it, see robot.jobs.learned.
+A stroke may also have "offsets", corrections learned by camera: see robot.jobs.learned.
 There is no space between the parts of a line, and its keys are sorted. Planning costs the brick
 more time than drawing; so a piece, a smooth part of a stroke, is planned already: what
 robot.motion.trajectory.Trajectory is made of. Where a piece ends the tip stands. Lengths are cm,
@@ -47,8 +47,8 @@ if MYPY:
 else:
     Stroke = record("Stroke", "layer cm start_s pieces offsets", defaults=((),))
 
-CM = b'{"cm":'
-"""So the line of a stroke begins, which then need not be read for its length."""
+CM_PREFIX = b'{"cm":'
+"""First bytes of a stroke's line, so that its length is found without parsing JSON."""
 
 MAX_SIZE, MAX_LINE = 16000000, 600000
 """Greatest size of a file and of a line, bytes: of one stroke the brick has room for some MB."""
@@ -57,33 +57,37 @@ MAX_STROKES = 100000
 """Greatest number of strokes: a file of MAX_SIZE has no room for more that are drawn."""
 
 MAX_DIGITS = 15
-"""Greatest length of a whole number: to read one of a whole line would take the brick minutes."""
+"""Greatest length of a whole number, digits: one as long as a line would take the brick minutes."""
 
-PIECE_SECONDS = 0.05
-"""A piece takes at the least so long, s: the arm stands before the next."""
+MIN_PIECE_SECONDS = 0.05
+"""Least time of a piece, s: the arm stands still before the next."""
 
-MORE, MORE_SECONDS = 1.1, 10.0
-"""All strokes together are planned to take at the most so many times, and s, what the header says
-of the whole job."""
+MAX_TIME_RATIO, MAX_EXTRA_SECONDS = 1.1, 10.0
+"""Greatest planned time of all strokes: the header's time, s, times a ratio, plus a constant, s."""
 
-JOINED = 0.02
-"""A stroke begins where the last one ended, and the pen stays down, if no joint differs by more,
-rad: it is no more than an encoder shows."""
+JOIN_TOLERANCE = 0.02
+"""Greatest difference of a joint between two strokes that are drawn as one, rad: an encoder's
+resolution."""
 
-Stroke.__doc__ = """From pen down to pen up.
+Stroke.__doc__ = """One stroke, from pen down to pen up.
 
 layer       name of its layer, "" where it has none
 cm          its length
 start_s     when the pen is to come down on it, from the job's start
 pieces      [(times, segments, end)], see robot.motion.trajectory.Trajectory
-offsets     of each piece (ways, joints): lengths of the way from its beginning, cm, and per joint
-            by how much its angle is moved at these, rad; of a stroke without, there are none
+offsets     of each piece (lengths, joints): arc lengths from its beginning, cm, and per joint the
+            corrections of its angle there, rad; () where nothing was learned
 """
 
 
 def write_job(path, header, strokes):
     # type: (str, JobHeader, Iterable[Stroke]) -> None
     """Write a job, whole or not at all.
+
+    Args:
+        path: of the file.
+        header: JobHeader.
+        strokes: as many as the header says.
 
     Raises:
         BadJob: a stroke is too long for the brick, or a device or the like is there.
@@ -116,14 +120,14 @@ def write_job(path, header, strokes):
 
 def _lines(header, strokes):
     # type: (JobHeader, Iterable[Stroke]) -> Iterator[bytes]
-    told = dict(header._asdict(), job=VERSION)
+    values = dict(header._asdict(), job=VERSION)
     for key in ("log", "rest", "pens"):
-        if not told[key]:
-            del told[key]
-    yield _line(told)
+        if not values[key]:
+            del values[key]
+    yield _line(values)
     for k, stroke in enumerate(strokes, 1):
-        told = dict(stroke._asdict(), stroke=k, layer=cut(stroke.layer))
-        line = _line({key: part for key, part in told.items() if key != "offsets" or part})
+        values = dict(stroke._asdict(), stroke=k, layer=cut(stroke.layer))
+        line = _line({key: part for key, part in values.items() if key != "offsets" or part})
         if len(line) > MAX_LINE:
             raise BadJob(
                 "stroke {} takes {} bytes, more than the brick's {}; lift the pen somewhere, or "
@@ -138,17 +142,17 @@ def _line(value):
 
 
 class Job(object):
-    """A job on file, checked as a whole; its strokes are read and checked one by one.
+    """Job on file, checked as a whole; its strokes are read and checked one by one.
 
     Args:
         path: of the file.
-        arm: shared.arm_description.Arm that is to draw it; None: whoever asks draws nothing.
+        arm: shared.arm_description.Arm that is to draw it; None: it is only read.
 
     Attributes:
         path: as given.
         header: JobHeader.
-        crc: of its contents; another drawing has another one.
-        between: called now and then while a stroke is read: a long one takes the brick seconds.
+        crc: CRC-32 of its contents, which names the drawing.
+        between: called repeatedly while a stroke is read: a long one takes the brick seconds.
 
     Raises:
         BadJob: it cannot be read, is damaged, or is for another arm.
@@ -171,7 +175,7 @@ class Job(object):
 
     def stroke(self, k):
         # type: (int) -> Stroke
-        """The k-th Stroke, from 1 on.
+        """Read the k-th Stroke, from 1 on.
 
         Raises:
             BadJob: it was damaged or taken away meanwhile, or asks of the arm what that cannot do.
@@ -211,8 +215,8 @@ class Job(object):
         planned = 0.0
         for k in range(1, self.header.strokes + 1):
             stroke = self.stroke(k)
-            planned += sum([max(times[-1], PIECE_SECONDS) for times, _, _ in stroke.pieces])
-            if planned > MORE * self.header.seconds + MORE_SECONDS:
+            planned += sum([max(times[-1], MIN_PIECE_SECONDS) for times, _, _ in stroke.pieces])
+            if planned > MAX_TIME_RATIO * self.header.seconds + MAX_EXTRA_SECONDS:
                 raise self._bad(SpoiltFile(
                     "says that it takes {:.0f} s, and by the end of stroke {} it takes {:.0f}"
                     "".format(self.header.seconds, k, planned)
@@ -221,20 +225,20 @@ class Job(object):
 
     def cm_before(self, k):
         # type: (int) -> float
-        """Length of all strokes before the k-th, cm; k from 1 on, also one past the last."""
+        """Return the length of all strokes before the k-th, cm; k may be one past the last."""
         return sum(self._lengths[: k - 1])
 
     def stroke_at(self, share):
         # type: (float) -> int
-        """Number of the stroke that lies at this share, 0 to 1, of the length of all."""
-        sought, k = share * self.cm_before(self.header.strokes + 1), 1
-        while k < self.header.strokes and self.cm_before(k + 1) <= sought:
+        """Return the number of the stroke at this share, 0 to 1, of the total length."""
+        target, k = share * self.cm_before(self.header.strokes + 1), 1
+        while k < self.header.strokes and self.cm_before(k + 1) <= target:
             k += 1
         return k
 
     def size(self, k):
         # type: (int) -> int
-        """What the k-th stroke takes of the file, bytes."""
+        """Return the size of the k-th stroke's line, bytes."""
         return self._offsets[k + 1] - self._offsets[k]
 
     def _bad(self, error):
@@ -244,7 +248,7 @@ class Job(object):
 
     def _scan(self):
         # type: () -> Tuple[array[int], array[float], int]
-        """(offset of each line, lengths of the strokes, checksum of all but the last line)."""
+        """Return (offset of each line; length of each stroke, cm; CRC-32 but for the end)."""
         # (As lists they would take the brick more memory than it has.)
         offsets, lengths = array("L"), array("d")
         crc, size, last = 0, 0, b""
@@ -280,8 +284,12 @@ class Job(object):
 
 def _length(line):
     # type: (bytes) -> float
-    """The length, cm, with which the line of a stroke begins."""
-    length = number(float(line[len(CM) : line.index(b",")])) if line.startswith(CM) else -1.0
+    """Return the length, cm, with which the line of a stroke begins."""
+    length = (
+        number(float(line[len(CM_PREFIX) : line.index(b",")]))
+        if line.startswith(CM_PREFIX)
+        else -1.0
+    )
     if length < 0:
         raise SpoiltFile("has a stroke that does not begin with its length")
     return length
@@ -309,8 +317,8 @@ def _whole(digits):
 
 def _offsets(value, joints):
     # type: (Any, int) -> Offsets
-    """(ways, joints) as a Stroke has them, of numbers only."""
-    ways, *by_joint = [[number(x) for x in own] for own in (value[0], *value[1])]
-    if len(by_joint) != joints or any(len(own) != len(ways) for own in by_joint):
+    """Read the offsets of a piece: (arc lengths, cm; per joint corrections, rad)."""
+    lengths, *by_joint = [[number(x) for x in own] for own in (value[0], *value[1])]
+    if len(by_joint) != joints or any(len(own) != len(lengths) for own in by_joint):
         raise SpoiltFile("has offsets of another arm")
-    return ways, by_joint
+    return lengths, by_joint

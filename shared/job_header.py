@@ -1,4 +1,4 @@
-"""The header of a job: what its first line says of all the others.  Pure.
+"""Header of a job: its first line, about the job as a whole.  Pure.
 
 Lengths are cm, times s.
 """
@@ -23,7 +23,7 @@ else:
     )  # fmt: skip
 
 VERSION = 1
-"""Of the format; it rises when something in it changes its meaning."""
+"""Version of the format; it rises when something in it changes its meaning."""
 
 MAX_SECONDS = 1e6
 """Greatest time that a job may take, s: 11 days."""
@@ -32,22 +32,22 @@ MAX_CM = 1e6
 """Greatest length that a job may have, cm: the ink of a thousand pens."""
 
 MAX_LINKS = 10
-"""No arm has more."""
+"""Greatest number of links."""
 
 MAX_NAME = 60
 """Greatest length of a name, characters."""
 
 LINK_TOLERANCE = 1e-6
-"""Links differ where they differ by more, cm."""
+"""Tolerance of a link's length, cm, between a job and the arm that draws it."""
 
 PENS = ("", "change", "touch-up")
-"""How a job of several pens, one for each layer, has them changed: not; it waits before the next;
-and waits over its first point, too, where it can be nudged."""
+"""Ways to change pens between layers: none; pause before the next; pause over its first point,
+too, where the pen can be nudged."""
 
 LOG_PERIODS, MAX_REST = (0.01, 10.0), 30.0
 """Bounds of a log's period, and greatest rest after a stroke, s."""
 
-JobHeader.__doc__ = """What a job is.
+JobHeader.__doc__ = """Header of a job.
 
 name        for people
 arm         name of the arm that it was planned for
@@ -56,17 +56,26 @@ links       lengths of its links, cm
 speed       greatest of the tip, cm/s
 strokes     how many there are
 cm          length of them all
-pen_up_cm   length of the ways between them
-seconds     that the brick is to take for all of it
-log         the brick logs so often where its motors are, s (shared.job_log); 0: never
-rest        after each stroke the arm stands so long, pen up, and that is logged, s; 0: it does not
+pen_up_cm   length of the paths between them
+seconds     planned for all of it
+log         period of the log of the motors' angles, s (shared.job_log); 0: no log
+rest        time that the arm stands after each stroke, pen up, logged, s; 0: none
 pens        one of PENS
 """
 
 
 def header_of(arm, name, speed, strokes, pen_up_cm, seconds):
     # type: (Arm, str, float, Sequence[Stroke], float, float) -> JobHeader
-    """The JobHeader of Strokes for an Arm; it asks for no log, no rest, and no change of pens."""
+    """Return the JobHeader of Strokes for an Arm, without log, rest or change of pens.
+
+    Args:
+        arm: Arm.
+        name: for people.
+        speed: greatest of the tip, cm/s.
+        strokes: Strokes.
+        pen_up_cm: length of the paths between them, cm.
+        seconds: planned for all of it.
+    """
     return JobHeader(
         cut(name), arm.name, arm.chain, tuple(joint.link for joint in arm.joints), speed,
         len(strokes), sum(stroke.cm for stroke in strokes), pen_up_cm, seconds,
@@ -75,15 +84,15 @@ def header_of(arm, name, speed, strokes, pen_up_cm, seconds):
 
 def read_header(value, strokes):
     # type: (Dict[str, Any], int) -> JobHeader
-    """The JobHeader in a line that was read.
+    """Return the JobHeader in a line that was read.
 
     Args:
         value: the object that the line holds.
-        strokes: how many lines of strokes follow.
+        strokes: number of lines of strokes that follow.
 
     Raises:
         SpoiltFile: it is none.
-        KeyError, TypeError: it lacks something, or has it of another kind.
+        KeyError, TypeError: a field is missing, or of another type.
     """
     if value["job"] != VERSION:
         raise SpoiltFile("has another format than {}, which this program knows".format(VERSION))
@@ -103,7 +112,7 @@ def read_header(value, strokes):
     longest = max(cm, pen_up_cm)
     if longest > MAX_CM:
         raise SpoiltFile("has {:.3g} cm to go, and {:g} are the most".format(longest, MAX_CM))
-    # (Programs that know none of these leave them out, and all others where there is none.)
+    # (Optional: files of older programs have none of these.)
     log, rest = [number(value.get(key, 0)) for key in ("log", "rest")]
     if log and not LOG_PERIODS[0] <= log <= LOG_PERIODS[1] or not 0 <= rest <= MAX_REST:
         raise SpoiltFile("asks for a log or a rest as no brick keeps it")
@@ -119,8 +128,13 @@ def check_arm(path, header, arm):
     # type: (str, JobHeader, Arm) -> None
     """Refuse an Arm for which the job at `path` was not planned.
 
+    Args:
+        path: of the job's file, for people.
+        header: JobHeader.
+        arm: Arm.
+
     Raises:
-        BadJob: with both.
+        BadJob: chain or links differ; it names both.
     """
     links = tuple(joint.link for joint in arm.joints)
     same = (
@@ -140,7 +154,7 @@ def check_arm(path, header, arm):
 
 def word(value):
     # type: (object) -> str
-    """A name that was read, for people; SpoiltFile if it is none."""
+    """Return a name that was read, printable and cut; raise SpoiltFile if it is no text."""
     if not isinstance(value, str):
         raise SpoiltFile("has a name that is no text")
     return printable(cut(value))
@@ -148,7 +162,7 @@ def word(value):
 
 def cut(name):
     # type: (str) -> str
-    """A name that is no longer than may be."""
+    """Return a name cut to MAX_NAME."""
     return name[:MAX_NAME]
 
 

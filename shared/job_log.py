@@ -1,4 +1,4 @@
-"""What the brick logs of a job: where its motors were, and when.
+"""Log of a job: the joints' angles by the motors' encoders, over time.
 
 Lines of comma-separated values, written while the pen is up; the first names them:
 
@@ -21,17 +21,17 @@ if MYPY:
 else:
     LogRow = record("LogRow", "stroke plan t rest q")
 
-LogRow.__doc__ = """Where the motors were.
+LogRow.__doc__ = """One row of a log.
 
 stroke  of the job, from 1 on
-plan    the job's own time, s: its stroke's start_s and what of the stroke was gone by then
-t       s on the clock of whoever tells it
-rest    whether the arm stood there, after the stroke
-q       the joints' angles by their motors' encoders, rad: no backlash is taken off
+plan    planned time from the job's start, s: the stroke's start_s and the time within the stroke
+t       s on the sender's clock
+rest    whether the arm stood still there, after the stroke
+q       the joints' angles by their motors' encoders, rad, not corrected for backlash
 """
 
-MAX_LOG = 4000000
-"""Greatest size of such a file, bytes."""
+MAX_LOG_SIZE = 4000000
+"""Greatest size of a log, bytes."""
 
 
 class BadLog(ArmError, ValueError):
@@ -40,32 +40,32 @@ class BadLog(ArmError, ValueError):
 
 def heading(joints):
     # type: (int) -> str
-    """The first line."""
+    """Return the first line, with its newline; `joints` is the number of joints."""
     names = ["q{}".format(k) for k in range(1, joints + 1)]
     return ",".join(["stroke", "plan", "t", "rest"] + names) + "\n"
 
 
 def line_of(row):
     # type: (LogRow) -> str
-    """The line of a LogRow."""
+    """Return the line of a LogRow, with its newline."""
     values = ["{:.6f}".format(angle) for angle in row.q]
-    told = "{:d},{:.4f},{:.4f},{:d},".format(row.stroke, row.plan, row.t, bool(row.rest))
-    return told + ",".join(values) + "\n"
+    text = "{:d},{:.4f},{:.4f},{:d},".format(row.stroke, row.plan, row.t, bool(row.rest))
+    return text + ",".join(values) + "\n"
 
 
 def read_log(path):
     # type: (AnyPath) -> List[LogRow]
-    """The LogRows of a file.
+    """Read the LogRows of a file.
 
     Raises:
-        BadLog: it cannot be read, or is none.
+        BadLog: it cannot be read, or is no log.
     """
     try:
-        lines = read_text(path, MAX_LOG).split("\n")
+        lines = read_text(path, MAX_LOG_SIZE).split("\n")
         joints = lines[0].count(",") - 3
         if joints < 1 or lines[0] + "\n" != heading(joints):
             raise SpoiltFile("does not begin as a log does")
-        # (What a crash has cut off is missing, and no more.)
+        # (A last line that a crash cut off has no newline, and is left out.)
         return [_row(line, joints) for line in lines[1:-1]]
     except OSError as error:
         raise BadLog("{}: {}; give a job's log".format(path, error.strerror)) from None

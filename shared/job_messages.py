@@ -1,9 +1,8 @@
-"""What laptop and brick tell each other of a job, a drawing that the brick draws alone.
+"""Messages about a job, a drawing that the brick draws alone.
 
-The laptop offers it by a Draw. The brick asks for it part after part, each a message that fits a
-line, and draws it when it is whole. So the laptop sends no faster than the brick takes, and
-observations pass between two parts. A link that is lost meanwhile loses one part, which is asked
-for anew.
+The laptop offers a job by a Draw. The brick asks for it part after part, each a message that fits
+a line, and draws it when it is complete. So the receiver paces the sender (stop-and-wait), and
+observations pass between two parts. A lost link loses one part, which the brick asks for again.
 """
 
 import base64
@@ -33,70 +32,71 @@ else:
     JobLog = record("JobLog", "crc rows")
 
 PART_SIZE = 1425
-"""Bytes of a job's file, compressed, in one JobPart."""
+"""Size of a JobPart's share of the compressed job, bytes."""
 
 MAX_PARTS = MAX_SIZE // PART_SIZE + 1
+"""Greatest number of parts of a job."""
 
-ROWS = 16
-"""Rows of a log in one JobLog, at the most."""
+MAX_LOG_ROWS = 16
+"""Greatest number of rows of a log in one JobLog."""
 
 PAUSE, RESUME, ABORT, SPEED, PEN = "pause", "resume", "abort", "speed", "pen"
 ORDERS = PAUSE, RESUME, ABORT, SPEED, PEN
-"""What may be ordered on the way."""
+"""Orders that the laptop may give while a job is drawn."""
 
 RELATIVE_SPEED = 25.0, 100.0, "%"
-"""Of the speed that was planned: from, to, unit."""
+"""Bounds and unit of the speed relative to the planned one."""
 
 PEN_STEP = -30.0, 30.0, "deg"
-"""By which the pen's motor goes farther down than planned: from, to, unit."""
+"""Bounds and unit of the angle by which the pen's motor goes farther down than planned."""
 
 FETCHING, DRAWING, PAUSED, DONE, ABORTED, FAILED = (
     "fetching", "drawing", "paused", "done", "aborted", "failed",
 )  # fmt: skip
 STATES = FETCHING, DRAWING, PAUSED, DONE, ABORTED, FAILED
-"""Of a job on the brick."""
+"""States of a job on the brick."""
 ENDS = DONE, ABORTED, FAILED
-"""States after which nothing more comes of it."""
+"""Final states of a job."""
 
-Draw.__doc__ = """The laptop offers a job, to be drawn at once.
+Draw.__doc__ = """Offer of a job by the laptop, to be drawn at once.
 
 name   for people
 size   of its file, bytes
-parts  in which it comes
-crc    CRC-32 of its file; it is called by this from here on
+parts  number of its JobParts
+crc    CRC-32 of its file, which names the job from here on
 first  stroke to begin with, from 1 on
-alone  it goes on when the link is lost; else it pauses until that is back
-dry    the pen stays up all the time
+alone  whether drawing goes on when the link is lost; else it pauses until the link is back
+dry    whether the pen stays up all the time
 """
 
-Want.__doc__ = """The brick asks for a part of the job that was offered, from 0 on."""
+Want.__doc__ = """Request of the brick for a part, from 0 on, of the offered job."""
 
-JobPart.__doc__ = """A part of a job's file, zlib's stream cut into pieces: see part_of."""
+JobPart.__doc__ = """Part of a job's compressed file (zlib), in base64: see part_of."""
 
-Order.__doc__ = """The laptop orders something while a job is on.
+Order.__doc__ = """Order of the laptop while a job is drawn.
 
 what   one of ORDERS
 value  for SPEED and PEN: RELATIVE_SPEED, PEN_STEP; else None
 """
 
-JobStatus.__doc__ = """How far the brick is with a job; sent only while there is one.
+JobStatus.__doc__ = """Progress of the brick with a job; sent only while there is one.
 
 t          s on the sender's clock
 crc, name  of the job
 state      one of STATES
-stroke     that is under way, or was last; 0 before the first
-strokes    how many there are
-cm         drawn so far
-cm_all     of the whole job
-seconds    that are left; None while not known
+stroke     number of the current stroke, or the last one; 0 before the first
+strokes    number of strokes
+cm         length drawn so far
+cm_all     length of the whole job, cm
+seconds    remaining time; None while unknown
 down       whether the pen is on the paper
 reason     of the state, one line for people; "" for none
 """
 
-JobLog.__doc__ = """What the brick logs of a job that asks for it.
+JobLog.__doc__ = """Rows of the log of a job that asks for one.
 
 crc   of the job
-rows  of each shared.job_log.LogRow its elements, t by the sender's clock
+rows  list of the elements of shared.job_log.LogRow, t on the sender's clock
 """
 
 CRC = fields.whole_number(0, 2**32 - 1)
@@ -128,8 +128,8 @@ def _one_of(words):
 
 def _rows(value):
     # type: (object) -> List[List[object]]
-    if not isinstance(value, (list, tuple)) or len(value) > ROWS:
-        raise fields.WrongValue("a list of at most {} rows".format(ROWS))
+    if not isinstance(value, (list, tuple)) or len(value) > MAX_LOG_ROWS:
+        raise fields.WrongValue("a list of at most {} rows".format(MAX_LOG_ROWS))
     return [_row(row) for row in value]
 
 
@@ -191,7 +191,7 @@ KINDS = {
         ),
     ),
 }  # type: Dict[str, Kind]
-"""Each kind's class and fields, as in shared.messages."""
+"""Class and fields of each kind, as in shared.messages."""
 
 
 class InvalidOrder(ArmError, ValueError):
@@ -200,10 +200,10 @@ class InvalidOrder(ArmError, ValueError):
 
 def check_order(order):
     # type: (Order) -> None
-    """Refuse an Order whose value is none for it.
+    """Refuse an Order whose value is missing or out of bounds.
 
     Raises:
-        InvalidOrder: with the value and what is allowed.
+        InvalidOrder: it names the value and the bounds.
     """
     limits = {SPEED: RELATIVE_SPEED, PEN: PEN_STEP}.get(order.what)
     if limits is None:
@@ -219,12 +219,18 @@ def check_order(order):
 
 def part_of(packed, crc, part):
     # type: (bytes, int, int) -> JobPart
-    """A JobPart of a job's compressed file (bytes)."""
+    """Cut a JobPart out of a job's compressed file.
+
+    Args:
+        packed: the compressed file, bytes.
+        crc: CRC-32 of the file, not compressed.
+        part: its number, from 0 on.
+    """
     data = packed[part * PART_SIZE : (part + 1) * PART_SIZE]
     return JobPart(crc, part, base64.b64encode(data).decode("ascii"))
 
 
 def bytes_of(part):
     # type: (JobPart) -> bytes
-    """What a JobPart holds of the compressed file."""
+    """Return a JobPart's share of the compressed file."""
     return base64.b64decode(part.data.encode("ascii"))

@@ -1,4 +1,4 @@
-"""The pieces of a job's strokes: read, and held to what an arm's joints may do.  Pure.
+"""Pieces of a job's strokes: read, and checked against the limits of an arm's joints.  Pure.
 
 Lengths are cm, angles rad, times s.
 """
@@ -23,7 +23,7 @@ if MYPY:
 
     from shared.arm_description import Joint  # noqa: F401
 
-    Cubic = Sequence[float]  # an angle, rad, by the way s, cm: c0 + c1 s + c2 s^2 + c3 s^3
+    Cubic = Sequence[float]  # an angle, rad, over arc length s, cm: c0 + c1 s + c2 s^2 + c3 s^3
     # The tip's speed, cm/s, and acceleration, cm/s^2; a Cubic per joint; across: see Trajectory
     Segment = Tuple[float, float, Sequence[Cubic], Optional[Sequence[float]]]
     # Times at which segments begin, and the last ends, s; these; the joints' angles at the end, rad
@@ -32,28 +32,28 @@ if MYPY:
     Refuse = Callable[..., NoReturn]
 
 MAX_JUMP = 0.01
-"""Greatest difference of a joint's angle from where a segment ends to where the next begins, rad;
-and of all of a stroke together: many would be a speed that no segment has."""
+"""Greatest jump of a joint's angle between two segments, rad, and greatest sum of a stroke's jumps:
+many would be a speed that no segment has."""
 
 SPEED_MARGIN = 1.02
-"""A joint is planned no faster than so many times its greatest speed."""
+"""Greatest planned speed of a joint, times its greatest speed: room for rounding."""
 
 MAX_ACCELERATION = math.radians(240)
-"""Nor harder accelerated, rad/s^2; and robot.motion.trajectory plans a little less. No joint could
-do much more, which would seem to be blocked."""
+"""Greatest acceleration of a joint, rad/s^2; robot.motion.trajectory plans a little less. A joint
+that were to do much more would lag so far that it would seem blocked."""
 
 MAX_SPEED_JUMP = math.radians(6)
 """Greatest difference of a joint's speed between two segments, and at a piece's ends, rad/s: near
 a singular pose rounded numbers may make 2 degrees a second of it."""
 
-GREATEST = 1e9
-"""Of the numbers of a piece: products of those that are no greater stay finite."""
+MAX_NUMBER = 1e9
+"""Greatest absolute value of the numbers of a piece: their products stay finite."""
 
-LEAST_WAY = 1e-9
-"""Least length of a segment, cm: what is shorter divides to no number."""
+MIN_LENGTH = 1e-9
+"""Least length of a segment, cm: a division by less may overflow."""
 
-BACKWARDS = 0.01
-"""So fast a segment may seem to run backwards at its end, cm/s, as its numbers are rounded."""
+MAX_REVERSE_SPEED = 0.01
+"""Greatest speed, cm/s, at which a segment may run backwards at its end, by rounding."""
 
 
 class BadJob(ArmError, ValueError):
@@ -62,7 +62,15 @@ class BadJob(ArmError, ValueError):
 
 def read_piece(value, joints):
     # type: (Any, int) -> Piece
-    """(times, segments, end) as a Trajectory takes them, of numbers only."""
+    """Read (times, segments, end) as a Trajectory takes them, of finite numbers only.
+
+    Args:
+        value: what JSON holds.
+        joints: number of the arm's joints.
+
+    Raises:
+        SpoiltFile: it is no piece, or one of another arm.
+    """
     times, segments, end = value
     times = [_bounded(t) for t in times]
     if times[0] != 0 or len(times) != len(segments) + 1 or len(segments) < 1:
@@ -72,9 +80,9 @@ def read_piece(value, joints):
     out = []
     for (v, a, cubics, across), t, t_end in zip(segments, times, times[1:]):
         v, a, dt = _bounded(v), _bounded(a), t_end - t
-        if not dt * (v + 0.5 * a * dt) >= LEAST_WAY:
+        if not dt * (v + 0.5 * a * dt) >= MIN_LENGTH:
             raise SpoiltFile("has a piece that does not go on")
-        if v < 0 or v + a * dt < -BACKWARDS:
+        if v < 0 or v + a * dt < -MAX_REVERSE_SPEED:
             raise SpoiltFile("has a piece that runs backwards")
         cubics = [tuple([_bounded(c) for c in cubic]) for cubic in cubics]
         across = across if across is None else [_bounded(x) for x in across]
@@ -92,14 +100,14 @@ def read_piece(value, joints):
 def _bounded(value):
     # type: (Any) -> float
     bounded = number(value)
-    if not -GREATEST <= bounded <= GREATEST:
+    if not -MAX_NUMBER <= bounded <= MAX_NUMBER:
         raise SpoiltFile("has a number beyond all bounds")
     return bounded
 
 
 def _ends(times, segments):
     # type: (Sequence[float], Sequence[Segment]) -> Iterator[List[Tuple[float, float]]]
-    """Per segment, per joint: angle at its beginning and end, rad."""
+    """Yield per segment a list with each joint's angles at its beginning and end, rad."""
     for t, t_end, (v, a, cubics, _) in zip(times, times[1:], segments):
         dt = t_end - t
         s = dt * (v + 0.5 * a * dt)
@@ -108,12 +116,20 @@ def _ends(times, segments):
 
 def go_on():
     # type: () -> None
-    """What is called between two pieces of work where nobody wants to be."""
+    """Do nothing: the default of `between`."""
 
 
 def check_joined(pieces, between):
     # type: (Sequence[Piece], Between) -> None
-    """Refuse angles that jump."""
+    """Refuse pieces of a stroke whose joint angles jump by more than MAX_JUMP.
+
+    Args:
+        pieces: of one stroke, in order.
+        between: called before each piece.
+
+    Raises:
+        SpoiltFile: they jump.
+    """
     before = ()  # type: Sequence[float]
     jumped = 0.0
     for times, segments, end in pieces:
@@ -136,14 +152,22 @@ def _jumped(jumped, before, after):
 
 def check_joints(path, k, pieces, joints, between=go_on, more=0.0):
     # type: (str, int, Sequence[Piece], Sequence[Joint], Between, float) -> None
-    """Refuse, by BadJob, what the joints may not do, wherever on the way.
+    """Refuse pieces on which a joint exceeds its limits, its speed or its acceleration.
+
+    The limits hold along the whole path, not only at samples. Each joint angle is a cubic q(s) of
+    the arc length s, and the tip's speed V obeys V^2 = v^2 + 2 a s. So the extremes of q, of dq/dt
+    and of d2q/dt2 lie at the ends or at roots of quadratics, which have closed forms.
 
     Args:
-        path, k: the job's file and the stroke's number, for people.
+        path: of the job's file, for people.
+        k: number of the stroke, for people.
         pieces: of the stroke.
         joints: the arm's.
-        between: called now and then.
-        more: acceleration beyond MAX_ACCELERATION that they may have, rad/s^2.
+        between: called before each piece.
+        more: acceleration allowed beyond MAX_ACCELERATION, rad/s^2.
+
+    Raises:
+        BadJob: it names the joint, the value and the limit.
     """
     hardest = MAX_ACCELERATION + more
 
@@ -162,7 +186,7 @@ def check_joints(path, k, pieces, joints, between=go_on, more=0.0):
             dt = t_end - t
             v_end = v + a * dt
             end = dt * (v + 0.5 * a * dt)
-            # (What turns back at its very end has been a little farther before.)
+            # (A segment that turns back at its very end has been a little farther before.)
             s = end if v_end >= 0 else -0.5 * v * v / a
             top = max(v, -v_end, v_end)
             for n, (joint, cubic) in enumerate(zip(joints, cubics)):
@@ -199,10 +223,11 @@ def _check_no_leap(refuse, joint, leap):
 
 def _span(cubic, s):
     # type: (Cubic, float) -> Tuple[float, float, float]
-    """Bounds of a joint's angle, rad, and of its slope, rad/cm, on a way `s` (cm) by its cubic.
+    """Return bounds of a joint's angle, rad, and of its slope, rad/cm, on an arc `s` (cm).
 
-    They are those of the points by which P. Bezier gave his curves, between which these stay.
-    Hardly a cubic comes near enough to a bound for its roots to be needed.
+    A polynomial stays within the convex hull of its Bezier control points (Farin, Curves and
+    Surfaces for CAGD). The bounds cost no root; few cubics come so near to a limit that the exact
+    extremes are needed.
     """
     c0, c1, c2, c3 = cubic
     bent, curved = c2 * s, c3 * s * s
@@ -219,7 +244,7 @@ def _span(cubic, s):
 
 def _range(cubic, s):
     # type: (Cubic, float) -> Tuple[float, float]
-    """Least and greatest angle of a joint on a way `s` (cm) by its cubic, rad."""
+    """Return the least and greatest angle of a joint on an arc `s` (cm) by its cubic, rad."""
     c0, c1, c2, c3 = cubic
     places = [0.0, s] + _roots(3.0 * c3, c2 + c2, c1, s)  # there it turns round
     angles = [c0 + x * (c1 + x * (c2 + x * c3)) for x in places]
@@ -228,9 +253,10 @@ def _range(cubic, s):
 
 def _fastest(cubic, v, a, s):
     # type: (Cubic, float, float, float) -> float
-    """Greatest speed of a joint on a way `s` (cm) by its cubic, at the tip's v and a, rad/s.
+    """Return the greatest speed of a joint on an arc `s` (cm) by its cubic, rad/s.
 
-    It is dq/ds sqrt(v^2 + 2 a x), greatest where the derivative of its square is 0.
+    The tip begins at speed v (cm/s) and accelerates by a (cm/s^2). By the chain rule the joint's
+    speed is dq/ds sqrt(v^2 + 2 a x), greatest where the derivative of its square is 0.
     """
     _, c1, c2, c3 = cubic
     v2 = v * v
@@ -243,9 +269,9 @@ def _fastest(cubic, v, a, s):
 
 def _hardest(cubic, v, a, s):
     # type: (Cubic, float, float, float) -> float
-    """Greatest acceleration of a joint on a way `s` (cm) by its cubic, rad/s^2.
+    """Return the greatest acceleration of a joint on an arc `s` (cm) by its cubic, rad/s^2.
 
-    It is V d^2q/ds^2 + a dq/ds, with V = v^2 + 2 a x: a parabola.
+    By the chain rule it is V^2 d2q/ds2 + a dq/ds, with V^2 = v^2 + 2 a x: a parabola in x.
     """
     _, c1, c2, c3 = cubic
     v2 = v * v
@@ -258,7 +284,11 @@ def _hardest(cubic, v, a, s):
 
 def _roots(a, b, c, s):
     # type: (float, float, float, float) -> List[float]
-    """Where a x^2 + b x + c is 0 between 0 and s."""
+    """Return the real roots of a x^2 + b x + c between 0 and s.
+
+    The larger root comes first, the other by Vieta's c / (a x1): no cancellation (Press et al.,
+    Numerical Recipes, 5.6).
+    """
     below = b * b - 4.0 * a * c
     if below < 0:
         return []

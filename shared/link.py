@@ -1,7 +1,7 @@
 """A connected socket that sends messages and hands over the newest.
 
-One thread, no sleep: everything that is due is done in `poll` and `send`, and only `poll` waits, as
-long as it is told to. What cannot be sent yet waits in one slot per camera, where the newest wins.
+One thread, no sleep: `poll` and `send` do all that is due. Only `poll` waits, up to its timeout.
+An unsent observation waits in one slot per camera, where the newest wins.
 """
 
 import collections
@@ -40,39 +40,40 @@ if MYPY:
 
 
 SILENCE_TIMEOUT = 2.0
-"""A side that says nothing, or takes nothing, for so long is gone, s."""
+"""Longest silence of the other side, or time in which it reads nothing, until the link ends, s."""
 
 MAX_AGE = 1.0
-"""Older observations are stale, s."""
+"""Greatest age of an observation that is handed over, s."""
 
 MAX_BAD_LINES = 20
-"""So many in a row end the connection, though they are signed."""
+"""Number of bad lines in a row, though signed, that ends the connection."""
 
 FOREIGN = "it does not speak our language"
-"""Why a link has ended whose first words were no handshake."""
+"""Reason of a link that ended because its first lines were no handshake."""
 
 FORGED = "a message was changed or repeated on the way"
-"""Why a link has ended on which a line came that the other side did not sign as the next one."""
+"""Reason of a link that ended at a line that the other side did not sign as the next one."""
 
 MAX_TRIES = 4
-"""Observations of a camera that came at once are looked at, from the newest on, until one is good;
-after so many the others are skipped."""
+"""Greatest number of a camera's observations that are parsed, newest first, until one is good, if
+several came at once; the others are skipped."""
 
 UNDATED_PATIENCE = 10
-"""As many times longer is an answer waited for while nothing can be dated without it."""
+"""Factor of `patience` while no observation can be dated without the answer."""
 
 MAX_PING_WAITS = 4
-"""Other messages that may come in meanwhile, before it is given up."""
+"""Greatest number of waits for one answer, which other messages may interrupt."""
 
 COUNTERS = (
     "bad", "skipped", "out_of_sequence", "stale", "future", "undated", "replaced", "dropped",
 )  # fmt: skip
+"""Names of a link's counters."""
 
 _HANDSHAKE = (Hello, Challenge, Proof, Welcome, Refused)
 
 
 class Link(Connection):
-    """One connection; it ends by itself when the other side falls silent or talks nonsense.
+    """One connection; it ends by itself when the other side is silent or sends bad lines.
 
     As long as it is not known who is there only the handshake passes, message by message, and one
     bad line ends it. `trust` opens it; from then on every line is signed, and the first one that
@@ -82,15 +83,15 @@ class Link(Connection):
         sock: a connected stream socket; the link closes it.
         now: gives the time, s.
         keys: as for `trust`, where it is known already who is there.
-        patience: s that `poll` waits for the answer to a ping of ours, whatever its timeout (and
-            UNDATED_PATIENCE times that where nothing can be dated yet): a pong that was found lying
-            there does not tell when it came.
+        patience: time that `poll` waits for the answer to its ping, whatever its timeout, s (and
+            UNDATED_PATIENCE times that where nothing can be dated yet): a pong that lay unread
+            does not show when it arrived.
         max_age: older observations are not handed over, s.
         select: waits for sockets, as select.select does.
 
     Attributes:
         reason: why it is closed; "" while it is open.
-        proven: whether it is known who is there.
+        proven: whether the other side is authenticated.
         counters: by name (COUNTERS): lines that were `bad`; observations that were `skipped`, not
             even parsed (a newer one came with them), `out_of_sequence`, `stale`, from the `future`,
             or `undated` (the clock offset was not known); observations of ours that were `replaced`
@@ -121,7 +122,7 @@ class Link(Connection):
         self._inbox = collections.deque(maxlen=MAX_QUEUE)  # type: Deque[Message]
         self._bad_in_a_row = 0
 
-        self._polled = self._heard = now()
+        self._polled = self._last_line_at = now()
         self._pings = Pings(self._polled)
         self._newest = NewestObservations(self._pings, self.counters)
         if keys is not None:
@@ -142,7 +143,7 @@ class Link(Connection):
     @property
     def held(self):
         # type: () -> Dict[str, int]
-        """What is kept in memory, by name; all of it is bounded, whatever the other side sends."""
+        """Amounts kept in memory, by name; all are bounded, whatever the other side sends."""
         return {
             "unfinished bytes": self._buffer.size, "lines": len(self._lines),
             "line bytes": sum([len(line) for line, _ in self._lines]),
@@ -152,16 +153,17 @@ class Link(Connection):
 
     def trust(self, own_key, their_key):
         # type: (bytes, bytes) -> None
-        """The other side has proven who it is: from here on everything passes, and pings go out.
+        """Open the link after the handshake: from here on all messages pass, and pings go out.
 
         Args:
-            own_key, their_key: bytes, by which our lines are signed from here on, and theirs.
+            own_key: 32 bytes; it signs the lines sent.
+            their_key: 32 bytes; it checks the lines received.
         """
         compile_patterns()
         self._outgoing.sign_with(LineSigner(own_key).sign)
         self._theirs = LineSigner(their_key)
         self.proven = True
-        self._heard = self._pings.next_at = self._now()
+        self._last_line_at = self._pings.next_at = self._now()
 
     # Sending
 
@@ -217,23 +219,20 @@ class Link(Connection):
 
     def receive(self):
         # type: () -> Optional[Message]
-        """The next message other than pings and observations, or None."""
+        """Return the next message other than pings and observations, or None."""
         if not self._inbox:
             self._digest()
         return self._inbox.popleft() if self._inbox else None
 
     def newest(self):
         # type: () -> Dict[str, Observation]
-        """The newest Observation of each camera, unless it was handed over before: {camera: it}.
-
-        Their t is on our clock.
-        """
+        """Return {camera: its newest Observation}, each only once; their t is on the own clock."""
         return self._newest.hand_over(self._now(), self._max_age)
 
     def _read(self):
         # type: () -> None
         if self._lines:
-            return  # a stranger is heard one message at a time
+            return  # before authentication one message at a time
         for _ in range(MAX_READS if self.proven else 1):
             try:
                 data = self._sock.recv(READ_SIZE if self.proven else MAX_LINE)
@@ -256,38 +255,38 @@ class Link(Connection):
 
     def _digest(self):
         # type: () -> None
-        """Look at the lines that came in; at a stranger's, one message at a time."""
+        """Handle the lines that came in; before authentication one message at a time."""
         if self._theirs is None:
             while self._lines and not self._inbox and not self.closed:
-                self._take(*self._lines.popleft())
+                self._handle(*self._lines.popleft())
             return
         lines = self._theirs.checked(self._lines)
         if len(lines) == 1:  # nothing newer has come with it
-            self._take(*lines[0])
+            self._handle(*lines[0])
         elif lines:
-            self._take_newest(lines)
-        if self._lines:  # all that came before was as it should be
+            self._handle_newest(lines)
+        if self._lines:  # the signature of the next one is wrong; those before it were right
             self._lines.clear()
             self._refuse_line()
 
-    def _take_newest(self, lines):
+    def _handle_newest(self, lines):
         # type: (List[Line]) -> None
-        """Act on lines that came together; of each camera's observations on the newest good one."""
+        """Handle lines that came together; of a camera's observations only the newest good one."""
         others, cameras = by_camera(lines)
         for entry in others:
-            self._take(*entry)
+            self._handle(*entry)
         for entries in cameras:
             refused = 0
             while entries and refused < MAX_TRIES:
-                taken = self._take(*entries.pop())
-                if taken:
+                accepted = self._handle(*entries.pop())
+                if accepted:
                     break
-                refused += taken is False
+                refused += accepted is False
             self.counters["skipped"] += len(entries)
 
-    def _take(self, line, t):
+    def _handle(self, line, t):
         # type: (bytes, float) -> Optional[bool]
-        """Act on one line that came in at t.
+        """Handle one line that came in at t (s).
 
         Returns:
             True if it is an observation to hand over; None for a bad line; else False.
@@ -297,17 +296,17 @@ class Link(Connection):
         try:
             message = decode(line, self._newest.names)
             if type(message) is Observation and self.proven:  # most often by far
-                kept = self._newest.take(message, t)
-                self._bad_in_a_row, self._heard = 0, t
-                return kept
+                accepted = self._newest.handle(message, t)
+                self._bad_in_a_row, self._last_line_at = 0, t
+                return accepted
             if isinstance(message, _HANDSHAKE) == self.proven and not isinstance(message, Bye):
                 raise BadMessage("the handshake comes first, and once")
-            kept = self._act(message, t)
+            accepted = self._act(message, t)
         except BadMessage:
             self._count_bad()
             return None
-        self._bad_in_a_row, self._heard = 0, t
-        return kept
+        self._bad_in_a_row, self._last_line_at = 0, t
+        return accepted
 
     def _act(self, message, t):
         # type: (Message, float) -> bool
@@ -326,18 +325,18 @@ class Link(Connection):
     def _learn(self, pong, t):
         # type: (Pong, float) -> None
         jumps = self.clock.jumps
-        if not self._pings.take(pong, t):
+        if not self._pings.handle(pong, t):
             raise BadMessage("an answer to no ping of ours, or one with impossible times")
         if self.clock.jumps > jumps:
             self._newest.forget_times()
 
-    # Keeping watch
+    # Supervision
 
     def _check_own_clock(self):
         # type: () -> None
         t = self._now()
         if t < self._polled:  # what is due by its old times would come late
-            self._heard = t
+            self._last_line_at = t
             self._outgoing.shift_to(t)
             self._pings.restart(t)
         self._polled = t
@@ -361,14 +360,14 @@ class Link(Connection):
     def _notice_silence(self):
         # type: () -> None
         t = self._now()
-        if t - self._heard > SILENCE_TIMEOUT:
-            self._fail("nothing heard for {:.1f} s".format(t - self._heard))
+        if t - self._last_line_at > SILENCE_TIMEOUT:
+            self._fail("nothing heard for {:.1f} s".format(t - self._last_line_at))
         elif self._outgoing.blocked_for(t) > SILENCE_TIMEOUT:
             self._fail("the other side takes no data")
 
     def _refuse_line(self):
         # type: () -> None
-        """End the connection: this line is not what the other side has sent."""
+        """End the connection: the other side has not sent this line."""
         if self.closed:
             return
         self.counters["bad"] += 1

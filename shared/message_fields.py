@@ -1,6 +1,6 @@
-"""What may stand in a message: each check takes a value, and returns it clean.
+"""Checks of a message's values: each takes a value and returns it validated.
 
-The same checks hold on the way out and on the way in.
+The same checks hold for messages sent and received.
 """
 
 import functools
@@ -16,16 +16,19 @@ if MYPY:
     Check = Callable[[Any], Clean]
 
 MAX_JOINTS = 8
+"""Greatest number of joint angles in a message."""
+
 MAX_TEXT = 200
+"""Greatest length of a text for people, characters."""
 
 
 class WrongValue(Exception):
-    """A value is not what this says."""
+    """Error for a value that is not allowed; its text says what is."""
 
 
 def whole_number(lowest, highest):
     # type: (int, int) -> Check[int]
-    """A check for whole numbers of a range."""
+    """Return a check for whole numbers from `lowest` to `highest`."""
     allowed = "a whole number from {} to {}".format(lowest, highest)
 
     def check(value):
@@ -44,7 +47,7 @@ def whole_number(lowest, highest):
 
 def number(lowest, highest, unit, decimals):
     # type: (float, float, str, int) -> Check[float]
-    """A check for numbers of a range (in `unit`), rounded to so many decimals."""
+    """Return a check for numbers of a range (in `unit`), which it rounds to so many decimals."""
     allowed = "a number from {:g} to {:g} {}".format(lowest, highest, unit).rstrip()
 
     def check(value):
@@ -68,13 +71,13 @@ def number(lowest, highest, unit, decimals):
 @functools.lru_cache(maxsize=None)
 def _compiled(pattern):
     # type: (str) -> Pattern[str]
-    """The pattern, compiled where it is first needed: it takes the brick a while."""
+    """Compile a pattern where it is first needed: it takes the brick a while."""
     return re.compile(pattern)
 
 
 def matching(pattern, allowed):
     # type: (str, str) -> Check[str]
-    """A check for texts of a pattern."""
+    """Return a check for texts that match a pattern; `allowed` describes them for people."""
 
     def check(value):
         # type: (object) -> str
@@ -87,13 +90,13 @@ def matching(pattern, allowed):
 
 def printable(text):
     # type: (str) -> str
-    """A text that may be anything, without line ends and all else that would steer a terminal."""
+    """Replace line ends, and all else that would control a terminal, by blanks."""
     return "".join([letter if letter.isprintable() else " " for letter in text])
 
 
 def one_line(text):
     # type: (str) -> str
-    """A text that may be anything, as one that a message takes: printable, and cut to MAX_TEXT."""
+    """Return any text as a message takes it: printable, and cut to MAX_TEXT."""
     text = printable(text)
     return text if len(text) <= MAX_TEXT else text[: MAX_TEXT - 3] + "..."
 
@@ -101,7 +104,7 @@ def one_line(text):
 def text(value):
     # type: (object) -> str
     """Check a line for people."""
-    # Printable: no line ends, no lone surrogates, nothing that would steer a terminal.
+    # Printable: no line ends, no lone surrogates, nothing that would control a terminal.
     if not isinstance(value, str) or len(value) > MAX_TEXT or not value.isprintable():
         raise WrongValue("at most {} printable characters".format(MAX_TEXT))
     return value
@@ -117,7 +120,7 @@ def flag(value):
 
 def or_none(check):
     # type: (Check[Clean]) -> Check[Optional[Clean]]
-    """The same check, for what may be unknown, too."""
+    """Return the same check, which also lets None pass."""
     return lambda value: None if value is None else check(value)
 
 
@@ -141,7 +144,7 @@ VOLTS = number(0, 100, "V", 2)
 
 def compile_patterns():
     # type: () -> None
-    """Compile what observations are checked by: later that would make the first of them late."""
+    """Compile the patterns of observations ahead, or the first of them would be late."""
     CAMERA_NAME("A")
     MARKER_NAME("A")
 
@@ -156,7 +159,14 @@ def angles(value):
 
 def table(most, what, key, check):
     # type: (int, str, Check[Key], Check[Clean]) -> Check[Dict[Key, Clean]]
-    """A check for a dict of at most so many items, by checks for its keys and values."""
+    """Return a check for dicts.
+
+    Args:
+        most: greatest number of items.
+        what: the items, for people.
+        key: check of each key.
+        check: check of each value.
+    """
 
     def check_all(value):
         # type: (object) -> Dict[Key, Clean]

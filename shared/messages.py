@@ -1,4 +1,4 @@
-"""What laptop and brick tell each other: one JSON object per line; bytes in, messages out.
+"""Messages between laptop and brick: one JSON object per line; bytes in, messages out.
 
     {"kind":"observation","camera":"A","seq":7,"t":12.5,"markers":{"effector":[u,v,c],"goal":null}}
 
@@ -61,26 +61,29 @@ else:
     Bye = record("Bye", "reason")
 
 VERSION = 4
-"""Raised whenever the other side would misunderstand; `hello` keeps its form in every version."""
+"""Version of the protocol, raised with each incompatible change; `hello` keeps its form."""
 
 PORT = 7711
-"""Where the laptop listens if nothing else is said."""
+"""Default TCP port on which the laptop listens."""
 
 MAX_MARKERS = 16
+"""Greatest number of markers in an Observation."""
+
 MAX_CAMERAS = 8
+"""Greatest number of cameras of a link."""
 
 STATUS_PERIOD = 0.2
-"""Between two Statuses, s, but for one that is final."""
+"""Period of Statuses, s; a final one is sent at once."""
 
 TOLERANCE = 0.5, 200.0, "px"
 BUDGET = 1.0, 3600.0, "s"
-"""What may be ordered: from, to, unit."""
+"""Bounds and unit of a Start's values."""
 
 EFFECTOR, GOAL = "effector", "goal"
-"""Names of the markers: on the arm's tip, and where it is to get."""
+"""Names of the markers: on the arm's tip, and at its goal."""
 
 LEAST_CONFIDENCE = 0.5
-"""A sighting with less may be something else: nothing is done by it."""
+"""Least confidence, 0 to 1, of a sighting that is acted on."""
 
 BRICK = "brick"
 """The role of the side that connects."""
@@ -89,38 +92,38 @@ LAPTOP = "laptop"
 
 
 class BadMessage(ArmError, ValueError):
-    """A line that is no message, or a message that must not be sent."""
+    """Error for a line that is no message, or a message that must not be sent."""
 
 
-Hello.__doc__ = """The first line of the side that connects.
+Hello.__doc__ = """First line of the side that connects.
 
 version  VERSION of the sender
 role     BRICK
 nonce    32 hex digits, new for every connection
 """
 
-Challenge.__doc__ = """The answer to a Hello.
+Challenge.__doc__ = """Answer to a Hello.
 
 nonce  32 hex digits, new for every connection
 salt   32 hex digits, the laptop's for its pairing code
 """
 
-Proof.__doc__ = """That the brick knows the pairing code: 64 hex digits (shared.pairing)."""
+Proof.__doc__ = """Proof that the brick knows the pairing code: 64 hex digits (shared.pairing)."""
 
-Welcome.__doc__ = """That the laptop knows it too, and serves the brick from now on."""
+Welcome.__doc__ = """Proof that the laptop knows the code, too; it serves the brick from now on."""
 
-Refused.__doc__ = """The laptop does not serve the sender.
+Refused.__doc__ = """Refusal of the laptop to serve the brick.
 
 cause   "version" | "code" (trying again is no use) | "busy" | "wait"
 reason  one line for people
-wait    trying again sooner is no use, s
+wait    least time until the next try, s
 """
 
-Ping.__doc__ = """Asks for a Pong of the same id."""
+Ping.__doc__ = """Request for a Pong of the same id."""
 
-Pong.__doc__ = """When the Ping came in and when this went out, s on the sender's clock."""
+Pong.__doc__ = """Times at which the Ping came in and this went out, s on the sender's clock."""
 
-Observation.__doc__ = """What one frame of one camera shows.
+Observation.__doc__ = """Markers in one frame of one camera.
 
 seq      rises from frame to frame
 camera   short name: "A", "B", ...
@@ -128,36 +131,36 @@ t        capture time, s on the sender's clock
 markers  {name: (u, v, confidence), or None when it is not seen}; u, v in px, confidence 0..1
 """
 
-Status.__doc__ = """How the brick is doing.
+Status.__doc__ = """State of the brick and its run.
 
-t          when q was read, s on the sender's clock
+t          time at which q was read, s on the sender's clock
 q          joint angles, rad
-error      distance of effector and goal in the image, px; None while not known
-verdict    how the run ended; "" while it goes on, READY before the first Start
+error      distance of effector and goal in the image, px; None while unknown
+verdict    result of the run (shared.verdicts); "" while it goes on, READY before the first Start
 reason     of the verdict, or why the arm is held in mid-run, one line for people; "" for none
-e          components of the error by row, {"A.u": px}; {} while not known
-condition  of the image Jacobian; None while not known, and where it is infinite
-moves      that the run has made
-run        its number, from 1 on; a Start that is taken or refused raises it
-battery    of the brick, V; None while not known
+e          components of the error by row, {"A.u": px}; {} while unknown
+condition  number of the image Jacobian; None while unknown, and where it is infinite
+moves      number of moves of the run
+run        number of the run, from 1 on; a Start that is accepted or refused raises it
+battery    voltage of the brick, V; None while unknown
 """
 
-Start.__doc__ = """The laptop asks the brick for a run, and orders how it is to be done.
+Start.__doc__ = """Order of the laptop for a run.
 
-method     how the image Jacobian is known
+method     source of the image Jacobian, one of shared.run_options.METHODS
 mode       "look", then move, or "stream"
 rows       of the cameras' u and v: "stereo" | "xyz"
-tolerance  px
-budget     s
-follow     go on after a goal that moves
+tolerance  of the error, px
+budget     time limit, s
+follow     whether to follow a goal that moves
 goals      {camera: (u, v)}, px; {} for the goal marker
 
 The defaults are those of the brick's command line.
 """
 
-Stop.__doc__ = """The laptop asks the brick to stop, and why."""
+Stop.__doc__ = """Order of the laptop to stop, and why."""
 
-Bye.__doc__ = """The last line before the sender closes the connection, and why."""
+Bye.__doc__ = """Last line before the sender closes the connection, and why."""
 
 
 # Each kind's class and fields, in the order of the line: (key, check). An observation's camera
@@ -221,12 +224,12 @@ _KINDS = {
 }  # type: Dict[str, Kind]
 _KINDS.update(job_messages.KINDS)
 _LATER = {("status", "battery")}
-"""What may be missing in a line: earlier senders of this version do not know it."""
+"""Fields (kind, key) that may be missing: earlier senders of this version do not know them."""
 _KIND_OF = {kind_class: kind for kind, (kind_class, _) in _KINDS.items()}
 
 
 OBSERVATION_BEGINS, _SEQ = b'{"kind":"observation","camera":"', b'","seq":'
-"""How `encode` begins a line, and goes on after the camera's name: recognised without parsing."""
+"""Bytes at an observation's start and after its camera, so that lines are sorted unparsed."""
 
 
 def _refuse_constant(name):
@@ -242,7 +245,7 @@ _ENCODER = json.JSONEncoder(separators=(",", ":"), ensure_ascii=False, allow_nan
 
 def encode(message):
     # type: (Message) -> bytes
-    """The line of a message, with its newline: bytes.
+    """Return the line of a message, with its newline: bytes.
 
     Raises:
         BadMessage: some value would not be accepted on the other side.
@@ -261,10 +264,11 @@ def encode(message):
 
 def decode(line, known_names=()):
     # type: (bytes, Container[str]) -> Message
-    """The message in a line of bytes, with or without its newline.
+    """Return the message in a line of bytes.
 
     Args:
-        known_names: names of cameras and markers that have been found right before.
+        line: bytes, with or without the newline.
+        known_names: names of cameras and markers that were checked before.
 
     Raises:
         BadMessage: saying in one line what is wrong and what is allowed; nothing else is raised,
@@ -306,7 +310,7 @@ def decode(line, known_names=()):
 
 def seq_of(line):
     # type: (bytes) -> int
-    """The number of an observation's line, read without parsing it; -1 if it has none."""
+    """Return the `seq` of an observation's line without parsing it; -1 if it has none."""
     begin = line.find(_SEQ, len(OBSERVATION_BEGINS)) + len(_SEQ)
     number = line[begin : line.find(b",", begin)]
     return int(number) if number.isdigit() and len(number) <= 16 else -1
@@ -314,10 +318,10 @@ def seq_of(line):
 
 def _plain_observation(values, known_names, type=type, float=float):
     # type: (Dict[str, Any], Container[str], Any, Any) -> Optional[Observation]
-    """The Observation that `values` are if nothing about them is unusual; else None.
+    """Return the Observation in `values` if nothing about them is unusual; else None.
 
-    The checks of _KINDS would come to the same, but they take the brick twice as long, which hears
-    60 of these a second. (For the same reason the two builtins are parameters: they are at hand.)
+    The checks of _KINDS have the same result, but take the brick twice as long, and 60 of these
+    come a second. (For the same reason the two builtins are parameters: a local name is faster.)
     """
     try:
         camera, seq, t = values["camera"], values["seq"], values["t"]
@@ -361,7 +365,7 @@ def _checked(kind, key, check, value):
 
 def _shown(value):
     # type: (object) -> str
-    """A value as one short printable line; never more than a glance at what is nested."""
+    """Return a value as one short printable line; of nested ones only type and length."""
     if isinstance(value, (list, tuple, dict)):
         return "a {} of {}".format(type(value).__name__, len(value))
     text = ascii(value)

@@ -1,4 +1,4 @@
-"""Of each camera the newest observation, told in our own time.  Pure."""
+"""The newest observation of each camera, dated on the own clock.  Pure."""
 
 from shared.messages import (
     MAX_CAMERAS,
@@ -17,10 +17,10 @@ if MYPY:
     Line = Tuple[bytes, float]  # without its newline; when it came in, s
 
 FUTURE_SLACK = 0.01
-"""How far from the future an observation may seem to come, beyond what the clocks explain, s."""
+"""Tolerance of an observation from the future, s, beyond the uncertainty of the clock offset."""
 
 MAX_NAMES = 64
-"""Names of cameras and markers that are kept in mind."""
+"""Greatest number of names of cameras and markers that are kept."""
 
 
 def by_camera(lines):
@@ -28,10 +28,10 @@ def by_camera(lines):
     """Sort lines that came together, without parsing them.
 
     Args:
-        lines: list of (line, time it came in).
+        lines: list of (line, time it came in, s).
 
     Returns:
-        Those that are no observations, in order; and of each camera's a list, the newest last.
+        Those that are no observations, in order; and a list per camera, the newest last.
     """
     others, cameras = [], {}  # type: List[Line], Dict[bytes, List[Line]]
     for entry in lines:
@@ -43,19 +43,19 @@ def by_camera(lines):
             others.append(entry)
     for entries in cameras.values():
         if len(entries) > 1:
-            entries.sort(key=lambda entry: seq_of(entry[0]))  # but for a mad sender, it is already
+            entries.sort(key=lambda entry: seq_of(entry[0]))  # a correct sender has sorted them
     return others, cameras.values()
 
 
 class NewestObservations(object):
-    """What a link has to hand over.
+    """Observations that a link has to hand over: one slot per camera.
 
     Args:
-        pings: peer_clock.Pings, by which times are told.
-        counters: dict by link.COUNTERS, of which those of observations are raised here.
+        pings: peer_clock.Pings, which dates them.
+        counters: {name: count} by link.COUNTERS; those of observations are raised here.
 
     Attributes:
-        names: of cameras and markers that have been found right; a set.
+        names: set of the names of cameras and markers that were checked before.
         late: {camera: age, s} of those whose last observation was too old to be handed over.
     """
 
@@ -73,13 +73,13 @@ class NewestObservations(object):
 
     def forget_times(self):
         # type: () -> None
-        """Forget what was dated by a clock that is no more."""
+        """Forget all times of the other side's clock, which has jumped."""
         self._slots.clear()
         self._latest = {camera: (seq, 0.0) for camera, (seq, _) in self._latest.items()}
 
     def hand_over(self, now, max_age):
         # type: (float, float) -> Dict[str, Observation]
-        """{camera: Observation} of those that are at most so old (s) at the time `now`, once."""
+        """Return {camera: Observation} of those not older than max_age (s) at `now` (s), once."""
         fresh = {camera: seen for camera, seen in self._slots.items() if now - seen.t <= max_age}
         for camera, seen in self._slots.items():
             if camera not in fresh:
@@ -90,9 +90,13 @@ class NewestObservations(object):
         self._slots.clear()
         return fresh
 
-    def take(self, seen, t):
+    def handle(self, seen, t):
         # type: (Observation, float) -> bool
-        """Put an observation that came in at t into its slot, if it is newer and can be dated."""
+        """Put an observation that came in at t (s) into its slot, if it is newer and can be dated.
+
+        Returns:
+            bool: whether it was accepted.
+        """
         seq, last = self._latest.get(seen.camera, (-1, -1.0))
         if seq < 0 and len(self._latest) == MAX_CAMERAS:
             raise BadMessage("more than {} cameras".format(MAX_CAMERAS))

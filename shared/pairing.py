@@ -1,14 +1,22 @@
-"""Who may talk: both sides prove that they know the pairing code, and neither says it.
+"""Mutual authentication: both sides prove that they know the pairing code; neither sends it.
 
     brick -> hello(version, role, nonce)      laptop -> challenge(nonce, salt)
     brick -> proof                            laptop -> welcome(proof)
 
-This is authentication without secrecy: whoever can listen on the network can read the messages, but
-cannot change them, nor add any: all that follows is signed (shared.signing). The proof is
-HMAC-SHA256 (RFC 2104) over version, role and both nonces, so that an old one is worth nothing; the
-keys of the signatures come from the same nonces. A code is short because people type it; PBKDF2
-(RFC 8018) makes each guess from an overheard proof as dear as ITERATIONS, and a salt of its own
-makes what was worked out for one pairing worth nothing for another.
+This is authentication without secrecy: an eavesdropper can read the messages. It can neither change
+them nor add any, as all later lines are signed (shared.signing). With || for joined texts:
+
+    key     = PBKDF2-HMAC-SHA256(code, salt, ITERATIONS)          RFC 8018
+    proof   = HMAC-SHA256(key, version || role || both nonces)    RFC 2104
+    session = HMAC-SHA256(key, version || "session" || both nonces)
+    signing key of a side = HMAC-SHA256(session, version || role || both nonces)
+
+Each side chooses a fresh nonce, so a recorded proof is worth nothing in a later handshake. The role
+in the text keeps a side's own proof from being sent back to it (reflection). A code is short, as
+people type it; an eavesdropper can guess it offline, and PBKDF2 makes each guess cost ITERATIONS
+hashes. The salt makes a table that was computed for one pairing useless for another. SPAKE2 would
+prevent offline guesses, but is not in Python's standard library. TLS would encrypt, but `ssl` of
+Python 3.5 knows no pre-shared keys, so people would have to handle certificates.
 """
 
 import binascii
@@ -24,16 +32,16 @@ if MYPY:
     from typing import List, Tuple  # noqa: F401
 
 ALPHABET = "23456789ABCDEFGHJKMNPQRSTUVWXYZ"
-"""Without 0 O 1 I L, which people take for each other."""
+"""Characters of a code: digits and letters without 0 O 1 I L, which people confuse."""
 
 CODE_LENGTH, GROUP = 12, 4
-"""Characters of a code, and of each group that people read: 59 bits."""
+"""Length of a code, characters (59 bits), and of each group that people read."""
 
 OLD_LENGTH = 8
-"""Of codes that are no longer in use."""
+"""Length of codes of earlier versions, characters."""
 
 ITERATIONS = 20000
-"""Of PBKDF2, once per pairing; an estimated 0.9 s on the brick."""
+"""Iterations of PBKDF2, once per pairing; an estimated 0.9 s on the brick."""
 
 
 class BadCode(ArmError, ValueError):
@@ -46,7 +54,7 @@ class OldCode(BadCode):
 
 def new_code():
     # type: () -> str
-    """A pairing code by the system's random generator."""
+    """Return a new pairing code from the system's random generator."""
     letters = []  # type: List[str]
     while len(letters) < CODE_LENGTH:
         number = ord(os.urandom(1))
@@ -57,7 +65,7 @@ def new_code():
 
 def read_code(text):
     # type: (str) -> str
-    """The pairing code that a person typed; case, dashes and blanks do not matter.
+    """Return the pairing code that a person typed; case, dashes and blanks do not matter.
 
     Raises:
         OldCode: it is one of an earlier version.
@@ -81,18 +89,18 @@ def read_code(text):
 
 def show_code(code):
     # type: (str) -> str
-    """The code as people read it, in groups."""
+    """Return the code as people read it, in groups."""
     return "-".join(code[at : at + GROUP] for at in range(0, CODE_LENGTH, GROUP))
 
 
 @functools.lru_cache(maxsize=16)  # a program may pair often
 def key_of(code, salt):
     # type: (str, str) -> bytes
-    """The key for `proof`: 32 bytes.
+    """Derive the key for `proof` from a code by PBKDF2: 32 bytes.
 
     Args:
         code: as read_code returns it.
-        salt: 32 hex digits, as the laptop has them for this code.
+        salt: 32 hex digits, which the laptop chose with this code.
     """
     import hashlib  # not above: on the brick the arm is ready sooner without
 
@@ -102,19 +110,19 @@ def key_of(code, salt):
 
 def new_nonce():
     # type: () -> str
-    """32 hex digits that nobody has seen before."""
+    """Return 32 hex digits (128 bits) from the system's random generator."""
     return binascii.hexlify(os.urandom(16)).decode("ascii")
 
 
 def proof(key, role, brick_nonce, laptop_nonce):
     # type: (bytes, str, str, str) -> str
-    """What the side with this role sends to show that it has the key: 64 hex digits."""
+    """Return the proof of the side with this role that it has the key: 64 hex digits."""
     return _keyed(key, role, brick_nonce, laptop_nonce).hexdigest()
 
 
 def is_proof(given, key, role, brick_nonce, laptop_nonce):
     # type: (str, bytes, str, str, str) -> bool
-    """Whether `given` is that proof; takes the same time wherever the two differ."""
+    """Return whether `given` is that proof, in constant time (no timing attack)."""
     import hmac
 
     return hmac.compare_digest(given, proof(key, role, brick_nonce, laptop_nonce))
@@ -122,7 +130,7 @@ def is_proof(given, key, role, brick_nonce, laptop_nonce):
 
 def session_keys(key, brick_nonce, laptop_nonce):
     # type: (bytes, str, str) -> Tuple[bytes, ...]
-    """The keys of one connection: what signs the brick's lines, and the laptop's; 32 bytes each."""
+    """Return the session's keys for the brick's lines and the laptop's; 32 bytes each."""
     session = _keyed(key, "session", brick_nonce, laptop_nonce).digest()
     return tuple(
         _keyed(session, role, brick_nonce, laptop_nonce).digest() for role in (BRICK, LAPTOP)

@@ -1,4 +1,19 @@
-"""The other side's clock, seen from ours by pings and pongs.  Pure."""
+"""The offset of the other side's clock, estimated from pings and pongs.  Pure.
+
+A ping leaves at t1 on the own clock, arrives at t2 on theirs; the pong leaves at t3 on theirs and
+arrives at t4 on the own clock. With theirs = own + offset, and since no message arrives before it
+was sent,
+
+    t3 - t4  <=  offset  <=  t2 - t1
+
+The middle, ((t2 - t1) + (t3 - t4)) / 2, is NTP's estimate (RFC 5905, section 8). Its error is at
+most half the round trip, (t4 - t1) - (t3 - t2), however unequal the two ways are. So the exchange
+with the shortest round trip is the best: Cristian, Probabilistic clock synchronization,
+Distributed Computing 3, 1989. A mean of all offsets would be worse: delays are one-sided, and a
+single late pong would shift it. With age a bound widens by the drift of the two crystals.
+
+Nothing here sets a clock. Observations keep the sender's times, which are converted on arrival.
+"""
 
 import collections
 
@@ -15,36 +30,35 @@ else:
     _Sample = record("_Sample", "t lowest highest")
 
 FIRST_PINGS = 20
-FAST_PING = 0.25
-SLOW_PING = 0.5
-"""Pings come every FAST_PING s at first, then every SLOW_PING s."""
+"""Number of pings at the short period, after the link begins."""
+
+FAST_PING, SLOW_PING = 0.25, 0.5
+"""Periods of the pings, s: of the first ones, and of the later ones."""
 
 MAX_UNCERTAINTY = 0.1
-"""While the clock offset is known no better, observations have no date, s."""
+"""Greatest uncertainty of the clock offset at which observations are dated, s."""
 
 MAX_SAMPLES = 16
-"""Pongs among which the clock offset is chosen."""
+"""Number of the last pongs among which the clock offset is chosen."""
 
 MAX_DRIFT = 100e-6
-"""By which two clocks may run apart, s per s: two bad crystals."""
+"""Greatest drift between two clocks, s per s: two bad crystals."""
 
 TIME_RESOLUTION = 1e-5
-"""What rounding may do to an interval between time stamps, s."""
+"""Greatest rounding error of an interval between time stamps, s."""
 
 
 class PeerClock(object):
-    """The other side's clock, seen from ours: theirs = ours + offset.
+    """Estimate of the other side's clock: theirs = ours + offset.
 
-    Each ping and its pong bound the offset from both sides: the pong was sent before it came in,
-    the ping came in after it was sent. The tightest of the last MAX_SAMPLES is believed (Cristian
-    1989, as in NTP), and it is the middle of the bounds. Bounds that exclude each other prove that
-    a clock has jumped: what was learned before is then forgotten.
+    The tightest bounds of the last MAX_SAMPLES exchanges count, and their middle is the offset.
+    Bounds that exclude each other prove that a clock has jumped: all earlier ones are forgotten.
 
     Attributes:
-        jumps: how often a clock has jumped.
-        is_known: whether anything is known.
-        offset: their clock minus ours, s; 0 while nothing is known.
-        round_trip: of the ping that is believed, s; None while there is none.
+        jumps: number of jumps of a clock.
+        is_known: whether there is an estimate.
+        offset: their clock minus ours, s; 0 while unknown.
+        round_trip: of the exchange that was chosen, s; None while there is none.
     """
 
     def __init__(self):
@@ -58,17 +72,21 @@ class PeerClock(object):
 
     def add(self, ping_sent, ping_received, pong_sent, pong_received):
         # type: (float, float, float, float) -> bool
-        """Learn from one ping and its pong; the first and last time are ours, the others theirs.
+        """Update the estimate by one ping and its pong.
+
+        Args:
+            ping_sent, pong_received: on our clock, s.
+            ping_received, pong_sent: on their clock, s.
 
         Returns:
-            bool: whether these times can be true.
+            bool: whether these times are possible.
         """
         new = _Sample(pong_received, pong_sent - pong_received, ping_received - ping_sent)
         if pong_sent < ping_received or new.highest < new.lowest - TIME_RESOLUTION:
             return False
         for old in self._samples:
-            play = MAX_DRIFT * abs(new.t - old.t) + TIME_RESOLUTION
-            if new.lowest > old.highest + play or new.highest < old.lowest - play:
+            slack = MAX_DRIFT * abs(new.t - old.t) + TIME_RESOLUTION
+            if new.lowest > old.highest + slack or new.highest < old.lowest - slack:
                 self.jumps += 1
                 self._samples.clear()
                 break
@@ -85,19 +103,19 @@ class PeerClock(object):
 
     def uncertainty(self, now):
         # type: (float) -> float
-        """By how much the offset may be wrong, s; infinite while nothing is known."""
+        """Return the greatest error of the offset at `now`, s; infinite while it is unknown."""
         return self._uncertainty + MAX_DRIFT * abs(now - self._best_at)
 
 
 class Pings(object):
-    """The pings of one link, by which the other side's clock is known.
+    """Pings of one link, which estimate the other side's clock.
 
     Args:
         t: time at which the first is due, s.
 
     Attributes:
         clock: PeerClock.
-        next_at: when the next ping is due, s.
+        next_at: time at which the next ping is due, s.
     """
 
     def __init__(self, t):
@@ -116,7 +134,7 @@ class Pings(object):
 
     def begin(self, t):
         # type: (float) -> int
-        """Note that a ping goes out at `t` (s); its number."""
+        """Record that a ping goes out at `t` (s); return its number."""
         self._sent += 1
         self.next_at = t + (FAST_PING if self._sent <= FIRST_PINGS else SLOW_PING)
         self._in_flight[self._sent] = t
@@ -126,12 +144,12 @@ class Pings(object):
 
     def awaits(self, number):
         # type: (int) -> bool
-        """Whether a ping is not answered yet."""
+        """Return whether the ping of this number is not answered yet."""
         return number in self._in_flight
 
-    def take(self, pong, t):
+    def handle(self, pong, t):
         # type: (Pong, float) -> bool
-        """Learn from a Pong that came in at `t` (s); whether it can be true."""
+        """Update the clock by a Pong that came in at `t` (s); return whether it is possible."""
         sent = self._in_flight.pop(pong.id, None)
         if sent is None or not self.clock.add(sent, pong.received, pong.sent, t):
             return False
@@ -141,7 +159,7 @@ class Pings(object):
 
     def can_date(self, t):
         # type: (float) -> bool
-        """Whether at `t` (s) the other side's times can be told in ours."""
+        """Return whether at `t` (s) the other side's times can be converted to ours."""
         return (
             self._doubted_at is None
             and self.clock.is_known
@@ -150,12 +168,12 @@ class Pings(object):
 
     def doubt(self, t):
         # type: (float) -> None
-        """A time that cannot be: has a clock jumped? Nothing is dated until a new ping has told."""
+        """Doubt the clocks after an impossible time at `t` (s): no dates until a new pong."""
         self._doubted_at = self._sent
         self.next_at = min(self.next_at, t + FAST_PING / 2)
 
     def restart(self, t):
         # type: (float) -> None
-        """Our own clock has jumped back, to `t` (s): what is on its way tells nothing."""
+        """Forget the pings in flight: our own clock has jumped back to `t` (s)."""
         self.next_at = t
         self._in_flight.clear()

@@ -1,7 +1,7 @@
 """Named tuples that cost the brick's Python next to nothing to define, and less to make.
 
 `collections.namedtuple` of Python 3.5 compiles a page of text for each class, which takes 1.9 M
-instructions; `record` takes 0.2 M.  What comes out can do the same.
+instructions; `record` takes 0.2 M.  The result can do the same.
 """
 
 import sys
@@ -26,12 +26,12 @@ class Record(Values):
     @classmethod
     def _make(cls, values):
         # type: (Type[Self], Iterable[Any]) -> Self
-        """One of these from its values in order."""
+        """Make a record from its values in order."""
         return cls(*values)
 
     def _replace(self, **changed):
         # type: (Self, **Any) -> Self
-        """The same with other values for some fields."""
+        """Return a copy with other values for some fields."""
         result = self._make([changed.pop(field, own) for field, own in zip(self._fields, self)])
         if changed:
             raise ValueError("{} has no {}".format(type(self).__name__, ", ".join(sorted(changed))))
@@ -39,7 +39,7 @@ class Record(Values):
 
     def _asdict(self):
         # type: () -> Dict[str, Any]
-        """An OrderedDict of names and values."""
+        """Return an OrderedDict of names and values."""
         from collections import OrderedDict  # not above: few ask for it
 
         return OrderedDict(zip(self._fields, self))
@@ -64,12 +64,12 @@ else:
 
     def record(name, fields, defaults=()):
         # type: (str, str, Sequence[object]) -> type
-        """A class of tuples with named elements, as `collections.namedtuple` makes.
+        """Make a class of tuples with named elements, as `collections.namedtuple` does.
 
         Args:
             name: of the class.
             fields: names of the elements, in one text.
-            defaults: values of the last fields, for when they are not given.
+            defaults: values of the last fields, where none is given.
         """
         fields = tuple(fields.split())
         # The one thing to be compiled, so that Python itself sorts arguments into their places.

@@ -1,4 +1,4 @@
-"""How a run may be ordered: the brick's command line and the laptop offer and refuse the same."""
+"""Options of a run: the brick's command line and the laptop offer and refuse the same ones."""
 
 from shared.arm_description import ArmError
 
@@ -7,27 +7,28 @@ if MYPY:
     from shared.messages import Start  # noqa: F401
 
 METHODS = ("report", "broyden", "kalman", "chain")
-"""How the image Jacobian is known."""
+"""Sources of the image Jacobian."""
 MODES = ("look", "stream")
+"""Ways of servoing: look, then move; or move while pictures stream in."""
 ROWS = ("stereo", "xyz")
-"""Of the cameras' u and v."""
+"""Sets of rows of the error, from the cameras' u and v."""
 
 
 class InvalidRunOptions(ArmError):
-    """What is ordered does not go together."""
+    """Error for options that exclude each other."""
 
 
 class TooFewPixels(ArmError):
-    """The goals leave joints undetermined."""
+    """Error for goals that leave joints undetermined."""
 
 
 def check_options(options, joints):
     # type: (Start, int) -> None
-    """Refuse what no run can be made of.
+    """Refuse options that exclude each other.
 
     Args:
         options: shared.messages.Start.
-        joints: how many the arm has; 0 if that is not known.
+        joints: number of the arm's joints; 0 if unknown.
 
     Raises:
         InvalidRunOptions, TooFewPixels: saying in one line, wherever that is read, what is wrong

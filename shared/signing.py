@@ -1,10 +1,18 @@
-"""Signatures of the lines of a link: without the key nobody can change, repeat or leave out one.
+"""Signatures of a link's lines, against change, replay, loss and reordering.
 
     {"kind":"stop","reason":"enough"}5f0c1d2e3b4a5968
 
 The last 16 bytes are the first 8, in hex digits, of HMAC-SHA256 (RFC 2104) over the number of the
 line, counted from 0 on in this direction, a blank, and the message. The number itself is not sent:
-both sides count. Each direction has a key of its own, so that no line can be sent back.
+both sides count. So a line that is replayed, left out or out of order fails the check: its number
+differs. Each direction has a key of its own (shared.pairing), so that no line can be sent
+back to its sender. The keys are new in every connection: a line of an earlier one is worth nothing.
+
+    HMAC(K, m) = H((K xor opad) || H((K xor ipad) || m))
+
+Only 64 bits are sent, fewer than the 80 that RFC 2104 (section 5) recommends: the first forged line
+ends the connection, so an attacker has one guess in 2^64. A CRC
+would find damage, but anybody can compute it; a public-key signature costs the brick far more.
 """
 
 from shared.framing import TAG_LENGTH
@@ -13,19 +21,19 @@ MYPY = False
 if MYPY:
     from typing import Deque, List, Tuple, TypeVar  # noqa: F401
 
-    Arrival = TypeVar("Arrival")  # what is told of a line beside it
+    Arrival = TypeVar("Arrival")  # what stands beside a line
 
 BLOCK = 64
-"""Of SHA-256, bytes."""
+"""Block length of SHA-256, bytes."""
 
 _TAG = -TAG_LENGTH  # where the signature begins in a line
 
 
 class LineSigner(object):
-    """Signs the lines of one direction, or checks their signatures: one object does one of both.
+    """Signer of the lines of one direction, or checker of their signatures: one object does one.
 
-    `hmac` is written in Python, and dear on the brick. So what depends on the key alone is worked
-    out here, and copied for each line.
+    `hmac` is written in Python, and slow on the brick. So the hash states that depend on the key
+    alone are computed here once, and copied for each line.
 
     Args:
         key: bytes, at most BLOCK.
@@ -44,16 +52,19 @@ class LineSigner(object):
 
     def sign(self, line):
         # type: (bytes) -> bytes
-        """The next line, which ends in a newline, with its signature."""
+        """Return the next line with its signature; both end in a newline."""
         message = line[:-1]
         return message + self._tag(message) + b"\n"
 
     def checked(self, lines):
         # type: (Deque[Tuple[bytes, Arrival]]) -> List[Tuple[bytes, Arrival]]
-        """Take out of a deque of (line without its newline, x) those that are the next ones.
+        """Take the lines with valid signatures off the left of a deque of (line, x).
+
+        Args:
+            lines: deque of (line without its newline, anything).
 
         Returns:
-            List of (message, x). The first one that is not as it was sent stays in the deque.
+            List of (message, x). The first invalid line, and all after it, stay in the deque.
         """
         found = []
         while lines:

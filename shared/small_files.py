@@ -1,8 +1,8 @@
-"""The small files that programs keep, whatever may have become of them.
+"""Reading and writing of the small files that programs keep.
 
-A regular file of a sensible size is read, and nothing else: a pipe would be waited for, a device
-read for ever. Any error in what it holds is a `SpoiltFile`, which says in words what is wrong;
-naming the file, and the next step, is up to who knows them.
+Only a regular file of a sensible size is read: a pipe would block, a device would never end. Any
+error in its contents is a `SpoiltFile`, which says what is wrong; the caller adds the file's name
+and the next step.
 """
 
 import math
@@ -16,22 +16,23 @@ if MYPY:
     AnyPath = Union[str, os.PathLike[str]]
 
 MAX_SIZE = 65536
-"""Greatest size of such a file, bytes; they have some hundred."""
+"""Greatest size of a small file, bytes; most have some hundred."""
 
 KINDS = (
     (stat.S_ISDIR, "is a folder"),
     (stat.S_ISFIFO, "is a pipe"),
     (stat.S_ISSOCK, "is a socket"),
 )
+"""Tests for files that are not regular, and their texts for people."""
 
 
 class SpoiltFile(ValueError):
-    """The file is not what it should be; the message says it, to stand behind its name."""
+    """Error for a file with invalid contents; the message continues the file's name."""
 
 
 def open_file(path):
     # type: (AnyPath) -> int
-    """Open a file, never waiting; its descriptor.
+    """Open a file without blocking; return its descriptor.
 
     Raises:
         SpoiltFile: it is no regular file.
@@ -49,9 +50,10 @@ def open_file(path):
 
 def open_to_write(path, how=os.O_TRUNC):
     # type: (AnyPath, int) -> int
-    """Make a file, or take the one that is there, never waiting; its descriptor.
+    """Open a file for writing, made where it is missing, without blocking; return its descriptor.
 
     Args:
+        path: of the file.
         how: os.O_TRUNC empties it, os.O_APPEND keeps what it has.
 
     Raises:
@@ -63,11 +65,11 @@ def open_to_write(path, how=os.O_TRUNC):
 
 def check_replaceable(path):
     # type: (AnyPath) -> None
-    """Let a file be put where none is, or a regular one: what a rename does, it does to anything.
+    """Refuse to replace anything but a regular file: a rename would replace a device, too.
 
     Raises:
         SpoiltFile: a folder, a device, a pipe or the like is there.
-        OSError: that cannot be found out.
+        OSError: the path cannot be examined.
     """
     try:
         found = os.stat(path)
@@ -85,10 +87,12 @@ def _check_regular(found):
 
 def read_text(path, most=MAX_SIZE, encoding="utf-8"):
     # type: (AnyPath, int, str) -> str
-    """The text in a file, its lines ended by a newline.
+    """Read the text in a file; its line ends become newlines.
 
     Args:
-        most: bytes; a longer one is none of ours.
+        path: of the file.
+        most: greatest size, bytes.
+        encoding: of the text.
 
     Raises:
         SpoiltFile, OSError: see `open_file`; or it is too long, or no text.
@@ -105,20 +109,20 @@ def read_text(path, most=MAX_SIZE, encoding="utf-8"):
 
 def read_json(path):
     # type: (AnyPath) -> Dict[str, Any]
-    """The object (a dict) in a file of JSON.
+    """Read the object (a dict) in a file of JSON.
 
     Raises:
-        SpoiltFile, OSError: see `read_text`; or it is something else.
+        SpoiltFile, OSError: see `read_text`; or it holds no object.
     """
     return parse_json(read_text(path))
 
 
 def parse_json(text):
     # type: (str) -> Dict[str, Any]
-    """The object (a dict) in a text.
+    """Parse the object (a dict) in a text of JSON.
 
     Raises:
-        SpoiltFile: it is something else.
+        SpoiltFile: it holds no object.
     """
     import json  # not above: not every program reads one
 
@@ -138,10 +142,10 @@ def _refuse(word):
 
 def number(value):
     # type: (Any) -> float
-    """A number that was read, as a float.
+    """Return a number that was read as a float.
 
     Raises:
-        SpoiltFile: it is none; true and false are none either.
+        SpoiltFile: it is no finite number; true and false are none either.
     """
     try:
         result = float(value) if type(value) in (int, float) else math.nan

@@ -1,9 +1,9 @@
-"""How a run may end: each verdict's word, for the wire and the logs, and its text for people."""
+"""Verdicts, the results of a run: each one's word, for wire and logs, and its text for people."""
 
 READY = "ready"
-"""Not an end: a brick that waits for its first Start."""
+"""Verdict before the first Start: the brick waits for it."""
 REFUSED = "refused"
-"""A Start whose options make no sense has come to no run."""
+"""Verdict of a Start with invalid options, which began no run."""
 CONVERGED = "converged"
 UNREACHABLE = "unreachable"
 LIMIT = "limit"
@@ -39,4 +39,4 @@ VERDICT_TEXTS = {
     STOPPED: "Stopped. The arm is held.",
     REFUSED: "The brick refused these orders.",
 }
-"""What people are told, and what they can do."""
+"""Texts for people by verdict: the result, and the next step."""

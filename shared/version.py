@@ -1,3 +1,3 @@
-"""The version of all of it: laptop and brick tell people theirs, and whether they are the same."""
+"""Version of the whole software: laptop and brick report theirs, and whether they are the same."""
 
 VERSION = "0.2.0"

@@ -195,7 +195,7 @@ def merged_strokes(
 def is_joined(stroke: PlannedStroke, after: PlannedStroke) -> bool:
     """Return whether the pen stays down from one stroke to the one after it."""
     ends = zip(stroke.motions[-1].end, after.motions[0].start, strict=True)
-    return max(abs(a - b) for a, b in ends) <= job.JOINED
+    return max(abs(a - b) for a, b in ends) <= job.JOIN_TOLERANCE
 
 
 def job_strokes(

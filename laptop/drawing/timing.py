@@ -22,7 +22,7 @@ from robot.motion.gravity import Gravity
 from robot.motion.motor_model import PEN_ACCELERATION, PEN_SPEED
 from robot.motion.trajectory import JOINT_ACCELERATION, JointMove, Trajectory
 from shared.arm_description import Arm, Joint
-from shared.job import JOINED
+from shared.job import JOIN_TOLERANCE
 
 DIRECT, GEARED, IN_SPACE = "direct", "geared", "in space"
 
@@ -96,7 +96,7 @@ class _Run:
 
     def is_at(self, q: Sequence[float]) -> bool:
         return self._pen_is_down and max(abs(a - b) for a, b in zip(q, self._q, strict=True)) <= (
-            JOINED
+            JOIN_TOLERANCE
         )
 
     def lift(self) -> None:

@@ -5,7 +5,7 @@ The brick asks before anything moves, and so does the laptop that plans a job.
 
 from robot.jobs.learned import check_way, merged
 from robot.motion import kinematics
-from shared.job import JOINED
+from shared.job import JOIN_TOLERANCE
 from shared.job_pieces import BadJob
 
 MYPY = False
@@ -52,7 +52,7 @@ def joined(stroke, after):
     # type: (Stroke, Stroke) -> bool
     """Whether a stroke begins where the one before ended."""
     begin = [cubic[0] for cubic in after.pieces[0][1][0][2]]
-    return max([abs(a - b) for a, b in zip(stroke.pieces[-1][2], begin)]) <= JOINED
+    return max([abs(a - b) for a, b in zip(stroke.pieces[-1][2], begin)]) <= JOIN_TOLERANCE
 
 
 def _check_table(job, k, pieces, arm):

@@ -7,8 +7,8 @@ become part of the cubics that the plan is made of: a control tick does not know
 
 import math
 
-from shared.job import JOINED
-from shared.job_pieces import GREATEST, LEAST_WAY, MAX_JUMP, BadJob, check_joints, go_on
+from shared.job import JOIN_TOLERANCE
+from shared.job_pieces import MAX_JUMP, MAX_NUMBER, MIN_LENGTH, BadJob, check_joints, go_on
 
 MYPY = False
 if MYPY:
@@ -65,7 +65,7 @@ def merged(job, k, stroke, joints, between=go_on):
     return out
 
 
-def check_way(job, k, pieces, after, jump=JOINED + MAX_JUMP):
+def check_way(job, k, pieces, after, jump=JOIN_TOLERANCE + MAX_JUMP):
     # type: (str, int, Sequence[Piece], Sequence[Piece], float) -> None
     """Refuse, by BadJob, pieces that do not begin where those before end.
 
@@ -95,7 +95,7 @@ def _check(job, k, piece, ways, offsets):
         raise _bad(job, k, "{} offsets of a piece, and it takes 2 to {}".format(
             len(ways), MAX_KNOTS
         ))  # fmt: skip
-    if ways[0] != 0 or any(b - a < LEAST_WAY for a, b in zip(ways, ways[1:])):
+    if ways[0] != 0 or any(b - a < MIN_LENGTH for a, b in zip(ways, ways[1:])):
         raise _bad(job, k, "their places do not go on")
     length = sum(_lengths(piece))
     if not abs(ways[-1] - length) <= SAME_WAY:
@@ -143,7 +143,7 @@ def _with(job, k, piece, ways, offsets):
             )
             if not bend <= MAX_ACCELERATION:  # nor what is no number
                 raise _bad(job, k, "{:.0f} deg/s^2 of a joint, and {:.0f} are the most".format(
-                    math.degrees(min(bend, GREATEST)), math.degrees(MAX_ACCELERATION)
+                    math.degrees(min(bend, MAX_NUMBER)), math.degrees(MAX_ACCELERATION)
                 ))  # fmt: skip
             moved.append((c0 + d0, c1 + m0, c2 + e2, c3 + e3))
         out.append((v, a, moved, across))

@@ -7,7 +7,7 @@ from robot.jobs.orders import Buttons, JobOrders, orders_file
 from robot.jobs.report import JobReport, status_file
 from robot.jobs.runner import JobRunner
 from shared.arm_description import ArmError
-from shared.job_messages import ROWS, JobLog
+from shared.job_messages import MAX_LOG_ROWS, JobLog
 
 MYPY = False
 if MYPY:
@@ -129,8 +129,8 @@ class LinkedLog(object):
     def add(self, rows):
         # type: (Sequence[LogRow]) -> None
         """Send LogRows."""
-        for k in range(0, len(rows), ROWS):
-            self._client.send(JobLog(self._crc, [list(row) for row in rows[k : k + ROWS]]))
+        for k in range(0, len(rows), MAX_LOG_ROWS):
+            self._client.send(JobLog(self._crc, [list(row) for row in rows[k : k + MAX_LOG_ROWS]]))
 
 
 class WatchedFeed(LoggingFeed):
