@@ -75,8 +75,10 @@ class PeerClock(object):
         """Update the estimate by one ping and its pong.
 
         Args:
-            ping_sent, pong_received: on our clock, s.
-            ping_received, pong_sent: on their clock, s.
+            ping_sent: t1, on our clock, s.
+            ping_received: t2, on theirs, s.
+            pong_sent: t3, on theirs, s.
+            pong_received: t4, on ours, s.
 
         Returns:
             bool: whether these times are possible.

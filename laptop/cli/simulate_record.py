@@ -10,7 +10,7 @@ from typing import Any
 from laptop.cli.simulate_options import BrickOptions, BrickSetup
 from laptop.emulator import measured_brick
 from laptop.emulator.device.sensor_scene import LINE, line_points
-from laptop.emulator.pace import BUSY
+from laptop.emulator.pace import BUSY_PACE
 from laptop.emulator.rig import SimulationResult
 from laptop.record.drawing_tables import PATHS, paths_table
 from laptop.record.figures import line_accuracy
@@ -195,7 +195,7 @@ class ScriptRun:
             f"{ending.reason}, status {ending.status}, after {end:.2f} s on the emulated "
             f"brick ({brick}; {more['accesses']} accesses{speed})"
         ]
-        if pace is not None and pace < BUSY:
+        if pace is not None and pace < BUSY_PACE:
             lines.append("this computer was busy, so the emulated clock went slower than real time")
         paths = told.rows(PATHS)
         for number, path in enumerate(paths, 1):

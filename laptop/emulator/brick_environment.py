@@ -8,10 +8,10 @@ from typing import Dict, Iterator, Mapping
 from laptop.emulator.host import linux
 
 OWN_VARIABLES = "BRICKSERVO_"
-"""How the variables begin that a program on the brick finds as they are here."""
+"""Prefix of the variables that a program on the brick finds as they are here."""
 
 BRICK_STATE = linux.HOME + "/.brickservo"
-"""Where the state folder is on the brick."""
+"""Path of the state folder on the brick."""
 
 
 @contextlib.contextmanager

@@ -1,4 +1,4 @@
-"""What a brick has in its memory when a program starts: its state, its arms, where it stands."""
+"""State of a brick when a program starts: its files, its arms, the arm's pose."""
 
 import contextlib
 import csv
@@ -34,21 +34,22 @@ AFTER = "after:"
 """Prefix of a start that another run leaves."""
 
 UNCHECKED = "unchecked"
-"""The start of an arm, at home, of which nobody has looked yet which motor is where."""
+"""Start of an arm at home whose motors nobody has checked yet."""
 
 RECORD_POLL_PERIOD = 0.02
-"""Period at which one looks whether that run is over, s."""
+"""Period of the checks whether that run is over, s."""
 
 LAPTOP = "127.0.0.1"
 """Host of a tracker beside the brick."""
 
 
 def read_start(text: "Start", arm: Optional["Arm"]) -> Tuple[Optional["Angles"], bool]:
-    """Read joint angles (rad), and whether the zero is known.
+    """Read a start: joint angles (rad), and whether the zero is known.
 
     Args:
         text: `home`, `lost`, `unchecked`, `DEG,DEG,...`, or `after:FOLDER`: where the run ends that
             leaves its files there, which is waited for.  Or the angles themselves, rad.
+        arm: Arm; None for a brick without one.
 
     Raises:
         InvalidSimulationOption: it is none of these.
@@ -91,7 +92,7 @@ def read_start(text: "Start", arm: Optional["Arm"]) -> Tuple[Optional["Angles"],
 
 
 def _end_of(folder: str, arm: "Arm") -> "Angles":
-    """The joint angles where a run ended, rad, within the limits; waits for its record."""
+    """Wait for a run's record; return its last joint angles, rad, within the limits."""
     while not os.path.exists(os.path.join(folder, RUN)):
         time.sleep(RECORD_POLL_PERIOD)
     try:
@@ -127,10 +128,11 @@ def park_on_file(arm: "Arm", q: Sequence[float], folder: str) -> Zero:
 def prepare_home(
     folder: str, arm: Optional["Arm"], q: Optional["Angles"], start: "Start", homed: bool
 ) -> None:
-    """Leave in `folder` what the brick knows when it is switched on.
+    """Write the state of a brick that is switched on.
 
     Args:
-        arm: as the brick is told; None for a brick without one.
+        folder: its state folder.
+        arm: Arm that programs are to drive; None for a brick without one.
         q: where it stands, rad.
         start: as for `read_start`.
         homed: whether its zero is known.
@@ -185,7 +187,7 @@ def _copy_own_arms(folder: str) -> None:
 
 
 def wanted_paths(file: str) -> List[List[Tuple[float, ...]]]:
-    """The paths in the file that a script appended to, one JSON line each; [] if there is none."""
+    """Read the paths in a file, one JSON line each; return [] if there is none."""
     if not os.path.exists(file):
         return []
     with open(file) as lines:

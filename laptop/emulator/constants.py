@@ -166,6 +166,8 @@ class ConstantTable(object):
         """Return the value of a constant that is written as `text`.
 
         Args:
+            key: of the constant.
+            text: its value as written.
             written: the key with its owner, for messages; None: the key alone.
 
         Raises:

@@ -1,4 +1,4 @@
-"""What is to go wrong on an emulated brick, and when: read, and made to happen."""
+"""Faults on an emulated brick and their times: read, and scheduled."""
 
 import re
 from functools import partial
@@ -44,7 +44,7 @@ if MYPY:
 
 
 Fault = NamedTuple("Fault", [("kind", str), ("what", Any), ("t", float)])
-"""Something that goes wrong: its kind, a port or value (or None), and when (s)."""
+"""Fault: its kind, a port or value (or None), and its time, s."""
 
 CAMERA_NAMES = "ABCDEFGH"
 """Names that a camera may have."""
@@ -62,12 +62,12 @@ FAULTS = {
     "term": None,
     "hup": None,
 }
-"""Kind of a fault -> placeholder of what stands behind its colon; CAMERA may be left out."""
+"""Kinds of faults: {kind: placeholder behind its colon}; CAMERA may be left out."""
 
 _PORTS = {"unplug": tuple("ABCD") + INPUTS}
-"""Ports of what can happen to sensors, too."""
+"""Ports of faults that can happen to sensors, too."""
 
-LONGEST_ACCESS = 10.0
+MAX_ACCESS_COST = 10.0
 """Greatest cost of a sysfs access, s."""
 
 
@@ -92,7 +92,7 @@ def read_fault(text: str) -> Fault:
         t = float(match.group(3))
         if FAULTS[kind] == "SECONDS":
             what = float(what)
-            if not 0 <= what <= LONGEST_ACCESS:
+            if not 0 <= what <= MAX_ACCESS_COST:
                 raise ValueError(what)
         elif FAULTS[kind] == "CAMERA":
             if what not in (None,) + tuple(CAMERA_NAMES):
@@ -108,7 +108,7 @@ def read_fault(text: str) -> Fault:
                     "PORT": "a port from A to D" + (", or in1 to in4" if kind in _PORTS else ""),
                     "CAMERA": "a camera from A to H, or nothing for all of them",
                     None: "nothing",
-                }.get(FAULTS[kind], "SECONDS from 0 to {:g}".format(LONGEST_ACCESS)),
+                }.get(FAULTS[kind], "SECONDS from 0 to {:g}".format(MAX_ACCESS_COST)),
             )
         ) from None
     if t > MAX_ORDER_TIME:
@@ -123,7 +123,7 @@ def read_fault(text: str) -> Fault:
 def schedule_faults(
     brick: "EmulatedBrick", devices: "Peripherals", faults: Iterable[Fault]
 ) -> Dict[str, Any]:
-    """Let the faults happen on the brick; those of the program are returned, for run_script."""
+    """Schedule the faults on the brick; return those of the program, for run_script."""
     ordered = {"signals": []}  # type: Dict[str, Any]
     for fault in faults:
         if fault.kind not in FAULTS:
@@ -166,7 +166,7 @@ def _schedule(brick: "EmulatedBrick", fault: Fault, ordered: Dict[str, Any]) -> 
 def schedule_pictures(
     world: "DeviceWorld", tracker: Optional["WatchingTracker"], faults: Iterable[Fault]
 ) -> None:
-    """Let the faults happen that are the cameras'."""
+    """Schedule the faults of the cameras."""
     for fault in faults:
         if FAULTS[fault.kind] != "CAMERA":
             continue

@@ -73,18 +73,18 @@ if MYPY:
 
 VERSION = 1
 SAMPLE_PERIOD = 0.005
-"""Time between two lines while the arm moves, s."""
+"""Period of the lines while the arm moves, s."""
 HEARTBEAT_PERIOD = 0.5
-"""Time between two lines while it rests, s."""
+"""Period of the lines while it rests, s."""
 
 MIN_MOTION = 1e-6
-"""A joint that moved less than this has not moved, rad."""
+"""Least motion of a joint that is written, rad."""
 MAX_INK_HEIGHT = 0.5
-"""An arm in space leaves ink where its tip is no higher than this above the table, cm."""
+"""Greatest height of the tip of an arm in space at which it leaves ink, cm above the table."""
 MIN_INK_LENGTH = 0.02
-"""Ink is kept in segments of at least this length, cm."""
+"""Least length of a segment of ink, cm."""
 HISTORY_LENGTH = 30.0
-"""Time for which the poses of a run in another process are kept, s; its ink for ever."""
+"""Time for which the poses of a run in another process are kept, s; its ink stays."""
 
 NO_RUN = (
     "no emulated arm is running in real time, so it is shown at home; "
@@ -103,7 +103,7 @@ Pose = NamedTuple(
 
 
 class History(object):
-    """The poses that an arm has had, and the ink it left.
+    """History of an arm's poses, and the ink it left.
 
     Args:
         arm: Arm.
@@ -129,11 +129,11 @@ class History(object):
 
     @property
     def ink(self) -> List["Segment"]:
-        """All there is on the paper, segments as in Pose."""
+        """Segments of all ink on the paper, as in Pose."""
         return self._ink
 
     def append(self, t: float, q: Sequence[float], pen: float) -> None:
-        """The pose at t (s), not before the newest."""
+        """Append the pose at t (s), which is not before the newest."""
         self._times.append(t)
         self._poses.append(tuple(q))
         if self._kept is not None and self._times[0] < t - 2 * self._kept:
@@ -154,7 +154,7 @@ class History(object):
             self._pen_at = p
 
     def at(self, t: float) -> Optional[Pose]:
-        """The Pose at t, s: between two known ones in proportion, beyond them the nearest.
+        """Return the Pose at t (s), interpolated linearly; outside the known ones the nearest.
 
         None before anything is known.
         """
@@ -186,7 +186,7 @@ def _path(folder: str, number: int) -> str:
 
 
 class PoseWriter(object):
-    """Writes the file that cameras follow; one of the world's bodies, behind the brick.
+    """Writer of the file that cameras follow; one of the world's bodies, behind the brick.
 
     A full disk or a folder that cannot be written costs the live picture, never the run.
 
@@ -233,7 +233,7 @@ class PoseWriter(object):
             self._drop()
 
     def close(self) -> None:
-        """End the file: cameras that follow know it, later ones find nothing."""
+        """End the file: cameras that follow see its end, later ones find nothing."""
         self._drop()
 
     def _is_to_be_seen(self, t: float) -> bool:
@@ -282,7 +282,7 @@ class PoseWriter(object):
             file.close()
 
     def _news(self) -> List[str]:
-        """A line per SAMPLE_PERIOD of what moved, with where that began; else a heartbeat."""
+        """Return a line per SAMPLE_PERIOD of motion, with its start; else a heartbeat."""
         lines = []
         record = self._brick.record
         for sample in record[self._taken :]:
@@ -339,7 +339,7 @@ def _line(sample: "PoseSample") -> str:
 
 
 class PoseReader(object):
-    """Reads the poses along, in another process.
+    """Reader of the poses in another process, while they are written.
 
     Args:
         folder: None takes the state folder.
@@ -384,13 +384,13 @@ class PoseReader(object):
         self.alive = locked
 
     def at(self, t: float) -> Optional[Pose]:
-        """The Pose at t, s on the world's clock (pace), or the newest; None before any run."""
+        """Return the Pose at t (s, world's clock, see pace), or the newest; None before any run."""
         if self._history is None or self.header is None:
             return None
         return self._history.at(t - self.header["zero"])
 
     def close(self) -> None:
-        """Follow no more."""
+        """Stop following."""
         if self._file is not None:
             self._file.close()
             self._file = None
@@ -470,13 +470,13 @@ def _start(file: IO[bytes]) -> Optional[Tuple["Header", "Arm", bytes]]:
         raise ValueError("its program is gone")
     if not written:
         return None
-    header = parse_json(line.decode("utf-8"))
-    if header["version"] != VERSION:
-        raise ValueError("it is of version {}, not {}".format(header["version"], VERSION))
-    told = {
-        "arm": str(header["arm"]),
-        "pid": int(number(header["pid"])),
-        "script": str(header["script"]),
-        "zero": number(header["zero"]),
+    values = parse_json(line.decode("utf-8"))
+    if values["version"] != VERSION:
+        raise ValueError("it is of version {}, not {}".format(values["version"], VERSION))
+    header = {
+        "arm": str(values["arm"]),
+        "pid": int(number(values["pid"])),
+        "script": str(values["script"]),
+        "zero": number(values["zero"]),
     }  # type: Header
-    return told, read_arm(told["arm"]), rest
+    return header, read_arm(header["arm"]), rest

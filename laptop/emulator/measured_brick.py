@@ -29,10 +29,10 @@ if MYPY:
 
 
 NOT_COMPUTING = (NOTHING, "start: ", "motor: ", "late ", "read ", "write ")
-"""Beginnings of pieces of work that do not tell how slowly a brick computes."""
+"""Prefixes of pieces of work that do not show how slowly a brick computes."""
 
 MIN_PIECES = 5
-"""Fewest pieces of work that tell how slowly a brick computes."""
+"""Least number of pieces of work to estimate how slowly a brick computes."""
 
 MIN_SLOWNESS = 0.002
 """Slowness up to which a brick computes in no time, times the real one's time."""
@@ -133,18 +133,18 @@ def _fill(measured: Dict[str, Any], figures: "Figures", arm: Optional["Arm"]) ->
 
 
 def _torque(motor: "Figures") -> float:
-    """Torque of such a motor per volt, Nm/V."""
+    """Return the torque of such a motor per volt, Nm/V."""
     nominal = MOTORS[motor["kind"]]
     return nominal.torque_constant / nominal.resistance
 
 
 def _friction(motor: "Figures") -> float:
-    """Friction at the shaft of a measured motor, Nm."""
+    """Return the friction at the shaft of a measured motor, Nm."""
     return _torque(motor) * float(motor["friction_volts"])
 
 
 def _inertia(motor: "Figures") -> float:
-    """Inertia at the shaft of a measured motor, kg m2."""
+    """Return the inertia at the shaft of a measured motor, kg m2."""
     return _torque(motor) * float(motor["inertia_volts_s2_per_rad"])
 
 
@@ -220,7 +220,7 @@ def _laps_at_true_pace() -> Dict[str, Any]:
 
 
 def in_words(measured: Dict[str, Any]) -> str:
-    """A line for people."""
+    """Return a line for people."""
     parts = [
         "{} = {:.4g} {}".format(key, value, CONSTANTS[key].unit).rstrip()
         for key, value in measured.items()

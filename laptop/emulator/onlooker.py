@@ -9,12 +9,12 @@ if MYPY:
     from laptop.emulator.device.brick import EmulatedBrick  # noqa: F401
 
 
-NOTICED = math.radians(0.7)
-"""A joint that turns by less is not seen to move, rad."""
+MIN_VISIBLE_TURN = math.radians(0.7)
+"""Least turn of a joint that a person sees, rad."""
 
 
 class Onlooker(io.TextIOBase):
-    """What that person types, as a script's standard input.
+    """Standard input of a script, with what that person types.
 
     First that all is ready; then, again and again, which part moved since the last answer, and
     which way.
@@ -28,7 +28,7 @@ class Onlooker(io.TextIOBase):
         self._brick = brick
         self._begun = None  # type: Optional[int]  # samples of the record at the last answer
         # The answer to the next question, where that is which way.
-        self._way = None  # type: Optional[str]
+        self._direction = None  # type: Optional[str]
 
     # Text, where the base of its base has bytes.
     def readline(self, size: Optional[int] = -1) -> str:  # type: ignore[override]
@@ -37,20 +37,20 @@ class Onlooker(io.TextIOBase):
         self._begun = len(record)
         if begun is None:
             return "\n"
-        if self._way:
-            way, self._way = self._way, None
-            return way
+        if self._direction:
+            direction, self._direction = self._direction, None
+            return direction
         first = record[begun - 1].q
         turns = [
             max((sample.q[k] - first[k] for sample in record[begun:]), key=abs)
             for k in range(len(first))
         ]
         most = max(turns, key=abs)
-        if abs(most) < NOTICED:
+        if abs(most) < MIN_VISIBLE_TURN:
             return "n\n"
         arm = self._brick.arm
         assert arm is not None, "a person looks on while an arm moves"
         joint = arm.joints[turns.index(most)]
         ways = "lr" if arm.chain == "planar" or joint.name == "base" else "ud"
-        self._way = ways[most < 0] + "\n"
+        self._direction = ways[most < 0] + "\n"
         return joint.name[0] + "\n"

@@ -1,10 +1,18 @@
-"""The time of an emulated world in real time, one for all the processes that live in it.
+"""Clock of an emulated world in real time, one for all the processes that live in it.
 
-It goes as the wall's clock does, and waits for whoever is late.  Each member (a brick, a synthetic
-camera) promises that nothing more of it happens before some time, and no promise is ever overtaken:
-the conservative synchronisation of distributed simulations (Chandy and Misra 1979).  So a computer
-that is busy slows down the whole world, brick, camera and physics alike, and nothing in it is late.
-A delay below MAX_CATCH_UP is caught up with; the rest is lost, and shows as pace.
+It goes with the wall's clock, and waits for whoever is late. With p_k the promise of member k (a
+brick, a synthetic camera), the time until which nothing more of it happens:
+
+    now = min(wall - lag, p_1, ..., p_n)
+
+So no promise is ever overtaken. This is the conservative synchronisation of distributed simulation;
+a promise is a null message with its lookahead (Chandy and Misra, Distributed simulation, IEEE
+Trans. Software Eng. 5, 1979). The optimistic way, Time Warp (Jefferson 1985), would have to roll
+back: a picture that people have seen cannot be taken back.
+
+A busy computer so slows down the whole world, brick, camera and physics alike, and nothing in it is
+late. A delay below MAX_CATCH_UP is caught up with; the rest goes into `lag`, and shows as pace
+below 1.
 
 The clock is a small file in the state folder, mapped by all.  A lock on a byte of it says that a
 member lives: whoever is killed keeps nobody waiting.
@@ -39,13 +47,13 @@ MAX_CATCH_UP = 0.25
 """Greatest delay that is caught up with, s."""
 
 PACE_WINDOW = 5.0
-"""Time over which the pace is told, wall seconds."""
+"""Window over which the pace is measured, wall s."""
 
-BUSY = 0.9
+BUSY_PACE = 0.9
 """Pace below which people are told that the computer is busy."""
 
 POLL_PERIOD = 0.001
-"""Period of looks at whether a late member has done what it promised, wall seconds."""
+"""Period of the checks whether a late member has kept its promise, wall s."""
 
 MAX_MEMBERS = 16
 _NAME_LENGTH = 40
@@ -92,8 +100,8 @@ class _File(object):
         return _MAGIC + _LAG.pack(0.0) + promises + bytes(MAX_MEMBERS * _NAME_LENGTH)
 
     @classmethod
-    def take(cls, path: str) -> "_File":
-        """The file at `path`, opened if this process has not yet done so."""
+    def shared(cls, path: str) -> "_File":
+        """Return the file at `path`, opened if this process has not yet done so."""
         with cls._opening:
             key = cls._key(path)  # type: Any
             if key is None or key not in cls._open:
@@ -125,7 +133,7 @@ class _File(object):
 
     @contextlib.contextmanager
     def locked(self) -> Iterator[None]:
-        """Nobody else changes anything meanwhile."""
+        """Lock the file for a `with` block: nobody else changes it meanwhile."""
         with self._thread:
             if self.descriptor is not None:
                 platforms.lock_byte(self.descriptor, 0, wait=True)
@@ -161,11 +169,11 @@ class _File(object):
         return _PROMISES.unpack_from(self.map, _PROMISES_AT)
 
     def promise(self, k: int, t: float) -> None:
-        """Member `k` does nothing before `t`, s."""
+        """Promise that member `k` does nothing before `t`, s."""
         _LAG.pack_into(self.map, _PROMISES_AT + k * _LAG.size, t)
 
     def settle(self) -> float:
-        """Lose the time that nobody will catch up with; the time now, s.  Call it locked."""
+        """Add to the lag what is not caught up with; return the time now, s.  Call it locked."""
         while True:
             promises = self.promises
             limit = min(promises)
@@ -180,7 +188,7 @@ class _File(object):
             return limit
 
     def join(self, name: str) -> Optional[int]:
-        """The number of a new member, who has promised nothing; None if there is no room."""
+        """Return the number of a new member, whose promise is now; None if there is no room."""
         alive = [k for k in range(MAX_MEMBERS) if self._lives(k)]
         if not alive:
             _LAG.pack_into(self.map, _LAG_AT, 0.0)
@@ -201,7 +209,7 @@ class _File(object):
         return k
 
     def leave(self, k: int) -> None:
-        """Member `k` is gone."""
+        """Remove member `k`."""
         self.promise(k, math.inf)
         if self.descriptor is not None:
             platforms.unlock_byte(self.descriptor, 1 + k)
@@ -221,10 +229,10 @@ class PacedClock(object):
     """
 
     def __init__(self, folder: Optional[str] = None) -> None:
-        self._file = _File.take(os.path.join(folder or state_folder(), FILE))
+        self._file = _File.shared(os.path.join(folder or state_folder(), FILE))
 
     def now(self) -> float:
-        """Seconds since some moment in the past, for every process of the world the same."""
+        """Return the seconds since some moment, the same for every process of the world."""
         file = self._file
         limit = min(file.promises)
         now = wall.monotonic() - file.lag
@@ -263,12 +271,12 @@ class PacedClock(object):
         return self._file.name(promises.index(limit))
 
     def close(self) -> None:
-        """Look at it no more."""
+        """Let go of the file."""
         self._file.drop()
 
 
 class Member(object):
-    """Somebody for whom the world waits.
+    """Member for whom the world waits.
 
     Args:
         number: None for one who found no room, and whom nobody waits for.
@@ -281,7 +289,7 @@ class Member(object):
         self._promised = -math.inf
 
     def promise(self, t: float) -> None:
-        """Nothing of mine happens before `t`, s; an earlier promise that is farther is kept."""
+        """Promise that nothing of this member happens before `t`, s; a later promise stays."""
         if self._number is None or t <= self._promised:
             return
         self._promised = t
@@ -290,7 +298,7 @@ class Member(object):
             self._file.promise(self._number, t)
 
     def leave(self) -> None:
-        """Nobody need wait for me any more."""
+        """Let nobody wait for this member any more."""
         if self._number is not None:
             with self._file.locked():
                 self._file.leave(self._number)
@@ -298,28 +306,28 @@ class Member(object):
 
 
 class PaceMeter(object):
-    """Measures the pace of a PacedClock: emulated seconds per second of the wall's clock.
+    """Meter of the pace of a PacedClock: emulated seconds per second of the wall's clock.
 
-    A look counts as one second at most: while this process itself stands still, nothing is known.
+    A sample counts as one second at most: while this process itself stands still, nothing is known.
 
     Args:
         clock: has `now()`.
-        window: over so long the latest pace is told, wall seconds.
+        window: over which the latest pace is measured, wall s.
     """
 
     MIN_INTERVAL, MAX_INTERVAL = 0.1, 1.0
-    """Times between two looks that count, wall seconds."""
+    """Bounds of the time between two samples, wall s."""
 
     def __init__(self, clock: "Ticking", window: float = PACE_WINDOW) -> None:
         self._clock = clock
         self._window = window
         self._last = None  # type: Optional[Tuple[float, float]]
-        self._looks = collections.deque()  # type: Deque[List[float]]
+        self._samples = collections.deque()  # type: Deque[List[float]]
         self._sums = [0.0, 0.0]
         self.latest = 1.0
 
-    def look(self) -> float:
-        """The pace over the last window; 1 as long as that is not over."""
+    def sample(self) -> float:
+        """Sample the clock; return the pace over the last window, 1 until that is over."""
         now = self._clock.now(), wall.monotonic()
         if self._last is not None and now[1] - self._last[1] < self.MIN_INTERVAL:
             return self.latest
@@ -327,22 +335,22 @@ class PaceMeter(object):
             passed = [after - before for before, after in zip(self._last, now)]
             if passed[1] > self.MAX_INTERVAL:
                 passed = [each * self.MAX_INTERVAL / passed[1] for each in passed]
-            self._looks.append(passed)
+            self._samples.append(passed)
             self._sums = [a + b for a, b in zip(self._sums, passed)]
-            while sum(each[1] for each in self._looks) - self._looks[0][1] >= self._window:
-                self._looks.popleft()
+            while sum(each[1] for each in self._samples) - self._samples[0][1] >= self._window:
+                self._samples.popleft()
         self._last = now
-        emulated, real = (sum(each[k] for each in self._looks) for k in (0, 1))
+        emulated, real = (sum(each[k] for each in self._samples) for k in (0, 1))
         if real >= self._window:
             self.latest = emulated / real
         return self.latest
 
     @property
     def mean(self) -> float:
-        """The pace since the first look."""
+        """Mean pace since the first sample."""
         return self._sums[0] / self._sums[1] if self._sums[1] else 1.0
 
 
 def in_words(pace: float) -> str:
-    """Return what people are told about a pace below BUSY."""
+    """Return what people are told about a pace below BUSY_PACE."""
     return "this computer is busy: running at {:.2g} x".format(pace)

@@ -15,11 +15,11 @@ if MYPY:
 
 
 MAX_LOOP = 120
-"""Pictures of a camera that are kept, so that a loop may begin with them."""
+"""Greatest number of pictures in a loop, which are kept for each camera."""
 
 
 class PictureFaults(object):
-    """What the cameras of one world show instead of what they see."""
+    """Faults of the cameras of one world: pictures shown instead of those taken."""
 
     def __init__(self) -> None:
         # By camera: its last true pictures, and how often the last one was shown.
@@ -30,21 +30,22 @@ class PictureFaults(object):
         self._times = {}  # type: Dict[Optional[str], int]
 
     def freeze(self, camera: Optional[str] = None, frames: int = 1) -> None:
-        """From now on the last picture comes again; or the last `frames`, in turn.
+        """Repeat the last picture from now on; or the last `frames`, in turn.
 
         Args:
             camera: name; None for all.
+            frames: number of pictures to repeat.
         """
         if not 1 <= frames <= MAX_LOOP:
             raise ValueError("a loop of {} pictures; 1 to {}".format(frames, MAX_LOOP))
         self._loops[camera] = frames
 
     def repeat(self, times: int, camera: Optional[str] = None) -> None:
-        """From now on each true picture is shown so many times, as at too high a rate."""
+        """Show each true picture so many times from now on, as at too high a rate."""
         self._times[camera] = times
 
     def release(self, camera: Optional[str] = None) -> None:
-        """The camera shows again what it sees; all of them if None."""
+        """End the faults of a camera; of all if None."""
         for faults in (self._loops, self._times):
             if camera is None:
                 faults.clear()
@@ -56,10 +57,11 @@ class PictureFaults(object):
         return bool(self._loops)
 
     def shown(self, camera: str, take: Callable[[], "Picture"]) -> "Picture":
-        """The picture that a camera gives now.
+        """Return the picture that a camera gives now.
 
         Args:
-            take: gives the true one; it is not asked for one that nobody sees.
+            camera: name.
+            take: returns the true picture; not called where another one is shown.
         """
         kept = self._kept.setdefault(camera, deque(maxlen=MAX_LOOP))  # type: Deque[Picture]
         frames = self._loops.get(camera, self._loops.get(None))

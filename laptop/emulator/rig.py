@@ -145,7 +145,7 @@ _Parts = NamedTuple(
         ("state_folder", str),
     ],
 )
-"""What a rig consists of as long as it is open."""
+"""Parts of an open rig."""
 
 
 class Rig(object):
@@ -339,7 +339,7 @@ class Rig(object):
         return self.run("driver.py", "job", str(file), *words, **options)
 
     def program(self) -> "ContextManager[program.Program]":
-        """What a program computes in this process, at the brick's pace, for a `with` block.
+        """Compute in this process at the brick's pace, for a `with` block.
 
         Gives a laptop.emulator.host.program.Program: its modules by name, and its `clock`.  Its
         state is in `state_folder`.
@@ -347,7 +347,7 @@ class Rig(object):
         return program.on(self.brick)
 
     def see(self) -> Dict[str, "Frame"]:
-        """The newest pictures of the cameras, by name ("A", ...).
+        """Return the newest pictures of the cameras, by name ("A", ...).
 
         Each is a laptop.see.camera.frames.Frame: `image`, BGR, and `t`, when it was taken, s.
 
@@ -406,7 +406,7 @@ class Rig(object):
             sys.stdin = before
 
     def _watch(self) -> Optional["WatchingTracker"]:
-        """The tracker before the cameras, from the first run on."""
+        """Return the tracker before the cameras, from the first run on."""
         if self._tracker is None and self._cameras is not None:
             watched = self._cameras
             if isinstance(watched, str):

@@ -19,15 +19,15 @@ if MYPY:
 
 
 PREFIX, LOCK = "brickservo-", ".lock"
-"""Beginning of the name of each folder, and what the name of its file has behind it."""
+"""Prefix of each folder's name, and suffix of its lock file."""
 IN_MEMORY = "/dev/shm"
-"""Where Linux has files that are on no disk, which takes 50 ms to be rid of a folder of ours."""
+"""Folder of Linux for files in memory; on a disk, to remove a folder takes 50 ms."""
 
 _HELD = {}  # type: Dict[str, int]  # path -> descriptor of its lock
 
 
 def make(name: str, place: Optional[str] = None) -> str:
-    """Make a folder of this process, to be removed by `remove`; its path.
+    """Make a folder of this process, for `remove`; return its path.
 
     Args:
         name: for people, a part of the folder's.
@@ -67,7 +67,7 @@ def _remove(path: str, descriptor: int) -> None:
 
 @contextlib.contextmanager
 def made(name: str, place: Optional[str] = None) -> Iterator[str]:
-    """The path of a new folder for a `with` block."""
+    """Make a folder for a `with` block; yield its path."""
     path = make(name, place)
     try:
         yield path
@@ -76,7 +76,7 @@ def made(name: str, place: Optional[str] = None) -> Iterator[str]:
 
 
 def sweep(places: Optional[Iterable[str]] = None) -> int:
-    """Remove the folders of processes that are no more; the number of them.
+    """Remove the folders of ended processes; return their number.
 
     Args:
         places: folders; None takes those of `make`.

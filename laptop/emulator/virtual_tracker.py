@@ -59,19 +59,19 @@ LAPTOP_CLOCK_LEAD = 5000.0
 """Lead of the laptop's clock over the world's, s."""
 
 UPLINK_DELAY = 0.0005
-"""Delay after which what the brick says is acted on, s."""
+"""Delay of the brick's messages, s."""
 
 POLL_PERIOD = 0.005
-"""Period at which the server looks for calls while nobody waits in `select`, s."""
+"""Period at which the server polls for calls while nobody waits in `select`, s."""
 
 MAX_TURN_PERIOD = 0.1
-"""Longest time until it does what is due (its pings, silence) though nobody called, s."""
+"""Greatest time until its pings and timeouts are handled though nobody called, s."""
 
 MAX_JITTER_MEANS = 6
-"""Greatest jitter, times its mean; beyond, it is cut off."""
+"""Greatest jitter, as a multiple of its mean; more is cut off."""
 
 LINK_TIMEOUT = 1.0
-"""Time that a new client has to link, s."""
+"""Greatest time for a new client to link, s."""
 
 GARBAGE = (
     b"\x00\xff\xfe no text",
@@ -86,7 +86,7 @@ GARBAGE = (
 
 @dataclass(frozen=True)
 class FrameChain:
-    """How frames come from the cameras to the brick.
+    """Chain by which frames come from the cameras to the brick.
 
     fps      frames/s
     latency  from capture until the brick can read it, s; of all cameras, or by camera
@@ -161,8 +161,8 @@ class VirtualTracker:
         self.port = self.server.port
         self._start = world.now()
         for camera in self.frames:
-            luck = random.Random(f"{seed}/{camera}")
-            self._expose(camera, luck, world.now() + luck.random() / self.fps, 0.0)
+            rng = random.Random(f"{seed}/{camera}")
+            self._expose(camera, rng, world.now() + rng.random() / self.fps, 0.0)
         self._at(world.now() + POLL_PERIOD, self._poll)
         world.select = self.select
 
@@ -178,7 +178,7 @@ class VirtualTracker:
         say: Callable[[str], None] = lambda line: None,
         make: Callable[..., TrackingClient] = TrackingClient,
     ) -> TrackingClient:
-        """A client for code in the caller's thread; linked, unless a fault prevents it.
+        """Return a client for the caller's thread; linked, unless a fault prevents it.
 
         Args:
             clock: the world if None.
@@ -201,7 +201,7 @@ class VirtualTracker:
         xlist: Sequence[Any],
         timeout: float | None = None,
     ) -> tuple[list[Any], list[Any], list[Any]]:
-        """select.select, but it lets the world go on meanwhile."""
+        """Wait as select.select does, while the world goes on."""
         world = self.world
         deadline = math.inf if timeout is None else world.now() + timeout
         while True:
@@ -270,7 +270,7 @@ class VirtualTracker:
 
     # The cameras
 
-    def _expose(self, camera: str, luck: random.Random, first: float, arrival: float) -> None:
+    def _expose(self, camera: str, rng: random.Random, first: float, arrival: float) -> None:
         """Have the next frame taken; `arrival` is when the one before gets to the brick."""
         index = self.frames[camera]
         t = first + index / self.fps
@@ -280,10 +280,10 @@ class VirtualTracker:
                 return
             self.frames[camera] = index + 1
             markers = self._seen(camera, index, t)
-            lost = luck.random() < self.drops
-            late = self.jitter * min(luck.expovariate(1.0), MAX_JITTER_MEANS)
+            lost = rng.random() < self.drops
+            late = self.jitter * min(rng.expovariate(1.0), MAX_JITTER_MEANS)
             when = max(arrival, t + self.latency[camera] + late)
-            self._expose(camera, luck, first, when)
+            self._expose(camera, rng, first, when)
             if markers is not None and not lost:
                 observation = Observation(index, camera, t + LAPTOP_CLOCK_LEAD, dict(markers))
                 self._at(when, lambda: self._publish(observation))
@@ -347,7 +347,7 @@ class VirtualTracker:
         return self._reserved is None and self.world.t >= self._silent_until
 
     def _served(self) -> Any:
-        """The server's end of the connection to the brick, which faults are done to."""
+        """Return the server's end of the connection to the brick, where faults act."""
         return self.server._served
 
     def _pollute(self) -> None:

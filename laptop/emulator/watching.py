@@ -23,6 +23,7 @@ def watching(text: str, arm: Arm) -> Callable[[EmulatedBrick], VirtualTracker]:
 
     Args:
         text: of the scene, as `simulate --scene` takes it.
+        arm: Arm that stands in it.
 
     Raises:
         BadScene, InvalidSimulationOption: the text is wrong.

@@ -1,7 +1,7 @@
 """The emulated brick's computing beside the real Python's: `robot/bench_brick.py` on both.
 
 On CPython 3.5.3, built soft-float for an ARM926, instructions were counted; on the emulated brick
-seconds of its clock are taken, and an instruction takes SECONDS.
+seconds of its clock are taken, and an instruction takes SECONDS_PER_INSTRUCTION.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from laptop.bench.bench import BenchRecord, BenchTable, silenced
-from laptop.emulator.host.processor import SECONDS
+from laptop.emulator.host.processor import SECONDS_PER_INSTRUCTION
 from laptop.emulator.own_programs import BENCH_BRICK
 from laptop.emulator.rig import Rig
 from shared.arm_description import find_arm, read_arm
@@ -100,7 +100,7 @@ def run() -> Iterator[InstructionCount]:
         with open(file) as laps:
             taken = json.load(laps)["laps_s"]
         for what, (median, greatest) in COUNTED.items():
-            thousands = [lap / SECONDS / 1000 for lap in taken[what]]
+            thousands = [lap / SECONDS_PER_INSTRUCTION / 1000 for lap in taken[what]]
             yield InstructionCount(what, median, statistics.median_high(thousands))
             if _spreads(median, greatest):
                 yield InstructionCount(what + ", greatest", greatest, max(thousands))
@@ -109,7 +109,7 @@ def run() -> Iterator[InstructionCount]:
             with silenced(), Rig(arm, plant="cpu=1") as rig:
                 outcome = rig.run(script, *args).outcome
             yield InstructionCount(
-                "start: " + words, counted, (outcome.start or 0.0) / SECONDS / 1000
+                "start: " + words, counted, (outcome.start or 0.0) / SECONDS_PER_INSTRUCTION / 1000
             )
 
 
@@ -124,7 +124,7 @@ def table(rows: list[InstructionCount]) -> list[tuple[str, ...]]:
             f"{row.counted:,.0f}",
             f"{row.emulated:,.0f}",
             f"{row.ratio:.2f}",
-            f"{1e6 * SECONDS * row.counted:,.1f}",
+            f"{1e6 * SECONDS_PER_INSTRUCTION * row.counted:,.1f}",
         )
         for row in rows
     ]

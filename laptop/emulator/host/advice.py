@@ -1,4 +1,4 @@
-"""What to do about an error that ended a script, where the error itself does not say it.
+"""Advice about an error that ended a script, where the error itself gives none.
 
 Each sentence is for one cause: a module that is merely misspelled has none.
 """
@@ -39,16 +39,17 @@ CARD = {
     "smbus": "smbus",
     "evdev": "evdev",
 }
-"""Module that a brick's card has -> what installs it elsewhere."""
+"""Modules on a brick's card: {module: package that installs it elsewhere}."""
 
 BUSES = "bluetooth", "pyudev", "serial", "smbus"
-"""Those that talk to what the emulated brick has not."""
+"""Modules for hardware that the emulated brick lacks."""
 
 
 def on(error: BaseException, source: bytes, folder: str, sysfs: "Sysfs") -> Optional[str]:
     """Return a sentence on an exception that a script did not catch; None without one.
 
     Args:
+        error: the exception.
         source: of the script, bytes.
         folder: that it is in.
         sysfs: Sysfs.

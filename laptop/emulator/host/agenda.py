@@ -1,4 +1,4 @@
-"""What is due when, such as events of a world, and threads that sleep in it."""
+"""Agenda of what is due at which time, such as events of a world, and threads that sleep."""
 
 import heapq
 import math

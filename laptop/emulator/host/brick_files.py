@@ -1,4 +1,4 @@
-"""Where the brick's own folders are on this computer, for all functions of `os` that take a path.
+"""Paths of the brick's own folders on this computer, for all functions of `os` that take one.
 
 Rule: a program is told of them by the brick's paths alone, also in errors; what lies elsewhere is
 this computer's.

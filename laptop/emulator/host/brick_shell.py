@@ -78,7 +78,7 @@ def split_line(line: str) -> List[Command]:
 
 
 def _expanded(part: str) -> List[str]:
-    """The words that one word of a line becomes."""
+    """Return the words that one word of a line expands to."""
     if "$" in part and "'" not in part:
         part = os.path.expandvars(part)
     if re.search("[*?]", part) and not re.search("[\"'\\\\]", part):
@@ -99,7 +99,7 @@ def _shown(finished: Finished, captured: "Captured") -> Finished:
 
 
 class Shell(object):
-    """Runs lines.
+    """Shell that runs lines.
 
     Args:
         run: `run(words, piped, captured)` gives Finished, None if there is no such program; piped
@@ -168,7 +168,7 @@ class Shell(object):
         return finished
 
     def _sent(self, finished: Finished, into: "Mapping[int, Sent]") -> Finished:
-        """What is left to be shown once output has gone into files."""
+        """Write output into the files of `into`; return what is left."""
         sent = {1: finished.output, 2: finished.errors}
         for stream, (how, name) in sorted(into.items(), reverse=True):
             data, sent[stream] = sent[stream], b""

@@ -19,8 +19,8 @@ if MYPY:
     from laptop.emulator.host.brick_shell import Captured
     from laptop.emulator.host.shims import Shims
 
-DEEPEST = 8
-"""How many programs may have started one another."""
+MAX_DEPTH = 8
+"""Greatest number of programs that have started one another."""
 
 
 class ChildPython(object):
@@ -48,6 +48,7 @@ class ChildPython(object):
         """Run a command line that `is_meant`.
 
         Args:
+            words: of the command line.
             captured: whether output and errors are to be in what it returns, two bools.
 
         Returns:
@@ -62,8 +63,8 @@ class ChildPython(object):
             why = "{}: not done on the emulated brick; give a script, or -c\n"
             asked = " ".join(["python3"] + words[:1])
             return Finished(2, b"", why.format(asked).encode(), 0.0)
-        if self._depth >= DEEPEST:
-            why = "python3: not done: {} programs have started one another\n".format(DEEPEST)
+        if self._depth >= MAX_DEPTH:
+            why = "python3: not done: {} programs have started one another\n".format(MAX_DEPTH)
             return Finished(1, b"", why.encode(), 0.0)
         if words[0] == "-c":
             return self._in_place("-c", " ".join(words[1:2]).encode(), words[2:], captured)

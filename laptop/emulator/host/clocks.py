@@ -17,15 +17,18 @@ if MYPY:
 
     TimeParts = Union[Tuple[int, int, int, int, int, int, int, int, int], real_time.struct_time]
 
-#: What it costs, s, to read a clock, take a lock or ask a thread's state.
 CLOCK_COST = 20e-6
-#: When the emulated brick is switched on, s since 1970, and how long it had been up at t = 0.
+"""Cost of reading a clock, taking a lock or asking a thread's state, s."""
+
 EPOCH = 1586476800.0
+"""Time of day at virtual time 0, s since 1970."""
+
 UPTIME = 100.0
+"""Time since the brick was switched on at virtual time 0, s."""
 
 
 def copy_module(module: types.ModuleType, **others: object) -> types.ModuleType:
-    """A new module with the same names; of `others`, by name, with these in their places."""
+    """Copy a module; `others` replace its names or add to them."""
     shim = types.ModuleType(module.__name__)
     vars(shim).update(vars(module), **others)
     return shim
@@ -47,17 +50,17 @@ class ProgramClock(object):
         self._world.sleep(seconds)
 
     def time(self) -> float:
-        """Seconds since 1970."""
+        """Return the seconds since 1970."""
         self.step()
         return EPOCH + self._now()
 
     def monotonic(self) -> float:
-        """Seconds since the brick was switched on."""
+        """Return the seconds since the brick was switched on."""
         self.step()
         return UPTIME + self._now()
 
     def busy(self) -> float:
-        """Seconds the program has computed."""
+        """Return the seconds that the program has computed."""
         self.step()
         return self._world.busy + self._behind()
 
@@ -65,7 +68,7 @@ class ProgramClock(object):
         return self._world.now() + self._behind()
 
     def _behind(self) -> float:
-        """Duration of its start, of which the world knows nothing, s."""
+        """Return the duration of its start, which is not on the world's clock, s."""
         return self._world.processor.behind if self._world.processor else 0.0
 
 
@@ -77,7 +80,7 @@ def _in_nanoseconds(read: Callable[[], float]) -> Callable[[], int]:
 
 
 def time_module(clock: ProgramClock) -> types.ModuleType:
-    """A `time` module."""
+    """Make a `time` module."""
 
     def sleep(secs: float) -> None:
         """Wait `secs` of virtual time."""
@@ -99,7 +102,7 @@ def time_module(clock: ProgramClock) -> types.ModuleType:
         return real_time.gmtime(clock.time() if secs is None else secs)
 
     def ctime(secs: Optional[float] = None) -> str:
-        """A time as text, now if none is given."""
+        """Return a time as text, of now if none is given."""
         return real_time.ctime(clock.time() if secs is None else secs)
 
     def asctime(t: "Optional[TimeParts]" = None) -> str:
@@ -164,7 +167,7 @@ class _StandingFor(type):
 
 
 def datetime_module(clock: ProgramClock) -> types.ModuleType:
-    """A `datetime` module."""
+    """Make a `datetime` module."""
 
     class datetime(real_datetime.datetime, metaclass=_StandingFor):  # noqa: N801 its name
         """datetime.datetime on virtual time."""

@@ -1,12 +1,21 @@
-"""Counting of what a program computes, by the program itself.
+"""Instrumentation that makes a program count what it computes.
 
-Code is compiled with counts: at the head of each straight piece stands what the piece takes on the
-brick, in instructions of its processor.  So the count depends on what the program does and on
-nothing else: not on the host, nor on its Python.
+The emulated brick is far slower than the laptop, and a control loop must feel that.
+So the time of a program is modelled, not measured:
 
-What happens inside C takes what `prices` says, by the name that is called; what it does not know
-takes as long as any call.  Of expressions that are worked out only at times (`a and b`,
-`a if b else c`) the later parts cost half.
+    t = CPI / f * sum over basic blocks b of n_b * c_b
+
+with n_b the executions of a block, c_b its price in instructions of the brick's processor, CPI the
+cycles per instruction and f the clock rate (processor.py). This is static source-level timing by
+basic blocks, as in Li and Malik, Performance analysis of embedded software using implicit path
+enumeration, DAC 1995; only that here the program itself counts n_b as it runs.
+
+The syntax tree is rewritten: at the head of each straight piece of code stands `_count_ += price`.
+So the count depends on what the program does and on nothing else, and a run repeats exactly. Host
+time scaled by a factor would vary with the load; sys.settrace would cost a call for each line.
+
+Calls into C cost what `prices` says by name; an unknown one costs a plain call. Of expressions that
+are evaluated conditionally (`a and b`, `a if b else c`) the later parts cost half.
 """
 
 import ast
@@ -39,14 +48,14 @@ if MYPY:
     Comprehension = Union[ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp]
 
 COUNT, SPEND, LOAD, ENROL = "_count_", "_spend_", "_load_", "_enrol_"
-"""The names of a module's own count, of what adds to it where no statement can stand, of what a
-function calls with the modules of the standard library that it is about to import, and of the
-builtin that each module calls first: with its names, the length of its source (but for types), and
-what it imports itself; see processor.Processor.enrol."""
+"""Names in an instrumented module: of its count; of the function that adds to it where no statement
+can stand; of the function that charges a function's imports; and of the builtin that each module
+calls first with its names, the length of its source (but for types) and its imports, see
+processor.Processor.enrol."""
 
 DUE, LOOK = "_due_", "_look_"
-"""Names of the count from which on each turn of a `while` calls a function, and of that: who goes
-round for long is to let others have their turn, and signals be heard."""
+"""Names of a threshold, and of the function that each turn of a `while` calls once the count is
+beyond it: a long loop lets other threads run, and signals be handled."""
 
 EV3DEV2 = "ev3dev2"
 
@@ -57,13 +66,13 @@ _WALRUS = sys.version_info >= (3, 8)
 
 
 def compiled(source: bytes, file: str) -> CodeType:
-    """The code object of a module's `source` (bytes), with its count."""
+    """Compile a module's `source` (bytes) with its counts."""
     tree = _Counting().module(as_run(ast.parse(source, file)), len(without_types(source)))
     return compile(tree, file, "exec", dont_inherit=True)
 
 
 class _Counting(object):
-    """Puts the counts into one module."""
+    """Rewriter that puts the counts into one module."""
 
     def __init__(self) -> None:
         self._globals = set()  # type: Set[str]
@@ -71,10 +80,10 @@ class _Counting(object):
         # Names of the module -> what was called to make them.
         self._made = {}  # type: Dict[Optional[str], str]
         self._scopes = []  # type: List[Collection[str]]
-        self._tells = True  # whether a count may be told by an assignment expression
+        self._walrus_allowed = True  # whether an assignment expression may stand there
 
     def module(self, tree: ast.Module, length: int) -> ast.Module:
-        """The tree of a module, with its counts; `length` of its source, bytes."""
+        """Put the counts into the tree of a module; `length` is that of its source, bytes."""
         self._globals = assigned_names(tree.body) | {COUNT, SPEND, LOAD, DUE, LOOK}
         body = self._block(tree.body)
         at = first_statement(body)
@@ -86,7 +95,7 @@ class _Counting(object):
     # Statements: what each costs that is always done of it; what is not is counted where it stands.
 
     def _block(self, body: List[ast.stmt], price: int = 0) -> List[ast.stmt]:
-        """The statements with their counts; `price` is of what leads to them."""
+        """Return statements with their counts; `price` is that of entering them, instructions."""
         out, at = [], first_statement(body)
         out.extend(body[:at])
         for statement in body[at:]:
@@ -109,7 +118,7 @@ class _Counting(object):
         return getattr(self, "_" + type(node).__name__.lower(), self._other)(node)
 
     def _other(self, node: ast.AST) -> int:
-        """Count the expressions of whatever is not told apart."""
+        """Return the cost of the expressions of a node without a rule of its own."""
         return sum(self._price(child) for child in ast.iter_child_nodes(node))
 
     def _functiondef(self, node: ast.FunctionDef) -> int:
@@ -344,7 +353,7 @@ class _Counting(object):
         return price + (PRICES["create"] if last[:1].isupper() and not last.isupper() else 0)
 
     def _name_of(self, func: ast.expr) -> Optional[str]:
-        """The name of what is called, as the tables have it; None for a method of an object."""
+        """Return the name of what is called, as in `prices`; None for a method of an object."""
         if isinstance(func, ast.Name):
             return self._imports.get(func.id, func.id)
         if isinstance(func, ast.Attribute) and isinstance(func.value, ast.Attribute):
@@ -373,7 +382,7 @@ class _Counting(object):
     ) -> int:
         price = PRICES[kind] + self._iterated(node.generators[0])
         names = set().union(*(stored_names(part.target) for part in node.generators))
-        with self._within(names, self._tells):
+        with self._within(names, self._walrus_allowed):
             for number, part in enumerate(node.generators):
                 turn = PRICES["turn"] + self._store(part.target)
                 if number:
@@ -382,30 +391,33 @@ class _Counting(object):
                 if part is node.generators[-1]:
                     inside = PRICES[each] + sum(map(self._price, elements))
                     if part.ifs:
-                        part.ifs.append(_always(inside, self._tells))
+                        part.ifs.append(_always(inside, self._walrus_allowed))
                     else:
                         turn += inside
-                part.ifs.insert(0, _always(turn, self._tells))
+                part.ifs.insert(0, _always(turn, self._walrus_allowed))
         return price
 
     def _iterated(self, part: ast.comprehension) -> int:
-        tells, self._tells = self._tells, False  # no assignment expression may stand there
+        walrus, self._walrus_allowed = (
+            self._walrus_allowed,
+            False,
+        )  # no assignment expression may stand there
         price = self._price(part.iter)
-        self._tells = tells
+        self._walrus_allowed = walrus
         return price
 
     @contextlib.contextmanager
-    def _within(self, names: "Collection[str]", tells: bool) -> Iterator[None]:
-        """A scope with these local names."""
-        before, self._tells = self._tells, tells
+    def _within(self, names: "Collection[str]", walrus: bool) -> Iterator[None]:
+        """Open a scope with these local names, for a `with` block."""
+        before, self._walrus_allowed = self._walrus_allowed, walrus
         self._scopes.append(names)
         yield
         self._scopes.pop()
-        self._tells = before
+        self._walrus_allowed = before
 
 
 def _asked(body: Sequence[ast.stmt]) -> List[str]:
-    """Return those of the modules that have a price, and python-ev3dev2."""
+    """Return the imported modules that have a price, and python-ev3dev2."""
     return sorted(imported_modules(body) & {EV3DEV2, *imports()})
 
 
@@ -421,15 +433,15 @@ def _more(price: int) -> ast.stmt:
     return _statement("{} += {}".format(COUNT, price))
 
 
-def _always(price: int, tells: bool) -> ast.expr:
-    """A condition of a comprehension that holds, and counts."""
-    if tells and _WALRUS:
+def _always(price: int, walrus: bool) -> ast.expr:
+    """Return a condition for a comprehension that is true, and adds `price` to the count."""
+    if walrus and _WALRUS:
         return _expression("({0} := {0} + {1})".format(COUNT, price))
     return _expression("not {}({})".format(SPEND, price))
 
 
 def _either(price: int, body: ast.expr) -> ast.expr:
-    """The body of a lambda, with its count."""
+    """Return the body of a lambda, which adds `price` to the count first."""
     node = _expression("{}({}) or 0".format(SPEND, price))
     assert isinstance(node, ast.BoolOp)
     node.values[1] = body

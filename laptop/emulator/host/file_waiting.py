@@ -153,6 +153,7 @@ def time_out_sockets(world: "World", module: ModuleType) -> None:
     """Let sockets with a timeout wait in virtual time; a program that calls has started.
 
     Args:
+        world: World, whose clock they wait on.
         module: `socket`, which is changed.
     """
 

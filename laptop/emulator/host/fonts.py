@@ -27,11 +27,11 @@ def fonts_module() -> types.ModuleType:
     names |= {"tech14", "techB14", "term14", "termB14"}
 
     def available() -> List[str]:
-        """The names of the fonts."""
+        """Return the names of the fonts."""
         return sorted(names)
 
     def load(name: str) -> Any:
-        """The font of that name."""
+        """Return the font of that name."""
         if name not in names:
             raise Exception('Failed to load font "{}". '.format(name))
         return importlib.import_module("PIL.ImageFont").load_default()

@@ -1,4 +1,4 @@
-"""Has another process look on at this one while it runs a script; see guard_process."""
+"""Supervision of this process by another one while it runs a script; see guard_process."""
 
 import contextlib
 import os
@@ -11,14 +11,14 @@ from typing import Iterator
 from laptop.emulator.host import guard_process
 
 BEAT_PERIOD = 0.25
-"""Time between two signs of life, s."""
+"""Period of the signs of life, s."""
 
 PATIENCE = 12.0
-"""Time for which the script may hold the interpreter, s of computing; more than the watchdog's
-patience, which ends what it can itself."""
+"""Greatest time for which the script may hold the interpreter, s of computing; longer than the
+watchdog's patience, which ends what it can itself."""
 
-HEARING = 3.0
-"""Time after which a signal is to be looked at, s of computing."""
+SIGNAL_TIMEOUT = 3.0
+"""Greatest time until the script handles a signal, s of computing."""
 
 _QUIET = {"warn_on_full_buffer": False} if sys.version_info >= (3, 7) else {}
 
@@ -30,7 +30,7 @@ def guarded(name: str) -> Iterator[None]:
     Args:
         name: of the script, for people.
     """
-    words = [guard_process.__file__, os.getpid(), name, PATIENCE, HEARING]
+    words = [guard_process.__file__, os.getpid(), name, PATIENCE, SIGNAL_TIMEOUT]
     try:
         process = subprocess.Popen(
             [sys.executable, "-I", "-S", *map(str, words)],
@@ -42,15 +42,15 @@ def guarded(name: str) -> Iterator[None]:
         yield
         return
     assert process.stdin is not None  # a pipe
-    told = process.stdin.fileno()
+    pipe = process.stdin.fileno()
     over = threading.Event()
-    beating = threading.Thread(target=_beat, args=(told, over), daemon=True)
+    beating = threading.Thread(target=_beat, args=(pipe, over), daemon=True)
     main, before = threading.current_thread() is threading.main_thread(), -1
     if hasattr(os, "set_blocking") and os.name != "nt":
-        os.set_blocking(told, False)
+        os.set_blocking(pipe, False)
     if main:
         # From C, as the signal comes: no matter who holds the interpreter.
-        before = signal.set_wakeup_fd(told, **_QUIET)
+        before = signal.set_wakeup_fd(pipe, **_QUIET)
     beating.start()
     try:
         yield
@@ -63,10 +63,10 @@ def guarded(name: str) -> Iterator[None]:
         process.wait()
 
 
-def _beat(told: int, over: threading.Event) -> None:
+def _beat(pipe: int, over: threading.Event) -> None:
     while not over.wait(BEAT_PERIOD):
         try:
-            os.write(told, b"\0")
+            os.write(pipe, b"\0")
         except BlockingIOError:  # it has not looked for long, as when all are stopped
             continue
         except OSError:  # somebody has ended it

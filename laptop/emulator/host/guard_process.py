@@ -1,4 +1,4 @@
-"""A process of its own that ends another which can no longer end itself.
+"""Guard process: ends another one that can no longer end itself.
 
 Who computes inside a library written in C may hold the interpreter: then no thread of that process
 gets on, nor does it look at a signal.  Run by `guard`, with nothing imported that it does not need.
@@ -21,7 +21,7 @@ if MYPY:
     from typing import Optional  # noqa: F401
 
 LOOK_PERIOD = 0.1
-"""Time between two looks, s."""
+"""Period of the checks, s."""
 
 
 def spent(pid: int) -> float:
@@ -74,8 +74,8 @@ def main(pid: int, name: str, patience: float, hearing: float) -> None:
         if hasattr(signal, number):  # the terminal tells all of a group
             signal.signal(getattr(signal, number), signal.SIG_IGN)
     guard = Guard(pid)
-    told = io.FileIO(sys.stdin.fileno(), closefd=False)
-    threading.Thread(target=guard.listen, args=(told,)).start()
+    pipe = io.FileIO(sys.stdin.fileno(), closefd=False)
+    threading.Thread(target=guard.listen, args=(pipe,)).start()
     while True:
         time.sleep(LOOK_PERIOD)
         asked, held = guard.asked, guard.held()

@@ -23,11 +23,11 @@ class _Noted(io.BufferedIOBase):
         self._buffer = buffer
 
     def writable(self) -> bool:
-        """It is for writing."""
+        """Return True."""
         return True
 
     def write(self, data: "Any") -> int:
-        """Hand `data` on; the number of its bytes."""
+        """Hand `data` on; return the number of its bytes."""
         if data:
             self.unfinished = bytes(data)[-1:] != b"\n"
         return self._buffer.write(data)
@@ -44,11 +44,11 @@ class _Noted(io.BufferedIOBase):
         return getattr(self._buffer, name)
 
     def fileno(self) -> int:
-        """Of the stream itself."""
+        """Return that of the stream itself."""
         return self._buffer.fileno()
 
     def isatty(self) -> bool:
-        """Of the stream itself."""
+        """Return that of the stream itself."""
         return self._buffer.isatty()
 
 

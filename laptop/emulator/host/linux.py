@@ -42,7 +42,7 @@ class Signals(enum.IntEnum):
 TIMERS = {"ITIMER_REAL": 0, "ITIMER_VIRTUAL": 1, "ITIMER_PROF": 2}
 
 CLOCK_TICKS = 100
-"""What `/proc/*/stat` counts in, of a second."""
+"""Frequency of the ticks in `/proc/*/stat`, Hz."""
 
 HOST, USER, HOME = "ev3dev", "robot", "/home/robot"
 """Names of the brick and of its user, and that user's home."""
@@ -52,7 +52,7 @@ ENVIRONMENT = {
     "PATH": "/usr/local/bin:/usr/bin:/bin:/usr/local/games:/usr/games", "TERM": "linux",
     "TZ": "UTC",
 }  # fmt: skip
-"""The variables that a program finds, beside those of ours."""
+"""Environment variables that a program finds, beside this project's."""
 NEEDED = ("SYSTEMROOT", "TEMP", "TMP") if os.name == "nt" else ()
 """Variables without which Python does not work on this host."""
 
@@ -61,20 +61,20 @@ PID, PARENT = 812, 640
 USER_ID = 1000
 
 FIRST_THREAD, STACK = 0xB6F6D000, 0x800000
-"""What Python on the brick calls its main thread, and how far below it each further one lies."""
+"""Number of the main thread in Python on the brick, and its distance to the next one's, bytes."""
 
 EXECUTABLE = "/usr/bin/python3"
 RELEASE, MACHINE = "4.14.117-ev3dev-2.3.5-ev3", "armv5tejl"
 VERSION = "#1 PREEMPT Sat Mar 7 12:54:39 CST 2020"
 
 LOAD = 0.9
-"""How many processes want the processor, while a program runs."""
+"""Load average, processes, while a program runs."""
 MEMORY = {"MemTotal": 57472, "MemFree": 9340, "MemAvailable": 27680, "SwapTotal": 98300}
-"""kB."""
+"""Rows of /proc/meminfo, kB."""
 CARD = (4096, 4096, 1865000, 1390000, 1290000, 472000, 401000, 401000, 4096, 255)
-"""What `os.statvfs` tells of the brick's card: 5.3 GB of 7.6 are free."""
+"""Result of `os.statvfs` for the brick's card: 5.3 GB of 7.6 are free."""
 TERMINAL = (80, 24)
-"""Characters of a terminal over ssh."""
+"""Size of a terminal over ssh, characters."""
 
 
 def system_files(words: Sequence[str], started: float) -> Dict[str, str]:
@@ -175,7 +175,7 @@ OS = {
     "getuid": lambda: USER_ID,
     "geteuid": lambda: USER_ID,
 }  # fmt: skip
-"""What a program finds in `os`, where the host's has it not: it runs as the user `robot`."""
+"""Functions of `os` that the host may lack; a program runs as the user `robot`."""
 
 
 def users_module() -> types.ModuleType:
@@ -184,14 +184,14 @@ def users_module() -> types.ModuleType:
     users = [Passwd(*one) for one in USERS]
 
     def getpwnam(name: str) -> Passwd:
-        """The user of that name."""
+        """Return the user of that name."""
         for one in users:
             if one.pw_name == name:
                 return one
         raise KeyError("getpwnam(): name not found: {!r}".format(name))
 
     def getpwuid(uid: int) -> Passwd:
-        """The user of that number."""
+        """Return the user of that number."""
         for one in users:
             if one.pw_uid == uid:
                 return one
@@ -236,7 +236,7 @@ def fcntl_module(ioctl: Callable[[Any, int, Any], bool]) -> types.ModuleType:
     real = vars(platforms)["fcntl"]  # type: Any  # None where the host has none
 
     def own_or_host(fd: Any, request: int, arg: Any = 0, mutate_flag: bool = True) -> Any:
-        """ioctl that knows the brick's buttons and screen."""
+        """Do an ioctl, also of the brick's buttons and screen."""
         if ioctl(fd, request, arg):
             return 0
         if real is None:

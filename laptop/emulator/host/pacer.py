@@ -1,4 +1,4 @@
-"""A world that keeps pace with the clock that it shares with others, see laptop.emulator.pace."""
+"""Link between one world and the paced clock that it shares with others (laptop.emulator.pace)."""
 
 from laptop.emulator.pace import PaceMeter
 
@@ -9,7 +9,7 @@ if MYPY:
     from laptop.emulator.pace import Member, PacedClock  # noqa: F401
 
 LONG_PACE_WINDOW = 60.0
-"""Time over which the pace decides whether a run goes on in real time, wall s."""
+"""Window of the pace that decides whether a run goes on in real time, wall s."""
 
 
 class Pacer(object):
@@ -38,6 +38,7 @@ class Pacer(object):
         """Let the clock's others wait for this world, whose time is `t` now, until it leaves.
 
         Args:
+            t: virtual time now, s.
             name: of the world, for people.
         """
         if self._member is None:
@@ -56,7 +57,7 @@ class Pacer(object):
         return self._member is not None
 
     def promise(self, t: float) -> None:
-        """Nothing of this world happens before `t`."""
+        """Promise that nothing of this world happens before `t`."""
         if self._member is not None:
             self._member.promise(self.zero + t)
 
@@ -66,7 +67,7 @@ class Pacer(object):
         return self._clock.now() >= self.zero + t
 
     def now(self) -> float:
-        """Return how late it is by the clock."""
+        """Return the clock's time as virtual time, s."""
         return self._clock.now() - self.zero
 
     def worth_waiting(self, t: float) -> float:

@@ -69,7 +69,7 @@ PRICES = {
     "with": 1700,
     "delete": 60,
 }
-"""Instructions, by what is done."""
+"""Prices of Python's steps, instructions."""
 
 CALLS = {
     "abs": 50, "len": 30, "min": 1050, "max": 1050, "sum": 1350, "zip": 1450, "range": 1500,
@@ -124,8 +124,8 @@ PATTERN = (150, 12)
 """Price of a regular expression that is new, and of each of its characters, thousand
 instructions."""
 
-IN_COMPANY = 1.11
-"""Factor by which all costs more in a whole program than by itself: fitted to its ticks."""
+PROGRAM_FACTOR = 1.11
+"""Factor of all prices in a whole program, beside those of single steps: fitted to ticks."""
 
 START = 52000
 """Price of the start of Python itself, thousand instructions."""
@@ -138,7 +138,7 @@ COMPILED = 0.93
 """Price of a byte of the script itself, which is compiled in every run, thousand instructions."""
 
 CLEARED = 0.12
-"""Share of what loading took that Python takes at its end to be rid of it all."""
+"""Cost of clearing all modules at the end, as a share of the cost of loading them."""
 
 _IMPORTS = """
 _ast 8273; _bisect 70; _compat_pickle 855; _compression 664; _datetime 468; _json 131; _md5 88;
@@ -197,6 +197,6 @@ thousand instructions, and what it imports."""
 
 @functools.lru_cache(maxsize=1)
 def imports() -> Dict[str, Tuple[int, List[str]]]:
-    """Of each such module: thousand instructions, and the names that it imports."""
+    """Return {module: (thousand instructions, names that it imports)}."""
     rows = (row.split() for row in _IMPORTS.split(";"))
     return {name: (int(price), others) for name, price, *others in rows}

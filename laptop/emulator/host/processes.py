@@ -1,4 +1,4 @@
-"""The programs a script starts: `subprocess` and `os.system` on the world's clock.
+"""Programs that a script starts: `subprocess` and `os.system` on the world's clock.
 
 Rule: no process is started; `BrickPrograms.run` does what a program of the brick would have done.
 """
@@ -56,11 +56,13 @@ class Processes(object):
         """Run a command.
 
         Args:
+            args: its words, or a line for the shell.
+            shell: whether the shell runs it.
             piped: its standard input, bytes.
             captured: whether its output and errors are to be in what it returns, two bools.
 
         Returns:
-            what it does, as Finished.
+            Finished.
         """
         if shell:
             line = args if isinstance(args, str) else args[0]
@@ -105,14 +107,14 @@ class Processes(object):
         return self._shell.line("".join(lines), piped, captured)
 
     def system(self, command: str) -> int:
-        """os.system."""
+        """Run a line as os.system does; return its status."""
         self.clock.step(START_COST)
         finished = self._shell.line(command, b"", (False, False))
         self.world.sleep(finished.seconds)
         return finished.status << 8
 
     def popen(self) -> "Type[ProgramPopen]":
-        """A class for subprocess.Popen."""
+        """Return a class for subprocess.Popen."""
         return type("Popen", (ProgramPopen,), {"_processes": self})
 
     def begin(
@@ -167,7 +169,7 @@ class ProgramPopen(object):
             self.stdin = io.StringIO() if text else io.BytesIO()
 
     def poll(self) -> Optional[int]:
-        """The exit status, or None while it runs."""
+        """Return the exit status, or None while it runs."""
         self._processes.clock.step()
         if self.returncode is None and self._processes.world.now() >= self._end:
             self.returncode = self._status
@@ -187,13 +189,13 @@ class ProgramPopen(object):
     def communicate(
         self, input: object = None, timeout: Optional[float] = None
     ) -> "Tuple[Union[str, bytes, None], ...]":
-        """Wait for its end; (output, errors)."""
+        """Wait for its end; return (output, errors)."""
         self.wait(timeout)
         files = self.stdout, self.stderr
         return tuple(None if file is None else file.read() for file in files)
 
     def send_signal(self, sig: int) -> None:
-        """Any signal ends it."""
+        """End it, by whatever signal."""
         if self.poll() is None:
             self._end = self._processes.world.now()
             self._status = -sig
@@ -216,7 +218,7 @@ class ProgramPopen(object):
 
 
 def _piped_from(stdin: object) -> Sound:
-    """What a process has for its standard input, of Popen's argument."""
+    """Return the standard input of a process by Popen's argument."""
     piped = Sound(stdin.getvalue() if isinstance(stdin, _Output) else b"")
     piped.seconds = getattr(stdin, "seconds", 0.0)
     return piped
@@ -228,6 +230,8 @@ def _handed_over(
     """Let what a process has written go where Popen's argument says; a file where that is a pipe.
 
     Args:
+        data: bytes.
+        target: Popen's argument.
         own: the script's stream, where the argument is None.
         text: whether a pipe is of text.
     """

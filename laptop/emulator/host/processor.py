@@ -1,4 +1,17 @@
-"""The emulated brick's processor: what counted programs compute becomes seconds of its clock."""
+"""Processor of the emulated brick: the counts of programs become seconds of its clock.
+
+    seconds = instructions * PROGRAM_FACTOR * slowness * CYCLES_PER_INSTRUCTION / CYCLES_PER_SECOND
+
+A program does not stop at each count. Its debt is charged when it comes to the clock: it reads the
+time, sleeps, touches a device, or has gone round a `while` for a SWITCH_INTERVAL. So the program
+runs at the host's speed, and events between two such points are late by one piece of computing at
+most. What it computes before it first touches the world is its start, which the bodies of the world
+need not be moved for.
+
+The cycles per instruction are a mean over Python's interpreter with its cache misses (Hennessy and
+Patterson, Computer Architecture, 1.9). A model of each cache access
+would need the brick's machine code, which no program of the emulator has.
+"""
 
 import contextlib
 import functools
@@ -16,10 +29,10 @@ from laptop.emulator.host.prices import (
     CLEARED,
     COMPILED,
     FOUND,
-    IN_COMPANY,
     LIBRARY,
     LOADED,
     PATTERN,
+    PROGRAM_FACTOR,
     START,
     imports,
 )
@@ -34,14 +47,15 @@ if MYPY:
     Spend = Callable[[float], object]  # with thousands of instructions
 
 CYCLES_PER_SECOND, CYCLES_PER_INSTRUCTION = 300e6, 6.8
-"""The EV3's ARM926; the second as modelled with its caches, between 4.5 and 9.7."""
+"""Clock rate of the EV3's ARM926, and its mean cycles per instruction, cache misses included
+(modelled, between 4.5 and 9.7)."""
 
-SECONDS = CYCLES_PER_INSTRUCTION / CYCLES_PER_SECOND
+SECONDS_PER_INSTRUCTION = CYCLES_PER_INSTRUCTION / CYCLES_PER_SECOND
 """Time of an instruction, s."""
 
-LONGEST_START = 60.0
-"""Time that a program may compute before it has to do with the world; what is more passes on the
-world's clock, so that a program that goes on for ever comes to its time limit, s."""
+MAX_START = 60.0
+"""Greatest time of a program's start, s, before it first touches the world; more passes on the
+world's clock, so that an endless program reaches its time limit."""
 
 SWITCH_INTERVAL = 5e-3
 """Time after which Python lets another thread have its turn, s (`sys.getswitchinterval`)."""
@@ -51,14 +65,14 @@ class Processor(object):
     """One processor, and one program on it, from its start to its end.
 
     Args:
-        slowness: how many times as long as the real one it takes.
+        slowness: time of a computation, as a multiple of the real brick's.
         look: called by a thread that has gone round for a SWITCH_INTERVAL without looking at the
             clock; None where there is one thread only.
-        late: called when it has computed for LONGEST_START and not had to do with the world.
+        late: called when it has computed for MAX_START and not had to do with the world.
 
     Attributes:
-        start: what the program took before it first had to do with the world, see World.begin, s;
-            None: it has not done so yet.
+        start: time that the program took before it first touched the world, see World.begin, s;
+            None: it has not yet.
     """
 
     def __init__(
@@ -72,7 +86,7 @@ class Processor(object):
         self._late = late
         self.start = None  # type: Optional[float]
         self._starting = 0.0
-        self._per_instruction = slowness * SECONDS * IN_COMPANY
+        self._per_instruction = slowness * SECONDS_PER_INSTRUCTION * PROGRAM_FACTOR
         self._slice = SWITCH_INTERVAL / self._per_instruction
         self._modules = []  # type: List[Names]
         self._imported = set()  # type: Set[str]
@@ -82,7 +96,7 @@ class Processor(object):
         self._early = []  # type: List[Tuple[Names, int, Sequence[str]]]
 
     def enrol(self, names: "Names", length: int, asked: Sequence[str]) -> None:
-        """A counted module begins.
+        """Register a counted module that begins.
 
         What the emulator itself imports of `ev3dev2` before the script begins is charged when the
         script imports it.
@@ -90,7 +104,7 @@ class Processor(object):
         Args:
             names: its namespace.
             length: of its source, bytes.
-            asked: what it imports of the standard library and of ev3dev2.
+            asked: names that it imports of the standard library and of ev3dev2.
         """
         names[COUNT] = 0
 
@@ -98,7 +112,7 @@ class Processor(object):
             names[COUNT] += price
 
         def look() -> None:
-            """Called in every turn of a `while` from DUE on."""
+            """Let others run; every turn of a `while` calls this once the count exceeds DUE."""
             left = self._slice - (self._total() - self._taken + self._beside)
             if left <= 0 and self._look:
                 self._look()
@@ -119,12 +133,12 @@ class Processor(object):
         self._load(FOUND + LOADED * length, asked)
 
     def _import(self, asked: Sequence[str]) -> None:
-        """A function is about to import these."""
+        """Charge the modules that a function is about to import."""
         if self._running:
             self._load(0, asked)
 
     def _load(self, own: float, asked: Sequence[str]) -> None:
-        """Loading takes `own`, thousand instructions, and what it asks for."""
+        """Charge a module's loading: `own`, thousand instructions, and that of its imports."""
         self.spend((1 + CLEARED) * (own + sum(map(self._loaded, asked))))
         if EV3DEV2 in asked:
             early, self._early = self._early, []
@@ -133,8 +147,8 @@ class Processor(object):
                 self._beside += names[COUNT]
 
     def spend(self, thousands: float) -> None:
-        """Something beside counted code took so many thousand instructions."""
-        self._beside += 1000 * thousands / IN_COMPANY
+        """Charge so many thousand instructions beside those of counted code."""
+        self._beside += 1000 * thousands / PROGRAM_FACTOR
 
     @contextlib.contextmanager
     def idle(self) -> Iterator[None]:
@@ -147,7 +161,7 @@ class Processor(object):
             self._beside = before
 
     def _loaded(self, name: str) -> int:
-        """Price of importing a module with all that it imports, thousand instructions."""
+        """Return the price of importing a module with its imports, thousand instructions."""
         if name in self._imported or name not in imports():
             return 0
         self._imported.add(name)
@@ -161,27 +175,27 @@ class Processor(object):
         return total
 
     def instructions(self) -> float:
-        """Return the instructions since the last call; as a program by itself, see IN_COMPANY."""
+        """Return the instructions since the last call; by themselves, without PROGRAM_FACTOR."""
         total = self._total()
         new = total - self._taken + self._beside
         self._taken, self._beside = total, 0
         return new
 
-    def take(self) -> float:
-        """Seconds that the program has computed since this was asked last; of its start, none."""
+    def charge(self) -> float:
+        """Return the seconds computed since the last call; 0 during the program's start."""
         seconds = self._per_instruction * self.instructions()
         if self.start is None:
             self._starting += seconds
-            if self._starting > LONGEST_START:
+            if self._starting > MAX_START:
                 self.start = self._starting
                 self._late()
             return 0.0
         return seconds
 
     def begin(self) -> None:
-        """The program now first has to do with the world."""
+        """End the start: the program first touches the world."""
         self._running = True
-        self.take()
+        self.charge()
         self.start = self._starting
 
     @property
@@ -192,7 +206,7 @@ class Processor(object):
 
 @contextlib.contextmanager
 def library_charged(spend: "Spend") -> Iterator[None]:
-    """Have the library's functions tell what they take, for a `with` block.
+    """Charge the library's functions written in Python, for a `with` block.
 
     Args:
         spend: called with thousands of instructions.
@@ -251,13 +265,13 @@ def _charged(
 
 
 def _elsewhere() -> "Pattern[str]":
-    """A pattern of the folders that are the brick's HOME there, as a text in JSON has them."""
+    """Return a pattern of the folders that are HOME on the brick, as a text in JSON has them."""
     folders = [re.escape(json.dumps(folder)[1:-1]) for folder in (HOUSE, os.getcwd())]
     return re.compile('(?:{})(?=["/\\\\]|$)'.format("|".join(folders)))
 
 
 def _length(text: str, elsewhere: "Pattern[str]") -> int:
-    """Length of a text as it would be on the brick, where all that is `elsewhere` is in HOME."""
+    """Return the length of a text as it would be on the brick, with `elsewhere` as HOME."""
     return len(elsewhere.sub(HOME, text))
 
 

@@ -1,4 +1,4 @@
-"""The brick's own modules in this process, as a program on the emulated brick has them.
+"""Import of the brick's own modules into this process, as on the emulated brick.
 
 For what is measured piece by piece; whole scripts run under `runner.run_script`.
 """
@@ -41,7 +41,7 @@ class Program(object):
         self.processor = processor
 
     def __getitem__(self, name: str) -> ModuleType:
-        """The module of that name: what this process has, or on a slow brick one with counts."""
+        """Return the module of that name: this process's, or on a slow brick one with counts."""
         if self.processor is None:
             return importlib.import_module(name)
         with self.processor.idle():  # what a script imports at its start
@@ -80,7 +80,7 @@ def on(brick: "EmulatedBrick") -> Iterator[Program]:
 
 @contextlib.contextmanager
 def _counted(processor: Processor) -> Iterator[None]:
-    """The program's modules, afresh and with counts that `processor` reads, for a `with` block.
+    """Load the program's modules anew, with counts for `processor`, for a `with` block.
 
     So a module that is imported in the midst of its work costs each program the same, as each is a
     process of its own on the brick.
@@ -100,7 +100,7 @@ def _counted(processor: Processor) -> Iterator[None]:
 
 
 def _taken_out() -> Dict[str, ModuleType]:
-    """The program's modules, which are no longer those that one imports."""
+    """Take the program's modules out of sys.modules, and return them."""
     names = [name for name in sys.modules if top_of(name) in PROGRAM]
     return {name: sys.modules.pop(name) for name in names}
 

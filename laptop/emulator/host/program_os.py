@@ -32,7 +32,7 @@ MENU_CONSOLE = "/dev/tty1"
 """The console on which the brick's menu shows a program."""
 
 _STARTING = ("fork", "exec", "spawn", "posix_spawn")
-"""How the names of functions begin that start a process, or become one."""
+"""Prefixes of the functions that start a process, or become one."""
 
 
 class ProgramOs(object):
@@ -117,11 +117,11 @@ class ProgramOs(object):
         self._clock.step()
 
     def listdir(self, path: Any = ".") -> List[Any]:
-        """os.listdir in natural order, so that runs repeat and port A comes first."""
+        """List a folder in natural order, so that runs repeat and port A comes first."""
         return sorted(self._on_the_brick["listdir"](path), key=_natural)
 
     def scandir(self, path: Any = ".") -> Entries:
-        """os.scandir in that order, too."""
+        """Scan a folder in that order, too."""
         with self._on_the_brick["scandir"](path) as entries:
             found = sorted(entries, key=lambda entry: _natural(entry.name))
         if self._files.here(path) != path:
@@ -129,7 +129,7 @@ class ProgramOs(object):
         return Entries(found)
 
     def open(self, path: Any, flags: int, mode: int = 0o777, dir_fd: Optional[int] = None) -> int:
-        """os.open that knows the brick's framebuffer, and opens folders as Linux does."""
+        """Open a file, also the brick's framebuffer, and folders as Linux does."""
         if path == "/dev/fb0":
             descriptor = self._screen.open()  # type: int
             self.screens.add(descriptor)
@@ -141,12 +141,12 @@ class ProgramOs(object):
         return file
 
     def close(self, fd: int) -> None:
-        """os.close that lets go of the framebuffer."""
+        """Close a descriptor, also of the framebuffer."""
         self.screens.discard(fd)
         self._close(fd)
 
     def ttyname(self, fd: int) -> str:
-        """os.ttyname of a script that is started from the brick's menu, or over ssh."""
+        """Return the terminal of a script that is started from the brick's menu, or over ssh."""
         if self._console is not None:
             return self._console
         if self._ttyname is None:
@@ -168,6 +168,6 @@ def _refusing(name: str) -> "Callable[..., NoReturn]":
 
 
 def _natural(name: "Union[str, bytes]") -> "List[Union[str, int]]":
-    """A sort key that has motor9 before motor10."""
+    """Return a sort key that has motor9 before motor10."""
     parts = re.split("([0-9]+)", os.fsdecode(name))
     return [int(part) if number % 2 else part for number, part in enumerate(parts)]

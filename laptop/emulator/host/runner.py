@@ -27,7 +27,7 @@ from laptop.emulator.host import advice, counting, last_line
 from laptop.emulator.host.child_python import ChildPython
 from laptop.emulator.host.linux import Signals
 from laptop.emulator.host.process_exit import ENDLESS, ProcessExit
-from laptop.emulator.host.processor import LONGEST_START, Processor
+from laptop.emulator.host.processor import MAX_START, Processor
 from laptop.emulator.host.shims import Shims
 from laptop.emulator.host.watchdog import Over
 from laptop.system import platforms
@@ -271,7 +271,7 @@ def _processor(brick: "EmulatedBrick", name: str) -> Optional[Processor]:
         _complain(
             "{}: it has computed for {:g} s on the brick, and has not used it yet; Ctrl-C ends it",
             name,
-            LONGEST_START,
+            MAX_START,
         )
 
     if not brick.slowness:
@@ -286,7 +286,7 @@ def _complain(message: str, *values: object) -> None:
 
 @functools.lru_cache(maxsize=16)
 def _compiled(source: bytes, script: str, counts: bool) -> "CodeType":
-    """The script's code; the same for all runs."""
+    """Return the script's code; the same for all runs."""
     if counts:
         return counting.compiled(source, script)
     return compile(source, script, "exec", dont_inherit=True)
@@ -315,9 +315,9 @@ def _interpreted(
         except BaseException as error:
             status = _status_of(error)
             folder = os.path.dirname(os.path.realpath(script))
-            told = advice.on(error, source, folder, shims.peripherals.sysfs)
-            if told:
-                _complain("{}", told)
+            sentence = advice.on(error, source, folder, shims.peripherals.sysfs)
+            if sentence:
+                _complain("{}", sentence)
         try:
             (finish or shims.call_at_exit)()
         except KeyboardInterrupt as error:

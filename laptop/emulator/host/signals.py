@@ -69,7 +69,7 @@ class ProgramSignals(object):
             handler(number, sys._getframe(1))
 
     def module(self) -> ModuleType:
-        """A `signal` module."""
+        """Make a `signal` module."""
         shim = copy_module(real_signal)
         for name in [name for name in vars(shim) if re.match("SIG[A-Z0-9]+$", name)]:
             delattr(shim, name)
@@ -107,7 +107,7 @@ class ProgramSignals(object):
         return before
 
     def getsignal(self, signalnum: int) -> "Handler":
-        """The program's handler."""
+        """Return the program's handler."""
         return self._handlers.get(Signals(signalnum), real_signal.SIG_DFL)
 
     def pause(self) -> None:
@@ -145,7 +145,7 @@ class ProgramTimers(object):
         return before
 
     def getitimer(self, which: int) -> Tuple[float, float]:
-        """(seconds left, interval)."""
+        """Return (time left, interval), s."""
         self._clock.step()
         if which not in self._running:
             return (0.0, 0.0)

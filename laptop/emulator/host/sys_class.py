@@ -38,7 +38,7 @@ ATTRIBUTES = {
     "dc-motor": "",
     "servo-motor": "",
 }
-"""Class -> names of the files in the folder of each of its devices; two classes are empty."""
+"""Names of the files in the folder of each device, by class; two classes are empty."""
 
 WRITTEN = ("brightness", "delay_off", "delay_on", "direct", "duty_cycle_sp", "mode", "polarity",
            "poll_ms", "position", "position_sp", "ramp_down_sp", "ramp_up_sp", "speed_sp",
@@ -46,11 +46,11 @@ WRITTEN = ("brightness", "delay_off", "delay_on", "direct", "duty_cycle_sp", "mo
 """Files that can be written as well as read, beside those of the regulators."""
 
 ONLY_WRITTEN = "command", "set_device"
-"""Files that can be written alone."""
+"""Files that can be written but not read."""
 
 
 def _parts(path: "Path") -> Optional[List[str]]:
-    """What a path names within ROOT, as a list of names; None for any other path."""
+    """Split a path within ROOT into a list of names; None for any other path."""
     if path is None or isinstance(path, int):
         return None
     path = path.__fspath__() if hasattr(path, "__fspath__") else path
@@ -61,7 +61,7 @@ def _parts(path: "Path") -> Optional[List[str]]:
 
 
 def _mode(parts: Sequence[str]) -> int:
-    """Rights of a file, as the brick gives them to its users."""
+    """Return the permissions of a file for the brick's users."""
     if parts[-1] in ONLY_WRITTEN:
         return 0o220
     return 0o664 if parts[-1] in WRITTEN or "_pid" in parts[-2] else 0o444
@@ -86,19 +86,19 @@ class DeviceFile(io.RawIOBase):
     seen = property(lambda self: self._attribute.seen, doc="See sysfs.Attribute.")
 
     def readable(self) -> bool:
-        """As opened."""
+        """Return whether it was opened for reading."""
         return "r" in self.mode or "+" in self.mode
 
     def writable(self) -> bool:
-        """As opened."""
+        """Return whether it was opened for writing."""
         return "r" not in self.mode or "+" in self.mode
 
     def seekable(self) -> bool:
-        """It is."""
+        """Return True."""
         return True
 
     def readinto(self, buffer: Any) -> int:
-        """Put what comes next into `buffer`; the number of bytes."""
+        """Read the next bytes into `buffer`; return their number."""
         if not self.readable():
             raise io.UnsupportedOperation("not readable")
         if self._at == 0:
@@ -109,7 +109,7 @@ class DeviceFile(io.RawIOBase):
         return len(piece)
 
     def write(self, data: Any) -> int:
-        """One access: store the text; nothing once the program is over."""
+        """Store the text by one access; do nothing once the program is over."""
         if not self.writable():
             raise io.UnsupportedOperation("not writable")
         if self._attribute.sysfs.world.exit is None:
@@ -117,14 +117,14 @@ class DeviceFile(io.RawIOBase):
         return len(data)
 
     def seek(self, offset: int, whence: int = 0) -> int:
-        """Go to a place; returns it."""
+        """Go to a place, and return it."""
         if whence == 2:
             raise OSError(errno.EINVAL, os.strerror(errno.EINVAL))
         self._at = offset + (self._at if whence else 0)
         return self._at
 
     def truncate(self, size: Optional[int] = None) -> int:
-        """Nothing is kept that could be cut."""
+        """Do nothing: no contents are kept."""
         return self._at
 
 
@@ -138,7 +138,7 @@ def wrapped(
     closefd: bool = True,
     opener: object = None,
 ) -> io.IOBase:
-    """What `open` makes of a sysfs.Attribute, by its own arguments."""
+    """Open a sysfs.Attribute by the arguments of `open`."""
     raw = DeviceFile(attribute, mode)
     if buffering == 0:
         return raw
@@ -160,27 +160,27 @@ class _Entry(object):
         return self.path
 
     def is_dir(self, follow_symlinks: bool = True) -> bool:
-        """Whether it is a folder."""
+        """Return whether it is a folder."""
         return self._tree.names(self._parts) is not None
 
     def is_file(self, follow_symlinks: bool = True) -> bool:
-        """Whether it is a file."""
+        """Return whether it is a file."""
         return not self.is_dir()
 
     def is_symlink(self) -> bool:
-        """It is none here."""
+        """Return False: there are no links here."""
         return False
 
     def is_junction(self) -> bool:
-        """It is none."""
+        """Return False: Linux has no junctions."""
         return False
 
     def stat(self, follow_symlinks: bool = True) -> os.stat_result:
-        """As of os.stat."""
+        """Return its status as os.stat does."""
         return self._tree.stat(self._parts, self.path)
 
     def inode(self) -> int:
-        """A number of its own."""
+        """Return a number of its own."""
         return self.stat().st_ino
 
 
@@ -195,7 +195,7 @@ class SysClass(object):
         self._sysfs = sysfs
 
     def names(self, parts: List[str]) -> Optional[List[str]]:
-        """Names of what is in a folder; None for what is none."""
+        """Return the names in a folder; None for what is no folder."""
         if not parts:
             return sorted(ATTRIBUTES)
         if parts[0] not in ATTRIBUTES:
@@ -213,7 +213,7 @@ class SysClass(object):
         return sorted(set(found)) or None
 
     def stat(self, parts: List[str], path: "Path") -> os.stat_result:
-        """What os.stat tells.
+        """Return the result of os.stat.
 
         Raises:
             FileNotFoundError: there is no such thing.
@@ -228,7 +228,7 @@ class SysClass(object):
         return os.stat_result((mode, number + 2, 0, 1, 0, 0, 4096, EPOCH, EPOCH, EPOCH))
 
     def open(self, file: "Path", mode: str = "r", *args: Any, **kwargs: Any) -> Optional[io.IOBase]:
-        """What `open` returns for a device's file; None for any other file.
+        """Open a device's file; return None for any other file.
 
         Raises:
             OSError: there is none, it is a folder, or not to be read or written.
@@ -268,7 +268,7 @@ class SysClass(object):
                 names.update(own)
 
     def listed(self, parts: List[str], path: "Path") -> List[str]:
-        """Names of what is in the folder `parts`.
+        """Return the names in the folder `parts`.
 
         Raises:
             OSError: there is no such folder.
@@ -309,12 +309,12 @@ class _Seeing(object):
         }
 
     def listdir(self, path: "Path" = ".") -> List[Any]:
-        """os.listdir."""
+        """List a folder as os.listdir does."""
         parts = _parts(path)
         return self._listdir(path) if parts is None else self._names(parts, path)
 
     def scandir(self, path: "Path" = ".") -> Any:
-        """os.scandir."""
+        """Scan a folder as os.scandir does."""
         parts = _parts(path)
         if parts is None:
             return self._scandir(path)
@@ -325,7 +325,7 @@ class _Seeing(object):
         )
 
     def _names(self, parts: List[str], path: "Path") -> List[Any]:
-        """Names of what is in a folder, in bytes if its path is."""
+        """Return the names in a folder, in bytes if its path is."""
         names = self._tree.listed(parts, path)
         return [os.fsencode(name) for name in names] if isinstance(path, bytes) else names
 

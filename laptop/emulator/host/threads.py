@@ -27,21 +27,21 @@ START_COST = 0.2e-3
 
 
 def thread_module(world: "World", clock: "ProgramClock") -> ModuleType:
-    """A `_thread` module."""
+    """Make a `_thread` module."""
     order = {}  # type: Dict[VirtualThread, int]
 
     def number_of(thread: "VirtualThread", native: bool = False) -> int:
-        """What Python on the brick, or its Linux, would call a VirtualThread."""
+        """Return the number of a VirtualThread in Python on the brick, or in its Linux."""
         place = order.setdefault(thread, len(order))
         return linux.PID + place if native else linux.FIRST_THREAD - linux.STACK * place
 
     def get_ident() -> int:
-        """Number of the calling thread."""
+        """Return the number of the calling thread."""
         me = world.current()
         return real_thread.get_ident() if me is None else number_of(me)
 
     def get_native_id() -> int:
-        """Number of the calling thread in the brick's Linux."""
+        """Return the number of the calling thread in the brick's Linux."""
         me = world.current()
         return linux.PID if me is None else number_of(me, native=True)
 
@@ -129,7 +129,7 @@ class Lock(object):
                 self._taken = False
 
     def locked(self) -> bool:
-        """True while somebody has it."""
+        """Return True while somebody has it."""
         self._clock.step()
         return self._taken
 
@@ -183,11 +183,11 @@ class Threads(object):
         )
 
     def current(self) -> "ProgramThread":
-        """The calling Thread."""
+        """Return the calling Thread."""
         return self.known.get(self.world.current(), self.main)
 
     def enter_main(self) -> None:
-        """The caller becomes the main thread."""
+        """Make the caller the main thread."""
         self.main._begin(self.world.current())
 
     def join_all(self) -> None:
@@ -260,7 +260,7 @@ class ProgramThread(object):
         threads.clock.step(START_COST)
 
     def run(self) -> None:
-        """What the thread does; for subclasses to replace."""
+        """Do the thread's work; for subclasses to replace."""
         if self._target is not None:
             self._target(*self._args, **self._kwargs)
 
@@ -298,7 +298,7 @@ class ProgramThread(object):
             own.waiting.wait(None if deadline is None else deadline - world.now())
 
     def is_alive(self) -> bool:
-        """True between start and end."""
+        """Return True between start and end."""
         own = self._checked()
         self._threads.clock.step()
         return own.started and not own.ended

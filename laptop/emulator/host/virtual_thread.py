@@ -73,7 +73,7 @@ class ThreadEffort(object):
         self._spent = 0.0, 0.0
         self._before = None  # type: Optional[Tuple[float, float, bool]]
 
-    def look(self) -> Tuple[float, float]:
+    def sample(self) -> Tuple[float, float]:
         """Return the seconds that it has computed since the first look, and waited for the host.
 
         It waits if it sleeps now, did so at the last look, and has not computed in between; who has

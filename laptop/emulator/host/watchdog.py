@@ -1,4 +1,4 @@
-"""The host's look at a running program: does it come to the clock, is the host too busy?"""
+"""Watchdog over a running program: does it come to the clock, is the host too busy?"""
 
 import ctypes
 import time as wall
@@ -6,8 +6,7 @@ from typing import Tuple
 
 from laptop.emulator.host.process_exit import BUSY, ENDLESS, ProcessExit
 from laptop.emulator.host.virtual_thread import ThreadEffort
-from laptop.emulator.pace import BUSY as BUSY_PACE
-from laptop.emulator.pace import in_words
+from laptop.emulator.pace import BUSY_PACE, in_words
 
 MYPY = False
 if MYPY:
@@ -56,10 +55,11 @@ class Watchdog(object):
         self._hearing = None  # type: Optional[ThreadEffort]
 
     def watch(self, run: "WorldRun", patience: float) -> None:
-        """Look at a run of a program until it is over, and wind it up.
+        """Watch a run of a program until it is over, and clean up after it.
 
         Args:
-            patience: seconds of the host that it may compute without a look at the clock.
+            run: WorldRun.
+            patience: greatest computing time without a visit to the clock, s of the host.
         """
         world = self._world
         effort, seen = ThreadEffort(None), None  # type: ThreadEffort, Optional[int]
@@ -72,7 +72,7 @@ class Watchdog(object):
                 if run.visits != seen or paced or working is not effort.thread:
                     seen, effort = run.visits, ThreadEffort(working)
                 else:
-                    self._let_others_on(run, working, effort.look(), patience)
+                    self._let_others_on(run, working, effort.sample(), patience)
                 self._look_at_interrupts(run)
             if pacer is not None:
                 self._look_at_pace(pacer)
@@ -85,10 +85,13 @@ class Watchdog(object):
         effort: Tuple[float, float],
         patience: float,
     ) -> None:
-        """Let the others, or in real time the world, go on beside one who does not come.
+        """Let the others, or in real time the world, go on beside a thread that does not come.
 
         Args:
-            effort: what it has spent since it was at the clock last, see ThreadEffort.look.
+            run: WorldRun.
+            thread: the one that does not come to the clock; None: nobody has the baton.
+            effort: (computed, waited) since it was at the clock last, s, see ThreadEffort.sample.
+            patience: greatest computing time without a visit to the clock, s of the host.
         """
         world, pacer = self._world, self._world.pacer
         computed, waited = effort
@@ -114,17 +117,17 @@ class Watchdog(object):
             self._hearing = None
         elif self._hearing is None or self._hearing.thread is not main:
             self._hearing = ThreadEffort(main)
-        elif sum(self._hearing.look()) >= self.HEARING_TIMEOUT:
+        elif sum(self._hearing.sample()) >= self.HEARING_TIMEOUT:
             self._world.unheard()
 
     def _look_at_pace(self, pacer: "Pacer") -> None:
         """Tell that the host is busy; end where that is too much."""
         world = self._world
-        if pacer.long_pace.look() < CRAWL_PACE:
+        if pacer.long_pace.sample() < CRAWL_PACE:
             world.awaited = pacer.latest
             world.halt(ProcessExit(BUSY, "too busy"))
         now = wall.monotonic()
-        if pacer.pace.look() < BUSY_PACE and now - self._noticed >= BUSY_NOTICE_PERIOD:
+        if pacer.pace.sample() < BUSY_PACE and now - self._noticed >= BUSY_NOTICE_PERIOD:
             self._noticed = now
             world.tell(in_words(pacer.pace.latest))
 
@@ -138,7 +141,7 @@ class Watchdog(object):
                 with world._mutex:
                     astray = [thread for thread in run.alive if not thread.waiting]
                     spent = [
-                        sum(efforts.setdefault(thread, ThreadEffort(thread)).look())
+                        sum(efforts.setdefault(thread, ThreadEffort(thread)).sample())
                         for thread in astray
                     ]
                 if not astray:

@@ -1,4 +1,9 @@
-"""The emulated world's time: a clock that only moves when somebody waits or works.
+"""Virtual time of the emulated world: a clock that only moves when somebody waits or works.
+
+This is discrete-event simulation (Law, Simulation Modeling and Analysis, ch. 1): the clock jumps to
+the next thing due, a thread's wake-up or an event. Between two of them the bodies integrate their
+physics. Host time plays no part, so a run repeats, and a minute of waiting takes no time. With a
+`pacer` the same clock waits for the paced clock of laptop.emulator.pace before each step.
 
 Rules:
 1. Physics is brought up to the present before anything may look at it, and timed events happen
@@ -60,7 +65,7 @@ class World(object):
         t: virtual time, s.
         realtime: whether it keeps pace with the clock.
         pacer: Pacer of the clock; None without one.
-        tell: called now and then with a line for people while the host is busy.
+        tell: called with a line for people while the host is busy.
         typing: whether a thread waits for a person at the keyboard, who may take all the time.
         unheard: called when the program's main thread does not look at an `interrupt`.
         processor: processor.Processor that the program computes on; None: it computes in no time.
@@ -76,7 +81,7 @@ class World(object):
     REALTIME_STEP = 0.005
     """Longest step of the bodies in real time, s."""
     DRIFT = 0.05
-    """Time that goes on at a look beside a program that waits for something of the host, s."""
+    """Step of the time beside a program that waits for something of the host, s."""
 
     def __init__(self, clock: "Optional[PacedClock]" = None, name: str = "brick") -> None:
         self.name = name
@@ -195,9 +200,10 @@ class World(object):
         """Run `program() -> exit status` as the main thread of a new program until it is over.
 
         Args:
-            limit: the run is cut off at this virtual time, s.
-            patience: or after so many seconds of the host, computed without a look at the clock;
-                or after Watchdog.WAIT_TIMEOUT, or what is left of the limit, waited for the host.
+            program: takes nothing, returns the exit status.
+            limit: virtual time at which the run is cut off, s.
+            patience: greatest computing time without a visit to the clock, s of the host; a wait
+                for the host may take Watchdog.WAIT_TIMEOUT, or what is left of the limit.
 
         Raises:
             whatever a body or an event raised.
@@ -294,7 +300,7 @@ class World(object):
             self._fail(error)
 
     def _move(self, t: float, before: Optional[ProcessExit]) -> bool:
-        """Go to `t`; True when it is reached, not when the program has ended since `before`."""
+        """Go to `t`; return True when it is reached, False if the program ended since `before`."""
         if t <= self.t:
             return True
         pacer = self.pacer if self.realtime else None
@@ -329,7 +335,7 @@ class World(object):
     # The baton.  All below expect the mutex to be held once, except _wait, _attend and _body.
 
     def _enter(self) -> Optional[VirtualThread]:
-        """Have whoever calls be at the clock: a thread of the program only with the baton."""
+        """Bring the caller to the clock; a thread of the program waits for the baton."""
         me = self._local.thread
         if me is None:
             self._charge()
@@ -353,8 +359,8 @@ class World(object):
         return me
 
     def _charge(self) -> bool:
-        """Let what was computed since take its time; True if it took any."""
-        cost = self.processor.take() if self.processor else 0.0
+        """Advance by the time computed since the last visit; return True if there was any."""
+        cost = self.processor.charge() if self.processor else 0.0
         if cost:
             self.busy += cost
             self._advance(self.t + cost)
@@ -457,7 +463,7 @@ class World(object):
         pacer.promise(self.t + self.DRIFT)
 
     def _end_drift(self) -> None:
-        """Have it be as late as the clock shows, if the program has waited for the host."""
+        """Catch up with the clock, if the program has waited for the host."""
         if self.pacer is not None and self.pacer.drifting:
             self.pacer.drifting = False
             if self.pacer.joined:

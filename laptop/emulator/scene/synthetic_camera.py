@@ -15,7 +15,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from laptop.emulator.live import Pose
-from laptop.emulator.pace import BUSY, Member, PacedClock, PaceMeter, in_words
+from laptop.emulator.pace import BUSY_PACE, Member, PacedClock, PaceMeter, in_words
 from laptop.emulator.scene.poses import LivePoses, Poses, RecordedPoses
 from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.scene_constants import CAMERAS, read_scene
@@ -102,8 +102,8 @@ class SyntheticCamera:
     @property
     def slowness(self) -> str:
         """Note for people on the pace, or ""."""
-        pace = self._pace.look() if self._pace else 1.0
-        return in_words(pace) if pace < BUSY else ""
+        pace = self._pace.sample() if self._pace else 1.0
+        return in_words(pace) if pace < BUSY_PACE else ""
 
     # Time
 

@@ -411,7 +411,7 @@ class DemoRun:
 
     def _look(self) -> None:
         """Look at the emulated clock's pace, the arm's ink and the comparison."""
-        self._progress.keep(self._pace.look())
+        self._progress.keep(self._pace.sample())
         if "first ink after s" not in self.result.timing:
             self._follower.poll()
             if self._follower.pen:

@@ -13,7 +13,7 @@ from rich.spinner import Spinner
 from rich.table import Table
 from rich.text import Text
 
-from laptop.emulator.pace import BUSY, in_words
+from laptop.emulator.pace import BUSY_PACE, in_words
 
 
 class Stage:
@@ -79,7 +79,7 @@ class ProgressDisplay:
                 Text(stage.seconds, justify="right"),
                 Text(stage.text, no_wrap=True, overflow="ellipsis", style="" if running else "dim"),
             )
-        if self.pace < BUSY:
+        if self.pace < BUSY_PACE:
             table.add_row("[yellow]![/]", "", "", Text(in_words(self.pace), style="yellow"))
         return table
 
@@ -91,7 +91,11 @@ class ProgressDisplay:
         """Show how fast the emulated clock goes of late, as laptop.emulator.pace has it."""
         self.pace = pace
         now = time.monotonic()
-        if pace < BUSY and not self._console.is_terminal and now - self._told > PACE_NOTICE_PERIOD:
+        if (
+            pace < BUSY_PACE
+            and not self._console.is_terminal
+            and now - self._told > PACE_NOTICE_PERIOD
+        ):
             self._told = now
             self.say(in_words(pace))
 

@@ -160,7 +160,7 @@ def test_a_function_that_never_ends_is_told_and_the_others_answer(
 
 
 def test_a_script_that_never_ends_when_it_is_imported_is_told(tmp_path, monkeypatch):
-    monkeypatch.setattr(processor, "LONGEST_START", 0.5)
+    monkeypatch.setattr(processor, "MAX_START", 0.5)
     file = tmp_path / "mine.py"
     file.write_text("k = 0\nwhile True:\n    k += 1\n")
     with pytest.raises(CannotExamine, match=r"imported: it does not end; .* line 2: `while True:`"):

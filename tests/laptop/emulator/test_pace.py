@@ -174,29 +174,29 @@ def test_the_pace_is_told_over_the_last_seconds_and_over_all(clock, wall):
     speed, member = PaceMeter(clock), clock.join("brick")
     for _ in range(100):
         member.promise(wall.t + 9.0)
-        assert speed.look() == pytest.approx(1.0)
+        assert speed.sample() == pytest.approx(1.0)
         wall.t += 0.1
     member.leave()
     member = clock.join("brick")
     for _ in range(100):
         member.promise(clock.now() + 0.06)
         wall.t += 0.1
-        speed.look()
-    assert speed.look() == pytest.approx(0.6, abs=0.05)
+        speed.sample()
+    assert speed.sample() == pytest.approx(0.6, abs=0.05)
     assert speed.mean == pytest.approx(0.8, abs=0.05)
-    assert pace.in_words(speed.look()) == "this computer is busy: running at 0.6 x"
+    assert pace.in_words(speed.sample()) == "this computer is busy: running at 0.6 x"
     member.leave()
 
 
 def test_of_a_time_in_which_nobody_looked_little_is_known(clock, wall):
     speed, member = PaceMeter(clock, window=10.0), clock.join("brick")
-    speed.look()
+    speed.sample()
     wall.t += 3600.0
     for _ in range(20):
         member.promise(clock.now() + 1.0)
-        speed.look()
+        speed.sample()
         wall.t += 1.0
-    assert speed.look() > 0.9
+    assert speed.sample() > 0.9
     member.leave()
 
 

@@ -23,7 +23,7 @@ from laptop.emulator.rig import Rig
 from laptop.cli import start as program
 
 patience, hearing = map(float, sys.argv[1:3])
-guard.PATIENCE, guard.HEARING, Watchdog.HEARING_TIMEOUT = 2 * patience, hearing, hearing
+guard.PATIENCE, guard.SIGNAL_TIMEOUT, Watchdog.HEARING_TIMEOUT = 2 * patience, hearing, hearing
 run = Rig.run
 Rig.run = lambda *args, **options: run(*args, patience=patience, **options)
 sys.argv[1:3] = []

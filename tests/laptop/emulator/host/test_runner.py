@@ -505,7 +505,7 @@ def test_a_signal_is_heard_by_who_goes_round(run, monkeypatch):
 
 def test_who_computes_for_ever_comes_to_the_time_limit_and_is_told_where(run, monkeypatch):
     for module in processor, runner:
-        monkeypatch.setattr(module, "LONGEST_START", 0.5)
+        monkeypatch.setattr(module, "MAX_START", 0.5)
     source = "def go():\n    k = 0\n    while True:\n        k += 1\n\n\ngo()\n"
     outcome, _, err = run(source, timeout=1, patience=PATIENCE)
     assert (outcome.status, outcome.reason, outcome.t) == (124, "timeout", 1)
@@ -518,7 +518,7 @@ def test_who_computes_for_ever_comes_to_the_time_limit_and_is_told_where(run, mo
 
 
 def test_who_has_used_the_brick_is_not_said_to_be_late(run, monkeypatch):
-    monkeypatch.setattr(processor, "LONGEST_START", 3)  # (Python's start takes 1.2 s)
+    monkeypatch.setattr(processor, "MAX_START", 3)  # (Python's start takes 1.2 s)
     _, _, err = run("import time\ntime.sleep(0)\nwhile True: pass\n", timeout=4)
     assert "has not used it yet" not in err
     assert err.count("\n") == 1
