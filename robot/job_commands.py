@@ -260,12 +260,12 @@ def _status():
     # type: () -> Tuple[Dict[str, Any], bool]
     """What the status file says (a dict), and whether that job is being drawn now."""
     from robot.jobs.report import status_file
-    from shared.small_files import SpoiltFile, read_json
+    from shared.small_files import InvalidFile, read_json
 
     try:
         status = read_json(status_file())
         state, pid = status["state"], int(status["pid"])
-    except (OSError, SpoiltFile, KeyError, TypeError, ValueError):
+    except (OSError, InvalidFile, KeyError, TypeError, ValueError):
         return {}, False
     return status, state in RUNNING and _is_alive(pid)
 

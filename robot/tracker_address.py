@@ -17,7 +17,7 @@ from shared import pairing
 from shared.arm_description import ArmError
 from shared.messages import PORT
 from shared.record import record
-from shared.small_files import SpoiltFile, number, read_json
+from shared.small_files import InvalidFile, number, read_json
 from shared.state import CODE, TRACKER_FILE, laptop_program, state_folder
 
 MYPY = False  # which a type checker takes for true
@@ -79,10 +79,10 @@ class Memory(object):
             kept = read_json(self.file)
             host, port, code = (kept[key] for key in ("host", "port", "code"))
             if not isinstance(host, str) or not isinstance(code, str) or number(port) % 1:
-                raise SpoiltFile("has something of another kind")
+                raise InvalidFile("has something of another kind")
             host, port = read_place(host, int(port))
             if not host or port is None:
-                raise SpoiltFile("names no host")
+                raise InvalidFile("names no host")
             return ServerAddress(host, port, pairing.read_code(code))
         except FileNotFoundError:
             return None
@@ -90,7 +90,7 @@ class Memory(object):
             problem = "cannot be read ({})".format(error.strerror)
         except KeyError:
             problem = "lacks something"
-        except SpoiltFile as error:
+        except InvalidFile as error:
             problem = str(error)
         except ArmError as error:
             problem = "cannot be used ({})".format(error)
@@ -106,7 +106,7 @@ class Memory(object):
             kept = read_json(self.file)
             key = binascii.unhexlify(fields.PROOF(kept["key"]))
             return SaltedKey(fields.NONCE(kept["salt"]), key) if kept["code"] == code else None
-        except (SpoiltFile, OSError, KeyError, fields.WrongValue):
+        except (InvalidFile, OSError, KeyError, fields.WrongValue):
             return None
 
     def save(self, tracker, key):

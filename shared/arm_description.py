@@ -26,7 +26,7 @@ from shared.arm_keys import (  # noqa: F401 (some are for those who have an arm)
 )
 from shared.ini import BadIni, read_ini
 from shared.record import record
-from shared.small_files import SpoiltFile, read_text
+from shared.small_files import InvalidFile, read_text
 from shared.state import OWN_ARMS_FOLDER, state_folder
 
 MYPY = False
@@ -178,7 +178,7 @@ def _parse(path):
         return read_ini(read_text(path, encoding="utf-8-sig").split("\n"))
     except FileNotFoundError:
         raise _no_such_file(path) from None
-    except SpoiltFile as error:
+    except InvalidFile as error:
         raise _bad(path, None, None, str(error)) from None
     except OSError as error:
         raise BadArmFile(

@@ -33,7 +33,7 @@ from shared.job_header import (
 )
 from shared.job_pieces import BadJob, check_joined, check_joints, go_on, read_piece
 from shared.record import record
-from shared.small_files import SpoiltFile, check_replaceable, number, open_file, open_to_write
+from shared.small_files import InvalidFile, check_replaceable, number, open_file, open_to_write
 
 MYPY = False
 if MYPY:
@@ -95,7 +95,7 @@ def write_job(path, header, strokes):
     """
     try:
         check_replaceable(path)
-    except SpoiltFile as error:
+    except InvalidFile as error:
         raise BadJob("{}: {}; choose another name".format(path, error)) from None
     draft = path + ".part"
     crc = size = 0
@@ -168,7 +168,7 @@ class Job(object):
             self.header = read_header(self._parsed(0), len(self._offsets) - 2)
         except OSError as error:
             raise BadJob("{}: {}; give a job's file".format(path, error.strerror)) from None
-        except (SpoiltFile, ValueError, KeyError, TypeError, RecursionError) as error:
+        except (InvalidFile, ValueError, KeyError, TypeError, RecursionError) as error:
             raise self._bad(error) from None
         if arm:
             check_arm(path, self.header, arm)
@@ -184,22 +184,22 @@ class Job(object):
             value = self._parsed(k)
             self.between()
             if value["stroke"] != k:
-                raise SpoiltFile("has another stroke where {} should be".format(k))
+                raise InvalidFile("has another stroke where {} should be".format(k))
             pieces = []
             for piece in value["pieces"]:
                 pieces.append(read_piece(piece, len(self.header.links)))
                 self.between()
             if not pieces:
-                raise SpoiltFile("has a stroke without a piece")
+                raise InvalidFile("has a stroke without a piece")
             offsets = [_offsets(one, len(pieces[0][2])) for one in value.get("offsets", ())]
             cm, start_s = number(value["cm"]), number(value["start_s"])
             if not 0 <= start_s <= MAX_SECONDS:
-                raise SpoiltFile("has a stroke that begins after {:g} s".format(start_s))
+                raise InvalidFile("has a stroke that begins after {:g} s".format(start_s))
             stroke = Stroke(word(value["layer"]), cm, start_s, pieces, offsets)
             check_joined(pieces, self.between)
         except OSError as error:
             raise BadJob("{}: {}; send it again".format(self.path, error.strerror)) from None
-        except (SpoiltFile, ValueError, KeyError, TypeError, IndexError, RecursionError) as error:
+        except (InvalidFile, ValueError, KeyError, TypeError, IndexError, RecursionError) as error:
             raise self._bad(error) from None
         if self._arm:
             check_joints(self.path, k, pieces, self._arm.joints, self.between)
@@ -217,7 +217,7 @@ class Job(object):
             stroke = self.stroke(k)
             planned += sum([max(times[-1], MIN_PIECE_SECONDS) for times, _, _ in stroke.pieces])
             if planned > MAX_TIME_RATIO * self.header.seconds + MAX_EXTRA_SECONDS:
-                raise self._bad(SpoiltFile(
+                raise self._bad(InvalidFile(
                     "says that it takes {:.0f} s, and by the end of stroke {} it takes {:.0f}"
                     "".format(self.header.seconds, k, planned)
                 ))  # fmt: skip
@@ -243,7 +243,7 @@ class Job(object):
 
     def _bad(self, error):
         # type: (Exception) -> BadJob
-        what = str(error) if isinstance(error, SpoiltFile) else "does not hold what a job holds"
+        what = str(error) if isinstance(error, InvalidFile) else "does not hold what a job holds"
         return BadJob("{} is no job, or is damaged: it {}; make it again".format(self.path, what))
 
     def _scan(self):
@@ -258,7 +258,7 @@ class Job(object):
                 if not line:
                     break
                 if len(line) > MAX_LINE or size > MAX_SIZE or len(lengths) > MAX_STROKES:
-                    raise SpoiltFile("is longer than a job may be")
+                    raise InvalidFile("is longer than a job may be")
                 if len(offsets) > 1:  # the one before is followed by another, so it is a stroke
                     lengths.append(_length(last))
                 offsets.append(size)
@@ -266,11 +266,11 @@ class Job(object):
                 crc, last = zlib.crc32(last, crc), line
         end = _object(last)
         if "end" not in end or end["end"] != len(offsets) - 2:
-            raise SpoiltFile("is cut off")
+            raise InvalidFile("is cut off")
         if end["crc"] != crc & 0xFFFFFFFF or not isinstance(end["crc"], int):
-            raise SpoiltFile("was changed on its way")
+            raise InvalidFile("was changed on its way")
         if sum(lengths) > MAX_CM:
-            raise SpoiltFile("has {:.3g} cm of strokes, and {:g} are the most".format(
+            raise InvalidFile("has {:.3g} cm of strokes, and {:g} are the most".format(
                 sum(lengths), MAX_CM
             ))  # fmt: skip
         return offsets, lengths, end["crc"]
@@ -291,7 +291,7 @@ def _length(line):
         else -1.0
     )
     if length < 0:
-        raise SpoiltFile("has a stroke that does not begin with its length")
+        raise InvalidFile("has a stroke that does not begin with its length")
     return length
 
 
@@ -299,19 +299,19 @@ def _object(line):
     # type: (bytes) -> Dict[str, Any]
     value = json.loads(line.decode("ascii"), parse_constant=_refuse, parse_int=_whole)
     if not isinstance(value, dict):
-        raise SpoiltFile("holds something else")
+        raise InvalidFile("holds something else")
     return value
 
 
 def _refuse(word):
     # type: (str) -> NoReturn
-    raise SpoiltFile("holds " + word)
+    raise InvalidFile("holds " + word)
 
 
 def _whole(digits):
     # type: (str) -> int
     if len(digits) > MAX_DIGITS:
-        raise SpoiltFile("has a number beyond all bounds")
+        raise InvalidFile("has a number beyond all bounds")
     return int(digits)
 
 
@@ -320,5 +320,5 @@ def _offsets(value, joints):
     """Read the offsets of a piece: (arc lengths, cm; per joint corrections, rad)."""
     lengths, *by_joint = [[number(x) for x in own] for own in (value[0], *value[1])]
     if len(by_joint) != joints or any(len(own) != len(lengths) for own in by_joint):
-        raise SpoiltFile("has offsets of another arm")
+        raise InvalidFile("has offsets of another arm")
     return lengths, by_joint

@@ -6,7 +6,7 @@ Lengths are cm, times s.
 from shared.job_pieces import BadJob
 from shared.message_fields import printable
 from shared.record import record
-from shared.small_files import SpoiltFile, number
+from shared.small_files import InvalidFile, number
 
 MYPY = False
 if MYPY:
@@ -91,14 +91,14 @@ def read_header(value, strokes):
         strokes: number of lines of strokes that follow.
 
     Raises:
-        SpoiltFile: it is none.
+        InvalidFile: it is none.
         KeyError, TypeError: a field is missing, or of another type.
     """
     if value["job"] != VERSION:
-        raise SpoiltFile("has another format than {}, which this program knows".format(VERSION))
+        raise InvalidFile("has another format than {}, which this program knows".format(VERSION))
     name, arm, chain = [word(value[key]) for key in ("name", "arm", "chain")]
     if len(value["links"]) > MAX_LINKS:
-        raise SpoiltFile("has {} links, and {} are the most".format(
+        raise InvalidFile("has {} links, and {} are the most".format(
             len(value["links"]), MAX_LINKS
         ))  # fmt: skip
     links = tuple(number(link) for link in value["links"])
@@ -106,19 +106,19 @@ def read_header(value, strokes):
         number(value[key]) for key in ("speed", "strokes", "cm", "pen_up_cm", "seconds")
     ]
     if count != strokes or count < 1 or min(numbers) < 0:
-        raise SpoiltFile("has another number of strokes than it says")
+        raise InvalidFile("has another number of strokes than it says")
     if seconds > MAX_SECONDS:
-        raise SpoiltFile("takes {:.0f} s, and {:.0f} are the most".format(seconds, MAX_SECONDS))
+        raise InvalidFile("takes {:.0f} s, and {:.0f} are the most".format(seconds, MAX_SECONDS))
     longest = max(cm, pen_up_cm)
     if longest > MAX_CM:
-        raise SpoiltFile("has {:.3g} cm to go, and {:g} are the most".format(longest, MAX_CM))
+        raise InvalidFile("has {:.3g} cm to go, and {:g} are the most".format(longest, MAX_CM))
     # (Optional: files of older programs have none of these.)
     log, rest = [number(value.get(key, 0)) for key in ("log", "rest")]
     if log and not LOG_PERIODS[0] <= log <= LOG_PERIODS[1] or not 0 <= rest <= MAX_REST:
-        raise SpoiltFile("asks for a log or a rest as no brick keeps it")
+        raise InvalidFile("asks for a log or a rest as no brick keeps it")
     pens = value.get("pens", "")
     if pens not in PENS:
-        raise SpoiltFile("asks for a change of pens as no brick knows it")
+        raise InvalidFile("asks for a change of pens as no brick knows it")
     return JobHeader(
         name, arm, chain, links, speed, int(count), cm, pen_up_cm, seconds, log, rest, pens
     )
@@ -154,9 +154,9 @@ def check_arm(path, header, arm):
 
 def word(value):
     # type: (object) -> str
-    """Return a name that was read, printable and cut; raise SpoiltFile if it is no text."""
+    """Return a name that was read, printable and cut; raise InvalidFile if it is no text."""
     if not isinstance(value, str):
-        raise SpoiltFile("has a name that is no text")
+        raise InvalidFile("has a name that is no text")
     return printable(cut(value))
 
 

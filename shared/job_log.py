@@ -8,7 +8,7 @@ Lines of comma-separated values, written while the pen is up; the first names th
 
 from shared.arm_description import ArmError
 from shared.record import record
-from shared.small_files import SpoiltFile, read_text
+from shared.small_files import InvalidFile, read_text
 
 MYPY = False
 if MYPY:
@@ -64,12 +64,12 @@ def read_log(path):
         lines = read_text(path, MAX_LOG_SIZE).split("\n")
         joints = lines[0].count(",") - 3
         if joints < 1 or lines[0] + "\n" != heading(joints):
-            raise SpoiltFile("does not begin as a log does")
+            raise InvalidFile("does not begin as a log does")
         # (A last line that a crash cut off has no newline, and is left out.)
         return [_row(line, joints) for line in lines[1:-1]]
     except OSError as error:
         raise BadLog("{}: {}; give a job's log".format(path, error.strerror)) from None
-    except SpoiltFile as problem:
+    except InvalidFile as problem:
         raise BadLog("{}: it {}; log the job anew".format(path, problem)) from None
 
 
@@ -82,7 +82,7 @@ def _row(line, joints):
     except (ValueError, IndexError):
         stroke, rest, numbers = 0, 0, []
     if stroke < 1 or rest not in (0, 1) or len(numbers) != 2 + joints:
-        raise SpoiltFile("holds the line '{}'".format(line[:40]))
+        raise InvalidFile("holds the line '{}'".format(line[:40]))
     if not all(abs(value) < 1e9 for value in numbers):
-        raise SpoiltFile("holds a number that is none")
+        raise InvalidFile("holds a number that is none")
     return LogRow(stroke, numbers[0], numbers[1], bool(rest), tuple(numbers[2:]))

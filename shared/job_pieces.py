@@ -6,7 +6,7 @@ Lengths are cm, angles rad, times s.
 import math
 
 from shared.arm_description import ArmError
-from shared.small_files import SpoiltFile, number
+from shared.small_files import InvalidFile, number
 
 MYPY = False
 if MYPY:
@@ -69,31 +69,31 @@ def read_piece(value, joints):
         joints: number of the arm's joints.
 
     Raises:
-        SpoiltFile: it is no piece, or one of another arm.
+        InvalidFile: it is no piece, or one of another arm.
     """
     times, segments, end = value
     times = [_bounded(t) for t in times]
     if times[0] != 0 or len(times) != len(segments) + 1 or len(segments) < 1:
-        raise SpoiltFile("has a piece whose times do not fit")
+        raise InvalidFile("has a piece whose times do not fit")
     if any(b <= a for a, b in zip(times, times[1:])):
-        raise SpoiltFile("has a piece whose time does not go on")
+        raise InvalidFile("has a piece whose time does not go on")
     out = []
     for (v, a, cubics, across), t, t_end in zip(segments, times, times[1:]):
         v, a, dt = _bounded(v), _bounded(a), t_end - t
         if not dt * (v + 0.5 * a * dt) >= MIN_LENGTH:
-            raise SpoiltFile("has a piece that does not go on")
+            raise InvalidFile("has a piece that does not go on")
         if v < 0 or v + a * dt < -MAX_REVERSE_SPEED:
-            raise SpoiltFile("has a piece that runs backwards")
+            raise InvalidFile("has a piece that runs backwards")
         cubics = [tuple([_bounded(c) for c in cubic]) for cubic in cubics]
         across = across if across is None else [_bounded(x) for x in across]
         if len(cubics) != joints or any(len(cubic) != 4 for cubic in cubics):
-            raise SpoiltFile("has a piece of another arm")
+            raise InvalidFile("has a piece of another arm")
         if across is not None and len(across) != joints:
-            raise SpoiltFile("has a piece of another arm")
+            raise InvalidFile("has a piece of another arm")
         out.append((v, a, cubics, across))
     end = tuple([_bounded(q) for q in end])
     if len(end) != joints:
-        raise SpoiltFile("has a piece of another arm")
+        raise InvalidFile("has a piece of another arm")
     return times, out, end
 
 
@@ -101,7 +101,7 @@ def _bounded(value):
     # type: (Any) -> float
     bounded = number(value)
     if not -MAX_NUMBER <= bounded <= MAX_NUMBER:
-        raise SpoiltFile("has a number beyond all bounds")
+        raise InvalidFile("has a number beyond all bounds")
     return bounded
 
 
@@ -128,7 +128,7 @@ def check_joined(pieces, between):
         between: called before each piece.
 
     Raises:
-        SpoiltFile: they jump.
+        InvalidFile: they jump.
     """
     before = ()  # type: Sequence[float]
     jumped = 0.0
@@ -146,7 +146,7 @@ def _jumped(jumped, before, after):
     # type: (float, Sequence[float], Sequence[float]) -> float
     jumped += max([abs(a - b) for a, b in zip(before, after)])
     if not jumped <= MAX_JUMP:
-        raise SpoiltFile("has a joint that jumps by {:.1f} deg".format(math.degrees(jumped)))
+        raise InvalidFile("has a joint that jumps by {:.1f} deg".format(math.degrees(jumped)))
     return jumped
 
 

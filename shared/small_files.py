@@ -1,7 +1,7 @@
 """Reading and writing of the small files that programs keep.
 
 Only a regular file of a sensible size is read: a pipe would block, a device would never end. Any
-error in its contents is a `SpoiltFile`, which says what is wrong; the caller adds the file's name
+error in its contents is a `InvalidFile`, which says what is wrong; the caller adds the file's name
 and the next step.
 """
 
@@ -26,7 +26,7 @@ KINDS = (
 """Tests for files that are not regular, and their texts for people."""
 
 
-class SpoiltFile(ValueError):
+class InvalidFile(ValueError):
     """Error for a file with invalid contents; the message continues the file's name."""
 
 
@@ -35,14 +35,14 @@ def open_file(path):
     """Open a file without blocking; return its descriptor.
 
     Raises:
-        SpoiltFile: it is no regular file.
+        InvalidFile: it is no regular file.
         OSError: it is not there, or may not be read.
     """
     _check_regular(os.stat(path))  # before: opening may already do something to a device
     descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
     try:
         _check_regular(os.fstat(descriptor))
-    except SpoiltFile:
+    except InvalidFile:
         os.close(descriptor)
         raise
     return descriptor
@@ -68,7 +68,7 @@ def check_replaceable(path):
     """Refuse to replace anything but a regular file: a rename would replace a device, too.
 
     Raises:
-        SpoiltFile: a folder, a device, a pipe or the like is there.
+        InvalidFile: a folder, a device, a pipe or the like is there.
         OSError: the path cannot be examined.
     """
     try:
@@ -82,7 +82,7 @@ def _check_regular(found):
     # type: (os.stat_result) -> None
     if not stat.S_ISREG(found.st_mode):
         words = [words for is_kind, words in KINDS if is_kind(found.st_mode)]
-        raise SpoiltFile("{}, not a file".format((words or ["is a device"])[0]))
+        raise InvalidFile("{}, not a file".format((words or ["is a device"])[0]))
 
 
 def read_text(path, most=MAX_SIZE, encoding="utf-8"):
@@ -95,16 +95,16 @@ def read_text(path, most=MAX_SIZE, encoding="utf-8"):
         encoding: of the text.
 
     Raises:
-        SpoiltFile, OSError: see `open_file`; or it is too long, or no text.
+        InvalidFile, OSError: see `open_file`; or it is too long, or no text.
     """
     with open(open_file(path), "rb") as file:
         data = file.read(most + 1)
     if len(data) > most:
-        raise SpoiltFile("has more than {} bytes".format(most))
+        raise InvalidFile("has more than {} bytes".format(most))
     try:
         return data.decode(encoding).replace("\r\n", "\n").replace("\r", "\n")
     except UnicodeDecodeError:
-        raise SpoiltFile("is not a text file (UTF-8)") from None
+        raise InvalidFile("is not a text file (UTF-8)") from None
 
 
 def read_json(path):
@@ -112,7 +112,7 @@ def read_json(path):
     """Read the object (a dict) in a file of JSON.
 
     Raises:
-        SpoiltFile, OSError: see `read_text`; or it holds no object.
+        InvalidFile, OSError: see `read_text`; or it holds no object.
     """
     return parse_json(read_text(path))
 
@@ -122,16 +122,16 @@ def parse_json(text):
     """Parse the object (a dict) in a text of JSON.
 
     Raises:
-        SpoiltFile: it holds no object.
+        InvalidFile: it holds no object.
     """
     import json  # not above: not every program reads one
 
     try:
         value = json.loads(text, parse_constant=_refuse)
     except (ValueError, RecursionError):
-        raise SpoiltFile("is no JSON") from None
+        raise InvalidFile("is no JSON") from None
     if not isinstance(value, dict):
-        raise SpoiltFile("holds no JSON object")
+        raise InvalidFile("holds no JSON object")
     return value
 
 
@@ -145,12 +145,12 @@ def number(value):
     """Return a number that was read as a float.
 
     Raises:
-        SpoiltFile: it is no finite number; true and false are none either.
+        InvalidFile: it is no finite number; true and false are none either.
     """
     try:
         result = float(value) if type(value) in (int, float) else math.nan
     except OverflowError:  # of hundreds of digits
         result = math.nan
     if not math.isfinite(result):
-        raise SpoiltFile("has something else where a number should be")
+        raise InvalidFile("has something else where a number should be")
     return result

@@ -9,7 +9,7 @@ from laptop.brick import BrickProblem
 from laptop.brick.connection import BrickAddress, Dialogue, read_address
 from laptop.brick.known_hosts import KnownHosts
 from laptop.system.files import write_whole
-from shared.small_files import SpoiltFile, read_text
+from shared.small_files import InvalidFile, read_text
 from shared.state import LAST_BRICK_FILE, state_folder
 
 
@@ -32,7 +32,7 @@ def last_brick() -> BrickAddress | None:
             f"cannot read {_file()}: {error.strerror}; put that right, or say which brick: "
             "--brick NAME"
         ) from None
-    except (SpoiltFile, BrickProblem) as error:
+    except (InvalidFile, BrickProblem) as error:
         raise BrickProblem(
             f"{_file()}: {error}; delete it, and say which brick: --brick NAME"
         ) from None

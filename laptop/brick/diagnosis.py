@@ -19,7 +19,7 @@ from laptop.brick.program_files import program_files, version_of
 from laptop.system.findings import Finding
 from shared.arm_description import Arm
 from shared.message_fields import printable
-from shared.small_files import SpoiltFile, parse_json
+from shared.small_files import InvalidFile, parse_json
 
 OLDEST_PYTHON, OLDEST_LIBRARY = (3, 5), (2, 1)
 """Versions that the program is made for."""
@@ -92,7 +92,7 @@ async def _facts(
         BrickProblem: there is none.
     """
     async for line in told:
-        with contextlib.suppress(SpoiltFile):
+        with contextlib.suppress(InvalidFile):
             return parse_json(line)
     errors = [line async for line in lines(process.stderr) if line.strip()]
     await within(SILENCE, process.wait_closed())
@@ -313,7 +313,7 @@ async def _by_hand(
                 gone.add(port)
                 continue
             way = int(COUNTS(told["position"])) - int(COUNTS(told["before"]))
-        except (SpoiltFile, ValueError, KeyError, TypeError):
+        except (InvalidFile, ValueError, KeyError, TypeError):
             continue  # what something else there has written
         turned[port] = turned.get(port, 0) + abs(way)
         tell(f"  {port} counts {way:+d}")

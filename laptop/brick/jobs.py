@@ -27,7 +27,7 @@ from laptop.brick.terminal import CTRL_C, END_OF_INPUT, on_signal, reading
 from laptop.system import platforms
 from shared import job_messages
 from shared.message_fields import printable
-from shared.small_files import SpoiltFile, parse_json
+from shared.small_files import InvalidFile, parse_json
 
 JOBS = ".brickservo/jobs"
 STATUS, ORDERS = f"{JOBS}/status", f"{JOBS}/orders"
@@ -169,7 +169,7 @@ class StatusReader:
             return None
         try:
             value = parse_json(line)
-        except SpoiltFile:  # nothing new, or it was replaced while it was read
+        except InvalidFile:  # nothing new, or it was replaced while it was read
             return None
         if value.get("over") is True:
             self.said = ""

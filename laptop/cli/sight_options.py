@@ -9,7 +9,7 @@ import click
 
 from laptop.cli.options import SYNTHETIC, FiniteRange, bar_option, listen_port_option, option_group
 from shared.arm_description import Arm
-from shared.small_files import SpoiltFile, number
+from shared.small_files import InvalidFile, number
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ def read_sight_options(typed: SightWords, arm: Arm, emulated: str | None) -> Sig
     if typed.arm_at:
         try:
             x, y, degrees = (number(float(part)) for part in typed.arm_at.split(","))
-        except (ValueError, SpoiltFile):
+        except (ValueError, InvalidFile):
             raise click.UsageError(
                 f"--arm-at {typed.arm_at}: write it as -9,0,0: cm, cm and degrees."
             ) from None

@@ -16,7 +16,7 @@ from laptop.drawing.pictures import Tracing, read_picture
 from laptop.drawing.svg import read_svg
 from laptop.drawing.xml_guard import is_svg
 from laptop.system.picture_heads import MAX_PICTURE_BYTES, is_picture
-from shared.small_files import SpoiltFile, open_file
+from shared.small_files import InvalidFile, open_file
 
 OTHER_FORMATS = (
     (b"%PDF", "a PDF", "save it as SVG, for instance with Inkscape"),
@@ -154,7 +154,7 @@ def _read(path: Path) -> tuple[bytes, Path]:
             path = comes_along
         with open(open_file(str(path)), "rb") as file:
             data = file.read(MAX_PICTURE_BYTES + 1)
-    except SpoiltFile as error:
+    except InvalidFile as error:
         raise BadArtwork(f"{here}: {error}; give an SVG, a PNG, a JPEG or a text") from None
     except FileNotFoundError:
         raise BadArtwork(

@@ -24,7 +24,7 @@ from typing import IO, List, NamedTuple, Optional, Sequence, Tuple
 from laptop.system import platforms
 from robot.motion import kinematics
 from shared.arm_description import ArmError, read_arm
-from shared.small_files import SpoiltFile, number, open_file, parse_json
+from shared.small_files import InvalidFile, number, open_file, parse_json
 from shared.state import LIVE_FOLDER, laptop_program, state_folder
 
 MYPY = False
@@ -316,7 +316,7 @@ def _has_moved(last: "Optional[PoseSample]", now: "PoseSample") -> bool:
 
 def _sweep(path: str) -> None:
     """Remove the file of a run that was killed, if it can be."""
-    with contextlib.suppress(OSError, SpoiltFile):
+    with contextlib.suppress(OSError, InvalidFile):
         file = open(open_file(path), "rb")  # noqa: SIM115 (closed before it can be removed)
         if platforms.lock(file.fileno()):
             platforms.remove_open(path, file.close)
@@ -329,7 +329,7 @@ def _is_alive(path: str) -> bool:
     try:
         with open(open_file(path), "rb") as file:
             return platforms.is_locked(file.fileno())
-    except (FileNotFoundError, SpoiltFile):
+    except (FileNotFoundError, InvalidFile):
         return False
 
 
@@ -411,7 +411,7 @@ class PoseReader(object):
                     return
             except FileNotFoundError:
                 continue
-            except SpoiltFile as error:
+            except InvalidFile as error:
                 self.refused = "{} is not followed: {}".format(path, error)
             except OSError as error:
                 self.refused = "{}: {}".format(path, error.strerror)

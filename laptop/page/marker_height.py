@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from laptop.system.files import write_whole
 from shared.arm_description import Arm
-from shared.small_files import SpoiltFile, number, read_json
+from shared.small_files import InvalidFile, number, read_json
 
 HEIGHTS_FILE = "heights.json"
 """In the state folder; of the page alone, so that the brick does not read its name."""
@@ -61,7 +61,7 @@ class HeightMemory:
 
     def read(self) -> MarkerHeight:
         """Return what was typed last."""
-        with suppress(KeyError, SpoiltFile):
+        with suppress(KeyError, InvalidFile):
             mm = number(self._all()[self._arm])
             if LIMITS[0] <= mm <= LIMITS[1]:
                 return MarkerHeight(mm / 10, "as typed here before")
@@ -84,7 +84,7 @@ class HeightMemory:
 
     def _all(self) -> dict[str, object]:
         if self._file is not None:
-            with suppress(OSError, SpoiltFile):
+            with suppress(OSError, InvalidFile):
                 return dict(read_json(self._file))
         return {}
 

@@ -15,7 +15,7 @@ import msgspec
 
 from laptop.record.names import RUN
 from shared.arm_description import ArmError
-from shared.small_files import SpoiltFile, read_text
+from shared.small_files import InvalidFile, read_text
 from shared.version import VERSION
 
 Cell: TypeAlias = bool | int | float | str | None
@@ -241,7 +241,7 @@ def read_run(folder: Path) -> Run:
             raise DamagedRun(f"{RUN} is a link")
         content = read_text(str(file), MAX_BYTES)
         run = msgspec.json.decode(content.encode(), type=Run)
-    except SpoiltFile as error:
+    except InvalidFile as error:
         raise DamagedRun(f"{RUN} {error}") from None
     except OSError as error:
         raise DamagedRun(f"{RUN} cannot be read: {error.strerror}") from None

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from shared.arm_description import ArmError
-from shared.small_files import SpoiltFile, check_replaceable
+from shared.small_files import InvalidFile, check_replaceable
 
 
 class CannotWrite(ArmError, OSError):
@@ -75,7 +75,7 @@ def check_kind(file: Path) -> None:
     """
     try:
         check_replaceable(file)
-    except SpoiltFile as error:
+    except InvalidFile as error:
         raise _cannot_write(file, str(error)) from None
     except OSError as error:
         raise _cannot_write(file, str(error.strerror)) from None

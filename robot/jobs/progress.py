@@ -6,7 +6,7 @@ import os
 
 from shared.arm_description import ArmError
 from shared.record import record
-from shared.small_files import SpoiltFile, number, open_to_write, read_json
+from shared.small_files import InvalidFile, number, open_to_write, read_json
 from shared.state import JOBS_FOLDER, state_folder
 
 MYPY = False
@@ -109,7 +109,7 @@ def load_progress(crc, strokes):
             number(value["pen"]),
         )
         if not (1 <= progress.stroke <= strokes + 1 and progress.repeat >= 1):
-            raise SpoiltFile("tells of another job")
+            raise InvalidFile("tells of another job")
     except FileNotFoundError:
         raise NoJob(
             "nothing is known of this job that could be resumed: it was drawn to its end, or never "
@@ -117,7 +117,7 @@ def load_progress(crc, strokes):
         ) from None
     except OSError as error:
         raise NoJob("{}: {}; give --from instead".format(path, error.strerror)) from None
-    except (SpoiltFile, KeyError, TypeError, AttributeError) as error:
-        what = str(error) if isinstance(error, SpoiltFile) else "lacks something"
+    except (InvalidFile, KeyError, TypeError, AttributeError) as error:
+        what = str(error) if isinstance(error, InvalidFile) else "lacks something"
         raise NoJob("{} {}; give --from instead".format(path, what)) from None
     return progress

@@ -8,7 +8,7 @@ import os
 
 from robot.motion.zero import boot_id
 from shared.arm_description import ArmError
-from shared.small_files import SpoiltFile, open_to_write, read_json
+from shared.small_files import InvalidFile, open_to_write, read_json
 
 MYPY = False
 if MYPY:
@@ -91,7 +91,7 @@ class Checked(object):
                 raise KeyError
         except FileNotFoundError:
             return "was never checked"
-        except (OSError, SpoiltFile, KeyError):
+        except (OSError, InvalidFile, KeyError):
             return "is to be checked again, for {} cannot be understood".format(self.file)
         now = what_is_checked(self._arm)
         for key in sorted(set(then) | set(now)):

@@ -12,7 +12,7 @@ import math
 import os
 
 from shared.arm_description import ArmError
-from shared.small_files import SpoiltFile, number, open_to_write, read_json
+from shared.small_files import InvalidFile, number, open_to_write, read_json
 from shared.state import state_folder
 
 MYPY = False
@@ -116,7 +116,7 @@ class Zero(object):
                 for values in (state["zero"], state["parked"])
             )
             if not zero:
-                raise SpoiltFile("has no zero")
+                raise InvalidFile("has no zero")
         except FileNotFoundError:
             raise NotHomed(
                 "the arm {} has not been homed, so its zero is unknown{}".format(
@@ -125,7 +125,7 @@ class Zero(object):
             ) from None
         except OSError as error:
             raise self._not_read("cannot be read ({})".format(error.strerror)) from None
-        except SpoiltFile as error:
+        except InvalidFile as error:
             raise self._not_read(error) from None
         except (KeyError, TypeError):
             raise self._not_read("lacks something") from None
@@ -160,9 +160,9 @@ class Zero(object):
         then, now = state["arm"], meaning(self._arm)
         plain = (str, int, float, type(None))
         if not isinstance(then, dict) or any(type(value) not in plain for value in then.values()):
-            raise SpoiltFile("has something else where the arm's numbers should be")
+            raise InvalidFile("has something else where the arm's numbers should be")
         if not isinstance(state["file"], str):
-            raise SpoiltFile("has something else where the arm's file should be")
+            raise InvalidFile("has something else where the arm's file should be")
         for key in sorted(set(then) | set(now)):
             if then.get(key) != now.get(key):
                 told = [ascii(key)[1:-1][:40], _shown(then.get(key)), _shown(now.get(key))]

@@ -12,7 +12,7 @@ from robot.tracker_address import Memory, SaltedKey, ServerAddress, SpoiltMemory
 from shared.arm_description import ArmError, BadArmFile, find_arm, read_arm
 from shared.small_files import (
     MAX_SIZE,
-    SpoiltFile,
+    InvalidFile,
     check_replaceable,
     number,
     open_to_write,
@@ -27,7 +27,7 @@ def test_what_is_no_such_file_is_refused_at_once(tmp_path, kind):
     make, words = ODD[kind]
     path = str(tmp_path / "file")
     make(path)
-    with pytest.raises(SpoiltFile) as error:
+    with pytest.raises(InvalidFile) as error:
         read_json(path)
     assert words in str(error.value)
 
@@ -49,7 +49,7 @@ def test_no_descriptor_is_left_open(tmp_path):
     before = os.listdir("/proc/self/fd")
     for kind, (make, _) in ODD.items():
         make(str(tmp_path / kind))
-        with pytest.raises(SpoiltFile):
+        with pytest.raises(InvalidFile):
             read_json(str(tmp_path / kind))
     assert len(os.listdir("/proc/self/fd")) == len(before)
 
@@ -60,7 +60,7 @@ def test_no_descriptor_is_left_open(tmp_path):
     ids=str,
 )
 def test_what_is_no_number(value):
-    with pytest.raises(SpoiltFile):
+    with pytest.raises(InvalidFile):
         number(value)
 
 
@@ -70,9 +70,9 @@ def test_what_is_one(value):
 
 
 def test_of_an_integer_of_thousands_of_digits_nothing_is_made():
-    with pytest.raises(SpoiltFile):
+    with pytest.raises(InvalidFile):
         number(parse_json('{"a": 1' + "0" * 400 + "}")["a"])
-    with pytest.raises(SpoiltFile):
+    with pytest.raises(InvalidFile):
         number(parse_json('{"a": 1' + "0" * 9000 + "}")["a"])
 
 
@@ -94,9 +94,9 @@ def test_only_a_regular_file_is_replaced(tmp_path):
     (tmp_path / "file").write_text("a")
     check_replaceable(str(tmp_path / "file"))
     os.mkfifo(str(tmp_path / "pipe"))
-    with pytest.raises(SpoiltFile, match="is a pipe, not a file"):
+    with pytest.raises(InvalidFile, match="is a pipe, not a file"):
         check_replaceable(str(tmp_path / "pipe"))
-    with pytest.raises(SpoiltFile, match="is a folder, not a file"):
+    with pytest.raises(InvalidFile, match="is a folder, not a file"):
         check_replaceable(str(tmp_path))
 
 

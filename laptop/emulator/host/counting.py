@@ -398,10 +398,8 @@ class _Counting(object):
         return price
 
     def _iterated(self, part: ast.comprehension) -> int:
-        walrus, self._walrus_allowed = (
-            self._walrus_allowed,
-            False,
-        )  # no assignment expression may stand there
+        # (Python allows no assignment expression in the iterable of a comprehension.)
+        walrus, self._walrus_allowed = self._walrus_allowed, False
         price = self._price(part.iter)
         self._walrus_allowed = walrus
         return price

@@ -20,7 +20,7 @@ from laptop.measure.ilc.learning import Offsets
 from laptop.measure.ilc.rehearsal import Drawn, Learned, Lessons
 from laptop.system.files import write_whole
 from shared.arm_description import Arm
-from shared.small_files import SpoiltFile, number, read_text
+from shared.small_files import InvalidFile, number, read_text
 from shared.state import LEARNED_FOLDER, state_folder
 
 MAX_KEPT = 16_000_000
@@ -58,7 +58,7 @@ def find(plan: DrawingPlan, emulated: str = "", notes: list[str] | None = None) 
     try:
         told = json.loads(read_text(str(file), MAX_KEPT))
         if told["format"] != FORMAT:
-            raise SpoiltFile("is of another version")
+            raise InvalidFile("is of another version")
         offsets = None
         if told["arm"] == _digest(_numbers(plan.arm)):
             offsets = _read_offsets(plan, told["offsets"])
@@ -66,7 +66,15 @@ def find(plan: DrawingPlan, emulated: str = "", notes: list[str] | None = None) 
         return Kept(offsets, int(told["rehearsals"]), *numbers)
     except FileNotFoundError:
         return None
-    except (OSError, SpoiltFile, ValueError, LookupError, TypeError, OverflowError, RecursionError):
+    except (
+        OSError,
+        InvalidFile,
+        ValueError,
+        LookupError,
+        TypeError,
+        OverflowError,
+        RecursionError,
+    ):
         if notes is not None:
             notes.append(f"{file} is spoilt: what was learned before is not known; it is replaced")
         return None
@@ -134,7 +142,7 @@ def _read_offsets(plan: DrawingPlan, told: Sequence[Sequence[tuple[Any, Any]]]) 
             q = np.array([[number(value) for value in joint] for joint in by_joint]).T
             places = np.array([number(value) for value in s])
             if q.shape != (len(places), way.turns.shape[2]) or abs(places[-1] - way.length) > 0.01:
-                raise SpoiltFile("is of another path")
+                raise InvalidFile("is of another path")
             pieces.append(Offsets(places, q))
         out.append(pieces)
     return out

@@ -14,7 +14,7 @@ from laptop.record.report.find_runs import CONTENTS, read_runs
 from laptop.record.report.run_files import is_plain
 from laptop.system.files import written
 from shared.arm_description import ArmError
-from shared.small_files import SpoiltFile, read_text
+from shared.small_files import InvalidFile, read_text
 
 TITLE = "Lab report: a robot arm"
 """Default title."""
@@ -80,7 +80,7 @@ def _check_own(data: Path) -> None:
     try:
         contents = read_text(str(data / CONTENTS), MAX_CONTENTS).splitlines()
         listed = {row[0] for row in csv.reader(contents) if row}
-    except (SpoiltFile, OSError, csv.Error):
+    except (InvalidFile, OSError, csv.Error):
         raise BadLabReport(
             f"{data / CONTENTS} is no list of a report's files, so that none is replaced; move "
             f"{data}, or give another file with --out"

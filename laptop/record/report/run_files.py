@@ -16,7 +16,7 @@ import numpy as np
 from matplotlib.image import imread
 
 from laptop.record.run import MAX_NUMBER, DamagedRun
-from shared.small_files import SpoiltFile, open_file
+from shared.small_files import InvalidFile, open_file
 
 MAX_PICTURE, MAX_CSV = 40_000_000, 20_000_000
 """Greatest size of a picture and of a CSV, bytes."""
@@ -51,7 +51,7 @@ def read_bytes(file: Path, most: int) -> bytes:
             content = opened.read(most + 1)
     except OSError as error:
         raise DamagedRun(f"{file.name} cannot be read: {error.strerror}") from None
-    except SpoiltFile as error:
+    except InvalidFile as error:
         raise DamagedRun(f"{file.name} {error}") from None
     if len(content) > most:
         raise DamagedRun(f"{file.name} is larger than {most // 1_000_000} MB")

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from laptop.record.run import MAX_NUMBER, DamagedRun
-from shared.small_files import SpoiltFile, read_text
+from shared.small_files import InvalidFile, read_text
 
 MAX_BYTES = 20_000_000
 """Greatest size of a log, bytes."""
@@ -42,7 +42,7 @@ def read_log(file: Path) -> Log:
     kinds: dict[str, list[dict[str, Any]]] = {}
     try:
         if file.is_symlink():
-            raise SpoiltFile("is a link")
+            raise InvalidFile("is a link")
         for line in read_text(str(file), MAX_BYTES).split("\n")[:-1]:
             entry = _values(line, file.name)
             kinds.setdefault(entry["kind"], []).append(entry)

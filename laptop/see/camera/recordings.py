@@ -22,7 +22,7 @@ from laptop.see.camera.containers import why_undecoded, why_unreadable
 from laptop.see.camera.frames import Capture, Frame, MakeCapture, NoCamera, bgr, size_of
 from laptop.system.picture_heads import MAX_PICTURE_BYTES, SpoiltPicture, picture_size
 from shared.message_fields import printable
-from shared.small_files import SpoiltFile, open_file
+from shared.small_files import InvalidFile, open_file
 
 PICTURE_FPS = 30.0
 """Frames per second of a folder of pictures."""
@@ -359,7 +359,7 @@ def _read_picture(file: Path) -> np.ndarray:
     try:
         with open(open_file(str(file)), "rb") as opened:
             data = opened.read(MAX_PICTURE_BYTES + 1)
-    except SpoiltFile as error:
+    except InvalidFile as error:
         raise SpoiltPicture(f"{error}; give a png or jpg file") from None
     except OSError as error:
         raise SpoiltPicture(f"cannot be read ({error.strerror}); check the file") from None
@@ -414,7 +414,7 @@ def open_files(source: str, make: MakeCapture) -> Capture:
         return PictureFolder([path])
     try:
         os.close(open_file(str(path)))  # FFmpeg would wait for a pipe
-    except SpoiltFile as error:
+    except InvalidFile as error:
         raise NoCamera(f"{path} {error}; give --camera a webcam by its number, or a file") from None
     except OSError as error:
         raise NoCamera(f"{path} cannot be read ({error.strerror}); check the file") from None

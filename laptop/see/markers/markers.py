@@ -22,7 +22,7 @@ from laptop.see.markers.kinds import COLOR_KINDS, KINDS
 from laptop.system.files import write_whole
 from shared.arm_description import ArmError
 from shared.message_fields import one_line, printable
-from shared.small_files import SpoiltFile, read_text
+from shared.small_files import InvalidFile, read_text
 
 ARUCO_IDS = 50
 """Number of markers in DICT_4X4_50."""
@@ -214,7 +214,7 @@ def read_markers(file: str | Path) -> dict[str, Marker]:
         raise BadMarker(
             f"{file}: {what} is there twice (line {error.lineno}); correct or remove it"
         ) from None
-    except SpoiltFile as error:
+    except InvalidFile as error:
         raise BadMarker(
             f"{file}: this is not a markers file ({error}); correct or remove it"
         ) from None

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from laptop.system.files import write_whole
 from shared import message_fields, pairing
 from shared.arm_description import ArmError
-from shared.small_files import SpoiltFile, read_text
+from shared.small_files import InvalidFile, read_text
 from shared.state import PAIRING_FILE, state_folder
 
 
@@ -38,7 +38,7 @@ def known_code() -> str | None:
     try:
         code, _, _ = read_text(Path(state_folder()) / PAIRING_FILE).partition("\n")
         return pairing.show_code(pairing.read_code(code))
-    except (OSError, SpoiltFile, pairing.BadCode):
+    except (OSError, InvalidFile, pairing.BadCode):
         return None
 
 
@@ -76,7 +76,7 @@ def read_pairing(
         write_whole(file, text.encode("ascii"), mode=0o600)  # for this user's eyes only
     except (pairing.BadCode, message_fields.WrongValue):
         raise BadPairing(f"{file} holds no pairing code; remove it for a new one") from None
-    except SpoiltFile as error:
+    except InvalidFile as error:
         raise BadPairing(
             f"{file} holds no pairing code ({error}); remove it for a new one"
         ) from None

@@ -22,7 +22,7 @@ from laptop.see.table.camera_fit import (
 from laptop.see.table.camera_model import LENS, CameraModel
 from laptop.system.files import write_whole
 from shared.message_fields import printable
-from shared.small_files import SpoiltFile, read_text
+from shared.small_files import InvalidFile, read_text
 
 SHAPES = {"lens": (8,), "rotation": (3,), "translation": (3,), "covariance": (14, 14)}
 NUMBERS = {"rms": MAX_RMS, "rms_mm": 100.0, "blur": 100.0}
@@ -97,7 +97,7 @@ def read_camera(file: str | Path) -> Calibration:
         raise BadCalibration(
             f"cannot read {name}: {error.strerror}; make it with measure camera"
         ) from None
-    except (SpoiltFile, ValueError, RecursionError) as error:
+    except (InvalidFile, ValueError, RecursionError) as error:
         raise BadCalibration(
             f"{name}: this is no camera's file ({printable(str(error))}); make it anew"
         ) from None

@@ -16,7 +16,7 @@ from laptop.see.table.marker_offset import JOINTS_SIGMA, BadTouches, MarkerFit, 
 from robot.motion import kinematics
 from shared.arm_description import PULLED_DOWN, Arm
 from shared.message_fields import printable
-from shared.small_files import SpoiltFile, number, parse_json
+from shared.small_files import InvalidFile, number, parse_json
 
 CROSS_NAMES = (
     *("top left", "top middle", "top right"),
@@ -55,11 +55,11 @@ def read_point(line: str) -> BrickPoint:
         fields = parse_json(line)
         p, q = (tuple(number(value) for value in fields[key]) for key in ("p", "q"))
         if len(p) != 2 or len(q) != 2:
-            raise SpoiltFile("is not of an arm in the plane")
+            raise InvalidFile("is not of an arm in the plane")
         return BrickPoint((p[0], p[1]), q, number(fields["t"]))
     except KeyError as error:
         why = f"has no {error.args[0]}"
-    except (SpoiltFile, TypeError) as error:
+    except (InvalidFile, TypeError) as error:
         why = str(error)
     raise BadTouches(
         f"'{printable(line.strip()[:40])}' {printable(why)}: it is no point of driver.py "

@@ -14,7 +14,7 @@ from laptop.see.markers.board import BOARDS
 from laptop.see.table.camera_file import write_json
 from laptop.see.table.marker_offset import BadTouches, MarkerFit
 from shared.message_fields import printable
-from shared.small_files import SpoiltFile, number, read_json
+from shared.small_files import InvalidFile, number, read_json
 from shared.state import TOUCHED_FOLDER, state_folder
 
 SHAPES = {"offset": (2,), "base": (2,), "covariance": (7, 7)}
@@ -81,17 +81,17 @@ def read_touched(file: str | Path) -> TouchedArm:
         raise BadTouches(
             f"cannot read {name}: {error.strerror}; make it with the command touch"
         ) from None
-    except SpoiltFile as error:
+    except InvalidFile as error:
         raise BadTouches(
             f"{name}: this is no file of touched crosses ({printable(str(error))}); touch them anew"
         ) from None
 
 
 def _understand(fields: dict[str, object]) -> TouchedArm:
-    """Return the touched arm of a JSON object; SpoiltFile: it is something else."""
+    """Return the touched arm of a JSON object; InvalidFile: it is something else."""
     keys = "arm", "board", "bar", *LIMITS, *SHAPES
     if missing := [name for name in keys if name not in fields]:
-        raise SpoiltFile(f"without {missing[0]}")
+        raise InvalidFile(f"without {missing[0]}")
     arrays = {}
     for key, shape in SHAPES.items():
         try:
@@ -99,21 +99,21 @@ def _understand(fields: dict[str, object]) -> TouchedArm:
         except (TypeError, ValueError):
             array = np.array(np.nan)
         if array.shape != shape or not np.isfinite(array).all():
-            raise SpoiltFile(f"{key} is not {' x '.join(map(str, shape))} numbers")
+            raise InvalidFile(f"{key} is not {' x '.join(map(str, shape))} numbers")
         arrays[key] = array
     numbers = {}
     for key, (low, high) in LIMITS.items():
         numbers[key] = number(fields[key])
         if not low <= numbers[key] <= high:
-            raise SpoiltFile(f"{key} {numbers[key]:g} is not from {low:g} to {high:g}")
+            raise InvalidFile(f"{key} {numbers[key]:g} is not from {low:g} to {high:g}")
     if np.abs([*arrays["offset"], *arrays["base"]]).max() > MAX_DISTANCE:
-        raise SpoiltFile(f"offset or base is farther than {MAX_DISTANCE:g} cm")
+        raise InvalidFile(f"offset or base is farther than {MAX_DISTANCE:g} cm")
     if np.diag(arrays["covariance"]).min() < 0:
-        raise SpoiltFile("variances are above 0")
+        raise InvalidFile("variances are above 0")
     if fields["board"] not in BOARDS:
-        raise SpoiltFile("board is not one of " + ", ".join(BOARDS))
+        raise InvalidFile("board is not one of " + ", ".join(BOARDS))
     if not isinstance(fields["arm"], str):
-        raise SpoiltFile("arm is not a name")
+        raise InvalidFile("arm is not a name")
     bar = None if fields["bar"] is None else number(fields["bar"])
     fit = MarkerFit(
         arrays["offset"],
