@@ -1,4 +1,4 @@
-"""What laptop and brick share: the arm's description, their messages, and jobs on file.
+"""Code of laptop and brick alike: the arm's description, their messages, and jobs on file.
 
 In go arm files, lines from the network and job files. Out come checked, immutable records.
 All of it runs on the brick, too: Python 3.5 and its standard library.

@@ -1,4 +1,4 @@
-"""The keys of an arm's file: each has a rule, text -> value, that raises ValueError saying why.
+"""Keys of an arm's file: each has a rule, text -> value, that raises ValueError saying why.
 
 Values of a joint that contradict each other are refused here, too.
 Files hold degrees and centimetres; the values are in radians, centimetres and seconds.

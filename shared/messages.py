@@ -86,9 +86,9 @@ LEAST_CONFIDENCE = 0.5
 """Least confidence, 0 to 1, of a sighting that is acted on."""
 
 BRICK = "brick"
-"""The role of the side that connects."""
+"""Role of the side that connects."""
 LAPTOP = "laptop"
-"""The role of the side that listens."""
+"""Role of the side that listens."""
 
 
 class BadMessage(ArmError, ValueError):

@@ -1,4 +1,4 @@
-"""The offset of the other side's clock, estimated from pings and pongs.  Pure.
+"""Offset of the other side's clock, estimated from pings and pongs.  Pure.
 
 A ping leaves at t1 on the own clock, arrives at t2 on theirs; the pong leaves at t3 on theirs and
 arrives at t4 on the own clock. With theirs = own + offset, and since no message arrives before it

@@ -23,10 +23,10 @@ import numpy as np
 from laptop.bench.bench import BenchRecord, BenchTable
 from laptop.drawing import merging, ordering, sources
 from laptop.drawing.strokes import PlacedStroke
-from laptop.emulator.own_programs import HOUSE
+from laptop.emulator.own_programs import REPO_ROOT
 
 TIMED_PROGRAM = (
-    f"import sys; sys.path[0] = {HOUSE!r}; from laptop.bench.plot_speed import main; main()"
+    f"import sys; sys.path[0] = {REPO_ROOT!r}; from laptop.bench.plot_speed import main; main()"
 )
 """Program of the timed process, whose argument is the file."""
 

@@ -29,7 +29,7 @@ from laptop.cli.options import (
     on_the_page,
     replace_option,
 )
-from laptop.emulator.own_programs import HOUSE, SERVO
+from laptop.emulator.own_programs import REPO_ROOT, SERVO
 from laptop.see.markers.kinds import COLOR_KINDS
 from laptop.system import platforms
 from laptop.system.files import check_new
@@ -46,7 +46,7 @@ END_TIMEOUT = 5.0
 """An emulated brick that has not ended so long after it was told, s, is killed."""
 RUN_WHILE_INPUT_IS_OPEN = f"""
 import sys
-sys.path[0] = {HOUSE!r}  # in place of the folder one is in, where any file may be
+sys.path[0] = {REPO_ROOT!r}  # in place of the folder one is in, where any file may be
 import os, threading
 from laptop.system import platforms
 def end_with_input():

@@ -1,4 +1,4 @@
-"""The grammar of `KEY=VALUE,KEY=VALUE,...`, in which people set the emulator's constants.
+"""Grammar of `KEY=VALUE,KEY=VALUE,...`, in which people set the emulator's constants.
 
 A table declares the constants: the plant's is in `device.plant_constants`, the scene's in
 `scene.scene_constants`.
@@ -48,7 +48,7 @@ class Constant(
 
 
 class Wording(NamedTuple("Wording", [("unknown", str), ("value", str), ("limit", str)])):
-    """How a table speaks to people.
+    """Wording of a table's messages.
 
     Args:
         unknown: message about an unknown key, with the fields {key}, {item} and {known}.
@@ -75,7 +75,7 @@ class Owners(NamedTuple("Owners", [("names", Sequence[str]), ("common", Sequence
 
 
 class ConstantTable(object):
-    """The constants of one thing, as people write and read them.
+    """Table of the constants of one thing, as people write and read them.
 
     Args:
         noun: the thing, with which every message begins.

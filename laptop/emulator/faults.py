@@ -24,7 +24,7 @@ if MYPY:
 
         @property
         def port(self) -> int:
-            """Where it listens."""
+            """TCP port on which it listens."""
 
         @property
         def code(self) -> str:
@@ -32,7 +32,7 @@ if MYPY:
 
         @property
         def key(self) -> SaltedKey:
-            """That of the code, for bricks that have paired before."""
+            """Key of the code, for bricks that have paired before."""
 
         @property
         def frames(self) -> Collection[str]:
@@ -40,7 +40,7 @@ if MYPY:
 
         @property
         def pictures(self) -> PictureFaults:
-            """What freezes their pictures."""
+            """Faults of their pictures."""
 
 
 Fault = NamedTuple("Fault", [("kind", str), ("what", Any), ("t", float)])

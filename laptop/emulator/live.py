@@ -38,11 +38,11 @@ if MYPY:
     Header = TypedDict("Header", {"arm": str, "pid": int, "script": str, "zero": float})
 
     class PoseSample(Protocol):
-        """Where an arm was."""
+        """Pose of an arm at one time."""
 
         @property
         def t(self) -> float:
-            """Of the world's time, s."""
+            """Virtual time, s."""
 
         @property
         def q(self) -> Tuple[float, ...]:
@@ -57,15 +57,15 @@ if MYPY:
 
         @property
         def world(self) -> Any:
-            """Whose clock it lives by."""
+            """World, whose clock it uses."""
 
         @property
         def arm(self) -> Optional[Arm]:
-            """What it moves."""
+            """Arm that it moves; None without one."""
 
         @property
         def record(self) -> Sequence[PoseSample]:
-            """What it has done."""
+            """Poses so far."""
 
         def driven(self) -> Sequence[str]:
             """Return the ports of the motors that a command is turning."""

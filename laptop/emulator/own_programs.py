@@ -1,14 +1,14 @@
-"""The brick's own programs, wherever on this computer they were installed."""
+"""Bundled scripts of the brick, wherever on this computer they were installed."""
 
 import os
 
 import robot
 
-HOUSE = os.path.dirname(os.path.dirname(os.path.abspath(robot.__file__)))
-"""The folder that holds `robot` and `shared`: a checkout, or where the wheel was unpacked."""
+REPO_ROOT = os.path.dirname(os.path.dirname(os.path.abspath(robot.__file__)))
+"""Folder that holds `robot` and `shared`: a checkout, or where the wheel was unpacked."""
 
 DRIVER, SERVO, BENCH_BRICK = (
-    os.path.join(HOUSE, "robot", name + ".py")
+    os.path.join(REPO_ROOT, "robot", name + ".py")
     for name in ("driver", "visual_servoing", "bench_brick")
 )
 
@@ -17,10 +17,10 @@ def find_script(text: str) -> str:
     """Return the path of a script as typed.
 
     Args:
-        text: a path; `robot/NAME.py` or `NAME.py` is, where there is no such file, the program of
-            ours of that name.
+        text: a path; `robot/NAME.py` or `NAME.py` is, where there is no such file, the
+            bundled script of that name.
     """
-    own = os.path.join(HOUSE, "robot", os.path.basename(text))
+    own = os.path.join(REPO_ROOT, "robot", os.path.basename(text))
     if os.path.exists(text) or os.path.dirname(text) not in ("", "robot"):
         return text
     return own if os.path.isfile(own) else text

@@ -37,7 +37,7 @@ if MYPY:
     from typing import Any, Deque, Dict, List, Protocol, Set  # noqa: F401
 
     class Ticking(Protocol):
-        """What tells the time, s."""
+        """Clock with a `now()`, s."""
 
         def now(self) -> float:
             """Return it."""

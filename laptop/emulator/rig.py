@@ -84,13 +84,13 @@ SimulationResult = NamedTuple(
         ("began", float),
     ],
 )
-SimulationResult.__doc__ = """The result of a run.
+SimulationResult.__doc__ = """Result of a run.
 
 outcome   laptop.emulator.host.runner.Outcome: status, and reason: "ended" by itself, or what ended
           it; why a program failed it says itself, on stderr.  Its times are of the rig's world, s
 record    laptop.emulator.device.motion_record.MotionRecord of this run alone: the true links and
           tip, one sample per 5 ms
-wanted    the paths (cm) that the script told it wanted
+wanted    the paths (cm) that the script reported as wanted
 motors    per port what its motor does at the end: dict(mode, driven, position)
 names     what the angles in the record are of; None: of the arm's joints
 skeleton  where the arm's joints and its tip ended, cm; empty without an arm
@@ -112,7 +112,7 @@ class Plugs(
         ],
     )
 ):
-    """What is plugged in beside the arm.
+    """Devices plugged in beside the arm.
 
     Args:
         motors: port -> kind of a motor, "large" or "medium".
@@ -270,7 +270,7 @@ class Rig(object):
 
     @property
     def state_folder(self) -> str:
-        """The folder of the brick's memory."""
+        """Folder of the brick's memory."""
         return self._open.state_folder
 
     def run(

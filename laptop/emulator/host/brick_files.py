@@ -86,7 +86,7 @@ class BrickFiles(object):
 
 
 class Entries(object):
-    """What os.scandir gives."""
+    """Iterator of entries, as os.scandir returns it."""
 
     def __init__(self, entries: Iterable[object]) -> None:
         self._left = iter(entries)

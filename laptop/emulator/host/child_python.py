@@ -83,7 +83,7 @@ class ChildPython(object):
     ) -> Finished:
         folder = os.path.dirname(os.path.realpath(script)) if script != "-c" else ""
         streams = [io.TextIOWrapper(io.BytesIO(), "utf-8") if c else None for c in captured]
-        with self._apart(folder), contextlib.ExitStack() as stack:
+        with self._isolated(folder), contextlib.ExitStack() as stack:
             for stream, redirect in zip(
                 streams, (contextlib.redirect_stdout, contextlib.redirect_stderr)
             ):
@@ -100,7 +100,7 @@ class ChildPython(object):
         return Finished(status, written[0], written[1], 0.0)
 
     @contextlib.contextmanager
-    def _apart(self, folder: str) -> Iterator[None]:
+    def _isolated(self, folder: str) -> Iterator[None]:
         """Keep what is the starting program's own for a `with` block."""
         argv, path, modules = sys.argv, list(sys.path), dict(sys.modules)
         excepthook, calls = sys.excepthook, self._shims.exit_calls

@@ -1,4 +1,4 @@
-"""The fonts of the brick's screen, where pip has not installed them."""
+"""Fonts of the brick's screen, where pip has not installed them."""
 
 import importlib
 import os

@@ -25,7 +25,7 @@ _QUIET = {"warn_on_full_buffer": False} if sys.version_info >= (3, 7) else {}
 
 @contextlib.contextmanager
 def guarded(name: str) -> Iterator[None]:
-    """For a `with` block, have this process killed if it holds the interpreter for too long.
+    """Have this process killed if it holds the interpreter too long, for a `with` block.
 
     Args:
         name: of the script, for people.

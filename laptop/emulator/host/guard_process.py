@@ -52,13 +52,13 @@ class Guard(object):
     def listen(self, stream: "io.RawIOBase") -> None:
         """Take what comes of a stream of bytes, until its end."""
         while True:
-            heard = stream.read(1)
-            if not heard:
+            received = stream.read(1)
+            if not received:
                 os._exit(0)
-            if heard == b"\0":
+            if received == b"\0":
                 self.asked = None
             elif self.asked is None:
-                self.asked = heard[0]
+                self.asked = received[0]
             else:
                 continue  # it has held the interpreter since the first one
             self._since = spent(self._pid)

@@ -1,4 +1,4 @@
-"""The state of this process that a program may change, kept over a run."""
+"""State of this process that a program may change, kept over a run."""
 
 import builtins
 import contextlib
@@ -19,7 +19,7 @@ except ImportError:  # Windows
 
 
 def _terminal_settings() -> Optional[List[Any]]:
-    """How the terminal treats keys; None where there is none."""
+    """Return the terminal's settings; None where there is none."""
     if termios is not None:
         with contextlib.suppress(termios.error):
             return termios.tcgetattr(0)

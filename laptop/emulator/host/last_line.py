@@ -54,7 +54,7 @@ class _Noted(io.BufferedIOBase):
 
 @contextlib.contextmanager
 def finished() -> Iterator[None]:
-    """For a `with` block, look on at standard output and error; in the end both have ended a line.
+    """Watch standard output and error for a `with` block; both end with a complete line.
 
     A stream that holds text alone, in a notebook, is left as it is.
     """

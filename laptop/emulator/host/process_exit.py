@@ -1,4 +1,4 @@
-"""The end of a simulated process, as a shell would see it."""
+"""End of a simulated process, as a shell would see it."""
 
 from typing import NamedTuple
 

@@ -36,7 +36,7 @@ from laptop.emulator.host.prices import (
     START,
     imports,
 )
-from laptop.emulator.own_programs import HOUSE
+from laptop.emulator.own_programs import REPO_ROOT
 
 MYPY = False
 if MYPY:
@@ -266,7 +266,7 @@ def _charged(
 
 def _elsewhere() -> "Pattern[str]":
     """Return a pattern of the folders that are HOME on the brick, as a text in JSON has them."""
-    folders = [re.escape(json.dumps(folder)[1:-1]) for folder in (HOUSE, os.getcwd())]
+    folders = [re.escape(json.dumps(folder)[1:-1]) for folder in (REPO_ROOT, os.getcwd())]
     return re.compile('(?:{})(?=["/\\\\]|$)'.format("|".join(folders)))
 
 

@@ -62,7 +62,7 @@ class _ChargedClock(object):
 
 @contextlib.contextmanager
 def on(brick: "EmulatedBrick") -> Iterator[Program]:
-    """For a `with` block, a Program on the brick's sysfs; its start takes no time."""
+    """Yield a Program on the brick's sysfs for a `with` block; its start takes no time."""
     if not brick.slowness:
         with brick.sysfs.installed():
             yield Program(brick.world, None)

@@ -1,4 +1,4 @@
-"""The modules that are the program's own, and their code, with counts where it is charged."""
+"""Modules that are the program's own, and their code, with counts where it is charged."""
 
 import importlib.machinery
 from types import CodeType

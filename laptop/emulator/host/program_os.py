@@ -36,7 +36,7 @@ _STARTING = ("fork", "exec", "spawn", "posix_spawn")
 
 
 class ProgramOs(object):
-    """What takes the places of functions of `os`, as it is when this is made.
+    """Substitutes for functions of `os`, as it is when this is made.
 
     Args:
         signals: ProgramSignals, which `kill` posts.

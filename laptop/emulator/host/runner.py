@@ -54,7 +54,7 @@ Outcome = NamedTuple(
         ("signals", Tuple[int, ...]),
     ],
 )
-Outcome.__doc__ = """The end of a run.
+Outcome.__doc__ = """End of a run.
 
 status    exit status
 reason    "ended" (by itself, whatever the status), or what ended it: "timeout", "frozen", "killed",

@@ -70,7 +70,7 @@ PRINT_COST = 0.5e-3
 """Virtual time of a `print`, s."""
 
 OWN_STAT, UPTIME_FILE = "/proc/self/stat", "/proc/uptime"
-"""The files that tell a program when it was started, and how long ago the brick was."""
+"""Files with the start time of a program, and the uptime of the brick."""
 
 #: What a program finds as Python starts it, whatever another has set; not how texts are encoded.
 _LOCALE = [

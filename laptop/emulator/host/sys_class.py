@@ -185,7 +185,7 @@ class _Entry(object):
 
 
 class SysClass(object):
-    """The tree of files.
+    """Tree of files.
 
     Args:
         sysfs: Sysfs.
@@ -281,7 +281,7 @@ class SysClass(object):
 
 
 class _Seeing(object):
-    """What functions of `os` and `os.path` tell that see the tree, and all else as before.
+    """Functions of `os` and `os.path` that see the tree, and all other files as before.
 
     Args:
         tree: SysClass.

@@ -361,7 +361,7 @@ for _name, _method in _OLD_NAMES.items():
 
 
 class _ThreadState(object):
-    """The state of a Thread, out of the way of its subclasses' attributes."""
+    """State of a Thread, apart from its subclasses' attributes."""
 
     def __init__(self, name: str, waiting: WaitingLine) -> None:
         self.name = name

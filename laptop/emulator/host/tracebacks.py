@@ -45,7 +45,7 @@ def _is_library(file: str) -> bool:
 
 @contextlib.contextmanager
 def of_the_program() -> Iterator[None]:
-    """For a `with` block, let whatever `traceback` prints, formats or extracts be so.
+    """Have `traceback` print, format and extract so, for a `with` block.
 
     That Python itself tells of an exception in `__del__` goes the same way.
     """

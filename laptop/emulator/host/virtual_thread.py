@@ -1,4 +1,4 @@
-"""The threads of a program under test, and what they spend while they are away from the clock."""
+"""Threads of a program under test, and their effort between two visits to the clock."""
 
 import sys
 import threading
@@ -59,7 +59,7 @@ class VirtualThread(object):
 
 
 class ThreadEffort(object):
-    """The time that a thread spends while it does not come to the clock.
+    """Time that a thread spends between two visits to the clock.
 
     That it waits for the host's processor does not count: a computer that is busy changes nothing.
     (Where the host does not tell all that, each second counts as one of waiting.)

@@ -125,7 +125,7 @@ class World(object):
 
     @property
     def cut_at(self) -> "Sequence[Call]":
-        """Where its main thread was if it was cut off, see VirtualThread.stack."""
+        """Stack of its main thread if it was cut off, see VirtualThread.stack."""
         return self._run.cut_at
 
     @property

@@ -20,14 +20,14 @@ from pathlib import Path
 from typing import Any
 
 from laptop.emulator.host.process_exit import BUSY as TOO_BUSY
-from laptop.emulator.own_programs import HOUSE
+from laptop.emulator.own_programs import REPO_ROOT
 from laptop.emulator.pace import PacedClock
 from laptop.see.serve import announcements
 from laptop.see.serve.process_signals import killed_by, signals_ignored
 from laptop.system import platforms
 from shared.arm_description import ArmError
 
-LAPTOP = (sys.executable, os.path.join(HOUSE, "laptop"))
+LAPTOP = (sys.executable, os.path.join(REPO_ROOT, "laptop"))
 READY, DRAWN, SERVOED, COMPARED, ENDED = 300.0, 600.0, 600.0, 600.0, 60.0
 """Deadlines that only a hang reaches, s: for the tracker and its page; on the emulated clock, for
 the lines and for one goal; for the comparison, and for what is told to end."""
@@ -111,7 +111,7 @@ class ChildProcess:
         self._output, self._errors = self._pipes = _Pipe(), _Pipe()
         self._process = subprocess.Popen(
             [*LAPTOP, *words],
-            cwd=HOUSE,
+            cwd=REPO_ROOT,
             env={**os.environ, **environment, "PYTHONUNBUFFERED": "1"},
             stdin=subprocess.DEVNULL,
             stdout=self._output.writing,

@@ -10,7 +10,7 @@ from laptop.emulator.device.brick import ACCESS_TIME, EmulatedBrick
 from laptop.emulator.device.plant_constants import read_plant
 from laptop.emulator.host import processor, program
 from laptop.emulator.host.prices import START
-from laptop.emulator.host.processor import HOME, HOUSE, SECONDS_PER_INSTRUCTION, Processor
+from laptop.emulator.host.processor import HOME, REPO_ROOT, SECONDS_PER_INSTRUCTION, Processor
 from laptop.emulator.host.runner import run_script
 from laptop.emulator.host.world import World
 from shared.arm_description import find_arm, read_arm
@@ -205,7 +205,7 @@ def test_where_this_computer_has_programs_and_files_costs_the_brick_nothing(
     elsewhere = processor._elsewhere()
     here, there, mine, not_mine = (
         processor._length(json.dumps({"file": os.path.join(folder, file)}), elsewhere)
-        for folder in (HOUSE, HOME, str(tmp_path), str(tmp_path) + "er")
+        for folder in (REPO_ROOT, HOME, str(tmp_path), str(tmp_path) + "er")
     )
     assert here == there == mine == not_mine - len(str(tmp_path) + "er") + len(HOME)
     assert processor._length("", elsewhere) == 0

@@ -720,7 +720,7 @@ client.close()
 def test_a_script_in_virtual_time_is_served_with_what_a_camera_would_see(tmp_path, monkeypatch):
     monkeypatch.setenv("SSH_CLIENT", "192.0.2.1 1 22")
     script = tmp_path / "sees.py"
-    script.write_text(SEES.format(root=own_programs.HOUSE))
+    script.write_text(SEES.format(root=own_programs.REPO_ROOT))
     words = ["simulate", "--scene", TILTED, "--start", "30,45", "--out", str(tmp_path / "out")]
     result = CliRunner().invoke(laptop, [*words, str(script)])
     assert result.exit_code == 0, result.output
