@@ -219,7 +219,7 @@ class Rig(object):
             if clock:
                 stack.callback(clock.close)
             world = World(clock)
-            world.tell = _tell
+            world.report = _tell
             brick = EmulatedBrick(
                 world, self.built, self._plant, self._q, plugs.motors, plugs.wheels, plugs.stops
             )

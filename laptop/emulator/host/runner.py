@@ -166,7 +166,7 @@ class _ScriptRun(object):
         self._world.processor = _processor(brick, self._name)
         self._shims = Shims(self._world, peripherals, folders)
         self._shims.processes.python = ChildPython(self._shims, _interpreted)
-        self._world.unheard = self._end_unheard
+        self._world.on_timeout = self._end_unheard
         peripherals.on_back = self._end_by_back
 
     def _end_by_back(self) -> None:

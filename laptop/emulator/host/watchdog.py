@@ -118,7 +118,7 @@ class Watchdog(object):
         elif self._hearing is None or self._hearing.thread is not main:
             self._hearing = ThreadEffort(main)
         elif sum(self._hearing.sample()) >= self.HEARING_TIMEOUT:
-            self._world.unheard()
+            self._world.on_timeout()
 
     def _look_at_pace(self, pacer: "Pacer") -> None:
         """Tell that the host is busy; end where that is too much."""
@@ -129,7 +129,7 @@ class Watchdog(object):
         now = wall.monotonic()
         if pacer.pace.sample() < BUSY_PACE and now - self._noticed >= BUSY_NOTICE_PERIOD:
             self._noticed = now
-            world.tell(in_words(pacer.pace.latest))
+            world.report(in_words(pacer.pace.latest))
 
     def _wind_up(self, run: "WorldRun") -> None:
         """Get hold of threads that were computing when the program ended."""

@@ -65,9 +65,9 @@ class World(object):
         t: virtual time, s.
         realtime: whether it keeps pace with the clock.
         pacer: Pacer of the clock; None without one.
-        tell: called with a line for people while the host is busy.
+        report: called with a line for people while the host is busy.
         typing: whether a thread waits for a person at the keyboard, who may take all the time.
-        unheard: called when the program's main thread does not look at an `interrupt`.
+        on_timeout: called when the program's main thread does not look at an `interrupt`.
         processor: processor.Processor that the program computes on; None: it computes in no time.
         awaited: whom the clock waited for when it was given up, in words.
         select: stands for the program's select.select where the other end of its sockets lives in
@@ -93,9 +93,9 @@ class World(object):
         self.busy = 0.0
         self._events = Agenda()  # type: Agenda[Action]
         self.pacer = None if clock is None else Pacer(clock)
-        self.tell = lambda line: None  # type: Callable[[str], object]
+        self.report = lambda line: None  # type: Callable[[str], object]
         self.typing = False
-        self.unheard = lambda: None  # type: Action
+        self.on_timeout = lambda: None  # type: Action
         self.processor = None  # type: Optional[Processor]
         self.awaited = ""
         self._zero = wall.monotonic()

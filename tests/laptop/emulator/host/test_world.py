@@ -497,7 +497,7 @@ def test_that_the_host_is_busy_is_told_now_and_then(paced, monkeypatch):
     told = []
     monkeypatch.setattr(paced.pacer, "pace", pace.PaceMeter(paced.pacer._clock, 0.3))
     monkeypatch.setattr(paced.pacer, "long_pace", pace.PaceMeter(paced.pacer._clock, 0.6))
-    monkeypatch.setattr(paced, "tell", told.append)
+    monkeypatch.setattr(paced, "report", told.append)
     other = paced.pacer._clock.join("a tracker")
     play(paced, lambda say: paced.sleep(3600))
     other.leave()
