@@ -185,12 +185,12 @@ def _log_file(path, joints):
 def _tell_resumed(arm, job, progress, first):
     # type: (RobotArm, Job, SavedProgress, int) -> bool
     """Say where it goes on, and how well that will fit; whether somebody there is to nudge it."""
-    from robot.jobs.runner import apart
+    from robot.jobs.runner import max_offset
 
     zeros = arm.motors.zeros()
     same = zeros == progress.zeros
     stroke = job.stroke(first)
-    off = 10 * apart(arm.description, arm.joints, stroke, same)
+    off = 10 * max_offset(arm.description, arm.joints, stroke, same)
     print("goes on with stroke {} of {}".format(first, job.header.strokes))
     if same:
         print(

@@ -13,11 +13,11 @@ if MYPY:
 
     from shared.job_messages import Draw, JobPart  # noqa: F401
 
-ASK_AGAIN = 1.0
-"""A part that has not come so long after it was asked for is asked for again, s."""
+RETRY_PERIOD = 1.0
+"""Time after which a part that has not come is asked for again, s."""
 
 FETCH_TIMEOUT = 20.0
-"""So long after the last part the job is given up, s."""
+"""Longest wait after the last part before the job is given up, s."""
 
 
 class NotFetched(ArmError):
@@ -25,16 +25,16 @@ class NotFetched(ArmError):
 
 
 class JobFetching(object):
-    """Fetches one job; what has come survives a lost link.
+    """One job on its way from the laptop; what has come survives a lost link.
 
     Args:
         draw: the Draw that offers it.
-        file: where it is to be; it is there once it is whole.
-        t: s, now.
+        file: path of the file to write; it is there once it is complete.
+        t: the time now, s.
 
     Attributes:
         draw: as given.
-        part: the next one, from 0 on.
+        part: number of the next part, from 0 on.
         whole: whether all of it is in the file.
 
     Raises:
@@ -64,7 +64,7 @@ class JobFetching(object):
 
     def _is_there(self):
         # type: () -> bool
-        """Whether the file is this job already."""
+        """Return whether the file is this job already."""
         try:
             if os.path.getsize(self._file) != self.draw.size:
                 return False
@@ -78,7 +78,11 @@ class JobFetching(object):
 
     def due(self, t, linked):
         # type: (float, bool) -> Optional[Want]
-        """The Want that is to be sent at `t` (s), or None.
+        """Return the Want that is to be sent, or None.
+
+        Args:
+            t: the time now, s.
+            linked: whether the laptop can be reached.
 
         Raises:
             NotFetched: nothing has come for too long.
@@ -95,14 +99,18 @@ class JobFetching(object):
         if not linked:
             self._asked = None
             return None
-        if self._asked == self.part and t - self._asked_at < ASK_AGAIN:
+        if self._asked == self.part and t - self._asked_at < RETRY_PERIOD:
             return None
         self._asked, self._asked_at = self.part, t
         return Want(self.draw.crc, self.part)
 
-    def take(self, part, t):
+    def handle(self, part, t):
         # type: (JobPart, float) -> None
-        """Take a JobPart that came at `t` (s); any other than the next is left.
+        """Handle a JobPart; any other than the next is ignored.
+
+        Args:
+            part: JobPart.
+            t: the time when it came, s.
 
         Raises:
             NotFetched: it is not what was offered, or there is no room for it.
@@ -134,7 +142,7 @@ class JobFetching(object):
 
     def close(self):
         # type: () -> None
-        """End it; what is not whole is thrown away."""
+        """Close the file; an incomplete one is removed."""
         if self._out is not None and not self.whole:
             self._out.close()
             if os.path.exists(self._draft):

@@ -1,8 +1,18 @@
-"""What a camera has taught of a stroke, merged into its plan while the pen is up.  Pure.
+"""Offsets that a camera has taught of a stroke, merged into its plan while the pen is up.  Pure.
 
-Of each piece a few offsets of the joints along its way are known, see shared.job.Stroke.  Between
-them they go as cubics do whose slope is that of the parabola through three neighbours.  Here they
-become part of the cubics that the plan is made of: a control tick does not know of them.
+Of each piece a few offsets of the joints along its path are known, see shared.job.Stroke: d_i at
+the knots s_i, cm.  Between them they are piecewise cubic Bessel interpolation (C. de Boor, A
+Practical Guide to Splines, 1978, ch. IV).  The slope at a knot is that of the parabola through it
+and its two neighbours, with u, v the lengths before and after it, and m, n the mean slopes there:
+
+    d'_i = (m v + n u) / (u + v)
+
+A cubic spline would be smoother, but takes a linear system, and one wrong offset rings along all of
+it; straight lines would make a joint's speed jump at each knot.
+
+The plan's segments have knots of their own.  On each the merged offset is the cubic with the value
+and slope of the interpolation at both its ends (Hermite); its coefficients are added to the plan's.
+So a control tick does not know of offsets.
 """
 
 import math
@@ -23,30 +33,30 @@ MAX_OFFSET = math.radians(20)
 arm's full reach five times as much."""
 
 MAX_KNOTS = 200
-"""Offsets of a piece and joint, at the most."""
+"""Greatest number of offsets of a piece and joint."""
 
 MAX_ACCELERATION = math.radians(1000)
 """Greatest acceleration that offsets may add to a joint's, rad/s^2: as much as a backlash of 3
 degrees takes to be crossed, for where it is described wrongly they do that."""
 
-SAME_WAY = 0.05
-"""Offsets are of a piece if the lengths of both ways differ by no more, cm."""
+LENGTH_TOLERANCE = 0.05
+"""Tolerance of the length that offsets are for against the length of their piece, cm."""
 
 
 def merged(job, k, stroke, joints, between=go_on):
     # type: (str, int, Stroke, Sequence[Joint], Between) -> Sequence[Piece]
-    """The pieces of a stroke with its offsets merged into them.
+    """Return the pieces of a stroke with its offsets merged into them.
 
     Args:
         job: name of its file, for people.
         k: number of the stroke, for people.
         stroke: shared.job.Stroke.
-        joints: the arm's.
+        joints: the arm's shared.arm_description.Joints.
         between: called now and then: 10 cm take the brick some 0.15 s.
 
     Raises:
-        BadJob: the offsets are none of this stroke, too large or too rough, or ask of a joint what
-            it may not do.
+        BadJob: the offsets do not belong to this stroke, are too large or too rough, or ask of a
+            joint what it may not do.
     """
     if not stroke.offsets:
         return stroke.pieces
@@ -55,23 +65,24 @@ def merged(job, k, stroke, joints, between=go_on):
             len(stroke.offsets), len(stroke.pieces)
         ))  # fmt: skip
     out = []  # type: List[Piece]
-    for piece, (ways, offsets) in zip(stroke.pieces, stroke.offsets):
+    for piece, (knots, offsets) in zip(stroke.pieces, stroke.offsets):
         between()
-        _check(job, k, piece, ways, offsets)
-        piece = _with(job, k, piece, ways, offsets)
-        check_way(job, k, out, [piece], MAX_JUMP)
+        _check(job, k, piece, knots, offsets)
+        piece = _with(job, k, piece, knots, offsets)
+        check_continuity(job, k, out, [piece], MAX_JUMP)
         out.append(piece)
     check_joints(job, k, out, joints, between, MAX_ACCELERATION)
     return out
 
 
-def check_way(job, k, pieces, after, jump=JOIN_TOLERANCE + MAX_JUMP):
+def check_continuity(job, k, pieces, after, jump=JOIN_TOLERANCE + MAX_JUMP):
     # type: (str, int, Sequence[Piece], Sequence[Piece], float) -> None
     """Refuse, by BadJob, pieces that do not begin where those before end.
 
     Args:
-        job, k: as for `merged`.
-        pieces: of the way so far.
+        job: name of its file, for people.
+        k: number of the stroke, for people.
+        pieces: those of the path so far; may be none.
         after: those of the stroke.
         jump: greatest difference of a joint, rad.
     """
@@ -89,18 +100,19 @@ def _bad(job, k, what):
     )
 
 
-def _check(job, k, piece, ways, offsets):
+def _check(job, k, piece, knots, offsets):
     # type: (str, int, Piece, Sequence[float], Sequence[Sequence[float]]) -> None
-    if not 2 <= len(ways) <= MAX_KNOTS:
+    """Refuse, by BadJob, offsets (rad, per joint) at knots (cm) that do not fit a piece."""
+    if not 2 <= len(knots) <= MAX_KNOTS:
         raise _bad(job, k, "{} offsets of a piece, and it takes 2 to {}".format(
-            len(ways), MAX_KNOTS
+            len(knots), MAX_KNOTS
         ))  # fmt: skip
-    if ways[0] != 0 or any(b - a < MIN_LENGTH for a, b in zip(ways, ways[1:])):
+    if knots[0] != 0 or any(b - a < MIN_LENGTH for a, b in zip(knots, knots[1:])):
         raise _bad(job, k, "their places do not go on")
     length = sum(_lengths(piece))
-    if not abs(ways[-1] - length) <= SAME_WAY:
+    if not abs(knots[-1] - length) <= LENGTH_TOLERANCE:
         raise _bad(job, k, "they are of {:.2f} cm, and a piece has {:.2f}".format(
-            ways[-1], length
+            knots[-1], length
         ))  # fmt: skip
     greatest = max([max(map(abs, own)) for own in offsets])
     if greatest > MAX_OFFSET:
@@ -111,7 +123,7 @@ def _check(job, k, piece, ways, offsets):
 
 def _lengths(piece):
     # type: (Piece) -> List[float]
-    """Of each segment's way, cm."""
+    """Return the length of each segment, cm."""
     times, segments, _ = piece
     return [
         (t_end - t) * (v + 0.5 * a * (t_end - t))
@@ -119,15 +131,15 @@ def _lengths(piece):
     ]
 
 
-def _with(job, k, piece, ways, offsets):
+def _with(job, k, piece, knots, offsets):
     # type: (str, int, Piece, Sequence[float], Sequence[Sequence[float]]) -> Piece
-    """A piece with offsets."""
+    """Return a piece with offsets (rad, per joint) at knots (cm) added."""
     times, segments, end = piece
-    slopes = [_slopes(ways, own) for own in offsets]
+    slopes = [_slopes(knots, own) for own in offsets]
     places = [0.0]
     for length in _lengths(piece):
         places.append(places[-1] + length)
-    at = [_values(ways, own, slope, places) for own, slope in zip(offsets, slopes)]
+    at = [_values(knots, own, slope, places) for own, slope in zip(offsets, slopes)]
     out = []  # type: List[Segment]
     for n, (v, a, cubics, across) in enumerate(segments):
         length, moved = places[n + 1] - places[n], []
@@ -150,31 +162,31 @@ def _with(job, k, piece, ways, offsets):
     return times, out, tuple([q + own[-1][0] for q, own in zip(end, at)])
 
 
-def _slopes(ways, values):
+def _slopes(knots, values):
     # type: (Sequence[float], Sequence[float]) -> List[float]
-    """Of the offsets at their places, rad/cm."""
-    means = [(b - a) / (w - v) for a, b, v, w in zip(values, values[1:], ways, ways[1:])]
+    """Return the Bessel slope at each knot, rad/cm, of values (rad) there."""
+    means = [(b - a) / (w - v) for a, b, v, w in zip(values, values[1:], knots, knots[1:])]
     out = [means[0]]
-    for m, n, u, v, w in zip(means, means[1:], ways, ways[1:], ways[2:]):
+    for m, n, u, v, w in zip(means, means[1:], knots, knots[1:], knots[2:]):
         out.append((m * (w - v) + n * (v - u)) / (w - u))
     out.append(means[-1])
     return out
 
 
 def _values(
-    ways,  # type: Sequence[float]
+    knots,  # type: Sequence[float]
     values,  # type: Sequence[float]
     slopes,  # type: Sequence[float]
     places,  # type: Sequence[float]
 ):
     # type: (...) -> List[Tuple[float, float]]
-    """[(offset, its slope)] at places, which go on, rad and rad/cm."""
+    """Return [(offset, its slope)], rad and rad/cm, at ascending places, cm."""
     out, k = [], 0
     for s in places:
-        while k < len(ways) - 2 and s > ways[k + 1]:
+        while k < len(knots) - 2 and s > knots[k + 1]:
             k += 1
-        length = ways[k + 1] - ways[k]
-        x = min(max(0.0, (s - ways[k]) / length), 1.0)
+        length = knots[k + 1] - knots[k]
+        x = min(max(0.0, (s - knots[k]) / length), 1.0)
         step, m, n = values[k + 1] - values[k], slopes[k] * length, slopes[k + 1] * length
         b, c = 3.0 * step - m - m - n, m + n - step - step
         out.append((values[k] + x * (m + x * (b + x * c)), (m + x * (b + b + 3 * c * x)) / length))

@@ -1,6 +1,6 @@
-"""A job that the laptop offers over the link: fetched, drawn, ordered about, told of all the time.
+"""A job that the laptop offers over the link: fetched, drawn, given orders, reported all the time.
 
-While it is drawn the link is heard as often as buttons are. A lost link pauses the job, pen up,
+While it is drawn the link is polled as often as buttons are. A lost link pauses the job, pen up,
 unless it was to go on alone: for nobody could stop it then from the page. It stays paused when the
 link is back, until it is resumed; without one for LINK_TIMEOUT it is given up, and the arm parked.
 """
@@ -36,22 +36,22 @@ if MYPY:
     from typing import Any, Callable, Dict, Optional, Sequence  # noqa: F401
 
     from robot.clock import Clock  # noqa: F401
-    from robot.jobs.linked_drawing import JobClient, Where  # noqa: F401
+    from robot.jobs.linked_drawing import GetPose, JobClient  # noqa: F401
     from robot.jobs.orders import JobOrders  # noqa: F401
     from robot.jobs.report import Place  # noqa: F401
     from robot.motion.arm import RobotArm  # noqa: F401
 
-FILE = "from-the-laptop.job"
-"""In the folder of jobs: the last one that the laptop offered."""
+JOB_FILE = "from-the-laptop.job"
+"""Name, in the folder of jobs, of the last one that the laptop offered."""
 
 LINK_PATIENCE = 3.0
-"""A link that is back sooner was not lost: it mends by itself within a second, s."""
+"""Longest break of a link that does not count as a loss, s: it mends by itself within a second."""
 
 LINK_TIMEOUT = 300.0
-"""Without a link for so long a paused job is given up, s."""
+"""Longest time without a link before a paused job is given up, s."""
 
 FETCH_POLL = 0.02
-"""How long parts are waited for at once, s."""
+"""Longest wait for parts at once, s."""
 
 STOPPED = "stopped"
 """The runner's word for aborted by a signal; all its others are the link's, too."""
@@ -61,23 +61,26 @@ class LinkedJob(object):
     """One job of the laptop's.
 
     Args:
-        arm, client, clock: as for VisualServoing.
+        arm: robot.motion.arm.RobotArm.
+        client: a JobClient, such as robot.tracking.TrackingClient.
+        clock: has `now()` and `sleep(seconds)`.
         draw: the Draw that offers it.
-        told: of the last servo run, as TrackingClient.report takes it: it is told on.
+        reported: keyword arguments of TrackingClient.report, of the last servo run: sent on.
         say: called with lines for people.
 
     Attributes:
-        progress: JobStatus that was told last.
+        progress: JobStatus that was sent last.
+        down: whether the pen is down.
     """
 
-    def __init__(self, arm, client, clock, draw, told, say):
+    def __init__(self, arm, client, clock, draw, reported, say):
         # type: (RobotArm, JobClient, Clock, Draw, Dict[str, Any], Callable[[str], object]) -> None
         self._arm, self._client, self._clock = arm, client, clock
-        self._draw, self._told, self._say = draw, told, say
+        self._draw, self._reported, self._say = draw, reported, say
         self._lost_at = None  # type: Optional[float]
         self._paused_by_link = False
         self._why = ""  # it is paused, or has ended
-        self._next = 0.0  # when the laptop is to be told again, s
+        self._next = 0.0  # time of the next status, s
         self.down = False
         self.progress = JobStatus(
             clock.now(), draw.crc, draw.name, FETCHING, 0, 0, 0.0, 0.0, None, False, ""
@@ -85,7 +88,7 @@ class LinkedJob(object):
 
     def run(self):
         # type: () -> None
-        """Fetch and draw it; what became of it is told, and the arm held.
+        """Fetch and draw it; the laptop learns what became of it, and the arm is held.
 
         Raises:
             Refusal: the tracker will never serve us.
@@ -108,8 +111,8 @@ class LinkedJob(object):
 
     def _fetch(self):
         # type: () -> Optional[str]
-        """The job's file, once it is whole; None if it was aborted."""
-        file = os.path.join(jobs_folder(), FILE)
+        """Return the path of the job's file, once it is complete; None if it was aborted."""
+        file = os.path.join(jobs_folder(), JOB_FILE)
         fetching = JobFetching(self._draw, file, self._clock.now())
         self._say("fetching '{}': {} parts".format(self._draw.name, self._draw.parts))
         self._send()
@@ -127,7 +130,7 @@ class LinkedJob(object):
                         return None
                 for message in self._client.of_job():
                     if isinstance(message, JobPart):
-                        fetching.take(message, self._clock.now())
+                        fetching.handle(message, self._clock.now())
                     elif message.what == "abort":
                         return None
                 if self._is_due():
@@ -136,7 +139,7 @@ class LinkedJob(object):
                         t=self._clock.now(), cm=share, cm_all=1.0
                     )
                     self._send()
-                    self._report_where(self._where())
+                    self._report_pose(self._pose())
         return file
 
     # Drawing
@@ -159,14 +162,14 @@ class LinkedJob(object):
         orders = LinkedOrders(self, self._clock)
         try:
             report = LinkedReport(self, job, self._clock, self._say)
-            self.hear(orders, self._where)  # to check a long job takes the brick a while
+            self.poll(orders, self._pose)  # to check a long job takes the brick a while
 
-            def listen():
+            def poll_if_due():
                 # type: () -> None
                 if self._is_due(False):
-                    self.hear(orders, self._where)
+                    self.poll(orders, self._pose)
 
-            job.between = listen
+            job.between = poll_if_due
             for _ in check_strokes(job, description):
                 if orders.aborted:
                     break
@@ -178,15 +181,15 @@ class LinkedJob(object):
         finally:
             orders.close()
 
-    # What the parts of it below ask for
+    # Called while it is drawn, see linked_drawing
 
-    def hear(self, orders, where):
-        # type: (JobOrders, Where) -> None
-        """Take in what the laptop has said, and tell it where the arm is, if that is due.
+    def poll(self, orders, pose):
+        # type: (JobOrders, GetPose) -> None
+        """Handle what the laptop has sent, and send it where the arm is, if that is due.
 
         Args:
             orders: JobOrders.
-            where: called for the joints' angles, rad.
+            pose: called for the joints' angles, rad.
         """
         self._client.poll()
         for command in self._client.commands():
@@ -204,14 +207,14 @@ class LinkedJob(object):
                     orders.notes.append(str(problem))
                     continue
                 number = "" if message.value is None else " {:g}".format(message.value)
-                orders.take(message.what + number)
+                orders.handle(message.what + number)
                 if message.what == "pause":
                     self._why = ""
         self._watch_link(orders)
         if not orders.paused:
             self._paused_by_link = False
         if self._is_due():
-            self._report_where(where())
+            self._report_pose(pose())
             self._send()
 
     def _watch_link(self, orders):
@@ -232,9 +235,15 @@ class LinkedJob(object):
             orders.aborted = True
             self._why = "no link for {:.0f} s".format(lost)
 
-    def tell(self, state, place, reason=""):
+    def update(self, state, place, reason=""):
         # type: (str, Place, str) -> None
-        """Take in how it goes: a word of the runner's, and a Place or None; told when it is due."""
+        """Update the status, which is sent at once where its state has changed.
+
+        Args:
+            state: a state of robot.jobs.report.
+            place: Place where the arm is in the job.
+            reason: why, for people; "" where there is none.
+        """
         now = self._clock.now()
         state = ABORTED if state == STOPPED else state
         changed = state != self.progress.state or self.down != self.progress.down
@@ -247,14 +256,14 @@ class LinkedJob(object):
         if changed:
             self._send()
 
-    def tell_left(self, seconds):
+    def update_time_left(self, seconds):
         # type: (float) -> None
-        """Take in how long it still takes, s."""
+        """Update the time that is left, s."""
         self.progress = self.progress._replace(seconds=max(0.0, min(seconds, 1e6)))
 
-    def tell_pen(self, down):
+    def update_pen(self, down):
         # type: (bool) -> None
-        """Tell at once that the pen is down, or up."""
+        """Send at once that the pen is down, or up."""
         if down != self.down:
             self.down = down
             self.progress = self.progress._replace(t=self._clock.now(), down=down)
@@ -274,13 +283,13 @@ class LinkedJob(object):
         self.progress = self.progress._replace(t=self._clock.now())
         self._client.send(self.progress)
 
-    def _report_where(self, q):
+    def _report_pose(self, q):
         # type: (Sequence[float]) -> None
-        self._client.report(q, **self._told)
+        self._client.report(q, **self._reported)
 
-    def _where(self):
+    def _pose(self):
         # type: () -> Sequence[float]
-        """The joints' angles, rad; none if a motor does not answer, which is told elsewhere."""
+        """Return the joints' angles, rad; none if a motor does not answer: others report that."""
         try:
             return self._arm.angles()
         except ArmError:

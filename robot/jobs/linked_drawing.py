@@ -1,4 +1,4 @@
-"""What a job has that comes over the link: its orders, report and log, and who draws it."""
+"""Orders, report, log and runner of a job that comes over the link."""
 
 import contextlib
 
@@ -26,12 +26,12 @@ if MYPY:
     from shared.messages import Message, Start, Stop  # noqa: F401
 
     class JobClient(Protocol):
-        """What is asked of a robot.tracking.TrackingClient."""
+        """The part of a robot.tracking.TrackingClient that a job uses."""
 
         @property
         def linked(self):
             # type: () -> bool
-            """Whether the tracker hears what is sent."""
+            """Whether the tracker receives what is sent."""
 
         @property
         def refused(self):
@@ -41,34 +41,34 @@ if MYPY:
         @property
         def why(self):
             # type: () -> str
-            """It is not linked."""
+            """Reason for which it is not linked, for people."""
 
         def poll(self, timeout=0.0):
             # type: (float) -> object
-            """Do what is due."""
+            """Do what is due, for at most `timeout` seconds."""
 
         def commands(self):
             # type: () -> Sequence[Union[Start, Stop, Draw]]
-            """Those since the last call."""
+            """Return the commands since the last call."""
 
         def of_job(self):
             # type: () -> Sequence[Union[JobPart, Order]]
-            """Those since the last call."""
+            """Return the parts and orders of a job since the last call."""
 
         @property
         def send(self):
             # type: () -> Callable[..., object]
-            """Called with a Message: it is sent if linked."""
+            """Function of a Message, which is sent if linked."""
 
         @property
         def report(self):
             # type: () -> Callable[..., object]
-            """Called with where the arm is, and with how the last servo run ended."""
+            """Function of where the arm is, and of how the last servo run ended."""
 
-    Where = Callable[[], Sequence[float]]  # the joints' angles, rad; none where not known
+    GetPose = Callable[[], Sequence[float]]  # the joints' angles, rad; none where not known
 
-HEAR_PERIOD = 0.08
-"""Between two times of listening while it is drawn, s."""
+LINK_POLL_PERIOD = 0.08
+"""Period of polling the link while it is drawn, s."""
 
 
 class LinkedOrders(JobOrders):
@@ -86,40 +86,47 @@ class LinkedOrders(JobOrders):
             presses.append(Buttons())  # there are some
         super(LinkedOrders, self).__init__(presses=presses, path=orders_file())
         self._linked, self._clock = linked, clock
-        self._hear_at = clock.now()
-        self.where = tuple  # type: Where
+        self._poll_at = clock.now()
+        self.pose = tuple  # type: GetPose
 
-    def look(self, now):
+    def sample(self, now):
         # type: (float) -> float
-        """As JobOrders.look."""
-        if now >= self._hear_at:
-            self._hear_at = now + HEAR_PERIOD
-            self._linked.hear(self, self.where)
-        return super(LinkedOrders, self).look(now)
+        """Sample the orders as JobOrders.sample does, and the link."""
+        if now >= self._poll_at:
+            self._poll_at = now + LINK_POLL_PERIOD
+            self._linked.poll(self, self.pose)
+        return super(LinkedOrders, self).sample(now)
 
 
 class LinkedReport(JobReport):
-    """What is told of it, on file and to people as ever, and over the link."""
+    """The report of a job on file, to people, and over the link.
+
+    Args:
+        linked: LinkedJob.
+        job: shared.job.Job.
+        clock: has `now()`.
+        say: called with each line for people.
+    """
 
     def __init__(self, linked, job, clock, say):
         # type: (LinkedJob, Job, Clock, Callable[[str], object]) -> None
         super(LinkedReport, self).__init__(job.header, job.crc, clock, say=say, path=status_file())
         self._linked = linked
 
-    def tell(self, state, place, orders, tip=None, moving=False, reason=""):
+    def update(self, state, place, orders, tip=None, moving=False, reason=""):
         # type: (str, Place, JobOrders, Optional[Sequence[float]], bool, str) -> None
-        """As JobReport.tell."""
-        super(LinkedReport, self).tell(state, place, orders, tip, moving, reason)
-        self._linked.tell_left(self.left(place, orders.share))
-        self._linked.tell(state, place, reason)
+        """Report as JobReport.update does, and over the link."""
+        super(LinkedReport, self).update(state, place, orders, tip, moving, reason)
+        self._linked.update_time_left(self.left(place, orders.share))
+        self._linked.update(state, place, reason)
 
 
 class LinkedLog(object):
-    """Tells the laptop what a job logs.
+    """The log of a job, sent to the laptop.
 
     Args:
-        client: as for VisualServoing.
-        crc: of the job.
+        client: JobClient.
+        crc: checksum of the job.
     """
 
     def __init__(self, client, crc):
@@ -134,19 +141,27 @@ class LinkedLog(object):
 
 
 class WatchedFeed(LoggingFeed):
-    """A LoggingFeed that keeps what the control loop saw last: `seen`, (t, motors' angles)."""
+    """A LoggingFeed that keeps what the control loop saw last.
+
+    Attributes:
+        seen: (the loop's time, s, the motors' angles, rad); None before the first tick.
+    """
 
     seen = None  # type: Optional[Tuple[float, Sequence[float]]]
 
     def tick(self, t, now, angles):
         # type: (float, float, Sequence[float]) -> Optional[object]
-        """As LoggingFeed.tick."""
+        """Do as LoggingFeed.tick does, and keep its arguments."""
         self.seen = t, angles
         return super(WatchedFeed, self).tick(t, now, angles)
 
 
 class LinkedRunner(JobRunner):
-    """Draws it; tells where links and pen are."""
+    """Runner of a job that sends the laptop where links and pen are.
+
+    Args:
+        linked: LinkedJob; the others as for JobRunner.
+    """
 
     def __init__(
         self,
@@ -162,31 +177,31 @@ class LinkedRunner(JobRunner):
         # type: (...) -> None
         super(LinkedRunner, self).__init__(arm, clock, job, orders, report, log, dry)
         self._linked = linked
-        self._feed = self._watched = WatchedFeed(self._look, job.header.log)
-        orders.where = self._where
+        self._feed = self._watched = WatchedFeed(self._sample, job.header.log)
+        orders.pose = self._pose
 
-    def _look(self, now):
+    def _sample(self, now):
         # type: (float) -> float
-        rate = super(LinkedRunner, self)._look(now)
+        rate = super(LinkedRunner, self)._sample(now)
         if rate:
-            place = self._way.place(self._feed.index, self._feed.reached)
-            self._linked.tell("drawing", place)
+            place = self._path.place(self._feed.index, self._feed.reached)
+            self._linked.update("drawing", place)
         return rate
 
     def _move_pen(self, down):
         # type: (bool) -> None
         super(LinkedRunner, self)._move_pen(down)
-        self._linked.tell_pen(down and not self._dry)
+        self._linked.update_pen(down and not self._dry)
 
     def _chain(self, k, stroke):
         # type: (int, Stroke) -> Tuple[List[Stroke], Optional[Stroke]]
-        self._linked.hear(self._orders, self._where)  # to read a stroke takes the brick a while
+        self._linked.poll(self._orders, self._pose)  # to read a stroke takes the brick a while
         return super(LinkedRunner, self)._chain(k, stroke)
 
     def _is_ready(self, motion, joints, is_there):
         # type: (Trajectory, Sequence[Joint], bool) -> bool
         self._watched.seen = None  # from here on the arm itself knows
-        self._linked.hear(self._orders, self._where)
+        self._linked.poll(self._orders, self._pose)
         return super(LinkedRunner, self)._is_ready(motion, joints, is_there)
 
     def _draw_from(self, k):
@@ -196,9 +211,9 @@ class LinkedRunner(JobRunner):
         finally:
             self._watched.seen = None
 
-    def _where(self):
+    def _pose(self):
         # type: () -> Sequence[float]
-        """The links' angles, rad; in mid-stroke by where the backlash is at that moment."""
+        """Return the links' angles, rad; in mid-stroke by where the backlash is at that moment."""
         if self._watched.seen is None:
             try:
                 return self._arm.angles()

@@ -1,4 +1,4 @@
-"""The log of a job while it is drawn: noted in memory in motion, told while the pen is up."""
+"""The log of a job while it is drawn: kept in memory in motion, written while the pen is up."""
 
 import contextlib
 import math
@@ -19,26 +19,26 @@ if MYPY:
 
 
 class LoggingFeed(FeedOverride):
-    """A FeedOverride that notes now and then where the motors are.
+    """A FeedOverride that notes periodically where the motors are.
 
     Args:
-        look: as for FeedOverride.
-        period: s; 0: it notes nothing.
+        sample: as FeedOverride's first argument: from the clock's time (s) to the wanted rate.
+        period: period of the notes, s; 0: there are none.
 
     Attributes:
         notes: (index of the plan, its own time in s, clock's time in s, motors' angles in rad).
     """
 
-    def __init__(self, look, period):
+    def __init__(self, sample, period):
         # type: (Callable[[float], float], float) -> None
-        super(LoggingFeed, self).__init__(look)
+        super(LoggingFeed, self).__init__(sample)
         self.notes = []  # type: List[Note]
         self._period = period
         self._note_at = -math.inf if period else math.inf
 
     def tick(self, t, now, angles):
         # type: (float, float, Sequence[float]) -> Optional[object]
-        """As FeedOverride.tick."""
+        """Do as FeedOverride.tick does, and note the motors' angles where that is due."""
         if now >= self._note_at:
             self._note_at = now + self._period
             self.notes.append((self.index, self._tau(t), now, angles))
@@ -46,7 +46,7 @@ class LoggingFeed(FeedOverride):
 
     def rows(self, place):
         # type: (Callable[[int, float], Place]) -> List[LogRow]
-        """The LogRows of what was noted since the last time.
+        """Return the LogRows of what was noted since the last call.
 
         Args:
             place: from a plan's index and own time to the robot.jobs.report.Place.
@@ -54,8 +54,8 @@ class LoggingFeed(FeedOverride):
         notes, self.notes = self.notes, []
         found = []
         for index, tau, now, angles in notes:
-            where = place(index, tau)
-            found.append(LogRow(where.stroke, where.planned, now, False, tuple(angles)))
+            at = place(index, tau)
+            found.append(LogRow(at.stroke, at.planned, now, False, tuple(angles)))
         return found
 
 
@@ -63,8 +63,8 @@ class LogFile(object):
     """A log on file.
 
     Args:
-        path: a file of that name is replaced.
-        joints: number of the arm's.
+        path: of the file; one of that name is replaced.
+        joints: number of the arm's joints.
 
     Raises:
         BadLog: it cannot be written.
@@ -77,27 +77,28 @@ class LogFile(object):
             self._file = os.fdopen(open_to_write(path), "w")
         except OSError as error:
             raise self._bad(error) from None
-        with self._told():
+        with self._as_bad_log():
             self._file.write(heading(joints))
             self._file.flush()
 
     def add(self, rows):
         # type: (Iterable[LogRow]) -> None
         """Write LogRows; BadLog where there is no room."""
-        with self._told():
+        with self._as_bad_log():
             for row in rows:
                 self._file.write(line_of(row))
             self._file.flush()
 
     def close(self):
         # type: () -> None
-        """Write no more."""
-        with self._told():
+        """Close the file."""
+        with self._as_bad_log():
             self._file.close()
 
     @contextlib.contextmanager
-    def _told(self):
+    def _as_bad_log(self):
         # type: () -> Iterator[None]
+        """Raise BadLog for an OSError in a `with` block."""
         try:
             yield
         except OSError as error:

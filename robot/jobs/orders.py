@@ -28,26 +28,27 @@ if MYPY:
 
         def pressed(self):
             # type: () -> List[str]
-            """Names of the buttons that were pressed since it was last asked, in turn."""
+            """Return the names of the buttons that were pressed since the last call, in turn."""
 
 
 LOOK_PERIOD = 0.06
-"""Period of looks at the buttons and at the file, s."""
+"""Period of sampling the buttons and the file, s."""
 
-SPEEDS, PEN_TRIM, MAX_NUDGE = (25.0, 100.0), 30.0, 10.0
-"""Bounds: per cent, degrees up and down, mm."""
+SPEED_BOUNDS, MAX_PEN_TRIM, MAX_NUDGE = (25.0, 100.0), 30.0, 10.0
+"""Bounds of orders: least and greatest speed, per cent; the pen's trim up and down, degrees of its
+motor; a nudge in x or y, mm."""
 
-BUTTON_SPEED, BUTTON_NUDGE = 0.1, 0.05
-"""What a press of a button changes: share of the planned speed, and cm."""
+SPEED_STEP, NUDGE_STEP = 0.1, 0.05
+"""Steps of one press of a button: share of the planned speed, and cm of a nudge."""
 
 NUDGES = {"up": (1, 0), "down": (-1, 0), "left": (0, 1), "right": (0, -1)}
-"""Where the arrows shift to, as whoever sits behind the arm sees it: x forward, y to the left."""
+"""Directions (x, y) of the arrows as seen from behind the arm: x forward, y to the left."""
 
-MAX_FILE = 4096
-"""So much of the file is read at once, bytes."""
+MAX_READ = 4096
+"""Greatest size of what is read of the file at once, bytes."""
 
-WORDS = {"pause": 0, "resume": 0, "abort": 0, "speed": 1, "pen": 1, "nudge": 2}
-"""Orders, and how many numbers follow each."""
+ORDER_NUMBERS = {"pause": 0, "resume": 0, "abort": 0, "speed": 1, "pen": 1, "nudge": 2}
+"""Orders, and the number of numbers that follow each."""
 
 
 class BadOrder(ArmError, ValueError):
@@ -56,55 +57,56 @@ class BadOrder(ArmError, ValueError):
 
 def read_order(text):
     # type: (str) -> Tuple[str, List[float]]
-    """(word, numbers) of one order.
+    """Return (word, numbers) of one order, the numbers in the units of its text.
 
     Raises:
         BadOrder: it is none.
     """
     words = text.split()
-    if not words or words[0] not in WORDS:
+    if not words or words[0] not in ORDER_NUMBERS:
         raise BadOrder(
             "'{}' is no order; write one of {}".format(
-                printable(text.strip()[:40]), ", ".join(sorted(WORDS))
+                printable(text.strip()[:40]), ", ".join(sorted(ORDER_NUMBERS))
             )
         )
     word, texts = words[0], words[1:]
     low, high, unit = {
-        "speed": SPEEDS + ("per cent",),
-        "pen": (-PEN_TRIM, PEN_TRIM, "degrees"),
+        "speed": SPEED_BOUNDS + ("per cent",),
+        "pen": (-MAX_PEN_TRIM, MAX_PEN_TRIM, "degrees"),
         "nudge": (-MAX_NUDGE, MAX_NUDGE, "mm"),
     }.get(word, (0, 0, ""))
     try:
         numbers = [float(x) for x in texts]
     except ValueError:
         numbers = [math.nan]
-    if len(texts) != WORDS[word] or not all(low <= x <= high for x in numbers):
-        what = ["nothing", "a number", "two numbers"][WORDS[word]]
-        bounds = " from {:g} to {:g} {}".format(low, high, unit) if WORDS[word] else ""
+    if len(texts) != ORDER_NUMBERS[word] or not all(low <= x <= high for x in numbers):
+        what = ["nothing", "a number", "two numbers"][ORDER_NUMBERS[word]]
+        bounds = " from {:g} to {:g} {}".format(low, high, unit) if ORDER_NUMBERS[word] else ""
         raise BadOrder("'{}': {} takes {}{}".format(printable(text[:40]), word, what, bounds))
     return word, numbers
 
 
 def orders_file():
     # type: () -> str
-    """Path of the file that orders are appended to."""
+    """Return the path of the file that orders are appended to."""
     return os.path.join(state_folder(), JOB_ORDERS_FILE)
 
 
 class JobOrders(object):
-    """What is wanted of the job that is drawn.
+    """The state that is wanted of the job that is drawn.
 
     Args:
-        share: of the planned speed, at first.
-        paused: whether it is to begin so.
-        presses: whose `pressed()` gives the names of buttons pressed since it was last asked.
-        path: of the file for the laptop's, which is emptied; None: there is none.
+        share: share of the planned speed, at first, 0.25 to 1.
+        paused: whether it is to begin paused.
+        presses: sources whose `pressed()` gives the buttons pressed since it was last called.
+        path: of the file for the laptop's orders, which is emptied; None: there is none.
 
     Attributes:
-        paused, aborted: whether it is to be.
-        share: of the planned speed.
-        pen: how much deeper the pen is to come down, rad of its motor.
-        notes: lines for people, to be taken out and said when nothing moves.
+        paused: whether it is to be paused.
+        aborted: whether it is to be aborted.
+        share: share of the planned speed, 0.25 to 1.
+        pen: depth that is added to the pen's, rad of its motor.
+        notes: lines for people, to be taken out and printed when nothing moves.
     """
 
     def __init__(self, share=1.0, paused=False, presses=(), path=None):
@@ -124,17 +126,17 @@ class JobOrders(object):
 
     def close(self):
         # type: () -> None
-        """Take no more."""
+        """Close the file of orders."""
         if self._file is not None:
             os.close(self._file)
             self._file = None
 
-    def look(self, now):
+    def sample(self, now):
         # type: (float) -> float
-        """Take what has come; the rate at which the plan is to go: 0 where it is to stand.
+        """Handle the orders that have come; return the wanted rate, 0 where it is to stand.
 
         Args:
-            now: s; more often than every LOOK_PERIOD nothing is looked at.
+            now: the clock's time, s; nothing is read more often than every LOOK_PERIOD.
         """
         if now >= self._due:
             self._due = now + LOOK_PERIOD
@@ -142,12 +144,12 @@ class JobOrders(object):
                 for button in source.pressed():
                     self._press(button)
             if self._file is not None:
-                self._take_lines(self._file)
+                self._handle_lines(self._file)
         return 0.0 if self.paused or self.aborted else self.share
 
-    def take(self, line):
+    def handle(self, line):
         # type: (str) -> None
-        """Take one order; what is none goes to the notes."""
+        """Handle one order; what is none goes to the notes."""
         try:
             word, numbers = read_order(line)
         except BadOrder as problem:
@@ -166,9 +168,9 @@ class JobOrders(object):
         else:
             self.notes.append("nudge: the job is not paused; pause it first")
 
-    def taken_nudge(self):
+    def pop_nudge(self):
         # type: () -> Optional[Tuple[float, ...]]
-        """(x, y) of how far to shift what follows, cm, told once; None: not at all."""
+        """Return (x, y) by which to shift what follows, cm, and forget it; None: not at all."""
         nudge, self._nudge = self._nudge, [0.0, 0.0]
         return tuple(nudge) if any(nudge) else None
 
@@ -177,29 +179,29 @@ class JobOrders(object):
         if button == "enter":
             self.paused = not self.paused
         elif button in NUDGES and self.paused:
-            self._nudge = [a + BUTTON_NUDGE * b for a, b in zip(self._nudge, NUDGES[button])]
+            self._nudge = [a + NUDGE_STEP * b for a, b in zip(self._nudge, NUDGES[button])]
         elif button in ("up", "down"):
-            step = BUTTON_SPEED if button == "up" else -BUTTON_SPEED
-            low, high = (x / 100 for x in SPEEDS)
+            step = SPEED_STEP if button == "up" else -SPEED_STEP
+            low, high = (x / 100 for x in SPEED_BOUNDS)
             self.share = min(max(round(self.share + step, 2), low), high)
 
-    def _take_lines(self, file):
+    def _handle_lines(self, file):
         # type: (int) -> None
         os.lseek(file, self._begin, os.SEEK_SET)
-        data = os.read(file, MAX_FILE)
+        data = os.read(file, MAX_READ)
         if data == self._read:
             return
         # Who writes by ">" and not by ">>" begins the file anew.
         fresh = data[len(self._read) :] if data.startswith(self._read) else data
-        whole = len(data) - len(fresh) + fresh.rfind(b"\n") + 1
-        lines = data[len(data) - len(fresh) : whole]
-        self._read = data[:whole]
+        end = len(data) - len(fresh) + fresh.rfind(b"\n") + 1
+        lines = data[len(data) - len(fresh) : end]
+        self._read = data[:end]
         for line in lines.decode("ascii", "replace").splitlines():
-            self.take(line)
-        if len(self._read) > MAX_FILE // 2:
+            self.handle(line)
+        if len(self._read) > MAX_READ // 2:
             self._begin, self._read = self._begin + len(self._read), b""
-        elif len(data) == MAX_FILE and not lines:
-            self._begin, self._read = self._begin + MAX_FILE, b""  # one endless line
+        elif len(data) == MAX_READ and not lines:
+            self._begin, self._read = self._begin + MAX_READ, b""  # one endless line
 
 
 # ---- who is there
@@ -212,10 +214,10 @@ BUTTON_NAMES = {103: "up", 108: "down", 105: "left", 106: "right", 28: "enter"}
 
 
 class Buttons(object):
-    """The brick's own; those held down when it begins were meant for something else.
+    """The brick's own buttons; those held down when it begins were meant for something else.
 
-    Their events are read, which the system keeps: while a stroke is read and planned nobody looks
-    for seconds, and a press that comes and goes meanwhile would not be seen in what is down.
+    Their events are read, which the system queues: while a stroke is read and planned nobody
+    samples for seconds, and a press that comes and goes meanwhile would be missed by the state.
     """
 
     def __init__(self):
@@ -226,12 +228,12 @@ class Buttons(object):
 
     def close(self):
         # type: () -> None
-        """Hear no more of them."""
+        """Close their events."""
         self._events.close()
 
     def pressed(self):
         # type: () -> List[str]
-        """Names of those that were pressed since, in turn."""
+        """Return the names of those that were pressed since the last call, in turn."""
         found = []  # type: List[str]
         while True:
             event = self._events.read_one()
@@ -243,7 +245,7 @@ class Buttons(object):
 
 def _in_background(terminal):
     # type: (int) -> bool
-    """Whether the program would be stopped if it asked this terminal for anything."""
+    """Return whether the system would stop the program if it read from this terminal."""
     try:
         return os.tcgetpgrp(terminal) != os.getpgrp()
     except OSError:  # it is not the terminal of its session
@@ -254,14 +256,14 @@ KEYS = {
     b"\n": "enter", b"\r": "enter", b" ": "enter",
     b"\x1b[A": "up", b"\x1b[B": "down", b"\x1b[C": "right", b"\x1b[D": "left",
 }  # fmt: skip
-"""What a terminal sends for the keys that stand for buttons."""
+"""Names of buttons by what a terminal sends for the keys that stand for them."""
 
 
 class Keys(object):
     """The keys of the terminal that the program was started in, until `close`.
 
     Attributes:
-        names: what a key is called, by what the terminal sends; others mean nothing.
+        names: names of keys by what the terminal sends; others mean nothing.
 
     Raises:
         OSError, ImportError: there is none.
@@ -285,12 +287,12 @@ class Keys(object):
 
     def close(self):
         # type: () -> None
-        """Let the terminal treat keys as before."""
+        """Restore how the terminal treats keys."""
         self._termios.tcsetattr(self._terminal, self._termios.TCSADRAIN, self._before)
 
     def pressed(self):
         # type: () -> List[str]
-        """As of Buttons."""
+        """Return the names of the keys that were pressed since the last call, in turn."""
         if not self._select([self._terminal], [], [], 0)[0]:
             return []
         typed = os.read(self._terminal, 64)

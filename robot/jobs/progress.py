@@ -1,4 +1,20 @@
-"""What a job leaves on file: how far it has come, so that it goes on after a crash."""
+"""Progress of a job on file, by which an interrupted drawing is resumed.
+
+Ink stays, so a job that goes on must neither draw a line twice nor leave one out, and must meet
+what is drawn already. It is written down with the pen up, before each stroke and after the last:
+never in motion, where a write to the card could stop a control tick for as long as the card likes.
+
+    stroke, repeat   the stroke is drawn again from its start if it was under way: after a crash
+                     nobody knows how far it came, and a line drawn twice in one place harms less
+                     than a gap. An ordered pause, on the contrary, goes on in mid-stroke (PenPath).
+    crc              names the file: another job, or a job planned anew, never resumes this one
+    zeros            counts at joint angle 0. Equal zeros: the arm is where it was to within the
+                     encoders. Others: it was homed anew, and the whole drawing is shifted by what
+                     homing missed; runner.max_offset tells how far, and a nudge corrects it.
+    pen              the pen's trim, which was found by looking at the ink
+
+A file is replaced in one step (write_whole): after a crash there is the old or the new one.
+"""
 
 import errno
 import json
@@ -21,14 +37,15 @@ else:
     SavedProgress = record("SavedProgress", "stroke repeat zeros pen")
 
 SUFFIX = ".job"
-"""Of the files in the folder of jobs."""
+"""Ending of the names of files in the folder of jobs."""
 
-SavedProgress.__doc__ = """How far a job has come.
+SavedProgress.__doc__ = """Place that a job has come to.
 
-stroke  the next one to draw, from 1 on; one more than there are: all of this time's are drawn
-repeat  which time it is drawn, from 1 on
+stroke  number of the next one to draw, from 1 on; one more than there are: all of this repeat's
+        are drawn
+repeat  number of the repeat, from 1 on
 zeros   counts at joint angle 0, by port, as they were then
-pen     how much deeper the pen came down, rad
+pen     depth that was added to the pen's, rad of its motor
 """
 
 
@@ -38,19 +55,22 @@ class NoJob(ArmError, OSError):
 
 def jobs_folder():
     # type: () -> str
-    """Where jobs are kept, and how far they have come."""
+    """Return the folder of jobs, and of how far they have come."""
     return os.path.join(state_folder(), JOBS_FOLDER)
 
 
 def find_job(name):
     # type: (str) -> str
-    """Path of a job's file, given so, or by its name in the folder of jobs.
+    """Return the path of a job's file.
+
+    Args:
+        name: its path, or its name in the folder of jobs, with or without SUFFIX.
 
     Raises:
         NoJob: there is none.
     """
-    kept = os.path.join(jobs_folder(), name if name.endswith(SUFFIX) else name + SUFFIX)
-    for path in (name, kept):
+    stored = os.path.join(jobs_folder(), name if name.endswith(SUFFIX) else name + SUFFIX)
+    for path in (name, stored):
         if os.path.isfile(path):
             return path
     if os.path.exists(name):
@@ -60,13 +80,13 @@ def find_job(name):
 
 def progress_file(crc):
     # type: (int) -> str
-    """Path of the file of a job, by the checksum of its contents."""
+    """Return the path of the progress of a job, by the checksum of its contents."""
     return os.path.join(jobs_folder(), "{:08x}.progress".format(crc))
 
 
 def write_whole(path, text):
     # type: (str, str) -> None
-    """Write a small file, whole or not at all; OSError where there is no room."""
+    """Write a small file completely or not at all; OSError where there is no room."""
     draft, data = path + ".part", text.encode("utf-8")
     file = open_to_write(draft)
     try:
@@ -79,7 +99,7 @@ def write_whole(path, text):
 
 def save_progress(crc, progress):
     # type: (int, SavedProgress) -> None
-    """Put it on file; raises OSError."""
+    """Write a SavedProgress to the file of a job; raises OSError."""
     path = progress_file(crc)
     os.makedirs(os.path.dirname(path), exist_ok=True)
     write_whole(path, json.dumps(progress._asdict(), sort_keys=True))
@@ -87,17 +107,21 @@ def save_progress(crc, progress):
 
 def forget_progress(crc):
     # type: (int) -> None
-    """The job is done, or begins anew."""
+    """Remove the progress of a job, which is done or begins anew."""
     if os.path.exists(progress_file(crc)):
         os.remove(progress_file(crc))
 
 
 def load_progress(crc, strokes):
     # type: (int, int) -> SavedProgress
-    """The SavedProgress on file of a job of so many strokes.
+    """Return the SavedProgress on file of a job.
+
+    Args:
+        crc: checksum of the job.
+        strokes: number of its strokes.
 
     Raises:
-        NoJob: there is none, or it is spoilt.
+        NoJob: there is none, or it is invalid.
     """
     path = progress_file(crc)
     try:

@@ -1,4 +1,4 @@
-"""What a job that is drawn tells of itself: lines for people, and a file for whoever watches.
+"""Report of a job that is drawn: lines for people, and a status file for whoever watches.
 
 The file holds one JSON object, replaced as a whole:
 
@@ -39,43 +39,45 @@ else:
 SAY_PERIOD, WRITE_PERIOD = 5.0, 2.0
 """Least times between two lines for people, and between two writes in motion, s."""
 
-TRUSTED_TIME, PACES = 10.0, (0.5, 5.0)
-"""From so much of the planned time on, s, the pace so far counts; and its bounds."""
+MIN_TRUSTED_TIME, PACE_BOUNDS = 10.0, (0.5, 5.0)
+"""Least planned time that is drawn before the pace so far counts, s; and bounds of the pace, real
+time over planned time."""
 
-TEXT = (
+STATUS_FORMAT = (
     '{"state": "%s", %s, "stroke": %d, "cm": %.1f, "left_s": %.0f, "repeat": %d, "tip": %s, '
     '"volts": %s, "speed": %.0f, "pen": %.1f, "reason": %s}'
 )
-"""Of the file."""
+"""Format of the status file."""
 
-Place.__doc__ = """Where in its job the arm is.
+Place.__doc__ = """Place of the arm in its job.
 
-repeat   which time it is drawn, from 1 on
-stroke   from 1 on
-cm       drawn so far of this time
+repeat   number of the repeat, from 1 on
+stroke   number of the stroke, from 1 on
+cm       length drawn so far of this repeat
 planned  time from the job's start to there, as planned, s
 """
 
 
 def status_file():
     # type: () -> str
-    """Path of the file of whichever job is drawn, or was last."""
+    """Return the path of the status file of the job that is drawn, or was last."""
     return os.path.join(state_folder(), JOB_STATUS_FILE)
 
 
 class JobReport(object):
-    """What is told of one job.
+    """The report of one job.
 
     Args:
         header: shared.job.JobHeader.
-        crc: of the job.
+        crc: checksum of the job.
         clock: has `now()`.
-        repeats: how often it is drawn.
+        repeats: number of times it is drawn.
         say: called with each line for people.
-        path: of the file; None: nobody watches.
+        path: of the status file; None: nobody watches.
 
     Attributes:
-        state: the last that was told.
+        say: as given.
+        state: the last that was reported.
     """
 
     def __init__(self, header, crc, clock, repeats=1, say=print, path=None):
@@ -97,23 +99,24 @@ class JobReport(object):
         self._tip = None  # type: Optional[Sequence[float]]
         self._said_at = self._wrote_at = -math.inf
         self._worked = self._planned = 0.0
-        self._at = 0.0  # when it was told last, s
+        self._at = 0.0  # time of the last update, s
 
     def due(self, now):
         # type: (float) -> bool
-        """Whether it is time to tell in motion where it is."""
+        """Return whether an update in motion is due at the time `now`, s."""
         return now - self._wrote_at >= WRITE_PERIOD
 
-    def tell(self, state, place, orders, tip=None, moving=False, reason=""):
+    def update(self, state, place, orders, tip=None, moving=False, reason=""):
         # type: (str, Place, JobOrders, Optional[Sequence[float]], bool, str) -> None
-        """Tell how it goes.
+        """Write the status file, and print lines for people where the tip stands.
 
         Args:
             state: see above.
             place: Place.
-            orders: robot.jobs.orders.JobOrders.
-            tip: cm; None on the way.
-            moving: whether the tip moves, so that nothing may take long: nothing is said then.
+            orders: robot.jobs.orders.JobOrders, whose notes are printed and removed.
+            tip: (x, y) or (x, y, z), cm; None between strokes.
+            moving: whether the tip moves, so that nothing may take long: nothing is printed then.
+            reason: why it is in that state, for people; "" where there is none.
         """
         now = self._clock.now()
         self._keep_time(now, place, orders)
@@ -139,7 +142,7 @@ class JobReport(object):
 
     def _keep_time(self, now, place, orders):
         # type: (float, Place, JobOrders) -> None
-        """Note what was worked since the last time, as if at the planned speed, s."""
+        """Sum up the time since the last update, as if at the planned speed, s."""
         before = self._place
         if before and self.state == "drawing" and before.repeat == place.repeat:
             self._worked += (now - self._at) * orders.share
@@ -148,10 +151,15 @@ class JobReport(object):
 
     def left(self, place, share):
         # type: (Place, float) -> float
-        """How long it still takes, s."""
+        """Return the time that is left, s, all repeats.
+
+        Args:
+            place: Place of the arm.
+            share: share of the planned speed.
+        """
         pace = 1.0
-        if self._planned > TRUSTED_TIME:
-            pace = min(max(self._worked / self._planned, PACES[0]), PACES[1])
+        if self._planned > MIN_TRUSTED_TIME:
+            pace = min(max(self._worked / self._planned, PACE_BOUNDS[0]), PACE_BOUNDS[1])
         seconds = self._header.seconds
         planned = max(0.0, seconds - place.planned) + seconds * (self._repeats - place.repeat)
         return planned * pace / share
@@ -159,21 +167,21 @@ class JobReport(object):
     def _line(self, place, orders, reason):
         # type: (Place, JobOrders, str) -> str
         header = self._header
-        where = "{:.0f} %, stroke {} of {}".format(
+        progress = "{:.0f} %, stroke {} of {}".format(
             100 * place.cm / header.cm if header.cm else 100, place.stroke, header.strokes
         )
         if self._repeats > 1:
-            where += ", time {} of {}".format(place.repeat, self._repeats)
+            progress += ", time {} of {}".format(place.repeat, self._repeats)
         if self.state == "drawing":
             left = int(round(self.left(place, orders.share)))
-            return "{}, {}:{:02d} left".format(where, left // 60, left % 60)
-        return "{} at {}{}".format(self.state, where, ": " + reason if reason else "")
+            return "{}, {}:{:02d} left".format(progress, left // 60, left % 60)
+        return "{} at {}{}".format(self.state, progress, ": " + reason if reason else "")
 
     def _text(self, place, orders, reason):
         # type: (Place, JobOrders, str) -> str
         # (By hand: the brick takes 3 ms longer for a dictionary, and this is done in motion.)
         tip = self._tip
-        return TEXT % (
+        return STATUS_FORMAT % (
             self.state, self._fixed, place.stroke, place.cm, self.left(place, orders.share),
             place.repeat, "[%s]" % ", ".join(["%.2f" % x for x in tip]) if tip else "null",
             "null" if self._volts is None else "%.2f" % self._volts, 100 * orders.share,

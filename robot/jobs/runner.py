@@ -1,7 +1,9 @@
 """Draws a job: stroke by stroke, pausing on its path where that is ordered.
 
 All that takes the brick long is done while the pen is up: reading a stroke, planning how its
-backlash is crossed, files.
+backlash is crossed, files. So strokes that join are read ahead, until one does not join or their
+bytes fill MAX_CHAIN_SIZE, and are drawn in one go as a PenPath. The stroke read last, which does
+not join, is kept as the first of the next chain.
 """
 
 import contextlib
@@ -14,7 +16,7 @@ from robot.jobs.logbook import LoggingFeed
 from robot.jobs.orders import LOOK_PERIOD
 from robot.jobs.progress import SavedProgress, forget_progress, save_progress
 from robot.jobs.report import Place
-from robot.jobs.way import Way
+from robot.jobs.way import PenPath
 from robot.motion import kinematics
 from robot.motion.backlash import APPROACH_ACCELERATION, APPROACH_SPEED, pose_behind
 from robot.motion.feed import FeedOverride
@@ -36,34 +38,34 @@ if MYPY:
     from shared.arm_description import Arm, Joint  # noqa: F401
     from shared.job import Job, Stroke  # noqa: F401
 
-    class LogTaker(Protocol):
-        """Who takes what a job logs."""
+    class LogSink(Protocol):
+        """A receiver of what a job logs."""
 
         def add(self, rows):
             # type: (Sequence[LogRow]) -> None
-            """Take what was logged."""
+            """Add rows to the log."""
 
 
-LONGEST_CHAIN = 100000
-"""So many bytes of strokes that are joined are read before the pen comes down on the first: the
+MAX_CHAIN_SIZE = 100000
+"""Greatest size of joined strokes that are read before the pen comes down on the first, bytes: the
 brick has room for them. Where more are joined, it lifts."""
 
 CHECK_PERIOD = 1.0
-"""So often a paused arm is looked at, whether its motors are there, s."""
+"""Period of checking a paused arm for pulled cables, s."""
 
-LEAST_RATE = 0.7
-"""What is drawn is not slowed down more than to this rate: where it crosses a backlash the tip
-stands, the longer the lower the rate."""
+MIN_RATE = 0.7
+"""Least rate at which a plan is drawn, of 1: where it crosses a backlash the tip stands, the longer
+the lower the rate. Below, it is planned anew."""
 
 MAX_SHIFT = math.radians(10)
-"""A nudge turns no joint farther, rad."""
+"""Greatest turn of a joint by a nudge, rad."""
 
-BY_HAND = math.radians(1.0)
-"""How well a joint is put in its home pose by hand, rad."""
+HAND_ACCURACY = math.radians(1.0)
+"""Accuracy of putting a joint in its home pose by hand, rad."""
 
 
 class JobRunner(object):
-    """Draws a job with an arm whose zero is known.
+    """One drawing of a job with an arm whose zero is known.
 
     Args:
         arm: robot.motion.arm.RobotArm.
@@ -71,23 +73,23 @@ class JobRunner(object):
         job: shared.job.Job, for this arm.
         orders: robot.jobs.orders.JobOrders.
         report: robot.jobs.report.JobReport.
-        log: whose `add` takes the LogRows that the job asks for; None: nobody wants them.
-        dry: the pen stays up.
+        log: receiver, by `add`, of the LogRows that the job asks for; None: nobody wants them.
+        dry: whether the pen stays up.
     """
 
     def __init__(self, arm, clock, job, orders, report, log=None, dry=False):
-        # type: (RobotArm, Clock, Job, JobOrders, JobReport, Optional[LogTaker], bool) -> None
+        # type: (RobotArm, Clock, Job, JobOrders, JobReport, Optional[LogSink], bool) -> None
         self._arm, self._clock, self._job = arm, clock, job
         self._orders, self._report = orders, report
         self._log, self._dry = log, dry
         # (One that logs costs every tick two calls more.)
         logs = job.header.log if log else 0.0
-        self._feed = FeedOverride(self._look)
+        self._feed = FeedOverride(self._sample)
         if logs:
-            self._feed = LoggingFeed(self._look, logs)
+            self._feed = LoggingFeed(self._sample, logs)
         self._pen_is_down = None  # type: Optional[bool]
         self._repeat, self._place = 1, Place(1, 1, 0.0, 0.0)
-        # At which share of its speed what is drawn now was planned.
+        # The share of its speed at which what is drawn now was planned.
         self._share = 1.0
         # A job that is begun paused waits over its first point, one that is paused where it is.
         self._begun = False
@@ -98,10 +100,12 @@ class JobRunner(object):
 
     def run(self, first=1, repeat=1, repeats=1):
         # type: (int, int, int) -> bool
-        """Draw from the stroke `first` (from 1 on) on, then all again until the last of `repeats`.
+        """Draw from one stroke on, then all again until the last repeat.
 
         Args:
-            repeat: which time that is, from 1 on.
+            first: number of the stroke to begin with, from 1 on.
+            repeat: number of the repeat that this is, from 1 on.
+            repeats: number of times that all is drawn.
 
         Returns:
             Whether all was drawn; else it was aborted. The pen is up, the arm held.
@@ -118,66 +122,71 @@ class JobRunner(object):
             for self._repeat in range(repeat, repeats + 1):
                 if not self._draw_from(first if self._repeat == repeat else 1):
                     self._pen_up()
-                    self._tell("aborted")
+                    self._update("aborted")
                     return False
             forget_progress(self._job.crc)
-            self._tell("done")
+            self._update("done")
             return True
         except BaseException as error:
             stopped = not isinstance(error, Exception)
             if stopped:
                 ignore_signals()
             with contextlib.suppress(OSError):  # its terminal may be what has gone
-                self._tell("stopped" if stopped else "failed", str(error))
+                self._update("stopped" if stopped else "failed", str(error))
             raise
 
     # Strokes
 
     def _draw_from(self, k):
         # type: (int) -> bool
-        """Draw the strokes from the k-th on; False if that is aborted."""
+        """Draw the strokes from the k-th on; return False if that is aborted."""
         joints = self._arm.description.joints
         stroke = self._job.stroke(k)  # type: Optional[Stroke]
         self._place = self._before(k, stroke)
         self._save(k, self._repeat)
-        self._tell("drawing")
+        self._update("drawing")
         while stroke is not None:
             chain, after = self._chain(k, stroke)
-            self._way = Way(self._job, k, chain, self._repeat, joints)
+            self._path = PenPath(self._job, k, chain, self._repeat, joints)
             self._change_pen(stroke.layer)
             if os.environ.get(PLAN):
-                announce([self._way.points(self._arm.description)])
-            if not self._follow(self._way, joints):
+                announce([self._path.points(self._arm.description)])
+            if not self._follow(self._path, joints):
                 return False
             k, stroke = k + len(chain), after
             self._save(k, self._repeat)
             self._place = self._before(k, stroke)
             if stroke is not None:
-                self._tell("drawing")
+                self._update("drawing")
         return True
 
     def _chain(self, k, stroke):
         # type: (int, Stroke) -> Tuple[List[Stroke], Optional[Stroke]]
-        """The strokes from the k-th on, given, that are drawn in one go; and the one after them."""
+        """Return the strokes that are drawn in one go, and the one after them, or None.
+
+        Args:
+            k: number of the first, from 1 on.
+            stroke: the first.
+        """
         chain, size = [stroke], self._job.size(k)
         for n in range(k + 1, self._job.header.strokes + 1):
             after = self._job.stroke(n)
             size += self._job.size(n)
             other_pen = self._job.header.pens and after.layer != stroke.layer
-            if size > LONGEST_CHAIN or other_pen or self._job.header.rest:
+            if size > MAX_CHAIN_SIZE or other_pen or self._job.header.rest:
                 return chain, after
             if not joined(chain[-1], after):
                 return chain, after
             chain.append(after)
         return chain, None
 
-    def _follow(self, way, joints):
-        # type: (Way, Sequence[Joint]) -> bool
-        """Draw from pen down to pen up; False if that is aborted."""
+    def _follow(self, path, joints):
+        # type: (PenPath, Sequence[Joint]) -> bool
+        """Draw from pen down to pen up; return False if that is aborted."""
         is_there = False
-        while way.pieces:
+        while path.pieces:
             self._share = self._orders.share
-            self._motions = way.motions(self._share)
+            self._motions = path.motions(self._share)
             if not self._is_ready(self._motions[0], joints, is_there):
                 return False
             is_there = True
@@ -188,50 +197,50 @@ class JobRunner(object):
             self._pen_up()
             feed = self._feed
             if self._log and self._job.header.log and isinstance(feed, LoggingFeed):
-                self._log.add(feed.rows(way.place))
+                self._log.add(feed.rows(path.place))
             if not feed.held:
-                self._rest(way)
+                self._rest(path)
                 break
-            self._place = way.place(feed.index, feed.tau)
-            way.cut(feed.index, feed.tau)
+            self._place = path.place(feed.index, feed.tau)
+            path.cut(feed.index, feed.tau)
         return not self._orders.aborted
 
-    def _rest(self, way):
-        # type: (Way) -> None
-        """Stand for a while at the end of a way, and log where that is."""
+    def _rest(self, path):
+        # type: (PenPath) -> None
+        """Stand for a while at the end of a path, and log where that is."""
         rest, clock = self._job.header.rest, self._clock
         until = clock.now() + rest
         while rest and clock.now() < until:
             clock.sleep(min(LOOK_PERIOD, max(0.0, until - clock.now())))
-            self._orders.look(clock.now())
+            self._orders.sample(clock.now())
             if self._orders.aborted:
                 return
         if rest and self._log:
-            end = way.end()
+            end = path.end()
             q = tuple([motor.angle() for motor in self._arm.joints])
             self._log.add([LogRow(end.stroke, end.planned, clock.now(), True, q)])
 
-    def _look(self, now):
+    def _sample(self, now):
         # type: (float) -> float
-        """The rate that is wanted, in motion."""
-        if not self._orders.look(now):
+        """Return the wanted rate of the plan, 0 to 1, at the time `now` (s) in motion."""
+        if not self._orders.sample(now):
             return 0.0
         # What is ordered beyond these is planned anew, with the pen up.
         rate = self._orders.share / self._share
-        if not LEAST_RATE <= rate <= 1.0:
+        if not MIN_RATE <= rate <= 1.0:
             return 0.0
         if self._report.due(now):
-            self._place = self._way.place(self._feed.index, self._feed.reached)
+            self._place = self._path.place(self._feed.index, self._feed.reached)
             q, _ = self._motions[self._feed.index].at(self._feed.reached)
             tip = kinematics.forward(self._arm.description, q)
-            self._report.tell("drawing", self._place, self._orders, tip, moving=True)
+            self._report.update("drawing", self._place, self._orders, tip, moving=True)
         return rate
 
     # With the pen up
 
     def _is_ready(self, motion, joints, is_there):
         # type: (Trajectory, Sequence[Joint], bool) -> bool
-        """Be where a motion begins, its backlash taken up, and not paused; False if aborted."""
+        """Wait where a motion begins, backlash taken up, until not paused; False if aborted."""
         while not self._orders.aborted:
             if not is_there and not (self._orders.paused and self._begun):
                 is_there = self._approach(motion, joints)
@@ -242,19 +251,19 @@ class JobRunner(object):
                     self._begun = True
                     return True
                 continue
-            self._tell("paused", self._why)
+            self._update("paused", self._why)
             is_there = self._stand(motion, joints, is_there)
             self._why = ""
             if self._touch_up and not self._orders.aborted:
                 self._touch_up, self._begun, self._orders.paused = False, False, True
                 self._why = "nudge the tip until it meets what is drawn, then resume"
             elif not self._orders.aborted:
-                self._tell("drawing")
+                self._update("drawing")
         return False
 
     def _change_pen(self, layer):
         # type: (str) -> None
-        """Have the pen of a layer put in, if another is in the holder."""
+        """Pause for the pen of a layer to be put in, if another is in the holder."""
         pens = self._job.header.pens
         if not pens or self._dry or layer == self._pen:
             return
@@ -264,31 +273,31 @@ class JobRunner(object):
 
     def _approach(self, motion, joints):
         # type: (Trajectory, Sequence[Joint]) -> bool
-        """Go there from behind, as RobotArm.pre_approach; False if an order came between."""
+        """Go there from behind, as RobotArm.pre_approach; return False if an order came between."""
         orders, was_paused = self._orders, self._orders.paused
 
         def is_over():
             # type: () -> bool
             return orders.aborted or (orders.paused and not was_paused)
 
-        def look(now, links):
+        def on_tick(now, links):
             # type: (float, Sequence[float]) -> Optional[object]
-            orders.look(now)
+            orders.sample(now)
             return STOP if is_over() else None
 
         self._pen_up()
-        self._arm.go_to(pose_behind(joints, motion), on_tick=look)
+        self._arm.go_to(pose_behind(joints, motion), on_tick=on_tick)
         if not is_over():
-            self._arm.go_to(motion.start, APPROACH_SPEED, APPROACH_ACCELERATION, look)
+            self._arm.go_to(motion.start, APPROACH_SPEED, APPROACH_ACCELERATION, on_tick)
         return not is_over()
 
     def _stand(self, motion, joints, is_there):
         # type: (Trajectory, Sequence[Joint], bool) -> bool
-        """Hold until the job is resumed or aborted; whether the arm is still where it was."""
+        """Hold until the job is resumed or aborted; return whether the arm is where it was."""
         orders, clock = self._orders, self._clock
         check_at = clock.now() + CHECK_PERIOD
         while True:
-            nudge = orders.taken_nudge()
+            nudge = orders.pop_nudge()
             if nudge and not orders.aborted:
                 self._nudge(nudge, motion)
                 is_there = self._approach(motion, joints)
@@ -299,7 +308,7 @@ class JobRunner(object):
                 return is_there
             clock.sleep(LOOK_PERIOD)
             now = clock.now()
-            orders.look(now)
+            orders.sample(now)
             if now >= check_at:
                 check_at = now + CHECK_PERIOD
                 for motor in self._arm.joints:
@@ -307,15 +316,16 @@ class JobRunner(object):
 
     def _nudge(self, nudge, motion):
         # type: (Sequence[float], Trajectory) -> None
-        """Correct the joints' zero so that the tip comes down so much farther, cm.
+        """Correct the joints' zero so that the tip comes down farther by `nudge`, (x, y), cm.
 
-        So an arm that was homed anew, a little off, draws on where it left off, and not only there.
+        Homing anew leaves an offset of the joints' angles, not of the tip's place. So the zero is
+        corrected: then what is drawn meets here and elsewhere.
         """
         description = self._arm.description
         p = kinematics.forward(description, motion.start)
-        there = tuple(a + b for a, b in zip(p, nudge)) + tuple(p[2:])
+        nudged = tuple(a + b for a, b in zip(p, nudge)) + tuple(p[2:])
         try:
-            q = kinematics.inverse(description, there, near=motion.start)
+            q = kinematics.inverse(description, nudged, near=motion.start)
         except kinematics.Unreachable as problem:
             self._orders.notes.append("not shifted: {}".format(problem))
             return
@@ -342,18 +352,18 @@ class JobRunner(object):
             self._arm.move_pen(pen.down + deeper if down else pen.up)
             self._pen_is_down = down
 
-    # Telling
+    # Reporting
 
     def _before(self, k, stroke):
         # type: (int, Optional[Stroke]) -> Place
-        """The Place where the k-th stroke begins; where there is none, the end."""
+        """Return the Place where the k-th stroke begins; where there is none, the end."""
         header = self._job.header
         planned = stroke.start_s if stroke else header.seconds
         return Place(self._repeat, min(k, header.strokes), self._job.cm_before(k), planned)
 
-    def _tell(self, state, reason=""):
+    def _update(self, state, reason=""):
         # type: (str, str) -> None
-        self._report.tell(state, self._place, self._orders, reason=reason)
+        self._report.update(state, self._place, self._orders, reason=reason)
 
     def _save(self, k, repeat):
         # type: (int, int) -> None
@@ -372,9 +382,12 @@ def _quoted(layer):
     return "'{}'".format(layer) if layer else "what has no layer"
 
 
-def apart(arm, motors, stroke, same_zero):
+def max_offset(arm, motors, stroke, same_zero):
     # type: (Arm, Sequence[Motor], Stroke, bool) -> float
-    """How far what is drawn now may lie from what was drawn before, at the most, cm.
+    """Return the greatest distance of what is drawn now from where it was meant before, cm.
+
+    To first order a joint that is off by d moves the tip by |J_k| d, J_k its column of the Jacobian
+    (a lever, cm/rad). The worst case is their sum; errors of homing have no known distribution.
 
     Args:
         arm: shared.arm_description.Arm.
@@ -390,6 +403,6 @@ def apart(arm, motors, stroke, same_zero):
     for joint, motor, lever in zip(arm.joints, motors, levers):
         off = motor.resolution  # half a count each time
         if not same_zero:
-            off += BY_HAND if joint.find_home == "here" else 2 * motor.resolution
+            off += HAND_ACCURACY if joint.find_home == "here" else 2 * motor.resolution
         total += lever * off
     return total

@@ -1,6 +1,16 @@
-"""The way of the pen from down to up, and where on it the arm is.  Pure."""
+"""The path of the pen from down to up, and where on it the arm is.  Pure.
 
-from robot.jobs.learned import check_way, merged
+A pause holds the plan at its own time tau (robot.motion.feed), pen up. To go on, the path is cut
+there: the piece under way is replaced by its rest, begun at speed 0, on the same cubics. So the tip
+comes down on the very point that it left, and speeds up from there. To plan the rest anew would
+move it off its path by rounding, and take the brick seconds.
+
+Offsets that a camera has taught are part of the pieces; `planned` holds the pieces without, for two
+uses: the path as it is wished, for whoever watches, and the joints' turning points, where backlash
+is crossed. Both are cut together, so that they stay in step.
+"""
+
+from robot.jobs.learned import check_continuity, merged
 from robot.jobs.report import Place
 from robot.motion import kinematics
 from robot.motion.feed import rest_of, same_place, slowed
@@ -15,18 +25,18 @@ if MYPY:
     from shared.job_pieces import Piece  # noqa: F401
 
 PIECES_PER_SEGMENT = 2
-"""Straight parts of the wanted path, told to whoever watches, between two knots."""
+"""Number of straight parts, between two knots, of the wanted path as it is shown."""
 
 
-class Way(object):
-    """What is drawn from pen down to pen up: the pieces of one stroke, or of some that are joined.
+class PenPath(object):
+    """The path from pen down to pen up: the pieces of one stroke, or of some that are joined.
 
     Args:
         job: shared.job.Job.
-        k: number of the first stroke.
-        chain: Strokes.
-        repeat: which time the job is drawn.
-        joints: the arm's.
+        k: number of the first stroke, from 1 on.
+        chain: shared.job.Strokes that are joined.
+        repeat: number of the repeat, from 1 on.
+        joints: the arm's shared.arm_description.Joints.
 
     Attributes:
         pieces: (times, segments, end) of what is not drawn yet, with what was learned of it.
@@ -45,7 +55,7 @@ class Way(object):
         for n, stroke in enumerate(chain, k):
             self._planned += stroke.pieces
             learned = merged(job.path, n, stroke, joints, job.between)
-            check_way(job.path, n, self.pieces, learned)
+            check_continuity(job.path, n, self.pieces, learned)
             seconds = sum([piece[0][-1] for piece in stroke.pieces])
             planned, cm = stroke.start_s, job.cm_before(n)
             for piece in learned:
@@ -56,7 +66,7 @@ class Way(object):
 
     def motions(self, share):
         # type: (float) -> List[Trajectory]
-        """Trajectories of what is not drawn yet, at a share of the planned speed."""
+        """Return Trajectories of what is not drawn yet, at a share of the planned speed."""
         drawn = [slowed(p, share) for p in self.pieces] if share < 1.0 else self.pieces
         self._drawn = drawn  # type: List[Piece]
         return [
@@ -66,19 +76,19 @@ class Way(object):
 
     def place(self, index, tau):
         # type: (int, float) -> Place
-        """The Place at the time `tau` (s) of a motion."""
+        """Return the Place at the time `tau` (s) of the motion of that index."""
         n, planned, cm, speed = self._starts[index]
         tau = max(same_place(self.pieces[index], self._drawn[index], tau), 0.0)
         return Place(self._repeat, n, cm + speed * tau, planned + tau)
 
     def end(self):
         # type: () -> Place
-        """The Place where all of it is drawn."""
+        """Return the Place where all of it is drawn."""
         return self.place(len(self.pieces) - 1, self._drawn[-1][0][-1])
 
     def cut(self, index, tau):
         # type: (int, float) -> None
-        """All before the time `tau` (s) of a motion is drawn."""
+        """Cut off what is drawn: all before the time `tau` (s) of the motion of that index."""
         tau = same_place(self.pieces[index], self._drawn[index], tau)
         piece, planned = self.pieces[index], self._planned[index]
         rest = rest_of(piece, tau)  # type: Optional[Piece]
@@ -88,21 +98,21 @@ class Way(object):
         self._planned = self._planned[index + 1 :]
         if rest is None:
             return
-        whole = None if planned is piece else rest_of(planned, tau)  # type: Optional[Piece]
+        planned_rest = None if planned is piece else rest_of(planned, tau)  # type: Optional[Piece]
         tau = max(tau, 0.0)
         self._starts.insert(0, (n, seconds + tau, cm + speed * tau, speed))
         self.pieces.insert(0, rest)
-        self._planned.insert(0, rest if whole is None else _in_time_of(rest, whole))
+        self._planned.insert(0, rest if planned_rest is None else _in_time_of(rest, planned_rest))
 
     def points(self, arm):
         # type: (Arm) -> List[Tuple[float, ...]]
-        """The tip's way, cm, as it is wished."""
+        """Return points (x, y) or (x, y, z) of the tip's path, cm, as it is wished."""
         out = []
         for times, segments, _ in self._planned:
             for t, t_end, (v, a, cubics, _) in zip(times, times[1:], segments):
-                whole = (t_end - t) * (v + 0.5 * a * (t_end - t))
+                length = (t_end - t) * (v + 0.5 * a * (t_end - t))
                 for n in range(PIECES_PER_SEGMENT):
-                    s = whole * n / PIECES_PER_SEGMENT
+                    s = length * n / PIECES_PER_SEGMENT
                     q = [c0 + s * (c1 + s * (c2 + s * c3)) for c0, c1, c2, c3 in cubics]
                     out.append(kinematics.forward(arm, q))
         return out + [kinematics.forward(arm, self._planned[-1][2])]
@@ -110,7 +120,7 @@ class Way(object):
 
 def _in_time_of(piece, planned):
     # type: (Piece, Piece) -> Piece
-    """What a piece was without what was learned, at the speeds at which the piece is drawn."""
+    """Return a piece without what was learned, at the speeds at which `piece` is drawn."""
     times, segments, _ = piece
     now = [
         (v, a, cubics, across) for (v, a, _, _), (_, _, cubics, across) in zip(segments, planned[1])

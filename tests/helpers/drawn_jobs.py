@@ -35,7 +35,7 @@ class Drawn:
         )
         self.begin = rig.world.now()
         for t, order in orders:
-            rig.world.at(self.begin + t, lambda order=order: self.orders.take(order))
+            rig.world.at(self.begin + t, lambda order=order: self.orders.handle(order))
 
     def run(self, *args, **options):
         done = self.runner.run(*args, **options)

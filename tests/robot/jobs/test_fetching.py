@@ -7,7 +7,7 @@ import pytest
 from offered_jobs import job_file
 
 from laptop.see.serve.job_offer import JobOffer
-from robot.jobs.fetching import ASK_AGAIN, FETCH_TIMEOUT, JobFetching, NotFetched
+from robot.jobs.fetching import FETCH_TIMEOUT, RETRY_PERIOD, JobFetching, NotFetched
 from shared.job import BadJob
 from shared.job_messages import Draw, JobPart, Want, part_of
 
@@ -27,7 +27,7 @@ def fetch(fetching, offer, t=0.0, until=None):
     while not fetching.whole and (until is None or fetching.part < until):
         want = fetching.due(t, True)
         assert want == Want(offer.draw.crc, fetching.part)
-        fetching.take(offer.part(want), t)
+        fetching.handle(offer.part(want), t)
     return fetching
 
 
@@ -59,14 +59,14 @@ def test_a_lost_link_costs_one_part(offer, target):
     assert fetching.due(1.1, True) is None, "it is on its way"
     assert fetching.due(1.2, False) is None
     assert fetching.due(1.3, True).part == 2, "on a new link it is asked for at once"
-    fetch(fetching, offer, 1.4 + ASK_AGAIN)
+    fetch(fetching, offer, 1.4 + RETRY_PERIOD)
 
 
 def test_a_part_that_does_not_come_is_asked_for_again_and_then_given_up(offer, target):
     fetching = JobFetching(offer.draw, str(target), 0.0)
     assert fetching.due(0.0, True).part == 0
-    assert fetching.due(0.9 * ASK_AGAIN, True) is None
-    assert fetching.due(1.1 * ASK_AGAIN, True).part == 0
+    assert fetching.due(0.9 * RETRY_PERIOD, True) is None
+    assert fetching.due(1.1 * RETRY_PERIOD, True).part == 0
     with pytest.raises(
         NotFetched, match="0 of . parts of 'a line' have come, and no more for 21 s"
     ):
@@ -77,9 +77,9 @@ def test_a_part_that_does_not_come_is_asked_for_again_and_then_given_up(offer, t
 
 def test_what_was_not_asked_for_is_left(offer, target):
     fetching = fetch(JobFetching(offer.draw, str(target), 0.0), offer, until=2)
-    fetching.take(offer.part(Want(offer.draw.crc, 0)), 0.0)
-    fetching.take(offer.part(Want(offer.draw.crc, 3)), 0.0)
-    fetching.take(JobPart(offer.draw.crc ^ 1, 2, "aaaa"), 0.0)
+    fetching.handle(offer.part(Want(offer.draw.crc, 0)), 0.0)
+    fetching.handle(offer.part(Want(offer.draw.crc, 3)), 0.0)
+    fetching.handle(JobPart(offer.draw.crc ^ 1, 2, "aaaa"), 0.0)
     assert fetching.part == 2
     fetching.close()
     assert offer.part(Want(offer.draw.crc ^ 1, 0)) is None
@@ -106,7 +106,7 @@ def test_what_is_not_as_it_was_offered_is_refused(offer, target, wrong, tmp_path
 
     def take_all():
         for k in range(draw.parts):
-            fetching.take(part_of(packed, crc, k), 0.0)
+            fetching.handle(part_of(packed, crc, k), 0.0)
 
     with pytest.raises(NotFetched, match="'it' did not come as it was offered"):
         take_all()

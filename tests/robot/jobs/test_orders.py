@@ -7,8 +7,8 @@ import pytest
 
 from robot.jobs.orders import (
     LOOK_PERIOD,
-    PEN_TRIM,
-    SPEEDS,
+    MAX_PEN_TRIM,
+    SPEED_BOUNDS,
     BadOrder,
     JobOrders,
     Keys,
@@ -29,7 +29,7 @@ class Pressed:
 
 def looked(orders, times):
     """The rates that so many looks give."""
-    return [orders.look(k * 1.01 * LOOK_PERIOD) for k in range(times)]
+    return [orders.sample(k * 1.01 * LOOK_PERIOD) for k in range(times)]
 
 
 @pytest.mark.parametrize(
@@ -86,9 +86,9 @@ def test_orders_come_from_lines_that_are_appended_to_a_file(tmp_path):
     def told(text, how="a"):
         with open(str(path), how) as file:
             file.write(text)
-        return orders.look(next(now))
+        return orders.sample(next(now))
 
-    assert orders.look(next(now)) == 1.0
+    assert orders.sample(next(now)) == 1.0
     assert not orders.aborted
     assert told("pause\n") == 0.0
     assert told("res") == 0.0  # the rest is to come
@@ -101,7 +101,7 @@ def test_orders_come_from_lines_that_are_appended_to_a_file(tmp_path):
     assert orders.pen == pytest.approx(math.radians(1999 % 30))
     assert told("x" * 20000) == 0.3
     for _ in range(10):
-        orders.look(next(now))
+        orders.sample(next(now))
     assert told("\nabort\n") == 0.0
     assert orders.aborted
     orders.close()
@@ -118,7 +118,7 @@ def test_between_looks_nothing_costs_anything():
 
     orders = JobOrders(presses=[Counting()])
     for k in range(100):
-        orders.look(k * LOOK_PERIOD / 10)
+        orders.sample(k * LOOK_PERIOD / 10)
     assert len(asked) == pytest.approx(10, abs=1)
 
 
@@ -131,10 +131,10 @@ def test_the_arrows_change_the_speed_and_in_a_pause_nudge():
     presses = Pressed(["down"], ["down"], ["up"], ["left"], ["enter"], ["up"], ["left", "right"])
     orders = JobOrders(presses=[presses])
     assert looked(orders, 4) == [0.9, 0.8, 0.9, 0.9]
-    assert orders.taken_nudge() is None
-    assert [orders.look(1 + k) for k in range(3)] == [0.0, 0.0, 0.0]
-    assert orders.taken_nudge() == pytest.approx((0.05, 0.0))
-    assert orders.taken_nudge() is None
+    assert orders.pop_nudge() is None
+    assert [orders.sample(1 + k) for k in range(3)] == [0.0, 0.0, 0.0]
+    assert orders.pop_nudge() == pytest.approx((0.05, 0.0))
+    assert orders.pop_nudge() is None
 
 
 def test_the_speed_stays_within_its_bounds():
@@ -146,8 +146,8 @@ def test_the_speed_stays_within_its_bounds():
 
 def test_a_nudge_without_a_pause_is_answered():
     orders = JobOrders()
-    orders.take("nudge 1 0")
-    assert orders.taken_nudge() is None
+    orders.handle("nudge 1 0")
+    assert orders.pop_nudge() is None
     assert "pause it first" in orders.notes[0]
 
 
@@ -178,5 +178,5 @@ def test_what_is_no_terminal_has_no_keys(monkeypatch, tmp_path):
 
 
 def test_the_page_orders_no_speed_that_the_brick_does_not_take():
-    assert RELATIVE_SPEED[:2] == SPEEDS
-    assert PEN_STEP[:2] == (-PEN_TRIM, PEN_TRIM)
+    assert RELATIVE_SPEED[:2] == SPEED_BOUNDS
+    assert PEN_STEP[:2] == (-MAX_PEN_TRIM, MAX_PEN_TRIM)

@@ -27,7 +27,7 @@ def told(tmp_path):
 
     def tell(seconds, state, place, **options):
         clock.t += seconds
-        report.tell(state, place, orders, **options)
+        report.update(state, place, orders, **options)
         with open(str(tmp_path / "status")) as file:
             tell.status = json.load(file)
 
@@ -51,7 +51,7 @@ def test_the_time_left_is_the_plans_until_the_pace_is_known(told):
 def test_at_half_the_speed_it_takes_twice_as_long(told):
     told(0, "drawing", Place(2, 1, 0.0, 0.0))
     assert told.status["left_s"] == 200
-    told.orders.take("speed 50")
+    told.orders.handle("speed 50")
     told(0.1, "drawing", Place(2, 1, 0.0, 0.0))
     assert told.status["left_s"] == 400
     told(80, "drawing", Place(2, 2, 20.0, 40.0))
@@ -78,7 +78,7 @@ def test_people_are_told_now_and_then_and_of_every_change(told):
 def test_where_the_status_cannot_be_written_the_drawing_goes_on(tmp_path):
     clock, said, orders = Clock(), [], JobOrders()
     report = JobReport(HEADER, 7, clock, 1, said.append, str(tmp_path / "none" / "status"))
-    report.tell("drawing", Place(1, 1, 0.0, 0.0), orders, moving=True)
-    report.tell("drawing", Place(1, 1, 0.0, 0.0), orders)
-    report.tell("paused", Place(1, 1, 0.0, 0.0), orders)
+    report.update("drawing", Place(1, 1, 0.0, 0.0), orders, moving=True)
+    report.update("drawing", Place(1, 1, 0.0, 0.0), orders)
+    report.update("paused", Place(1, 1, 0.0, 0.0), orders)
     assert [line for line in said if "cannot be written" in line] == [said[0]]

@@ -9,7 +9,7 @@ from drawn_jobs import Drawn
 from rig import described, switched_on
 
 from robot.jobs.progress import load_progress
-from robot.jobs.runner import apart
+from robot.jobs.runner import max_offset
 from robot.motion import kinematics
 from shared.job import BadJob, Job
 
@@ -307,7 +307,7 @@ def test_after_a_crash_only_the_stroke_under_way_is_drawn_again(tmp_path):
 
     with switched_on(tmp_path) as rig:
         drawn = Drawn(rig, path)
-        drawn.orders.look = lambda now: crash() if now - begin > 14 else 1.0
+        drawn.orders.sample = lambda now: crash() if now - begin > 14 else 1.0
         begin = rig.world.now()
         with pytest.raises(Crash):
             drawn.runner.run()
@@ -400,18 +400,18 @@ def test_no_tick_comes_late_for_what_is_told_in_motion(tmp_path):
     ticks, told = [], []
     with switched_on(tmp_path) as rig:
         drawn = Drawn(rig, path, status=str(tmp_path / "status"))
-        pace, tell = drawn.robot.motors.loop.pace, drawn.report.tell
+        pace, update = drawn.robot.motors.loop.pace, drawn.report.update
         note = pace.note
 
         def noted(t, since, computing):
             ticks.append(since)
             note(t, since, computing)
 
-        def telling(*args, **options):
+        def updating(*args, **options):
             told.append(options.get("moving", False))
-            tell(*args, **options)
+            update(*args, **options)
 
-        pace.note, drawn.report.tell = noted, telling
+        pace.note, drawn.report.update = noted, updating
         drawn.run()
     assert sum(told) >= 2
     assert max(ticks) < 0.022
@@ -437,7 +437,7 @@ def test_how_far_two_parts_may_be_apart_grows_with_the_zero_found_anew(tmp_path)
     stroke = Job(path, arm).stroke(1)
     with switched_on(tmp_path) as rig:
         motors = rig.robot().joints
-        same, anew = (10 * apart(rig.arm, motors, stroke, known) for known in (True, False))
+        same, anew = (10 * max_offset(rig.arm, motors, stroke, known) for known in (True, False))
     x, y = jobs.CROSSES[0][0]
     count = math.radians(1.0)
     assert same == pytest.approx(10 * count * (math.hypot(x, y) + 9.5), rel=1e-6)

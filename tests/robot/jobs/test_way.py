@@ -5,7 +5,7 @@ import math
 import jobs
 import pytest
 
-from robot.jobs.way import Way
+from robot.jobs.way import PenPath
 from robot.motion.backlash import BacklashCompensation
 from robot.motion.feed import slowed
 from robot.motion.trajectory import Trajectory
@@ -27,7 +27,7 @@ def way(tmp_path, stroke):
     length = math.hypot(*[b - a for a, b in zip(*TURNING)])
     by_joint = [[0.0, 0.03, -0.02, 0.01], [0.02, -0.03, 0.03, 0.0]]
     learned = stroke._replace(offsets=[([0.0, 5.0, 9.0, length], by_joint)])
-    return Way(Job(jobs.write(tmp_path, [TURNING]), ARM), 1, [learned], 1, ARM.joints)
+    return PenPath(Job(jobs.write(tmp_path, [TURNING]), ARM), 1, [learned], 1, ARM.joints)
 
 
 def test_joints_turn_round_where_the_plan_does_at_whatever_speed(way, stroke):
