@@ -18,7 +18,7 @@ from typing import Any, Dict, Iterable, Optional, Tuple
 from laptop.emulator.device.plant_constants import CONSTANTS, MOTORS, TABLE, BadPlant
 from laptop.emulator.own_programs import BENCH_BRICK
 from laptop.emulator.rig import Rig
-from robot.benching.laps import NOTHING
+from robot.benching.laps import EMPTY_LAP
 from robot.benching.measuring import FORMAT, VERSION
 
 MYPY = False
@@ -28,8 +28,8 @@ if MYPY:
     Figures = Dict[str, Any]  # as bench_brick.py has written them, whoever has changed them since
 
 
-NOT_COMPUTING = (NOTHING, "start: ", "motor: ", "late ", "read ", "write ")
-"""Prefixes of pieces of work that do not show how slowly a brick computes."""
+NOT_COMPUTING = (EMPTY_LAP, "start: ", "motor: ", "late ", "read ", "write ")
+"""Beginnings of pieces of work that do not tell how slowly a brick computes."""
 
 MIN_PIECES = 5
 """Least number of pieces of work to estimate how slowly a brick computes."""
@@ -188,8 +188,8 @@ def _cpu(laps: Dict[str, Any]) -> float:
     """Return the median of how many times as long as at cpu=1 the pieces took."""
     reference = _laps_at_true_pace()
     ratios = [
-        (_middle(laps, name) - _middle(laps, NOTHING))
-        / (_middle(reference, name) - _middle(reference, NOTHING))
+        (_middle(laps, name) - _middle(laps, EMPTY_LAP))
+        / (_middle(reference, name) - _middle(reference, EMPTY_LAP))
         for name in sorted(set(laps) & set(reference))
         if not name.startswith(NOT_COMPUTING)
     ]

@@ -1,7 +1,7 @@
-"""Control ticks, decisions, messages, a collection: what computing costs, piece by piece.
+"""Time that control ticks, decisions, messages and a garbage collection take, piece by piece.
 
 The code is the same that draws and servoes.  But its motors are files in a temporary folder, with a
-model of a motor behind; its cameras are worked out; and its clock jumps over all waiting.
+model of a motor behind; its cameras are computed; and its clock jumps over all waiting.
 """
 
 import collections
@@ -50,16 +50,16 @@ if MYPY:
 ARMS = ("planar", "spatial")
 
 LINES = {2: ((10, 0), (5, 10)), 3: ((12, -6, 8), (12, 6, 8))}
-"""What is drawn, cm."""
+"""Ends of the line that is drawn, cm, by the number of coordinates."""
 
 GOALS = {2: (3.0, 17.0), 3: (9.0, 8.0, 12.0)}
-"""Where the tip is to go by sight, cm."""
+"""Goals of the tip in visual servoing, cm, by the number of coordinates."""
 
-FRAME = 1 / 30.0
-"""Time between two frames of a camera, s."""
+FRAME_PERIOD = 1 / 30.0
+"""Period of a camera's frames, s."""
 
-NOISE = 0.5
-"""Of a marker in a frame, px."""
+MARKER_NOISE = 0.5
+"""Standard deviation of a marker's u and v in a frame, px."""
 
 OBSERVATION = (
     b'{"kind":"observation","camera":"A","seq":1234,"t":1234.567891,'
@@ -70,9 +70,12 @@ OBSERVATION = (
 class JumpingClock(object):
     """A clock that jumps over all waiting; each jump is the end of a tick.
 
+    Args:
+        laps: Laps, which takes the time of each tick.
+
     Attributes:
         on_jump: called with the seconds jumped over.
-        tick: name of the pieces that ticks are; None: they are none.
+        tick: name of the laps that ticks are; None: they are none.
     """
 
     def __init__(self, laps):
@@ -84,13 +87,13 @@ class JumpingClock(object):
 
     def now(self):
         # type: () -> float
-        """Seconds; a look takes a moment."""
+        """Return the time, s; asking takes a moment of it."""
         self._t += 1e-5
         return self._t
 
     def sleep(self, seconds):
         # type: (float) -> None
-        """Go on to then."""
+        """Jump over that time, s, which ends a tick."""
         if self.tick:
             self._laps.end(self.tick)
         if seconds > 0:
@@ -101,7 +104,12 @@ class JumpingClock(object):
 
 
 class ModelMotor(JointMotor):
-    """A motor that turns as the observer of a JointController takes it to; nothing real does."""
+    """A motor that turns as the observer of a JointController models it; no real one does.
+
+    Attributes:
+        counted: counts of its encoder, with fraction.
+        driven: speed that is set, rad/s at the joint; None: it is braked.
+    """
 
     def __init__(self, *args):
         # type: (*Any) -> None
@@ -112,7 +120,7 @@ class ModelMotor(JointMotor):
 
     def counts(self):
         # type: () -> int
-        """As the model has it; the attribute is read all the same."""
+        """Return the model's counts; the attribute is read all the same."""
         JointMotor.counts(self)
         return int(self.counted)
 
@@ -130,7 +138,7 @@ class ModelMotor(JointMotor):
 
     def advance(self, seconds, follower):
         # type: (float, JointController) -> None
-        """Turn on for so long, s."""
+        """Go on turning for some seconds, as the model of `follower` does."""
         if self.driven is None:
             self._turns = 0.0
             return
@@ -147,7 +155,7 @@ class ModelMotor(JointMotor):
 
 
 class _KnownZero(Zero):
-    """The motors' zero is where they are at first."""
+    """A zero where the motors are at first; nothing is read or written."""
 
     file = ""  # nothing is kept
 
@@ -161,19 +169,25 @@ class _KnownZero(Zero):
 
     def check_angles(self, angles, pen=None):
         # type: (Sequence[float], Optional[float]) -> None
-        """Nothing is wrong."""
+        """Accept all angles."""
 
     def save(self, zero, parked):
         # type: (object, object) -> None
-        """Nothing is kept."""
+        """Save nothing."""
 
     def forget(self):
         # type: () -> None
-        """There is nothing to forget."""
+        """Forget nothing: nothing is stored."""
 
 
-class MadeUpCameras(object):
-    """What a tracking client would have heard: A looks down, in space B looks from the side."""
+class SyntheticCameras(object):
+    """A tracking client with synthetic pictures: A looks down, in space B looks from the side.
+
+    Args:
+        arm: RobotArm that arm_of_files has made.
+        clock: JumpingClock.
+        goal: place of the goal's marker, cm.
+    """
 
     linked, refused, why = True, False, ""
     late = {}  # type: Dict[str, float]
@@ -182,7 +196,7 @@ class MadeUpCameras(object):
         # type: (RobotArm, JumpingClock, Sequence[float]) -> None
         self._arm, self._clock, self._goal = arm, clock, goal
         self._motors = models(arm)
-        self._luck = random.Random(3)
+        self._rng = random.Random(3)
         self._seq = 0
         names = "A" if len(goal) == 2 else "AB"
         now = clock.now()
@@ -190,7 +204,7 @@ class MadeUpCameras(object):
 
     def poll(self, timeout):
         # type: (float) -> Dict[str, Observation]
-        """The frames that are due, waited for at most so long, s."""
+        """Return {camera: Observation} that are due, after at most `timeout` seconds."""
         first = min(self._due.values()) - self._clock.now()
         if first > 0 and timeout > 0:
             self._clock.sleep(min(first, timeout))
@@ -199,7 +213,7 @@ class MadeUpCameras(object):
 
     def _frame(self, name, now):
         # type: (str, float) -> Observation
-        self._due[name] += FRAME
+        self._due[name] += FRAME_PERIOD
         self._seq += 1
         arm = self._arm
         q = [motor.counted / motor.in_counts(1.0) for motor in self._motors]
@@ -213,33 +227,33 @@ class MadeUpCameras(object):
         # type: (str, Sequence[float]) -> Tuple[float, float, float]
         x, y, z = (tuple(point) + (0.0,))[:3]
         along, depth = (y - 4, 55 + 0.15 * y - z) if name == "A" else (z - 8, 60 + y)
-        noise = self._luck.gauss
+        noise = self._rng.gauss
         return (
-            320 + 600 * (x - 8) / depth + noise(0, NOISE),
-            240 - 600 * along / depth + noise(0, NOISE),
+            320 + 600 * (x - 8) / depth + noise(0, MARKER_NOISE),
+            240 - 600 * along / depth + noise(0, MARKER_NOISE),
             1.0,
         )
 
     def commands(self):
         # type: () -> List[object]
-        """None."""
+        """Return no commands."""
         return []
 
     def report(self, *args, **more):
         # type: (*object, **object) -> None
-        """Nobody is told."""
+        """Report to nobody."""
 
 
 def models(arm):
     # type: (RobotArm) -> List[ModelMotor]
-    """The motors of an arm that arm_of_files has made."""
+    """Return the motors of an arm that arm_of_files has made."""
     return [motor for motor in arm.joints if isinstance(motor, ModelMotor)]
 
 
 @contextlib.contextmanager
 def folder_of_motors(joints):
     # type: (Sequence[Joint]) -> Iterator[None]
-    """Have python-ev3dev2 find these joints' motors in a temporary folder, for a `with` block."""
+    """Let python-ev3dev2 find these joints' motors in a temporary folder, for a `with` block."""
     root = tempfile.mkdtemp()
     try:
         for k, joint in enumerate(joints):
@@ -271,7 +285,7 @@ def folder_of_motors(joints):
 
 def arm_of_files(description, clock):
     # type: (Arm, JumpingClock) -> RobotArm
-    """A RobotArm on model motors, parked in its home pose, its zero known."""
+    """Return a RobotArm on model motors, parked in its home pose, its zero known."""
     motors = ArmMotors(description, clock, GAINS, lambda line: None, ModelMotor)
     arm = RobotArm(description, clock, zero=_KnownZero(), motors=motors)
     arm.checked.needed = False  # of motors that are a model
@@ -290,7 +304,7 @@ def arm_of_files(description, clock):
 
 def measure_drawing(description, laps):
     # type: (Arm, Laps) -> None
-    """Planning a line, the ticks of moves and lines, an inverse, single accesses."""
+    """Time the planning of a line, the ticks of moves and lines, an inverse, single accesses."""
     name = description.name
     ends = LINES[kinematics.coordinates(description)]
     clock = JumpingClock(laps)
@@ -315,20 +329,27 @@ def measure_drawing(description, laps):
 
 def measure_servoing(description, mode, laps, pieces):
     # type: (Arm, str, Laps, bool) -> None
-    """A run to a goal; of its ticks, or with `pieces` of what is worked out in them and between."""
+    """Time a run to a goal.
+
+    Args:
+        description: shared.arm_description.Arm.
+        mode: "look" | "stream".
+        laps: Laps.
+        pieces: whether to time what is computed in the ticks and between, instead of the ticks.
+    """
     name = "{}, {}".format(description.name, mode)
     clock = JumpingClock(laps)
     arm = arm_of_files(description, clock)
     goal = GOALS[kinematics.coordinates(description)]
     servo, stream = make_servo(description, "chain", mode, tolerance=5)
     if pieces:
-        _time(laps, servo, "decide", lambda told: "{}: decision, {}".format(name, told.action))
+        _time(laps, servo, "decide", lambda one: "{}: decision, {}".format(name, one.action))
         _time(laps, servo, "observe_in_motion", name + ": learning from a frame")
         if stream:
             _time(laps, stream, "see", name + ": steering by a frame")
-    eyes = MadeUpCameras(arm, clock, goal)
+    cameras = SyntheticCameras(arm, clock, goal)
     reporter = RunReporter(say=lambda line: None)
-    loop = VisualServoing(arm, eyes, clock, servo, stream=stream, reporter=reporter)
+    loop = VisualServoing(arm, cameras, clock, servo, stream=stream, reporter=reporter)
     if not pieces:
         clock.tick = name + ": tick"
         laps.begin()
@@ -342,27 +363,27 @@ def measure_servoing(description, mode, laps, pieces):
 
 def _time(laps, owner, method, name):
     # type: (Laps, object, str, Union[str, Callable[[Any], str]]) -> None
-    """Let each call of a method be a piece; its name as Laps.timed takes it."""
+    """Let each call of a method be a lap; its name as Laps.timed takes it."""
     setattr(owner, method, laps.timed(name, getattr(owner, method)))
 
 
 def measure_link(laps):
     # type: (Laps) -> None
-    """What each observation takes before anything is done by it, its names being known."""
+    """Time the check and decoding of an observation whose names are known."""
     laptop, brick = LineSigner(b"key"), LineSigner(b"key")
 
-    def hear():
+    def receive():
         # type: () -> List[object]
         return [decode(line, ("A", "effector", "goal")) for line, _ in brick.checked(lines)]
 
     for _ in range(5):
         lines = collections.deque([(laptop.sign(OBSERVATION + b"\n")[:-1], 0.0)])
-        laps.timed("check and decode an observation", hear)()
+        laps.timed("check and decode an observation", receive)()
 
 
 def measure(names, laps):
     # type: (Sequence[str], Laps) -> None
-    """All of it, on the arms of these names."""
+    """Measure all of it, on the arms of these names."""
     measure_link(laps)
     for name in names:
         description = read_arm(find_arm(name))._replace(pen=None)

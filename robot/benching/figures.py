@@ -1,12 +1,18 @@
-"""What a motor is, from how it turned: speed per volt, friction, brake distance, inertia.  Pure.
+"""A motor's constants from how it turned: speed per volt, friction, braking, inertia.  Pure.
 
-What is measured, at the motor's shaft and in volts (the DC motor's equation times R / Kt):
+The model is the brushed DC motor with dry friction, its inductance neglected (e.g. N. S. Nise,
+Control Systems Engineering, ch. 2), times R / Kt, so that all terms are volts at the motor's shaft:
 
     u = Ke w + F + J dw/dt
 
-u is duty times battery, w the speed.  Steady speeds in both directions give Ke and F by a straight
-line; what pulls one way only drops out.  J is what speeding up takes beside that: the integral of
-u - Ke w over what it is when steady.  (Not what braking takes: then the link runs on in its play.)
+u is duty times battery, w the speed, rad/s.  Steady speeds in both directions give Ke and F by the
+least-squares line; what pulls one way only, such as gravity, drops out of their mean.
+
+J is from the integral over the time T of speeding up, so that no speed need be differentiated:
+
+    J w = integral of (u - u_steady) dt + Ke (w T - angle turned)
+
+(Not from braking: then the link runs on in its backlash, and its share is missing.)
 """
 
 import collections
@@ -35,19 +41,23 @@ if MYPY:
     )
 else:
     Pass = record("Pass", "speed duty volts behind extra braked")
-"""One pass, at the motor's shaft and positive the way it went.
+"""One pass, at the motor's shaft and positive in its direction.
 
 speed, duty  when steady, rad/s and %
-volts        of the battery, V
-behind       how far speeding up left it behind the steady motion, rad
-extra        duty beside that of the steady motion while it sped up, % s
-braked       from where it was braked to where it stood, rad; None: it was held
+volts        voltage of the battery, V
+behind       angle by which speeding up left it behind the steady motion, rad
+extra        integral of the duty beyond the steady motion's while it sped up, % s
+braked       angle from where it was braked to where it stood, rad; None: it was held
 """
 
 
 def figures(pairs, kind):
     # type: (Sequence[Sequence[Pass]], str) -> Figures
-    """What a motor is, from pairs of Passes there and back.
+    """Return a motor's constants, from pairs of Passes there and back.
+
+    Args:
+        pairs: pairs of Passes, each at another speed.
+        kind: "large" | "medium".
 
     Returns:
         OrderedDict: "kind", "volts", "no_load_deg_per_s" (at full duty; of a joint it is
@@ -80,9 +90,9 @@ def figures(pairs, kind):
     braked = [(each, each.braked) for each in passes if each.braked is not None]
     if braked:
         inertia = _inertia([each for each, _ in braked], emf)
-        fastest, way = max(braked, key=lambda pair: pair[0].speed)
+        fastest, angle = max(braked, key=lambda pair: pair[0].speed)
         found["brake_from_deg_per_s"] = math.degrees(fastest.speed)
-        found["brake_deg"] = math.degrees(way)
+        found["brake_deg"] = math.degrees(angle)
         found["brake_time_s"] = inertia / emf
         found["inertia_volts_s2_per_rad"] = inertia
     for name, value in found.items():
@@ -93,7 +103,7 @@ def figures(pairs, kind):
 
 def _inertia(passes, emf):
     # type: (Sequence[Pass], float) -> float
-    """J from speeding up, the fast passes counting for more."""
+    """Return J, V s^2/rad: the least-squares line through 0 of momenta over speeds."""
     momenta = [each.volts * each.extra / 100 + emf * each.behind for each in passes]
     return sum(p * each.speed for p, each in zip(momenta, passes)) / sum(
         each.speed**2 for each in passes
@@ -102,7 +112,7 @@ def _inertia(passes, emf):
 
 def _line(points):
     # type: (Sequence[Tuple[float, float]]) -> Tuple[float, float]
-    """(slope, height at 0) of the straight line nearest to points (x, y)."""
+    """Return (slope, height at 0) of the least-squares line through points (x, y)."""
     n = float(len(points))
     x_mean, y_mean = sum(x for x, _ in points) / n, sum(y for _, y in points) / n
     slope = sum((x - x_mean) * (y - y_mean) for x, y in points) / sum(

@@ -1,4 +1,4 @@
-"""How long pieces of work take: taken, and put into a table."""
+"""Times of pieces of work ("laps"): taken, and put into a table."""
 
 import collections
 import os
@@ -9,17 +9,17 @@ MYPY = False  # which a type checker takes for true
 if MYPY:
     from typing import Any, Callable, Dict, Iterator, List, Sequence, Union  # noqa: F401
 
-NOTHING = "an empty lap"
-"""The name of the piece that taking the time itself is."""
+EMPTY_LAP = "an empty lap"
+"""Name of the lap that taking the time itself is."""
 
 
 class Laps(object):
-    """Takes the time of pieces of work.
+    """A stopwatch for pieces of work.
 
     Attributes:
-        taken: name -> list of s.
-        marks: names of what ended, or "", one for each call of os.getppid, which nothing else here
-            calls: a processor that is emulated counts its instructions between them.
+        taken: name -> list of times, s.
+        marks: names of laps that ended, or "", one for each call of os.getppid, which nothing else
+            here calls: an emulated processor counts its instructions between them.
     """
 
     def __init__(self):
@@ -30,13 +30,13 @@ class Laps(object):
 
     def begin(self):
         # type: () -> None
-        """Work begins."""
+        """Begin a lap."""
         self._mark("")
         self._since = self._clock.now()
 
     def end(self, name):
         # type: (str) -> None
-        """It was a piece of that name."""
+        """End a lap of that name."""
         self.taken.setdefault(name, []).append(self._clock.now() - self._since)
         self._mark(name)
 
@@ -47,7 +47,7 @@ class Laps(object):
 
     def timed(self, name, work):
         # type: (Union[str, Callable[[Any], str]], Callable[..., Any]) -> Callable[..., Any]
-        """`work`, but each call is a piece; `name` may be worked out of what it returns."""
+        """Return `work` with each call a lap; `name` may be a function of what it returns."""
 
         def timed(*args):
             # type: (*Any) -> Any
@@ -61,13 +61,13 @@ class Laps(object):
 
 def middle(values):
     # type: (Sequence[float]) -> float
-    """The median; of an even number the higher of the two in the middle."""
+    """Return the median; of an even number the higher of the two in the middle."""
     return sorted(values)[len(values) // 2]
 
 
 def table(taken):
     # type: (Dict[str, List[float]]) -> Iterator[str]
-    """Lines for people: of each piece how many, the median and the greatest, ms."""
+    """Yield lines for people: of each lap the number, the median and the greatest, ms."""
     yield "{:<42}{:>6}{:>10}{:>10}".format("what, ms", "n", "median", "greatest")
     for name, laps in taken.items():
         if name:

@@ -1,4 +1,4 @@
-"""The order in which a brick is measured, what is told meanwhile, and the file at the end."""
+"""Order in which a brick is measured, what is printed meanwhile, and the file at the end."""
 
 import collections
 import contextlib
@@ -8,7 +8,7 @@ import os
 import sys
 
 from robot import program
-from robot.benching.laps import NOTHING, Laps, middle, table
+from robot.benching.laps import EMPTY_LAP, Laps, middle, table
 from robot.clock import Clock
 from robot.ev3.library import what_is_missing
 from shared.arm_description import ArmError, find_arm, read_arm
@@ -24,10 +24,10 @@ if MYPY:
     from shared.arm_description import Arm  # noqa: F401
 
 FORMAT, VERSION = "brickservo brick", 1
-"""What the file says that it is; the version rises when a figure changes its meaning."""
+"""Kind and version of the file; the version rises when a figure changes its meaning."""
 
-GRACE = 3.0
-"""From the announcement of what will move until it does, s."""
+WARNING_TIME = 3.0
+"""Time from the announcement of what will move until it does, s."""
 
 UNITS = (
     ("no_load_deg_per_s", "deg/s", "no load"),
@@ -45,10 +45,11 @@ class CannotMeasure(ArmError):
 
 def run(args, begun):
     # type: (Namespace, float) -> None
-    """Measure all that the command line `args` asks for; tables, and a file.
+    """Measure all that the command line asks for; print tables, and write a file.
 
     Args:
-        begun: when the script began, s.
+        args: of the command line, see bench_brick.main.
+        begun: time when the script began, s.
 
     Raises:
         ArmError, OSError: all motors stand.
@@ -80,7 +81,7 @@ def run(args, begun):
         laps.taken["start: Python"] = [started]
     motors = _move(args, description, clock) if description else {}
     for _ in range(5):
-        laps.timed(NOTHING, lambda: None)()
+        laps.timed(EMPTY_LAP, lambda: None)()
     computing.measure(args.arms, laps)
     port = system.measure_accesses(laps)
     if port is None:
@@ -146,7 +147,7 @@ def _check_bare(port, description):
 
 def _access(taken):
     # type: (Dict[str, List[float]]) -> float
-    """What the kernel takes for an access, s: that of a motor, without what a mere file takes."""
+    """Return the kernel's time for an access to a motor, s, without that of a mere file."""
     return (
         sum(
             middle(taken["motor: " + name]) - middle(taken[name])
@@ -161,7 +162,7 @@ def _access(taken):
 
 def _volts():
     # type: () -> Callable[[], float]
-    """A function that looks at the battery, V.
+    """Return a function that reads the battery, V.
 
     Raises:
         CannotMeasure: there is none.
@@ -183,7 +184,7 @@ def _volts():
 
 def _move(args, description, clock):
     # type: (Namespace, Arm, Clock) -> Dict[str, Figures]
-    """Turn what is to be turned; dict, port -> figures."""
+    """Turn what is to be turned; return a dict, port -> figures."""
     from robot.benching import moving, system
     from robot.ev3.brick_lock import BrickLock
     from robot.ev3.motors import motors_folder
@@ -205,8 +206,8 @@ def _move(args, description, clock):
             print("  " + moving.describe(description, k))
     for port, kind in bare:
         print("the {} motor at port {} will turn at full speed".format(kind, port))
-    print("in {:.0f} s; Ctrl-C stops it".format(GRACE))
-    clock.sleep(GRACE)
+    print("in {:.0f} s; Ctrl-C stops it".format(WARNING_TIME))
+    clock.sleep(WARNING_TIME)
     motors = collections.OrderedDict()  # type: Dict[str, Figures]
     collecting = gc.isenabled()
     gc.disable()  # a collection takes as long as a motor to speed up
@@ -236,7 +237,7 @@ def _measure_arm(arm, bench, motors):
 
 def motor_table(motors):
     # type: (Dict[str, Figures]) -> Iterator[str]
-    """Lines for people, of the motors' figures by port; a joint's backlash is that of the joint."""
+    """Yield lines for people of the motors' figures by port; backlash is at the joint."""
     if not motors:
         return
     yield "{:<22}".format("motor") + "".join(

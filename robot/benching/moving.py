@@ -23,53 +23,55 @@ if MYPY:
     from robot.motion.arm import RobotArm  # noqa: F401
     from shared.arm_description import Arm  # noqa: F401
 
-LEVELS = (0.3, 0.5, 0.75, 1.0)
-"""The speeds of the passes, as shares of the fastest."""
+SPEED_LEVELS = (0.3, 0.5, 0.75, 1.0)
+"""Speeds of the passes, as shares of the fastest."""
 
-FASTEST = 0.9
-"""The fastest pass, as a share of what the arm file allows."""
+MAX_SPEED_SHARE = 0.9
+"""Speed of the fastest pass, as a share of what the arm file allows."""
 
-BARE_FASTEST = 0.8
-"""The same of a bare motor, of what it can do; it goes at full duty, too."""
+MAX_BARE_SPEED_SHARE = 0.8
+"""Speed of a bare motor's fastest pass below full duty, as a share of what it can do."""
 
-STIFFNESS, HARD = 0.3, 1.0
-"""The driver's push on the difference between set and seen speed, % per deg/s: in a pass; and so
-that the greatest set-point means full duty."""
+STIFFNESS, FULL_DUTY_STIFFNESS = 0.3, 1.0
+"""Duty that the driver gives per difference between set and measured speed, % per deg/s: in a pass;
+and such that the greatest set-point means full duty."""
 
-SPEEDING_UP, SLOWING_DOWN, STEADY = 0.5, 0.5, 0.7
-"""Times of a pass, s: until it is steady, what is left for braking at its end, and what must at
-least lie between.  The first two alike, so that both ways gravity is the same in the mean."""
+SPEED_UP_TIME, SLOW_DOWN_TIME, MIN_STEADY_TIME = 0.5, 0.5, 0.7
+"""Times of a pass, s: until it is steady, for braking at its end, and the least time between.  The
+first two are equal, so that in both directions gravity is the same in the mean."""
 
-BARE_STEADY, LONGEST, LOADED_LONGEST = 1.5, 4.0, 10.0
-"""How long a bare motor is looked at, s; and no pass of a joint takes longer, s."""
+BARE_STEADY_TIME, MAX_PASS_TIME, MAX_LOADED_PASS_TIME = 1.5, 4.0, 10.0
+"""Time for which a bare motor is measured, s; and longest pass of a joint, s, not loaded and loaded
+by gravity."""
 
-RENEWED = DEAD_MAN / 4
-STILL, COMES_TO_REST = 0.15, 1.0
-"""A braked motor that has not moved for so long stands, s; it has so long for that."""
+RENEWAL_PERIOD = DEAD_MAN / 4
+STILL_TIME, REST_TIMEOUT = 0.15, 1.0
+"""Time without a count after which a braked motor stands, s; and longest wait for that, s."""
 
-BLOCKED = 0.15
-"""A driven motor that has not moved for so long is blocked, s."""
+BLOCKED_TIME = 0.15
+"""Time without a count after which a driven motor is blocked, s."""
 
-CLEAR, ABOVE_TABLE = math.radians(5), 2.0
-"""Joints keep so far from their limits, rad, and links in space from the table, cm."""
+LIMIT_CLEARANCE, TABLE_CLEARANCE = math.radians(5), 2.0
+"""Least distance of joints from their limits, rad, and of links in space from the table, cm."""
 
-TAKING_UP = math.radians(8)
-"""Before a pass a joint turns so far the same way, gently: then all play is taken up, rad."""
+TAKE_UP_ANGLE = math.radians(8)
+"""Angle by which a joint first turns gently in a pass's direction, rad, to take up backlash."""
 
-SWING = math.radians(30)
-"""A joint that gravity loads is turned no farther from its home pose, rad."""
+MAX_SWING = math.radians(30)
+"""Greatest angle from its home pose of a joint that gravity loads, rad."""
 
 TOUCHES = 3
-LEAVING = 15.0
-"""Push with which a motor leaves a stop, % of duty."""
+"""Number of touches of a stop that count, after a first one."""
+LEAVING_DUTY = 15.0
+"""Duty with which a motor leaves a stop, %."""
 
-LEAST_FREE = 1.5
-"""Counts of play within which a motor must move alone to tell where it stood at its stop."""
+MIN_FREE_COUNTS = 1.5
+"""Least backlash, counts, in which a motor moves alone long enough to tell where it stood."""
 
 
 def describe(description, k):
     # type: (Arm, int) -> str
-    """Words for people: what joint `k` will do."""
+    """Return words for people about what joint `k` will do."""
     joint = description.joints[k]
     lower, upper = free_range(description, k)
     return "{} (port {}): {:.0f} to {:.0f} deg, at most {:.0f} deg/s{}".format(
@@ -84,25 +86,25 @@ def describe(description, k):
 
 def is_loaded(description, k):
     # type: (Arm, int) -> bool
-    """Whether gravity turns joint `k`."""
+    """Return whether gravity turns joint `k`."""
     return description.chain in PULLED_DOWN and k > 0
 
 
 def free_range(description, k):
     # type: (Arm, int) -> Tuple[float, float]
-    """Where joint `k` may go while the others are at home, rad."""
+    """Return the least and greatest angle of joint `k` while the others are at home, rad."""
     joint = description.joints[k]
     home = [each.home for each in description.joints]
-    lower, upper = joint.lower + CLEAR, joint.upper - CLEAR
+    lower, upper = joint.lower + LIMIT_CLEARANCE, joint.upper - LIMIT_CLEARANCE
     if not is_loaded(description, k):
         return lower, upper
-    lower, upper = max(lower, joint.home - SWING), min(upper, joint.home + SWING)
+    lower, upper = max(lower, joint.home - MAX_SWING), min(upper, joint.home + MAX_SWING)
 
     def is_clear(angle):
         # type: (float) -> bool
         q = home[:k] + [angle] + home[k + 1 :]
         places = kinematics.joint_positions(description, q)[1:]
-        return min(p[-1] for p in places) > ABOVE_TABLE
+        return min(p[-1] for p in places) > TABLE_CLEARANCE
 
     ends = []
     for end in (lower, upper):
@@ -115,20 +117,20 @@ def free_range(description, k):
 
 def fastest_of(description, k):
     # type: (Arm, int) -> float
-    """The speed of joint `k` in its fastest pass, rad/s."""
+    """Return the speed of joint `k` in its fastest pass, rad/s."""
     lower, upper = free_range(description, k)
     return min(
-        FASTEST * description.joints[k].max_speed,
-        (upper - lower - TAKING_UP) / (SPEEDING_UP + STEADY + SLOWING_DOWN),
+        MAX_SPEED_SHARE * description.joints[k].max_speed,
+        (upper - lower - TAKE_UP_ANGLE) / (SPEED_UP_TIME + MIN_STEADY_TIME + SLOW_DOWN_TIME),
     )
 
 
 class Bench(object):
-    """Turns motors and sees what they do.
+    """A bench on which motors are turned and measured.
 
     Args:
         clock: has `now()` and `sleep(seconds)`.
-        volts: gives the battery's voltage, V.
+        volts: called for the battery's voltage, V.
     """
 
     def __init__(self, clock, volts):
@@ -138,7 +140,7 @@ class Bench(object):
 
     def joint(self, arm, k):
         # type: (RobotArm, int) -> Figures
-        """Measure joint `k` of a RobotArm whose zero is known; it ends where its home is.
+        """Measure joint `k` of a RobotArm whose zero is known; it ends in its home pose.
 
         Returns:
             dict, see `figures`, with "backlash_deg" where two stops tell it.
@@ -152,13 +154,13 @@ class Bench(object):
         lower, upper = free_range(description, k)
         braking = not is_loaded(description, k)
         pairs = []
-        for level in LEVELS:
+        for level in SPEED_LEVELS:
             speed = level * fastest_of(description, k)
-            room = speed * SLOWING_DOWN
+            room = speed * SLOW_DOWN_TIME
             asked = math.radians(_asked(math.degrees(speed) * joint.gear, joint.motor)) / joint.gear
             pair = []
             for sign, start, end in ((1, lower, upper - room), (-1, upper, lower + room)):
-                for begin in (start, start + sign * TAKING_UP):
+                for begin in (start, start + sign * TAKE_UP_ANGLE):
                     gently = (APPROACH_SPEED, APPROACH_ACCELERATION) if begin != start else ()
                     arm.go_to(home[:k] + [begin] + home[k + 1 :], *gently)
                 with arm.lend_motors():
@@ -185,15 +187,15 @@ class Bench(object):
             Stalled, MotorNotFound: after stopping it.
         """
         motor = JointMotor("bare motor", port, kind, 1.0, 1)
-        fastest = BARE_FASTEST * 100 * GAINS[kind].speed_per_duty
-        ways = [(_asked(level * fastest, kind), STIFFNESS) for level in LEVELS]
+        fastest = MAX_BARE_SPEED_SHARE * 100 * GAINS[kind].speed_per_duty
+        ways = [(_asked(level * fastest, kind), STIFFNESS) for level in SPEED_LEVELS]
         try:
             pairs = [
                 [
                     self._pass(motor, 1.0, sign * math.radians(asked), stiffness, None, True)
                     for sign in (1, -1)
                 ]
-                for asked, stiffness in ways + [(MOTOR_SPEEDS[kind], HARD)]
+                for asked, stiffness in ways + [(MOTOR_SPEEDS[kind], FULL_DUTY_STIFFNESS)]
             ]
         finally:
             motor.brake()
@@ -202,11 +204,20 @@ class Bench(object):
 
     def _pass(self, motor, gear, setpoint, stiffness, end, braking):
         # type: (Motor, float, float, float, Optional[float], bool) -> Pass
-        """Turn one way at a set-point, rad/s at the joint, up to the angle `end`; a Pass."""
+        """Turn in one direction, and return a Pass.
+
+        Args:
+            motor: robot.ev3.motor.Motor.
+            gear: motor turns per joint turn.
+            setpoint: speed, rad/s at the joint; its sign is the direction.
+            stiffness: see Motor.engage.
+            end: angle at which it ends, rad; None: after BARE_STEADY_TIME seconds.
+            braking: whether it is braked at its end, and not held.
+        """
         now_of = self._clock.now
-        longest = LONGEST if braking else LOADED_LONGEST
+        longest = MAX_PASS_TIME if braking else MAX_LOADED_PASS_TIME
         if end is None:
-            longest = SPEEDING_UP + BARE_STEADY
+            longest = SPEED_UP_TIME + BARE_STEADY_TIME
         sign = math.copysign(1.0, setpoint)
         motor.engage(stiffness)
         last = rested = motor.angle()
@@ -218,14 +229,14 @@ class Bench(object):
             angle, t = motor.angle(), now_of()
             if angle != last:
                 last, since = angle, t
-                # Coming this way it is now where this reading begins.
+                # In this direction it is now where this reading begins.
                 steps.append((t, angle - sign * motor.resolution / 2))
-            elif t - since > BLOCKED:
+            elif t - since > BLOCKED_TIME:
                 raise Stalled(motor, "it stands")
             duties.append((now_of(), motor.duty()))
             if t - began > longest or (end is not None and sign * (angle - end) >= 0):
                 break
-            if t - renewed >= RENEWED:
+            if t - renewed >= RENEWAL_PERIOD:
                 motor.drive(setpoint)
                 renewed = t
         volts = self._volts()
@@ -237,7 +248,7 @@ class Bench(object):
         rest = self._come_to_rest(motor, stopped)
         motor.hold()
         motor.disengage()
-        seen = [(t, angle) for t, angle in steps if t - began > SPEEDING_UP]
+        seen = [(t, angle) for t, angle in steps if t - began > SPEED_UP_TIME]
         if len(seen) < 3:
             raise Stalled(motor, "in {:.1f} s it moved too little".format(stopped - began))
         (t_first, first), (t_last, last_step) = seen[0], seen[-1]
@@ -250,37 +261,37 @@ class Bench(object):
                 extra += ((pushes + before) / 2 - duty) * (t - t_before)
                 t_before, before = t, pushes
         behind = speed * (t_first - began) - (first - rested)
-        way = rest - last_step - speed * (stopped - t_last)
+        angle = rest - last_step - speed * (stopped - t_last)
         return Pass(
             gear * abs(speed),
             sign * duty,
             volts,
             gear * sign * behind,
             sign * extra,
-            gear * sign * way if braking else None,
+            gear * sign * angle if braking else None,
         )
 
     def _come_to_rest(self, motor, stopped):
         # type: (Motor, float) -> float
-        """Where a motor that was stopped at that time stands in the end, rad."""
+        """Return the angle where a motor stands that was stopped at the time `stopped` (s), rad."""
         now_of = self._clock.now
         last, since = motor.angle(), stopped
         while True:
             angle, t = motor.angle(), now_of()
             if angle != last:
                 last, since = angle, t
-            elif t - since > STILL:
+            elif t - since > STILL_TIME:
                 return angle
-            if t - stopped > COMES_TO_REST:
+            if t - stopped > REST_TIMEOUT:
                 raise Stalled(motor, "stopped, it turns on")
 
     def _backlash(self, arm, k):
         # type: (RobotArm, int) -> Dict[str, float]
-        """The play of a joint: what its motor turns from stop to stop beside the link.
+        """Measure the backlash of a joint: the turn of its motor from stop to stop less the link's.
 
         Returns:
-            dict: "backlash_deg", and "backlash_within_deg", how well that is known; the stops are
-            taken to be where the arm file has them.
+            dict: "backlash_deg", and its accuracy "backlash_within_deg"; the stops are taken to be
+            where the arm file has them.
         """
         motor, joint = arm.joints[k], arm.description.joints[k]
         fine, coarse = [], []
@@ -305,7 +316,7 @@ class Bench(object):
         assert joint.stop_upper is not None
         between = joint.stop_upper - joint.stop_lower
         play, within = fine[1] - fine[0] - between, 0.2
-        if play < LEAST_FREE * motor.resolution:
+        if play < MIN_FREE_COUNTS * motor.resolution:
             # The link was in the way before the motor had told how fast it speeds up.
             play, within = max(0.0, coarse[1] - coarse[0] - between), 1.0
         return {
@@ -315,19 +326,20 @@ class Bench(object):
 
     def _leave(self, arm, k, sign):
         # type: (RobotArm, int, int) -> float
-        """Where at its stop a motor stood, rad, finer than its encoder counts.
+        """Return the angle where at its stop a motor stood, rad, finer than its encoder counts.
 
-        From there it speeds up evenly: how long it takes to the first count, and from that to the
-        next, tells how far the first one was.
+        From rest, with a constant duty, it gets f(t) = t - lag (1 - exp(-t / lag)), see _gone. The
+        first count comes at t1, the second at t2, one count later: so the first was
+        f(t1) / (f(t2) - f(t1)) counts away. The unknown final speed drops out.
         """
         now_of, motor, joint = self._clock.now, arm.joints[k], arm.description.joints[k]
         nearest = motor.bounds()[0 if sign > 0 else 1]
         motor.engage(stops.PUSH_STIFFNESS)
         last = motor.counts()
-        motor.drive(-sign * math.radians(LEAVING / stops.PUSH_STIFFNESS) / joint.gear)
+        motor.drive(-sign * math.radians(LEAVING_DUTY / stops.PUSH_STIFFNESS) / joint.gear)
         began = before = now_of()
         times = []  # type: List[float]
-        while len(times) < 2 and before - began < RENEWED * 3:
+        while len(times) < 2 and before - began < RENEWAL_PERIOD * 3:
             counts, t = motor.counts(), now_of()
             if counts != last:
                 last = counts
@@ -343,12 +355,12 @@ class Bench(object):
 
 def _asked(speed, kind):
     # type: (float, str) -> float
-    """The set-point at which a motor turns with some speed, deg/s: the driver lags behind."""
+    """Return the set-point at which a motor turns with a speed, both deg/s: the driver lags."""
     gains = GAINS[kind]
     return speed + (speed / gains.speed_per_duty + gains.friction) / STIFFNESS
 
 
 def _gone(t, lag):
     # type: (float, float) -> float
-    """How far a motor gets in `t` s from rest, in units of its final speed."""
+    """Return how far a motor of first-order lag (s) gets in `t` s from rest, over its speed, s."""
     return t - lag * (1 - math.exp(-t / lag))

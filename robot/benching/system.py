@@ -1,4 +1,4 @@
-"""What the brick takes beside computing: Python's start, an access to a motor, waking up."""
+"""Times of a brick beside computing: Python's start, an access to a motor, waking up."""
 
 import os
 
@@ -12,26 +12,26 @@ if MYPY:
     from robot.clock import Clock  # noqa: F401
 
 ACCESSES = 20
-NAPS, NAP = 100, 0.02
-"""How many sleeps of a control tick's length, s, are looked at."""
+NAPS, NAP_TIME = 100, 0.02
+"""Number of sleeps that are measured, and their time, a control tick's, s."""
 
 STAT = "/proc/self/stat"
-STARTED = 19
-"""In STAT, behind the name: when the process was started, ticks since the system was."""
+START_FIELD = 19
+"""Index of the field in STAT, behind the name, of the process's start, ticks since the system's."""
 
 KINDS = {"lego-ev3-l-motor": "large", "lego-ev3-m-motor": "medium"}
 
 
 def age(now):
     # type: (float) -> Optional[float]
-    """Seconds since this process was started, to a hundredth; None where Linux does not tell.
+    """Return the seconds since this process was started, to a hundredth; None where not known.
 
     Args:
-        now: of robot.clock.Clock, which also counts from the system's start.
+        now: time of robot.clock.Clock, which also counts from the system's start, s.
     """
     try:
         with open(STAT) as file:
-            started = float(file.read().rpartition(")")[2].split()[STARTED])
+            started = float(file.read().rpartition(")")[2].split()[START_FIELD])
         started /= os.sysconf("SC_CLK_TCK")
     except (OSError, ValueError, IndexError, AttributeError):
         return None
@@ -41,13 +41,13 @@ def age(now):
 
 def motors_found():
     # type: () -> List[Tuple[str, str]]
-    """Pairs (port letter, "large" | "medium") of the EV3 motors that are plugged in."""
+    """Return pairs (port letter, "large" | "medium") of the EV3 motors that are plugged in."""
     return [(address[-1], KINDS[driver]) for address, driver in plugged_in() if driver in KINDS]
 
 
 def measure_accesses(laps):
     # type: (Laps) -> Optional[str]
-    """An attribute of a real motor read and written; nothing turns.
+    """Time the reading and writing of a real motor's attribute; nothing turns.
 
     Returns:
         The port of the motor, or None: there is no motor.
@@ -66,9 +66,9 @@ def measure_accesses(laps):
 
 def measure_naps(clock, laps):
     # type: (Clock, Laps) -> None
-    """How late a sleep wakes up."""
-    late = laps.taken.setdefault("late from a sleep of {:.0f} ms".format(1000 * NAP), [])
+    """Time how late a sleep wakes up."""
+    late = laps.taken.setdefault("late from a sleep of {:.0f} ms".format(1000 * NAP_TIME), [])
     for _ in range(NAPS):
         began = clock.now()
-        clock.sleep(NAP)
-        late.append(clock.now() - began - NAP)
+        clock.sleep(NAP_TIME)
+        late.append(clock.now() - began - NAP_TIME)

@@ -1,4 +1,4 @@
-"""The brick's battery: looked at seldom, for each look costs a control tick half a millisecond."""
+"""The brick's battery: read seldom, for each reading costs a control tick half a millisecond."""
 
 from shared.arm_description import ArmError
 
@@ -14,23 +14,23 @@ if MYPY:
         @property
         def measured_volts(self):
             # type: () -> float
-            """What the battery has, V."""
+            """Voltage of the battery, V."""
 
 
 READ_PERIOD = 10.0
-"""Between two looks, s."""
+"""Period of reading the battery, s."""
 
-FLAT = 6.0
-"""Below so much, V, ev3dev switches off by itself with a rechargeable battery."""
+FLAT_VOLTAGE = 6.0
+"""Voltage of a flat battery, V: below, ev3dev switches off by itself with a rechargeable one."""
 
 ADVICE = "the battery is flat, {:.1f} V; charge it"
 
 
 class BatteryFlat(ArmError):
-    """There is too little left to begin with.
+    """The battery is too flat to begin.
 
     Args:
-        volts: what it has, V.
+        volts: its voltage, V.
     """
 
     def __init__(self, volts):
@@ -49,9 +49,9 @@ def power_supply():
 
 def flat(clock):
     # type: (Timepiece) -> Optional[float]
-    """The battery's voltage, V, if it is flat; else, or if it does not tell, None."""
+    """Return the battery's voltage, V, if it is flat; else, or if it is not known, None."""
     volts = Battery(clock).volts()
-    return volts if volts is not None and 0 < volts < FLAT else None
+    return volts if volts is not None and 0 < volts < FLAT_VOLTAGE else None
 
 
 def check(clock):
@@ -63,9 +63,9 @@ def check(clock):
 
 
 class Battery(object):
-    """What the battery has left.
+    """The battery's voltage, cached.
 
-    The first look is at once, for it is slow: python-ev3dev2 has to find the battery.
+    The first reading is at once, for it is slow: python-ev3dev2 has to find the battery.
 
     Args:
         clock: has `now()`.
@@ -75,18 +75,18 @@ class Battery(object):
         # type: (Timepiece) -> None
         self._clock = clock
         self._supply = None  # type: Optional[Supply]
-        self._look()
+        self._read()
 
     def volts(self):
         # type: () -> Optional[float]
-        """Its voltage a short while ago, V; None if it does not tell, which stops nobody."""
-        if self._supply is not None and self._clock.now() - self._looked >= READ_PERIOD:
-            self._look()
+        """Return its voltage up to READ_PERIOD ago, V; None if not known, which stops nobody."""
+        if self._supply is not None and self._clock.now() - self._read_at >= READ_PERIOD:
+            self._read()
         return self._volts
 
-    def _look(self):
+    def _read(self):
         # type: () -> None
-        self._looked = self._clock.now()
+        self._read_at = self._clock.now()
         try:
             if self._supply is None:
                 self._supply = power_supply()

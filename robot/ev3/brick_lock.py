@@ -8,6 +8,11 @@ cameras see, a file in the state folder stands for it ($BRICKSERVO_LOCK).
 
 Of one program's arms, too, only one moves the motors: another would not know where that left them.
 
+The lock is flock(2), and not a file with a process number in it: such a file outlives a killed
+program, and its number may be another's by then. Nor fcntl locks: closing any descriptor of the
+file would free those. Who holds it is read from /proc/locks, by inode; as that names a device that
+some file systems report differently, the holder's open files are compared, too.
+
 A system without such locks (no `fcntl`) shows no motors either; there everybody may move.
 """
 
@@ -28,13 +33,14 @@ else:
     Holder = record("Holder", "name pid age begun")
 
 TAKE_TIMEOUT = 15.0
-"""Who is asked to stop has so long to do it, s: stop, go on record, end Python on a busy brick."""
+"""Longest wait for a program that is asked to stop, s: it stops the arm, saves its state, and ends
+Python on a busy brick."""
 
 POLL_PERIOD = 0.05
-"""Period of looks at whether it has, s."""
+"""Period of checking whether it has ended, s."""
 
 _held = {}  # type: Dict[str, int]  # path -> descriptor, which keeps the lock until this program ends
-_movers = {}  # type: Dict[str, BrickLock]  # path -> that of the arm of this program which moves
+_movers = {}  # type: Dict[str, BrickLock]  # path -> lock of this program's arm that moves
 
 
 class BrickInUse(ArmError):
@@ -45,7 +51,7 @@ Holder.__doc__ = """The program that may move the motors.
 
 name   of its script
 pid    number of the process
-age    how long it has been running, s
+age    time for which it has been running, s
 begun  a mark of its start, by which it is told from a later process of the same number
 """
 
@@ -54,7 +60,7 @@ class BrickLock(object):
     """The right to move the motors, for all of this program, until it ends.
 
     Args:
-        path: the folder of the motors.
+        path: the folder in which the system shows the motors, see motors.motors_folder.
     """
 
     def __init__(self, path):
@@ -101,7 +107,7 @@ class BrickLock(object):
 
     def end(self):
         # type: () -> None
-        """The arm is parked: another one of this program may move the motors."""
+        """Let another arm of this program move the motors: this one is parked."""
         if _movers.get(self._path) is self:
             del _movers[self._path]
 
@@ -174,7 +180,7 @@ class BrickLock(object):
 
     def holder(self):
         # type: () -> Optional[Holder]
-        """The Holder that is another program; None if there is none or the system does not tell."""
+        """Return the Holder that is another program; None if there is none, or it is not known."""
         if self._path in _held:
             return None
         try:
@@ -185,16 +191,16 @@ class BrickLock(object):
             return None
         for line in lines:
             # "1: FLOCK  ADVISORY  WRITE 812 00:0f:1234 0 EOF"; one that waits has "->" before it.
-            words = line.split()
-            if words[1:2] == ["FLOCK"] and words[3] == "WRITE":
-                pid, device = int(words[4]), words[5].rsplit(":", 1)
+            fields = line.split()
+            if fields[1:2] == ["FLOCK"] and fields[3] == "WRITE":
+                pid, device = int(fields[4]), fields[5].rsplit(":", 1)
                 if device[1] == str(there.st_ino) and _holds(pid, there, device[0]):
                     return _holder(pid)
         return None
 
     def _taken(self):
         # type: () -> bool
-        """Whether it was free, and is ours now."""
+        """Take it if it is free; return whether it is ours now."""
         try:
             import fcntl  # not above: not every system has it
         except ImportError:
@@ -211,7 +217,7 @@ class BrickLock(object):
 
 def release():
     # type: () -> None
-    """Give it back, as the end of the program does: for who runs programs inside another."""
+    """Release it, as the end of the program does: for programs that are run inside another."""
     _movers.clear()
     while _held:
         os.close(_held.popitem()[1])
@@ -219,7 +225,7 @@ def release():
 
 def _in_use(holder):
     # type: (Optional[Holder]) -> str
-    """Words for people about who has it."""
+    """Return words for people about who holds it."""
     if holder is None:
         return (
             "another program may be moving the motors, and the system does not tell which; "
@@ -232,7 +238,7 @@ def _in_use(holder):
 
 def _described(holder):
     # type: (Holder) -> str
-    """Words for people; a clock on the wall may be wrong on a brick, how long is right."""
+    """Return words for people; a brick's date may be wrong, but the duration is right."""
     return "{} (process {}, running for {})".format(holder.name, holder.pid, _span(holder.age))
 
 
@@ -244,12 +250,12 @@ def _span(seconds):
     return "{:.0f} s".format(seconds)
 
 
-# What Linux tells of a process
+# Facts of a process, from /proc
 
 
 def _holds(pid, there, device):
     # type: (int, os.stat_result, str) -> bool
-    """Whether a process has the file open; for another user's, whether the device is the file's."""
+    """Return whether a process has the file open; of another user's, whether the device is its."""
     folder = "/proc/{}/fd".format(pid)
     try:
         descriptors = os.listdir(folder)
@@ -269,10 +275,10 @@ def _holds(pid, there, device):
 
 def _holder(pid):
     # type: (int) -> Optional[Holder]
-    """The Holder with that number; None if it has just ended."""
+    """Return the Holder of that process number; None if it has just ended."""
     try:
         with open("/proc/{}/cmdline".format(pid)) as file:
-            words = file.read().split("\0")
+            args = file.read().split("\0")
         with open("/proc/{}/stat".format(pid)) as file:
             begun = int(file.read().rsplit(")", 1)[1].split()[19])  # starttime, see proc(5)
         with open("/proc/uptime") as file:
@@ -280,23 +286,23 @@ def _holder(pid):
     except (OSError, IndexError):
         return None
     age = max(0.0, uptime - begun / float(os.sysconf("SC_CLK_TCK")))
-    return Holder(_script(words), pid, age, begun)
+    return Holder(_script(args), pid, age, begun)
 
 
-def _script(words):
+def _script(args):
     # type: (Sequence[str]) -> str
-    """The name of the script in a command line; of a module that is run, or of the program."""
-    for word in words:
-        if word.endswith(".py"):
-            return os.path.basename(word)
-    if "-m" in words[:-1]:
-        return words[words.index("-m") + 1]
-    return os.path.basename(words[0])
+    """Return the name of a command line's script; of a module that is run, or of the program."""
+    for arg in args:
+        if arg.endswith(".py"):
+            return os.path.basename(arg)
+    if "-m" in args[:-1]:
+        return args[args.index("-m") + 1]
+    return os.path.basename(args[0])
 
 
 def _orderly_signal(pid):
     # type: (int) -> int
-    """The signal at which a process ends in its own way: SIGTERM; or Ctrl-C's, if only that.
+    """Return the signal at which a process ends in its own way: SIGTERM, or else SIGINT.
 
     Python ends at SIGTERM without a `finally` unless a script sees to it, but not at Ctrl-C.
     """

@@ -1,4 +1,4 @@
-"""The library itself: whether it is there, and in which folder it looks for motors."""
+"""The library itself: whether it is installed, and the folder in which it finds motors."""
 
 import contextlib
 import sys
@@ -15,14 +15,14 @@ def what_is_missing(error):
     """Return what to do about an ImportError, for people; None if the library is not its cause."""
     if getattr(error, "name", "") != "ev3dev2":
         return None
-    way = "there is no python-ev3dev2 here; run this on the brick, or emulated: {} simulate {}"
-    return way.format(laptop_program(), sys.argv[0])
+    advice = "there is no python-ev3dev2 here; run this on the brick, or emulated: {} simulate {}"
+    return advice.format(laptop_program(), sys.argv[0])
 
 
 @contextlib.contextmanager
 def motors_shown_in(root):
     # type: (str) -> Iterator[None]
-    """Have motors looked for in another folder than the system's, for a `with` block."""
+    """Let the library find motors in another folder than the system's, for a `with` block."""
     from ev3dev2.motor import Device
 
     before = Device.DEVICE_ROOT_PATH

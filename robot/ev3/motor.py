@@ -1,4 +1,4 @@
-"""What the joints' motors have to do, of whatever kind they are.
+"""Interface of the joints' motors, of whatever kind they are.
 
 `ArmMotors(..., kind=...)` takes a class of which this is the interface; it need not derive from it.
 `motors.JointMotor` is the brick's own.  Nothing here is imported by a program.
@@ -17,7 +17,7 @@ class Motor(Protocol):
     Whatever it does not obey raises an ArmError, at best `motors.MotorNotFound`.
 
     Args:
-        name: for messages, e.g. "shoulder".
+        name: name of the joint, for messages, e.g. "shoulder".
         port: "A" .. "D".
         kind: "large" | "medium".
         gear: motor turns per joint turn.
@@ -41,7 +41,7 @@ class Motor(Protocol):
         @property
         def device(self):
             # type: () -> str
-            """The system's name of the motor: another one whenever it is plugged in."""
+            """Name of the motor in the system: another one whenever it is plugged in."""
     else:
         ATTRIBUTES = ("name", "port", "zero", "resolution", "falls", "device")
 
@@ -51,27 +51,27 @@ class Motor(Protocol):
 
     def counts(self):
         # type: () -> int
-        """The encoder's reading, a whole number."""
+        """Return the encoder's reading, counts, a whole number."""
         raise NotImplementedError
 
     def bounds(self):
         # type: () -> Tuple[float, float]
-        """Least and greatest angle that the encoder's reading allows, ascending."""
+        """Return the least and greatest angle that the encoder's reading allows, rad."""
         raise NotImplementedError
 
     def angle(self):
         # type: () -> float
-        """The middle of `bounds`."""
+        """Return the middle of `bounds`, rad."""
         raise NotImplementedError
 
     def duty(self):
         # type: () -> float
-        """What drives it now, %; positive where the joint's angle rises."""
+        """Return the duty that drives it now, %; positive where the joint's angle rises."""
         raise NotImplementedError
 
     def in_counts(self, radians):
         # type: (float) -> float
-        """A difference of angles at the joint as counts."""
+        """Return a difference of angles at the joint (rad) as counts."""
         raise NotImplementedError
 
     def engage(self, stiffness):
@@ -79,23 +79,23 @@ class Motor(Protocol):
         """Make it ready for `drive`.
 
         Args:
-            stiffness: its force on the difference between set and seen speed, % per deg/s.
+            stiffness: duty per difference between set and measured speed of the motor, % per deg/s.
         """
         raise NotImplementedError
 
     def drive(self, speed):
         # type: (float) -> None
-        """Set the speed; it stops by itself if that is not said again within DEAD_MAN."""
+        """Set the speed, rad/s; it stops by itself if that is not renewed within DEAD_MAN."""
         raise NotImplementedError
 
     def go(self, angle, speed):
         # type: (float, float) -> int
-        """Start towards an angle, hold there, and return the target in counts."""
+        """Start towards an angle (rad) at a speed (rad/s), hold there; return the target counts."""
         raise NotImplementedError
 
     def disengage(self):
         # type: () -> None
-        """Take back what `engage` has set; it is stopped."""
+        """Undo the settings of `engage`; it is stopped."""
         raise NotImplementedError
 
     def hold(self):

@@ -1,4 +1,4 @@
-"""python-ev3dev2 and nothing above it: radians at the joint <-> motor counts.
+"""Motors by python-ev3dev2, and nothing above it: radians at the joint <-> motor counts.
 
 The only place that knows counts.  While a joint is followed, its motor runs `run-timed` with a
 speed set-point renewed every tick: should the program freeze or die, the motor's driver itself
@@ -24,10 +24,10 @@ if MYPY:
     from typing import IO, List, Optional, Tuple, Union  # noqa: F401
 
 DEAD_MAN = 0.2
-"""A motor whose set-point is not renewed stops after this time, s."""
+"""Time after which a motor stops whose set-point is not renewed, s."""
 
 SPEED_P, SPEED_I = 1000, 60
-"""The driver's own constants of speed regulation."""
+"""Gains of the driver's own speed regulation, in its units."""
 
 _KINDS = {"large": ev3dev2.motor.LargeMotor, "medium": ev3dev2.motor.MediumMotor}
 
@@ -38,20 +38,20 @@ class MotorNotFound(ArmError, OSError):
 
 def motors_folder():
     # type: () -> str
-    """The folder in which the system shows the motors."""
+    """Return the folder in which the system shows the motors."""
     return os.path.join(ev3dev2.motor.Device.DEVICE_ROOT_PATH, "tacho-motor")
 
 
 def plugged_in():
     # type: () -> List[Tuple[str, ...]]
-    """The motors that are there: sorted pairs of address ("outA") and driver's name."""
+    """Return the motors that are plugged in: sorted pairs of address ("outA") and driver's name."""
     folder, found = motors_folder(), []
     for name in ev3dev2.motor.list_device_names(folder, "*"):
-        words = []
+        values = []
         for attribute in ("address", "driver_name"):
             with open(os.path.join(folder, name, attribute)) as file:
-                words.append(file.read().strip().replace("ev3-ports:", ""))
-        found.append(tuple(words))
+                values.append(file.read().strip().replace("ev3-ports:", ""))
+        found.append(tuple(values))
     return sorted(found)
 
 
@@ -59,7 +59,7 @@ class JointMotor(object):
     """One motor and the gear behind it.
 
     Args:
-        name: for messages, e.g. "shoulder".
+        name: name of the joint, for messages, e.g. "shoulder".
         port: "A" .. "D".
         kind: "large" | "medium".
         gear: motor turns per joint turn.
@@ -100,23 +100,23 @@ class JointMotor(object):
         self.zero = 0.0
         self.falls = False
         self._max_speed = self._motor.max_speed  # type: int
-        # What the loop reads and writes all the time, on the library's own handles: through its
-        # properties, a tick would take twice as long.
+        # The loop reads and writes these on the library's own handles: through its properties, a
+        # tick would take twice as long.
         self._position, self._speed_sp, self._command = (
             self._opened(name) for name in ("position", "speed_sp", "command")
         )
         self._set_speed = None  # type: Optional[int]
         self._carry = 0.0
         self._stiffness = None  # type: Optional[float]
-        """By what it is engaged; 0: the driver has its own constants; None: not known."""
+        """Stiffness by which it is engaged; 0: the driver has its own gains; None: not known."""
         self._action = None  # type: Optional[str]
-        """The stop action that is set; None: not known."""
+        """Stop action that is set; None: not known."""
 
     def _undo_settings(self):
         # type: () -> None
-        """Undo what another program may have left: its polarity would reverse counts and speeds.
+        """Undo settings of another program: its polarity would reverse counts and speeds.
 
-        With its ramps no stop would be one at once.
+        With its ramps no stop would be immediate.
         """
         try:
             for name, value in (("polarity", "normal"), ("ramp_up_sp", 0), ("ramp_down_sp", 0)):
@@ -128,7 +128,7 @@ class JointMotor(object):
     @property
     def device(self):
         # type: () -> str
-        """The system's name of the motor: another one whenever it is plugged in."""
+        """Name of the motor in the system: another one whenever it is plugged in."""
         path = self._motor._path  # type: str
         return os.path.basename(path)
 
@@ -142,7 +142,7 @@ class JointMotor(object):
 
     def counts(self):
         # type: () -> int
-        """The encoder's reading."""
+        """Return the encoder's reading, counts."""
         try:
             self._position.seek(0)
             return int(self._position.read(16))
@@ -151,7 +151,7 @@ class JointMotor(object):
 
     def bounds(self):
         # type: () -> Tuple[float, float]
-        """Least and greatest angle that the encoder's reading allows, rad, ascending.
+        """Return the least and greatest angle that the encoder's reading allows, rad.
 
         Counts are halves of the encoder's steps, truncated towards zero, and the zero lies anywhere
         within a step, on average in its middle: a positive reading n means n - 1/4 .. n + 3/4.
@@ -166,12 +166,12 @@ class JointMotor(object):
 
     def angle(self):
         # type: () -> float
-        """The middle of `bounds`, rad."""
+        """Return the middle of `bounds`, rad."""
         return sum(self.bounds()) / 2
 
     def duty(self):
         # type: () -> float
-        """What the driver gives the motor now, %; positive where the joint's angle rises."""
+        """Return the duty that the driver gives now, %; positive where the joint's angle rises."""
         try:
             duty = self._motor.duty_cycle  # type: int
             return math.copysign(1.0, self._per_radian) * duty
@@ -180,7 +180,7 @@ class JointMotor(object):
 
     def in_counts(self, radians):
         # type: (float) -> float
-        """A difference of angles at the joint as counts."""
+        """Return a difference of angles at the joint (rad) as counts."""
         return radians * self._per_radian
 
     def engage(self, stiffness):
@@ -188,7 +188,7 @@ class JointMotor(object):
         """Make the motor ready for `drive`.
 
         Args:
-            stiffness: the driver's force on the difference between set and seen speed, % per deg/s.
+            stiffness: duty per difference between set and measured speed of the motor, % per deg/s.
         """
         self._set_action("hold" if self.falls else "brake")  # of the dead man
         if stiffness == self._stiffness:
@@ -244,7 +244,7 @@ class JointMotor(object):
 
     def disengage(self):
         # type: () -> None
-        """Give the driver its own speed constants back, as after a reset; the motor is stopped."""
+        """Restore the driver's own speed gains, as after a reset; the motor is stopped."""
         if self._stiffness != 0:
             self._set("speed_p", SPEED_P)
             self._set("speed_i", SPEED_I)

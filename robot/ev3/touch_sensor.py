@@ -6,7 +6,7 @@ if MYPY:
 
 
 class NoTouchSensor(OSError):
-    """None is there, then or no longer."""
+    """There is no touch sensor, or no longer."""
 
 
 def touch_sensor(port):

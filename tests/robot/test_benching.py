@@ -376,7 +376,7 @@ def figures(**changes):
         "backlash_deg": 2.5,
     }
     pieces = {str(n): [1.02 + n] for n in range(measured_brick.MIN_PIECES)}
-    pieces[laps.NOTHING] = [0.02]
+    pieces[laps.EMPTY_LAP] = [0.02]
     return dict(
         {
             "format": measuring.FORMAT,
@@ -394,7 +394,7 @@ def figures(**changes):
 def read(tmp_path, monkeypatch):
     """Read constants from these figures, or this text; the pieces took a second each at cpu=1."""
     at_pace = {str(n): [0.01 + (n + 1) / 2] for n in range(measured_brick.MIN_PIECES)}
-    at_pace[laps.NOTHING] = [0.01]
+    at_pace[laps.EMPTY_LAP] = [0.01]
     monkeypatch.setattr(measured_brick, "_laps_at_true_pace", lambda: at_pace)
 
     def call(content):
@@ -468,7 +468,7 @@ def motor_with(**changes):
         ("[1, 2]", "was not written by"),
         ('{"format": "other"}', "was not written by"),
         (figures(version=2), "is of version 2, and this program reads 1"),
-        (figures(laps_s={"0": [0.1], laps.NOTHING: [0.0]}), "how long 1 known pieces"),
+        (figures(laps_s={"0": [0.1], laps.EMPTY_LAP: [0.0]}), "how long 1 known pieces"),
         (figures(laps_s=[]), "0 known pieces"),
         (figures(laps_s=None), "is missing or is not a number"),
         (figures(motors=[]), "is missing or is not a number"),
