@@ -2,8 +2,8 @@
 
     from robot.api import Clock, Driver, RobotArm, find_arm, read_arm
 
-To import all of it would take the brick seconds. Editors and type checkers, which see no name
-before it is used, are told in the block under MYPY where each comes from.
+To import all of it would take the brick seconds. Editors and type checkers see no name before it is
+used; for them the block under MYPY says where each comes from.
 """
 
 import importlib
@@ -42,7 +42,7 @@ if MYPY:
     from shared.arm_description import find_arm as find_arm
     from shared.arm_description import read_arm as read_arm
 
-ROOMS = {
+MODULES = {
     "robot.clock": ("Clock",),
     "robot.ev3.battery": ("Battery",),
     "robot.drawing": ("Driver",),
@@ -64,15 +64,15 @@ ROOMS = {
     "robot.turtle_graphics": ("Turtle",),
     "shared.arm_description": ("ArmError", "find_arm", "read_arm"),
 }
-"""The names, by the modules where they live."""
+"""Names by the modules that define them."""
 
-__all__ = sorted(name for names in ROOMS.values() for name in names)
+__all__ = sorted(name for names in MODULES.values() for name in names)
 
 
 class _Api(types.ModuleType):
     def __getattr__(self, name):
         # type: (str) -> object
-        for room, names in ROOMS.items():
+        for room, names in MODULES.items():
             if name in names:
                 value = getattr(importlib.import_module(room), name)
                 setattr(self, name, value)

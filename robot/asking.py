@@ -1,4 +1,4 @@
-"""Asks people: by keys in a terminal, by the brick's buttons where a program was started there.
+"""Questions to people: by keys in a terminal, or by buttons if the program was started there.
 
 A program that Brickman has started is shown on the brick's screen, a Linux console, and has no
 keyboard. Any other terminal sends single keys; what is no terminal, lines.
@@ -21,13 +21,13 @@ if MYPY:
     Choices = Sequence[Tuple[str, str]]  # answers, and the keys for them
 
 BUTTONS = ("left", "right", "up", "down", "enter")
-"""The buttons that choose, in the order of the choices; Back ends the program."""
+"""Names of the buttons that choose, in the order of the choices; Back ends the program."""
 
-SHOWN = {"enter": "CENTRE"}
-"""What a button is called, where that is not its name."""
+BUTTON_LABELS = {"enter": "CENTRE"}
+"""Labels of buttons where that is not their name."""
 
 LOOK_PERIOD = 0.05
-"""Between two looks at the buttons, s."""
+"""Period of sampling the buttons, s."""
 
 CTRL_D = "\x04"
 
@@ -37,10 +37,10 @@ class NobodyAnswers(ArmError):
 
 
 class Person(object):
-    """Whoever is at the terminal or at the brick.
+    """The person at the terminal or at the brick.
 
     Args:
-        clock: has `now()` and `sleep(seconds)`; None: nothing is asked.
+        clock: has `now()` and `sleep(seconds)`; None where nothing will be asked.
 
     Attributes:
         at_brick: whether the program was started from the brick's own menu.
@@ -54,14 +54,11 @@ class Person(object):
 
     def choose(self, question, choices):
         # type: (str, Choices) -> str
-        """Which of some answers a question gets.
+        """Ask a question, and return the answer that is chosen.
 
         Args:
             question: text.
             choices: at most five pairs of an answer and the key for it.
-
-        Returns:
-            The answer.
 
         Raises:
             NobodyAnswers: nor will anybody.
@@ -71,10 +68,11 @@ class Person(object):
 
     def confirm(self, request, otherwise=""):
         # type: (str, str) -> None
-        """Wait until somebody says that something is done: by Enter, or the button in the centre.
+        """Wait until somebody confirms that something is done: by Enter, or the centre button.
 
         Args:
-            otherwise: what else may be done where nobody can answer, for people.
+            request: text of what is to be done.
+            otherwise: text of what else may be done where nobody can answer; "" for nothing.
 
         Raises:
             NobodyAnswers: nor will anybody.
@@ -107,7 +105,7 @@ class Person(object):
         # type: (str, Choices) -> str
         print(question)
         for (answer, _), button in zip(choices, BUTTONS):
-            print("{:7}{}".format(SHOWN.get(button, button.upper()), answer))
+            print("{:7}{}".format(BUTTON_LABELS.get(button, button.upper()), answer))
         pressed = self._pressed(BUTTONS[: len(choices)])
         answer = choices[BUTTONS.index(pressed)][0]
         print("-> {}".format(answer))
@@ -115,14 +113,14 @@ class Person(object):
 
     def _pressed(self, wanted):
         # type: (Sequence[str]) -> str
-        """Which of these buttons is pressed next; it is released again by then."""
+        """Wait for one of these buttons to be pressed and released; return its name."""
         if self._buttons is None:
             from robot.ev3.buttons import brick_buttons  # not above: few are asked by button
 
             self._buttons = brick_buttons()
         clock = self._clock
         assert clock is not None  # who asks by buttons has one
-        before = self._down()  # what is down already was meant for something else
+        before = self._down()  # a button that is down already was meant for something else
         while True:
             clock.sleep(LOOK_PERIOD)
             down = self._down()
@@ -141,7 +139,7 @@ class Person(object):
 @contextlib.contextmanager
 def _line_ended():
     # type: () -> Iterator[None]
-    """For a `with` block that may end in the middle of a line."""
+    """End the line if a `with` block ends by an exception, in the middle of one."""
     try:
         yield
     except BaseException:
@@ -160,7 +158,7 @@ def _nobody(otherwise=""):
 
 def _terminal():
     # type: () -> str
-    """Name of the terminal that the program was started in; "" where there is none."""
+    """Return the name of the terminal that the program was started in; "" where there is none."""
     try:
         return os.ttyname(0)
     except (OSError, AttributeError):  # no terminal, or a system without such names
@@ -169,7 +167,7 @@ def _terminal():
 
 def _key(prompt):
     # type: (str) -> str
-    """The next key in a terminal, else the next line; "" at the end of the input."""
+    """Return the next key in a terminal, else the next line; "" at the end of the input."""
     try:
         descriptor = sys.stdin.fileno()
         if not os.isatty(descriptor):
@@ -189,7 +187,7 @@ def _key(prompt):
 
 def _line(prompt):
     # type: (str) -> str
-    """The next line; "" at the end of the input."""
+    """Return the next line; "" at the end of the input."""
     _show(prompt)
     try:
         descriptor = sys.stdin.fileno()

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What this brick is: how fast it starts, computes, reads, wakes up; and how its motors turn.
+"""Measure this brick: how fast it starts, computes, reads, wakes up; and how its motors turn.
 
     bench_brick.py                    three minutes; nothing turns, no laptop is needed
     bench_brick.py planar             control ticks and decisions of one arm only
@@ -40,7 +40,7 @@ ARMS = ("planar", "spatial")
 EXAMPLES = """\
   bench_brick.py planar
   bench_brick.py --move --json mine.json"""
-"""Of the help."""
+"""Examples in the help."""
 
 
 def _run(args):
@@ -52,7 +52,7 @@ def _run(args):
 
 def main(argv=None):
     # type: (Optional[Sequence[str]]) -> int
-    """The command line; the exit status."""
+    """Run the command line; return the exit status."""
     parser = Parser("bench_brick.py", "Measure this brick.", EXAMPLES)
     parser.add_argument("arms", nargs="*", metavar="ARM", help="planar or spatial (default: both)")
     parser.add_argument(

@@ -1,6 +1,7 @@
-"""`driver.py check`: which motor is where and which way it turns, by who looks, or by a camera.
+"""`driver.py check`: which motor is where and in which direction it turns, by a person or a camera.
 
-The answer goes into the arm's file, if that says otherwise, and is kept; until then nothing moves.
+The answer goes into the arm's file, if that says otherwise, and is stored; until then no other
+command moves the arm.
 """
 
 import contextlib
@@ -34,14 +35,15 @@ class NotWritten(ArmError, OSError):
 
 def run(description, clock, take=False, person=None, tracker=None):
     # type: (Arm, Clock, bool, Optional[Person], Optional[ServerAddress]) -> None
-    """Turn each joint a little, find out what moved, correct the arm's file, keep the answer.
+    """Turn each joint a little, find out what moved, correct the arm's file, store the answer.
 
     Args:
         description: shared.arm_description.Arm.
         clock: has `now()` and `sleep(seconds)`.
         take: see program.claim.
         person: asking.Person; whoever started the program if None.
-        tracker: tracker_address.ServerAddress of what sees the arm; None: only the person does.
+        tracker: tracker_address.ServerAddress of the tracker that sees the arm; None: only the
+            person does.
 
     Raises:
         NotMounted, NobodyAnswers, NotWritten, with a tracker jog_views.NotSeen and Refusal, and
@@ -77,15 +79,15 @@ def run(description, clock, take=False, person=None, tracker=None):
 
 def _seen_by_camera(arm, tracker, clock):
     # type: (RobotArm, ServerAddress, Clock) -> List[Optional[mounting.Observed]]
-    """What the camera has seen of each motor: mounting.Observed, or None where it cannot tell."""
+    """Return mounting.Observed by the camera for each motor, or None where it cannot tell."""
     # Not above: only who looks through a camera waits for all this to be loaded.
-    from robot.jog_watching import PLACING, JogWatcher
+    from robot.jog_watching import PLACING_ADVICE, JogWatcher
     from robot.motion import jog_views
     from robot.tracking import TrackingClient
 
     description = arm.description
     straight = "at home" if description.chain in PULLED_DOWN else "straight"
-    print(PLACING.format(straight=straight, joint=description.joints[0].name))
+    print(PLACING_ADVICE.format(straight=straight, joint=description.joints[0].name))
     client = TrackingClient(*tracker, clock=clock, say=_say)
     try:
         watcher = JogWatcher(arm, client, clock)
@@ -107,7 +109,7 @@ def _say(line):
 
 def _seen(arm, k, person):
     # type: (RobotArm, int, Person) -> mounting.Observed
-    """What was seen when the motor turned that should be joint `k`'s: mounting.Observed."""
+    """Turn the motor that should be joint `k`'s, ask, and return mounting.Observed."""
     description = arm.description
     joint, gears = description.joints[k], mounting.jog_angles(description, k)
     parts = [(one.name, one.name[0]) for one in description.joints]
@@ -126,15 +128,20 @@ def _seen(arm, k, person):
             return mounting.Observed(part, True)
         angle = gears[-1]  # as far as it may
     if description.chain in PULLED_DOWN and part != "base":
-        way = person.choose("Which way first?", [("up", "u"), ("down", "d")])
-        return mounting.Observed(part, way == "up")
-    way = person.choose("Which way first, seen from above?", [("left", "l"), ("right", "r")])
-    return mounting.Observed(part, way == "left")
+        direction = person.choose("Which way first?", [("up", "u"), ("down", "d")])
+        return mounting.Observed(part, direction == "up")
+    direction = person.choose("Which way first, seen from above?", [("left", "l"), ("right", "r")])
+    return mounting.Observed(part, direction == "left")
 
 
 def _corrected(arm, said, values):
     # type: (Arm, Sequence[str], Dict[Tuple[str, str], str]) -> Arm
-    """Write what was seen into the arm's file, or into a copy of one that came along; the new Arm.
+    """Write what was seen into the arm's file, or a copy of one that came along; return the Arm.
+
+    Args:
+        arm: Arm as its file says.
+        said: lines for people about the differences.
+        values: new texts by (section, key).
 
     Raises:
         NotWritten: saying what to write there.
@@ -143,12 +150,12 @@ def _corrected(arm, said, values):
         "[{}] {} = {}".format(section, key, text) for (section, key), text in sorted(values.items())
     )
     path = users_file(arm.name) if comes_along(arm) else os.path.realpath(arm.file)
-    told = path.replace(os.path.expanduser("~") + os.sep, "~" + os.sep, 1)
+    shown = path.replace(os.path.expanduser("~") + os.sep, "~" + os.sep, 1)
 
     def refused(why):
         # type: (object) -> NotWritten
         return NotWritten(
-            "{}: {} is not changed, {}; write there: {}".format("; ".join(said), told, why, lines)
+            "{}: {} is not changed, {}; write there: {}".format("; ".join(said), shown, why, lines)
         )
 
     if comes_along(arm) and os.path.exists(path):
@@ -168,5 +175,5 @@ def _corrected(arm, said, values):
     except BadIni as error:
         raise refused("[{}] {} {}".format(error.section, error.key, error)) from None
     copied = ", a copy that --arm {} means from now on".format(arm.name) if comes_along(arm) else ""
-    print("{}: {} written to {}{}".format("; ".join(said), lines, told, copied))
+    print("{}: {} written to {}{}".format("; ".join(said), lines, shown, copied))
     return read_arm(path)

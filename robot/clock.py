@@ -1,4 +1,4 @@
-"""The brick's clock: the only place in `robot/` that asks what time it is."""
+"""The brick's clock: the only place in `robot/` that asks the system for the time."""
 
 import time
 
@@ -11,11 +11,11 @@ if MYPY:
 
         def now(self):
             # type: () -> float
-            """Seconds since some moment in the past."""
+            """Return the seconds since some moment in the past."""
 
         def sleep(self, seconds):
             # type: (float) -> None
-            """Wait."""
+            """Wait for so many seconds."""
 
 
 class Clock(object):
@@ -23,11 +23,11 @@ class Clock(object):
 
     def now(self):
         # type: () -> float
-        """Seconds since some moment in the past."""
+        """Return the seconds since some moment in the past."""
         return time.monotonic()
 
     def sleep(self, seconds):
         # type: (float) -> None
-        """Wait; returns at once for times that have passed."""
+        """Wait for so many seconds; return at once if they are none or negative."""
         if seconds > 0:
             time.sleep(seconds)

@@ -1,4 +1,4 @@
-"""Reads the command lines of the brick's scripts.
+"""Reading of the command lines of the brick's scripts.
 
 What is usual is read here; only what is not (help, a mistake, an abbreviation) is left to argparse,
 which makes of the same arguments what it would have made of all: to import it and set it up takes
@@ -22,16 +22,22 @@ CODE_HELP = (
     "as the tracker prints it; others on that computer can read it in this command (default: ${}, "
     "else as remembered, else it is asked for)".format(CODE)
 )
-"""Of the option `--code` of those that pair with the tracker."""
+"""Help of the option `--code` of scripts that pair with the tracker."""
 
 
 class BadArgument(ValueError):
-    """A text is not what an argument takes; says so in words for people."""
+    """A text is not what an argument takes; the message is for people."""
 
 
 def number_in(lower, upper, unit):
     # type: (float, float, str) -> Callable[[str], float]
-    """A `type` for an argument: reads a number within these limits, both included."""
+    """Return a `type` for an argument: it reads a number within these limits, both included.
+
+    Args:
+        lower: least number.
+        upper: greatest number.
+        unit: their unit, for people.
+    """
 
     def read(text):
         # type: (str) -> float
@@ -62,7 +68,7 @@ def _refuse(prog, message):
 if not MYPY:
 
     class Values(object):
-        """What a command line says, by the names of its arguments."""
+        """Values of a command line, by the names of its arguments."""
 
         def __contains__(self, name):
             return name in vars(self)
@@ -91,12 +97,12 @@ class _Argument(object):
     @property
     def shown(self):
         # type: () -> str
-        """Its name in a message."""
+        """Name in a message."""
         return "/".join(self.flags) if self.is_option else self.options["metavar"]
 
     def default(self):
         # type: () -> Any
-        """Its value when it is not given."""
+        """Return its value when it is not given."""
         value = self.options.get("default", None if self.takes_value else False)
         if value is None and self.nargs == "*":
             return []
@@ -104,7 +110,7 @@ class _Argument(object):
 
     def read(self, text):
         # type: (str) -> Any
-        """The value of a text.
+        """Return the value of a text.
 
         Raises:
             BadArgument: it is none.
@@ -116,7 +122,7 @@ class _Argument(object):
 
     def takes(self, number):
         # type: (int) -> bool
-        """Whether so many texts are right for it."""
+        """Return whether it takes this number of texts."""
         if self.nargs is None:
             return number == 1
         least = {"?": 0, "*": 0, "+": 1}.get(self.nargs, self.nargs)  # type: int
@@ -125,7 +131,7 @@ class _Argument(object):
 
     def value(self, texts):
         # type: (Sequence[str]) -> Any
-        """The value of these texts, which are right in number; of none, its default."""
+        """Return the value of these texts, which are right in number; of none, its default."""
         if not texts:
             return self.default()
         values = [self.read(text) for text in texts]
@@ -138,10 +144,10 @@ class Parser(object):
     Arguments are added as with argparse.ArgumentParser; commands by `add_command`.
 
     Args:
-        prog: the script's name.
-        description: one line for the help.
-        examples: command lines, one a line, for its end.
-        name: the command's whose parser it is; "": the script's own.
+        prog: name of the script.
+        description: text for the help.
+        examples: command lines, one a line, for the end of the help.
+        name: name of the command whose parser it is; "": the script's own.
     """
 
     def __init__(self, prog, description=None, examples=None, name=""):
@@ -165,6 +171,10 @@ class Parser(object):
         # type: (str, str) -> Parser
         """Add a command; the options of this parser are accepted before and after its name.
 
+        Args:
+            name: as it is typed.
+            text: its line in the help.
+
         Returns:
             The Parser for what else may follow it.
         """
@@ -179,19 +189,19 @@ class Parser(object):
 
     def parse_args(self, argv=None):
         # type: (Optional[Sequence[str]]) -> Values
-        """The Values of a command line; the script's own if it is None."""
+        """Return the Values of a command line; of the script's own if it is None."""
         argv = sys.argv[1:] if argv is None else argv
         values = self._usual(argv)
         return values or self.with_argparse().parse_args(argv, Values())
 
     def parse_known_args(self, argv=None):
         # type: (Optional[Sequence[str]]) -> Tuple[Values, List[str]]
-        """The same, and a list of what is not known."""
+        """Return the same, and a list of unknown arguments."""
         argv = sys.argv[1:] if argv is None else argv
         values = self._usual(argv)
         return (values, []) if values else self.with_argparse().parse_known_args(argv, Values())
 
-    # What is usual
+    # Usual command lines
 
     def _usual(self, argv):
         # type: (Sequence[str]) -> Optional[Values]
@@ -210,7 +220,7 @@ class Parser(object):
 
     def _read(self, argv):
         # type: (Sequence[str]) -> Values
-        """The Values of a usual command line.
+        """Return the Values of a usual command line.
 
         Raises:
             _Unusual: this is none.
@@ -241,7 +251,10 @@ class Parser(object):
 
     def _sorted(self, argv):
         # type: (Sequence[str]) -> Tuple[List[Given], Parser]
-        """What is given, (argument, its texts, the Parser that reads it), and the command's Parser.
+        """Sort texts by arguments.
+
+        Returns:
+            List of (argument, its texts, the Parser that reads it), and the command's Parser.
 
         Raises:
             _Unusual: it is not that plain.
@@ -250,43 +263,43 @@ class Parser(object):
         given = []  # type: List[Given]
         loose = None  # type: Optional[List[str]]
         options = {flag: one for one in self._options() for flag in one.flags}
-        words = iter(argv)
-        for word in words:
-            if len(word) > 1 and word.startswith("-"):
-                flag, is_joined, text = word.partition("=")
+        args = iter(argv)
+        for arg in args:
+            if len(arg) > 1 and arg.startswith("-"):
+                flag, is_joined, text = arg.partition("=")
                 if flag not in options or (is_joined and not options[flag].takes_value):
                     raise _Unusual
                 if options[flag].takes_value and not is_joined:
-                    text = next(words, "-")
+                    text = next(args, "-")
                     if text.startswith("-"):
                         raise _Unusual
                 given.append((options[flag], [text], parser))
                 ended = loose is not None
             elif parser is self and self._commands:
-                commands = [one for one, _ in self._commands if one.name == word]
+                commands = [one for one, _ in self._commands if one.name == arg]
                 if not commands:
                     raise _Unusual
                 parser = commands[0]
                 options.update({flag: one for one in parser._options() for flag in one.flags})
-            elif ended or word == "-":
+            elif ended or arg == "-":
                 raise _Unusual
             elif loose is None:
-                loose, positional = [word], parser._positional()
+                loose, positional = [arg], parser._positional()
                 if positional is None:
                     raise _Unusual
                 given.append((positional, loose, parser))
             else:
-                loose.append(word)
+                loose.append(arg)
         positional = parser._positional()
         if positional and not positional.takes(len(loose or ())):
             raise _Unusual
         return given, parser
 
-    # What is not
+    # Unusual ones
 
     def with_argparse(self):
         # type: () -> argparse.ArgumentParser
-        """The argparse.ArgumentParser that knows the same."""
+        """Return an argparse.ArgumentParser of the same arguments."""
         import argparse  # not above, see there
 
         from shared.version import VERSION
@@ -301,10 +314,10 @@ class Parser(object):
             for argument in arguments:
                 options = dict(argument.options, **other)
                 if "type" in options:
-                    options["type"] = told(options["type"])
+                    options["type"] = reporting(options["type"])
                 parser.add_argument(*argument.flags, **options)
 
-        def told(read):
+        def reporting(read):
             # type: (Callable[[str], Any]) -> Callable[[str], Any]
             def checked(text):
                 # type: (str) -> Any

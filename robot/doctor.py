@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tell what this brick is and has, as a line of JSON; it moves nothing.
+"""Print what this brick is and has, as a line of JSON; it moves nothing.
 
     doctor.py              for the laptop's `brick doctor`, which says what that means
     doctor.py --motors     then for half a minute, a line for each motor that a hand turns
@@ -25,9 +25,9 @@ if MYPY:
     Motors = Dict[str, Any]  # python-ev3dev2's, by port
 
 WATCH_TIME, POLL_PERIOD = 30.0, 0.1
-"""For so long motors are watched, and as often as this they are looked at, s."""
+"""Time for which motors are watched, and period of reading them, s."""
 MIN_TURN = 5
-"""A motor that has counted so far from where it was last told is told again, counts."""
+"""Least turn of a motor since its last line for another one, counts."""
 
 KINDS = {"lego-ev3-l-motor": "large", "lego-ev3-m-motor": "medium"}
 """Kinds of motors that an arm has, by their drivers."""
@@ -35,7 +35,7 @@ KINDS = {"lego-ev3-l-motor": "large", "lego-ev3-m-motor": "medium"}
 
 def read(path):
     # type: (str) -> str
-    """The text of a file of the system's; "" if there is none."""
+    """Return the text of a file of the system's; "" if there is none."""
     try:
         with open(path, errors="replace") as file:
             return file.read()
@@ -45,7 +45,7 @@ def read(path):
 
 def library():
     # type: () -> Optional[str]
-    """The version of python-ev3dev2, "" if it does not say, None if it is not there."""
+    """Return the version of python-ev3dev2, "" if not known, None if it is not installed."""
     found = importlib.util.find_spec("ev3dev2")
     if found is None or not found.origin:
         return None
@@ -56,34 +56,34 @@ def library():
 
 def memory():
     # type: () -> Optional[float]
-    """What is left of the memory for programs, MB; None if the system does not say."""
+    """Return the memory that is left for programs, MB; None if it is not known."""
     found = re.search(r"^MemAvailable: *(\d+) kB", read("/proc/meminfo"), re.MULTILINE)
     return int(found.group(1)) / 1024 if found else None
 
 
 def others():
     # type: () -> List[Tuple[int, str]]
-    """Other programs of Python: (number, command line)."""
+    """Return other programs of Python: (process number, command line)."""
     found = []
     for path in glob.glob("/proc/[0-9]*/cmdline"):
         number = int(path.split("/")[2])
-        words = read(path).split("\0")
-        is_python = re.match(r"(micro|pybricks-micro)?python", os.path.basename(words[0]))
+        args = read(path).split("\0")
+        is_python = re.match(r"(micro|pybricks-micro)?python", os.path.basename(args[0]))
         if is_python and number not in (os.getpid(), os.getppid()):
-            found.append((number, " ".join(words).strip()[:80]))
+            found.append((number, " ".join(args).strip()[:80]))
     return sorted(found)
 
 
 def room():
     # type: () -> float
-    """What is left of the card, MB."""
+    """Return the room that is left on the card, MB."""
     left = os.statvfs(os.path.expanduser("~"))
     return left.f_bavail * left.f_frsize / 1e6
 
 
 def battery():
     # type: () -> Optional[float]
-    """Its voltage, V; None if it does not tell."""
+    """Return the battery's voltage, V; None if it is not known."""
     try:
         from ev3dev2.power import PowerSupply
 
@@ -95,7 +95,7 @@ def battery():
 
 def motors():
     # type: () -> Tuple[Motors, Optional[str]]
-    """The motors of python-ev3dev2 by port, and why there are none."""
+    """Return the motors of python-ev3dev2 by port, and why there are none, or None."""
     try:
         from ev3dev2.motor import list_motors
 
@@ -106,16 +106,16 @@ def motors():
 
 def facts(found, problem):
     # type: (Motors, Optional[str]) -> Dict[str, object]
-    """All that there is to tell, but how motors turn.
+    """Return all facts of the brick, but how motors turn.
 
     Args:
         found: port -> motor.
         problem: why there are none, or None.
     """
-    told = {}
+    by_port = {}
     for port, motor in found.items():
         driver = motor.driver_name
-        told[port] = {"kind": KINDS.get(driver, driver), "position": motor.position}
+        by_port[port] = {"kind": KINDS.get(driver, driver), "position": motor.position}
     now = datetime.datetime.now(datetime.timezone.utc)
     return {
         "python": platform.python_version(),
@@ -130,42 +130,42 @@ def facts(found, problem):
         "time": now.timestamp(),
         "host": socket.gethostname(),
         "connection": os.environ.get("SSH_CONNECTION", ""),
-        "motors": told,
+        "motors": by_port,
         "problem": problem,
     }
 
 
-def tell(what):
+def announce(fact):
     # type: (Dict[str, object]) -> None
-    """Write a line."""
-    print(json.dumps(what), flush=True)
+    """Print a dict as a line of JSON."""
+    print(json.dumps(fact), flush=True)
 
 
 def watch(found):
     # type: (Motors) -> None
-    """Tell of each motor that is turned by hand, or comes off by that."""
-    last, there = {}, dict(found)  # type: Dict[str, int], Motors
+    """Print a line for each motor that is turned by hand, or comes off by that."""
+    last, present = {}, dict(found)  # type: Dict[str, int], Motors
     pause = threading.Event()
     for _ in range(int(WATCH_TIME / POLL_PERIOD)):
-        for port, motor in sorted(there.items()):
+        for port, motor in sorted(present.items()):
             try:
                 position = motor.position
             except Exception:  # whatever that library, or a driver, may have
-                tell({"port": port, "gone": True})
-                del there[port]
+                announce({"port": port, "gone": True})
+                del present[port]
                 continue
             last.setdefault(port, position)
             if abs(position - last[port]) >= MIN_TURN:
-                tell({"port": port, "before": last[port], "position": position})
+                announce({"port": port, "before": last[port], "position": position})
                 last[port] = position
         pause.wait(POLL_PERIOD)
 
 
 def main():
     # type: () -> None
-    """Tell it all."""
+    """Print the facts, then motors that turn, if that is asked for."""
     found, problem = motors()
-    tell(facts(found, problem))
+    announce(facts(found, problem))
     if "--motors" in sys.argv[1:]:
         watch(found)
 

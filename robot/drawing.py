@@ -1,4 +1,4 @@
-"""A drawing arm: lines, arcs, circles, rectangles, by joint motions worked out on the brick."""
+"""A drawing arm: lines, arcs, circles, rectangles, by joint motions planned on the brick."""
 
 import math
 import os
@@ -21,10 +21,10 @@ if MYPY:
 METHODS = ("smooth", "steps")
 
 BACKLASH_TOLERANCE = math.radians(1.5)
-"""Measured and described play may differ by this much before a word is said, rad."""
+"""Tolerance of measured against described backlash, rad; beyond, a line is printed."""
 
 MAX_STEPS = 200
-"""The report's steps end somewhere; this many would go round the base several times."""
+"""Greatest number of the report's steps on a line: more would go round the base several times."""
 
 
 class NotAnnounced(ArmError, OSError):
@@ -36,7 +36,7 @@ class Driver(object):
 
     Args:
         arm: robot.motion.arm.RobotArm.
-        speed: of the tip, cm/s; the arm's own if None.
+        speed: speed of the tip, cm/s; the arm's own if None.
         elbow: "up" | "down" | None: the arm's own where it can.
         say: called with each line of progress.
     """
@@ -52,6 +52,10 @@ class Driver(object):
     def home(self, here=False, seek=False):
         # type: (bool, bool) -> None
         """Find the zero, see RobotArm.home; if something was sought, then go to the home pose.
+
+        Args:
+            here: whether the arm stands in its home pose.
+            seek: whether to seek its hard stops from wherever it is.
 
         Raises:
             ArmError: after stopping; the zero is then unknown.
@@ -82,12 +86,12 @@ class Driver(object):
 
     def position(self):
         # type: () -> FixedPoint
-        """The tip (x, y) or (x, y, z), cm, as the encoders have it."""
+        """Return the tip (x, y) or (x, y, z), cm, as the encoders have it."""
         return self.arm.position()
 
     def pen_up(self):
         # type: () -> None
-        """Lift the pen; nothing where the arm has no pen motor."""
+        """Lift the pen; do nothing where the arm has no pen motor."""
         self._move_pen(False)
 
     def pen_down(self):
@@ -115,7 +119,7 @@ class Driver(object):
 
     def go_low(self):
         # type: () -> None
-        """Go to where the arm rests, if there is such a place and a way; say what came of it."""
+        """Go to where the arm rests, if there is such a place and a path; say what came of it."""
         try:
             if self.arm.go_low():
                 self.say("gone low, where the arm rests")
@@ -124,9 +128,11 @@ class Driver(object):
 
     def draw_line(self, start, end, method="smooth"):
         # type: (Point, Point, str) -> None
-        """Draw the straight line from `start` to `end`, cm.
+        """Draw a straight line.
 
         Args:
+            start: (x, y) or (x, y, z), cm.
+            end: likewise.
             method: "smooth" or the report's "steps".
 
         Raises:
@@ -138,27 +144,29 @@ class Driver(object):
 
     def draw(self, strokes, method="smooth"):
         # type: (Sequence[Sequence[Point]], str) -> None
-        """Draw strokes, each a sequence of points (x, y) or (x, y, z), cm, of any shape.
+        """Draw strokes; the pen lifts between two, but where one begins where the last one ends.
 
-        The pen lifts between two strokes, but where one begins where the one before ends.
+        Args:
+            strokes: each a sequence of points (x, y) or (x, y, z), cm, of any shape.
+            method: "smooth" or the report's "steps".
 
         Raises:
             paths.BadPath: a stroke that is none.
             kinematics.Unreachable: some point cannot be had; nothing has moved.
         """
-        ways = []  # type: List[List[Piece]]
+        merged = []  # type: List[List[Piece]]
         for stroke in strokes:
             pieces = paths.pieces_of(stroke)
-            if ways and kinematics.distance(ways[-1][-1][-1], pieces[0][0]) < paths.SAME_PLACE:
-                ways[-1].extend(pieces)
+            if merged and kinematics.distance(merged[-1][-1][-1], pieces[0][0]) < paths.SAME_PLACE:
+                merged[-1].extend(pieces)
             else:
-                ways.append(pieces)
+                merged.append(pieces)
         arm = self.arm.description
-        planned = [trajectory.plan(arm, pieces, self.speed, self.elbow) for pieces in ways]
+        planned = [trajectory.plan(arm, pieces, self.speed, self.elbow) for pieces in merged]
         if method == "steps":
-            for pieces, plans in zip(ways, planned):
+            for pieces, plans in zip(merged, planned):
                 self._check_steps(pieces, plans)
-        for pieces, plans in zip(ways, planned):
+        for pieces, plans in zip(merged, planned):
             self.draw_planned(pieces, plans, method)
 
     def draw_planned(self, pieces, plans, method="smooth"):
@@ -186,7 +194,7 @@ class Driver(object):
         from robot.motion.classic_steps import jacobian_step  # not above: few draw in steps
 
         for piece, plan in zip(pieces, plans):
-            jacobian_step(self.arm.description, plan.start, _way(piece))
+            jacobian_step(self.arm.description, plan.start, _direction(piece))
 
     def _draw_in_steps(self, pieces, plans):
         # type: (Sequence[Piece], Sequence[Trajectory]) -> None
@@ -198,11 +206,11 @@ class Driver(object):
 
     def _steps(self, start, goal):
         # type: (FixedPoint, FixedPoint) -> None
-        """The report's method: dy fixed, dx = J^-1 dy here, cut to 5 degrees, repeated."""
+        """Draw a line by the report's method: dy fixed, dx = J^-1 dy, cut to 5 deg, repeated."""
         from robot.motion import classic_steps  # not above: few draw in steps
 
         description = self.arm.description
-        dy = _way((start, goal))
+        dy = _direction((start, goal))
         for _ in range(MAX_STEPS):
             q = self.arm.angles()
             if classic_steps.has_arrived(start, goal, kinematics.forward(description, q)):
@@ -216,9 +224,9 @@ class Driver(object):
         )
 
 
-def _way(piece):
+def _direction(piece):
     # type: (Piece) -> FixedPoint
-    """From the first point of a piece towards the second, cm."""
+    """Return the vector from the first point of a piece to the second, cm."""
     return tuple(b - a for a, b in zip(*piece[:2]))
 
 

@@ -1,4 +1,4 @@
-"""The commands of `driver.py`: what is typed becomes drawings, and those are drawn."""
+"""The commands of `driver.py`: command lines become drawings, and those are drawn."""
 
 import math
 import re
@@ -29,19 +29,19 @@ LINES = {
     2: (((10, 0), (5, 10)), ((15, 0), (0, 15)), ((12, 15), (0, 15))),
     3: (((14, 0, 4), (14, 0, 16)), ((12, -6, 8), (12, 6, 8)), ((15, -4, 6), (9, 4, 12.6))),
 }  # type: Dict[int, Tuple[Tuple[FixedPoint, FixedPoint], ...]]
-"""What is drawn if nothing is said, cm: in the plane the lines of the report that the methods come
-from; in space an upright, a level and a slanting one."""
+"""Lines that are drawn by default, cm: in the plane those of the report that the methods come from;
+in space an upright, a level and a slanting one."""
 
 
 ABOUT = """\
 Draw with the arm; all lengths in cm. What a laptop has planned: driver.py job --help.
 Points that you touch with the arm: driver.py touch --help."""
-"""Of the help, too."""
+"""Description in the help."""
 
 EXAMPLES = """\
   driver.py line 10,0 5,10
   driver.py --arm spatial line 14,0,4 14,0,16"""
-"""Of the help."""
+"""Examples in the help."""
 
 
 def _point(text):
@@ -70,7 +70,7 @@ def _parser():
 
 def _add_options(parser):
     # type: (Parser) -> None
-    """What every command takes."""
+    """Add the options of every command."""
     parser.add_argument(
         "--arm",
         default=default_arm(),
@@ -102,7 +102,7 @@ def _add_options(parser):
 
 def _add_arm_commands(parser):
     # type: (Parser) -> None
-    """What tells of the arm, checks it, finds its zero or moves it without drawing."""
+    """Add the commands that report on the arm, check it, find its zero or move it, pen up."""
     add = parser.add_command
     add("where", "where the tip is")
     inverse = add("inverse", "the joint angles for a point, found in three ways; moves nothing")
@@ -128,7 +128,7 @@ def _add_arm_commands(parser):
 
 def _add_drawings(parser):
     # type: (Parser) -> None
-    """What is drawn."""
+    """Add the commands that draw."""
     add = parser.add_command
     line = add("line", "a straight line")
     line.add_argument("points", type=_point, nargs="+", metavar="X,Y[,Z]")
@@ -152,7 +152,7 @@ def _add_drawings(parser):
 
 def _compare_inverses(description, p):
     # type: (Arm, Point) -> None
-    """Print the analytic poses for `p`, and the ways of Newton and Broyden from the home pose."""
+    """Print the analytic poses for `p` (cm), and Newton's and Broyden's steps from home."""
     from robot.motion import inverse_iteration  # not above: only this command needs it
 
     def degrees(q):
@@ -176,7 +176,7 @@ def _compare_inverses(description, p):
 
 def _placed(description, point, height):
     # type: (Arm, FixedPoint, Optional[float]) -> FixedPoint
-    """The point as this arm has them; a height completes X,Y to X,Y,Z."""
+    """Return a point as this arm has them, cm; a height completes X,Y to X,Y,Z."""
     size = kinematics.coordinates(description)
     if size == 3 and len(point) == 2:
         return point + (height or 0.0,)
@@ -190,7 +190,7 @@ def _placed(description, point, height):
 
 def _drawings(parser, args, description):
     # type: (Parser, Values, Arm) -> List[List[Piece]]
-    """What to draw: a list of drawings, each the pieces of a stroke."""
+    """Return a list of drawings, each the pieces of a stroke."""
     if args.command in ("where", "inverse", "check", "home", "move"):
         return []
     if args.command == "line":
@@ -235,7 +235,7 @@ def _check(description, take, tracker=None):
 
 def _tracker(parser, args):
     # type: (Parser, Values) -> Optional[ServerAddress]
-    """The ServerAddress of the tracker that `check` is to see by; None: nobody said so."""
+    """Return the ServerAddress of the tracker that `check` is to see by; None: it asks."""
     if not args.camera:
         if args.place or args.code is not None:
             parser.error("HOST and --code are of the tracker that a camera sees by; add --camera")
@@ -248,7 +248,7 @@ def _tracker(parser, args):
 
 def _from_menu():
     # type: () -> bool
-    """Whether the brick's menu has started this, where no command can be typed."""
+    """Return whether the brick's menu has started this, where no command can be typed."""
     from robot.asking import Person  # not above, see there
 
     return Person(None).at_brick
@@ -311,10 +311,10 @@ def _run(parser, args):
 
 def main(argv=None):
     # type: (Optional[Sequence[str]]) -> int
-    """Run one command; the exit status."""
+    """Run one command; return the exit status."""
     argv = sys.argv[1:] if argv is None else argv
     # A leading space tells argparse that "-5,10" is a point and not an option.
-    argv = [" " + word if re.match(r"-(\d|\.|inf|nan)", word) else word for word in argv]
+    argv = [" " + arg if re.match(r"-(\d|\.|inf|nan)", arg) else arg for arg in argv]
     parser = _parser()
     args = parser.parse_args(argv)
     return program.run(parser.prog, lambda: _run(parser, args))

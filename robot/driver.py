@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Draw with the arm: lines, arcs, circles, rectangles, by joint motions worked out on the brick.
+"""Draw with the arm: lines, arcs, circles, rectangles, by joint motions planned on the brick.
 
     driver.py check                     which motor is where, and which way it turns: once, at first
     driver.py home                      you put the arm in its home pose, and it believes that
@@ -31,12 +31,12 @@ if __name__ == "__main__":
     program.let_signals_end()
 
 
-def _command(words):
+def _command(args):
     # type: (List[str]) -> str
-    """The command that is typed, if nothing but an arm or --take stands before it."""
-    while words and words[0].startswith("--"):
-        words = words[2 if words[0] == "--arm" else 1 :]
-    return words[0] if words else ""
+    """Return the command that is typed, if nothing but an arm or --take stands before it."""
+    while args and args[0].startswith("--"):
+        args = args[2 if args[0] == "--arm" else 1 :]
+    return args[0] if args else ""
 
 
 # All else is imported: Python keeps what it has compiled of a module, but of a script nothing.

@@ -23,17 +23,17 @@ if MYPY:
     from shared.job import Job  # noqa: F401
 
 COMMANDS = ("job", "jobs", "order")
-"""Those that are here."""
+"""Names of the commands that are here."""
 
 EXAMPLES = """\
   driver.py job rose
   driver.py job rose.job --resume
   driver.py order pause
   driver.py order speed 60"""
-"""Of the help."""
+"""Examples in the help."""
 
-CHECK_NEWS = 3.0
-"""While a job is looked through, it is said so often how far that is, s."""
+CHECK_REPORT_PERIOD = 3.0
+"""Period of the lines on how far the check of a job is, s."""
 
 RUNNING = ("drawing", "paused")
 """States of a job that is not over."""
@@ -132,7 +132,7 @@ def _job(parser, args):
         ))  # fmt: skip
         paused = args.paused
         if progress:
-            paused = _tell_resumed(arm, job, progress, first) or paused
+            paused = _report_resumed(arm, job, progress, first) or paused
         elif args.share is not None:
             print("begins with stroke {} of {}".format(first, header.strokes))
         presses = _presses()
@@ -158,19 +158,19 @@ def _job(parser, args):
 
 def _check(job, description, clock):
     # type: (Job, Arm, Clock) -> None
-    """Say what is wrong with any stroke before anything moves; a long job takes the brick long."""
+    """Refuse, by BadJob, an unfit stroke before anything moves; that takes the brick long."""
     from robot.jobs.checking import check_strokes
 
-    told = clock.now()
+    reported_at = clock.now()
     for k in check_strokes(job, description):
-        if clock.now() > told + CHECK_NEWS:
-            told = clock.now()
+        if clock.now() > reported_at + CHECK_REPORT_PERIOD:
+            reported_at = clock.now()
             print("looked through {} of {}".format(k, in_strokes(job.header.strokes)))
 
 
 def _log_file(path, joints):
     # type: (Optional[str], int) -> Optional[LogFile]
-    """The log to write, or None.
+    """Return the log to write to a path, for an arm of so many joints, or None.
 
     Raises:
         BadLog: it cannot be written.
@@ -182,9 +182,9 @@ def _log_file(path, joints):
     return LogFile(path, joints)
 
 
-def _tell_resumed(arm, job, progress, first):
+def _report_resumed(arm, job, progress, first):
     # type: (RobotArm, Job, SavedProgress, int) -> bool
-    """Say where it goes on, and how well that will fit; whether somebody there is to nudge it."""
+    """Print where it goes on, and how well that will fit; return whether to wait for a nudge."""
     from robot.jobs.runner import max_offset
 
     zeros = arm.motors.zeros()
@@ -219,7 +219,7 @@ def _is_somebody_there():
 
 def _presses():
     # type: () -> List[Union[Buttons, Keys]]
-    """Whom to ask what was pressed: the brick's buttons, and the keys of a terminal."""
+    """Return the sources of presses: the brick's buttons, and the keys of a terminal."""
     from robot.asking import Person
     from robot.jobs.orders import Buttons, Keys
 
@@ -238,13 +238,13 @@ def _presses():
 
 def in_strokes(count):
     # type: (int) -> str
-    """How many they are, for people."""
+    """Return a number of strokes in words."""
     return "1 stroke" if count == 1 else "{} strokes".format(count)
 
 
 def in_minutes(seconds):
     # type: (float) -> str
-    """A time for people."""
+    """Return a time, s, as minutes and seconds for people."""
     seconds = int(round(seconds))
     return "{}:{:02d}".format(seconds // 60, seconds % 60)
 
@@ -258,7 +258,7 @@ class NothingRuns(ArmError):
 
 def _status():
     # type: () -> Tuple[Dict[str, Any], bool]
-    """What the status file says (a dict), and whether that job is being drawn now."""
+    """Return the contents of the status file (a dict), and whether that job is drawn now."""
     from robot.jobs.report import status_file
     from shared.small_files import InvalidFile, read_json
 
@@ -288,7 +288,7 @@ def _order(args):
     from robot.jobs.orders import orders_file, read_order
     from shared.small_files import open_to_write
 
-    text = " ".join(word.strip() for word in args.words)
+    text = " ".join(one.strip() for one in args.words)
     read_order(text)
     status, runs = _status()
     if not runs:
@@ -335,44 +335,44 @@ def _jobs(parser, args):
     if args.name:
         names = [os.path.abspath(find_job(args.name))]
     for name in names:
-        told = {"file": os.path.splitext(os.path.basename(name))[0]}  # type: Dict[str, Any]
+        facts = {"file": os.path.splitext(os.path.basename(name))[0]}  # type: Dict[str, Any]
         try:
             job = Job(os.path.join(jobs_folder(), name))
-            told.update(job.header._asdict(), crc=job.crc, state="", next=1)
+            facts.update(job.header._asdict(), crc=job.crc, state="", next=1)
             if runs and status.get("crc") == job.crc:
-                told.update(state=status["state"], left_s=status.get("left_s"))
+                facts.update(state=status["state"], left_s=status.get("left_s"))
             else:
                 progress = load_progress(job.crc, job.header.strokes)
-                told.update(state="begun", next=progress.stroke)
+                facts.update(state="begun", next=progress.stroke)
         except NoJob:
             pass
         except BadJob as problem:
-            told.update(state="spoilt", reason=str(problem))
-        print(json.dumps(told, sort_keys=True) if args.json else _in_words(told))
+            facts.update(state="spoilt", reason=str(problem))
+        print(json.dumps(facts, sort_keys=True) if args.json else _in_words(facts))
     if not names and not args.json:
         print("no jobs in {}".format(jobs_folder()))
     return 0
 
 
-def _in_words(told):
+def _in_words(facts):
     # type: (Dict[str, Any]) -> str
-    if "strokes" not in told:
-        return "{}: {}".format(told["file"], told["reason"])
-    state = told["state"] and {
+    if "strokes" not in facts:
+        return "{}: {}".format(facts["file"], facts["reason"])
+    state = facts["state"] and {
         "begun": "begun, goes on with stroke {next}: driver.py job {file} --resume"
-    }.get(told["state"], "{state} now").format(**told)
+    }.get(facts["state"], "{state} now").format(**facts)
     return "{}: {}, {:.0f} cm, {}{}".format(
-        told["file"], in_strokes(told["strokes"]), told["cm"], in_minutes(told["seconds"]),
+        facts["file"], in_strokes(facts["strokes"]), facts["cm"], in_minutes(facts["seconds"]),
         state and "; " + state,
     )  # fmt: skip
 
 
 def main(argv=None):
     # type: (Optional[Sequence[str]]) -> int
-    """Run one command; the exit status."""
+    """Run one command; return the exit status."""
     argv = sys.argv[1:] if argv is None else argv
     # A leading space tells argparse that "-5" is a number and not an option.
-    argv = [" " + word if re.match(r"-(\d|\.)", word) else word for word in argv]
+    argv = [" " + arg if re.match(r"-(\d|\.)", arg) else arg for arg in argv]
     parser = _parser()
     args = parser.parse_args(argv)
     status = []

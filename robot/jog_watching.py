@@ -1,7 +1,12 @@
-"""Jogs each motor before a camera: looks while all stands, watches while something turns.
+"""Jogs of each motor before a camera, measured at rest and watched in motion.
 
 Nothing turns unseen: without a sighting of the tip, without the link, at a stop of the laptop and
 at a signal the motor is stopped at once.
+
+A marker's place at rest is a robust mean over a view's frames. Its accuracy is not just
+sigma / sqrt(n): errors of neighbouring frames may be correlated (light, compression), so n counts
+for VIEW_FRAMES at most. That the arm stands is tested by the medians of the first and second half
+of the frames: they must agree to what noise explains.
 """
 
 from robot.motion import mounting
@@ -28,34 +33,36 @@ if MYPY:
 
     Pixel = Sequence[float]  # u, v
 
-LOOK_FRAMES, LOOK_TIME, FIRST_LOOK_TIME = 10, 0.6, 3.4
-"""Frames of a look, at least, and over how long, s; the first look shows whether all stands."""
+VIEW_FRAMES, VIEW_TIME, FIRST_VIEW_TIME = 10, 0.6, 3.4
+"""Least number of frames of a view, and least time over which they are taken, s; the first view
+shows whether all stands."""
 
-LOOKS = 3
-"""So often it is looked anew if something moves that nothing has turned."""
+MAX_VIEWS = 3
+"""Greatest number of views where something moves that nothing has turned."""
 
 SETTLING_DELAY = 0.1
-"""What is seen so long after a jog is seen of an arm that stands, s."""
+"""Time after a jog from which the arm stands, s."""
 
 POLL_TIMEOUT, POLL_PERIOD = 0.1, 0.05
-"""For observations at rest; between two times of listening while something turns, s."""
+"""Longest wait for observations at rest, s; and period of polling while something turns, s."""
 
-SIGMAS, MEDIAN_SIGMA = 4.0, 1.25
-"""By chance a place is off by so many standard deviations at most; that of a median, over that of
-a mean."""
+MAX_SIGMAS, MEDIAN_SIGMA = 4.0, 1.25
+"""Greatest deviation by chance of a place, standard deviations; and the standard deviation of a
+median over that of a mean, which is sqrt(pi / 2) for normal errors."""
 
-JITTER, DRIFT = 1.5, 2.5
-"""Standard deviation of a place at rest, and way between the halves of a look, from which on the
-picture is not to be measured by, px."""
+MAX_JITTER, MAX_DRIFT = 1.5, 2.5
+"""Greatest standard deviation of a place at rest, and greatest distance between the halves of a
+view, of pictures that can be measured by, px."""
 
-PLACING = (
+PLACING_ADVICE = (
     "Lay the arm {straight} under the camera, which looks from above: the marker effector on its "
     "tip, goal to the left of the {joint}'s axle, a hand's width away."
 )
+"""Text for people on where arm and markers are to be."""
 
 
 class JogWatcher(object):
-    """The looks of one check.
+    """The views and jogs of one check by camera.
 
     Args:
         arm: robot.motion.arm.RobotArm.
@@ -63,7 +70,7 @@ class JogWatcher(object):
         clock: has `now()` and `sleep(seconds)`.
 
     Attributes:
-        camera: the name of the one that is looked through; "" before the first look.
+        camera: name of the one that is used; "" before the first view.
     """
 
     def __init__(self, arm, client, clock):
@@ -76,18 +83,18 @@ class JogWatcher(object):
         self._q = [motor.angle() for motor in arm.joints]
         self._seen_at = self._unlinked_at = self._heard_at = clock.now()
         self._missing = {}  # type: Dict[str, List[str]] # by camera: not in its last picture
-        self._stopped = ""  # why the motor was stopped
+        self._stopped = ""  # the reason for which the motor was stopped
 
     def jogs(self):
         # type: () -> List[Jog]
-        """Jog every motor; a jog_views.Jog of each.
+        """Jog every motor; return a jog_views.Jog of each.
 
         Raises:
             NotSeen: it cannot go on; the message says why.
             Refusal: the tracker will not serve this brick.
             and what mounting.jog raises: with all motors stopped.
         """
-        before = self._look(FIRST_LOOK_TIME)
+        before = self._view_at_rest(FIRST_VIEW_TIME)
         check_size(self._arm.description, before)
         jogs = []
         for k in range(len(self._arm.joints)):
@@ -107,24 +114,25 @@ class JogWatcher(object):
             # type: () -> None
             ends.append(motor.angle())
             self._q[k] = ends[-1]
-            views.append(self._look(LOOK_TIME))
+            views.append(self._view_at_rest(VIEW_TIME))
 
         mounting.jog(self._arm, k, angle, pause, self._watching(k))
         return Jog(views[0], views[1], views[2], ends[1] - ends[0])
 
     # Seeing
 
-    def _look(self, seconds):
+    def _view_at_rest(self, seconds):
         # type: (float) -> View
-        """The View of an arm that stands.
+        """Return the View of an arm that stands, of frames over at least so many seconds.
 
         Raises:
-            NotSeen, Refusal
+            NotSeen: something moves, or is not seen.
+            Refusal: the tracker will not serve this brick.
         """
         if self._stopped:
             raise NotSeen(self._stopped)
         self._seen_at = self._clock.now()
-        for _ in range(LOOKS):
+        for _ in range(MAX_VIEWS):
             view, unsteady = _view(self._frames(seconds))
             if view:
                 return view
@@ -135,10 +143,11 @@ class JogWatcher(object):
 
     def _frames(self, seconds):
         # type: (float) -> List[Tuple[Pixel, Pixel]]
-        """[(places of the tip, and of the marker beside the arm)], all of the one camera.
+        """Return [(tip, marker beside the arm)], places (u, v) in px, all of one camera.
 
         Raises:
-            NotSeen, Refusal
+            NotSeen: a marker, or the link, is lost.
+            Refusal: the tracker will not serve this brick.
         """
         since = self._clock.now() + SETTLING_DELAY
         frames = {}  # type: Dict[str, List[Tuple[float, Pixel, Pixel]]]
@@ -150,18 +159,18 @@ class JogWatcher(object):
                 raise NotSeen(self._stopped)
             for camera in sorted(frames):
                 seen = frames[camera]
-                if len(seen) >= LOOK_FRAMES and seen[-1][0] - seen[0][0] >= seconds:
+                if len(seen) >= VIEW_FRAMES and seen[-1][0] - seen[0][0] >= seconds:
                     self.camera = camera
                     return [(tip, base) for _, tip, base in seen]
             now = self._clock.now()
             if now - self._seen_at > SIGHT_TIMEOUT:
                 end = self._loss.end(now, self._seen_at, self._unlinked_at)
                 if end:
-                    raise NotSeen(self._told(end.word, now))
+                    raise NotSeen(self._reason(end.word, now))
 
     def _receive(self, timeout, moving):
         # type: (float, bool) -> List[Tuple[str, float, Pixel, Optional[Pixel]]]
-        """[(camera, time, place of the tip, that of the marker beside the arm or None)]."""
+        """Return [(camera, time in s, tip in px, marker beside the arm in px or None)]."""
         new = self._client.poll(timeout)
         now = self._heard_at = self._clock.now()
         if self._client.refused:
@@ -189,7 +198,7 @@ class JogWatcher(object):
 
     def _watching(self, k):
         # type: (int) -> OnTick
-        """What is done in every control tick while the motor of joint `k` turns."""
+        """Return a function for every control tick while the motor of joint `k` turns."""
 
         def on_tick(t, now, angles):
             # type: (float, float, Pose) -> object
@@ -201,15 +210,15 @@ class JogWatcher(object):
                 port = self._arm.joints[k].port
                 word = self._loss.word(now)
                 self._stopped = "while the motor at port {} turned: {}".format(
-                    port, self._told(word, now)
+                    port, self._reason(word, now)
                 )
             return STOP if self._stopped else None
 
         return on_tick
 
-    def _told(self, word, now):
+    def _reason(self, word, now):
         # type: (str, float) -> str
-        """Why it cannot be seen what moves, one line; `word` as LossOfSight has it."""
+        """Return why what moves cannot be seen, one line; `word` as LossOfSight has it."""
         if word != MARKER_LOST:
             return "{} ({})".format(word, self._loss.why(word, now))
         if not self._missing:
@@ -226,19 +235,19 @@ class JogWatcher(object):
 
 def _view(frames):
     # type: (Sequence[Tuple[Pixel, Pixel]]) -> Tuple[Optional[View], str]
-    """(the View that frames of an arm at rest show, ""; or None, what moves in them for people)."""
+    """Return (View of an arm at rest, ""), or (None, what moves, for people), of frames."""
     places, doubts = [], []
     for name, pixels in zip((EFFECTOR, GOAL), zip(*frames)):
-        middle, sigma, kept = robust_mean(pixels)
+        middle, sigma, inliers = robust_mean(pixels)
         # Noise of which a part stays for a while is not to be averaged away.
-        doubt = SIGMAS * MEDIAN_SIGMA * max(sigma, MIN_SIGMA) / min(kept, LOOK_FRAMES) ** 0.5
+        doubt = MAX_SIGMAS * MEDIAN_SIGMA * max(sigma, MIN_SIGMA) / min(inliers, VIEW_FRAMES) ** 0.5
         half = len(pixels) // 2
         early, late = [
             place([median(column) for column in zip(*part)])
             for part in (pixels[:half], pixels[half:])
         ]
         drift = abs(late - early)
-        if drift > min(CLEAR * doubt, DRIFT) or sigma > JITTER:
+        if drift > min(CLEAR * doubt, MAX_DRIFT) or sigma > MAX_JITTER:
             return None, "the marker {} moves by {:.1f} px in the picture,".format(
                 name, max(drift, sigma)
             )

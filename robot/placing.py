@@ -1,4 +1,4 @@
-"""Somebody puts the arm in its home pose by hand: which that is, said and waited for."""
+"""Placing of the arm in its home pose by hand: the pose is described, and waited for."""
 
 import math
 
@@ -15,13 +15,13 @@ if MYPY:
     from robot.motion.arm import RobotArm  # noqa: F401
     from shared.arm_description import Arm  # noqa: F401
 
-OTHERWISE = "; or say home --here if the arm stands in its home pose"
-"""What may be done where nobody can answer."""
+HERE_ADVICE = "; or say home --here if the arm stands in its home pose"
+"""Advice where nobody can answer."""
 
 
 def home_pose(description):
     # type: (Arm) -> str
-    """The home pose in words, as one can find it with a ruler."""
+    """Return the home pose in words, as one can find it with a ruler."""
     joints = description.joints
     tip = kinematics.forward(description, [joint.home for joint in joints])
     stretched = all(joint.home == 0 for joint in joints)
@@ -49,13 +49,13 @@ def place(arm, clock, person=None):
     person = person or Person(clock)
     with arm.lend_motors(zero_needed=False):
         if arm.description.chain in PULLED_DOWN:
-            person.confirm("Take the arm in your hand: the motors let go of it.", OTHERWISE)
+            person.confirm("Take the arm in your hand: the motors let go of it.", HERE_ADVICE)
         for motor in arm.joints:
             motor.let_go()
         person.confirm(
             "Put the arm by hand in its home pose, to {:.0f} degrees: {}.".format(
                 math.degrees(SEEK_BEYOND), home_pose(arm.description)
             ),
-            OTHERWISE,
+            HERE_ADVICE,
         )
         arm.motors.hold(arm.joints)

@@ -1,4 +1,4 @@
-"""What every script on the brick has in common: how it begins, and how it ends.
+"""Beginning and end of every script on the brick.
 
     if __name__ == "__main__":
         program.let_signals_end()   # before the imports that take seconds
@@ -41,21 +41,21 @@ class Stopped(BaseException):
 
 def let_signals_end():
     # type: () -> None
-    """Importing takes seconds on the brick, and nothing turns yet: a signal may just end it."""
+    """Let signals just end the program: imports take the brick seconds, and nothing turns yet."""
     for number in SIGNALS:
         signal.signal(number, signal.SIG_DFL)
 
 
 def raise_on_signals():
     # type: () -> None
-    """From here on the first signal raises Stopped, and the others do nothing."""
+    """Let the first signal from here on raise Stopped, and ignore the others."""
     for number in SIGNALS:
         signal.signal(number, _raise_stopped)
 
 
 def ignore_signals():
     # type: () -> None
-    """Nothing may spoil the end of the program."""
+    """Ignore signals: nothing may spoil the end of the program."""
     # Not SIG_IGN: Python 3.5 would try to call that for a signal that has just come in.
     for number in SIGNALS:
         signal.signal(number, _do_nothing)
@@ -73,7 +73,7 @@ def _raise_stopped(number, frame):
 
 
 TAKE = "--take"
-"""The option of every script that may move motors: it takes over from another program."""
+"""Option of every script that may move motors: it takes over from another program."""
 
 
 def add_take(parser):
@@ -87,11 +87,13 @@ def add_take(parser):
 
 def connect(description, clock, take=None, unchecked=False):
     # type: (Arm, Clock, Optional[bool], bool) -> RobotArm
-    """The RobotArm of a description; only here python-ev3dev2 is needed, and slow to import.
+    """Return the RobotArm of a description; only here python-ev3dev2 is needed, slow to import.
 
     Args:
+        description: shared.arm_description.Arm.
+        clock: has `now()` and `sleep(seconds)`.
         take: None for a program that moves nothing; else see `claim`.
-        unchecked: whether it is to move though nobody has looked yet which motor is where.
+        unchecked: whether it is to move though nobody has checked yet which motor is where.
 
     Raises:
         ArmError: this is not the brick, nor an emulated one.
@@ -123,6 +125,7 @@ def claim(lock, clock, take):
 
     Args:
         lock: robot.ev3.brick_lock.BrickLock.
+        clock: has `now()` and `sleep(seconds)`.
         take: whether one that may is asked to stop.
 
     Raises:
@@ -157,7 +160,7 @@ def parking(arm):
 
 def run(name, command):
     # type: (str, Callable[[], object]) -> int
-    """Call `command()`; the exit status, after one line if it has failed or was stopped."""
+    """Call `command()`; return the exit status, after one line if it failed or was stopped."""
     from shared.arm_description import ArmError  # not above: it is no part of a quick start
 
     raise_on_signals()

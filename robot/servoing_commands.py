@@ -25,16 +25,16 @@ if MYPY:
 
     from robot.servoing.image_model import Pixel  # noqa: F401
 
-CAMERA = "A"
-"""A goal that is given as a pixel, and no more, is one of this camera."""
+DEFAULT_CAMERA = "A"
+"""Name of the camera of a goal that is given as a pixel alone."""
 
 DEFAULTS = Start()
-"""What is done unless something else is ordered."""
+"""Options of a run by default."""
 
 EXAMPLES = """\
   visual_servoing.py 192.168.0.5
   visual_servoing.py --goal 400,200"""
-"""Of the help."""
+"""Examples in the help."""
 
 
 class NotReached(ArmError):
@@ -43,7 +43,7 @@ class NotReached(ArmError):
 
 def _goal(text):
     # type: (str) -> Optional[Tuple[str, Pixel]]
-    """(camera, (u, v)); None for the marker."""
+    """Return (camera, (u, v) in px) of a text; None for the marker."""
     if text == "marker":
         return None
     number = r"(-?\d+(?:\.\d*)?)"
@@ -54,12 +54,12 @@ def _goal(text):
             " camera B".format(text.strip()[:40])
         )
     u, v = (float(x) for x in match.groups()[1:])
-    return match.group(1) or CAMERA, (u, v)
+    return match.group(1) or DEFAULT_CAMERA, (u, v)
 
 
 def _fixed_goals(goals):
     # type: (Sequence[Optional[Tuple[str, Pixel]]]) -> Dict[str, Pixel]
-    """{camera: (u, v)} of what was given with --goal.
+    """Return {camera: (u, v) in px} of what was given with --goal.
 
     Raises:
         ArmError: that is no one goal.
@@ -177,9 +177,9 @@ def _run(parser, args):
 
 def main(argv=None):
     # type: (Optional[Sequence[str]]) -> int
-    """Run one servo run; the exit status."""
+    """Run one servo run; return the exit status."""
     argv = sys.argv[1:] if argv is None else argv
-    argv = [" " + word if re.match(r"-\d", word) else word for word in argv]
+    argv = [" " + arg if re.match(r"-\d", arg) else arg for arg in argv]
     parser = _parser()
     args = parser.parse_args(argv)
     return program.run(parser.prog, lambda: _run(parser, args))

@@ -1,4 +1,4 @@
-"""`driver.py touch`: the arm is led by hand, and a press takes the point where its tip is."""
+"""`driver.py touch`: hand guiding of the arm; a press takes the point where its tip is."""
 
 import contextlib
 import re
@@ -22,7 +22,7 @@ if MYPY:
     from robot.touching import TouchPoint  # noqa: F401
 
     _Say = Callable[[str], object]
-    _TellPoint = Callable[[TouchPoint, float], object]  # and its play, cm
+    _OnPoint = Callable[[TouchPoint, float], object]  # and its backlash, cm
 
 COMMAND = "touch"
 
@@ -30,12 +30,13 @@ EXAMPLES = """\
   driver.py touch
   driver.py touch --points 2 --go midpoint
   driver.py touch --json --points 9"""
-"""Of the help."""
+"""Examples in the help."""
 
 LOOK_PERIOD = 0.03
-"""Between two looks at encoders and buttons, s."""
+"""Period of sampling encoders and buttons, s."""
 
 MAX_POINTS = 10000
+"""Greatest number of points."""
 
 
 class TouchRefused(ArmError):
@@ -96,23 +97,23 @@ class Touching(object):
     Args:
         arm: robot.motion.arm.RobotArm, whose motors coast.
         clock: has `now()` and `sleep(seconds)`.
-        hands: whose `pressed()` gives TAKE and END, for what was pressed since it was asked last.
-        say: is called with lines for people.
-        tell: is called with each touching.TouchPoint and its play, cm.
+        hands: sources whose `pressed()` gives TAKE and END for presses since the last call.
+        say: called with lines for people.
+        on_point: called with each touching.TouchPoint and its backlash, cm.
 
     Attributes:
         points: touching.TouchPoints.
     """
 
-    def __init__(self, arm, clock, hands, say, tell):
-        # type: (RobotArm, Clock, Sequence[PressSource], _Say, _TellPoint) -> None
+    def __init__(self, arm, clock, hands, say, on_point):
+        # type: (RobotArm, Clock, Sequence[PressSource], _Say, _OnPoint) -> None
         self._arm, self._clock, self._hands = arm, clock, hands
-        self._say, self._tell = say, tell
+        self._say, self._on_point = say, on_point
         self.points = []  # type: List[TouchPoint]
 
     def take(self, most=None):
         # type: (Optional[int]) -> bool
-        """Take points until somebody ends it, or there are so many; whether it was that many."""
+        """Take points until somebody ends it, or there are `most`; return whether there are."""
         from robot.touching import StillWatch
 
         joints = self._arm.joints
@@ -126,35 +127,36 @@ class Touching(object):
                 watch.press(now)
             q = watch.see(now, [motor.angle() for motor in joints])
             if q:
-                self._note(q, now)
+                self._add(q, now)
             elif q is not None:
                 self._say("the arm moves, no point taken:\nhold it still, and press again")
         return True
 
     def presses(self):
         # type: () -> List[str]
-        """What was pressed in the next moment; a pulled cable and a pen that slips are noticed."""
+        """Wait LOOK_PERIOD, and return the presses; a pulled cable or a slipping pen raises."""
         self._clock.sleep(LOOK_PERIOD)
         self._arm.motors.check()
         return [one for hand in self._hands for one in hand.pressed() if one in (TAKE, END)]
 
-    def _note(self, q, now):
+    def _add(self, q, now):
         # type: (Tuple[float, ...], float) -> None
+        """Add the point of joint angles `q` (rad), taken at the time `now` (s)."""
         from robot.motion import kinematics
-        from robot.touching import TouchPoint, play_at, told
+        from robot.touching import TouchPoint, describe_points, play_at
 
         arm = self._arm.description
         point = TouchPoint(tuple(kinematics.forward(arm, q)), q, now)
         self.points.append(point)
         play = play_at(arm, q)
-        self._tell(point, play)
-        lines = told([one.p for one in self.points[-3:]], play, len(self.points))
+        self._on_point(point, play)
+        lines = describe_points([one.p for one in self.points[-3:]], play, len(self.points))
         self._say("\n".join(lines))
 
 
 def _sayer():
     # type: () -> _Say
-    """A function that says short lines: one below the other on the brick's screen, else in one."""
+    """Return a function that prints short lines: each its own on the brick's screen, else one."""
     from robot.asking import Person
 
     below = Person(None).at_brick
@@ -168,13 +170,14 @@ def _sayer():
     return say
 
 
-def _tell_json(out, point, play):
+def _announce(out, point, play):
     # type: (IO[str], TouchPoint, float) -> None
+    """Print a point and its backlash (cm) as a line of JSON."""
     import json
 
-    told = {"p": [round(x, 4) for x in point.p], "q": [round(x, 6) for x in point.q],
-            "t": round(point.t, 3), "play": round(play, 4)}  # fmt: skip
-    print(json.dumps(told, sort_keys=True), file=out, flush=True)
+    fields = {"p": [round(x, 4) for x in point.p], "q": [round(x, 6) for x in point.q],
+              "t": round(point.t, 3), "play": round(play, 4)}  # fmt: skip
+    print(json.dumps(fields, sort_keys=True), file=out, flush=True)
 
 
 def _go(arm, touching, go, say):
@@ -207,8 +210,8 @@ def _go(arm, touching, go, say):
     ))  # fmt: skip
 
 
-def _touch(args, tell):
-    # type: (Namespace, _TellPoint) -> None
+def _touch(args, on_point):
+    # type: (Namespace, _OnPoint) -> None
     from robot.clock import Clock
     from shared.arm_description import find_arm, read_arm
 
@@ -232,7 +235,7 @@ def _touch(args, tell):
         if description.pen and args.pen:
             _put_pen(arm, args.pen)
         hands = hands_of(description, say)
-        touching = Touching(arm, clock, hands, say, tell)
+        touching = Touching(arm, clock, hands, say, on_point)
         try:
             with arm.lend_motors():
                 for motor in arm.joints:
@@ -257,10 +260,10 @@ def _put_pen(arm, where):
 
 def main(argv=None):
     # type: (Optional[Sequence[str]]) -> int
-    """Run the command; the exit status."""
+    """Run the command; return the exit status."""
     argv = sys.argv[1:] if argv is None else argv
     # A leading space tells argparse that "-5" is a number and not an option.
-    argv = [" " + word if re.match(r"-(\d|\.)", word) else word for word in argv]
+    argv = [" " + arg if re.match(r"-(\d|\.)", arg) else arg for arg in argv]
     parser = _parser()
     args = parser.parse_args(argv)
 
@@ -271,11 +274,11 @@ def main(argv=None):
             if args.json:  # all that is for people, whoever says it, goes elsewhere
                 stack.enter_context(contextlib.redirect_stdout(sys.stderr))
 
-            def tell(point, play):
+            def on_point(point, play):
                 # type: (TouchPoint, float) -> None
                 if args.json:
-                    _tell_json(out, point, play)
+                    _announce(out, point, play)
 
-            _touch(args, tell)
+            _touch(args, on_point)
 
     return program.run(parser.prog, command)

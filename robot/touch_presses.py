@@ -1,4 +1,4 @@
-"""Who may press to take a point: touch sensors, the brick's buttons, keys, another program."""
+"""Sources of presses that take a point: touch sensors, buttons, keys, another program."""
 
 import os
 import sys
@@ -10,22 +10,22 @@ if MYPY:
     from shared.arm_description import Arm  # noqa: F401
 
     class PressSource(Protocol):
-        """What tells of presses: TouchSensors, Lines, and the keys and buttons of orders."""
+        """A source of presses: TouchSensors, Lines, and the keys and buttons of orders."""
 
         def pressed(self):
             # type: () -> Sequence[str]
-            """What was pressed since it was asked last."""
+            """Return the presses since the last call."""
 
         def close(self):
             # type: () -> object
-            """Let go."""
+            """Release the source."""
 
 
 TAKE, END = "enter", "down"
-"""Buttons of the brick: a point is taken; that was the last one."""
+"""Names of the brick's buttons that take a point, and that end it."""
 
 LINE_TAKES, LINE_ENDS = b"", (b"q", b"e", b"end")
-"""Lines of an input that is no terminal."""
+"""Lines, of an input that is no terminal, that take a point, and that end it."""
 
 
 class TouchSensors(object):
@@ -35,7 +35,7 @@ class TouchSensors(object):
         arm: shared.arm_description.Arm.
 
     Attributes:
-        ports: of those that are there.
+        ports: inputs of those that are plugged in, such as "in1".
     """
 
     def __init__(self, arm):
@@ -66,18 +66,18 @@ class TouchSensors(object):
 
     def close(self):
         # type: () -> None
-        """Nothing to let go of."""
+        """Do nothing: there is nothing to release."""
 
     def pressed(self):
         # type: () -> List[str]
-        """TAKE, once for a press of any of them."""
+        """Return TAKE, once for a press of any of them."""
         down = self._down()
         fresh, self._before = down - self._before, down
         return [TAKE] if fresh else []
 
 
 class Lines(object):
-    """The lines of an input that is no terminal, as of a program that runs this one.
+    """Lines of an input that is no terminal, as of a program that runs this one.
 
     Raises:
         OSError, ValueError: there is no such input.
@@ -94,11 +94,11 @@ class Lines(object):
 
     def close(self):
         # type: () -> None
-        """Nothing to let go of."""
+        """Do nothing: there is nothing to release."""
 
     def pressed(self):
         # type: () -> List[str]
-        """TAKE for an empty line, END for one that says so; nothing once it has ended."""
+        """Return TAKE for an empty line, END for one of LINE_ENDS; nothing once it has ended."""
         if self._file is None or not self._select([self._file], [], [], 0)[0]:
             return []
         data = os.read(self._file, 4096)
@@ -106,14 +106,14 @@ class Lines(object):
             self._file = None  # sensor and buttons still take points
         lines = (self._rest + data).split(b"\n")
         self._rest = lines.pop()[-64:]
-        words = [line.strip().lower() for line in lines]
-        return [TAKE if word == LINE_TAKES else END for word in words
-                if word == LINE_TAKES or word in LINE_ENDS]  # fmt: skip
+        typed = [line.strip().lower() for line in lines]
+        return [TAKE if line == LINE_TAKES else END for line in typed
+                if line == LINE_TAKES or line in LINE_ENDS]  # fmt: skip
 
 
 def hands_of(arm, say):
     # type: (Arm, Callable[[str], object]) -> List[PressSource]
-    """Whoever may press, and a line on how."""
+    """Return the sources of presses for an arm, and say a line on how to press."""
     from robot.asking import Person
     from robot.jobs.orders import KEYS, Buttons, Keys
 

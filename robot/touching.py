@@ -1,7 +1,8 @@
-"""Taking points with an arm that is led by hand, and what they measure: distance, angle, midpoint.
+"""Points taken by hand guiding, and what they measure: distance, angle, midpoint.
 
-The motors coast and the encoders count on.  Within the play a link turns without its motor, so a
-joint led by hand is known to half of its play only: see `play_at`.
+The motors coast and the encoders count on.  Within its backlash a link turns without its motor.  So
+a joint that is guided by hand is known to half of its backlash only: see `play_at`.  People read
+"play" for it.
 """
 
 import math
@@ -28,13 +29,13 @@ if MYPY:
     Point = Sequence[float]  # the tip, (x, y), cm
 
 STILL_TIME = 0.3
-"""The arm is to stand for so long after a press, s."""
+"""Time for which the arm is to stand after a press, s."""
 
 STILL_COUNTS = 1.6
-"""Counts by which a joint's angle may differ in that time: one, and what rounding adds."""
+"""Greatest span of a joint's angle in that time, counts: one, and what rounding adds."""
 
 SAME_PLACE = 0.05
-"""Points nearer together than this span no angle, cm."""
+"""Least distance of points that span an angle, cm."""
 
 if MYPY:
     TouchPoint = NamedTuple(
@@ -44,14 +45,14 @@ else:
     TouchPoint = record("TouchPoint", "p q t")
 TouchPoint.__doc__ = """A point that was taken.
 
-p   the tip, (x, y), cm
+p   tip, (x, y), cm
 q   the joints' angles, rad
-t   when, s on the brick's clock
+t   time, s on the brick's clock
 """
 
 
 class StillWatch(object):
-    """Whether joints led by hand stand still, and where, from readings one after the other.
+    """Detector of joints that stand still under hand guiding, from readings one after the other.
 
     Args:
         resolutions: rad per count, of each joint.
@@ -65,14 +66,18 @@ class StillWatch(object):
 
     def press(self, now):
         # type: (float) -> None
-        """Somebody wants a point, at the time `now`, s; what was read before counts no more."""
+        """Begin to wait for a point, at the time `now`, s; earlier readings count no more."""
         if self._since is None:
             self._since = now
             self._seen.clear()
 
     def see(self, now, angles):
         # type: (float, Sequence[float]) -> Union[None, Literal[False], Tuple[float, ...]]
-        """Take in the joints' angles (rad) at the time `now`, s.
+        """Handle a reading of the joints.
+
+        Args:
+            now: its time, s.
+            angles: the joints' angles, rad.
 
         Returns:
             None: no point is wanted, or it is too early to tell; False: the joints moved; else
@@ -93,7 +98,10 @@ class StillWatch(object):
 
 def play_at(arm, q):
     # type: (Arm, Sequence[float]) -> float
-    """How far the tip may be from where the encoders have it, cm: half of each joint's play.
+    """Return how far the tip may be from where the encoders have it, cm.
+
+    Each joint adds half of its backlash (rad) times its axis' distance from the tip (cm); they sum
+    up in the worst case.
 
     Args:
         arm: shared.arm_description.Arm.
@@ -107,15 +115,21 @@ def play_at(arm, q):
 
 def midpoint(a, b):
     # type: (Point, Point) -> Tuple[float, ...]
-    """The point halfway between two, cm."""
+    """Return the point halfway between two, cm."""
     return tuple([(x + y) / 2 for x, y in zip(a, b)])
 
 
 def angle_at(a, b, c):
     # type: (Point, Point, Point) -> Optional[float]
-    """The angle at `b` between the ways to `a` and to `c`, rad, 0 to pi; None where there is none.
+    """Return the angle at `b` between the lines to `a` and `c`, rad, 0 to pi; None if undefined.
 
-    By the arc tangent of cross and dot product, which is as exact near 0 and pi as between.
+    By the arc tangent of cross and dot product, which is as exact near 0 and pi as between; the arc
+    cosine of the dot product loses half of its digits there.
+
+    Args:
+        a: point (x, y), cm.
+        b: the vertex, likewise.
+        c: likewise.
     """
     if min(kinematics.distance(a, b), kinematics.distance(c, b)) < SAME_PLACE:
         return None
@@ -123,14 +137,14 @@ def angle_at(a, b, c):
     return math.atan2(abs(ux * vy - uy * vx), ux * vx + uy * vy)
 
 
-def told(points, play, number):
+def describe_points(points, play, number):
     # type: (Sequence[Point], float, int) -> List[str]
-    """Short lines on the last of some points, which fit the brick's screen.
+    """Return short lines on the last of some points, which fit the brick's screen.
 
     Args:
         points: the last tips, (x, y), cm: up to three.
-        play: see `play_at`, of the last one.
-        number: of the last one, from 1 on.
+        play: see `play_at`, of the last one, cm.
+        number: number of the last one, from 1 on.
     """
     lines = ["point {}: {} cm".format(number, _pair(points[-1]))]
     if play >= 0.05:

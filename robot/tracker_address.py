@@ -1,7 +1,7 @@
-"""Where the tracker on the laptop is, and with which code the brick pairs: said or remembered.
+"""Address of the tracker on the laptop, and the code by which the brick pairs: given or stored.
 
-A code is told by the environment or typed where it is asked for: everybody on a computer can read
-the command lines of its programs.
+A code comes from the environment or is typed where it is asked for: everybody on a computer can
+read the command lines of its programs.
 """
 
 import binascii
@@ -27,15 +27,15 @@ if MYPY:
     _Address = Tuple[Any, ...]  # as the system's family of sockets has it
 
 MAX_TYPED = 80
-"""Letters of a line that is typed."""
+"""Greatest length of a line that is typed, characters."""
 
 
 class NotPaired(ArmError):
-    """It is not known where the tracker is, or with which code."""
+    """The tracker's address, or its code, is not known."""
 
 
-class SpoiltMemory(NotPaired):
-    """The file in which the tracker is remembered is there, and of no use."""
+class InvalidMemory(NotPaired):
+    """The file in which the tracker is stored is there, and of no use."""
 
 
 class Refusal(ArmError):
@@ -58,10 +58,13 @@ ServerAddress.__doc__ = (
 
 
 class Memory(object):
-    """The tracker on file, so that it need be told once; and the key, which takes long to work out.
+    """The tracker on file, so that it is given once; and the key, which takes long to compute.
 
     Args:
-        folder: None takes $BRICKSERVO_STATE, or ~/.brickservo.
+        folder: of the file; None takes $BRICKSERVO_STATE, or ~/.brickservo.
+
+    Attributes:
+        file: path of the file.
     """
 
     def __init__(self, folder=None):
@@ -70,14 +73,14 @@ class Memory(object):
 
     def load(self):
         # type: () -> Optional[ServerAddress]
-        """The ServerAddress; None if none is remembered.
+        """Return the ServerAddress; None if none is stored.
 
         Raises:
-            SpoiltMemory: the file is there, and of no use.
+            InvalidMemory: the file is there, and of no use.
         """
         try:
-            kept = read_json(self.file)
-            host, port, code = (kept[key] for key in ("host", "port", "code"))
+            stored = read_json(self.file)
+            host, port, code = (stored[key] for key in ("host", "port", "code"))
             if not isinstance(host, str) or not isinstance(code, str) or number(port) % 1:
                 raise InvalidFile("has something of another kind")
             host, port = read_place(host, int(port))
@@ -94,31 +97,31 @@ class Memory(object):
             problem = str(error)
         except ArmError as error:
             problem = "cannot be used ({})".format(error)
-        raise SpoiltMemory(
+        raise InvalidMemory(
             "{} {}; remove it, and give the tracker's address, HOST: then the code is asked "
             "for".format(self.file, problem)
         )
 
     def load_key(self, code):
         # type: (str) -> Optional[SaltedKey]
-        """The SaltedKey of a code; None if none is remembered."""
+        """Return the SaltedKey of a code; None if none is stored."""
         try:
-            kept = read_json(self.file)
-            key = binascii.unhexlify(fields.PROOF(kept["key"]))
-            return SaltedKey(fields.NONCE(kept["salt"]), key) if kept["code"] == code else None
+            stored = read_json(self.file)
+            key = binascii.unhexlify(fields.PROOF(stored["key"]))
+            return SaltedKey(fields.NONCE(stored["salt"]), key) if stored["code"] == code else None
         except (InvalidFile, OSError, KeyError, fields.WrongValue):
             return None
 
     def save(self, tracker, key):
         # type: (ServerAddress, SaltedKey) -> None
-        """Remember a ServerAddress and the SaltedKey of its code, for this user's eyes only.
+        """Store a ServerAddress and the SaltedKey of its code, for this user's eyes only.
 
         Raises:
             OSError: it cannot be written.
         """
-        kept = dict(tracker._asdict())
-        kept.update(salt=key.salt, key=binascii.hexlify(key.key).decode("ascii"))
-        text = json.dumps(kept, sort_keys=True) + "\n"
+        stored = dict(tracker._asdict())
+        stored.update(salt=key.salt, key=binascii.hexlify(key.key).decode("ascii"))
+        text = json.dumps(stored, sort_keys=True) + "\n"
         draft = self.file + ".new"
         os.makedirs(os.path.dirname(self.file), exist_ok=True)
         with contextlib.suppress(FileNotFoundError):
@@ -133,7 +136,11 @@ class Memory(object):
 
 def read_place(text, port=None):
     # type: (str, Optional[int]) -> Tuple[Optional[str], Optional[int]]
-    """Host and port from HOST, HOST:PORT, [IPV6]:PORT or :PORT; None for what is not said.
+    """Return host and port of a text; None for what it does not say.
+
+    Args:
+        text: HOST, HOST:PORT, [IPV6]:PORT or :PORT.
+        port: the port if it says none.
 
     Raises:
         NotPaired: it is none of these.
@@ -163,17 +170,15 @@ def find_tracker(
     ask=None,  # type: Optional[Callable[[str], str]]
 ):
     # type: (...) -> ServerAddress
-    """Which tracker to go to: as said, else where ssh came from, else as remembered.
+    """Return the ServerAddress of the tracker: as given, else where ssh came from, else as stored.
 
     Args:
-        place: as for read_place; "" where nothing is said.
-        code: as typed, or None: that of the environment, else as remembered.
-        environ: os.environ if None.  memory: Memory() if None.
+        place: as for read_place; "" where nothing is given.
+        code: as typed, or None: that of the environment, else as stored.
+        environ: os.environ if None.
+        memory: Memory() if None.
         ask: called with a question, and returns the code that somebody types; None where nobody is
             there.
-
-    Returns:
-        ServerAddress
 
     Raises:
         NotPaired, pairing.BadCode: something is missing or wrong; it says what to type.
@@ -183,8 +188,8 @@ def find_tracker(
     known = spoilt = None
     try:
         known = (memory or Memory()).load()
-    except SpoiltMemory as problem:
-        spoilt = problem  # told where something of it is needed; else it is written anew
+    except InvalidMemory as problem:
+        spoilt = problem  # raised where something of it is needed; else it is written anew
     if code is None and not (known and known.host == host):
         check_is_no_code(place)
     if code is None:
@@ -213,7 +218,7 @@ def find_tracker(
 
 def addresses_of(host, port):
     # type: (str, int) -> List[Tuple[int, _Address]]
-    """What a host's name stands for: a list of (family, address).
+    """Return what a host's name stands for: a list of (family, address), as sockets take them.
 
     Raises:
         NotPaired: nothing is known of such a host.
@@ -232,12 +237,13 @@ def addresses_of(host, port):
 
 def why_unreachable(place, port, number, waited):
     # type: (str, int, Optional[int], float) -> str
-    """One line for people: why no connection came about.
+    """Return one line for people: why no connection came about.
 
     Args:
         place: HOST:PORT.
-        number: of the system's error; None: nobody has answered.
-        waited: for so long, s.
+        port: the same port, for people.
+        number: number of the system's error; None: nobody has answered.
+        waited: time that it was waited, s.
     """
     if number is None:
         return (
@@ -252,7 +258,7 @@ def why_unreachable(place, port, number, waited):
 
 def at_terminal():
     # type: () -> Optional[Callable[[str], str]]
-    """What asks somebody a question in this terminal; None where nobody is there."""
+    """Return a function that asks a question in this terminal; None where nobody is there."""
     if not (sys.stdin and sys.stdin.isatty() and sys.stderr and sys.stderr.isatty()):
         return None
     return _typed
@@ -267,8 +273,8 @@ def _typed(question):
 
 def remembered(memory):
     # type: (Memory) -> Optional[ServerAddress]
-    """The ServerAddress on file; None if there is none, or the file is of no use."""
-    with contextlib.suppress(SpoiltMemory):
+    """Return the ServerAddress on file; None if there is none, or the file is of no use."""
+    with contextlib.suppress(InvalidMemory):
         return memory.load()
     return None
 
@@ -283,6 +289,6 @@ def check_is_no_code(word):
 
 def shortened(text):
     # type: (str) -> str
-    """A text that may be anything, as one short printable line."""
+    """Return a text that may be anything as one short printable line."""
     shown = ascii(text)[1:-1]
     return shown if len(shown) <= 40 else shown[:37] + "..."

@@ -1,4 +1,4 @@
-"""The brick's end of the link to the tracker: where the camera sees the markers, newest only."""
+"""The brick's end of the link to the tracker: markers as cameras see them, newest only."""
 
 import math
 import select
@@ -49,28 +49,28 @@ if MYPY:
     _OrNone = Optional[float]
 
 CONNECT_TIMEOUT = 3.0
-"""For TCP to connect, s; after that it is the link that notices silence."""
+"""Longest wait for TCP to connect, s; after that it is the link that notices silence."""
 
-FIRST_PAUSE = 0.25
+MIN_PAUSE = 0.25
 MAX_PAUSE = 2.0
-"""Between two tries to connect, s; doubled after each."""
+"""Least and greatest pause between two tries to connect, s; it doubles after each."""
 
-PATIENCE = 0.005
-"""For the answer to a ping, s: the clock offset can be no better known than when it came in."""
+PING_TIMEOUT = 0.005
+"""Wait for the answer to a ping, s: it bounds how well the clock offset can be known."""
 
 MAX_COMMANDS = 16
-"""Commands that wait to be taken, and as many words of a job; older ones go."""
+"""Greatest number of commands that wait, and of messages of a job; older ones are dropped."""
 
 RECEIVE_BUFFER = 16384
-"""Bytes that the system keeps for us while we do not look: a second or two of observations."""
+"""Size of the system's receive buffer, bytes: a second or two of observations."""
 
 
 class TrackingClient(object):
     """A link to the tracker that comes back by itself. Call `poll` often; nothing runs beside it.
 
-    Host and code are remembered once the tracker has proven that it knows the code. A name is
-    looked up here, at once; later nothing waits for longer than it is told to, but for the
-    answer to a ping now and then (PATIENCE; ten times that while nothing can be dated anyway).
+    Host and code are stored once the tracker has proven that it knows the code. A name is looked up
+    here, at once; later nothing waits for longer than its timeout, but for the answer to a ping now
+    and then (PING_TIMEOUT; ten times that while nothing can be dated anyway).
 
     Args:
         host, port: of the tracker.
@@ -78,7 +78,7 @@ class TrackingClient(object):
         clock: robot.clock.Clock.
         memory: Memory() if None.
         say: called with a line whenever the link comes, goes, or fails for another reason; who
-            sees `refused` tells `why` in its own way.
+            sees `refused` reports `why` in its own way.
         select: waits for sockets, as select.select does.
         battery: called for its voltage, V or None, before each report.
 
@@ -86,7 +86,7 @@ class TrackingClient(object):
         linked: whether observations can come in.
         why: why not; "" while linked.
         refused: whether it has given up: another code or another version is needed.
-        lost_since: since when it is not linked, s on our clock; None while linked.
+        lost_since: time since when it is not linked, s on our clock; None while linked.
 
     Raises:
         NotPaired: nothing is known of a host of that name.
@@ -116,22 +116,22 @@ class TrackingClient(object):
         self._connecting = None  # type: Optional[socket.socket]  # a socket on its way
         self._link = None  # type: Optional[Link]
         self._nonces = "", ""  # ours, theirs; "" before they are known
-        self._limit = 0.0  # until when it may take
+        self._limit = 0.0  # time until which connecting may take, s
         self._tries = 0
-        self._pause = FIRST_PAUSE
+        self._pause = MIN_PAUSE
         self._next_try = clock.now()
-        # Camera: capture time of the newest observation handed over.
+        # Capture time of the newest observation handed over, s, by camera.
         self._seen = {}  # type: Dict[str, float]
         self._commands, self._of_job = [], []  # type: List[Command], List[OfJob]
-        # When the last report was made on this link, s, and of which run and verdict.
+        # Time of the last report on this link, s, and its run and verdict.
         self._reported_at, self._reported = -math.inf, (0, "")
 
     def poll(self, timeout=0.0):
         # type: (float) -> Dict[str, Observation]
-        """Do what is due, and hand over what is new; better wait here than sleep elsewhere.
+        """Do what is due, and return what is new; better wait here than sleep elsewhere.
 
         Args:
-            timeout: s to wait, at most, until something comes in.
+            timeout: longest wait until something comes in, s.
 
         Returns:
             {camera: Observation}, each newer than the last one; their t is on our clock.
@@ -154,8 +154,8 @@ class TrackingClient(object):
             return {}
         new = {}
         for camera, seen in self._link.newest().items():
-            # Where the clock offset was corrected a later picture can seem the older one; what is
-            # much older tells that our own clock has jumped back.
+            # Where the clock offset was corrected a later picture can seem the older one; one that
+            # is much older shows that our own clock has jumped back.
             if not 0 <= self._seen.get(camera, -float("inf")) - seen.t < MAX_AGE:
                 self._seen[camera] = seen.t
                 new[camera] = seen
@@ -163,37 +163,35 @@ class TrackingClient(object):
 
     def age(self, camera):
         # type: (str) -> float
-        """How long ago the newest observation of a camera was taken, s; inf if there was none."""
+        """Return the age of a camera's newest observation, s; inf if there was none."""
         return self._clock.now() - self._seen.get(camera, -float("inf"))
 
     def commands(self):
         # type: () -> List[Command]
-        """The Start, Stop and Draw messages since the last call; a lost link takes them back."""
+        """Return the Start, Stop and Draw messages since the last call; a lost link drops them."""
         commands, self._commands = self._commands, []
         return commands
 
     def of_job(self):
         # type: () -> List[OfJob]
-        """The JobParts and Orders since the last call; a lost link takes them back."""
+        """Return the JobParts and Orders since the last call; a lost link drops them."""
         of_job, self._of_job = self._of_job, []
         return of_job
 
     def send(self, message):
         # type: (Union[Want, JobStatus]) -> bool
-        """Send a Want or JobStatus; whether there is a link."""
+        """Send a Want or JobStatus; return whether there is a link."""
         if self._link is not None and self.linked:
             self._link.send(message)
         return self.linked
 
     def report(self, q, error, verdict="", reason="", e=None, condition=None, moves=0, run=1):
         # type: (Sequence[float], _OrNone, str, str, _Errors, _OrNone, int, int) -> None
-        """Tell the laptop how it goes; more often than every STATUS_PERIOD, only what is final.
+        """Report to the laptop how it goes; more often than every STATUS_PERIOD, only new verdicts.
 
-        What is not finite, or too large for a message, is told as not known: no angles, no error.
-
-        Args:
-            q: joint angles, rad.  error: px, or None.  verdict: "" while the run goes on.
-            reason: cut to one line.  e, condition, moves, run: as in Status.
+        What is not finite, or too large for a message, is sent as not known: no angles, no error.
+        `q` are joint angles, rad; `error` is px or None; `verdict` is "" while the run goes on;
+        `reason` is cut to one line; `e`, `condition`, `moves` and `run` are as in Status.
         """
         now = self._clock.now()
         link, due = self._link, now - self._reported_at >= STATUS_PERIOD
@@ -217,13 +215,13 @@ class TrackingClient(object):
     @property
     def round_trip(self):
         # type: () -> Optional[float]
-        """Of the ping that the clock offset rests on, s; None while there is none."""
+        """Round trip of the ping that the clock offset rests on, s; None while there is none."""
         return self._link.clock.round_trip if self._link is not None and self.linked else None
 
     @property
     def counters(self):
         # type: () -> Dict[str, int]
-        """What the present link has counted (see Link); {} without one."""
+        """Counters of the present link (see Link); {} without one."""
         return dict(self._link.counters) if self._link else {}
 
     def close(self, reason=""):
@@ -262,7 +260,7 @@ class TrackingClient(object):
                 self._not_connected(number)
                 return
             self._connecting = None
-            self._link = Link(sock, self._clock.now, patience=PATIENCE, select=self._select)
+            self._link = Link(sock, self._clock.now, patience=PING_TIMEOUT, select=self._select)
             self._nonces = pairing.new_nonce(), ""
             self._link.send(Hello(VERSION, BRICK, self._nonces[0]))
         elif self._clock.now() > self._limit:
@@ -276,7 +274,7 @@ class TrackingClient(object):
         why = why_unreachable(self._place, self._tracker.port, number, CONNECT_TIMEOUT)
         self._lose(why, self._clock.now())
 
-    # The handshake, and what comes after it
+    # The handshake, and messages after it
 
     def _listen(self, link):
         # type: (Link) -> None
@@ -332,7 +330,7 @@ class TrackingClient(object):
 
     def _key_for(self, salt):
         # type: (str) -> Optional[SaltedKey]
-        """The SaltedKey, if it is at hand; else it is worked out now, and the connection is over.
+        """Return the SaltedKey if it is at hand; else compute it now, and end the connection.
 
         That happens once per program at most: an arm that moves is never kept waiting by it.
         """
@@ -347,7 +345,7 @@ class TrackingClient(object):
         else:
             self._is_key_checked = True
             self._lose("pairing", self._clock.now(), quietly=True)  # it is not kept waiting
-            self._tell("pairing with {}: a moment, this once".format(self._place))
+            self._announce("pairing with {}: a moment, this once".format(self._place))
             self._key = SaltedKey(salt, pairing.key_of(self._tracker.code, salt))
             self._next_try = self._clock.now()
         return None
@@ -358,14 +356,14 @@ class TrackingClient(object):
         self.linked = True
         self.why = ""
         self.lost_since = None
-        self._pause = FIRST_PAUSE
-        self._tell("linked to {}".format(self._place))
+        self._pause = MIN_PAUSE
+        self._announce("linked to {}".format(self._place))
         known = remembered(self._memory), self._memory.load_key(self._tracker.code)
         if known != (self._tracker, key):
             try:
                 self._memory.save(self._tracker, key)
             except OSError as error:
-                self._tell(
+                self._announce(
                     "{} cannot be written ({}), so host and code must be told again".format(
                         self._memory.file, error.strerror
                     )
@@ -391,9 +389,9 @@ class TrackingClient(object):
         self._next_try = now + self._pause
         self._pause = min(2 * self._pause, MAX_PAUSE)
         if not quietly and not self.refused:
-            self._tell("not linked: {}".format(why))
+            self._announce("not linked: {}".format(why))
 
-    def _tell(self, line):
+    def _announce(self, line):
         # type: (str) -> None
         if line != self._said:
             self._said = line

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The brick's end of the link to the tracker: where the camera sees the markers, newest only.
+"""Show what the tracker on the laptop sees: places of markers, newest only.
 
     tracking_client.py                         pair with the tracker, and show what it sees; the
                                                first time it asks for the pairing code

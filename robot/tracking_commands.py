@@ -1,4 +1,4 @@
-"""The command of `tracking_client.py`: shows what the tracker sees."""
+"""The command of `tracking_client.py`, which shows what the tracker sees."""
 
 from robot import program
 from robot.clock import Clock
@@ -21,25 +21,25 @@ if MYPY:
     from shared.messages import Observation  # noqa: F401
 
 LINE_PERIOD = 0.1
-"""Between two looks that are printed, s: a person reads no faster, and printing costs the brick."""
+"""Period of printed lines, s: a person reads no faster, and printing costs the brick."""
 
 EXAMPLES = """\
   tracking_client.py 192.168.0.5
   tracking_client.py --seconds 10"""
-"""Of the help."""
+"""Examples in the help."""
 
 
 def _line(seen, now):
     # type: (Observation, float) -> str
-    words = ["camera {}: {:4.0f} ms ago".format(seen.camera, 1000 * (now - seen.t))]
+    parts = ["camera {}: {:4.0f} ms ago".format(seen.camera, 1000 * (now - seen.t))]
     for name in sorted(seen.markers):
         place = seen.markers[name]
-        words.append(
+        parts.append(
             "{} {:.2f},{:.2f} px ({:.2f})".format(name, *place)
             if place
             else "{} not seen".format(name)
         )
-    return ", ".join(words)
+    return ", ".join(parts)
 
 
 def _say(line):
@@ -107,7 +107,7 @@ def _run(args):
 
 def main(argv=None):
     # type: (Optional[Sequence[str]]) -> int
-    """Show what the tracker sees; the exit status."""
+    """Show what the tracker sees; return the exit status."""
     parser = _parser()
     args, others = parser.parse_known_args(argv)
     if others:

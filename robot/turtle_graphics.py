@@ -9,7 +9,7 @@
     turtle.done()
 
 Its steps are collected. A stroke is drawn in one go when the pen lifts, at `done`, and at the end
-of the program; so many short steps are one smooth way.
+of the program; so many short steps are one smooth path.
 """
 
 import atexit
@@ -32,31 +32,32 @@ if MYPY:
     Commands = Sequence[Tuple[str, str]]  # each, and where it stands in a program
 
 CM_PER_UNIT = 0.05
-"""100 units are 5 cm."""
+"""Length of a turtle's unit, cm: 100 units are 5 cm."""
 
 ORIGIN_SHARES = {2: 0.6, 3: 0.45}
-"""Where the turtle begins, of an arm in the plane and in space: on the x axis, at this share of the
-way from the least to the greatest distance that the links reach; there they have most room."""
+"""Places where the turtle begins, of an arm in the plane and in space: on the x axis, at this share
+between the least and the greatest distance that the links reach; there they have most room."""
 
 CIRCLE_STEP = 0.1
 """Greatest distance of a circle's points, cm."""
 
-LONGEST, MOST_POINTS = 300.0, 5000
-"""Length (cm) and number of points of the longest stroke; what is longer is drawn up to there."""
+MAX_LENGTH, MAX_POINTS = 300.0, 5000
+"""Greatest length, cm, and number of points of a stroke; a longer one is drawn up to there."""
 
 SPEEDS = {"fastest": 0, "fast": 10, "normal": 6, "slow": 3, "slowest": 1}
-"""Python's words for a turtle's speed."""
+"""Speeds of a turtle by Python's words."""
 
-HARMLESS = (
+IGNORED = (
     "hideturtle", "ht", "showturtle", "st", "shape", "shapesize", "turtlesize", "resizemode",
     "tracer", "delay", "title", "bgcolor", "setup", "colormode", "exitonclick", "screensize",
 )  # fmt: skip
-"""What is on a screen only, and does nothing here."""
+"""Names of commands that mean a screen, and do nothing here."""
 
-PENS = "a pen has one colour and width: leave it out, and change the pen while it is lifted"
+ONE_PEN = "a pen has one colour and width: leave it out, and change the pen while it is lifted"
 
-INSTEAD = {
-    "color": PENS, "pencolor": PENS, "fillcolor": PENS, "pensize": PENS, "width": PENS,
+ADVICE = {
+    "color": ONE_PEN, "pencolor": ONE_PEN, "fillcolor": ONE_PEN,
+    "pensize": ONE_PEN, "width": ONE_PEN,
     "begin_fill": "nothing is filled: draw lines close together",
     "end_fill": "nothing is filled: draw lines close together",
     "dot": "use circle(radius)",
@@ -68,7 +69,7 @@ INSTEAD = {
     "clone": "make another Turtle(): they share the pen",
     "Screen": "there is none: leave it out",
 }  # fmt: skip
-"""What Python's turtle has and this one has not, and what to do."""
+"""Advice by the names of commands that Python's turtle has and this one has not."""
 
 
 class BadTurtle(ArmError, ValueError):
@@ -85,9 +86,9 @@ class Turtle(object):
     Args:
         driver: robot.drawing.Driver of an arm whose zero is known; None: the arm that
             $BRICKSERVO_ARM names, which is parked when the program ends.
-        scale: cm per unit.
-        origin: its place (0, 0), cm; None: in front of the arm.
-        turn: by how many degrees its east is turned from the arm's x, counter-clockwise.
+        scale: length of a unit, cm.
+        origin: its place (0, 0) as the arm has it, (x, y), cm; None: in front of the arm.
+        turn: angle of its east from the arm's x, degrees counter-clockwise.
         height: z of all that it draws with an arm in space, cm.
 
     Raises:
@@ -128,12 +129,12 @@ class Turtle(object):
 
     def forward(self, distance):
         # type: (float) -> None
-        """Go so far ahead."""
+        """Go ahead by a distance, units."""
         self._ahead("forward", distance)
 
     def back(self, distance):
         # type: (float) -> None
-        """Go so far backwards, the heading stays."""
+        """Go backwards by a distance, units; the heading stays."""
         self._ahead("back", -_number("back", distance))
 
     def right(self, angle):
@@ -175,12 +176,12 @@ class Turtle(object):
 
     def circle(self, radius, extent=None, steps=None):
         # type: (float, Optional[float], Optional[int]) -> None
-        """Draw a circle whose centre is so far to the left, or a part of it.
+        """Draw a circle whose centre is to the left, or a part of it.
 
         Args:
-            radius: negative: the centre is to the right.
+            radius: in units; negative: the centre is to the right.
             extent: angle of the part; None: all of it.
-            steps: draws a polygon with so many sides instead; None: a round one.
+            steps: number of sides of a polygon that is drawn instead; None: a round one.
         """
         radius = _number("circle", radius)
         extent = self._full if extent is None else _number("circle", extent)
@@ -189,15 +190,15 @@ class Turtle(object):
             length = 2 * math.pi * abs(radius * turn) * self._scale
             steps = max(8, int(math.ceil(length / CIRCLE_STEP)))
         steps = int(_number("circle", steps))
-        if not 1 <= steps <= MOST_POINTS:
-            raise BadTurtle("circle takes 1 to {} steps, not {}".format(MOST_POINTS, steps))
+        if not 1 <= steps <= MAX_POINTS:
+            raise BadTurtle("circle takes 1 to {} steps, not {}".format(MAX_POINTS, steps))
         text = "circle({:g})".format(radius)
         begin, heading = (self._x, self._y), self._heading
         side = 2 * radius * math.sin(math.pi * turn / steps)
         side = abs(side) if extent >= 0 else -abs(side)
         for k in range(steps):
-            way = 2 * math.pi * (heading + turn * (k + 0.5) / steps)
-            x, y = self._x + side * math.cos(way), self._y + side * math.sin(way)
+            angle = 2 * math.pi * (heading + turn * (k + 0.5) / steps)
+            x, y = self._x + side * math.cos(angle), self._y + side * math.sin(angle)
             if k == steps - 1 and abs(turn) == 1.0:
                 x, y = begin  # rounding leaves no gap
             self._go(x, y, text)
@@ -218,7 +219,7 @@ class Turtle(object):
 
     def isdown(self):
         # type: () -> bool
-        """Whether the pen is down."""
+        """Return whether the pen is down."""
         return self._is_down
 
     def flush(self):
@@ -241,7 +242,7 @@ class Turtle(object):
             plans = trajectory.plan(self._arm, pieces, driver.speed, driver.elbow)
         except kinematics.Unreachable as problem:
             raise kinematics.Unreachable(
-                "{}: {}".format(self._culprit(points, places), problem)
+                "{}: {}".format(self._unreachable_command(points, places), problem)
             ) from None
         driver.draw_planned(pieces, plans)
 
@@ -250,44 +251,44 @@ class Turtle(object):
         """Draw what has been collected: the end of a turtle's program."""
         self.flush()
 
-    # What it knows
+    # Its state
 
     def position(self):
         # type: () -> Place
-        """(x, y), units."""
+        """Return its place (x, y), units."""
         return self._x, self._y
 
     def xcor(self):
         # type: () -> float
-        """Its x."""
+        """Return its x, units."""
         return self._x
 
     def ycor(self):
         # type: () -> float
-        """Its y."""
+        """Return its y, units."""
         return self._y
 
     def heading(self):
         # type: () -> float
-        """Where it heads: 0 is east, 90 north."""
+        """Return its heading: 0 is east, 90 north."""
         return self._heading % 1.0 * self._full
 
     def towards(self, x, y=None):
         # type: (Union[float, Place, Turtle], Optional[float]) -> float
-        """The heading from here to a place."""
+        """Return the heading from here to a place."""
         x, y = _pair("towards", x, y)
         turns = math.atan2(y - self._y, x - self._x) / (2 * math.pi)
         return turns % 1.0 * self._full
 
     def distance(self, x, y=None):
         # type: (Union[float, Place, Turtle], Optional[float]) -> float
-        """How far a place is from here, units."""
+        """Return the distance of a place from here, units."""
         x, y = _pair("distance", x, y)
         return math.hypot(x - self._x, y - self._y)
 
     def speed(self, speed=None):
         # type: (Union[float, str, None]) -> Optional[int]
-        """Set the tip's speed, 1 slow to 10 fast; 0, as at first, is the arm's own. Or tell it."""
+        """Set the tip's speed, 1 slow to 10 fast, 0 the arm's own; or return it."""
         if speed is None:
             return self._speed
         number = SPEEDS.get(speed, speed) if isinstance(speed, str) else speed
@@ -322,11 +323,11 @@ class Turtle(object):
 
     def __getattr__(self, name):
         # type: (str) -> Any
-        if name in HARMLESS:
+        if name in IGNORED:
             return _do_nothing
         if name.startswith("_"):
             raise AttributeError(name)
-        advice = INSTEAD.get(name, "it has {}".format(", ".join(COMMANDS)))
+        advice = ADVICE.get(name, "it has {}".format(", ".join(COMMANDS)))
         raise NoTurtleCommand("{}the arm's turtle has no {}: {}".format(_caller(), name, advice))
 
     # Inside
@@ -334,39 +335,39 @@ class Turtle(object):
     def _ahead(self, word, distance):
         # type: (str, float) -> None
         distance = _number(word, distance)
-        way = 2 * math.pi * self._heading
-        x, y = self._x + distance * math.cos(way), self._y + distance * math.sin(way)
+        angle = 2 * math.pi * self._heading
+        x, y = self._x + distance * math.cos(angle), self._y + distance * math.sin(angle)
         self._go(x, y, "{}({:g})".format(word, abs(distance)))
 
     def _go(self, x, y, text):
         # type: (float, float, str) -> None
-        here = self._place(self._x, self._y)
+        start = self._place(self._x, self._y)
         self._x, self._y = x, y
         if not self._is_down:
             return
-        there = self._place(x, y)
-        if max(map(abs, there)) > paths.FARTHEST:
+        end = self._place(x, y)
+        if max(map(abs, end)) > paths.FARTHEST:
             raise BadTurtle("{}{} goes farther than any arm".format(_caller(), text))
         if not self._points:
-            self._points.append(here)
-        self._points.append(there)
+            self._points.append(start)
+        self._points.append(end)
         self._places.append((text, _caller()))
-        self._length += kinematics.distance(here, there)
-        if self._length > LONGEST or len(self._points) > MOST_POINTS:
+        self._length += kinematics.distance(start, end)
+        if self._length > MAX_LENGTH or len(self._points) > MAX_POINTS:
             self.flush()
 
     def _place(self, x, y):
         # type: (float, float) -> FixedPoint
-        """A place of the turtle's as the arm has it, cm."""
+        """Return a place of the turtle's (units) as the arm has it, cm."""
         (cos, sin), scale = self._east, self._scale
         return (
             self._origin[0] + scale * (x * cos - y * sin),
             self._origin[1] + scale * (x * sin + y * cos),
         ) + self._height
 
-    def _culprit(self, points, places):
+    def _unreachable_command(self, points, places):
         # type: (Sequence[FixedPoint], Commands) -> str
-        """The first command of a stroke that cannot be drawn, for people."""
+        """Return the first command of a stroke that cannot be drawn, for people."""
         for a, b, (text, caller) in zip(points, points[1:], places):
             try:
                 trajectory.plan(self._arm, [(a, b)], elbow=self._driver.elbow)
@@ -379,12 +380,12 @@ class Turtle(object):
 
 
 COMMANDS = tuple(sorted(name for name in vars(Turtle) if not name.startswith("_")))
-"""What a turtle does."""
+"""Names of the commands that a turtle obeys."""
 
 
 def _do_nothing(*args, **options):
     # type: (*object, **object) -> None
-    """What is on a screen only."""
+    """Do nothing: for commands that mean a screen."""
 
 
 def _number(word, value):
@@ -410,7 +411,7 @@ def _pair(word, x, y):
 
 def _caller():
     # type: () -> str
-    """'my_turtle.py, line 12: ': the line that is being obeyed; "" where that cannot be told."""
+    """Return the line that is being obeyed, as 'my_turtle.py, line 12: '; "" if not known."""
     frame = sys._getframe(1)  # type: Optional[FrameType]
     while frame is not None and frame.f_code.co_filename == __file__:
         frame = frame.f_back
@@ -427,7 +428,7 @@ _own = []  # type: List[Driver] # the Driver of a program that made none, once i
 
 def _own_driver():
     # type: () -> Driver
-    """The Driver of the arm that is told; from now on, errors and signals end the program well."""
+    """Return the Driver of $BRICKSERVO_ARM; from now on errors and signals park the arm."""
     if _own:
         return _own[0]
     from robot import program
@@ -445,12 +446,12 @@ def _own_driver():
 
 def _end_well(program):
     # type: (ModuleType) -> None
-    """Tell what is wrong in one line, and let no way out leave a motor driven or a stroke out."""
+    """Let errors be one line, and let no end of the program leave a motor on or a stroke out."""
     from shared.message_fields import printable
 
     failed = []  # type: List[BaseException]
 
-    def tell(kind, error, trace):
+    def report(kind, error, trace):
         # type: (Type[BaseException], BaseException, Optional[TracebackType]) -> None
         failed.append(error)
         if isinstance(error, (ArmError, program.Stopped)):
@@ -466,7 +467,7 @@ def _end_well(program):
                 for turtle in _turtles:
                     turtle.flush()
         except (ArmError, program.Stopped) as error:
-            tell(type(error), error, None)
+            report(type(error), error, None)
             status = getattr(error, "status", 1)
         program.ignore_signals()
         for driver in _own:
@@ -476,6 +477,6 @@ def _end_well(program):
             sys.stderr.flush()
             os._exit(status)
 
-    before, sys.excepthook = sys.excepthook, tell
+    before, sys.excepthook = sys.excepthook, report
     atexit.register(end)
     program.raise_on_signals()

@@ -59,7 +59,7 @@ def names_for_checkers():
 
 
 def test_a_type_checker_finds_every_name_where_it_lives():
-    lives = {(room, name) for room, names in api.ROOMS.items() for name in names}
+    lives = {(room, name) for room, names in api.MODULES.items() for name in names}
     told = list(names_for_checkers())
     assert set(told) == lives
     assert len(told) == len(lives)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from robot.motion import kinematics
-from robot.touching import StillWatch, angle_at, midpoint, play_at, told
+from robot.touching import StillWatch, angle_at, describe_points, midpoint, play_at
 from shared.arm_description import find_arm, read_arm
 
 ARM = read_arm(find_arm("planar"))
@@ -74,7 +74,7 @@ def test_play_at_bounds_what_play_can_do():
 
 
 def test_lines_fit_the_bricks_screen():
-    lines = told([(-10.126, 5.5), (-12.26, 8.76), (10.1, -3.2)], 0.43, 12)
+    lines = describe_points([(-10.126, 5.5), (-12.26, 8.76), (10.1, -3.2)], 0.43, 12)
     assert lines == [
         "point 12: 10.10,-3.20 cm",
         "to 0.4 cm (play)",
@@ -82,6 +82,6 @@ def test_lines_fit_the_bricks_screen():
         "angle 28.6 deg at 11",
         "middle -1.08,2.78 cm",
     ]
-    assert told([(1, -0.0)], 0.0, 1) == ["point 1: 1.00,0.00 cm"]
-    assert told([(1, 0), (1, 0), (1, 0)], 0.0, 3)[2] == "no angle: same place"
+    assert describe_points([(1, -0.0)], 0.0, 1) == ["point 1: 1.00,0.00 cm"]
+    assert describe_points([(1, 0), (1, 0), (1, 0)], 0.0, 3)[2] == "no angle: same place"
     assert midpoint((0, 4), (2, 8)) == (1, 6)

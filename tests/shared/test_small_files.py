@@ -8,7 +8,7 @@ import pytest
 from odd_files import ODD, put
 
 from robot.motion.zero import NotHomed, Zero
-from robot.tracker_address import Memory, SaltedKey, ServerAddress, SpoiltMemory
+from robot.tracker_address import InvalidMemory, Memory, SaltedKey, ServerAddress
 from shared.arm_description import ArmError, BadArmFile, find_arm, read_arm
 from shared.small_files import (
     MAX_SIZE,
@@ -116,7 +116,7 @@ def zero_in(folder):
 def memory_in(folder):
     memory = Memory(folder)
     memory.save(ServerAddress("here", 7711, "ABCDEFGHJKMN"), SaltedKey("5a" * 16, b"k" * 32))
-    return memory.file, memory.load, SpoiltMemory
+    return memory.file, memory.load, InvalidMemory
 
 
 def arm_in(folder):
