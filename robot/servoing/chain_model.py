@@ -4,11 +4,11 @@
     s   image features, px (m)
     J   image Jacobian ds/dq, px/rad: m rows, n columns
 
-This model and local_jacobian's have the same door: `observe` takes in what was seen at which joint
-angles; `prepare` does so early, in slices, while the arm is still being looked at; `seen_from`
-gives what is known at this moment, as an image model that later observations do not change; `shape`
-the same but for its place in the image, which costs less; `covariance` says how little that is, of
-J there; `doubt_all` is for when the world has changed.
+This model and local_jacobian's have one interface: `observe` learns from what was seen at which
+joint angles; `prepare` does so early, in slices, while the arm is still being measured; `seen_from`
+gives the present knowledge as an image model that later observations do not change; `shape` the
+same but for its offset in the image, which costs less; `covariance` is that of J's rows there;
+`doubt_all` inflates all variances when the world has changed.
 """
 
 import math
@@ -37,36 +37,39 @@ LINK_SIGMA = 400.0
 """Standard deviation of how far, in px, the sum of the links' directions can move the marker."""
 
 LINK_ERROR_SIGMA = 25.0
-"""The same of each link by itself: length, zero and lens may be off, px."""
+"""Standard deviation of a single link's deviation from that, px: length, zero and lens may be
+off."""
 
 BASE_SIGMA = 1e4
-"""The same of where the base is seen, px."""
+"""Standard deviation of where the base is seen, px."""
 
 DISTANCE_DOUBT = 2.3
-"""A key-frame is doubted by so many px per rad of distance from the arm: perspective and lens."""
+"""Model error per radian of a key-frame's distance from the arm, px/rad: perspective and lens."""
 
 MIN_KEY_DISTANCE, MAX_KEYS = math.radians(2.5), 24
-"""Key-frames nearer to one another (rad, every joint) are one; so many are held."""
+"""Distance in every joint below which two key-frames are one, rad; and the most that are held."""
 
 REWEIGH_PERIOD = 16
-"""After every so manieth fit the key-frames are weighed anew: it makes little difference, and costs
-more than all the rest."""
+"""Number of fits between two reweightings: these change little, and cost more than all the rest."""
 
 REWEIGH_PERIOD_IN_MOTION = 12
-"""The same of fits while the arm moves."""
+"""Number of fits between two reweightings while the arm moves."""
 
 MOVED_WORLD_SIGMA = 40.0
-"""What was seen before the world changed is doubted by so many px from then on."""
+"""Error of what was seen before the world changed, from then on, px."""
 
 
 def _precision(axes):
     # type: (Matrix) -> List[List[float]]
-    """Of the terms' coefficients, px^-2, before anything was seen; the lower triangle.
+    """Return the terms' prior precision, px^-2: the rows of its lower triangle.
 
     Each axis of space may be seen in any way (LINK_SIGMA px along the whole arm); each term by
     itself deviates from that (LINK_ERROR_SIGMA).  The inverse of LINK_ERROR_SIGMA^2 I +
     LINK_SIGMA^2 sum u u', the u being orthogonal unit vectors (Sherman and Morrison 1950); a
     constant offset may be anything.
+
+    Args:
+        axes: the tip's coordinates in space as coefficients of the terms, cm: a row for each axis.
     """
     units = []
     for axis in axes:
@@ -88,8 +91,15 @@ def _precision(axes):
 class _Key(object):
     """A key-frame: what was seen at one pose.
 
-    products  what a weight of 1 would add to the normal equations
-    weight    with which it is in them
+    Args:
+        q: joint angles, rad (n).
+        terms: the chain's terms at q.
+        s: px (m).
+        variance: of each element of s, px^2.
+
+    Attributes:
+        products: what a weight of 1 adds to the normal equations.
+        weight: with which it is in them, px^-2.
     """
 
     __slots__ = ("q", "terms", "s", "variance", "products", "weight")
@@ -102,19 +112,30 @@ class _Key(object):
         self.products = products + [a * y for y in s for a in terms]
 
 
+# Fitting the chain.  A revolute joint moves its links on circles; an affine camera shows circles as
+# ellipses (Ruf and Horaud 1999, projective kinematics).  So s = W t(q), linear in the terms t of
+# chain_terms, where W holds camera and link lengths.  W minimizes
+#
+#     sum_k w_k |s_k - W t_k|^2 + tr W P W'      over key-frames k, P the prior precision,
+#
+# so (P + sum_k w_k t_k t_k') W' = sum_k w_k t_k s_k', solved by Cholesky factors: one for all rows.
+# A key-frame enters, leaves or changes its weight as w t t' is added or subtracted: recursive least
+# squares in information form.  The usual form, an update of the inverse, costs more where frames
+# are replaced.  Gauss-Newton on camera and lengths needs a start near the truth and iterations;
+# this fit needs neither, and the lengths of the description enter no more than as the prior.
+# The weight is w = trust / (variance + (SIGMA_PER_RADIAN distance)^2): trust is robust.py's, by the
+# residual of the fit before (iteratively reweighted least squares); the distance from the arm makes
+# it a locally weighted regression (Atkeson, Moore and Schaal 1997), which takes up perspective and
+# lens.
+
+
 class ChainModel(object):
     """The image as a linear function of the sines and cosines of a chain of revolute joints.
 
-    A revolute joint moves an image point on a projected circle (Ruf, Horaud and others: visual
-    control by projective kinematics); so s = W terms(q), where W holds camera and link lengths.  W
-    is fitted to key-frames by least squares: each is weighed by its noise, by its distance from the
-    arm, which takes up perspective and lens, and by how well it agreed with the fit before.  The
-    lengths of the description are no more than a prior.
-
     Args:
         rows: m.
-        chain: kind of the arm's chain.
-        links: their lengths, cm.
+        chain: kind of the arm's chain, a key of CHAINS.
+        links: their lengths, cm (n).
     """
 
     def __init__(self, rows, chain, links):
@@ -145,8 +166,10 @@ class ChainModel(object):
         """Keep what was seen as a key-frame, in place of one that is nearly the same.
 
         Args:
+            q: joint angles, rad (n).
+            s: px (m).
             variance: of each element of s, px^2.
-            standing: what was seen in motion does not replace what is known better.
+            standing: whether the arm stood; frames in motion do not replace better key-frames.
         """
         prepared, self._prepared = self._prepared, None
         if standing and prepared and agrees(prepared, q, s):
@@ -173,9 +196,14 @@ class ChainModel(object):
 
     def prepare(self, q, s, variance):
         # type: (Pose, Features, float) -> Iterator[None]
-        """Learn from what is seen so far of an arm that stands at q: an iterator over slices.
+        """Learn early from what is seen of an arm that stands at q: an iterator over slices.
 
-        `observe`, `seen_from` and `covariance` have little left to do then, if that was right.
+        `observe`, `seen_from` and `covariance` have little left to do if that proves right.
+
+        Args:
+            q: joint angles, rad (n).
+            s: px (m).
+            variance: of each element of s, px^2.
         """
         self.observe(q, s, variance)
         self._prepared = tuple(q), s, variance
@@ -187,7 +215,7 @@ class ChainModel(object):
 
     def seen_from(self, q, s):
         # type: (Pose, Features) -> LinearImageModel
-        """The image model of an arm that is at q, where s is seen."""
+        """Return the image model of an arm that is at q (rad), where s (px) is seen."""
         W = self._fit(q)
         self._stand_at(q)
         offset = [y - sum(map(mul, w, self._terms)) for y, w in zip(s, W)]
@@ -195,6 +223,7 @@ class ChainModel(object):
 
     def _stand_at(self, q):
         # type: (Pose) -> None
+        """Evaluate the terms and their derivatives at q (rad), unless they are of there."""
         if self._here != tuple(q):
             self._here, self._covariance = tuple(q), None
             self._terms = self._chain.terms(q)
@@ -202,7 +231,7 @@ class ChainModel(object):
 
     def refit(self):
         # type: () -> Iterator[None]
-        """Fit anew if there is enough that is new: an iterator, each step a slice of the work."""
+        """Fit anew if there is something new: an iterator, each step a slice of the work."""
         if self._fitted is not None and not self._waiting:
             return
         W = self._solve()
@@ -222,7 +251,7 @@ class ChainModel(object):
 
     def shape(self):
         # type: () -> LinearImageModel
-        """The same but for its place in the image, as last fitted; the same as long as that."""
+        """Return the image model as last fitted, without its offset; the same until the next."""
         if self._fitted is None or self._shape is None or self._shape.W is not self._fitted:
             W = self._fitted or self._solve()
             self._shape = LinearImageModel(self._chain, W, [0.0] * self._rows)
@@ -230,14 +259,14 @@ class ChainModel(object):
 
     def _weigh(self, key, weight):
         # type: (_Key, float) -> None
-        """Let a key-frame count for so much in the normal equations."""
+        """Set the weight of a key-frame in the normal equations, px^-2."""
         more = weight - key.weight
         self._sums = [total + more * p for total, p in zip(self._sums, key.products)]
         key.weight = weight
 
     def _replace(self, old, new):
         # type: (_Key, _Key) -> None
-        """Let a new key-frame count in place of an old one."""
+        """Put a new key-frame in the place of an old one in the normal equations."""
         less, more = old.weight, 1 / new.variance
         products = zip(self._sums, old.products, new.products)
         self._sums = [total - less * a + more * b for total, a, b in products]
@@ -245,7 +274,7 @@ class ChainModel(object):
 
     def _solve(self):
         # type: () -> Matrix
-        """Fit W (m x terms) by least squares, and return it."""
+        """Fit W (m x terms, px) by least squares, and return it."""
         sums = self._sums
         self._L = L = cholesky([sums[part] for part in self._triangle])
         W = [back_substituted(L, forward_substituted(L, sums[side])) for side in self._sides]
@@ -254,7 +283,7 @@ class ChainModel(object):
 
     def _fit(self, q):
         # type: (Pose) -> Matrix
-        """W, with all that was learned in it."""
+        """Return W, with all that was observed in it; now and then weigh the key-frames anew."""
         W = self._solve() if self._fitted is None or self._waiting else self._fitted
         self._fits += 1
         if self._fits % REWEIGH_PERIOD == 0 and self._keys:
@@ -263,9 +292,9 @@ class ChainModel(object):
 
     def _weigh_all(self, q, W):
         # type: (Pose, Matrix) -> None
-        """By how well they agree with W, and by their distance from q.
+        """Weigh all key-frames by their agreement with W and their distance from q, rad.
 
-        Together: weighed one by one, what is right would be doubted before what is false is.
+        Together: weighed one by one, inliers would be doubted before outliers are.
         """
         for key in self._keys:
             key.weight = self._deserved(key, q, W)
@@ -276,7 +305,7 @@ class ChainModel(object):
 
     def _deserved(self, key, q, W):
         # type: (_Key, Pose, Matrix) -> float
-        """The weight of a key-frame."""
+        """Return the weight of a key-frame by its residual against W, the arm being at q, px^-2."""
         doubt = key.variance
         for a, b in zip(key.q, q):
             doubt += DISTANCE_DOUBT**2 * (a - b) * (a - b)
@@ -289,7 +318,7 @@ class ChainModel(object):
 
     def covariance(self):
         # type: () -> Matrix
-        """Of each row of J, n x n, (px/rad)^2, where it was last seen from."""
+        """Return the covariance of each row of J where it was last seen from, n x n, (px/rad)^2."""
         if self._covariance is None:
             # slope' N^-1 slope, from one side: N^-1 = L'^-1 L^-1
             halves = [forward_substituted(self._L, slope) for slope in self._slopes]
@@ -298,13 +327,13 @@ class ChainModel(object):
 
     def by_space(self):
         # type: () -> Matrix
-        """How the image moves with the tip's place in space, px/cm: m rows, W along the axes."""
+        """Return the image Jacobian by the tip's place, px/cm: m rows, a column for each axis."""
         W = self._fit(self._keys[-1].q)
         return [[dot(w, axis) / dot(axis, axis) for axis in self._axes] for w in W]
 
     def doubt_all(self):
         # type: () -> None
-        """The camera was moved, or the like: what was seen before counts little from now on."""
+        """Inflate the variances of all key-frames: the camera has moved, or the like."""
         for key in self._keys:
             key.variance += MOVED_WORLD_SIGMA**2
             self._weigh(key, 1 / key.variance)

@@ -1,4 +1,4 @@
-"""Chains of revolute joints, by the terms in which their image is linear.  Pure.
+"""Kinematic chains of revolute joints, by the terms in which their image is linear.  Pure.
 
 q      joint angles, rad
 terms  1, and sines and cosines of the links' headings: a list of numbers
@@ -21,7 +21,7 @@ if MYPY:
 
 def _planar_terms(q):
     # type: (Pose) -> List[float]
-    """1, and the cosine and sine of each link's heading: in a planar chain the angles add up."""
+    """Return 1, and cosine and sine of each link's heading: in a planar chain the angles add up."""
     first, second = q
     second += first
     return [1.0, math.cos(first), math.sin(first), math.cos(second), math.sin(second)]
@@ -29,14 +29,14 @@ def _planar_terms(q):
 
 def _planar_slopes(terms):
     # type: (Vector) -> Matrix
-    """d terms / dq, a list for each joint: the first one turns both links."""
+    """Return d terms / dq, a list for each joint: the first one turns both links."""
     _, cos1, sin1, cos2, sin2 = terms
     return [0.0, -sin1, cos1, -sin2, cos2], [0.0, 0.0, 0.0, -sin2, cos2]
 
 
 def _planar_jacobian(terms, W):
     # type: (Vector, Matrix) -> Matrix
-    """W d terms / dq, without its zeros."""
+    """Return W d terms / dq, without its zeros."""
     _, cos1, sin1, cos2, sin2 = terms
     J = []
     for _, a, b, c, d in W:
@@ -47,7 +47,7 @@ def _planar_jacobian(terms, W):
 
 def _planar_axes(links):
     # type: (Vector) -> Matrix
-    """The place of the tip along each axis of space, as coefficients of the terms."""
+    """Return the tip's coordinates in space as coefficients of the terms, cm: a row per axis."""
     ahead, aside = [0.0], [0.0]
     for link in links:
         ahead += [link, 0.0]
@@ -57,7 +57,7 @@ def _planar_axes(links):
 
 def _spatial_terms(q):
     # type: (Pose) -> List[float]
-    """1, cosine and sine of the yaw; of both links that pitch their reach up, ahead and aside."""
+    """Return 1, cosine and sine of the yaw; of both pitching links the reach up, ahead, aside."""
     yaw, first, second = q
     second += first
     cos, sin = math.cos(yaw), math.sin(yaw)
@@ -70,7 +70,7 @@ def _spatial_terms(q):
 
 def _spatial_slopes(terms):
     # type: (Vector) -> Matrix
-    """d terms / dq, a list for each joint: the yaw turns what reaches out, a pitch its links."""
+    """Return d terms / dq, a list for each joint: the yaw turns all that reaches out."""
     _, cos, sin, up1, ahead1, aside1, up2, ahead2, aside2 = terms
     forearm = [ahead2 * cos + aside2 * sin, -up2 * cos, -up2 * sin]
     return (
@@ -82,7 +82,7 @@ def _spatial_slopes(terms):
 
 def _spatial_jacobian(terms, W):
     # type: (Vector, Matrix) -> Matrix
-    """W d terms / dq, without its zeros."""
+    """Return W d terms / dq, without its zeros."""
     _, cos, sin, up1, ahead1, aside1, up2, ahead2, aside2 = terms
     out1, out2 = ahead1 * cos + aside1 * sin, ahead2 * cos + aside2 * sin
     J = []
@@ -96,7 +96,7 @@ def _spatial_jacobian(terms, W):
 
 def _spatial_axes(links):
     # type: (Vector) -> Matrix
-    """As _planar_axes: out from the base's axis, ahead and aside; and upwards."""
+    """Return what _planar_axes does: out from the base's axis, ahead and aside; and upwards."""
     ahead, aside, up = [0.0] * 3, [0.0] * 3, [0.0] * 3
     for link in links[1:]:
         up += link, 0.0, 0.0
@@ -109,4 +109,4 @@ CHAINS = {  # type: Dict[str, Tuple[Chain, _Found, _Found]]
     "planar": (Chain(_planar_terms, _planar_jacobian), _planar_slopes, _planar_axes),
     "spatial": (Chain(_spatial_terms, _spatial_jacobian), _spatial_slopes, _spatial_axes),
 }
-"""Each kind's Chain, and functions of the derivatives of its terms and of the axes of space."""
+"""Chain of each kind, with functions for the derivatives of its terms and for the axes of space."""

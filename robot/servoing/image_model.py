@@ -1,4 +1,4 @@
-"""What is known of the image at one moment.  Pure.
+"""The image of one or several cameras as it is known at one moment.  Pure.
 
 q   joint angles, rad (n)
 s   image features, px (m)
@@ -21,12 +21,12 @@ if MYPY:
 
 
 class LinearImageModel(object):
-    """What a model knows at one moment, linear in the terms of a chain: s = W terms(q) + offset.
+    """An image model that is linear in the terms of a chain: s = W terms(q) + offset.
 
     Args:
         chain: Chain.
-        W: m rows, px.
-        offset: m, px.
+        W: coefficients of the terms, px: m rows.
+        offset: px (m).
     """
 
     def __init__(self, chain, W, offset):
@@ -40,29 +40,30 @@ class LinearImageModel(object):
 
     def with_rows(self, W, offset):
         # type: (Matrix, Vector) -> LinearImageModel
-        """One of other rows, by the same chain."""
+        """Return one of other rows, by the same chain."""
         return LinearImageModel(self._chain, W, offset)
 
     def moved(self, offset):
         # type: (Vector) -> LinearImageModel
-        """The same, elsewhere in the image."""
+        """Return the same with another offset, px (m)."""
         return LinearImageModel(self._chain, self.W, offset)
 
     def _at(self, q):
         # type: (Pose) -> None
+        """Evaluate the terms at q (rad), unless they are of there."""
         if self._q != q:
             self._q, self._terms, self._J = list(q), self._chain.terms(q), None
 
     def predict(self, q):
         # type: (Pose) -> List[float]
-        """s that will be seen at q, px."""
+        """Return the s that will be seen at q (rad), px (m)."""
         self._at(q)
         terms = self._terms
         return [sum(map(mul, w, terms), o) for w, o in zip(self.W, self.offset)]
 
     def jacobian(self, q):
         # type: (Pose) -> Matrix
-        """J at q, px/rad."""
+        """Return J at q (rad), px/rad: m rows, n columns."""
         self._at(q)
         if self._J is None:
             self._J = self._chain.jacobian(self._terms, self.W)
@@ -83,18 +84,23 @@ jacobian(terms, W)  the image Jacobian there, m rows, that comes of it
 """
 
 _STRAIGHT = Chain(list, lambda q, W: W)
-"""Joints of which nothing is known but J: the image is linear in their angles."""
+"""Chain of joints of which nothing is known but J: the image is linear in their angles."""
 
 
 def straight(J, offset=None):
     # type: (Matrix, Optional[Vector]) -> LinearImageModel
-    """A LinearImageModel of the joints' angles themselves: s = J q + offset (0 if None), px."""
+    """Return a LinearImageModel of the joint angles themselves: s = J q + offset.
+
+    Args:
+        J: px/rad: m rows, n columns.
+        offset: px (m); zeros if None.
+    """
     return LinearImageModel(_STRAIGHT, J, offset or [0.0] * len(J))
 
 
 def stacked(images):
     # type: (Sequence[Tuple[LinearImageModel, slice, float]]) -> LinearImageModel
-    """One LinearImageModel of several cameras, their rows in turn.
+    """Return one LinearImageModel of several cameras, their rows in turn.
 
     Args:
         images: [(LinearImageModel, slice of its rows that counts, their weight)], of one chain.

@@ -1,4 +1,4 @@
-"""All models of the image: of each camera one of each kind, and how right each kind was.  Pure."""
+"""Image models of all cameras: one of each kind for each, and how right each kind was.  Pure."""
 
 import math
 from operator import mul, sub
@@ -34,35 +34,41 @@ if MYPY:
     ModelMakers = Mapping[str, Callable[[str], CameraModel]]  # of a camera's name, by their own
 
 MOTION_SIGMA = 2.0
-"""A frame that was taken in motion is doubted by so much more, px: the shutter, the two clocks."""
+"""Additional standard deviation of a frame taken in motion, px: the shutter, the two clocks."""
 
 MAX_BEND_SHARE = 0.2
-"""Three frames in motion belong together if the middle one is off their line by no more than this
-share of the way (and noise)."""
+"""Greatest distance of the middle of three frames in motion from the line of the others, as a share
+of their distance, beside noise: beyond it one of them is an outlier."""
 
 JOINT_ERROR, BACKLASH_ERROR = math.radians(0.35), 0.1
 """Standard deviations: of a motor's angle, rad, and of the joint's backlash, as a share of it."""
 
 FIRST_JOINT_VARIANCE = 4.0
-"""What the joints' uncertainty makes of a row before anything is known of it, px^2."""
+"""Variance of a row by the joints' uncertainty before anything is known of it, px^2."""
 
 UNCERTAINTY_WEIGHT = 0.1
-"""Weight of what is not known of J, beside the error that is to be made small."""
+"""Weight of J's uncertainty, beside the error that is to be made small."""
 
 NEWEST_STEP_WEIGHT, MAX_STEP_ERROR = 0.6, 2.0
 """Weight of the newest step in how wrong a model was lately, and the most that a step counts."""
 
 MAX_STEREO_CONDITION = 6.0
-"""Cameras see the same if the condition of the image by space (greatest over least singular value)
-is more: two less than 15 degrees apart, most often, and none that are 30 degrees apart."""
+"""Condition of the image by space beyond which cameras see the same: most often two less than 15
+degrees apart, and none that are 30 degrees apart."""
 
 WORLD_CHANGE_ERROR = 25.0
-"""A step predicted by all models so wrongly, px, and by more than half: the world has changed."""
+"""Error of all models' predictions, px, beside half of the step, beyond which the world has
+changed."""
 
 
 def models_of(method, arm):
     # type: (str, Arm) -> ModelMakers
-    """{name: a function of a camera's name that makes its model}."""
+    """Return {name: a function of a camera's name that makes its model}.
+
+    Args:
+        method: one of shared.run_options.METHODS.
+        arm: shared.arm_description.Arm.
+    """
 
     def local(noise_aware):
         # type: (bool) -> Callable[[str], CameraModel]
@@ -77,7 +83,7 @@ def models_of(method, arm):
 
 
 class ImageModels(object):
-    """What is known of the images of all cameras.
+    """The image models of all cameras.
 
     Args:
         make: as models_of.
@@ -115,35 +121,40 @@ class ImageModels(object):
 
     def of(self, name, camera):
         # type: (str, str) -> CameraModel
-        """The model of that name."""
+        """Return the model of that name and camera, made if it is new."""
         if (name, camera) not in self._models:
             self._models[name, camera] = self._make[name](camera)
         return self._models[name, camera]
 
     def image(self, name, camera):
         # type: (str, str) -> LinearImageModel
-        """What the model knew when the arm stood last."""
+        """Return the image model as it was known when the arm stood last."""
         return self._images[name, camera]
 
     def doubt_all(self):
         # type: () -> None
-        """The world has changed, or the arm goes on elsewhere."""
+        """Inflate the variances of all models: the world has changed, or the arm is elsewhere."""
         for model in self._models.values():
             model.doubt_all()
 
     def best(self):
         # type: () -> str
-        """The name of the model that was the least wrong lately."""
+        """Return the name of the model that was the least wrong lately."""
         return min(self.names, key=self.wrong.__getitem__)
 
     # Learning
 
     def observe_in_motion(self, camera, q, s, only=None):
         # type: (str, Pose, Pixel, Optional[str]) -> None
-        """Learn from a frame that was taken in motion, when the joints were at q.
+        """Learn from a frame that was taken in motion.
 
-        All models do, or `only` the one of this name.  Each frame waits for the next one: what does
-        not lie between its neighbours is left out.
+        Each frame waits for the next one: one that does not lie between its neighbours is left out.
+
+        Args:
+            camera: its name.
+            q: joint angles when it was taken, rad (n).
+            s: u and v, px.
+            only: name of the model that learns; None: all do.
         """
         frames = self._last_frames.setdefault(camera, [])
         frames.append((q, s))
@@ -172,7 +183,7 @@ class ImageModels(object):
 
     def update(self, q, measurements):
         # type: (Pose, Iterable[Measurement]) -> None
-        """Learn from [Measurement] of an arm that stands at q (rad)."""
+        """Learn from the Measurements of an arm that stands at q (rad)."""
         self._last_frames = {}
         for measurement in measurements:
             camera, s = measurement.camera, measurement.s
@@ -184,7 +195,7 @@ class ImageModels(object):
 
     def _blur(self, name, camera):
         # type: (str, str) -> float
-        """What the joints' own uncertainty makes of a row of this camera, px^2."""
+        """Return the variance that the joints' own uncertainty adds to a row of a camera, px^2."""
         if (name, camera) not in self._blurs:
             image = self._images.get((name, camera))
             if image is None:
@@ -197,12 +208,14 @@ class ImageModels(object):
 
     def judge(self, q, before, seen):
         # type: (Pose, Mapping[str, Features], Mapping[str, Features]) -> Dict[str, float]
-        """Compare what was predicted of the step that led to q with what is seen.
+        """Compare the predictions of the step that led to q with what is seen.
 
-        A surprise for all of them makes all of them doubt.
+        If all of them were surprised, the world has changed: all variances are inflated.
 
         Args:
-            before, seen: {camera: s}, px, of the same cameras.
+            q: joint angles, rad (n).
+            before: {camera: s} before the step, px.
+            seen: {camera: s} at q, px, of the same cameras.
 
         Returns:
             {name: share of the step that was predicted wrongly}
@@ -223,15 +236,15 @@ class ImageModels(object):
 
     def together(self, name, selection):
         # type: (str, CameraSelection) -> LinearImageModel
-        """One image model of all that counts."""
+        """Return one image model of all that counts."""
         cameras = {c: self._images[name, c] for c in selection.used}
         return stacked(selection.parts(cameras))
 
     def see_flat(self, cameras, rows):
         # type: (Sequence[str], Rows) -> bool
-        """Whether several cameras see all but the same, and leave the depth untold.
+        """Return whether several cameras see all but the same, and leave the depth untold.
 
-        Only the chain knows more than its last few steps have told.
+        Only the chain's model knows more than its last few steps have shown.
         """
         if len(cameras) == 1 or "chain" not in self:
             return False
@@ -243,7 +256,7 @@ class ImageModels(object):
 
     def penalty(self, name, selection, n):
         # type: (str, CameraSelection, int) -> List[List[float]]
-        """What is not known of J, as a penalty on the way: n x n, px^2/rad^2."""
+        """Return J's uncertainty as a penalty on joint motion, n x n, px^2/rad^2."""
         total = [[0.0] * n for _ in range(n)]
         for model, rows, weight in selection.parts({c: self.of(name, c) for c in selection.used}):
             share = (rows.stop - rows.start) * UNCERTAINTY_WEIGHT * weight * weight

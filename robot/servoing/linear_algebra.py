@@ -18,20 +18,20 @@ if MYPY:
 
 def length(e):
     # type: (Vector) -> float
-    """Euclidean."""
+    """Return the Euclidean norm of a vector."""
     return math.sqrt(sum(map(mul, e, e)))
 
 
 def apart(a, b):
     # type: (Vector, Vector) -> float
-    """Greatest difference of two lists of angles, rad."""
+    """Return the distance of two lists of angles in the maximum norm, rad."""
     greatest = max(map(abs, map(sub, a, b)))  # type: float
     return greatest
 
 
 def median(values):
     # type: (Vector) -> float
-    """Of a list of numbers."""
+    """Return the median of a list of numbers."""
     values = sorted(values)
     half = len(values) // 2
     return values[half] if len(values) % 2 else (values[half - 1] + values[half]) / 2
@@ -39,7 +39,7 @@ def median(values):
 
 def cholesky(N):
     # type: (Matrix) -> List[List[float]]
-    """Rows of the lower triangle L with L L' = N, for a positive definite N (its lower part)."""
+    """Return the rows of the lower triangle L with L L' = N, by the lower triangle of N."""
     L = []  # type: List[List[float]]
     for row in N:
         new, left = [], row[len(L)]  # type: List[float], float
@@ -56,7 +56,7 @@ def cholesky(N):
 
 def forward_substituted(L, b):
     # type: (Matrix, Vector) -> List[float]
-    """y with L y = b."""
+    """Return y with L y = b, for a lower triangle L."""
     y = []  # type: List[float]
     for row, value in zip(L, b):
         for a, known in zip(row, y):
@@ -67,7 +67,7 @@ def forward_substituted(L, b):
 
 def back_substituted(L, y):
     # type: (Matrix, Vector) -> List[float]
-    """x with L' x = y."""
+    """Return x with L' x = y, for a lower triangle L."""
     x = list(y)
     for i in range(len(L) - 1, -1, -1):
         row = L[i]
@@ -79,7 +79,7 @@ def back_substituted(L, y):
 
 def solve_definite(H, b):
     # type: (Matrix, Vector) -> List[float]
-    """x with H x = b, for a positive definite H (its lower triangle)."""
+    """Return x with H x = b, for a positive definite H (its lower triangle)."""
     if len(b) == 2:  # these two most often by far, and several times as fast
         (a,), (c, d) = H
         det = a * d - c * c
@@ -101,7 +101,7 @@ def solve_definite(H, b):
 
 def condition(J):
     # type: (Matrix) -> float
-    """Greatest over least singular value of J (m x n, n 2 or 3); inf where the least is 0.
+    """Return the condition of J (m x n, n 2 or 3): greatest over least singular value, or inf.
 
     By the roots of the characteristic polynomial of J'J, in closed form (Smith 1961): beyond some
     1e7 rounding outweighs the least.

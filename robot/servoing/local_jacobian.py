@@ -23,31 +23,43 @@ if MYPY:
     _State = Tuple[Matrix, List[List[float]], Optional[Learned]]  # J, P and what was observed last
 
 FIRST_SIGMA = 2000.0
-"""Standard deviation of an element of J before anything was seen, and the greatest, px/rad."""
+"""Standard deviation of an element of J before anything was seen, its greatest, px/rad."""
 
 MIN_SIGMA = 0.5
-"""The least: it never freezes, px/rad."""
+"""Standard deviation of an element of J at the least, px/rad: the filter never freezes."""
 
 CHANGE_PER_RADIAN = 0.7
-"""By which share of itself J may change per radian of joint motion."""
+"""Share of itself by which J may change per radian of joint motion, 1/rad."""
 
 MIN_STEP_SIGMAS = 4.0
-"""Plain Broyden learns from steps of at least so many standard deviations in the image."""
+"""Least step in the image from which plain Broyden learns, standard deviations."""
+
+
+# Broyden's update (1965), J + (ds - J dq) dq' / dq'dq, is the least change of J that explains the
+# step (Dennis and Schnabel 1983, chapter 8).  It takes noise for truth: noise/|dq| enters J in
+# full, so short steps near the goal spoil it.
+#
+# The Kalman filter (Qian and Su 2002) has the rows of J as its state, which drifts as the joints
+# move, and ds = J dq + noise as its measurement:
+#
+#     gain g = P dq / (dq'P dq + variance),    J + (ds - J dq) g',    (I - g dq') P
+#
+# On long moves with P = p I this is Broyden's update; it falls to 0 where noise outweighs the move.
+# Each direction has a variance of its own in P, one n x n matrix for all rows, since all of them
+# have the same dq and variance.  Least squares over a window of steps would do the same at more
+# cost, and fail where the steps do not span the joints' space.
 
 
 class LocalJacobian(object):
-    """J by Broyden's update, plain or weighed against the noise.
-
-    With `noise_aware`, J is the state of a Kalman filter whose measurements are the pairs (dq, ds)
-    (Qian and Su 2002): the gain is Broyden's 1 on long moves and falls to 0 on moves that noise
-    outweighs, and every direction has a doubt of its own.  Without, it is Broyden's update (1965).
+    """The image Jacobian at one place, by Broyden's update, plain or weighed against the noise.
 
     Args:
-        rows, joints: m, n.
-        noise_aware: see above.
+        rows: m.
+        joints: n.
+        noise_aware: Kalman's gain instead of Broyden's.
 
     Attributes:
-        J: a tuple of rows; zeros at first.
+        J: px/rad, a tuple of m rows of n; zeros at first.
     """
 
     def __init__(self, rows, joints, noise_aware=True):
@@ -64,8 +76,10 @@ class LocalJacobian(object):
         """Learn from the step that led here from what was observed before.
 
         Args:
+            q: joint angles, rad (n).
+            s: px (m).
             variance: of each element of s, px^2.
-            standing: whether the arm stood; plain Broyden takes nothing else.
+            standing: whether the arm stood; plain Broyden learns from nothing else.
         """
         if not (standing or self._noise_aware):
             return
@@ -84,12 +98,19 @@ class LocalJacobian(object):
 
     def _tells(self, dq, ds, variance):
         # type: (Vector, Vector, float) -> bool
-        """Whether a step is long enough for plain Broyden, which takes noise for truth."""
+        """Return whether a step is long enough for plain Broyden, which takes noise for truth."""
         expected = [dot(row, dq) for row in self.J]
         return max(dot(ds, ds), dot(expected, expected)) > MIN_STEP_SIGMAS**2 * variance
 
     def _update(self, dq, ds, variance):
         # type: (Vector, Vector, float) -> None
+        """Correct J and its covariance P by one step.
+
+        Args:
+            dq: rad (n).
+            ds: px (m).
+            variance: of each element of ds, px^2.
+        """
         P, n = self._P, len(dq)
         square = dot(dq, dq)
         if self._noise_aware:
@@ -112,7 +133,7 @@ class LocalJacobian(object):
             self.J = broyden_update(self.J, dq, ds)
             along = [dot(row, dq) for row in P]
             gain = [d / square for d in dq]
-        # (I - gain dq') P, and for a gain that is not Kalman's the same from the right
+        # (I - g dq') P, and for a gain that is not Kalman's the same from the right
         P = [[p - g * a for p, a in zip(row, along)] for row, g in zip(P, gain)]
         if not self._noise_aware:
             along = [dot(row, dq) for row in P]
@@ -123,7 +144,13 @@ class LocalJacobian(object):
 
     def prepare(self, q, s, variance):
         # type: (Pose, Features, float) -> Iterator[None]
-        """Learn from what is seen so far of an arm that stands at q: an iterator over slices."""
+        """Learn early from what is seen of an arm that stands at q: an iterator over slices.
+
+        Args:
+            q: joint angles, rad (n).
+            s: px (m).
+            variance: of each element of s, px^2.
+        """
         before = self.J, [list(row) for row in self._P], self._last
         self.observe(q, s, variance)
         self._prepared = (tuple(q), s, variance), before
@@ -131,27 +158,27 @@ class LocalJacobian(object):
 
     def seen_from(self, q, s):
         # type: (Pose, Features) -> LinearImageModel
-        """The image model of an arm that is at q, where s is seen."""
+        """Return the image model of an arm that is at q (rad), where s (px) is seen."""
         return straight(self.J, [y - dot(row, q) for row, y in zip(self.J, s)])
 
     def refit(self):
         # type: () -> Iterator[None]
-        """There is nothing to fit."""
+        """Return an empty iterator: there is nothing to fit."""
         return iter(())
 
     def shape(self):
         # type: () -> LinearImageModel
-        """The same but for its place in the image."""
+        """Return the image model without its offset."""
         return straight(self.J)
 
     def covariance(self):
         # type: () -> Matrix
-        """Of each row of J, n x n, (px/rad)^2."""
+        """Return the covariance of each row of J, n x n, (px/rad)^2."""
         return [list(row) for row in self._P]
 
     def doubt_all(self):
         # type: () -> None
-        """The camera was moved, or the like: J is kept, but half of it may be wrong."""
+        """Inflate the variances: the camera has moved, or the like; half of J may be wrong."""
         if self._prepared is not None:  # what was learned early is taken back
             _, (self.J, self._P, self._last) = self._prepared
             self._prepared = None

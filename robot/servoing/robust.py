@@ -1,4 +1,4 @@
-"""What is seen may be something else: the farther off, the less it counts.  Pure."""
+"""Robust weights: an outlier is something else than the tip, and must not move the fit.  Pure."""
 
 from operator import sub
 
@@ -11,21 +11,36 @@ if MYPY:
     Learned = Tuple[Tuple[float, ...], Features, float]  # q, s, and the variance of s, px^2
 
 RESIDUAL_SCALE = 3.0
-"""Residuals beyond so many standard deviations count ever less (Geman and McClure)."""
+"""Scale of residuals beyond which their weight falls (Geman and McClure), standard deviations."""
 
 MAX_DISAGREEMENT = 3.0
-"""What was learned early holds if what is seen in the end is no more standard deviations off."""
+"""Greatest difference at which what was learned early still holds, standard deviations."""
+
+
+# Least squares believes an outlier in proportion to its size.  With iteratively reweighted least
+# squares a residual r counts by the weight w(x), x = (r / scale)^2.  The tail (1 + x)^-2 is that of
+# Geman and McClure (1985): the influence r w falls to 0, so a brick of the marker's colour hardly
+# pulls, however far off it is.  Huber's weight, the usual one, keeps its influence constant: many
+# false sightings at one place would add up.  Below the scale w is 1, so inliers count as in plain
+# least squares, which is best for normal noise.  The price is a cost that is not convex: the fit
+# must begin near the truth.  Its prior, and the fit before, see to that.
 
 
 def trust(excess):
     # type: (float) -> float
-    """Weight of a residual by its square, as a share of what is still believed."""
+    """Return the weight, 0 to 1, of a residual whose square is `excess` times that of the scale."""
     return 1.0 if excess <= 1 else (1.0 + excess) ** -2
 
 
 def agrees(early, q, s):
     # type: (Learned, Pose, Features) -> bool
-    """Whether what was learned early, (q, s, variance), is of the arm at q, and s what was seen."""
+    """Return whether what was learned early is of the arm at q, and near what is seen in the end.
+
+    Args:
+        early: (q, s, variance), rad, px and px^2.
+        q: joint angles, rad (n).
+        s: px (m).
+    """
     at, seen, variance = early
     square = sum([d * d for d in map(sub, seen, s)])
     return at == tuple(q) and square < MAX_DISAGREEMENT**2 * variance * len(s)
