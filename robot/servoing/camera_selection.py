@@ -1,4 +1,4 @@
-"""Which cameras the servo goes by, how much each counts, and which joints they have seen move.
+"""Selection of cameras: which the servo goes by, how much each counts, which saw which joints move.
 
 Pure.
 """
@@ -42,23 +42,24 @@ class CameraSelection(object):
 
     def forget(self):
         # type: () -> None
-        """Nothing counts as explored any more."""
+        """Count no joint as explored any more."""
         self._explored = [self._known] * self._joints
         self._looks.clear()
 
     def look(self, cameras):
         # type: (Sequence[str]) -> List[str]
-        """Take in that these were looked through; those that have seen every joint move."""
+        """Count a measurement of these cameras; return those that have seen every joint move."""
         for camera in cameras:
             self._looks[camera] = self._looks.get(camera, 0) + 1
         return [c for c in cameras if self._known or self._looks[c] > self._joints]
 
     def choose(self, cameras, known, sigma_of):
         # type: (Sequence[str], Sequence[str], Callable[[str], float]) -> bool
-        """Go by those that are known well enough, or by all if these are too few.
+        """Go by the cameras that are known well enough, or by all if these are too few.
 
         Args:
-            cameras, known: that were looked through, as `look` has it.
+            cameras: that have measured.
+            known: those of them that `look` has returned.
             sigma_of: gives a camera's noise, px.
 
         Returns:
@@ -82,7 +83,7 @@ class CameraSelection(object):
 
     def next_joint(self):
         # type: () -> Tuple[int, List[bool]]
-        """(the joint that is explored next, which joints were explored before)."""
+        """Return (the joint that is explored next, which joints were explored before)."""
         before = list(self._explored)
         k = before.index(False)
         self._explored[k] = True
@@ -90,22 +91,23 @@ class CameraSelection(object):
 
     def parts(self, by_camera):
         # type: (Mapping[str, _T]) -> List[Tuple[_T, slice, float]]
-        """[(its value, the slice of its rows that counts, its weight)] of the cameras in use."""
+        """Return [(value, slice of its rows that counts, weight)] of the cameras in use."""
         return [
             (by_camera[c], self._rows.of(c), self.weights[c]) for c in self.used if c in by_camera
         ]
 
     def together(self, by_camera):
         # type: (Mapping[str, Features]) -> List[float]
-        """Of {camera: its u and v}: all that counts, by its weight, in turn."""
+        """Return all that counts of {camera: its u and v}, by its weight, in turn."""
         return [weight * x for pair, rows, weight in self.parts(by_camera) for x in pair[rows]]
 
     def moving(self, sights, t):
         # type: (Mapping[str, Sight], float) -> Tuple[LinearImageModel, List[float], List[float]]
-        """(image model, goal at time t, its velocity), of all that counts.
+        """Return (image model, goal at time t, its velocity), of all that counts.
 
         Args:
             sights: {camera: Stream's sight}.
+            t: s.
         """
         images = {c: sight.shape.moved(sight.offset) for c, sight in sights.items()}
         goal = {

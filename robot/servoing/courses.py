@@ -1,4 +1,4 @@
-"""Where a model of the image says that joints should go, within their limits.  Pure."""
+"""Courses: where a model of the image says that joints should go, within their limits.  Pure."""
 
 import math
 
@@ -43,19 +43,21 @@ class Courses(object):
 
     def inside(self, q):
         # type: (Pose) -> List[float]
-        """The joint angles in the box that are next to q, rad."""
+        """Return the joint angles in the box that are next to q, rad (n)."""
         low, high = self.box
         return list(map(min, map(max, q, low), high))
 
     def course(self, image, goal, q, penalty, off, progress):
         # type: (LinearImageModel, Features, List[float], Matrix, float, Progress) -> Course
-        """Straight to the goal, or on to where it is bound for, or to another posture.
+        """Return the course straight to the goal, or on to where it is bound, or elsewhere.
 
         Args:
-            image, goal, penalty: as for best_pose.
-            q: where the joints are, rad.
+            image: as for best_pose.
+            goal: as for best_pose.
+            q: where the joints are, rad (n).
+            penalty: as for best_pose.
             off: the error there, px.
-            progress: Progress, which notes where the arm is bound for, and whether by a detour.
+            progress: Progress, which stores where the arm is bound for, and whether by a detour.
 
         Returns:
             (q, px left over)
@@ -79,12 +81,13 @@ class Courses(object):
 
     def other_posture(self, q, tried):
         # type: (Pose, List[Pose]) -> Optional[Pose]
-        """One not yet tried in which the tip would be where it is, or nearly, rad; or None.
+        """Return one not yet tried in which the tip would be where it is, or nearly, rad; or None.
 
         Two joints have two, and best_posture has looked for both; in space it would have to know
         what half a turn of the base away looks like.
 
         Args:
+            q: where the joints are, rad (n).
             tried: joint angles of those that were, rad; q is added.
         """
         if len(q) < 3:
@@ -98,7 +101,7 @@ class Courses(object):
 
     def out_of_reach(self, q, left):
         # type: (Pose, float) -> Tuple[str, str]
-        """(verdict, reason) where the course to q, the best there is, leaves over so much (px)."""
+        """Return (verdict, reason) where the best course, to q (rad), leaves over `left` (px)."""
         for joint, a, low, high in zip(self._arm.joints, q, *self.box):
             if min(a - low, high - a) < LIMIT_MARGIN:
                 return LIMIT, "the {} is at its limit, {:.0f} px short".format(joint.name, left)

@@ -1,4 +1,4 @@
-"""What a servo decides."""
+"""The decision of a servo."""
 
 from shared.record import record
 
@@ -31,5 +31,5 @@ action   "explore" | "move" | "restart": go to q (rad); "end": with a verdict an
 
 def end_of_run(verdict, reason=""):
     # type: (str, str) -> Decision
-    """The Decision to end."""
+    """Return the Decision to end."""
     return Decision("end", None, verdict, reason)

@@ -1,8 +1,8 @@
-"""Whether what is taken for the tip is the tip: asked before anything is claimed.  Pure.
+"""Doubts whether what is taken for the tip is the tip, before anything is claimed.  Pure.
 
 Something else of its colour may lie at the goal.  Then the tip seems to get there by a jump: to
 where the models did not have it, or, seen in motion, away from its own track.  To turn the joints
-tells: the tip follows them.
+decides: the tip follows them.
 """
 
 import math
@@ -24,32 +24,35 @@ if MYPY:
     ]  # when it was taken, s; where the joints were; the tip
 
 SURPRISE_TOLERANCES, MIN_SURPRISE = 1.5, 6.0
-"""So many tolerances, and no less (px), from where all models had it at last: a surprise."""
+"""Distance from where all models had the tip at last that is a surprise, tolerances, and at least
+px."""
 
 MIN_JUMP, JUMP_SHARE = 20.0, 0.5
-"""A jump leads so far from the track, px, and by so much of what that went meanwhile more."""
+"""Least distance of a jump from the track, px, beside this share of the track's own length
+meanwhile."""
 
 MAX_LEAP = 2.0
-"""And farther than the joints may bring the tip, by so many times what all of them do by the
-Jacobian of the chase's beginning; where there is a track, half as far."""
+"""Length of a jump as a multiple of what all joints do by the Jacobian of the chase's beginning,
+which it must exceed, too; where there is a track, half of it."""
 
 STILL_DISTANCE, STILL_TURN = 5.0, math.radians(6)
-"""What stays within so much of its place, px, while a joint turns by more, rad, may be no tip."""
+"""Range within which a place stays, px, and turn of a joint meanwhile beyond which it may be no
+tip, rad."""
 
 CONFIRMED_BY, TRACK_FRAMES, STANDING_FRAMES = 3, 4, 3
-"""So many frames in a row, near each other, confirm a jump; the track is that of so many frames.
-What was measured at rest counts as so many frames."""
+"""Number of frames in a row, near each other, that confirm a jump; number of frames of a track;
+number of frames for which a measurement at rest counts."""
 
 DOES_NOT_MOVE = (
     "the marker does not move when the joints do: it is not on the tip, or what the motors turn is "
     "loose, its play far beyond backlash in the arm's file; driver.py check tells"
 )
-"""The reason of a run that ends since what is taken for the tip follows no joint."""
+"""Reason of a run that ends since what is taken for the tip follows no joint."""
 
 
 def jumped(frames, size):
     # type: (Sequence[TrackFrame], float) -> bool
-    """Whether the tip has left its track for good.
+    """Return whether the tip has left its track for good.
 
     Args:
         frames: [(t, q, s)], s, rad and px, in order of time, of one camera; the first one is of
@@ -73,7 +76,7 @@ def jumped(frames, size):
 
 def stayed(frames):
     # type: (Sequence[TrackFrame]) -> bool
-    """Whether what is taken for the tip has stood at its end while the joints still turned.
+    """Return whether the supposed tip has stood at its end while the joints still turned.
 
     Args:
         frames: as for `jumped`.
@@ -89,12 +92,13 @@ def stayed(frames):
 
 def _distance(a, b):
     # type: (Features, Features) -> float
+    """Return the distance of two places in the image, px."""
     return math.hypot(a[0] - b[0], a[1] - b[1])
 
 
 def _leaves(track, frame, size):
     # type: (Sequence[TrackFrame], TrackFrame, float) -> bool
-    """Whether a frame cannot be the next one of a track."""
+    """Return whether a frame cannot be the next one of a track."""
     t, q, s = frame
     last_t, last_q, last_s = track[-1]
     gone, brought = _distance(s, last_s) - MIN_JUMP, size * apart(q, last_q)
@@ -110,7 +114,7 @@ def _leaves(track, frame, size):
 
 
 class Doubts(object):
-    """What a servo has to ask before it says that the tip is at the goal.
+    """The questions that a servo asks before it says that the tip is at the goal.
 
     Args:
         tolerance: px.
@@ -127,13 +131,13 @@ class Doubts(object):
 
     def begin_asking(self):
         # type: () -> bool
-        """The joints are about to be turned; whether they were not yet."""
+        """Begin to turn the joints; return whether that is the first time."""
         first, self._asked = not self._asked, True
         return first
 
     def note_elsewhere(self):
         # type: () -> None
-        """The tip, or what is taken for it, is not at the goal."""
+        """Record that the supposed tip is not at the goal."""
         self._answered = self._answered or self._asked
         self._asked = False
 
@@ -146,12 +150,14 @@ class Doubts(object):
         J,  # type: Optional[Matrix]
     ):
         # type: (...) -> bool
-        """Whether to ask if what is at the goal is the tip, or to go on asking.
+        """Return whether to ask if what is at the goal is the tip, or to go on asking.
 
         Args:
+            measurements: one for each camera.
             chase: MarkerFrames of the chase that led here; none if the joints went to a pose.
-            led: whether a model led here.  Who comes by exploring is believed if he was asked once.
-            before: (q, {camera: s}) of the last measurement.  J: by which it was gone on, px/rad.
+            led: whether a model led here.  Exploring that leads here is asked once, then believed.
+            before: (q, {camera: s}) of the last measurement, rad and px.
+            J: by which the last move was made, px/rad; None if by none.
         """
         if self._asked:
             return True

@@ -17,37 +17,41 @@ if MYPY:
     Course = Tuple[List[float], float]  # where it leads, rad, and what it leaves over, px
 
 MIN_RESIDUAL, MIN_GAIN_SHARE = 0.25, 0.05
-"""A pose is searched until this little is left (px^2), or a step gains no more and this share."""
+"""Residual at which a search ends, px^2; a step that gains no more than it and this share ends
+it."""
 
 NEARLY_THERE = 0.3
-"""A course that leaves over no more than this share of the error is taken without looking for
-another posture, which takes long and finds one where more than a half is left."""
+"""Share of the error that a course may leave over and be taken without a search for another
+posture, which takes long and finds one where more than a half is left."""
 
 CLEARLY_BETTER = 0.7
-"""Another posture must leave over no more than this share of the error."""
+"""Share of the error that another posture may leave over at most."""
 
 
 START_SHARES = (0.2, 0.5, 0.8), (0.25, 0.75)
-"""Where in their ranges joints begin to be searched for another posture: up to two, and more."""
+"""Shares of the joints' ranges where the search for another posture begins: of up to two joints,
+and of more."""
 
 GLANCE_ITERATIONS, FINALISTS = 3, 2
-"""Each start is followed for so many steps; so many that are then the best, to their ends."""
+"""Steps for which each start is followed; number of the best that are followed to their ends."""
 
 
 def best_pose(image, goal, start, walls, here=(), penalty=None, iterations=12):
     # type: (LinearImageModel, Features, Pose, Walls, Pose, Optional[Matrix], int) -> Course
-    """The joint angles within the walls at which the goal is expected to be nearest.
+    """Return the joint angles within the walls at which the goal is expected to be nearest.
 
-    Makes |s(q) - goal|^2 + (q - here)' penalty (q - here) least, by Levenberg and Marquardt; a
-    joint that would leave the box is set to its wall, and the others are solved again for what that
-    leaves over (active set).
+    Minimizes |s(q) - goal|^2 + (q - here)' penalty (q - here) by Levenberg (1944) and Marquardt
+    (1963); a joint that would leave the box is set to its wall, and the others are solved again for
+    what that leaves over (active set).
 
     Args:
-        image: an image model.
-        start: rad.
-        walls: the least angles, and the greatest, rad.
-        here: rad; for the penalty.
+        image: LinearImageModel.
+        goal: px (m).
+        start: where the search begins, rad (n).
+        walls: (least angles, greatest), rad (n).
+        here: where the penalty is 0, rad (n).
         penalty: n x n, px^2/rad^2: covariance of s per square radian away from `here`; None: none.
+        iterations: the most.
 
     Returns:
         (q, distance that is left, px)
@@ -67,14 +71,17 @@ def best_posture(
     penalty=None,  # type: Optional[Matrix]
 ):
     # type: (...) -> Course
-    """The best of `best` and of the poses that are found from all over the box, as best_pose.
+    """Return the best of `best` and of the poses that are found from all over the box.
 
     Args:
-        q: where the joints are, rad.
-        best: (q, px left over) of the one that was found from there.
+        image: as for best_pose.
+        goal: as for best_pose.
+        q: where the joints are, rad (n).
+        walls: as for best_pose.
+        best: (q, px left over) of the pose that was found from there.
         left: what is left over without another posture, px; see CLEARLY_BETTER.
         tolerance: px; less is not asked for.
-        The others as for best_pose.
+        penalty: as for best_pose.
     """
     begun = [
         best_pose(image, goal, at_shares(shares, *walls), walls, q, penalty, GLANCE_ITERATIONS)
@@ -90,7 +97,7 @@ def best_posture(
 
 def at_shares(shares, low, high):
     # type: (Vector, Pose, Pose) -> List[float]
-    """Joint angles by their shares of their ranges, rad."""
+    """Return joint angles by their shares of their ranges, rad (n)."""
     return [a + (b - a) * share for a, b, share in zip(low, high, shares)]
 
 
@@ -155,7 +162,7 @@ def descent(
 
 def _step_in_box(H, b, q, low, high):
     # type: (Matrix, Vector, Pose, Pose, Pose) -> List[float]
-    """q + x with H x = b for a positive definite H (its lower triangle), kept in the box."""
+    """Return q + x with H x = b for a positive definite H (its lower triangle), kept in the box."""
     there = list(map(add, q, solve_definite(H, b)))
     for a, least, most in zip(there, low, high):
         if not least <= a <= most:

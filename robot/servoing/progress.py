@@ -1,4 +1,4 @@
-"""Whether the moves of a run lead to its goal, and what to do if not.  Pure.
+"""Progress of a run's moves towards its goal, and what to do if there is none.  Pure.
 
 improving          go on
 stagnant           start elsewhere; after so many starts, give up
@@ -18,43 +18,45 @@ if MYPY:
 GO_ON, EXPLORE_ANEW, START_ELSEWHERE, TRY_POSTURE, GIVE_UP = (
     "go on", "explore anew", "start elsewhere", "try another posture", "give up",
 )  # fmt: skip
+"""Actions that follow from a run's progress."""
 
 FAR_ERROR = 30.0
-"""Two starts that end equally far off, and by more than this (px), end where the arm ends."""
+"""Error beyond which two starts that end equally far off end where the arm ends, px."""
 
 NEAR_TOLERANCES = 3.0
-"""Tolerances within which a goal is near."""
+"""Distance of a goal that is near, tolerances."""
 
 IMPROVED_SHARE, STAGNANT_MOVES, STAGNANT_MOVES_NEAR = 0.9, 4, 10
-"""So many moves (more where it is near) without the error falling to this share of the best:
-start elsewhere."""
+"""Share of the best error below which a move improves; number of moves without, far off and near,
+after which it starts elsewhere."""
 
 STALLED_SHARE, MAX_STALLS = 0.9, 2
-"""A course stalls that leaves over more than this share of the error; so many may on the way to a
-goal, with a model that is right lately, before all is explored anew; then it is out of reach,
-unless there is another posture to try."""
+"""Share of the error beyond which what a course leaves over is a stall; number of stalls on the
+way to a goal, with a model that is right lately, before all is explored anew. Then the goal is
+out of reach, unless there is another posture to try."""
 
 MAX_RESTARTS, MAX_EQUAL_ENDS, EQUAL_END_SHARE = 4, 3, 0.1
-"""After so many starts from elsewhere, or so many that end equally far off (to this share), the
-goal counts as out of reach."""
+"""Number of starts from elsewhere, and of those that end equally far off (to this share), after
+which the goal counts as out of reach."""
 
 DIVERGED_SHARE, DIVERGING_MOVES, DIVERGED_ERROR = 1.3, 3, 25.0
-"""So many moves in a row with the error beyond this many times the best, and px more: diverging."""
+"""Error beyond which moves diverge: multiple of the best, number of moves in a row, and px
+beside."""
 
 RIGHT_SHARE = 0.6
-"""A model was right lately if so much of its steps, and no more, was predicted wrongly."""
+"""Greatest share of its last steps that a model that is right lately has predicted wrongly."""
 
 FIRST_STEP, MIN_STEP, MAX_STEP = (math.radians(x) for x in (35, 3, 60))
-"""Trust region: the greatest step of a joint, rad."""
+"""Trust region: the greatest step of a joint at first, at the least and at the most, rad."""
 
 GROW_BELOW, SHRINK_ABOVE, GROWTH, SHRINKAGE = 0.3, 0.6, 2.0, 0.5
-"""Share of a step that was predicted wrongly, below and above which the region grows or shrinks, to
-so many times the step."""
+"""Share of a step predicted wrongly below which the region grows, and above which it shrinks; the
+factors, by which it becomes so many times the step."""
 
 
 def drawing(seed):
     # type: (int) -> Callable[[float, float], float]
-    """Random(seed).uniform; random is imported only where it is needed."""
+    """Return Random(seed).uniform; random is imported only where it is needed."""
     luck = []  # type: List[Random]
 
     def uniform(low, high):
@@ -68,13 +70,23 @@ def drawing(seed):
     return uniform
 
 
+# The trust region bounds the next step by how well the last one was predicted.  Textbooks compare
+# the reduction of the cost with the predicted one (Conn, Gould and Toint 2000, chapter 6).  Here
+# the error of the predicted place is compared with the step, |s_predicted - s| / |ds|: near the
+# goal the cost's reduction is mostly noise, and a detour to another posture may raise the cost
+# though the model is right.  The region shrinks to a share of the step that was made, not of the
+# region, since a short step proves nothing of the region.  It grows only after a good prediction.
+# It has no effect on exploring, whose steps are short by themselves.
+
+
 def next_region(region, step, wrong):
     # type: (float, float, float) -> float
-    """The greatest next step of a joint, rad.
+    """Return the greatest next step of a joint, rad.
 
     Args:
-        region: the last one, rad.  step: what was made of it, rad.
-        wrong: share of it that was predicted wrongly.
+        region: the last one, rad.
+        step: the greatest step of a joint that was made of it, rad.
+        wrong: share of the step that was predicted wrongly.
     """
     if wrong > SHRINK_ABOVE:
         return max(MIN_STEP, SHRINKAGE * step)
@@ -112,7 +124,7 @@ class Progress(object):
 
     def note(self, off):
         # type: (float) -> str
-        """Take in that a measurement is so far off (px); what to do: one of the actions above."""
+        """Return the action that follows from a measurement with the error `off`, px."""
         if self._best is None or off < IMPROVED_SHARE * self._best:
             self._best, self._stagnant = off, 0
         else:
@@ -128,6 +140,7 @@ class Progress(object):
 
     def _give_up_or(self, best, action):
         # type: (float, str) -> str
+        """Return the action, or GIVE_UP if enough starts have ended, the last one at `best`, px."""
         self._stuck_at.append(best)
         alike = [off for off in self._stuck_at if abs(off - best) < EQUAL_END_SHARE * best]
         if len(self._stuck_at) > MAX_RESTARTS or (
@@ -138,15 +151,15 @@ class Progress(object):
 
     def stalls(self, off, left):
         # type: (float, float) -> bool
-        """Whether a course from `off` that leaves over `left` (px) is none."""
+        """Return whether a course from the error `off` that leaves over `left`, px, is a stall."""
         return left > max(self._tolerance, STALLED_SHARE * off)
 
     def note_stalled(self, left, wrong):
         # type: (float, float) -> str
-        """Take in such a course; what to do.
+        """Return the action that follows from a course that stalls.
 
         Args:
-            left: px, though all were known.
+            left: what it would leave over though all were known, px.
             wrong: share of its steps that the model in use has predicted wrongly.
         """
         self._stalled += 1
@@ -166,7 +179,7 @@ class Progress(object):
     @property
     def nearest(self):
         # type: () -> float
-        """The least error at which a start has ended, px."""
+        """Least error at which a start has ended, px."""
         return min(self._stuck_at)
 
     @property
@@ -177,7 +190,7 @@ class Progress(object):
 
     def detour(self):
         # type: () -> None
-        """The way may lead farther off at first."""
+        """Allow the path to lead farther off at first."""
         self._best, self.detours = float("inf"), True
 
     def begin_elsewhere(self):

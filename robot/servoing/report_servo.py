@@ -1,4 +1,4 @@
-"""The report's algorithm.  Pure."""
+"""The lab report's algorithm, one of the methods of a run.  Pure."""
 
 import math
 from operator import sub
@@ -22,7 +22,7 @@ if MYPY:
 
 
 class ReportServo(object):
-    """The report's algorithm, to the letter (Broyden with gamma = 1, steps of 10, 5 and 2 degrees).
+    """The lab report's algorithm: Broyden with gamma = 1, steps of 10, 5 and 2 degrees.
 
     What it leaves open: the exploring steps are of 10 degrees and not taken back; dx is the step as
     it was commanded, of which a joint limit may have taken some; at the tolerance it ends; the
@@ -35,15 +35,19 @@ class ReportServo(object):
         robust: measure by medians.
 
     Attributes:
-        using: the model in use, for the log.  J: px/rad, None at first.
+        using: the model in use, for the log.
+        J: px/rad, its rows those that count; None at first.
         rows: Rows.
         cameras: those that it goes by; none at first.
         bound: None: it knows no other postures.
     """
 
     EXPLORE = math.radians(10)
+    """Size of a joint's exploring step, rad."""
     FAR, NEAR = 30.0, 15.0
+    """Errors from which on the first and the second of the steps are made, px."""
     STEPS = tuple(math.radians(x) for x in (10, 5, 2))
+    """Sizes of the steps, far off and nearer, rad."""
 
     def __init__(self, joints, tolerance, rows=None, robust=False):
         # type: (Sequence[Joint], float, Optional[Rows], bool) -> None
@@ -60,32 +64,32 @@ class ReportServo(object):
 
     def suffices(self, cameras):
         # type: (Iterable[str]) -> bool
-        """As Servo.suffices."""
+        """Return what Servo.suffices does."""
         if not self.cameras:
             return self.rows.suffice(cameras)
         return set(self.cameras) <= set(cameras)
 
     def observe_in_motion(self, camera, q, s):
         # type: (str, Pose, Pixel) -> None
-        """What is seen in motion is not used."""
+        """Ignore what is seen in motion."""
 
     def known(self, camera):
         # type: (str) -> None
-        """As Servo.known: the report asks no camera why a joint stands."""
+        """Return None: the report asks no camera why a joint stands."""
 
     def learn_shape(self, camera, q, s):
         # type: (str, Pose, Pixel) -> Iterator[None]
-        """As Servo.learn_shape; there is nothing to learn."""
+        """Return an empty iterator: there is nothing to learn."""
         return iter(())
 
     def prepare(self, q, frames):
         # type: (Pose, Frames) -> Iterator[None]
-        """As Servo.prepare; there is nothing to prepare."""
+        """Return an empty iterator: there is nothing to prepare."""
         return iter(())
 
     def decide(self, q, measurements, chase=()):
         # type: (Pose, Sequence[Measurement], Sequence[MarkerFrame]) -> Decision
-        """As Servo.decide; the report has no chases."""
+        """Decide as Servo.decide; the report has no chases."""
         if not self.cameras:
             self.cameras = [measurement.camera for measurement in measurements]
         measurements = [m for m in measurements if m.camera in self.cameras]
@@ -125,6 +129,7 @@ class ReportServo(object):
 
     def _step(self, action, dx):
         # type: (str, Vector) -> Decision
+        """Return the Decision to move by dx (rad), within the joints' limits."""
         self._dx = dx
         moved = [a + d for a, d in zip(self._x, dx)]
         box = zip(moved, self._low, self._high)

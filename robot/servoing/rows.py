@@ -1,4 +1,4 @@
-"""Which rows of the image count.  Pure."""
+"""Rows of the image that count.  Pure."""
 
 from robot.servoing.linear_algebra import dot, length
 
@@ -12,7 +12,7 @@ if MYPY:
 
 
 class Rows(object):
-    """Which rows of the image count: u and v of every camera, or some of them.
+    """The rows of the image that count: u and v of every camera, or some of them.
 
     `stereo`: all of them.  `xyz`: as the report has it, u and v of the first camera and, of the
     second one, the row that tells what the first does not see.
@@ -24,7 +24,9 @@ class Rows(object):
     """
 
     BOTH, NONE = slice(0, 2), slice(0, 0)
+    """Slices of (u, v): all and none."""
     ONE = {"u": slice(0, 1), "v": slice(1, 2)}
+    """Slices of (u, v) by their names."""
 
     def __init__(self, kind, joints, third=None):
         # type: (str, int, Optional[str]) -> None
@@ -35,7 +37,7 @@ class Rows(object):
 
     def of(self, camera):
         # type: (str) -> slice
-        """The slice of (u, v) of a camera that counts."""
+        """Return the slice of (u, v) of a camera that counts."""
         if self._all or not self._chosen:
             return self.BOTH
         return self._chosen.get(camera, self.NONE)
@@ -59,29 +61,29 @@ class Rows(object):
 
     def values(self, by_camera):
         # type: (Mapping[str, Sequence[_T]]) -> List[_T]
-        """What counts of {camera: a value for u and one for v}, of all cameras in turn."""
+        """Return what counts of {camera: a value for u and one for v}, of all cameras in turn."""
         return [x for camera in sorted(by_camera) for x in by_camera[camera][self.of(camera)]]
 
     def names(self, cameras):
         # type: (Iterable[str]) -> List[str]
-        """As "A.u"."""
+        """Return the names of the rows that count, such as "A.u"."""
         return self.values({camera: (camera + ".u", camera + ".v") for camera in cameras})
 
     def count(self, cameras):
         # type: (Iterable[str]) -> int
-        """How many of these cameras' rows count."""
+        """Return how many of these cameras' rows count."""
         parts = [self.of(camera) for camera in cameras]
         return sum([part.stop - part.start for part in parts])
 
     def suffice(self, cameras):
         # type: (Iterable[str]) -> bool
-        """Whether there are as many as joints."""
+        """Return whether there are as many as joints."""
         return self.count(cameras) >= self._joints
 
 
 def _rejected(row, others):
     # type: (Vector, Matrix) -> List[float]
-    """What is left of a row (n) without what lies in the span of two others."""
+    """Return a row (n) without its component in the span of two others."""
     basis = []  # type: List[List[float]]
     for other in list(others) + [row]:
         left = list(other)

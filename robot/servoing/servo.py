@@ -1,4 +1,4 @@
-"""Look, then move: one decision, from what was seen to where the joints go, and the verdict.
+"""The servo law: one decision, from what was measured to where the joints go, and the verdict.
 
 Pure: no clock, no socket, no motor.
 
@@ -65,37 +65,38 @@ EXPLORING_STEP = math.radians(8)
 """Size of a joint's exploring step, rad."""
 
 MIN_EXPLORED_SIGMAS = 6.0
-"""An exploring step that moves the marker by fewer standard deviations shows nothing."""
+"""Least motion of the marker by which an exploring step shows something, standard deviations."""
 
 FLAT_VIEW = "seen by {}, the tip may be off along the line of sight; look from another side, too"
+"""Reason of a run that ends since its cameras leave the depth untold."""
 
 WAYPOINT_DISTANCE = 150.0
-"""With J of one place alone, a goal farther off is gone for by way-points, px."""
+"""Distance of a goal beyond which a local J goes by way-points, px."""
 
 MIN_STEP_SIGMAS = 6.0
-"""A step that moved the marker by less, in standard deviations, tells nothing of the models."""
+"""Least motion of the marker by which a step judges the models, standard deviations."""
 
 LINEAR_ITERATIONS = 4
 """Steps of a search by an image that is linear in the joints' angles."""
 
 CHASE_UNCERTAINTY_SHARE = 0.3
-"""Share of what is not known of J that counts in a chase, which learns on the way."""
+"""Share of J's uncertainty that counts in a chase, which learns on the way."""
 
 AIM_TOLERANCE_SHARE = 0.3
 """Share of the tolerance that an aim of the stream may be off: the next one comes soon."""
 
 RESTART_RANGE = 0.25, 0.75
-"""Where in their ranges joints start anew."""
+"""Range of shares of the joints' ranges where a restart begins."""
 
 
 class Servo(object):
-    """Models learn how the image moves; the one that was right lately decides.
+    """The servo law: models learn how the image moves; the one that was right lately decides.
 
     Args:
         arm: shared.arm_description.Arm.
-        models: as models_of.
+        models: makers of the models, as models_of gives them.
         tolerance: px.
-        seed: draws where to start anew.
+        seed: of the generator that draws where to start anew.
         known: the models need no exploring.
         rows: Rows; all if None.
 
@@ -127,31 +128,28 @@ class Servo(object):
     @property
     def cameras(self):
         # type: () -> Sequence[str]
-        """Those that it goes by."""
+        """The cameras that it goes by."""
         return self._selection.used
 
     @property
     def bound(self):
         # type: () -> Optional[Pose]
-        """The posture that the last move leads to, at first perhaps farther off, rad; or None."""
+        """Posture that the last move leads to, at first perhaps farther off, rad (n); or None."""
         return self._progress.bound if self._progress.detours else None
 
     def suffices(self, cameras):
         # type: (Iterable[str]) -> bool
-        """Whether what these cameras see determines where the joints go."""
+        """Return whether what these cameras see determines where the joints go."""
         return self.rows.suffice(cameras)
 
     def observe_in_motion(self, camera, q, s):
         # type: (str, Pose, Pixel) -> None
-        """As ImageModels.observe_in_motion, of all models."""
+        """Learn, with all models, as ImageModels.observe_in_motion."""
         self.models.observe_in_motion(camera, q, s)
 
     def prepare(self, q, frames):
         # type: (Pose, Frames) -> Optional[Iterator[None]]
-        """Learn ahead of `decide`, while the arm stands at q and is still being looked at.
-
-        Args:
-            frames: as the estimator takes them.
+        """Learn ahead of `decide`, by frames of an arm that stands at q (rad).
 
         Returns:
             an iterator over slices of the work; None if it is too early.
@@ -161,13 +159,12 @@ class Servo(object):
 
     def decide(self, q, measurements, chase=()):
         # type: (Pose, Sequence[Measurement], Sequence[MarkerFrame]) -> Decision
-        """What to do now that the arm stands at q (rad) and [Measurement] is what is seen.
+        """Decide what to do now that the arm stands at q.
 
         Args:
+            q: joint angles, rad (n).
+            measurements: one for each camera.
             chase: MarkerFrames of the chase that led here, if one did.
-
-        Returns:
-            Decision
         """
         q = list(q)
         seen = {measurement.camera: measurement.s for measurement in measurements}
@@ -227,6 +224,7 @@ class Servo(object):
 
     def _choose_cameras(self, q, cameras):
         # type: (Pose, Sequence[str]) -> None
+        """Choose rows and cameras by what has been explored; begin a new progress if none stays."""
         known = self._selection.look(cameras)
         name = self._in_use()
         self.rows.choose({c: self.models.image(name, c).jacobian(q) for c in known})
@@ -235,7 +233,7 @@ class Servo(object):
 
     def _marker_moved(self, q):
         # type: (Pose) -> bool
-        """Whether exploring has shown that any joint moves the marker."""
+        """Return whether exploring has shown that any joint moves the marker."""
         columns = zip(*self.models.together(self.models.local, self._selection).jacobian(q))
         moved = max(map(length, columns)) * EXPLORING_STEP
         return moved > MIN_EXPLORED_SIGMAS * self.estimator.sigma
@@ -264,7 +262,7 @@ class Servo(object):
 
     def _ask(self, q, goal, measurements):
         # type: (List[float], Features, Sequence[Measurement]) -> Decision
-        """What seems to be the tip is at the goal: does it leave it with the joints?"""
+        """Turn the joints: what seems to be the tip is at the goal; does it follow them?"""
         if self._doubts.begin_asking():
             return self._explore_anew(q, goal, measurements)
         if not self._selection.explored:
@@ -273,7 +271,7 @@ class Servo(object):
 
     def _explore_anew(self, q, goal, measurements):
         # type: (List[float], Features, Sequence[Measurement]) -> Decision
-        """What is known of the image does not lead to the goal: it may have moved."""
+        """Forget and explore: the models do not lead to the goal, the image may have moved."""
         self.models.doubt_all()
         self.models.update(q, measurements)
         self._selection.forget()
@@ -283,7 +281,7 @@ class Servo(object):
 
     def _start_from(self, q):
         # type: (Pose) -> Decision
-        """Go there, and begin as if nothing were known for certain."""
+        """Go to q (rad), and begin as if nothing were known for certain."""
         self.using, self._region = None, FIRST_STEP
         self._progress.begin_elsewhere()
         self._selection.forget()
@@ -292,11 +290,12 @@ class Servo(object):
 
     def _go(self, action, q):
         # type: (str, Pose) -> Decision
-        """The Decision to go to q, as far as the limits allow."""
+        """Return the Decision to go to q (rad), as far as the limits allow."""
         return Decision(action, self._courses.inside(q), "", "")
 
     def _move(self, q, goal, off, measurements):
         # type: (List[float], Features, float, Sequence[Measurement]) -> Decision
+        """Take a step by the best model, within the trust region; `off` is the length of e, px."""
         name = self.using = self.models.best()
         image = self.models.together(name, self._selection)
         J = {c: self.models.image(name, c).jacobian(q) for c in self.cameras}
@@ -337,11 +336,12 @@ class Servo(object):
 
     def _in_use(self):
         # type: () -> str
+        """Return the name of the model that others go by."""
         return "chain" if "chain" in self.models else self.using or self.models.names[0]
 
     def known(self, camera):
         # type: (str) -> Optional[Known]
-        """Known of a camera; None before the arm has stood before it."""
+        """Return the ImageKnowledge of a camera; None before the arm has stood before it."""
         if self._looked and camera in self._looked[1]:
             model = self.models.of(self._in_use(), camera)
             return Known(model.shape(), model.covariance(), self.estimator.sigma_of(camera))
@@ -349,7 +349,7 @@ class Servo(object):
 
     def shape(self, camera):
         # type: (str) -> LinearImageModel
-        """How the image of a camera changes with the joints, as far as known: see models."""
+        """Return the image model of a camera without its offset, as far as known."""
         return self.models.of(self._in_use(), camera).shape()
 
     def learn_shape(self, camera, q, s):
@@ -363,21 +363,30 @@ class Servo(object):
 
     def together(self, sights, t):
         # type: (Mapping[str, Sight], float) -> Tuple[LinearImageModel, List[float], List[float]]
-        """(image model, goal at time t, its velocity), of all that counts.
+        """Return (image model, goal at time t, its velocity), of all that counts.
 
         Args:
             sights: {camera: Stream's sight}.
+            t: s.
         """
         return self._selection.moving(sights, t)
 
     def uncertainty_penalty(self, q):
         # type: (Pose) -> List[List[float]]
-        """What is not known of J where the joints stand, at q (rad): a penalty for `nearing`."""
+        """Return the uncertainty of J as a penalty for `nearing`, n x n, px^2/rad^2, at q (rad)."""
         penalty = self.models.penalty(self._in_use(), self._selection, len(q))
         return [[CHASE_UNCERTAINTY_SHARE * value for value in row] for row in penalty]
 
     def nearing(self, image, goal, start, q, penalty):
         # type: (LinearImageModel, Features, Pose, Pose, Matrix) -> Iterator[Course]
-        """The steps from `start` to where joints that are at `q` should be (rad): see `descent`."""
+        """Iterate over the steps of a search for the joint angles at which the goal is reached.
+
+        Args:
+            image: LinearImageModel of all that counts.
+            goal: px (m).
+            start: where the search begins, rad (n).
+            q: where the joints are, rad (n).
+            penalty: as uncertainty_penalty gives it.
+        """
         sharp = (AIM_TOLERANCE_SHARE * self.tolerance) ** 2
         return descent(image, goal, start, self._box, q, penalty, sharp=sharp)
