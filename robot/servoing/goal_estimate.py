@@ -1,4 +1,4 @@
-"""Where the goal is, and whether it moves.  Pure."""
+"""Estimate of the goal's place in one camera's image, and of its velocity.  Pure."""
 
 import math
 
@@ -14,23 +14,24 @@ if MYPY:
 
 
 class GoalEstimate(object):
-    """Where a goal marker is in one camera's image, also while the arm hides it."""
+    """Estimate of a goal marker's place in one camera's image, also while the arm hides it."""
 
     WINDOW, LATELY, FEWEST = 1.0, 0.75, 3
-    """The sightings of so long tell whether it moves, s, and those how fast; so many at the least
-    of a third of it."""
+    """Age of the sightings that tell whether the goal moves, and of those that tell how fast, s;
+    least number of sightings in a third of the window."""
     JUMPS = 20.0
-    """So far from where it should be, FEWEST times in a row and near one another, it has been moved
-    to another place, px."""
+    """Least distance from the expected place, in MIN_SIGHTINGS sightings in a row near one
+    another, of a goal that has been moved to another place, px."""
     MOVES = 6.0
-    """A goal slower than this stands, px/s."""
+    """Speed below which a goal stands, px/s."""
     LATELY_SEEN = 0.3
-    """For so long is it known where a goal is that moves, s."""
+    """Longest time for which a moving goal is extrapolated, s."""
     HIDES, CLEAR = 50.0, 0.9
-    """So near to the tip (px) a standing goal may be half hidden; believed only if so confident."""
+    """Distance from the tip within which a standing goal may be half hidden, px; least confidence
+    at which it is believed there."""
     REFRESHED, STANDING = 0.1, 0.3
-    """What was worked out from sightings is good for so long, of a goal that moves and of one that
-    stands, s: to do so takes a third of a tick."""
+    """Period of a new estimate of a goal that moves, and of one that stands, s: it takes a third
+    of a tick."""
 
     def __init__(self):
         # type: () -> None
@@ -44,19 +45,26 @@ class GoalEstimate(object):
     @property
     def velocity(self):
         # type: () -> Pixel
-        """px/s; zeros while it stands."""
+        """Velocity of the goal, px/s; zeros while it stands."""
         self._refresh()
         return self._velocity
 
     @property
     def moving(self):
         # type: () -> bool
-        """Whether it moves, and is not only noisy."""
+        """Whether the goal moves, and is not only noisy."""
         return any(self.velocity)
 
     def add(self, t, g, confidence, s):
         # type: (float, Pixel, float, Pixel) -> None
-        """It was seen at g (px) at time t (s), the tip at s."""
+        """Add a sighting of the goal.
+
+        Args:
+            t: s.
+            g: u and v of the goal, px.
+            confidence: 0 to 1.
+            s: u and v of the tip, px.
+        """
         unclear = confidence < self.CLEAR and self._seen and not any(self._velocity)
         if unclear and length([a - b for a, b in zip(g, s)]) < self.HIDES:
             return
@@ -71,7 +79,7 @@ class GoalEstimate(object):
 
     def _has_jumped(self, t, u, v):
         # type: (float, float, float) -> bool
-        """Whether the last sightings are all elsewhere, and near one another."""
+        """Return whether the last sightings are all elsewhere, and near one another."""
         if self._place is None:
             return False
         t0, x, y = self._place
@@ -88,7 +96,7 @@ class GoalEstimate(object):
 
     def _refresh(self):
         # type: () -> None
-        """Work out place and velocity anew, where it is time for that."""
+        """Estimate place and velocity anew, if that is due."""
         good = self.STANDING if not any(self._velocity) else self.REFRESHED
         if not self._seen:
             return
@@ -112,7 +120,7 @@ class GoalEstimate(object):
 
     def _fit(self, ut, vt):
         # type: (float, float) -> None
-        """A line through the last sightings that lie near the one by medians."""
+        """Fit a line through the last sightings that lie near the one by medians, (ut, vt) px/s."""
         since = self._seen[-1][0] - self.LATELY
         lately = [seen for seen in self._seen if seen[0] >= since]
         t0, u0, v0 = _middle(lately)
@@ -129,12 +137,12 @@ class GoalEstimate(object):
     @property
     def latest(self):
         # type: () -> Optional[Pixel]
-        """Where it was seen last, px; None if it never was."""
+        """Place where it was seen last, px; None if it never was."""
         return self._seen[-1][1:] if self._seen else None
 
     def at(self, t):
         # type: (float) -> Optional[Pixel]
-        """Where it is at time t, px; None if it was never seen, or moves and was not lately."""
+        """Return its place at time t, px; None if it was never seen, or moves and hides."""
         self._refresh()
         if self._place is None:
             return None
@@ -149,7 +157,7 @@ class GoalEstimate(object):
 
 def _middle(seen):
     # type: (Sequence[_Sighting]) -> _Sighting
-    """Of sightings in order of time: the middle one's time, the medians of u and v."""
+    """Return (middle time, median of u, median of v) of sightings in order of time, s and px."""
     times, us, vs = zip(*seen)
     half = len(times) // 2
     return (times[half] + times[~half]) / 2, median(us), median(vs)

@@ -1,4 +1,4 @@
-"""Where the joints were: a image is of the past.  Pure."""
+"""The joint angles of the last seconds: a picture is of the past.  Pure."""
 
 import bisect
 
@@ -12,10 +12,10 @@ if MYPY:
 
 
 class JointHistory(object):
-    """Where the joints were: a image is of the past.
+    """The joint angles of the last seconds, by time.
 
     Args:
-        seconds: how long it is kept.
+        seconds: how long they are kept, s.
     """
 
     def __init__(self, seconds=2.0):
@@ -25,7 +25,7 @@ class JointHistory(object):
 
     def add(self, t, q):
         # type: (float, Pose) -> None
-        """The joints are at q (rad) at time t (s); earlier times than the last are left out."""
+        """Add that the joints are at q (rad) at time t (s); times before the last are left out."""
         if self._times and t <= self._times[-1]:
             return
         self._times.append(t)
@@ -37,7 +37,7 @@ class JointHistory(object):
 
     def at(self, t):
         # type: (float) -> Optional[Tuple[float, ...]]
-        """q at time t, rad, between the neighbours in time; None before the first."""
+        """Return q at time t, rad (n), interpolated linearly; None before the first entry."""
         k = bisect.bisect(self._times, t)
         if k == 0:
             return None
@@ -48,17 +48,18 @@ class JointHistory(object):
 
     def still_since(self, within):
         # type: (float) -> float
-        """Since when the joints have been within so much (rad) of where they are now, s."""
+        """Return since when the joints have been within `within` (rad) of where they are now, s."""
         return self._since(lambda q: apart(q, self._angles[-1]) < within)
 
     def joint_still_since(self, joint, within):
         # type: (int, float) -> float
-        """Since when that one, by its index, has been within so much (rad) of where it is now."""
+        """Return the same of one joint, by its index."""
         here = self._angles[-1][joint]
         return self._since(lambda q: abs(q[joint] - here) < within)
 
     def _since(self, is_here):
         # type: (Callable[[Pose], bool]) -> float
+        """Return since when `is_here` has held, s."""
         k = len(self._times) - 1
         while k and is_here(self._angles[k - 1]):
             k -= 1
@@ -67,5 +68,5 @@ class JointHistory(object):
     @property
     def last(self):
         # type: () -> Optional[Tuple[float, Tuple[float, ...]]]
-        """(t, q) of the newest entry, or None."""
+        """Newest entry, (t, q), s and rad; None if there is none."""
         return (self._times[-1], self._angles[-1]) if self._times else None

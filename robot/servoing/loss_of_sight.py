@@ -1,4 +1,4 @@
-"""Why the arm is held when too little is seen, and when that has lasted too long."""
+"""Loss of sight: why the arm is held when too little is seen, and when that has lasted too long."""
 
 import math
 
@@ -22,7 +22,7 @@ if MYPY:
     from shared.messages import Observation  # noqa: F401
 
     class SightsClient(Protocol):
-        """A TrackingClient, or what looks like one."""
+        """A client of the tracker: TrackingClient, or what looks like one."""
 
         @property
         def linked(self):
@@ -37,20 +37,20 @@ if MYPY:
         @property
         def why(self):
             # type: () -> str
-            """Why there is no link."""
+            """Reason why there is no link."""
 
         @property
         def late(self):
             # type: () -> Mapping[str, float]
-            """The cameras that come too late, and how late, s."""
+            """Cameras that come too late, and how late, s."""
 
         def poll(self, timeout):
             # type: (float) -> Mapping[str, Observation]
-            """What is new, waited for so long, s."""
+            """Return the new Observations by camera, waiting for `timeout` s at most."""
 
         def commands(self):
             # type: () -> Sequence[object]
-            """The messages that order something."""
+            """Return the messages that order something."""
 
         def report(
             self,
@@ -64,14 +64,14 @@ if MYPY:
             run=1,  # type: int
         ):
             # type: (...) -> None
-            """Tell the laptop how it goes."""
+            """Report to the laptop how it goes."""
 
 
 SIGHT_PATIENCE, LINK_PATIENCE = 10.0, 20.0
-"""The run is given up when what is to be seen, or the link, has not come back for so long, s."""
+"""Longest loss of sight, and of the link, before the run is given up, s."""
 
 NEEDED_RATE = math.ceil(2 / SIGHT_TIMEOUT)
-"""Pictures a second of which one may be lost."""
+"""Pictures a second at which one may be lost."""
 
 if MYPY:
     Halt = NamedTuple("Halt", [("word", str), ("reason", str)])
@@ -80,11 +80,11 @@ else:
 Halt.__doc__ = "Why a motion or a run is over: a verdict's word and its reason."
 
 COMES_BACK = {LINK_LOST: "linked", PICTURE_FROZEN: "the picture changes"}
-"""What is told once it is no more; "seen" of all others."""
+"""Texts of a recovery, by the verdict's word of the loss; "seen" of all others."""
 
 
 class LossOfSight(object):
-    """Tells causes apart.
+    """Causes of a loss of sight, told apart.
 
     Args:
         client: as for VisualServoing.
@@ -98,7 +98,7 @@ class LossOfSight(object):
 
     def word(self, now):
         # type: (float) -> str
-        """The verdict's word that this comes to if it stays."""
+        """Return the verdict's word that this comes to if it stays."""
         if not self._client.linked:
             return LINK_LOST
         if self._sightings.pictures.frozen:
@@ -109,19 +109,20 @@ class LossOfSight(object):
 
     def word_of(self, camera):
         # type: (str) -> str
-        """The same of one camera, while the others go on."""
+        """Return the same of one camera, while the others go on."""
         return PICTURE_FROZEN if camera in self._sightings.pictures.frozen else MARKER_LOST
 
     def what_came_back(self, word):
         # type: (str) -> str
-        """What is told when it is over."""
+        """Return the text of the recovery from a loss, by its word."""
         return COMES_BACK.get(word, "seen")
 
     def end(self, now, seen_at, unlinked_at):
         # type: (float, float, float) -> Optional[Halt]
-        """The Halt if it has lasted too long, or will; None.
+        """Return the Halt if it has lasted too long, or will; None otherwise.
 
         Args:
+            now: s.
             seen_at: when enough was last seen, s.
             unlinked_at: when the client was last found without a link, s.
         """
@@ -134,7 +135,7 @@ class LossOfSight(object):
 
     def why(self, word, now):
         # type: (str, float) -> str
-        """The reason that belongs to such a word."""
+        """Return the reason that belongs to a verdict's word."""
         if word == LINK_LOST:
             return self._client.why
         if word == CAMERA_SLOW:
@@ -147,7 +148,7 @@ class LossOfSight(object):
 
     def refusal(self):
         # type: () -> Optional[Halt]
-        """The Halt if nothing may begin, since a camera shows where no goal is; None."""
+        """Return the Halt if nothing may begin, since a camera has no goal; None otherwise."""
         cameras = self._sightings.without_goal
         if not cameras:
             return None
@@ -161,7 +162,7 @@ class LossOfSight(object):
 
     def too_few(self, rate):
         # type: (float) -> str
-        """What is added to a reason where so few pictures (1/s) had the marker in them."""
+        """Return what is added to a reason if the rate of pictures with the marker, 1/s, is low."""
         if rate >= 2 / SIGHT_TIMEOUT:
             return ""
         return "; {:.1f} pictures a second with the marker in them, {:g} are needed".format(
@@ -170,6 +171,7 @@ class LossOfSight(object):
 
     def _why_frozen(self):
         # type: () -> str
+        """Return the reason of pictures that repeat."""
         pictures = self._sightings.pictures
         cameras = sorted(pictures.frozen)
         turn = max([pictures.turn(camera) for camera in cameras])
@@ -182,6 +184,7 @@ class LossOfSight(object):
 
     def _why_late(self):
         # type: () -> str
+        """Return the reason of pictures that come late."""
         return "; ".join(
             [
                 "the pictures of camera {} come {:.1f} s late, and at most 1 s is allowed; end "
@@ -192,6 +195,7 @@ class LossOfSight(object):
 
     def _why_slow(self, now):
         # type: (float) -> str
+        """Return the reason of pictures that are too few."""
         camera, (came, given) = min(self._sightings.rates.slow(now).items())
         if given < NEEDED_RATE:
             return (

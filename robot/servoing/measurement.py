@@ -1,4 +1,4 @@
-"""From frames of an arm that stands to what one measurement says.  Pure.
+"""Measurements: from many frames of an arm that stands to one place of the tip.  Pure.
 
 s   image features, px: u and v of a camera
 """
@@ -20,7 +20,8 @@ if MYPY:
     # By camera, in order of time, of an arm that stands: when it was taken (s); tip and goal (px).
 
 MIN_FRAMES, MAX_FRAMES = 6, 12
-"""Frames of a measurement; where noise might decide whether it has arrived, up to MAX_FRAMES."""
+"""Frames of a measurement, the least number and, where noise might decide whether it has arrived,
+the greatest."""
 
 GLANCE_FRAMES = 3
 """Frames after which it is worth preparing for what they show."""
@@ -32,7 +33,7 @@ FIRST_SIGMA, MIN_SIGMA = 1.0, 0.2
 """Noise of a frame before it is known, and the least that is believed, px."""
 
 MAX_SCATTER = 3.0
-"""Frames that scatter so much more than usual are not enough yet."""
+"""Scatter of frames beyond which they are not enough yet, as a multiple of the usual one."""
 
 if MYPY:
     Measurement = NamedTuple(
@@ -55,7 +56,7 @@ s, goal    px;  variance  of each element of s, px^2;  frames  that it took
 
 def robust_mean(frames):
     # type: (Sequence[Features]) -> Tuple[Tuple[float, ...], float, int]
-    """Median of what was seen, after far-off frames were left out.
+    """Return the median of what was seen, after outliers were left out.
 
     Args:
         frames: list of s, px.
@@ -66,6 +67,7 @@ def robust_mean(frames):
     columns = list(zip(*frames))
     middle = [median(column) for column in columns]
     off = [[abs(x - m) for x in column] for column, m in zip(columns, middle)]
+    # 1.4826: standard deviation of normal noise by its median absolute deviation (Huber 1981)
     sigma = 1.4826 * sum([median(column) for column in off]) / len(off)
     limit = max(3 * sigma, 3.0)
     kept = [frame for frame, far in zip(frames, zip(*off)) if max(far) <= limit] or frames
@@ -76,7 +78,7 @@ def robust_mean(frames):
 
 def error_of(measurements, rows):
     # type: (Sequence[Measurement], Rows) -> List[float]
-    """e = s - s_star, the Rows that count of all cameras in turn, px."""
+    """Return e = s - s_star, the Rows that count of all cameras in turn, px."""
     return rows.values(
         {
             measurement.camera: tuple(map(sub, measurement.s, measurement.goal))
@@ -86,7 +88,12 @@ def error_of(measurements, rows):
 
 
 class MedianEstimator(object):
-    """Collects frames of an arm that stands until they are enough; the median, robustly."""
+    """Estimator of measurements: frames of an arm that stands until they are enough; their median.
+
+    Args:
+        tolerance: px.
+        rows: Rows that count.
+    """
 
     def __init__(self, tolerance, rows):
         # type: (float, Rows) -> None
@@ -96,18 +103,22 @@ class MedianEstimator(object):
 
     def sigma_of(self, camera):
         # type: (str) -> float
-        """Noise of a frame of a camera, px."""
+        """Return the noise of a frame of a camera, px."""
         return self._sigmas.get(camera, FIRST_SIGMA)
 
     @property
     def sigma(self):
         # type: () -> float
-        """The same of the noisiest camera."""
+        """Noise of a frame of the noisiest camera, px."""
         return max(self._sigmas.values()) if self._sigmas else FIRST_SIGMA
 
     def glance(self, frames):
         # type: (Frames) -> Optional[List[Measurement]]
-        """[Measurement] by the first frames; None while they are too few.  Args: as below."""
+        """Return [Measurement] by the first frames; None while they are too few.
+
+        Args:
+            frames: as for `measurements`.
+        """
         if min(map(len, frames.values())) < GLANCE_FRAMES:
             return None
         glances = []
@@ -120,7 +131,7 @@ class MedianEstimator(object):
 
     def measurements(self, frames):
         # type: (Frames) -> Optional[List[Measurement]]
-        """[Measurement], or None while more frames are needed.
+        """Return [Measurement], or None while more frames are needed.
 
         Args:
             frames: {camera: [(t, s, goal)]} in order of time, all since the arm stands.
@@ -150,9 +161,14 @@ class MedianEstimator(object):
 
 
 class ReportEstimator(object):
-    """The report's: 20 points over 2 s, their mean; with `robust` their median."""
+    """The report's estimator: 20 points over 2 s, their mean; with `robust` their median.
+
+    Args:
+        robust: take the median.
+    """
 
     POINTS, PERIOD = 20, 0.1
+    """Number of points of a measurement, and the period between two, s."""
 
     def __init__(self, robust=False):
         # type: (bool) -> None
@@ -161,7 +177,7 @@ class ReportEstimator(object):
 
     def measurements(self, frames):
         # type: (Frames) -> Optional[List[Measurement]]
-        """As MedianEstimator.measurements."""
+        """Return what MedianEstimator.measurements does."""
         measurements = []
         for camera in sorted(frames):
             points, due = [], None  # type: List[Features], Optional[float]

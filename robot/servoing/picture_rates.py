@@ -1,4 +1,4 @@
-"""How many pictures of each camera come.  Pure."""
+"""Rates at which pictures of each camera come.  Pure."""
 
 from collections import deque
 
@@ -9,11 +9,11 @@ if MYPY:
     from shared.messages import Observation  # noqa: F401
 
 WINDOW, MIN_PICTURES = 3.2, 3
-"""Pictures are counted over so long, s; of fewer nothing is said."""
+"""Time over which pictures are counted, s; the least number of pictures for a rate."""
 
 
 class PictureRates(object):
-    """The last pictures of each camera, whatever is seen in them.
+    """The times of the last pictures of each camera, whatever is seen in them.
 
     Args:
         gap: pictures farther apart are too few, s.
@@ -29,7 +29,7 @@ class PictureRates(object):
 
     def add(self, seen, now):
         # type: (Observation, float) -> None
-        """Take in that an Observation came."""
+        """Add that an Observation came at the time `now`, s."""
         came = self._came.get(seen.camera)
         if came is None:
             came = self._came[seen.camera] = deque(maxlen=self._most)
@@ -38,7 +38,7 @@ class PictureRates(object):
 
     def slow(self, now):
         # type: (float) -> Dict[str, Tuple[float, float]]
-        """The cameras whose pictures are too few: {camera: (pictures that come, it gives, 1/s)}."""
+        """Return {camera: (pictures that come, pictures it gives, 1/s)} of slow cameras."""
         found = {}
         for camera, came in self._came.items():
             lately = [entry for entry in came if entry[0] >= now - WINDOW]

@@ -1,8 +1,8 @@
-"""Tells pictures that come again with new times from those of a still scene.  Pure.
+"""Repeated pictures, with new times, told apart from those of a still scene.  Pure.
 
-A picture is known by where its markers are: to the last digit, the same twice, they are seen in one
-and the same picture, or the camera has no noise and nothing moves. So a picture that was seen with
-the joints elsewhere says nothing of where they are now.
+A picture is identified by where its markers are.  If these are the same to the last digit twice,
+they are seen in one and the same picture, or the camera has no noise and nothing moves.  So a
+picture that was seen with the joints elsewhere says nothing of where they are now.
 """
 
 import math
@@ -23,37 +23,50 @@ if MYPY:
     _Right = Tuple[float, Pose]  # when a picture was right, s, and where the joints were
 
 MAX_PICTURES = 128
-"""Pictures of a camera that are kept in mind: a loop may be as long, and come whenever it will."""
+"""Pictures of a camera that are stored: a loop may be as long, and come whenever it will."""
 
 MIN_TURN = math.radians(0.2)
-"""Before a camera with noise, joints that have turned by more have moved, rad."""
+"""Turn beyond which joints have moved, before a camera with noise, rad."""
 
 QUIET_TURN = math.radians(1.0)
-"""Before one without noise, by more than this and the greatest backlash: so far a joint may seem to
-turn while the tip stands, rad."""
+"""Turn beyond which, and the greatest backlash, joints have moved before a camera without noise,
+rad: so far a joint may seem to turn while the tip stands."""
 
 QUIET_RATIO = 2
-"""A camera has no noise if, before a still arm, so many times more pictures repeat than differ."""
+"""Least ratio of repeated to different pictures of a still arm before a camera without noise."""
 
 MAX_PAIRS = 200
-"""Pairs of pictures of a still arm, by which that is told; then the old ones count half."""
+"""Pairs of pictures of a still arm, by which that is decided; beyond it the old ones count half."""
 
 FROZEN_TURN, FROZEN_AGE = math.radians(5), 0.12
-"""A repeated picture is as old as three of a usual camera if a joint has turned by more, rad, or
-it was right so long ago, s: no camera shows one picture for so long, and this one is frozen."""
+"""Turn of a joint, rad, and age, s, at which a single repeated picture shows that the camera is
+frozen: three pictures of a usual camera come in that time."""
 
 FROZEN_SCORE, FROZEN_TIME, NEW_WEIGHT = 2, 0.06, 2
-"""So it is where repeated pictures come to such a score over so long a time, s, each new one taking
-away so many.  A picture that is shown two or three times each does not come so far."""
+"""Score of repeated pictures at which a camera is frozen, the time over which it must last, s, and
+what each new picture takes away. Pictures that are shown two or three times each stay below."""
 MAX_SCORE = 6
+"""Cap of the score."""
 
 THAW_TIME, THAW_PICTURES = 0.3, 3
-"""Its picture changes again after so long without a repeated one, s, and so many new ones: of a
-loop, some may not have been seen before."""
+"""Time without a repeated picture, s, and number of new ones in it, after which a frozen camera is
+not any more: of a loop, some may not have been seen before."""
+
+
+# The test is sequential.  Its hypotheses: the camera is live, or frozen (stuck, or showing a loop).
+# Live, with noise: two pictures agree to the last digit of every place hardly ever, so a repeat
+# though the joints have turned by MIN_TURN is evidence.  Live, without noise: repeats are usual
+# before an arm that stands.  Pairs of pictures at equal q tell the two apart: `same` against
+# `different`, QUIET_RATIO to 1; without noise a repeat must span QUIET_TURN and the backlash.
+#
+# The score is a one-sided cumulative sum (Page 1954): 1 more for each repeat, NEW_WEIGHT less for
+# each new picture, never below 0.  A camera is frozen at FROZEN_SCORE, if that lasts FROZEN_TIME;
+# at once if a single repeat spans FROZEN_TURN or FROZEN_AGE.  Repeats in a row would miss a loop
+# with pictures that were never sampled; a share of a window would be known only when it is over.
 
 
 class _Camera(object):
-    """What is known of one camera."""
+    """The pictures and the score of one camera."""
 
     def __init__(self):
         # type: () -> None
@@ -85,12 +98,12 @@ class RepeatedPictures(object):
 
     def turn(self, camera):
         # type: (str) -> float
-        """By how much a joint has turned, at most, while the picture was the same, rad."""
+        """Return by how much a joint has turned, at most, while the picture was the same, rad."""
         return self._cameras[camera].turn
 
     def is_new(self, seen, q):
         # type: (Observation, Optional[Pose]) -> bool
-        """Take in an Observation of joints at q (rad; None: not known); whether to go by it.
+        """Add an Observation of joints at q (rad, or None: not known); return whether to go by it.
 
         One in which the tip is not seen says nothing, and is let pass.
         """
@@ -119,7 +132,7 @@ class RepeatedPictures(object):
 
     def _note_noise(self, camera, places):
         # type: (_Camera, _Places) -> None
-        """Take in two pictures of a still arm, in turn."""
+        """Count two pictures of a still arm, in turn, as same or different."""
         if places == camera.last:
             camera.same += 1
         else:
@@ -130,7 +143,7 @@ class RepeatedPictures(object):
 
     def _moved(self, camera, places, q, before):
         # type: (_Camera, _Places, Pose, Pose) -> float
-        """By how much the joints have turned since they were `before`, rad; 0 if that is none."""
+        """Return the turn of the joints since they were `before`, rad; 0 if that is none."""
         camera.pictures.move_to_end(places)
         quiet = camera.same >= QUIET_RATIO * camera.different
         turn = apart(q, before)
@@ -138,11 +151,14 @@ class RepeatedPictures(object):
 
     def _judge(self, name, camera, t, moved, right_at):
         # type: (str, _Camera, float, float, float) -> None
-        """Whether it is frozen, by its picture of the time t.
+        """Update a camera's score, and whether it is frozen, by its newest picture.
 
         Args:
+            name: of the camera.
+            camera: its pictures and score.
+            t: time of the picture, s.
             moved: by how much a joint has turned since it was right, rad; 0 if that is none.
-            right_at: the time of then; t if it is new.
+            right_at: when it was right, s; t if it is new.
         """
         if moved:
             if not camera.score:

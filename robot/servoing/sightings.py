@@ -1,4 +1,7 @@
-"""What the cameras have shown of tip and goal, and when.  Pure."""
+"""Sightings: what the cameras have shown of tip and goal, at which joint angles, and when.
+
+Pure.
+"""
 
 import math
 from collections import deque
@@ -33,13 +36,13 @@ if MYPY:
     Tell = Callable[[str, float, Optional[_Angles], Optional[Pixel], Optional[Pixel]], object]
 
 SIGHT_TIMEOUT = 0.3
-"""What was not seen for so long is lost, s: nothing moves on old data."""
+"""Longest silence about the marker before it counts as lost, s: nothing moves on old data."""
 
 SMOOTHING_TIME = 0.5
-"""Over so long the error is smoothed when a moving goal is followed, s."""
+"""Time constant of the smoothed error when a moving goal is followed, s."""
 
 MAX_SEEN = 128
-"""Places of the tip that are kept in mind."""
+"""Places of the tip that are stored, their greatest number."""
 
 if MYPY:
     MarkerFrame = NamedTuple(
@@ -57,6 +60,16 @@ else:
 MarkerFrame.__doc__ = "One frame of one camera: when it was taken (s), where the joints were, px."
 
 
+# Pairing by capture time.  A picture is of the past: exposure, transfer and marker search take tens
+# of milliseconds, in which a joint at 60 deg/s turns by degrees.  So the joint angles that belong
+# to a picture are those of its capture, not of its arrival.  Each Observation bears the time t of its
+# capture, by now on the brick's clock: the offset of the clocks is estimated as in NTP (Cristian
+# 1989, shared/peer_clock.py).  Each control tick adds (t, q) to the JointHistory, and q(t) is
+# interpolated linearly.  Before the first entry there are no angles; after the last there is no
+# extrapolation.  The usual other method subtracts a constant delay from the arrival: it is wrong by
+# the jitter of camera and network.  The error that is left enters as MOTION_SIGMA (image_models).
+
+
 class Sightings(object):
     """The sightings of a run.
 
@@ -70,7 +83,7 @@ class Sightings(object):
         pictures: as given.
         rates: PictureRates.
         goals: {camera: GoalEstimate}.
-        seen_by: {camera: when both tip and goal were last heard of, s}.
+        seen_by: {camera: when both tip and goal were last received, s}.
         behind: {camera: e, smoothed, px}.
         seen: the last (camera, t, s, whether in motion) of the tip, also where no goal is known.
     """
@@ -90,11 +103,12 @@ class Sightings(object):
 
     def frame(self, seen, now, moving, tell=None):
         # type: (Observation, float, bool, Optional[Tell]) -> Optional[MarkerFrame]
-        """The MarkerFrame of an Observation; None unless the tip is seen and the goal known.
+        """Return the MarkerFrame of an Observation; None unless the tip is seen and the goal known.
 
         None, too, of a picture that has come before, with the joints elsewhere.
 
         Args:
+            seen: Observation.
             now: s.
             moving: whether the arm moves.
             tell: called with what a MarkerFrame has, also where something is not known (None).
@@ -129,7 +143,7 @@ class Sightings(object):
 
     def smooth(self, frame):
         # type: (MarkerFrame) -> None
-        """Take in how far off it is, for `behind`."""
+        """Add the error of a MarkerFrame to the smoothed one in `behind`."""
         e = tuple([a - b for a, b in zip(frame.s, frame.goal)])
         camera = frame.camera
         share = min((frame.t - self._smoothed_at.get(camera, frame.t)) / SMOOTHING_TIME, 1.0)
@@ -139,20 +153,20 @@ class Sightings(object):
 
     def seeing(self, now):
         # type: (float) -> List[str]
-        """The cameras that have lately seen what is to be seen."""
+        """Return the cameras that have lately seen tip and goal."""
         return [
             camera for camera in sorted(self.seen_by) if now - self.seen_by[camera] <= SIGHT_TIMEOUT
         ]
 
     def goal_moves(self, now):
         # type: (float) -> bool
-        """Whether it does, as far as known."""
+        """Return whether the goal moves, as far as known."""
         seeing = self.seeing(now) or self.goals
         return any(goal.moving for camera, goal in self.goals.items() if camera in seeing)
 
     def changes(self, now):
         # type: (float) -> Tuple[Sequence[str], Sequence[str]]
-        """(cameras that have lost sight of the marker, those that see it again) since last time."""
+        """Return (cameras that have lost sight of the marker, those that see it again) anew."""
         if not self._blind and len(self.seeing(now)) == len(self.seen_by):
             return (), ()
         blind = set(self.seen_by) - set(self.seeing(now))
@@ -174,10 +188,12 @@ class Sightings(object):
 
     def what_is_missing(self, now, joints, seconds):
         # type: (float, int, float) -> str
-        """One line for people: why it does not go on.
+        """Return one line for people: why it does not go on.
 
         Args:
-            joints: how many.  seconds: for how long.
+            now: s.
+            joints: how many.
+            seconds: for how long nothing was seen, s.
         """
         if not self._fixed_goals and not self.goals:
             return (
@@ -204,13 +220,13 @@ class Sightings(object):
 
 
 class StandingFrames(object):
-    """What is seen of an arm while it stands.
+    """The frames of an arm while it stands.
 
     Args:
-        since: what was taken before is left out, s.
+        since: frames that were taken before are left out, s.
 
     Attributes:
-        seen: {camera: [(t, s, goal)]}, as the estimators take it.
+        seen: {camera: [(t, s, goal)]}, s and px, as the estimators take it.
         count: of the frames.
     """
 
@@ -222,7 +238,7 @@ class StandingFrames(object):
 
     def add(self, frames, now):
         # type: (Iterable[MarkerFrame], float) -> None
-        """Take in MarkerFrames that came at the time `now`; the others do not wait for the lost."""
+        """Add MarkerFrames that came at the time `now`; no camera waits for one that is lost."""
         for frame in frames:
             self._heard[frame.camera] = now
             if frame.t >= self._since:

@@ -1,8 +1,8 @@
-"""Whether a joint that does not count turns or stands: its motor cannot tell, a camera may.
+"""Cameras as witnesses of a stall: a motor that does not count cannot tell whether its joint turns.
 
-Of what a camera saw since the joint's last count, the counts of all joints explain a part.  Is the
-rest what this joint would do to the image, its encoder is dead; is it less than that, it is
-blocked.
+Of what a camera saw since the joint's last count, the counts of all joints explain a part.  If the
+rest is what this joint would do to the image, its encoder is dead; if it is less than that, the
+joint is blocked.
 """
 
 import math
@@ -28,32 +28,33 @@ if MYPY:
     _Anchor = Tuple[bool, _Seen]
 
 LOOK_TIME, LOOK_PAUSE, REST_TIME, MIN_FRAMES = 0.6, 0.1, 0.15, 3
-"""So long the arm is looked at after it was stopped, pausing so long, s; what was seen after
-REST_TIME is of an arm that rests; so many frames of it are needed."""
+"""Time for which a stopped arm is watched, and pause between two samples, s; delay after which it
+rests, s; least number of frames at rest."""
 
 ANCHOR_FRAMES = 4
-"""Last frames from before that it is compared with."""
+"""Number of last frames from before that the frames at rest are compared with."""
 
 STANDSTILL_COUNTS = 1.2
-"""Within so many counts of where it is a joint has not counted."""
+"""Range within which a joint has not counted, counts."""
 
 SIGMAS, MODEL_DOUBT, MOTION_DOUBT, BACKLASH_DOUBT = 5.0, 0.35, 4.0, 0.4
-"""What is left may be chance by so many standard deviations of a frame, such a share of what is
-explained, so many px where it is compared with frames in motion, and what such a share of the
-joints' backlash would do."""
+"""Bounds of what may be chance: standard deviations of a frame, the share of what is explained, px
+where it is compared with frames in motion, and the share of what the joints' backlash would do."""
 
 MAX_LEAST, LEAST_RATIO = math.radians(3), 2.0
-"""When it rests, a joint that turns has turned by more than so many times what its detector took
-for the least; of which no more is believed, rad."""
+"""Greatest detection angle that is believed, rad; least turn of a joint that turns, when it rests,
+as a multiple of that."""
 
 MISFIT = 0.5
-"""Share of the turn's effect by which what is left may be another than that: a circle is bent."""
+"""Share of the turn's effect by which the residual may be another than that: a circle is bent."""
 
 TURNS = (
     "the {} (port {}) does not count, though {} it turn by about {:.0f} deg: its "
     "encoder is dead; check the cable, or change the motor, then home"
 )
+"""Message of a joint that turns and does not count."""
 STANDS = "{}, and {} it stand: it is blocked or overloaded; free it, then home"
+"""Message of a joint that stands."""
 
 if MYPY:
     Known = NamedTuple(
@@ -81,13 +82,14 @@ column  of J, what the joint does to the image, px/rad; None where that is not k
 
 def unexplained(known, frames, moving, q, s, k, backlash):
     # type: (Known, Sequence[Tuple[Pose, Features]], bool, Pose, Features, int, Vector) -> Rest
-    """Rest of what was seen since `frames` when the arm rests.
+    """Return the residual of what was seen since `frames` when the arm rests.
 
     Args:
-        known: Known of the camera.
+        known: knowledge of the camera.
         frames: [(q, s)], rad by the counts and px.
         moving: whether they were taken in motion.
-        q, s: at rest.
+        q: joint angles at rest, rad (n).
+        s: u and v at rest, px.
         k: index of the joint that does not count.
         backlash: per joint, rad.
     """
@@ -108,14 +110,14 @@ def unexplained(known, frames, moving, q, s, k, backlash):
 
 def turn_seen(rests, least):
     # type: (Sequence[Rest], float) -> Optional[float]
-    """What cameras say of a joint that does not count, if they agree.
+    """Return the turn of a joint that does not count, as the cameras agree on it.
 
     Args:
-        rests: [Rest], one of each camera.
+        rests: residuals, one of each camera.
         least: angle that it would have turned by, could it turn, rad.
 
     Returns:
-        its turn, rad; 0.0: it stands; None: they do not tell
+        its turn, rad; 0.0: it stands; None: they do not agree
     """
     told = [(rest, rest.column) for rest in rests if rest.column is not None]
     if not told:
@@ -141,9 +143,10 @@ def witnessed(
     receive,  # type: Callable[[float], object]
 ):
     # type: (...) -> str
-    """What an ArmError says; of a joint that does not count with the cameras' word for the cause.
+    """Return the text of an ArmError; of a joint that does not count, the cause by the cameras.
 
     Args:
+        error: ArmError.
         arm: robot.motion.arm.RobotArm, which has stopped.
         servo: has `known(camera)`.
         sightings: Sightings of the run.
@@ -189,10 +192,12 @@ def witnessed(
 
 def _anchors(seen, camera, history, counted_at):
     # type: (Iterable[Tuple[str, float, Pixel, bool]], str, JointHistory, float) -> Iterable[_Anchor]
-    """A camera's frames to compare with: the last before it moved, and while it still counted.
+    """Return a camera's frames to compare with: the last at rest, and those while it still counted.
 
     Args:
         seen: as Sightings.seen.
+        camera: its name.
+        history: JointHistory.
         counted_at: when the joint last counted, s.
 
     Returns:
@@ -208,7 +213,7 @@ def _anchors(seen, camera, history, counted_at):
 
 def _told(error, turn, cameras):
     # type: (Stalled, float, Sequence[str]) -> str
-    """What is said of a joint that does not count, and that these cameras saw turn so far, rad."""
+    """Return the message of a joint that does not count and that cameras saw turn, rad."""
     seeing = "cameras {} see" if len(cameras) > 1 else "camera {} sees"
     seeing = seeing.format(" and ".join(cameras))
     if turn == 0.0:
