@@ -1,4 +1,4 @@
-"""What comes in while the arm servoes: sightings, orders, and the Halts that come of either."""
+"""Intake of a run while the arm servoes: sightings, orders, and the Halts that come of either."""
 
 import math
 
@@ -21,18 +21,20 @@ if MYPY:
 
 
 class Lookout(object):
-    """Listens for one run, and reports to the laptop how that goes.
+    """Receiver of one run's messages, which reports its progress to the laptop.
 
     Args:
-        client, clock, servo: as for VisualServoing.
+        client: as for VisualServoing.
+        clock: as for VisualServoing.
+        servo: as for VisualServoing.
         sightings: Sightings of the run.
         joints: how many the arm has.
         terms: RunTerms.
         reporter: RunReporter.
 
     Attributes:
-        heard_at: when it was listened last, s.
-        reported_at: when the laptop was told last, s.
+        heard_at: when messages were received last, s.
+        reported_at: when the laptop was reported to last, s.
     """
 
     def __init__(self, client, clock, servo, sightings, joints, terms, reporter):
@@ -51,13 +53,18 @@ class Lookout(object):
 
     def begin(self):
         # type: () -> float
-        """The run begins; when that is, s."""
+        """Begin the run; return when that is, s."""
         self._began = self._seen_at = self._unlinked_at = self._clock.now()
         return self._began
 
     def receive(self, timeout, moving=False):
         # type: (float, bool) -> Tuple[List[MarkerFrame], Optional[Halt]]
-        """(the new MarkerFrames, camera by camera; a Halt that is an end, or None)."""
+        """Return (the new MarkerFrames, camera by camera; the Halt that ends the run, or None).
+
+        Args:
+            timeout: for messages, s.
+            moving: whether the arm moves; no report is sent then.
+        """
         new = self._client.poll(timeout)
         now = self.heard_at = self._clock.now()
         end = self._end_due(now)
@@ -82,13 +89,13 @@ class Lookout(object):
 
     def tell_end(self, end):
         # type: (Halt) -> None
-        """Tell the laptop of the Halt that the run has ended with."""
+        """Report to the laptop the Halt that the run has ended with."""
         q = self.where() or ()
         self._client.report(q, verdict=end.word, reason=end.reason, **self._reporter.progress())
 
     def report(self):
         # type: () -> None
-        """Tell the laptop how it goes, now and then."""
+        """Report to the laptop how it goes, now and then."""
         self._client.report(
             self.where() or (), reason=self._held_for or "", **self._reporter.progress()
         )
@@ -96,13 +103,13 @@ class Lookout(object):
 
     def where(self):
         # type: () -> Optional[Tuple[float, ...]]
-        """The joints' angles when last seen, rad; None before."""
+        """Return the joint angles when last known, rad (n); None before."""
         last = self._sightings.history.last
         return last and last[1]
 
     def _end_due(self, now):
         # type: (float) -> Optional[Halt]
-        """The Halt that is due whatever is seen; None."""
+        """Return the Halt that is due whatever is seen; None if none is."""
         for command in self._client.commands():
             if isinstance(command, Stop):
                 return self._end_from_outside(STOPPED, command.reason or "by the laptop")
@@ -119,7 +126,7 @@ class Lookout(object):
 
     def _sees_enough(self, now):
         # type: (float) -> bool
-        """Whether what was lately seen determines the motion; keeps in mind when it last was."""
+        """Return whether what was lately seen determines the motion; store when it last did."""
         cameras, seen_by = [], self._sightings.seen_by  # type: List[str], Dict[str, float]
         for camera in sorted(seen_by, key=seen_by.__getitem__, reverse=True):
             cameras.append(camera)
@@ -130,7 +137,7 @@ class Lookout(object):
 
     def suffice(self, cameras):
         # type: (Iterable[str]) -> bool
-        """Servo.suffices, which between two decisions does not change."""
+        """Return Servo.suffices, which between two decisions does not change."""
         key = frozenset(cameras)
         if key not in self._enough:
             self._enough[key] = self._servo.suffices(cameras)
@@ -138,7 +145,7 @@ class Lookout(object):
 
     def _note_changes(self, now):
         # type: (float) -> None
-        """Tell of cameras that have lost sight of the marker, and see it again."""
+        """Report cameras that have lost sight of the marker, and those that see it again."""
         lost, found = self._sightings.changes(now)
         seeing = " and ".join(self._sightings.seeing(now)) if lost else ""
         for camera in lost:
@@ -149,7 +156,10 @@ class Lookout(object):
 
     def _end_from_outside(self, word, reason):
         # type: (str, str) -> Halt
-        """End, though the servo has not decided so; who follows a goal has converged if near it."""
+        """Return the Halt of an end that the servo has not decided.
+
+        A run that follows a goal has converged if it is near it.
+        """
         now = self._clock.now()
         behind = self._sightings.behind
         if self._follow and behind and now - self._seen_at <= SIGHT_TIMEOUT:
@@ -161,34 +171,34 @@ class Lookout(object):
 
     def decided(self):
         # type: () -> None
-        """The servo has decided: what suffices may be otherwise now."""
+        """Forget which cameras suffice: the servo has decided, it may be otherwise now."""
         self._enough = {}
 
     def goes_on_seeing(self):
         # type: () -> bool
-        """Whether the cameras that it is gone by see enough."""
+        """Return whether the cameras that the servo goes by see enough."""
         seeing = self._sightings.seeing(self.heard_at)
         going_by = [camera for camera in seeing if camera in self._servo.cameras]
         return bool(going_by) and self.suffice(going_by)
 
     def is_lost(self, now):
         # type: (float) -> bool
-        """Whether too little has been seen for a while."""
+        """Return whether too little has been seen for SIGHT_TIMEOUT."""
         return now - self._seen_at > SIGHT_TIMEOUT
 
     def give_up(self, now):
         # type: (float) -> Optional[Halt]
-        """The Halt if that has lasted too long, or will; None."""
+        """Return the Halt if that has lasted too long, or will; None otherwise."""
         return self._loss.end(now, self._seen_at, self._unlinked_at)
 
     def refusal(self):
         # type: () -> Optional[Halt]
-        """As LossOfSight.refusal."""
+        """Return LossOfSight.refusal."""
         return self._loss.refusal()
 
     def note_lost(self):
         # type: () -> None
-        """Too little is seen, and the arm is held: say so."""
+        """Report that too little is seen, and that the arm is held."""
         why = self._loss.word(self._clock.now())
         if self._held_for != why:
             self._held_for = why
@@ -196,4 +206,5 @@ class Lookout(object):
 
     def _note(self, text):
         # type: (str) -> None
+        """Report a line by the reporter."""
         self._reporter.note(self._clock.now(), text)

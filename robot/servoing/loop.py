@@ -46,40 +46,42 @@ if MYPY:
     _Measured = Tuple[Optional[Halt], Tuple[float, ...], Sequence[Measurement], int]
 
 MAX_CHASE_FRAMES = 200
-"""Frames of a chase that are kept: some may have been seen at rest."""
+"""Frames of a chase that are kept, their greatest number: some may have been seen at rest."""
 
 STANDSTILL_ANGLE = math.radians(0.2)
-"""Within this of where they stand in the end, joints stood already, rad."""
+"""Distance from their last angles within which joints stood already, rad."""
 
 SETTLING_DELAY = 0.03
-"""What is seen so long after the end of a motion is seen of an arm that stands, s."""
+"""Delay after the end of a motion from which on pictures are of an arm that stands, s."""
 
 CHASE_THRESHOLD = math.radians(5)
-"""A goal that stands is chased if a joint is farther off, rad: the last bit is gone by what was
-measured at rest, which says more than frames in motion."""
+"""Distance of a joint beyond which a goal that stands is chased, rad: the last bit is gone by what
+was measured at rest, which says more than frames in motion."""
 
 CHASE_TIMEOUT = 6.0
-"""After a goal that stands; then the arm stands, too, and is looked at, s."""
+"""Longest chase of a goal that stands, s; then the arm stands, too, and measures."""
 
 POLL_TIMEOUT = 0.1
-"""For observations while nothing is to be done, s at a time."""
+"""Longest wait for observations while nothing is to be done, s."""
 
 RECEIVE_RATIO, MIN_PAUSE, MAX_PAUSE = 4, 0.03, SIGHT_TIMEOUT / 2
-"""In motion messages are received after so many times what that took last, but no sooner and no
-later, s: most of the time is for aiming and learning.  Where nothing was seen: soon."""
+"""Pause between two receptions in motion, as a multiple of the last one's duration, and its
+bounds, s: most of the time is for aiming and learning. Where nothing was seen, the pause is the
+shortest."""
 
 LANDING_COUNTS = 1.5
-"""A motion may end so many counts off: it is then looked from where it is."""
+"""Tolerance of a motion's end, counts: it is then measured from where it is."""
 
 MAX_JOINT_SPEED, BLIND_SPEED_SHARE = math.radians(60), 0.5
-"""Of any joint, rad/s; and the share of it when a camera has lost sight of the marker."""
+"""Greatest speed of any joint, rad/s; the share of it when a camera has lost sight of the
+marker."""
 
 HOLD = Halt("", "")
-"""The Halt of a motion while too little is seen."""
+"""Halt of a motion while too little is seen."""
 
 
 class RunTerms(object):
-    """What a run is to do, and when it ends at the latest.
+    """The terms of a run: what it is to do, and when it ends at the latest.
 
     Args:
         goals: {camera: (u, v)}, px; none for the marker.
@@ -221,7 +223,7 @@ class VisualServoing(object):
 
     def _measure(self, seen):
         # type: (List[MarkerFrame]) -> _Measured
-        """Stand, and look until it is enough; holds as long as nothing is seen.
+        """Stand, and receive frames until they are a measurement; hold as long as nothing is seen.
 
         Args:
             seen: MarkerFrames that came in before: some may be of the arm as it stands now.
@@ -270,7 +272,7 @@ class VisualServoing(object):
 
     def _listen(self):
         # type: () -> Tuple[List[MarkerFrame], Optional[Halt]]
-        """Take in what has come in, in motion: (MarkerFrames, Halt or None)."""
+        """Receive what has come in, in motion: (MarkerFrames, Halt or None)."""
         frames, halt = self._lookout.receive(0.0, moving=True)
         self._learning.take(frames)
         if not halt and not self._lookout.goes_on_seeing():
@@ -279,13 +281,13 @@ class VisualServoing(object):
 
     def _watch(self, t, q):
         # type: (float, Pose) -> object
-        """What is done in every control tick of a motion: None to go on, or STOP."""
+        """Record q (rad) in every control tick of a motion; return None to go on, or STOP."""
         self._sightings.history.add(t, q)
         return STOP if self._halt else None
 
     def _steer(self, t, q):
         # type: (float, Pose) -> Aim
-        """The same of a chase: where the joints should be, None to come to rest, or STOP."""
+        """Return, in a chase's control tick, the joints' aim, None to come to rest, or STOP."""
         self._sightings.history.add(t, q)
         if self._halt:
             return STOP
@@ -295,7 +297,7 @@ class VisualServoing(object):
 
     def _spare(self, until):
         # type: (float) -> None
-        """What is done in the rest of a tick: listen or report if it is time, else learn and aim.
+        """Use the rest of a tick: receive or report if it is time, else learn and aim.
 
         What takes a slow brick longer than there is has its turn now and then all the same.
         """
@@ -318,6 +320,7 @@ class VisualServoing(object):
 
     def _conclude(self, end):
         # type: (Halt) -> Verdict
+        """Report the end of the run; return its Verdict."""
         now, q = self._clock.now(), self._lookout.where()
         self._lookout.tell_end(end)
         return self._reporter.verdict(now, end, q)

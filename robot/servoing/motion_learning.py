@@ -17,20 +17,21 @@ if MYPY:
 
 
 LEARNING_STEP = math.radians(0.5)
-"""Frames in motion are learned from if a joint has moved by so much in between, rad."""
+"""Least motion of a joint between two frames that are learned from, rad."""
 
 MAX_WAITING_FRAMES, MAX_CHASE_WAITING = 60, 3
-"""Frames that wait to be learned from: until it stands, and in a chase, which goes by them."""
+"""Frames that may wait to be learned from: until the arm stands, and in a chase, which goes by
+them."""
 
 SLICE_SHARE = 0.5
-"""A slice of these is begun if so much of the one before would fit into what is left of a tick."""
+"""Share of the slice before that must fit into what is left of a tick to begin another one."""
 
 MAX_SKIPPED_TICKS = 3
-"""After so many ticks in which nothing of it would fit, it is done all the same."""
+"""Ticks in a row that may be skipped for want of time; the next one does a slice all the same."""
 
 
 class LearningInMotion(object):
-    """What waits to be learned from, and the slice that is next.
+    """The frames that wait to be learned from, and the slice that is next.
 
     Args:
         servo: Servo, or what learns in its stead.
@@ -58,12 +59,12 @@ class LearningInMotion(object):
 
     def begin(self, stream=None):
         # type: (Optional[Stream]) -> None
-        """A motion begins; in a chase `stream` aims."""
+        """Begin a motion; in a chase `stream` aims."""
         self._stream, self._slices = stream, iter(())
 
     def take(self, frames):
         # type: (Iterable[MarkerFrame]) -> None
-        """Keep those MarkerFrames, seen in motion, that tell something new."""
+        """Keep those MarkerFrames, seen in motion, that are informative."""
         for frame in frames:
             before, q = self._kept_at.get(frame.camera), frame.q
             if q is not None and (before is None or apart(q, before) > LEARNING_STEP):
@@ -74,7 +75,7 @@ class LearningInMotion(object):
 
     def learn(self):
         # type: () -> bool
-        """Learn from one frame; whether there was one."""
+        """Learn from one frame; return whether there was one."""
         if not self._unlearned:
             return False
         frame, q = self._unlearned.popleft()
@@ -83,7 +84,7 @@ class LearningInMotion(object):
 
     def finish(self):
         # type: () -> None
-        """Learn from all that there is."""
+        """Learn from all frames that wait."""
         while self.learn():
             pass
 
@@ -91,7 +92,7 @@ class LearningInMotion(object):
         # type: (float, float) -> None
         """Do slices from the time `now` to `until`, s; the first one if there is room for it.
 
-        What takes a slow brick longer than there is has its turn now and then all the same.
+        A slice that is too long for every tick of a slow brick is done now and then all the same.
         """
         if now + SLICE_SHARE * self._slice > until and self._skipped < MAX_SKIPPED_TICKS:
             self._skipped += 1

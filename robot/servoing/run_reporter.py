@@ -1,4 +1,4 @@
-"""What a run tells: lines for people, and a log of dicts."""
+"""Reports of a run: lines for people, and a log of dicts."""
 
 import math
 from collections import OrderedDict
@@ -69,7 +69,7 @@ moves, measurements, frames, seconds   what it took
 
 
 class RunReporter(object):
-    """Tells of one run, and keeps its figures.
+    """Reporter of one run, which counts its moves and measurements.
 
     Args:
         log: called with a dict per line of the log; None for none.
@@ -94,7 +94,7 @@ class RunReporter(object):
 
     def progress(self):
         # type: () -> RunProgress
-        """What the laptop is told of the run so far, as TrackingClient.report takes it."""
+        """Return the run's progress so far, as TrackingClient.report takes it."""
         return {
             "error": self.error, "e": self._e, "condition": self._condition,
             "moves": self.moves, "run": self._number,
@@ -102,7 +102,7 @@ class RunReporter(object):
 
     def note_measured(self, frames):
         # type: (int) -> None
-        """Take in that so many frames made a measurement."""
+        """Count a measurement, and the frames that it took."""
         self._measurements += 1
         self._frames += frames
 
@@ -117,11 +117,15 @@ class RunReporter(object):
 
     def step(self, t, servo, q, measurements, decision, frames, computing):
         # type: (float, AnyServo, Pose, Sequence[Measurement], Decision, int, float) -> None
-        """Log what was measured at q (rad) and decided at `t` (s), and say what the next move is.
+        """Log what was measured and decided, and print what the next move is.
 
         Args:
+            t: when it was decided, s.
+            servo: that decided.
+            q: joint angles, rad (n).
             measurements: of the cameras that the servo goes by.
-            frames: how many it took.
+            decision: Decision.
+            frames: how many the measurement took.
             computing: how long the decision took, s.
         """
         self.error = length(error_of(measurements, servo.rows))
@@ -148,18 +152,24 @@ class RunReporter(object):
 
     def note(self, t, text):
         # type: (float, str) -> None
-        """Say a line, and log it."""
+        """Print a line, and log it with its time t (s)."""
         self._say(text)
         self.line("note", t, text=text)
 
     def frame(self, camera, t, q, s, goal):
         # type: (str, float, Optional[Angles], Optional[Pixel], Optional[Pixel]) -> None
-        """Log what a MarkerFrame has; None is what is not known."""
+        """Log a MarkerFrame's fields, s, rad and px; None is what is not known."""
         self.line("seen", t, camera=camera, q=q, s=s, goal=goal)
 
     def verdict(self, t, end, q):
         # type: (float, Halt, Optional[Angles]) -> Verdict
-        """Log how it ended at t (s), by a Halt, the joints being at q (rad); the Verdict."""
+        """Return the Verdict of a run, and log it.
+
+        Args:
+            t: when the run ended, s.
+            end: Halt that ended it.
+            q: joint angles, rad (n), or None.
+        """
         verdict = Verdict(
             end.word, end.reason, self.error, q, self.moves, self._measurements, self._frames,
             t - self.began,
@@ -174,7 +184,7 @@ class RunReporter(object):
 
 def verdict_text(verdict):
     # type: (Verdict) -> str
-    """A Verdict as one line."""
+    """Return a Verdict as one line."""
     text = verdict.word
     if verdict.error is not None:
         text += ": {:.1f} px off".format(verdict.error)
@@ -186,7 +196,7 @@ def verdict_text(verdict):
 
 def word_for(error):
     # type: (ArmError) -> str
-    """The verdict that an ArmError comes to."""
+    """Return the verdict's word that an ArmError comes to."""
     # Not above: the laptop, which has no motors, is to be told so in one line.
     from robot.ev3.motors import MotorNotFound
     from robot.motion.control_loop import Stalled, TooSlow

@@ -1,4 +1,4 @@
-"""Runs of one arm, each as ordered, and their log."""
+"""Runs of one arm as the laptop orders them, and their log."""
 
 import contextlib
 import json
@@ -35,11 +35,14 @@ if MYPY:
 
 
 class LogLost(ArmError):
-    """The log cannot be written."""
+    """A log that cannot be written."""
 
 
 class RunLog(object):
     """Lines of JSON in a file, or nowhere.
+
+    Args:
+        path: of the file; None for none.
 
     Raises:
         LogLost: once; from then on it writes nowhere.
@@ -72,6 +75,7 @@ class RunLog(object):
     @contextlib.contextmanager
     def _telling(self):
         # type: () -> Iterator[None]
+        """Raise LogLost if the file cannot be written."""
         try:
             yield
         except OSError as error:
@@ -94,7 +98,17 @@ def say(line):
 
 def make_servo(arm, method, mode, tolerance, seed=0, rows="stereo", third=None):
     # type: (Arm, str, str, float, int, str, Optional[str]) -> _Made
-    """(servo, stream or None) by the names of the command line."""
+    """Return (servo, stream or None) by the names of the command line.
+
+    Args:
+        arm: shared.arm_description.Arm.
+        method: one of shared.run_options.METHODS.
+        mode: one of shared.run_options.MODES.
+        tolerance: px.
+        seed: as for Servo.
+        rows: as Rows' kind.
+        third: as for Rows.
+    """
     counted = Rows(rows, len(arm.joints), third)
     if method == "report":
         from robot.servoing.report_servo import ReportServo  # not above: few runs need it
@@ -105,10 +119,12 @@ def make_servo(arm, method, mode, tolerance, seed=0, rows="stereo", third=None):
 
 
 class Runs(object):
-    """Runs of one arm, each as ordered.
+    """The runs of one arm, each as ordered.
 
     Args:
-        arm, client, clock: as for VisualServoing.
+        arm: as for VisualServoing.
+        client: as for VisualServoing.
+        clock: as for VisualServoing.
         log: path of a file for the last run's log; None for none.
         third: as for Rows.
     """
@@ -124,17 +140,22 @@ class Runs(object):
 
     def run(self, options, number=1):
         # type: (Start, int) -> Verdict
-        """Do one run; its Verdict.
+        """Do one run; return its Verdict.
+
+        Args:
+            options: Start of the laptop.
+            number: of the run.
 
         Raises:
             ArmError: the log cannot be written; nothing has moved.
-            LogLost, and what VisualServoing.run raises.
+            LogLost: the log can be written no more.
         """
         with contextlib.closing(RunLog(self._log)) as log:
             return self._run(options, number, log)
 
     def _run(self, options, number, log):
         # type: (Start, int, RunLog) -> Verdict
+        """Do one run with its log; return its Verdict."""
         description = self._arm.description
         servo, stream = self._servo(options)
         follow = options.tolerance if options.follow else None
@@ -164,7 +185,7 @@ class Runs(object):
 
     def _servo(self, options):
         # type: (Start) -> _Made
-        """As make_servo; the one that has just been a success knows the way, and goes on."""
+        """Return what make_servo does; one that has just been a success goes on."""
         if self._learned and self._learned[0] == _kind(options):
             return self._learned[1]
         return make_servo(
@@ -176,8 +197,8 @@ class Runs(object):
         # type: () -> None
         """Do a run for every Start of the laptop, and draw for every Draw, one after the other.
 
-        Never returns. Between them the arm is held, and the laptop is told where it is and how the
-        last run ended.
+        Never returns. Between them the arm is held, and where it is and how the last run ended is
+        reported to the laptop.
 
         Raises:
             Refusal: the tracker will never serve us.
@@ -206,7 +227,7 @@ class Runs(object):
 
     def _draw(self, draw):
         # type: (Draw) -> JobStatus
-        """Draw the job that is offered, if that is possible; the arm is held. Its JobStatus."""
+        """Draw the job that is offered, if that is possible; return its JobStatus."""
         from robot.jobs.linked import LinkedJob  # not above: a servo run needs none of it
 
         job = LinkedJob(self._arm, self._client, self._clock, draw, self._told, say)
@@ -223,7 +244,7 @@ class Runs(object):
 
     def _handle_start(self, options, number):
         # type: (Start, int) -> None
-        """Do the run that is ordered, if that is possible; the arm is held."""
+        """Do the run that is ordered, if that is possible, and hold the arm."""
         try:
             check_options(options, len(self._arm.description.joints))
             if not self._arm.homed:
@@ -241,7 +262,7 @@ class Runs(object):
 
     def _where(self):
         # type: () -> Tuple[float, ...]
-        """The joints' angles, rad; none if a motor does not answer, of which a run would tell."""
+        """Return the joint angles, rad (n); none if a motor does not answer: a run reports it."""
         try:
             return self._arm.angles()
         except ArmError:
@@ -250,5 +271,5 @@ class Runs(object):
 
 def _kind(options):
     # type: (Start) -> _Kind
-    """What a servo is made for."""
+    """Return the options that a servo is made for."""
     return options.method, options.mode, options.rows, options.tolerance

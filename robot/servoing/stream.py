@@ -32,7 +32,7 @@ if MYPY:
     _Recent = Tuple[Pose, Features, Optional[LinearImageModel], Vector]
 
 STANDING = 0.0, 0.0
-"""The velocity of a goal that stands, px/s."""
+"""Velocity of a goal that stands, px/s."""
 
 if MYPY:
     Sight = NamedTuple(
@@ -50,7 +50,7 @@ else:
 
 
 class Stream(object):
-    """Steers by what is seen while the arm moves: every frame is of the joints at its own time.
+    """Steering by what is seen while the arm moves: every frame is of the joints at its own time.
 
     Set-points are absolute, so the delay of the camera does not act on the loop; only a goal that
     moves is predicted.  Aiming is a search that is done in slices, between control ticks.
@@ -60,15 +60,16 @@ class Stream(object):
     """
 
     FEWEST, MOST, NEAR = 5, 12, math.radians(4)
-    """The last FEWEST frames, or up to MOST if the joints have stayed within NEAR (rad), say by
-    their median by how much the model is off."""
+    """Number of last frames whose median says by how much the model is off; the greatest number,
+    if the joints have stayed within this range, rad."""
     REAIM, STILL = math.radians(1.5), math.radians(0.7)
-    """An aim so near to the last one is the same; a joint that stays within STILL stands, rad."""
+    """Difference below which an aim is the same as the last one, rad; range of a joint that
+    stands, rad."""
     ARRIVED, SURE, SLOW_FOR = math.radians(2), 3, 0.06
-    """Within this of its aim (rad), after so many of them, and standing for so long (s), it has
-    arrived: one that passes by goes on beyond."""
+    """Distance from the aim within which the arm has arrived, rad, after this number of aims, and
+    standing for this time, s: a joint that passes by goes on beyond."""
     STALE = 0.3
-    """What a camera has not seen for so long is not gone by, s."""
+    """Longest silence of a camera before it is not gone by, s."""
 
     def __init__(self, servo):
         # type: (Servo) -> None
@@ -77,7 +78,7 @@ class Stream(object):
 
     def begin(self, q, bound=None):
         # type: (Pose, Optional[Pose]) -> None
-        """Begin with the first aim, rad; if it leads to another posture, that is `bound`."""
+        """Begin with the first aim, rad (n); if it leads to another posture, that is `bound`."""
         self._aim, self._aimed_at = tuple(q), 0.0  # type: Pose, float
         self._drift = None  # type: Optional[Vector]
         self._better = bound or self._aim  # so far; on the way it may be found to be another
@@ -95,7 +96,7 @@ class Stream(object):
 
     def see(self, frame, goal):
         # type: (MarkerFrame, Optional[GoalEstimate]) -> None
-        """Take in a MarkerFrame; `goal` is its GoalEstimate, None if that is a fixed pixel."""
+        """Add a MarkerFrame; `goal` is its GoalEstimate, None if that is a fixed pixel."""
         camera, t, q, s, where = frame
         if q is None or camera not in self._servo.cameras:
             return
@@ -110,7 +111,7 @@ class Stream(object):
 
     def _sight(self, camera):
         # type: (str) -> Sight
-        """What the last frames of a camera say, and by how much its model is off."""
+        """Return a camera's last frames as a Sight, with the median error of its model."""
         shape = self._servo.shape(camera)
         recent = self._recent[camera]
         if recent[0][2] is not shape:
@@ -155,7 +156,7 @@ class Stream(object):
 
     def _nearing(self, image, wanted, start, q):
         # type: (LinearImageModel, Features, Pose, Pose) -> Generator[None, None, Course]
-        """Go through the steps of Servo.nearing, each in a slice of its own; the last one."""
+        """Take the steps of Servo.nearing, each in a slice of its own; return the last one."""
         steps = self._servo.nearing(image, wanted, start, q, self._uncertainty_penalty)
         for found in steps:  # noqa: B007 - the last one is returned
             yield
@@ -163,7 +164,7 @@ class Stream(object):
 
     def _settle_on(self, q, image, speed, t):
         # type: (Pose, LinearImageModel, Vector, float) -> None
-        """Make it the aim, unless it is all but the same."""
+        """Make q (rad) the aim, unless it is all but the same; of a moving goal, with its drift."""
         self._aims += 1
         if any(speed):
             J = image.jacobian(q)
@@ -179,9 +180,11 @@ class Stream(object):
 
     def aim(self, t, q, follow=False):
         # type: (float, Pose, object) -> Union[Pose, Moving, Landing, None]
-        """Where the joints, at q (rad) at time t, should be, as RobotArm.chase takes it.
+        """Return where the joints should be, as RobotArm.chase takes it.
 
         Args:
+            t: s.
+            q: joint angles at that time, rad (n).
             follow: do not end near a goal that moves.
         """
         if self._still_since is None or apart(q, self._still_at) > self.STILL:
