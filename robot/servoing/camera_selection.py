@@ -36,22 +36,22 @@ class CameraSelection(object):
         self._joints = joints
         self._known = known
         self.used, self.weights = [], {}  # type: Sequence[str], Dict[str, float]
-        # Camera: how often it was looked through since exploring began.
-        self._looks = {}  # type: Dict[str, int]
+        # Camera: how often it has measured since exploring began.
+        self._samples = {}  # type: Dict[str, int]
         self._explored = [known] * joints
 
     def forget(self):
         # type: () -> None
         """Count no joint as explored any more."""
         self._explored = [self._known] * self._joints
-        self._looks.clear()
+        self._samples.clear()
 
-    def look(self, cameras):
+    def sample(self, cameras):
         # type: (Sequence[str]) -> List[str]
         """Count a measurement of these cameras; return those that have seen every joint move."""
         for camera in cameras:
-            self._looks[camera] = self._looks.get(camera, 0) + 1
-        return [c for c in cameras if self._known or self._looks[c] > self._joints]
+            self._samples[camera] = self._samples.get(camera, 0) + 1
+        return [c for c in cameras if self._known or self._samples[c] > self._joints]
 
     def choose(self, cameras, known, sigma_of):
         # type: (Sequence[str], Sequence[str], Callable[[str], float]) -> bool
@@ -59,7 +59,7 @@ class CameraSelection(object):
 
         Args:
             cameras: that have measured.
-            known: those of them that `look` has returned.
+            known: those of them that `sample` has returned.
             sigma_of: gives a camera's noise, px.
 
         Returns:

@@ -17,9 +17,9 @@ from operator import mul
 from robot.servoing.chain_terms import CHAINS
 from robot.servoing.image_model import LinearImageModel
 from robot.servoing.linear_algebra import (
-    apart,
     back_substituted,
     cholesky,
+    distance,
     dot,
     forward_substituted,
 )
@@ -43,7 +43,7 @@ off."""
 BASE_SIGMA = 1e4
 """Standard deviation of where the base is seen, px."""
 
-DISTANCE_DOUBT = 2.3
+SIGMA_PER_RADIAN = 2.3
 """Model error per radian of a key-frame's distance from the arm, px/rad: perspective and lens."""
 
 MIN_KEY_DISTANCE, MAX_KEYS = math.radians(2.5), 24
@@ -73,8 +73,8 @@ def _precision(axes):
     """
     units = []
     for axis in axes:
-        whole = math.sqrt(dot(axis, axis))
-        units.append([a / whole for a in axis])
+        norm = math.sqrt(dot(axis, axis))
+        units.append([a / norm for a in axis])
     share = LINK_SIGMA**2 / (LINK_ERROR_SIGMA**2 + LINK_SIGMA**2)
     precision = [[1 / BASE_SIGMA**2]]
     for i in range(1, len(axes[0])):
@@ -145,16 +145,16 @@ class ChainModel(object):
         self._axes = axes(links)
         precision = _precision(self._axes)
         size = len(precision)
-        whole = size * (size + 1) // 2
+        triangle = size * (size + 1) // 2
         # The normal equations: the lower triangle row by row, then the right sides.
         self._prior = self._sums = sum(precision, []) + [0.0] * (rows * size)  # type: List[float]
         self._triangle = [slice(i * (i + 1) // 2, (i + 1) * (i + 2) // 2) for i in range(size)]
-        self._sides = [slice(whole + k * size, whole + (k + 1) * size) for k in range(rows)]
+        self._sides = [slice(triangle + k * size, triangle + (k + 1) * size) for k in range(rows)]
         self._keys = []  # type: List[_Key]
         self._fits = self._refits = 0
         self._fitted = None  # type: Optional[Matrix]  # W
         self._shape = None  # type: Optional[LinearImageModel]
-        # Where the slopes are known; doubt of J there.
+        # Where the slopes were evaluated last; covariance of J there.
         self._here = None  # type: Optional[Tuple[float, ...]]
         self._covariance = None  # type: Optional[Matrix]
         # (q, s, variance) of what is in it before it has been observed.
@@ -178,7 +178,7 @@ class ChainModel(object):
         for key in self._keys:
             if (
                 -MIN_KEY_DISTANCE < key.q[0] - first < MIN_KEY_DISTANCE
-                and apart(key.q, q) < MIN_KEY_DISTANCE
+                and distance(key.q, q) < MIN_KEY_DISTANCE
             ):
                 near.append(key)
         if near and not standing and min(key.variance for key in near) <= variance:
@@ -308,7 +308,7 @@ class ChainModel(object):
         """Return the weight of a key-frame by its residual against W, the arm being at q, px^-2."""
         doubt = key.variance
         for a, b in zip(key.q, q):
-            doubt += DISTANCE_DOUBT**2 * (a - b) * (a - b)
+            doubt += SIGMA_PER_RADIAN**2 * (a - b) * (a - b)
         terms, excess = key.terms, 0.0
         for off, w in zip(key.s, W):
             for a, b in zip(w, terms):

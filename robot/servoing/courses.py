@@ -3,8 +3,8 @@
 import math
 
 from robot.motion import kinematics
-from robot.servoing.linear_algebra import apart
-from robot.servoing.pose_search import NEARLY_THERE, best_pose, best_posture
+from robot.servoing.linear_algebra import distance
+from robot.servoing.pose_search import MAX_LEFTOVER_SHARE, best_pose, best_posture
 from robot.servoing.progress import FIRST_STEP
 from shared.verdicts import LIMIT, UNREACHABLE
 
@@ -65,7 +65,7 @@ class Courses(object):
         straight = best_pose(image, goal, q, self.box, q, penalty)
         left = straight[1]
         bound = progress.bound
-        if left <= (self._tolerance if bound else max(self._tolerance, NEARLY_THERE * off)):
+        if left <= (self._tolerance if bound else max(self._tolerance, MAX_LEFTOVER_SHARE * off)):
             return straight
         if bound is None:
             course = best_posture(
@@ -95,7 +95,7 @@ class Courses(object):
         tried.append(q)
         tip = kinematics.forward(self._arm, tuple(self.inside(q)))
         for other in kinematics.branches(self._arm, tip):
-            if min(apart(other, p) for p in tried) > FIRST_STEP:
+            if min(distance(other, p) for p in tried) > FIRST_STEP:
                 return other
         return None
 

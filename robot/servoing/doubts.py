@@ -7,7 +7,7 @@ decides: the tip follows them.
 
 import math
 
-from robot.servoing.linear_algebra import apart
+from robot.servoing.linear_algebra import distance
 
 MYPY = False  # which a type checker takes for true
 if MYPY:
@@ -16,7 +16,7 @@ if MYPY:
     from robot.servoing.image_model import Features, Pose  # noqa: F401
     from robot.servoing.linear_algebra import Matrix  # noqa: F401
     from robot.servoing.measurement import Measurement  # noqa: F401
-    from robot.servoing.servo import Looked  # noqa: F401
+    from robot.servoing.servo import LastMeasurement  # noqa: F401
     from robot.servoing.sightings import MarkerFrame  # noqa: F401
 
     TrackFrame = Tuple[
@@ -35,11 +35,11 @@ MAX_LEAP = 2.0
 """Length of a jump as a multiple of what all joints do by the Jacobian of the chase's beginning,
 which it must exceed, too; where there is a track, half of it."""
 
-STILL_DISTANCE, STILL_TURN = 5.0, math.radians(6)
+MAX_STILL_DISTANCE, MIN_STILL_TURN = 5.0, math.radians(6)
 """Range within which a place stays, px, and turn of a joint meanwhile beyond which it may be no
 tip, rad."""
 
-CONFIRMED_BY, TRACK_FRAMES, STANDING_FRAMES = 3, 4, 3
+CONFIRMING_FRAMES, TRACK_FRAMES, STANDING_FRAMES = 3, 4, 3
 """Number of frames in a row, near each other, that confirm a jump; number of frames of a track;
 number of frames for which a measurement at rest counts."""
 
@@ -66,10 +66,10 @@ def jumped(frames, size):
             del track[:-TRACK_FRAMES]
             away = []
             continue
-        if away and _distance(frame[2], away[-1][2]) > MIN_JUMP:
+        if away and _pixel_distance(frame[2], away[-1][2]) > MIN_JUMP:
             away = []  # here, there: false sightings
         away.append(frame)
-        if len(away) >= CONFIRMED_BY:
+        if len(away) >= CONFIRMING_FRAMES:
             return True
     return False
 
@@ -83,14 +83,14 @@ def stayed(frames):
     """
     _, q, end = frames[-1]
     turned = 0.0
-    for _, there, s in reversed(frames):
-        if _distance(s, end) > STILL_DISTANCE:
+    for _, at, s in reversed(frames):
+        if _pixel_distance(s, end) > MAX_STILL_DISTANCE:
             break
-        turned = max(turned, apart(there, q))
-    return turned > STILL_TURN
+        turned = max(turned, distance(at, q))
+    return turned > MIN_STILL_TURN
 
 
-def _distance(a, b):
+def _pixel_distance(a, b):
     # type: (Features, Features) -> float
     """Return the distance of two places in the image, px."""
     return math.hypot(a[0] - b[0], a[1] - b[1])
@@ -101,16 +101,16 @@ def _leaves(track, frame, size):
     """Return whether a frame cannot be the next one of a track."""
     t, q, s = frame
     last_t, last_q, last_s = track[-1]
-    gone, brought = _distance(s, last_s) - MIN_JUMP, size * apart(q, last_q)
+    gone, brought = _pixel_distance(s, last_s) - MIN_JUMP, size * distance(q, last_q)
     if len(track) < TRACK_FRAMES:
         return gone > MAX_LEAP * brought
     if gone <= 0.5 * MAX_LEAP * brought:
         return False
     first_t, _, first_s = track[0]
     share = (t - last_t) / max(last_t - first_t, 1e-3)
-    way = [share * (b - a) for a, b in zip(first_s, last_s)]
-    off = _distance(s, [a + b for a, b in zip(last_s, way)])
-    return off > MIN_JUMP + JUMP_SHARE * math.hypot(*way)
+    expected = [share * (b - a) for a, b in zip(first_s, last_s)]
+    off = _pixel_distance(s, [a + b for a, b in zip(last_s, expected)])
+    return off > MIN_JUMP + JUMP_SHARE * math.hypot(*expected)
 
 
 class Doubts(object):
@@ -146,7 +146,7 @@ class Doubts(object):
         measurements,  # type: Sequence[Measurement]
         chase,  # type: Sequence[MarkerFrame]
         led,  # type: bool
-        before,  # type: Looked
+        before,  # type: LastMeasurement
         J,  # type: Optional[Matrix]
     ):
         # type: (...) -> bool

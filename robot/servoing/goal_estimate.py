@@ -16,20 +16,20 @@ if MYPY:
 class GoalEstimate(object):
     """Estimate of a goal marker's place in one camera's image, also while the arm hides it."""
 
-    WINDOW, LATELY, FEWEST = 1.0, 0.75, 3
+    WINDOW, FIT_WINDOW, MIN_SIGHTINGS = 1.0, 0.75, 3
     """Age of the sightings that tell whether the goal moves, and of those that tell how fast, s;
     least number of sightings in a third of the window."""
-    JUMPS = 20.0
+    MIN_JUMP = 20.0
     """Least distance from the expected place, in MIN_SIGHTINGS sightings in a row near one
     another, of a goal that has been moved to another place, px."""
-    MOVES = 6.0
+    MIN_SPEED = 6.0
     """Speed below which a goal stands, px/s."""
-    LATELY_SEEN = 0.3
+    MAX_EXTRAPOLATION = 0.3
     """Longest time for which a moving goal is extrapolated, s."""
-    HIDES, CLEAR = 50.0, 0.9
+    OCCLUSION_RADIUS, MIN_CONFIDENCE = 50.0, 0.9
     """Distance from the tip within which a standing goal may be half hidden, px; least confidence
     at which it is believed there."""
-    REFRESHED, STANDING = 0.1, 0.3
+    MOVING_REFRESH_PERIOD, STANDING_REFRESH_PERIOD = 0.1, 0.3
     """Period of a new estimate of a goal that moves, and of one that stands, s: it takes a third
     of a tick."""
 
@@ -65,15 +65,15 @@ class GoalEstimate(object):
             confidence: 0 to 1.
             s: u and v of the tip, px.
         """
-        unclear = confidence < self.CLEAR and self._seen and not any(self._velocity)
-        if unclear and length([a - b for a, b in zip(g, s)]) < self.HIDES:
+        unclear = confidence < self.MIN_CONFIDENCE and self._seen and not any(self._velocity)
+        if unclear and length([a - b for a, b in zip(g, s)]) < self.OCCLUSION_RADIUS:
             return
         u, v = g
         self._seen.append((t, u, v))
         if self._has_jumped(t, u, v):
             self._seen, self._strays, self._refreshed_at = self._strays, [], -math.inf
         # A busy brick looks at few pictures: it takes as many, then, from somewhat longer ago.
-        few = 3 * self.FEWEST
+        few = 3 * self.MIN_SIGHTINGS
         while t - self._seen[0][0] > self.WINDOW * (1 if len(self._seen) > few else 2):
             del self._seen[0]
 
@@ -84,35 +84,37 @@ class GoalEstimate(object):
             return False
         t0, x, y = self._place
         ut, vt = self._velocity
-        if math.hypot(u - x - ut * (t - t0), v - y - vt * (t - t0)) < self.JUMPS:
+        if math.hypot(u - x - ut * (t - t0), v - y - vt * (t - t0)) < self.MIN_JUMP:
             if self._strays:
                 self._strays = []
             return False
         self._strays.append((t, u, v))
         _, u0, v0 = self._strays[0]
-        if math.hypot(u - u0, v - v0) > self.JUMPS / 2:
+        if math.hypot(u - u0, v - v0) > self.MIN_JUMP / 2:
             self._strays = [(t, u, v)]
-        return len(self._strays) == self.FEWEST
+        return len(self._strays) == self.MIN_SIGHTINGS
 
     def _refresh(self):
         # type: () -> None
         """Estimate place and velocity anew, if that is due."""
-        good = self.STANDING if not any(self._velocity) else self.REFRESHED
+        max_age = (
+            self.STANDING_REFRESH_PERIOD if not any(self._velocity) else self.MOVING_REFRESH_PERIOD
+        )
         if not self._seen:
             return
         last = self._seen[-1][0]
         if last - self._seen[0][0] < self.WINDOW / 2:
-            good = 0.0
-        if last - self._refreshed_at < good:
+            max_age = 0.0
+        if last - self._refreshed_at < max_age:
             return
         self._refreshed_at = last
         third = len(self._seen) // 3
         velocity = (0.0, 0.0)
-        if third >= self.FEWEST:
+        if third >= self.MIN_SIGHTINGS:
             t0, u0, v0 = _middle(self._seen[:third])
             t1, u1, v1 = _middle(self._seen[-third:])
             velocity = (u1 - u0) / (t1 - t0), (v1 - v0) / (t1 - t0)
-        if math.hypot(*velocity) < self.MOVES:
+        if math.hypot(*velocity) < self.MIN_SPEED:
             self._velocity = (0.0, 0.0)
             self._place = _middle(self._seen)
         else:
@@ -121,7 +123,7 @@ class GoalEstimate(object):
     def _fit(self, ut, vt):
         # type: (float, float) -> None
         """Fit a line through the last sightings that lie near the one by medians, (ut, vt) px/s."""
-        since = self._seen[-1][0] - self.LATELY
+        since = self._seen[-1][0] - self.FIT_WINDOW
         lately = [seen for seen in self._seen if seen[0] >= since]
         t0, u0, v0 = _middle(lately)
         off = [math.hypot(u - u0 - ut * (t - t0), v - v0 - vt * (t - t0)) for t, u, v in lately]
@@ -149,7 +151,7 @@ class GoalEstimate(object):
         t0, u, v = self._place
         if not any(self._velocity):
             return u, v
-        if t - self._seen[-1][0] > self.LATELY_SEEN:
+        if t - self._seen[-1][0] > self.MAX_EXTRAPOLATION:
             return None
         ut, vt = self._velocity
         return u + ut * (t - t0), v + vt * (t - t0)

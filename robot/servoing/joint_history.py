@@ -2,7 +2,7 @@
 
 import bisect
 
-from robot.servoing.linear_algebra import apart
+from robot.servoing.linear_algebra import distance
 
 MYPY = False  # which a type checker takes for true
 if MYPY:
@@ -49,7 +49,7 @@ class JointHistory(object):
     def still_since(self, within):
         # type: (float) -> float
         """Return since when the joints have been within `within` (rad) of where they are now, s."""
-        return self._since(lambda q: apart(q, self._angles[-1]) < within)
+        return self._since(lambda q: distance(q, self._angles[-1]) < within)
 
     def joint_still_since(self, joint, within):
         # type: (int, float) -> float

@@ -22,7 +22,7 @@ def length(e):
     return math.sqrt(sum(map(mul, e, e)))
 
 
-def apart(a, b):
+def distance(a, b):
     # type: (Vector, Vector) -> float
     """Return the distance of two lists of angles in the maximum norm, rad."""
     greatest = max(map(abs, map(sub, a, b)))  # type: float

@@ -33,7 +33,7 @@ class Lookout(object):
         reporter: RunReporter.
 
     Attributes:
-        heard_at: when messages were received last, s.
+        received_at: when messages were received last, s.
         reported_at: when the laptop was reported to last, s.
     """
 
@@ -44,12 +44,12 @@ class Lookout(object):
         self._loss = LossOfSight(client, sightings, joints)
         self._budget, self._follow = terms.budget, terms.follow
         self._reporter = reporter
-        self._began = self._seen_at = self._unlinked_at = self.heard_at = clock.now()
+        self._began = self._seen_at = self._unlinked_at = self.received_at = clock.now()
         self.reported_at = -math.inf
         self._held_for = None  # type: Optional[str]  # the verdict's word that this would come to
         # Cameras: whether what they see determines where the joints go.
         self._enough = {}  # type: Dict[FrozenSet[str], bool]
-        self._heard = 0  # frames
+        self._frames_received = 0  # frames
 
     def begin(self):
         # type: () -> float
@@ -66,7 +66,7 @@ class Lookout(object):
             moving: whether the arm moves; no report is sent then.
         """
         new = self._client.poll(timeout)
-        now = self.heard_at = self._clock.now()
+        now = self.received_at = self._clock.now()
         end = self._end_due(now)
         if not moving and now - self.reported_at >= STATUS_PERIOD:
             self.report()
@@ -79,15 +79,15 @@ class Lookout(object):
                 frames.append(frame)
                 if self._follow:
                     self._sightings.smooth(frame)
-        self._heard += len(frames)
+        self._frames_received += len(frames)
         if frames and self._sees_enough(now):
-            self._note_changes(now)
+            self._report_changes(now)
             if self._held_for is not None:
-                self._note("{} again".format(self._loss.what_came_back(self._held_for)))
+                self._report_line("{} again".format(self._loss.recovery_text(self._held_for)))
                 self._held_for = None
         return frames, end
 
-    def tell_end(self, end):
+    def report_end(self, end):
         # type: (Halt) -> None
         """Report to the laptop the Halt that the run has ended with."""
         q = self.where() or ()
@@ -113,11 +113,15 @@ class Lookout(object):
         for command in self._client.commands():
             if isinstance(command, Stop):
                 return self._end_from_outside(STOPPED, command.reason or "by the laptop")
-            self._note("a start of the laptop is ignored: this run is not over; stop it first")
+            self._report_line(
+                "a start of the laptop is ignored: this run is not over; stop it first"
+            )
         if self._client.refused:
             return Halt(LINK_LOST, self._client.why)
         if now - self._began > self._budget:
-            rate = self._heard / (now - self._began) / max(1, len(self._sightings.seen_by))
+            rate = (
+                self._frames_received / (now - self._began) / max(1, len(self._sightings.seen_by))
+            )
             why = "{:g} s{}".format(self._budget, self._loss.too_few(rate))
             return self._end_from_outside(BUDGET_SPENT, why)
         if not self._client.linked:
@@ -143,16 +147,16 @@ class Lookout(object):
             self._enough[key] = self._servo.suffices(cameras)
         return self._enough[key]
 
-    def _note_changes(self, now):
+    def _report_changes(self, now):
         # type: (float) -> None
         """Report cameras that have lost sight of the marker, and those that see it again."""
         lost, found = self._sightings.changes(now)
         seeing = " and ".join(self._sightings.seeing(now)) if lost else ""
         for camera in lost:
             why = self._loss.word_of(camera)
-            self._note("camera {}: {}; on with {}".format(camera, why, seeing))
+            self._report_line("camera {}: {}; on with {}".format(camera, why, seeing))
         for camera in found:
-            self._note("camera {}: marker seen again".format(camera))
+            self._report_line("camera {}: marker seen again".format(camera))
 
     def _end_from_outside(self, word, reason):
         # type: (str, str) -> Halt
@@ -177,7 +181,7 @@ class Lookout(object):
     def goes_on_seeing(self):
         # type: () -> bool
         """Return whether the cameras that the servo goes by see enough."""
-        seeing = self._sightings.seeing(self.heard_at)
+        seeing = self._sightings.seeing(self.received_at)
         going_by = [camera for camera in seeing if camera in self._servo.cameras]
         return bool(going_by) and self.suffice(going_by)
 
@@ -196,15 +200,15 @@ class Lookout(object):
         """Return LossOfSight.refusal."""
         return self._loss.refusal()
 
-    def note_lost(self):
+    def report_lost(self):
         # type: () -> None
         """Report that too little is seen, and that the arm is held."""
         why = self._loss.word(self._clock.now())
         if self._held_for != why:
             self._held_for = why
-            self._note("{}: held".format(why))
+            self._report_line("{}: held".format(why))
 
-    def _note(self, text):
+    def _report_line(self, text):
         # type: (str) -> None
         """Report a line by the reporter."""
         self._reporter.note(self._clock.now(), text)

@@ -1,25 +1,25 @@
 """The loop of visual servoing: receive what the cameras see, let the servo decide, move the arm.
 
-The way of a stop.  What ends a motion is found out where messages are received (lookout.py): a stop
+The path of a stop.  What ends a motion is found where messages are received (lookout.py): a stop
 or a refusal of the laptop, the end of the time, cameras that see too little.  It comes back as a
 Halt to the control tick (`_watch`, `_steer`), which hands STOP to the arm's control loop: that
 returns at once, and the arm holds every motor.  `_serve` goes by the Halt: an end becomes the
-verdict; a hold is told, and it is looked until something is seen again.  Trouble of the arm itself
-(a stall, a motor that is gone, a brick that is too slow) and signals come as exceptions from the
-arm, which has stopped before anybody hears of it.
+verdict; a hold is reported, and the arm measures once something is seen again.  Trouble of the arm
+itself (a stall, a motor that is gone, a brick that is too slow) and signals come as exceptions from
+the arm, which has stopped before.
 """
 
 import math
 
 from robot.motion.online_trajectory import STOP
-from robot.servoing.linear_algebra import apart
+from robot.servoing.linear_algebra import distance
 from robot.servoing.lookout import Lookout
 from robot.servoing.loss_of_sight import Halt
 from robot.servoing.motion_learning import LearningInMotion
 from robot.servoing.repeated_pictures import RepeatedPictures
 from robot.servoing.run_reporter import RunReporter, word_for
 from robot.servoing.sightings import SIGHT_TIMEOUT, Sightings, StandingFrames
-from robot.servoing.stall_witness import witnessed
+from robot.servoing.stall_witness import explain_stall
 from shared.arm_description import ArmError
 from shared.messages import STATUS_PERIOD
 from shared.verdicts import BUDGET_SPENT, CONVERGED, STOPPED
@@ -156,7 +156,7 @@ class VisualServoing(object):
             try:
                 end = self._serve()
             except ArmError as error:
-                why = witnessed(
+                why = explain_stall(
                     error, self._arm, self._servo, self._sightings, self._clock.now,
                     self._lookout.receive,
                 )  # fmt: skip
@@ -192,7 +192,7 @@ class VisualServoing(object):
             if self._reporter.moves == self._most_moves:
                 return Halt(BUDGET_SPENT, "{} moves".format(self._most_moves))
             if (
-                self._clock.now() - self._lookout.heard_at > MAX_PAUSE
+                self._clock.now() - self._lookout.received_at > MAX_PAUSE
             ):  # much has piled up meanwhile
                 _, end = self._lookout.receive(0.0)
                 if end:
@@ -200,7 +200,7 @@ class VisualServoing(object):
             self._reporter.moves += 1
             self._halt = None
             speed = self._speed * (BLIND_SPEED_SHARE if self._sightings.any_blind else 1.0)
-            far = self._follow or apart(to, q) > CHASE_THRESHOLD
+            far = self._follow or distance(to, q) > CHASE_THRESHOLD
             stream = self._stream if decision.action == "move" and far else None
             self._chasing_now = stream is not None
             self._learning.begin(stream)
@@ -214,7 +214,7 @@ class VisualServoing(object):
                     to, speed, on_tick=self._watch, within=LANDING_COUNTS, spare=self._spare
                 )
             if self._halt is HOLD:
-                self._lookout.note_lost()
+                self._lookout.report_lost()
                 seen = []
             elif self._halt:
                 return self._halt
@@ -248,7 +248,7 @@ class VisualServoing(object):
             )
             if end:
                 return end, q, (), frames.count
-            frames.add(seen + new, self._lookout.heard_at)
+            frames.add(seen + new, self._lookout.received_at)
             seen = []
             measurements = None
             if self._lookout.suffice(frames.seen):
@@ -262,7 +262,7 @@ class VisualServoing(object):
                 return None, q, measurements, frames.count
             now = self._clock.now()
             if self._lookout.is_lost(now):
-                self._lookout.note_lost()
+                self._lookout.report_lost()
                 frames = StandingFrames(since)
                 end = self._lookout.give_up(now)
                 if end:
@@ -274,7 +274,7 @@ class VisualServoing(object):
         # type: () -> Tuple[List[MarkerFrame], Optional[Halt]]
         """Receive what has come in, in motion: (MarkerFrames, Halt or None)."""
         frames, halt = self._lookout.receive(0.0, moving=True)
-        self._learning.take(frames)
+        self._learning.handle(frames)
         if not halt and not self._lookout.goes_on_seeing():
             halt = HOLD
         return frames, halt
@@ -302,7 +302,7 @@ class VisualServoing(object):
         What takes a slow brick longer than there is has its turn now and then all the same.
         """
         now = self._clock.now()
-        if now - self._lookout.heard_at >= self._pause:
+        if now - self._lookout.received_at >= self._pause:
             frames, self._halt = self._listen()
             took = self._clock.now() - now
             pause = RECEIVE_RATIO * took if frames else 0.0
@@ -322,5 +322,5 @@ class VisualServoing(object):
         # type: (Halt) -> Verdict
         """Report the end of the run; return its Verdict."""
         now, q = self._clock.now(), self._lookout.where()
-        self._lookout.tell_end(end)
+        self._lookout.report_end(end)
         return self._reporter.verdict(now, end, q)

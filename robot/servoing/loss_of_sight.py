@@ -70,7 +70,7 @@ if MYPY:
 SIGHT_PATIENCE, LINK_PATIENCE = 10.0, 20.0
 """Longest loss of sight, and of the link, before the run is given up, s."""
 
-NEEDED_RATE = math.ceil(2 / SIGHT_TIMEOUT)
+MIN_PICTURE_RATE = math.ceil(2 / SIGHT_TIMEOUT)
 """Pictures a second at which one may be lost."""
 
 if MYPY:
@@ -79,7 +79,7 @@ else:
     Halt = record("Halt", "word reason")
 Halt.__doc__ = "Why a motion or a run is over: a verdict's word and its reason."
 
-COMES_BACK = {LINK_LOST: "linked", PICTURE_FROZEN: "the picture changes"}
+RECOVERY_TEXTS = {LINK_LOST: "linked", PICTURE_FROZEN: "the picture changes"}
 """Texts of a recovery, by the verdict's word of the loss; "seen" of all others."""
 
 
@@ -112,10 +112,10 @@ class LossOfSight(object):
         """Return the same of one camera, while the others go on."""
         return PICTURE_FROZEN if camera in self._sightings.pictures.frozen else MARKER_LOST
 
-    def what_came_back(self, word):
+    def recovery_text(self, word):
         # type: (str) -> str
         """Return the text of the recovery from a loss, by its word."""
-        return COMES_BACK.get(word, "seen")
+        return RECOVERY_TEXTS.get(word, "seen")
 
     def end(self, now, seen_at, unlinked_at):
         # type: (float, float, float) -> Optional[Halt]
@@ -166,7 +166,7 @@ class LossOfSight(object):
         if rate >= 2 / SIGHT_TIMEOUT:
             return ""
         return "; {:.1f} pictures a second with the marker in them, {:g} are needed".format(
-            rate, NEEDED_RATE
+            rate, MIN_PICTURE_RATE
         )
 
     def _why_frozen(self):
@@ -197,14 +197,14 @@ class LossOfSight(object):
         # type: (float) -> str
         """Return the reason of pictures that are too few."""
         camera, (came, given) = min(self._sightings.rates.slow(now).items())
-        if given < NEEDED_RATE:
+        if given < MIN_PICTURE_RATE:
             return (
                 "camera {} gives only {:.0f} pictures a second; {} are needed: give it more light, "
-                "or a smaller picture".format(camera, given, NEEDED_RATE)
+                "or a smaller picture".format(camera, given, MIN_PICTURE_RATE)
             )
         return (
             "of the {:.0f} pictures a second of camera {} only {:.0f} come here; {} are needed: "
             "end other programs on the laptop, or use a cable".format(
-                given, camera, came, NEEDED_RATE
+                given, camera, came, MIN_PICTURE_RATE
             )
         )

@@ -62,7 +62,7 @@ def robust_mean(frames):
         frames: list of s, px.
 
     Returns:
-        (s, standard deviation of a frame by the median absolute deviation, frames kept)
+        (s, standard deviation of a frame by the median absolute deviation, number of inliers)
     """
     columns = list(zip(*frames))
     middle = [median(column) for column in columns]
@@ -70,10 +70,10 @@ def robust_mean(frames):
     # 1.4826: standard deviation of normal noise by its median absolute deviation (Huber 1981)
     sigma = 1.4826 * sum([median(column) for column in off]) / len(off)
     limit = max(3 * sigma, 3.0)
-    kept = [frame for frame, far in zip(frames, zip(*off)) if max(far) <= limit] or frames
-    if len(kept) < len(frames):
-        middle = [median(column) for column in zip(*kept)]
-    return tuple(middle), sigma, len(kept)
+    inliers = [frame for frame, far in zip(frames, zip(*off)) if max(far) <= limit] or frames
+    if len(inliers) < len(frames):
+        middle = [median(column) for column in zip(*inliers)]
+    return tuple(middle), sigma, len(inliers)
 
 
 def error_of(measurements, rows):
@@ -141,9 +141,9 @@ class MedianEstimator(object):
         measurements, spreads = [], {}  # type: List[Measurement], Dict[str, float]
         scattered = False
         for camera in sorted(frames):
-            s, spread, kept = robust_mean([s for _, s, _ in frames[camera]])
+            s, spread, inliers = robust_mean([s for _, s, _ in frames[camera]])
             usual = self.sigma_of(camera)
-            variance = MEDIAN_VARIANCE * max(usual, MIN_SIGMA) ** 2 / kept
+            variance = MEDIAN_VARIANCE * max(usual, MIN_SIGMA) ** 2 / inliers
             measurements.append(
                 Measurement(camera, s, frames[camera][-1][2], variance, len(frames[camera]))
             )

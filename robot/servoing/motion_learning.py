@@ -3,7 +3,7 @@
 import math
 from collections import deque
 
-from robot.servoing.linear_algebra import apart
+from robot.servoing.linear_algebra import distance
 
 MYPY = False  # which a type checker takes for true
 if MYPY:
@@ -62,12 +62,12 @@ class LearningInMotion(object):
         """Begin a motion; in a chase `stream` aims."""
         self._stream, self._slices = stream, iter(())
 
-    def take(self, frames):
+    def handle(self, frames):
         # type: (Iterable[MarkerFrame]) -> None
         """Keep those MarkerFrames, seen in motion, that are informative."""
         for frame in frames:
             before, q = self._kept_at.get(frame.camera), frame.q
-            if q is not None and (before is None or apart(q, before) > LEARNING_STEP):
+            if q is not None and (before is None or distance(q, before) > LEARNING_STEP):
                 self._kept_at[frame.camera] = q
                 self._unlearned.append((frame, q))
         while self._stream and len(self._unlearned) > MAX_CHASE_WAITING:

@@ -8,7 +8,7 @@ if MYPY:
 
     from shared.messages import Observation  # noqa: F401
 
-WINDOW, MIN_PICTURES = 3.2, 3
+RATE_WINDOW, MIN_PICTURES = 3.2, 3
 """Time over which pictures are counted, s; the least number of pictures for a rate."""
 
 
@@ -22,7 +22,7 @@ class PictureRates(object):
     def __init__(self, gap):
         # type: (float) -> None
         self._gap = gap
-        self._most = int(WINDOW / gap) + 2  # more, and some of them are nearer than the gap
+        self._most = int(RATE_WINDOW / gap) + 2  # more, and some of them are nearer than the gap
         # Camera: (when each came, s; its number).
         self._came = {}  # type: Dict[str, Deque[Tuple[float, int]]]
         self._began = {}  # type: Dict[str, float]  # camera: when the first came, s
@@ -41,8 +41,8 @@ class PictureRates(object):
         """Return {camera: (pictures that come, pictures it gives, 1/s)} of slow cameras."""
         found = {}
         for camera, came in self._came.items():
-            lately = [entry for entry in came if entry[0] >= now - WINDOW]
-            if len(lately) < MIN_PICTURES or now - self._began[camera] < WINDOW:
+            lately = [entry for entry in came if entry[0] >= now - RATE_WINDOW]
+            if len(lately) < MIN_PICTURES or now - self._began[camera] < RATE_WINDOW:
                 continue
             times = [t for t, _ in lately]
             if min([b - a for a, b in zip(times, times[1:])]) > self._gap:

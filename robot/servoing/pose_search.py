@@ -20,11 +20,11 @@ MIN_RESIDUAL, MIN_GAIN_SHARE = 0.25, 0.05
 """Residual at which a search ends, px^2; a step that gains no more than it and this share ends
 it."""
 
-NEARLY_THERE = 0.3
+MAX_LEFTOVER_SHARE = 0.3
 """Share of the error that a course may leave over and be taken without a search for another
 posture, which takes long and finds one where more than a half is left."""
 
-CLEARLY_BETTER = 0.7
+BETTER_POSTURE_SHARE = 0.7
 """Share of the error that another posture may leave over at most."""
 
 
@@ -32,7 +32,7 @@ START_SHARES = (0.2, 0.5, 0.8), (0.25, 0.75)
 """Shares of the joints' ranges where the search for another posture begins: of up to two joints,
 and of more."""
 
-GLANCE_ITERATIONS, FINALISTS = 3, 2
+GLANCE_ITERATIONS, MAX_FINALISTS = 3, 2
 """Steps for which each start is followed; number of the best that are followed to their ends."""
 
 
@@ -79,7 +79,7 @@ def best_posture(
         q: where the joints are, rad (n).
         walls: as for best_pose.
         best: (q, px left over) of the pose that was found from there.
-        left: what is left over without another posture, px; see CLEARLY_BETTER.
+        left: what is left over without another posture, px; see BETTER_POSTURE_SHARE.
         tolerance: px; less is not asked for.
         penalty: as for best_pose.
     """
@@ -88,9 +88,9 @@ def best_posture(
         for shares in itertools.product(START_SHARES[len(q) > 2], repeat=len(q))
     ]
     begun.sort(key=itemgetter(1))
-    for start, _ in begun[:FINALISTS]:
+    for start, _ in begun[:MAX_FINALISTS]:
         to, off = best_pose(image, goal, start, walls, q, penalty)
-        if off < min(best[1], max(tolerance, CLEARLY_BETTER * left)):
+        if off < min(best[1], max(tolerance, BETTER_POSTURE_SHARE * left)):
             best = to, off
     return best
 
@@ -143,11 +143,11 @@ def descent(
         extra = damping * trace + 1e-9
         for row in H:
             row[-1] += extra
-        there = _step_in_box(H, downhill, q, low, high)
-        tried = cost(there)
+        candidate = _step_in_box(H, downhill, q, low, high)
+        tried = cost(candidate)
         gained = least - tried[0]
         if gained > 0:
-            q = there
+            q = candidate
             least, square, e, pull = tried
             damping = max(damping / 8, 1e-6)
             yield q, math.sqrt(square)
@@ -163,24 +163,24 @@ def descent(
 def _step_in_box(H, b, q, low, high):
     # type: (Matrix, Vector, Pose, Pose, Pose) -> List[float]
     """Return q + x with H x = b for a positive definite H (its lower triangle), kept in the box."""
-    there = list(map(add, q, solve_definite(H, b)))
-    for a, least, most in zip(there, low, high):
+    stepped = list(map(add, q, solve_definite(H, b)))
+    for a, least, most in zip(stepped, low, high):
         if not least <= a <= most:
             break
     else:
-        return there
-    there = list(q)
+        return stepped
+    stepped = list(q)
     free = list(range(len(q)))
     while free:
         fixed = [k for k in range(len(q)) if k not in free]
         left = [
-            b[i] - sum(H[max(i, k)][min(i, k)] * (there[k] - q[k]) for k in fixed) for i in free
+            b[i] - sum(H[max(i, k)][min(i, k)] * (stepped[k] - q[k]) for k in fixed) for i in free
         ]
         x = solve_definite([[H[i][k] for k in free if k <= i] for i in free], left)
         for k, d in zip(free, x):
-            there[k] = min(max(q[k] + d, low[k]), high[k])
+            stepped[k] = min(max(q[k] + d, low[k]), high[k])
         inside = [k for k, d in zip(free, x) if low[k] <= q[k] + d <= high[k]]
         if len(inside) == len(free):
             break
         free = inside
-    return there
+    return stepped

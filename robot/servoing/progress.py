@@ -54,18 +54,18 @@ GROW_BELOW, SHRINK_ABOVE, GROWTH, SHRINKAGE = 0.3, 0.6, 2.0, 0.5
 factors, by which it becomes so many times the step."""
 
 
-def drawing(seed):
+def uniform_draws(seed):
     # type: (int) -> Callable[[float, float], float]
     """Return Random(seed).uniform; random is imported only where it is needed."""
-    luck = []  # type: List[Random]
+    rng = []  # type: List[Random]
 
     def uniform(low, high):
         # type: (float, float) -> float
-        if not luck:
+        if not rng:
             import random
 
-            luck.append(random.Random(seed))
-        return luck[0].uniform(low, high)
+            rng.append(random.Random(seed))
+        return rng[0].uniform(low, high)
 
     return uniform
 
@@ -122,7 +122,7 @@ class Progress(object):
         self.postures = []  # type: List[Pose]
         self.refined = self.flat = self.detours = False
 
-    def note(self, off):
+    def assess(self, off):
         # type: (float) -> str
         """Return the action that follows from a measurement with the error `off`, px."""
         if self._best is None or off < IMPROVED_SHARE * self._best:
@@ -154,7 +154,7 @@ class Progress(object):
         """Return whether a course from the error `off` that leaves over `left`, px, is a stall."""
         return left > max(self._tolerance, STALLED_SHARE * off)
 
-    def note_stalled(self, left, wrong):
+    def assess_stall(self, left, wrong):
         # type: (float, float) -> str
         """Return the action that follows from a course that stalls.
 

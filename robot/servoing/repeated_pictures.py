@@ -8,7 +8,7 @@ picture that was seen with the joints elsewhere says nothing of where they are n
 import math
 from collections import OrderedDict
 
-from robot.servoing.linear_algebra import apart
+from robot.servoing.linear_algebra import distance
 from shared.messages import EFFECTOR, GOAL
 
 MYPY = False  # which a type checker takes for true
@@ -114,7 +114,7 @@ class RepeatedPictures(object):
         camera = self._cameras.get(seen.camera)
         if camera is None:
             camera = self._cameras[seen.camera] = _Camera()
-        if q == camera.last_q and not camera.score:  # as it is told of an arm that stands
+        if q == camera.last_q and not camera.score:  # as it is reported of an arm that stands
             self._note_noise(camera, places)
         camera.last, camera.last_q = places, q
         before = camera.pictures.get(places)
@@ -146,7 +146,7 @@ class RepeatedPictures(object):
         """Return the turn of the joints since they were `before`, rad; 0 if that is none."""
         camera.pictures.move_to_end(places)
         quiet = camera.same >= QUIET_RATIO * camera.different
-        turn = apart(q, before)
+        turn = distance(q, before)
         return turn if turn > (self._quiet_turn if quiet else MIN_TURN) else 0.0
 
     def _judge(self, name, camera, t, moved, right_at):

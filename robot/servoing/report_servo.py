@@ -42,11 +42,11 @@ class ReportServo(object):
         bound: None: it knows no other postures.
     """
 
-    EXPLORE = math.radians(10)
+    EXPLORING_STEP = math.radians(10)
     """Size of a joint's exploring step, rad."""
-    FAR, NEAR = 30.0, 15.0
+    FAR_ERROR, NEAR_ERROR = 30.0, 15.0
     """Errors from which on the first and the second of the steps are made, px."""
-    STEPS = tuple(math.radians(x) for x in (10, 5, 2))
+    STEP_SIZES = tuple(math.radians(x) for x in (10, 5, 2))
     """Sizes of the steps, far off and nearer, rad."""
 
     def __init__(self, joints, tolerance, rows=None, robust=False):
@@ -100,7 +100,9 @@ class ReportServo(object):
         if before is not None and self.J is None:
             self._columns.append(
                 {
-                    camera: [(a - b) / self.EXPLORE for a, b in zip(seen[camera], before[camera])]
+                    camera: [
+                        (a - b) / self.EXPLORING_STEP for a, b in zip(seen[camera], before[camera])
+                    ]
                     for camera in seen
                 }
             )
@@ -113,7 +115,7 @@ class ReportServo(object):
         if length(e) < self._tolerance or not any(e):
             return end_of_run(CONVERGED)
         if self.J is None:
-            dx = [self.EXPLORE * (k == len(self._columns)) for k in range(n)]
+            dx = [self.EXPLORING_STEP * (k == len(self._columns)) for k in range(n)]
             return self._step("explore", dx)
         if before is not None:
             dy = map(sub, self.rows.values(seen), self.rows.values(before))
@@ -124,7 +126,9 @@ class ReportServo(object):
             dx = solve(self.J, wanted) if square else damped_solve(self.J, wanted, 0.0)
         except Singular:
             return end_of_run(SINGULAR, "the Jacobian has no inverse")
-        mu = self.STEPS[0 if length(e) >= self.FAR else 1 if length(e) >= self.NEAR else 2]
+        mu = self.STEP_SIZES[
+            0 if length(e) >= self.FAR_ERROR else 1 if length(e) >= self.NEAR_ERROR else 2
+        ]
         return self._step("move", [mu * d / length(dx) for d in dx])
 
     def _step(self, action, dx):

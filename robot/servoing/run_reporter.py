@@ -197,7 +197,7 @@ def verdict_text(verdict):
 def word_for(error):
     # type: (ArmError) -> str
     """Return the verdict's word that an ArmError comes to."""
-    # Not above: the laptop, which has no motors, is to be told so in one line.
+    # Not above: the laptop, which has no motors, must report that in one line.
     from robot.ev3.motors import MotorNotFound
     from robot.motion.control_loop import Stalled, TooSlow
 

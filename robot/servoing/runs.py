@@ -52,14 +52,14 @@ class RunLog(object):
         # type: (Optional[str]) -> None
         self._path = path
         self._file = None  # type: Optional[IO[str]]
-        with self._telling():
+        with self._raising_log_lost():
             self._file = open(path, "w") if path else None  # noqa: SIM115 - it stays open
 
     def __call__(self, line):
         # type: (Mapping[str, object]) -> None
         """Write one line, given as a dict."""
         if self._file:
-            with self._telling():
+            with self._raising_log_lost():
                 self._file.write(json.dumps(line) + "\n")
                 # A program that is killed leaves all but the last few sightings.
                 if line["kind"] != "seen":
@@ -69,11 +69,11 @@ class RunLog(object):
         # type: () -> None
         """Write what is left."""
         if self._file:
-            with self._telling():
+            with self._raising_log_lost():
                 self._file.close()
 
     @contextlib.contextmanager
-    def _telling(self):
+    def _raising_log_lost(self):
         # type: () -> Iterator[None]
         """Raise LogLost if the file cannot be written."""
         try:
@@ -134,7 +134,7 @@ class Runs(object):
         self._arm, self._client, self._clock = arm, client, clock
         self._log, self._third = log, third
         self._pictures = RepeatedPictures(arm.description.joints)  # a frozen one stays so
-        self._told = {"error": None, "verdict": READY, "run": 0}  # type: Dict[str, Any]
+        self._reported = {"error": None, "verdict": READY, "run": 0}  # type: Dict[str, Any]
         # Options and servo of a run that was a success.
         self._learned = None  # type: Optional[Tuple[_Kind, _Made]]
 
@@ -178,7 +178,7 @@ class Runs(object):
             )
         )  # fmt: skip
         verdict = loop.run()
-        self._told = dict(reporter.progress(), verdict=verdict.word, reason=verdict.reason)
+        self._reported = dict(reporter.progress(), verdict=verdict.word, reason=verdict.reason)
         success = verdict.word == CONVERGED and options.method != "report"
         self._learned = (_kind(options), (servo, stream)) if success else None
         return verdict
@@ -204,7 +204,7 @@ class Runs(object):
             Refusal: the tracker will never serve us.
         """
         number = 0
-        job, told = None, False  # JobStatus of the last one, of which every new link is told
+        job, reported = None, False  # JobStatus of the last one, reported to every new link
         say("waiting for the laptop to say start")
         while True:
             self._client.poll(POLL_TIMEOUT)
@@ -216,21 +216,21 @@ class Runs(object):
                 options = command if isinstance(command, (Start, Draw)) else None
             if isinstance(options, Draw):
                 job = self._draw(options)
-                told = True
+                reported = True
             elif options is not None:
                 number += 1
                 self._handle_start(options, number)
-            if job and self._client.linked and not told:
+            if job and self._client.linked and not reported:
                 self._client.send(job._replace(t=self._clock.now()))
-            told = self._client.linked
-            self._client.report(self._where(), **self._told)
+            reported = self._client.linked
+            self._client.report(self._where(), **self._reported)
 
     def _draw(self, draw):
         # type: (Draw) -> JobStatus
         """Draw the job that is offered, if that is possible; return its JobStatus."""
         from robot.jobs.linked import LinkedJob  # not above: a servo run needs none of it
 
-        job = LinkedJob(self._arm, self._client, self._clock, draw, self._told, say)
+        job = LinkedJob(self._arm, self._client, self._clock, draw, self._reported, say)
         try:
             try:
                 job.run()
@@ -254,11 +254,11 @@ class Runs(object):
             finally:
                 self._arm.park()
         except ArmError as error:
-            if self._told["run"] < number:  # it has come to no run
-                self._told = {
+            if self._reported["run"] < number:  # it has come to no run
+                self._reported = {
                     "error": None, "verdict": REFUSED, "reason": str(error), "run": number,
                 }  # fmt: skip
-            say("{}: {}".format(self._told["verdict"], error))
+            say("{}: {}".format(self._reported["verdict"], error))
 
     def _where(self):
         # type: () -> Tuple[float, ...]

@@ -17,7 +17,7 @@ from robot.servoing.courses import Courses
 from robot.servoing.decision import Decision, end_of_run
 from robot.servoing.doubts import DOES_NOT_MOVE, Doubts
 from robot.servoing.image_models import ImageModels
-from robot.servoing.linear_algebra import apart, length
+from robot.servoing.linear_algebra import distance, length
 from robot.servoing.measurement import MedianEstimator, error_of
 from robot.servoing.pose_search import at_shares, best_pose, best_posture, descent
 from robot.servoing.progress import (
@@ -27,11 +27,11 @@ from robot.servoing.progress import (
     START_ELSEWHERE,
     TRY_POSTURE,
     Progress,
-    drawing,
     next_region,
+    uniform_draws,
 )
 from robot.servoing.rows import Rows
-from robot.servoing.stall_witness import Known
+from robot.servoing.stall_witness import ImageKnowledge
 from shared.verdicts import CONVERGED, SINGULAR, UNREACHABLE
 
 MYPY = False  # which a type checker takes for true
@@ -56,7 +56,7 @@ if MYPY:
     from robot.servoing.stream import Sight  # noqa: F401
     from shared.arm_description import Arm  # noqa: F401
 
-    Looked = Tuple[List[float], Dict[str, Features]]  # where the joints were; what each camera saw
+    LastMeasurement = Tuple[List[float], Dict[str, Features]]  # q, rad; s by camera, px
 
 STOP_MARGIN = 0.7
 """Share of the tolerance at which it ends; what is off by more is corrected once."""
@@ -122,8 +122,8 @@ class Servo(object):
         self._progress = Progress(tolerance, known)
         self._doubts = Doubts(tolerance)
         self._region = FIRST_STEP
-        self._uniform = drawing(seed)
-        self._looked = None  # type: Optional[Looked]  # (q, {camera: s}) of the last measurement
+        self._uniform = uniform_draws(seed)
+        self._last_measurement = None  # type: Optional[LastMeasurement]
 
     @property
     def cameras(self):
@@ -168,14 +168,14 @@ class Servo(object):
         """
         q = list(q)
         seen = {measurement.camera: measurement.s for measurement in measurements}
-        before = self._looked
+        before = self._last_measurement
         begins = before is None
         if before is not None and self._selection.explored:
             self._judge(q, seen, *before)
         self.models.update(q, measurements)
         self._choose_cameras(q, sorted(seen))
         unknown = begins or self._known or not self._selection.explored
-        self._looked = q, seen
+        self._last_measurement = q, seen
         used = [measurement for measurement in measurements if measurement.camera in self.cameras]
         goal = self._selection.together({m.camera: m.goal for m in used})
         off = length(error_of(used, self.rows))
@@ -184,7 +184,7 @@ class Servo(object):
             if not unknown and self.models.see_flat(self.cameras, self.rows):
                 if progress.flat:
                     return end_of_run(SINGULAR, FLAT_VIEW.format(" and ".join(self.cameras)))
-                progress.flat = True  # false sightings may say so, too: look again
+                progress.flat = True  # false sightings may cause that, too: explore anew
                 return self._explore_anew(q, goal, measurements)
             led = self.using is not None or self._known  # by a model
             if before is not None and self._doubts.arise(used, chase, led, before, self.J):
@@ -197,7 +197,7 @@ class Servo(object):
         progress.refined = progress.refined or off < self.tolerance
         if not self._selection.explored:
             return self._explore(q, goal)
-        action = progress.note(off)
+        action = progress.assess(off)
         if action == GIVE_UP:
             return end_of_run(UNREACHABLE, "no nearer than {:.1f} px".format(progress.nearest))
         if action == START_ELSEWHERE:
@@ -220,12 +220,12 @@ class Servo(object):
         if self.using is None:
             return
         self._doubts.missed = moved * min(wrong.values())
-        self._region = next_region(self._region, apart(q, q_before), wrong[self.using])
+        self._region = next_region(self._region, distance(q, q_before), wrong[self.using])
 
     def _choose_cameras(self, q, cameras):
         # type: (Pose, Sequence[str]) -> None
         """Choose rows and cameras by what has been explored; begin a new progress if none stays."""
-        known = self._selection.look(cameras)
+        known = self._selection.sample(cameras)
         name = self._in_use()
         self.rows.choose({c: self.models.image(name, c).jacobian(q) for c in known})
         if self._selection.choose(cameras, known, self.estimator.sigma_of):
@@ -275,7 +275,7 @@ class Servo(object):
         self.models.doubt_all()
         self.models.update(q, measurements)
         self._selection.forget()
-        self._selection.look([measurement.camera for measurement in measurements])
+        self._selection.sample([measurement.camera for measurement in measurements])
         self._progress.begin_exploring()
         return self._explore(q, goal)
 
@@ -308,7 +308,7 @@ class Servo(object):
                 # The penalty keeps it here, or geometry does: what if all were known?
                 here = best_pose(image, goal, q, self._box)
                 to, left = best_posture(image, goal, q, self._box, here, left, self.tolerance)
-                action = self._progress.note_stalled(left, self.models.wrong[name])
+                action = self._progress.assess_stall(left, self.models.wrong[name])
                 if action == EXPLORE_ANEW:
                     return self._explore_anew(q, goal, measurements)
                 if action == TRY_POSTURE:
@@ -316,10 +316,10 @@ class Servo(object):
                     if other is None:
                         return end_of_run(*self._courses.out_of_reach(to, left))
                     return self._start_from(other)
-                if apart(to, q) > FIRST_STEP:
+                if distance(to, q) > FIRST_STEP:
                     self._progress.detour()
                 self._progress.bound = to
-            greatest = apart(to, q)
+            greatest = distance(to, q)
             if greatest > self._region:
                 to = [b + (a - b) * self._region / greatest for a, b in zip(to, q)]
         else:
@@ -340,11 +340,13 @@ class Servo(object):
         return "chain" if "chain" in self.models else self.using or self.models.names[0]
 
     def known(self, camera):
-        # type: (str) -> Optional[Known]
+        # type: (str) -> Optional[ImageKnowledge]
         """Return the ImageKnowledge of a camera; None before the arm has stood before it."""
-        if self._looked and camera in self._looked[1]:
+        if self._last_measurement and camera in self._last_measurement[1]:
             model = self.models.of(self._in_use(), camera)
-            return Known(model.shape(), model.covariance(), self.estimator.sigma_of(camera))
+            return ImageKnowledge(
+                model.shape(), model.covariance(), self.estimator.sigma_of(camera)
+            )
         return None
 
     def shape(self, camera):

@@ -33,7 +33,7 @@ if MYPY:
     from shared.messages import Observation  # noqa: F401
 
     _Angles = Tuple[float, ...]  # rad
-    Tell = Callable[[str, float, Optional[_Angles], Optional[Pixel], Optional[Pixel]], object]
+    LogFrame = Callable[[str, float, Optional[_Angles], Optional[Pixel], Optional[Pixel]], object]
 
 SIGHT_TIMEOUT = 0.3
 """Longest silence about the marker before it counts as lost, s: nothing moves on old data."""
@@ -62,12 +62,13 @@ MarkerFrame.__doc__ = "One frame of one camera: when it was taken (s), where the
 
 # Pairing by capture time.  A picture is of the past: exposure, transfer and marker search take tens
 # of milliseconds, in which a joint at 60 deg/s turns by degrees.  So the joint angles that belong
-# to a picture are those of its capture, not of its arrival.  Each Observation bears the time t of its
-# capture, by now on the brick's clock: the offset of the clocks is estimated as in NTP (Cristian
-# 1989, shared/peer_clock.py).  Each control tick adds (t, q) to the JointHistory, and q(t) is
-# interpolated linearly.  Before the first entry there are no angles; after the last there is no
-# extrapolation.  The usual other method subtracts a constant delay from the arrival: it is wrong by
-# the jitter of camera and network.  The error that is left enters as MOTION_SIGMA (image_models).
+# to a picture are those of its capture, not of its arrival.  Each Observation bears the time t of
+# its capture, by now on the brick's clock: the offset of the clocks is estimated as in NTP
+# (Cristian 1989, shared/peer_clock.py).  Each control tick adds (t, q) to the JointHistory, and
+# q(t) is interpolated linearly.  Before the first entry there are no angles; after the last there
+# is no extrapolation.  The usual other method subtracts a constant delay from the arrival: it is
+# wrong by the jitter of camera and network.  The error that is left enters as MOTION_SIGMA
+# (image_models).
 
 
 class Sightings(object):
@@ -97,12 +98,12 @@ class Sightings(object):
         self.behind = {}  # type: Dict[str, Tuple[float, ...]]
         self.seen = deque(maxlen=MAX_SEEN)  # type: Deque[Tuple[str, float, Pixel, bool]]
         self._fixed_goals, self._streaming = fixed_goals, streaming
-        self._heard_of = set()  # type: Set[str]  # cameras that send, whatever they see
-        self._blind = set()  # type: Set[str]  # those that were told of as blind
+        self._senders = set()  # type: Set[str]  # cameras that send, whatever they see
+        self._blind = set()  # type: Set[str]  # those that were reported as blind
         self._smoothed_at = {}  # type: Dict[str, float]
 
-    def frame(self, seen, now, moving, tell=None):
-        # type: (Observation, float, bool, Optional[Tell]) -> Optional[MarkerFrame]
+    def frame(self, seen, now, moving, log=None):
+        # type: (Observation, float, bool, Optional[LogFrame]) -> Optional[MarkerFrame]
         """Return the MarkerFrame of an Observation; None unless the tip is seen and the goal known.
 
         None, too, of a picture that has come before, with the joints elsewhere.
@@ -111,10 +112,10 @@ class Sightings(object):
             seen: Observation.
             now: s.
             moving: whether the arm moves.
-            tell: called with what a MarkerFrame has, also where something is not known (None).
+            log: called with what a MarkerFrame has, also where something is not known (None).
         """
         camera = seen.camera
-        self._heard_of.add(camera)
+        self._senders.add(camera)
         self.rates.add(seen, now)
         q = self.history.at(seen.t)
         if not self.pictures.is_new(seen, q):
@@ -134,8 +135,8 @@ class Sightings(object):
             estimate = self.goals[camera]
             # In motion nothing is made of where it is, unless it is steered for.
             where = estimate.latest if moving and not self._streaming else estimate.at(seen.t)
-        if tell:
-            tell(camera, seen.t, q, s, where)
+        if log:
+            log(camera, seen.t, q, s, where)
         if s is None or where is None:
             return None
         self.seen_by[camera] = now
@@ -178,7 +179,7 @@ class Sightings(object):
     def without_goal(self):
         # type: () -> List[str]
         """The cameras that send although a pixel is the goal of others only."""
-        return sorted(self._heard_of - set(self._fixed_goals)) if self._fixed_goals else []
+        return sorted(self._senders - set(self._fixed_goals)) if self._fixed_goals else []
 
     @property
     def any_blind(self):
@@ -202,10 +203,10 @@ class Sightings(object):
             )
         seeing = self.seeing(now)
         missing = sorted((set(self.seen_by) | set(self._fixed_goals)) - set(seeing))
-        unheard = [camera for camera in missing if camera not in self._heard_of]
-        if unheard and self._fixed_goals:
+        silent = [camera for camera in missing if camera not in self._senders]
+        if silent and self._fixed_goals:
             return "no camera {}, of which a pixel is the goal; those that send are {}".format(
-                " and ".join(unheard), " and ".join(sorted(self._heard_of)) or "none"
+                " and ".join(silent), " and ".join(sorted(self._senders)) or "none"
             )
         if seeing:
             return (
@@ -233,18 +234,18 @@ class StandingFrames(object):
     def __init__(self, since):
         # type: (float) -> None
         self._since = since
-        self._heard = {}  # type: Dict[str, float]  # camera: when a frame came last, s
+        self._received_at = {}  # type: Dict[str, float]  # camera: when a frame came last, s
         self.seen, self.count = {}, 0  # type: Dict[str, List[Tuple[float, Pixel, Pixel]]], int
 
     def add(self, frames, now):
         # type: (Iterable[MarkerFrame], float) -> None
         """Add MarkerFrames that came at the time `now`; no camera waits for one that is lost."""
         for frame in frames:
-            self._heard[frame.camera] = now
+            self._received_at[frame.camera] = now
             if frame.t >= self._since:
                 of_camera = self.seen.setdefault(frame.camera, [])
                 of_camera.append((frame.t, frame.s, frame.goal))
                 self.count += 1
         for camera in list(self.seen):
-            if now - self._heard[camera] > SIGHT_TIMEOUT:
+            if now - self._received_at[camera] > SIGHT_TIMEOUT:
                 del self.seen[camera]

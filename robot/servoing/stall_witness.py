@@ -27,7 +27,7 @@ if MYPY:
     _Seen = List[Tuple[Pose, Features]]  # of one camera: where the joints were, and the tip
     _Anchor = Tuple[bool, _Seen]
 
-LOOK_TIME, LOOK_PAUSE, REST_TIME, MIN_FRAMES = 0.6, 0.1, 0.15, 3
+SAMPLE_TIME, SAMPLE_PAUSE, REST_TIME, MIN_FRAMES = 0.6, 0.1, 0.15, 3
 """Time for which a stopped arm is watched, and pause between two samples, s; delay after which it
 rests, s; least number of frames at rest."""
 
@@ -37,32 +37,32 @@ ANCHOR_FRAMES = 4
 STANDSTILL_COUNTS = 1.2
 """Range within which a joint has not counted, counts."""
 
-SIGMAS, MODEL_DOUBT, MOTION_DOUBT, BACKLASH_DOUBT = 5.0, 0.35, 4.0, 0.4
+NOISE_SIGMAS, MODEL_ERROR_SHARE, MOTION_ERROR, BACKLASH_ERROR_SHARE = 5.0, 0.35, 4.0, 0.4
 """Bounds of what may be chance: standard deviations of a frame, the share of what is explained, px
 where it is compared with frames in motion, and the share of what the joints' backlash would do."""
 
-MAX_LEAST, LEAST_RATIO = math.radians(3), 2.0
+MAX_DETECTION_ANGLE, MIN_TURN_RATIO = math.radians(3), 2.0
 """Greatest detection angle that is believed, rad; least turn of a joint that turns, when it rests,
 as a multiple of that."""
 
-MISFIT = 0.5
+MAX_MISFIT_SHARE = 0.5
 """Share of the turn's effect by which the residual may be another than that: a circle is bent."""
 
-TURNS = (
+TURNS_TEXT = (
     "the {} (port {}) does not count, though {} it turn by about {:.0f} deg: its "
     "encoder is dead; check the cable, or change the motor, then home"
 )
 """Message of a joint that turns and does not count."""
-STANDS = "{}, and {} it stand: it is blocked or overloaded; free it, then home"
+STANDS_TEXT = "{}, and {} it stand: it is blocked or overloaded; free it, then home"
 """Message of a joint that stands."""
 
 if MYPY:
-    Known = NamedTuple(
-        "Known", [("image", LinearImageModel), ("covariance", Matrix), ("sigma", float)]
+    ImageKnowledge = NamedTuple(
+        "ImageKnowledge", [("image", LinearImageModel), ("covariance", Matrix), ("sigma", float)]
     )
 else:
-    Known = record("Known", "image covariance sigma")
-Known.__doc__ = """What a servo knows of a camera.
+    ImageKnowledge = record("ImageKnowledge", "image covariance sigma")
+ImageKnowledge.__doc__ = """What a servo knows of a camera.
 
 image       LinearImageModel, wherever in the image
 covariance  of each row of its J, n x n, (px/rad)^2
@@ -70,18 +70,20 @@ sigma       noise of a frame, px
 """
 
 if MYPY:
-    Rest = NamedTuple("Rest", [("off", Vector), ("doubt", float), ("column", Optional[Vector])])
+    Residual = NamedTuple(
+        "Residual", [("off", Vector), ("doubt", float), ("column", Optional[Vector])]
+    )
 else:
-    Rest = record("Rest", "off doubt column")
-Rest.__doc__ = """What the counts do not explain of what a camera saw, px.
+    Residual = record("Residual", "off doubt column")
+Residual.__doc__ = """What the counts do not explain of what a camera saw, px.
 
 off     u and v;  doubt  how much of it may be chance
 column  of J, what the joint does to the image, px/rad; None where that is not known
 """
 
 
-def unexplained(known, frames, moving, q, s, k, backlash):
-    # type: (Known, Sequence[Tuple[Pose, Features]], bool, Pose, Features, int, Vector) -> Rest
+def residual_motion(known, frames, moving, q, s, k, backlash):
+    # type: (ImageKnowledge, Sequence[Tuple[Pose, Features]], bool, Pose, Features, int, Vector) -> Residual
     """Return the residual of what was seen since `frames` when the arm rests.
 
     Args:
@@ -94,22 +96,22 @@ def unexplained(known, frames, moving, q, s, k, backlash):
         backlash: per joint, rad.
     """
     image, P = known.image, known.covariance
-    there = image.predict(q)
-    offs = [list(map(sub, seen, image.predict(list(before)))) for before, seen in frames]
-    off = [a - b - median(c) for a, b, c in zip(s, there, zip(*offs))]
+    predicted = image.predict(q)
+    errors = [list(map(sub, seen, image.predict(list(before)))) for before, seen in frames]
+    off = [a - b - median(c) for a, b, c in zip(s, predicted, zip(*errors))]
     before = list(frames[-1][0])
     turned = list(map(sub, q, before))
     columns = list(zip(*image.jacobian(q)))
-    doubt = SIGMAS * known.sigma + MOTION_DOUBT * moving
-    doubt += MODEL_DOUBT * length(list(map(sub, there, image.predict(before))))
+    doubt = NOISE_SIGMAS * known.sigma + MOTION_ERROR * moving
+    doubt += MODEL_ERROR_SHARE * length(list(map(sub, predicted, image.predict(before))))
     doubt += math.sqrt(max(0.0, dot(turned, [sum(map(mul, row, turned)) for row in P])))
-    doubt += BACKLASH_DOUBT * length([length(c) * b for c, b in zip(columns, backlash)])
+    doubt += BACKLASH_ERROR_SHARE * length([length(c) * b for c, b in zip(columns, backlash)])
     is_known = length(columns[k]) > math.sqrt(P[k][k])
-    return Rest(off, doubt, columns[k] if is_known else None)
+    return Residual(off, doubt, columns[k] if is_known else None)
 
 
-def turn_seen(rests, least):
-    # type: (Sequence[Rest], float) -> Optional[float]
+def observed_turn(rests, least):
+    # type: (Sequence[Residual], float) -> Optional[float]
     """Return the turn of a joint that does not count, as the cameras agree on it.
 
     Args:
@@ -119,22 +121,22 @@ def turn_seen(rests, least):
     Returns:
         its turn, rad; 0.0: it stands; None: they do not agree
     """
-    told = [(rest, rest.column) for rest in rests if rest.column is not None]
-    if not told:
+    informative = [(rest, rest.column) for rest in rests if rest.column is not None]
+    if not informative:
         return None
-    weight = sum([dot(column, column) / rest.doubt**2 for rest, column in told])
-    turn = sum([dot(rest.off, column) / rest.doubt**2 for rest, column in told]) / weight
+    weight = sum([dot(column, column) / rest.doubt**2 for rest, column in informative])
+    turn = sum([dot(rest.off, column) / rest.doubt**2 for rest, column in informative]) / weight
     doubt = 1 / math.sqrt(weight)
-    for rest, column in told:
+    for rest, column in informative:
         misfit = length([o - turn * c for o, c in zip(rest.off, column)])
-        if misfit > rest.doubt * max(1.0, MISFIT * abs(turn) / doubt):
+        if misfit > rest.doubt * max(1.0, MAX_MISFIT_SHARE * abs(turn) / doubt):
             return None
     if abs(turn) > max(doubt, least):
         return turn
-    return 0.0 if LEAST_RATIO * least - abs(turn) > doubt else None
+    return 0.0 if MIN_TURN_RATIO * least - abs(turn) > doubt else None
 
 
-def witnessed(
+def explain_stall(
     error,  # type: ArmError
     arm,  # type: RobotArm
     servo,  # type: AnyServo
@@ -153,7 +155,7 @@ def witnessed(
         now: gives the time, s.
         receive: takes in what the cameras see, waiting for so many s at most.
     """
-    # Not above: the laptop, which has no motors, is to be told so in one line.
+    # Not above: the laptop, which has no motors, must report that in one line.
     from robot.motion.control_loop import Stalled
 
     joints = arm.description.joints
@@ -167,27 +169,27 @@ def witnessed(
         q = list(arm.angles())
     except ArmError:  # its cable has been pulled since
         return str(error)
-    q[k] = history.last[1][k]  # as stopped, its side of the backlash may be told otherwise
+    q[k] = history.last[1][k]  # as stopped, its side of the backlash may be reported otherwise
     stopped_at = now()
     history.add(stopped_at, q)
-    while now() < stopped_at + LOOK_TIME:
-        receive(LOOK_PAUSE)
+    while now() < stopped_at + SAMPLE_TIME:
+        receive(SAMPLE_PAUSE)
     backlash = [joint.backlash for joint in joints]
-    rests = {}  # type: Dict[str, Rest]
+    rests = {}  # type: Dict[str, Residual]
     for camera in sorted({place[0] for place in seen}):
         known = servo.known(camera)
         ends = [s for c, t, s, _ in sightings.seen if c == camera and t > stopped_at + REST_TIME]
         if known is None or len(ends) < MIN_FRAMES:
             continue
         s = [median(column) for column in zip(*ends)]
-        told = [
-            unexplained(known, frames, moving, q, s, k, backlash)
+        residuals = [
+            residual_motion(known, frames, moving, q, s, k, backlash)
             for moving, frames in _anchors(seen, camera, history, counted_at)
         ]
-        if told:
-            rests[camera] = min(told, key=lambda rest: rest.doubt)
-    turn = turn_seen(list(rests.values()), min(error.angle, MAX_LEAST))
-    return str(error) if turn is None else _told(error, turn, sorted(rests))
+        if residuals:
+            rests[camera] = min(residuals, key=lambda rest: rest.doubt)
+    turn = observed_turn(list(rests.values()), min(error.angle, MAX_DETECTION_ANGLE))
+    return str(error) if turn is None else _stall_text(error, turn, sorted(rests))
 
 
 def _anchors(seen, camera, history, counted_at):
@@ -211,12 +213,12 @@ def _anchors(seen, camera, history, counted_at):
     return [(moving, frames[-ANCHOR_FRAMES:]) for moving, frames in befores.items()]
 
 
-def _told(error, turn, cameras):
+def _stall_text(error, turn, cameras):
     # type: (Stalled, float, Sequence[str]) -> str
     """Return the message of a joint that does not count and that cameras saw turn, rad."""
     seeing = "cameras {} see" if len(cameras) > 1 else "camera {} sees"
     seeing = seeing.format(" and ".join(cameras))
     if turn == 0.0:
-        return STANDS.format(error.fact, seeing)
+        return STANDS_TEXT.format(error.fact, seeing)
     motor = error.motor
-    return TURNS.format(motor.name, motor.port, seeing, abs(math.degrees(turn)))
+    return TURNS_TEXT.format(motor.name, motor.port, seeing, abs(math.degrees(turn)))

@@ -5,8 +5,8 @@ from operator import sub
 
 from robot.motion.linear_systems import damped_solve
 from robot.motion.online_trajectory import Landing, Moving
-from robot.servoing.linear_algebra import apart, dot, length, median
-from robot.servoing.pose_search import CLEARLY_BETTER, NEARLY_THERE
+from robot.servoing.linear_algebra import distance, dot, length, median
+from robot.servoing.pose_search import BETTER_POSTURE_SHARE, MAX_LEFTOVER_SHARE
 from shared.record import record
 
 MYPY = False  # which a type checker takes for true
@@ -31,7 +31,7 @@ if MYPY:
 
     _Recent = Tuple[Pose, Features, Optional[LinearImageModel], Vector]
 
-STANDING = 0.0, 0.0
+ZERO_VELOCITY = 0.0, 0.0
 """Velocity of a goal that stands, px/s."""
 
 if MYPY:
@@ -59,16 +59,16 @@ class Stream(object):
         servo: Servo, whose models have been explored.
     """
 
-    FEWEST, MOST, NEAR = 5, 12, math.radians(4)
+    MIN_FRAMES, MAX_FRAMES, FRAMES_RANGE = 5, 12, math.radians(4)
     """Number of last frames whose median says by how much the model is off; the greatest number,
     if the joints have stayed within this range, rad."""
-    REAIM, STILL = math.radians(1.5), math.radians(0.7)
+    MIN_AIM_CHANGE, STANDSTILL_RANGE = math.radians(1.5), math.radians(0.7)
     """Difference below which an aim is the same as the last one, rad; range of a joint that
     stands, rad."""
-    ARRIVED, SURE, SLOW_FOR = math.radians(2), 3, 0.06
+    ARRIVAL_DISTANCE, MIN_AIMS, ARRIVAL_TIME = math.radians(2), 3, 0.06
     """Distance from the aim within which the arm has arrived, rad, after this number of aims, and
     standing for this time, s: a joint that passes by goes on beyond."""
-    STALE = 0.3
+    SIGHT_MAX_AGE = 0.3
     """Longest silence of a camera before it is not gone by, s."""
 
     def __init__(self, servo):
@@ -102,8 +102,8 @@ class Stream(object):
             return
         recent = self._recent.setdefault(camera, [])
         recent.append((q, s, None, ()))
-        del recent[: -self.MOST]
-        speed = STANDING
+        del recent[: -self.MAX_FRAMES]
+        speed = ZERO_VELOCITY
         if goal is not None:
             where, speed = goal.at(t) or where, goal.velocity
         self._seen[camera] = t, where, speed
@@ -115,15 +115,15 @@ class Stream(object):
         shape = self._servo.shape(camera)
         recent = self._recent[camera]
         if recent[0][2] is not shape:
-            del recent[: -self.FEWEST]
+            del recent[: -self.MIN_FRAMES]
         off = []
         for k, (q, s, by, missed) in enumerate(recent):
             if by is not shape:
                 missed = list(map(sub, s, shape.predict(list(q))))
                 recent[k] = q, s, shape, missed
             off.append(missed)
-        if apart(recent[0][0], recent[-1][0]) >= self.NEAR:
-            off = off[-self.FEWEST :]
+        if distance(recent[0][0], recent[-1][0]) >= self.FRAMES_RANGE:
+            off = off[-self.MIN_FRAMES :]
         t, where, speed = self._seen[camera]
         return Sight(t, shape, [median(column) for column in zip(*off)], where, speed)
 
@@ -133,7 +133,7 @@ class Stream(object):
         t, self._news_at = self._news_at, None
         if t is None:
             return
-        cameras = sorted(c for c, seen in self._seen.items() if t - seen[0] < self.STALE)
+        cameras = sorted(c for c, seen in self._seen.items() if t - seen[0] < self.SIGHT_MAX_AGE)
         if not self._servo.suffices(cameras):
             return
         sights = {}
@@ -147,9 +147,9 @@ class Stream(object):
         better, left = yield from self._nearing(image, wanted, start, q)
         if left > self._servo.tolerance:
             off = length(list(map(sub, wanted, image.predict(q))))
-            if left > NEARLY_THERE * off:  # that may be the far side of a wall: what from here?
+            if left > MAX_LEFTOVER_SHARE * off:  # perhaps beyond a wall: what from here?
                 found, less = yield from self._nearing(image, wanted, q, q)
-                if less < CLEARLY_BETTER * left:
+                if less < BETTER_POSTURE_SHARE * left:
                     better = found
         self._better = better
         self._settle_on(better, image, speed, t)
@@ -173,7 +173,7 @@ class Stream(object):
             self._aimed_at, self._confirmed = t, False
             return
         self._drift = None
-        if apart(q, self._aim) > self.REAIM:
+        if distance(q, self._aim) > self.MIN_AIM_CHANGE:
             self._aim, self._confirmed = q, False
         elif self._still_since is not None and t > self._still_since:
             self._confirmed = True
@@ -187,15 +187,19 @@ class Stream(object):
             q: joint angles at that time, rad (n).
             follow: do not end near a goal that moves.
         """
-        if self._still_since is None or apart(q, self._still_at) > self.STILL:
+        if self._still_since is None or distance(q, self._still_at) > self.STANDSTILL_RANGE:
             self._still_at, self._still_since, self._confirmed = q, t, False
         stands_for = t - self._still_since
-        near = apart(q, self._aim) < self.ARRIVED and self._aims >= self.SURE
-        arrived = near and stands_for > self.SLOW_FOR and not follow
+        near = distance(q, self._aim) < self.ARRIVAL_DISTANCE and self._aims >= self.MIN_AIMS
+        arrived = near and stands_for > self.ARRIVAL_TIME and not follow
         if self._drift is not None:
             late = t - self._aimed_at
-            there = [a + v * late for a, v in zip(self._aim, self._drift)]
-            return None if arrived else Moving(there, self._drift)
-        if self._confirmed and stands_for > 0.1 and apart(q, self._aim) < 2 * self.REAIM:
+            target = [a + v * late for a, v in zip(self._aim, self._drift)]
+            return None if arrived else Moving(target, self._drift)
+        if (
+            self._confirmed
+            and stands_for > 0.1
+            and distance(q, self._aim) < 2 * self.MIN_AIM_CHANGE
+        ):
             return None
         return Landing(self._aim) if arrived else self._aim

@@ -14,7 +14,7 @@ def selection(joints, looks, explored=True):
     chosen = CameraSelection(Rows("stereo", joints), joints)
     for camera, times in sorted(looks.items()):
         for _ in range(times):
-            chosen.look([camera])
+            chosen.sample([camera])
     while explored and not chosen.explored:
         chosen.next_joint()
     return chosen
@@ -33,7 +33,7 @@ def selection(joints, looks, explored=True):
 )
 def test_it_goes_by_cameras_that_have_seen_every_joint_move(joints, looks, seeing, used, explored):
     chosen = selection(joints, looks)
-    known = chosen.look(list(seeing))
+    known = chosen.sample(list(seeing))
     chosen.choose(list(seeing), known, NOISE.get)
     assert chosen.used == list(used)
     assert chosen.explored is explored
@@ -62,7 +62,7 @@ def test_joints_are_explored_one_after_the_other_and_forgotten():
         (2, [True, True, False]),
     ]
     assert chosen.explored
-    assert chosen.look(["A"]) == []
+    assert chosen.sample(["A"]) == []
     chosen.forget()
     assert not chosen.explored
-    assert CameraSelection(Rows("stereo", 3), 3, known=True).look(["A"]) == ["A"]
+    assert CameraSelection(Rows("stereo", 3), 3, known=True).sample(["A"]) == ["A"]

@@ -41,13 +41,13 @@ ERRORS = [
 def test_what_is_done_by_the_errors_of_a_course(errors, action):
     course = Progress(TOLERANCE)
     for off in errors[:-1]:
-        assert course.note(off) == GO_ON
-    assert course.note(errors[-1]) == action
+        assert course.assess(off) == GO_ON
+    assert course.assess(errors[-1]) == action
 
 
 def test_who_knows_the_image_has_nothing_to_explore_anew():
     course = Progress(TOLERANCE, known=True)
-    assert [course.note(off) for off in [50] + [90.1] * DIVERGING_MOVES] == [GO_ON] * (
+    assert [course.assess(off) for off in [50] + [90.1] * DIVERGING_MOVES] == [GO_ON] * (
         1 + DIVERGING_MOVES
     )
 
@@ -55,8 +55,8 @@ def test_who_knows_the_image_has_nothing_to_explore_anew():
 def stuck(course, off):
     """The action when a start has ended so far off, px."""
     for _ in range(STAGNANT_MOVES):
-        assert course.note(off) == GO_ON
-    action = course.note(off)
+        assert course.assess(off) == GO_ON
+    action = course.assess(off)
     course.begin_elsewhere()
     return action
 
@@ -79,18 +79,18 @@ def test_when_starts_from_elsewhere_end(ends, actions):
 
 def test_a_course_that_stalls_is_checked_by_exploring_before_another_posture_is_tried():
     course = Progress(TOLERANCE)
-    actions = [course.note_stalled(40.0, 0.1) for _ in range(MAX_STALLS + 2)]
+    actions = [course.assess_stall(40.0, 0.1) for _ in range(MAX_STALLS + 2)]
     assert actions == [GO_ON] * MAX_STALLS + [EXPLORE_ANEW, TRY_POSTURE]
     course.begin_elsewhere()
-    assert course.note_stalled(40.0, 0.1) == GO_ON
+    assert course.assess_stall(40.0, 0.1) == GO_ON
     known = Progress(TOLERANCE, known=True)
-    assert [known.note_stalled(40.0, 0.1) for _ in range(MAX_STALLS + 1)][-1] == TRY_POSTURE
+    assert [known.assess_stall(40.0, 0.1) for _ in range(MAX_STALLS + 1)][-1] == TRY_POSTURE
 
 
 @pytest.mark.parametrize(("left", "wrong"), [(TOLERANCE, 0.1), (40.0, progress.RIGHT_SHARE)])
 def test_no_course_is_given_up_by_a_model_that_was_wrong_or_that_comes_near_enough(left, wrong):
     course = Progress(TOLERANCE)
-    assert {course.note_stalled(left, wrong) for _ in range(20)} == {GO_ON}
+    assert {course.assess_stall(left, wrong) for _ in range(20)} == {GO_ON}
 
 
 @pytest.mark.parametrize(
@@ -105,23 +105,23 @@ def test_near_the_goal_steps_get_shorter_if_they_lead_nowhere():
     course = Progress(TOLERANCE)
     gains = []
     for _ in range(4):
-        course.note(10.0)
+        course.assess(10.0)
         gains.append(course.gain)
     assert gains == pytest.approx([1, 1 / 1.5, 1 / 2, 1 / 2.5])
     far = Progress(TOLERANCE)
     for _ in range(4):
-        far.note(100.0)
+        far.assess(100.0)
     assert far.gain == 1.0
 
 
 def test_a_detour_and_exploring_begin_the_count_anew():
     course = Progress(TOLERANCE)
     for off in [50] + [90.1] * (DIVERGING_MOVES - 1):
-        course.note(off)
+        course.assess(off)
     course.detour()
-    assert course.note(300.0) == GO_ON
+    assert course.assess(300.0) == GO_ON
     course.bound = (1.0, 2.0)
     course.begin_exploring()
     assert course.bound is None
-    assert course.note(500.0 + DIVERGED_ERROR) == GO_ON
+    assert course.assess(500.0 + DIVERGED_ERROR) == GO_ON
     assert IMPROVED_SHARE < 1

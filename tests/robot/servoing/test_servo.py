@@ -1015,7 +1015,7 @@ def test_a_stream_ends_only_where_the_joints_stand(delay, follow):
         stands = min(
             t for t, q in chase.path if max(abs(a - b) for a, b in zip(q, final)) < 0.8 * DEG
         )
-        seen_at = chase.arrived[-1] if follow else chase.t - 0.9 * Stream.SLOW_FOR
+        seen_at = chase.arrived[-1] if follow else chase.t - 0.9 * Stream.ARRIVAL_TIME
         assert seen_at > stands
 
 

@@ -87,7 +87,7 @@ def test_the_chains_fit_is_numpys_weighted_ridge():
     spread[1:, 1:] = np.kron(of_links, np.eye(2))
     whiten = np.linalg.cholesky(np.linalg.inv(spread)).T
     apart = ((poses - here) ** 2).sum(axis=1)
-    sd = np.sqrt(variances + chain_model.DISTANCE_DOUBT**2 * apart)
+    sd = np.sqrt(variances + chain_model.SIGMA_PER_RADIAN**2 * apart)
     A = np.vstack([np.array([planar_terms(q) for q in poses]) / sd[:, None], whiten])
     b = np.vstack([seen / sd[:, None], np.zeros((2 * n + 1, m))])
     W = np.linalg.lstsq(A, b, rcond=None)[0].T

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from robot.servoing.image_model import straight
-from robot.servoing.stall_witness import Known, Rest, turn_seen, unexplained
+from robot.servoing.stall_witness import ImageKnowledge, Residual, observed_turn, residual_motion
 
 J = np.array([[200.0, -80.0], [60.0, 150.0]])
 """px/rad"""
@@ -16,14 +16,14 @@ SURE, UNSURE = 25.0, 500.0**2
 
 
 def rest(turn, k=1, moved=(0.05, 0.0), variance=SURE, moving=False, bump=(0.0, 0.0)):
-    """Rest of an arm of which joint k turned by `turn` (rad) without a count."""
+    """Residual of an arm of which joint k turned by `turn` (rad) without a count."""
     start = np.array([0.3, 0.4])
     end = start + moved
     truly = end + np.eye(2)[k] * turn
-    known = Known(straight(J.tolist()), (variance * np.eye(2)).tolist(), 0.5)
+    known = ImageKnowledge(straight(J.tolist()), (variance * np.eye(2)).tolist(), 0.5)
     seen = J @ truly + bump
     frames = [(tuple(start), tuple(J @ start + d)) for d in ([0.3, 0], [-0.2, 0.1], [0, 0])]
-    return unexplained(known, frames, moving, list(end), list(seen), k, [0.01, 0.02])
+    return residual_motion(known, frames, moving, list(end), list(seen), k, [0.01, 0.02])
 
 
 def test_what_the_counts_explain_is_left_out_and_the_rest_is_the_joints():
@@ -37,16 +37,16 @@ def test_what_the_counts_explain_is_left_out_and_the_rest_is_the_joints():
 
 @pytest.mark.parametrize("turn", [0.2, -0.2])
 def test_a_turn_without_counts_is_measured(turn):
-    assert turn_seen([rest(turn)], 0.03) == pytest.approx(turn, abs=0.01)
+    assert observed_turn([rest(turn)], 0.03) == pytest.approx(turn, abs=0.01)
 
 
 def test_two_cameras_are_weighed_by_what_they_can_tell():
-    poor = Rest((30.0, 0.0), 60.0, (200.0, 0.0))
-    assert turn_seen([rest(0.2), poor], 0.03) == pytest.approx(0.2, abs=0.02)
+    poor = Residual((30.0, 0.0), 60.0, (200.0, 0.0))
+    assert observed_turn([rest(0.2), poor], 0.03) == pytest.approx(0.2, abs=0.02)
 
 
 def test_a_joint_that_stands_where_a_free_one_would_have_turned_is_blocked():
-    assert turn_seen([rest(0.0)], 0.1) == 0.0
+    assert observed_turn([rest(0.0)], 0.1) == 0.0
 
 
 @pytest.mark.parametrize(
@@ -61,8 +61,8 @@ def test_a_joint_that_stands_where_a_free_one_would_have_turned_is_blocked():
     ],
 )
 def test_where_it_might_be_either_nothing_is_told(rests, least):
-    assert turn_seen(rests, least) is None
+    assert observed_turn(rests, least) is None
 
 
 def test_a_joint_that_only_just_moved_in_its_backlash_does_not_turn():
-    assert turn_seen([rest(math.radians(0.5))], 0.1) == 0.0
+    assert observed_turn([rest(math.radians(0.5))], 0.1) == 0.0
