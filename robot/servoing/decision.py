@@ -23,9 +23,9 @@ if MYPY:
     )
 else:
     Decision = record("Decision", "action q verdict reason")
-Decision.__doc__ = """What to do.
+Decision.__doc__ = """Decision of a servo.
 
-action   "explore" | "move" | "restart": go to q (rad); "end": with a verdict and its reason
+action   "explore" | "move" | "restart": go to q (rad, n); "end": with a verdict and its reason
 """
 
 

@@ -67,7 +67,7 @@ def jumped(frames, size):
             away = []
             continue
         if away and _pixel_distance(frame[2], away[-1][2]) > MIN_JUMP:
-            away = []  # here, there: false sightings
+            away = []  # now here, now elsewhere: false sightings
         away.append(frame)
         if len(away) >= CONFIRMING_FRAMES:
             return True

@@ -110,7 +110,7 @@ class ImageModels(object):
         self._models = {}  # type: Dict[Tuple[str, str], CameraModel]  # (name, camera): model
         # (name, camera): what it knew when the arm stood last.
         self._images = {}  # type: Dict[Tuple[str, str], LinearImageModel]
-        self._q = ()  # type: Pose  # there
+        self._q = ()  # type: Pose  # where it stood, rad
         self._blurs = {}  # type: Dict[Tuple[str, str], float]
         # Camera: [(q, s)] of the last three.
         self._last_frames = {}  # type: Dict[str, List[Tuple[Pose, Pixel]]]

@@ -99,7 +99,9 @@ class Lookout(object):
         self._client.report(
             self.where() or (), reason=self._held_for or "", **self._reporter.progress()
         )
-        self.reported_at = self._clock.now()  # after it, that it is due there when it is here
+        self.reported_at = (
+            self._clock.now()
+        )  # after the report: it is due when the last one has been sent
 
     def where(self):
         # type: () -> Optional[Tuple[float, ...]]

@@ -77,14 +77,14 @@ if MYPY:
     Halt = NamedTuple("Halt", [("word", str), ("reason", str)])
 else:
     Halt = record("Halt", "word reason")
-Halt.__doc__ = "Why a motion or a run is over: a verdict's word and its reason."
+Halt.__doc__ = "Reason why a motion or a run is over: a verdict's word and its text."
 
 RECOVERY_TEXTS = {LINK_LOST: "linked", PICTURE_FROZEN: "the picture changes"}
 """Texts of a recovery, by the verdict's word of the loss; "seen" of all others."""
 
 
 class LossOfSight(object):
-    """Causes of a loss of sight, told apart.
+    """Classifier of the causes of a loss of sight.
 
     Args:
         client: as for VisualServoing.
@@ -129,7 +129,7 @@ class LossOfSight(object):
         word = self.word(now)
         if word == LINK_LOST:
             patient = now - seen_at <= LINK_PATIENCE
-        else:  # of a slow one it has been looked at for long enough
+        else:  # a slow camera has been timed for long enough
             patient = word != CAMERA_SLOW and now - max(seen_at, unlinked_at) <= SIGHT_PATIENCE
         return None if patient else Halt(word, self.why(word, now))
 

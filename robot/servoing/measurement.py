@@ -48,7 +48,7 @@ if MYPY:
     )
 else:
     Measurement = record("Measurement", "camera s goal variance frames")
-Measurement.__doc__ = """What one camera has measured while the arm stood.
+Measurement.__doc__ = """Measurement by one camera while the arm stood.
 
 s, goal    px;  variance  of each element of s, px^2;  frames  that it took
 """

@@ -58,7 +58,7 @@ if MYPY:
     )
 else:
     Verdict = record("Verdict", "word reason error q moves measurements frames seconds")
-Verdict.__doc__ = """How a run ended.
+Verdict.__doc__ = """End of a run.
 
 word          "converged", or why not
 reason        in words for people; "" where the word says it all

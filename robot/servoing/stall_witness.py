@@ -62,7 +62,7 @@ if MYPY:
     )
 else:
     ImageKnowledge = record("ImageKnowledge", "image covariance sigma")
-ImageKnowledge.__doc__ = """What a servo knows of a camera.
+ImageKnowledge.__doc__ = """Knowledge of one camera's image.
 
 image       LinearImageModel, wherever in the image
 covariance  of each row of its J, n x n, (px/rad)^2
@@ -75,7 +75,7 @@ if MYPY:
     )
 else:
     Residual = record("Residual", "off doubt column")
-Residual.__doc__ = """What the counts do not explain of what a camera saw, px.
+Residual.__doc__ = """Residual of what a camera saw, px: what the counts do not explain.
 
 off     u and v;  doubt  how much of it may be chance
 column  of J, what the joint does to the image, px/rad; None where that is not known

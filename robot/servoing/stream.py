@@ -47,6 +47,7 @@ if MYPY:
     )
 else:
     Sight = record("Sight", "t shape offset goal speed")
+# t of the last frame, s; image model, and its median error, px; goal, px, and its velocity, px/s.
 
 
 class Stream(object):
@@ -81,7 +82,7 @@ class Stream(object):
         """Begin with the first aim, rad (n); if it leads to another posture, that is `bound`."""
         self._aim, self._aimed_at = tuple(q), 0.0  # type: Pose, float
         self._drift = None  # type: Optional[Vector]
-        self._better = bound or self._aim  # so far; on the way it may be found to be another
+        self._better = bound or self._aim  # so far; a better one may be found on the path
         self._uncertainty_penalty = self._servo.uncertainty_penalty(q)
         # Camera: the last frames, [(q, s, shape, what the shape missed, px)].
         self._recent = {}  # type: Dict[str, List[_Recent]]
