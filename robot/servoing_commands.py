@@ -10,7 +10,7 @@ from robot.command_line import CODE_HELP, BadArgument, Parser, number_in
 from robot.ev3.battery import Battery
 from robot.servoing.rows import Rows
 from robot.servoing.run_reporter import verdict_text
-from robot.servoing.runs import Runs, say
+from robot.servoing.runs import Runs, print_line
 from robot.tracker_address import at_terminal, find_tracker
 from shared.arm_description import ArmError, find_arm, read_arm
 from shared.messages import BUDGET, TOLERANCE, Start
@@ -151,7 +151,7 @@ def _run(parser, args):
     arm.load_zero()
     from robot.tracking import TrackingClient  # only now: the arm knows where it is
 
-    client = TrackingClient(*tracker, clock=clock, say=say, battery=Battery(clock).volts)
+    client = TrackingClient(*tracker, clock=clock, say=print_line, battery=Battery(clock).volts)
     runs = Runs(arm, client, clock, args.log, args.third)
     reached = False
     try:
@@ -172,7 +172,7 @@ def _run(parser, args):
             arm.park()
     if not reached:
         raise NotReached(verdict_text(verdict))
-    say(verdict_text(verdict))
+    print_line(verdict_text(verdict))
 
 
 def main(argv=None):

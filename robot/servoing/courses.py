@@ -47,7 +47,7 @@ class Courses(object):
         low, high = self.box
         return list(map(min, map(max, q, low), high))
 
-    def course(self, image, goal, q, penalty, off, progress):
+    def course(self, image, goal, q, penalty, error, progress):
         # type: (LinearImageModel, Features, List[float], Matrix, float, Progress) -> Course
         """Return the course straight to the goal, or on to where it is bound, or elsewhere.
 
@@ -56,7 +56,7 @@ class Courses(object):
             goal: as for best_pose.
             q: where the joints are, rad (n).
             penalty: as for best_pose.
-            off: the error there, px.
+            error: length of e there, px.
             progress: Progress, which stores where the arm is bound for, and whether by a detour.
 
         Returns:
@@ -65,7 +65,7 @@ class Courses(object):
         straight = best_pose(image, goal, q, self.box, q, penalty)
         left = straight[1]
         bound = progress.bound
-        if left <= (self._tolerance if bound else max(self._tolerance, MAX_LEFTOVER_SHARE * off)):
+        if left <= (self._tolerance if bound else max(self._tolerance, MAX_LEFTOVER_SHARE * error)):
             return straight
         if bound is None:
             course = best_posture(

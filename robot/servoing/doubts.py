@@ -101,16 +101,16 @@ def _leaves(track, frame, size):
     """Return whether a frame cannot be the next one of a track."""
     t, q, s = frame
     last_t, last_q, last_s = track[-1]
-    gone, brought = _pixel_distance(s, last_s) - MIN_JUMP, size * distance(q, last_q)
+    excess, reach = _pixel_distance(s, last_s) - MIN_JUMP, size * distance(q, last_q)
     if len(track) < TRACK_FRAMES:
-        return gone > MAX_LEAP * brought
-    if gone <= 0.5 * MAX_LEAP * brought:
+        return excess > MAX_LEAP * reach
+    if excess <= 0.5 * MAX_LEAP * reach:
         return False
     first_t, _, first_s = track[0]
     share = (t - last_t) / max(last_t - first_t, 1e-3)
     expected = [share * (b - a) for a, b in zip(first_s, last_s)]
-    off = _pixel_distance(s, [a + b for a, b in zip(last_s, expected)])
-    return off > MIN_JUMP + JUMP_SHARE * math.hypot(*expected)
+    deviation = _pixel_distance(s, [a + b for a, b in zip(last_s, expected)])
+    return deviation > MIN_JUMP + JUMP_SHARE * math.hypot(*expected)
 
 
 class Doubts(object):
@@ -145,7 +145,7 @@ class Doubts(object):
         self,
         measurements,  # type: Sequence[Measurement]
         chase,  # type: Sequence[MarkerFrame]
-        led,  # type: bool
+        by_model,  # type: bool
         before,  # type: LastMeasurement
         J,  # type: Optional[Matrix]
     ):
@@ -155,13 +155,13 @@ class Doubts(object):
         Args:
             measurements: one for each camera.
             chase: MarkerFrames of the chase that led here; none if the joints went to a pose.
-            led: whether a model led here.  Exploring that leads here is asked once, then believed.
+            by_model: whether a model led here.  Exploring is asked once, then believed.
             before: (q, {camera: s}) of the last measurement, rad and px.
             J: by which the last move was made, px/rad; None if by none.
         """
         if self._asked:
             return True
-        if not led:
+        if not by_model:
             return not self._answered
         if self.missed <= self._limit:
             return False

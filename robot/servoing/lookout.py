@@ -99,9 +99,7 @@ class Lookout(object):
         self._client.report(
             self.where() or (), reason=self._held_for or "", **self._reporter.progress()
         )
-        self.reported_at = (
-            self._clock.now()
-        )  # after the report: it is due when the last one has been sent
+        self.reported_at = self._clock.now()  # after the report, so that its pause is whole
 
     def where(self):
         # type: () -> Optional[Tuple[float, ...]]

@@ -122,15 +122,15 @@ class Progress(object):
         self.postures = []  # type: List[Pose]
         self.refined = self.flat = self.detours = False
 
-    def assess(self, off):
+    def assess(self, error):
         # type: (float) -> str
-        """Return the action that follows from a measurement with the error `off`, px."""
-        if self._best is None or off < IMPROVED_SHARE * self._best:
-            self._best, self._stagnant = off, 0
+        """Return the action that follows from the error of a measurement, px."""
+        if self._best is None or error < IMPROVED_SHARE * self._best:
+            self._best, self._stagnant = error, 0
         else:
             self._stagnant += 1
         self._diverging = (
-            self._diverging + 1 if off > DIVERGED_SHARE * self._best + DIVERGED_ERROR else 0
+            self._diverging + 1 if error > DIVERGED_SHARE * self._best + DIVERGED_ERROR else 0
         )
         if self._stagnant >= (STAGNANT_MOVES_NEAR if self.near else STAGNANT_MOVES):
             return self._give_up_or(self._best, START_ELSEWHERE)
@@ -142,17 +142,19 @@ class Progress(object):
         # type: (float, str) -> str
         """Return the action, or GIVE_UP if enough starts have ended, the last one at `best`, px."""
         self._stuck_at.append(best)
-        alike = [off for off in self._stuck_at if abs(off - best) < EQUAL_END_SHARE * best]
+        equal_ends = [
+            error for error in self._stuck_at if abs(error - best) < EQUAL_END_SHARE * best
+        ]
         if len(self._stuck_at) > MAX_RESTARTS or (
-            best > FAR_ERROR and len(alike) == MAX_EQUAL_ENDS
+            best > FAR_ERROR and len(equal_ends) == MAX_EQUAL_ENDS
         ):
             return GIVE_UP
         return action
 
-    def stalls(self, off, left):
+    def stalls(self, error, left):
         # type: (float, float) -> bool
-        """Return whether a course from the error `off` that leaves over `left`, px, is a stall."""
-        return left > max(self._tolerance, STALLED_SHARE * off)
+        """Return whether a course that leaves over `left` of `error`, px, is a stall."""
+        return left > max(self._tolerance, STALLED_SHARE * error)
 
     def assess_stall(self, left, wrong):
         # type: (float, float) -> str

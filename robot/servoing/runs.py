@@ -90,7 +90,7 @@ class RunLog(object):
             ) from None
 
 
-def say(line):
+def print_line(line):
     # type: (str) -> None
     """Print a line at once."""
     print(line, flush=True)
@@ -159,7 +159,7 @@ class Runs(object):
         description = self._arm.description
         servo, stream = self._servo(options)
         follow = options.tolerance if options.follow else None
-        reporter = RunReporter(log, say, number)
+        reporter = RunReporter(log, print_line, number)
         loop = VisualServoing(
             self._arm, self._client, self._clock, servo,
             RunTerms(options.goals, options.budget, follow=follow),
@@ -205,7 +205,7 @@ class Runs(object):
         """
         number = 0
         job, reported = None, False  # JobStatus of the last one, reported to every new link
-        say("waiting for the laptop to say start")
+        print_line("waiting for the laptop to say start")
         while True:
             self._client.poll(POLL_TIMEOUT)
             if self._client.refused:
@@ -230,7 +230,7 @@ class Runs(object):
         """Draw the job that is offered, if that is possible; return its JobStatus."""
         from robot.jobs.linked import LinkedJob  # not above: a servo run needs none of it
 
-        job = LinkedJob(self._arm, self._client, self._clock, draw, self._reported, say)
+        job = LinkedJob(self._arm, self._client, self._clock, draw, self._reported, print_line)
         try:
             try:
                 job.run()
@@ -239,7 +239,7 @@ class Runs(object):
         except ArmError as error:
             if isinstance(error, Refusal):
                 raise
-            say(str(error))
+            print_line(str(error))
         return job.progress
 
     def _handle_start(self, options, number):
@@ -250,7 +250,7 @@ class Runs(object):
             if not self._arm.homed:
                 self._arm.load_zero()
             try:
-                say(verdict_text(self.run(options, number)))
+                print_line(verdict_text(self.run(options, number)))
             finally:
                 self._arm.park()
         except ArmError as error:
@@ -258,7 +258,7 @@ class Runs(object):
                 self._reported = {
                     "error": None, "verdict": REFUSED, "reason": str(error), "run": number,
                 }  # fmt: skip
-            say("{}: {}".format(self._reported["verdict"], error))
+            print_line("{}: {}".format(self._reported["verdict"], error))
 
     def _where(self):
         # type: () -> Tuple[float, ...]

@@ -169,35 +169,35 @@ class Servo(object):
         q = list(q)
         seen = {measurement.camera: measurement.s for measurement in measurements}
         before = self._last_measurement
-        begins = before is None
+        is_first = before is None
         if before is not None and self._selection.explored:
             self._judge(q, seen, *before)
         self.models.update(q, measurements)
         self._choose_cameras(q, sorted(seen))
-        unknown = begins or self._known or not self._selection.explored
+        unknown = is_first or self._known or not self._selection.explored
         self._last_measurement = q, seen
         used = [measurement for measurement in measurements if measurement.camera in self.cameras]
         goal = self._selection.together({m.camera: m.goal for m in used})
-        off = length(error_of(used, self.rows))
+        error = length(error_of(used, self.rows))
         progress = self._progress
-        if off < self.tolerance * (1 if progress.refined else STOP_MARGIN):
+        if error < self.tolerance * (1 if progress.refined else STOP_MARGIN):
             if not unknown and self.models.see_flat(self.cameras, self.rows):
                 if progress.flat:
                     return end_of_run(SINGULAR, FLAT_VIEW.format(" and ".join(self.cameras)))
                 progress.flat = True  # false sightings may cause that, too: explore anew
                 return self._explore_anew(q, goal, measurements)
-            led = self.using is not None or self._known  # by a model
-            if before is not None and self._doubts.arise(used, chase, led, before, self.J):
+            by_model = self.using is not None or self._known
+            if before is not None and self._doubts.arise(used, chase, by_model, before, self.J):
                 return self._ask(q, goal, measurements)
             self._progress = Progress(self.tolerance, self._known)  # should the goal move on
             return end_of_run(CONVERGED)
         self._doubts.note_elsewhere()
         if not unknown and self.using is None and not self._marker_moved(q):
             return end_of_run(SINGULAR, DOES_NOT_MOVE)
-        progress.refined = progress.refined or off < self.tolerance
+        progress.refined = progress.refined or error < self.tolerance
         if not self._selection.explored:
             return self._explore(q, goal)
-        action = progress.assess(off)
+        action = progress.assess(error)
         if action == GIVE_UP:
             return end_of_run(UNREACHABLE, "no nearer than {:.1f} px".format(progress.nearest))
         if action == START_ELSEWHERE:
@@ -205,7 +205,7 @@ class Servo(object):
             return self._start_from(at_shares(shares, *self._box))
         if action == EXPLORE_ANEW:
             return self._explore_anew(q, goal, measurements)
-        return self._move(q, goal, off, measurements)
+        return self._move(q, goal, error, measurements)
 
     def _judge(self, q, seen, q_before, seen_before):
         # type: (Pose, Dict[str, Features], Pose, Dict[str, Features]) -> None
@@ -293,9 +293,9 @@ class Servo(object):
         """Return the Decision to go to q (rad), as far as the limits allow."""
         return Decision(action, self._courses.inside(q), "", "")
 
-    def _move(self, q, goal, off, measurements):
+    def _move(self, q, goal, error, measurements):
         # type: (List[float], Features, float, Sequence[Measurement]) -> Decision
-        """Take a step by the best model, within the trust region; `off` is the length of e, px."""
+        """Take a step by the best model, within the trust region; `error` is |e|, px."""
         name = self.using = self.models.best()
         image = self.models.together(name, self._selection)
         J = {c: self.models.image(name, c).jacobian(q) for c in self.cameras}
@@ -303,8 +303,8 @@ class Servo(object):
         penalty = self.models.penalty(name, self._selection, len(q))
         self._progress.detours = False
         if name == "chain":
-            to, left = self._courses.course(image, goal, q, penalty, off, self._progress)
-            if self._progress.stalls(off, left):
+            to, left = self._courses.course(image, goal, q, penalty, error, self._progress)
+            if self._progress.stalls(error, left):
                 # The penalty keeps it here, or geometry does: what if all were known?
                 here = best_pose(image, goal, q, self._box)
                 to, left = best_posture(image, goal, q, self._box, here, left, self.tolerance)
@@ -325,7 +325,7 @@ class Servo(object):
         else:
             low = [max(wall, a - self._region) for wall, a in zip(self._box[0], q)]
             high = [min(wall, a + self._region) for wall, a in zip(self._box[1], q)]
-            nearer = min(1.0, WAYPOINT_DISTANCE / off)
+            nearer = min(1.0, WAYPOINT_DISTANCE / error)
             tip = self._selection.together({m.camera: m.s for m in measurements})
             waypoint = [y + nearer * (g - y) for y, g in zip(tip, goal)]
             to, _ = best_pose(image, waypoint, q, (low, high), q, penalty, LINEAR_ITERATIONS)

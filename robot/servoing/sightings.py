@@ -57,9 +57,7 @@ if MYPY:
     )
 else:
     MarkerFrame = record("MarkerFrame", "camera t q s goal")
-MarkerFrame.__doc__ = (
-    "Frame of one camera: capture time t, s; joint angles q then, rad; s and goal, px."
-)
+MarkerFrame.__doc__ = "Frame of one camera: capture time t, s; joint angles q, rad; s and goal, px."
 
 
 # Pairing by capture time.  A picture is of the past: exposure, transfer and marker search take tens
