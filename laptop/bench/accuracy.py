@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from laptop.bench.bench import BenchRecord, BenchTable, flat
-from laptop.measure.accuracy.emulated import NOISE, measure_emulated
+from laptop.measure.accuracy.emulated import PIXEL_NOISE, measure_emulated
 from laptop.measure.accuracy.plan import plan_accuracy
 from shared.arm_description import find_arm, read_arm
 
@@ -28,7 +28,7 @@ class AccuracyCase:
 
     arm: str
     cycles: int = CYCLES
-    noise: float = NOISE
+    noise: float = PIXEL_NOISE
     seed: int = 1000
 
 

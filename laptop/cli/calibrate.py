@@ -264,11 +264,11 @@ def _live(
 ) -> Iterator[CalibrationSetup]:
     """Open the camera, let the brick in, and have the pen set on the crosses."""
     from laptop.measure.arm.calibrating import CalibrationSetup
-    from laptop.measure.arm.emulated_setups import SCENE
+    from laptop.measure.arm.emulated_setups import SCENE_PREFIX
 
     scene, port = "", sight.port
     if SYNTHETIC in sources:
-        scene = f"{SCENE},{sight.scene or ''}"
+        scene = f"{SCENE_PREFIX},{sight.scene or ''}"
         port = 0 if port is None else port  # an emulated brick is told which
     call = None if crosses else sight.call
     asked = RigOptions(sources, arm_file, scene, sight.effector, port=port, call=call)

@@ -36,8 +36,8 @@ from shared.messages import EFFECTOR, LEAST_CONFIDENCE
 if TYPE_CHECKING:
     from laptop.emulator.device.plant_constants import PlantConstants
 
-TIMEOUT = 24 * 3600.0
-"""A job may take so long, s of the brick's time."""
+JOB_TIMEOUT = 24 * 3600.0
+"""Longest time of a job, s of the brick's clock."""
 
 
 class PointCamera(Protocol):
@@ -103,7 +103,7 @@ class EmulatedRig:
                 contextlib.redirect_stderr(said),
                 Rig(self.arm, self.built, self._plant) as rig,
             ):
-                self.last = rig.run("driver.py", *words, timeout=TIMEOUT)
+                self.last = rig.run("driver.py", *words, timeout=JOB_TIMEOUT)
             status = self.last.outcome.status
             logged = [] if status else list(read_log(str(log)))
         platforms.obey(self.last.outcome.signals)

@@ -19,15 +19,15 @@ from shared.arm_description import Arm
 from shared.job_messages import ABORT, DONE, ENDS, JobStatus, Order
 from shared.messages import EFFECTOR, LEAST_CONFIDENCE, Observation, Stop
 
-LOOK_PERIOD = 0.05
-"""Between two looks at how it goes, s."""
+POLL_PERIOD = 0.05
+"""Period of checks of the job's progress, s."""
 READ_TIMEOUT = 0.2
-"""A pipeline waits so long for one frame, s."""
+"""Longest wait of a pipeline for one frame, s."""
 BEGIN_TIMEOUT = 10.0
-"""A brick that has said nothing of a job for so long, since it was offered or linked anew, will not
-do it, s."""
-LAST_WORDS = 2.0
-"""So long after a job's end its log may still come in, s."""
+"""Longest silence of a brick about a job since it was offered or linked anew, s; then it will not
+do it."""
+LOG_GRACE = 2.0
+"""Time after a job's end for which its log may still come in, s."""
 JOIN_TIMEOUT = 2.0
 
 
@@ -135,7 +135,7 @@ class LiveRig:
             self._check()
             if time.monotonic() > deadline:
                 raise BadMeasurement(f"camera {camera} has given no picture; is it in use?")
-            pipeline.wait(LOOK_PERIOD)
+            pipeline.wait(POLL_PERIOD)
         return pipeline.view.frame.image
 
     def look(self, seconds: float) -> dict[str, Sights]:
@@ -148,7 +148,7 @@ class LiveRig:
         until = time.monotonic() + seconds
         while time.monotonic() < until:
             self._check()
-            time.sleep(LOOK_PERIOD)
+            time.sleep(POLL_PERIOD)
         return self._collector.take()
 
     def wait_for_brick(self, timeout: float = math.inf) -> None:
@@ -164,7 +164,7 @@ class LiveRig:
                 raise BadMeasurement(f"the brick's program has ended: {why}")
             if time.monotonic() > deadline:
                 raise BadMeasurement(f"no brick has called within {timeout:.0f} s")
-            time.sleep(LOOK_PERIOD)
+            time.sleep(POLL_PERIOD)
 
     def measure(self, job: Path, dry: bool = True) -> MeasuredRun:
         """Let the arm do a job, and look; see MeasuringRig.
@@ -219,13 +219,13 @@ class LiveRig:
                 ended_at = ended_at or time.monotonic()
                 stands = sum(row.rest for row in offer.log)
                 whole = not header.rest or stands >= header.strokes
-                if whole or time.monotonic() - ended_at > LAST_WORDS:
+                if whole or time.monotonic() - ended_at > LOG_GRACE:
                     return
             elif mine.state in ENDS:
                 raise BadMeasurement(f"the brick has {mine.state}: {mine.reason or 'no reason'}")
             else:
                 self._tell(mine)
-            time.sleep(LOOK_PERIOD)
+            time.sleep(POLL_PERIOD)
 
     def _check(self) -> None:
         if self._error:

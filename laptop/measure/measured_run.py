@@ -12,9 +12,9 @@ import numpy as np
 from shared.arm_description import Arm, ArmError
 from shared.job_log import LogRow
 
-SETTLED = 0.5
-"""Share of a rest, its last one, in which the arm is looked at: before that it may still swing."""
-NORMAL = 1.4826
+SETTLED_SHARE = 0.5
+"""Share of a rest, its last one, in which the arm is measured: before that it may still swing."""
+MAD_TO_SIGMA = 1.4826
 """Standard deviation of a normal distribution by its median absolute deviation."""
 MEDIAN_NOISE = 1.2533
 """Standard deviation of a median by that of a mean, of many normal values: sqrt(pi / 2)."""
@@ -82,7 +82,7 @@ class MeasuredRun:
         sights = self.sights[camera]
         pixels, sigmas, counts = [], [], []
         for row in rows:
-            looked = (sights.t > row.t - SETTLED * self.rest) & (sights.t <= row.t)
+            looked = (sights.t > row.t - SETTLED_SHARE * self.rest) & (sights.t <= row.t)
             seen = sights.pixels[looked]
             seen = seen[np.isfinite(seen).all(axis=1)]
             counts.append(len(seen))
@@ -92,7 +92,7 @@ class MeasuredRun:
                 continue
             middle = np.median(seen, axis=0)
             pixels.append(middle)
-            spread = NORMAL * np.median(np.abs(seen - middle), axis=0)
+            spread = MAD_TO_SIGMA * np.median(np.abs(seen - middle), axis=0)
             sigmas.append(float(np.hypot(*spread) / np.sqrt(2)) if len(seen) > 2 else np.nan)
         return Rests(
             np.array([row.stroke for row in rows]),

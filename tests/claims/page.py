@@ -30,7 +30,7 @@ from laptop.emulator.pace import PacedClock
 from laptop.emulator.scene.camera_rig import CameraRig
 from laptop.measure.demo.goals import DEMO_SETUPS, Goal, choose_goals, goal_words, postures_at
 from laptop.measure.demo.processes import (
-    SERVOED,
+    SERVO_TIMEOUT,
     ChildProcess,
     ProcessGroup,
     wait_for_link,
@@ -205,7 +205,7 @@ def _measure(made: Any, seed: int, looking: Viewers) -> PageResult:
                 words = ["simulate", "--realtime", start, "--arm", arm.file, "--out", str(home)]
                 words += [SERVO, place, *goal_words(goal)]
                 servo = crew.start(goal.name, [*words, "--log", f"{home}.jsonl"])
-                servo.wait(SERVOED)
+                servo.wait(SERVO_TIMEOUT)
                 runs.append(_judged(rig, goal, home, servo))
                 start = f"--start={AFTER}{home}"
         pace = (clock.now() - began[0]) / (time.monotonic() - began[1])

@@ -11,12 +11,12 @@ import numpy as np
 
 MM = 10.0
 """mm per cm."""
-SPREAD = 3.0
+REPEATABILITY_SIGMAS = 3.0
 """Standard deviations that a repeatability spans, as the standard has it."""
-LEAST_CYCLES = 3
-"""Of two cycles the spread of distances from the mean is nothing: both are equally far from it."""
-SINGULAR = 1e-12
-"""Variances below this are none, cm^2: a ten thousandth of a millimetre, squared."""
+MIN_CYCLES = 3
+"""Fewest cycles: of two both distances from the mean are equal, so their spread would be zero."""
+MIN_VARIANCE = 1e-12
+"""Variance below which a direction counts as exact, cm^2: (1e-5 mm)^2."""
 
 
 def pose_accuracy(values: np.ndarray, commanded: np.ndarray) -> np.ndarray:
@@ -37,7 +37,9 @@ def pose_repeatability(values: np.ndarray) -> np.ndarray:
         values: (..., cycles, d), cm.
     """
     distances = np.linalg.norm(values - values.mean(axis=-2, keepdims=True), axis=-1)
-    return np.asarray(MM * (distances.mean(axis=-1) + SPREAD * distances.std(axis=-1, ddof=1)))
+    return np.asarray(
+        MM * (distances.mean(axis=-1) + REPEATABILITY_SIGMAS * distances.std(axis=-1, ddof=1))
+    )
 
 
 def direction_variation(barycentres: np.ndarray) -> np.ndarray:
@@ -65,7 +67,7 @@ def distance_accuracy(
     distances = np.linalg.norm(one - other, axis=-1)
     return (
         np.asarray(MM * np.abs(distances.mean(axis=-1) - commanded)),
-        np.asarray(MM * SPREAD * distances.std(axis=-1, ddof=1)),
+        np.asarray(MM * REPEATABILITY_SIGMAS * distances.std(axis=-1, ddof=1)),
     )
 
 
@@ -98,7 +100,7 @@ def without_noise(values: np.ndarray, noise: np.ndarray) -> np.ndarray:
     covariance = np.swapaxes(off, -1, -2) @ off / (values.shape[-2] - 1)
     size, axes = np.linalg.eigh(covariance)
     root = np.sqrt(np.maximum(size, 0.0))
-    back = np.where(size > SINGULAR, 1 / np.sqrt(np.maximum(size, SINGULAR)), 0.0)
+    back = np.where(size > MIN_VARIANCE, 1 / np.sqrt(np.maximum(size, MIN_VARIANCE)), 0.0)
     turned = np.swapaxes(axes, -1, -2)
     white = (axes * back[..., None, :]) @ turned
     share, sides = np.linalg.eigh(white @ noise @ white)

@@ -11,16 +11,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-WIDEST_GAP = 1.5
-"""No plane is crossed where two sights beside it are farther apart than this, cm."""
-NEAR = 0.5
-"""So far from its first or last sight a plane is taken to be there, cm."""
-NODES = 4
-"""Sights that tell where the tip was between the two in their middle."""
-STEEPEST = 3.0
-"""No more of an error along a path is reckoned with as one across it."""
-STEPS = 33
-"""Places between two sights that are tried for a plane."""
+MAX_SIGHT_GAP = 1.5
+"""Greatest distance between the two sights beside a plane, cm; else it counts as not crossed."""
+END_TOLERANCE = 0.5
+"""Distance from a plane within which a first or last sight counts as on it, cm."""
+INTERPOLATION_NODES = 4
+"""Number of sights that interpolate the tip's place between the middle two."""
+MAX_SLOPE = 3.0
+"""Greatest share of an error along a path that counts as one across it."""
+PLANE_SAMPLES = 33
+"""Number of places between two sights that are tried for a plane."""
 
 
 class Crossings(NamedTuple):
@@ -168,12 +168,12 @@ def crossings(
     s = path.along(points)
     values, axes = path.across(points)
     at = stations(path, planes)
-    passed = (s[:-1] < at[:, None]) & (s[1:] >= at[:, None]) & (np.diff(s) <= WIDEST_GAP)
+    passed = (s[:-1] < at[:, None]) & (s[1:] >= at[:, None]) & (np.diff(s) <= MAX_SIGHT_GAP)
     before, seen = passed.argmax(axis=1), passed.any(axis=1)
     # Where a run begins or ends just beside a plane, its first or last sight is taken for that.
     ahead, behind = s[0] - at, at - s.max()
     before[ahead >= 0], before[behind > 0] = 0, len(s) - 2
-    seen |= ((ahead >= 0) & (ahead <= NEAR)) | ((behind > 0) & (behind <= NEAR))
+    seen |= ((ahead >= 0) & (ahead <= END_TOLERANCE)) | ((behind > 0) & (behind <= END_TOLERANCE))
     window, weights = _crossing_weights(np.flatnonzero(good), s, before, at)
     found = np.einsum("pk,pkd->pd", weights, values[window])
     found[~seen] = np.nan
@@ -181,7 +181,7 @@ def crossings(
     ends = window[:, 0], window[:, -1]
     with np.errstate(divide="ignore", invalid="ignore"):
         slope = (values[ends[1]] - values[ends[0]]) / (s[ends[1]] - s[ends[0]])[:, None]
-    slope = np.clip(np.nan_to_num(slope), -STEEPEST, STEEPEST)
+    slope = np.clip(np.nan_to_num(slope), -MAX_SLOPE, MAX_SLOPE)
     sides = axes[window] - slope[:, None, :, None] * path.tangents(points)[window][:, :, None, :]
     across_noise = sides @ noise[window] @ sides.swapaxes(-1, -2)
     return Crossings(
@@ -194,7 +194,7 @@ def crossings(
 def _crossing_weights(
     t: np.ndarray, s: np.ndarray, before: np.ndarray, at: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return which sights tell of each plane, and by how much, (planes, NODES) each.
+    """Return which sights tell of each plane, and by how much, (planes, INTERPOLATION_NODES) each.
 
     The tip shakes faster than a webcam looks, and a straight line between two pictures cuts off its
     turns.  J. L. Lagrange's polynomial through the pictures around them does not.
@@ -205,10 +205,10 @@ def _crossing_weights(
         before: the sight after which a plane is crossed, (planes,).
         at: where the planes are along the path, (planes,).
     """
-    nodes = min(NODES, len(t))
+    nodes = min(INTERPOLATION_NODES, len(t))
     first = np.clip(before - (nodes // 2 - 1), 0, len(t) - nodes)
     window = first[:, None] + np.arange(nodes)
-    share = np.linspace(0.0, 1.0, STEPS)[:, None]
+    share = np.linspace(0.0, 1.0, PLANE_SAMPLES)[:, None]
     u = t[before] + share * (t[before + 1] - t[before])  # (steps, planes)
     basis = np.ones((*u.shape, nodes))
     for k in range(nodes):

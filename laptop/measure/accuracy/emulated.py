@@ -24,26 +24,28 @@ from laptop.see.table.camera_fit import calibrate
 from robot.motion import kinematics
 from shared.arm_description import Arm
 
-NOISE = 0.03
-"""Of a marker in one picture, px, as the tracker has it in rendered pictures."""
+PIXEL_NOISE = 0.03
+"""Noise of a marker in one picture, px, as the tracker has it in rendered pictures."""
 FPS = 30.0
-"""Pictures a second, as webcams give them."""
-DISTANCE = {2: 48.0, 3: 62.0}
-"""Of the cameras from the test's cube, by the arm's coordinates, cm."""
-TILTS = {2: ((20.0, 180.0),), 3: ((30.0, 200.0), (50.0, 80.0))}
-"""Of the cameras, and whence they look, degrees."""
+"""Frame rate, pictures per second, as webcams give them."""
+CAMERA_DISTANCE = {2: 48.0, 3: 62.0}
+"""Distance of the cameras from the test's cube, cm, by the number of the arm's coordinates."""
+CAMERA_DIRECTIONS = {2: ((20.0, 180.0),), 3: ((30.0, 200.0), (50.0, 80.0))}
+"""Tilt from the vertical and azimuth of each camera, degrees, by the same number."""
 MARKER_HEIGHT = {2: 2.5, 3: 0.0}
-"""Of the marker over the tip, cm."""
-FOCAL = 600.0
-"""Of a camera that stands at just that distance, px; longer ones stand farther off."""
-HELD = tuple((tilt, turn) for tilt in (35.0, 20.0) for turn in (60.0, 180.0, 300.0)) + ((0.0, 0.0),)
-"""How the board is held for each photograph, tilt and turn, degrees; at last it lies."""
-STEEP = 55.0
-"""A board that would be seen tilted by more is held towards the camera, degrees."""
-SHOWN = 0.5
-"""Share of the board's markers below which a photograph is not used."""
-BAR = 100.0
-"""Of the board, measured, mm."""
+"""Height of the marker over the tip, cm, by the same number."""
+FOCAL_LENGTH = 600.0
+"""Focal length of a camera at just that distance, px; longer ones stand farther off."""
+BOARD_TILTS = tuple((tilt, turn) for tilt in (35.0, 20.0) for turn in (60.0, 180.0, 300.0)) + (
+    (0.0, 0.0),
+)
+"""Tilt and turn of the board for each photograph, degrees; in the last one it lies."""
+MAX_BOARD_TILT = 55.0
+"""Greatest tilt at which a board is photographed, degrees; else it is held towards the camera."""
+MIN_MARKER_SHARE = 0.5
+"""Least share of the board's markers in a photograph that is used."""
+BAR_LENGTH = 100.0
+"""Measured length of the board's bar, mm."""
 
 
 class LensCamera:
@@ -81,28 +83,28 @@ def look_at_cube(
     on_board = ArmOnBoard(turn, (float(base[0]), float(base[1])))
     d = kinematics.coordinates(arm)
     cameras, models = {}, {}
-    for number, (tilt, azimuth) in enumerate(TILTS[d]):
+    for number, (tilt, azimuth) in enumerate(CAMERA_DIRECTIONS[d]):
         lens = draw_lens(seed + number)
         azimuth += luck.uniform(-8, 8)
         stands = [
             Stand.looking(
-                DISTANCE[d] * lens.focal / FOCAL,
-                math.radians(tilt + (more if tilt + more <= STEEP else -more)),
+                CAMERA_DISTANCE[d] * lens.focal / FOCAL_LENGTH,
+                math.radians(tilt + (more if tilt + more <= MAX_BOARD_TILT else -more)),
                 turn + math.radians(azimuth + aside),
                 0.0,
                 (0.0, 0.0),
             )
-            for more, aside in HELD
+            for more, aside in BOARD_TILTS
         ]
         views = []
         for k, stand in enumerate(stands):
             view = find_board(photograph(lens, stand, seed=[seed, 52, number, k]))
-            if view and len(view.numbers) >= SHOWN * len(view.board.numbers):
+            if view and len(view.numbers) >= MIN_MARKER_SHARE * len(view.board.numbers):
                 views.append(view)
             elif k == len(stands) - 1:
                 raise BadSighting(f"seed {seed}: the camera does not see the board; take another")
         cameras["AB"[number]] = LensCamera(lens, stands[-1], on_board)
-        models["AB"[number]] = calibrate(views, BAR).camera
+        models["AB"[number]] = calibrate(views, BAR_LENGTH).camera
     return cameras, ArmSighting(arm, models, MARKER_HEIGHT[d]), on_board
 
 
@@ -110,7 +112,7 @@ def measure_emulated(
     plan: AccuracyPlan,
     built: Arm | None = None,
     plant: str = "",
-    noise: float = NOISE,
+    noise: float = PIXEL_NOISE,
     seed: int = 1000,
     fit: bool = False,
     tell: Callable[[str, int, int], None] = lambda part, number, count: None,

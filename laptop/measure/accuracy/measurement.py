@@ -15,22 +15,22 @@ import numpy as np
 from laptop.measure.accuracy import criteria
 from laptop.measure.accuracy.crossings import Crossings, crossings, stations
 from laptop.measure.accuracy.plan import (
-    DISTANCE,
-    FROM_DIRECTIONS,
-    SHARES,
+    DISTANCE_POSES,
+    MULTIDIRECTIONAL_POSES,
+    SPEED_SHARES,
     AccuracyPlan,
     PlannedWay,
 )
 from laptop.measure.accuracy.sighting import ArmOnBoard, ArmSighting, Places, SeenMarker, absorbed
 from laptop.measure.measured_run import BadMeasurement, MeasuredRun, MeasuringRig
 
-PLANES = {"line": 20, "circle": 36}
-"""Planes across each path."""
-DRAWS = 200
-"""Of what measured noise and calibration may have been."""
+PLANE_COUNTS = {"line": 20, "circle": 36}
+"""Number of planes across each path."""
+MONTE_CARLO_DRAWS = 200
+"""Number of Monte Carlo draws of noise and calibration."""
 SEED = 1
-SEEN_CYCLES = 0.5
-"""Share of the cycles that must be seen of each pose and plane."""
+MIN_SEEN_CYCLES = 0.5
+"""Least share of the cycles in which each pose and plane must be seen."""
 
 
 class HiddenMarker(BadMeasurement):
@@ -56,7 +56,7 @@ class Attained:
 
 
 Observed = dict[str, Attained]
-"""By name: "P1" to "P5", "P1 from 0" and so on, "line 100 %" and so on."""
+"""Attained places by name: "P1" to "P5", "P1 from 0" and so on, "line 100 %" and so on."""
 
 
 @dataclass(frozen=True)
@@ -272,7 +272,7 @@ def _of_pose(
 
 def _of_path(plan: AccuracyPlan, name: str, way: PlannedWay, cycles: Sequence[Places]) -> Attained:
     kind = list(plan.paths)[way.number]
-    path, planes = plan.paths[kind], PLANES[kind]
+    path, planes = plan.paths[kind], PLANE_COUNTS[kind]
     found: list[Crossings] = [crossings(path, planes, *one) for one in cycles]
     values = np.stack([one.values for one in found], axis=1)
     good = np.isfinite(values).all(axis=2)
@@ -295,7 +295,7 @@ def _of_path(plan: AccuracyPlan, name: str, way: PlannedWay, cycles: Sequence[Pl
 
 
 def _check_seen(name: str, seen: int, cycles: int) -> None:
-    least = max(criteria.LEAST_CYCLES, SEEN_CYCLES * cycles)
+    least = max(criteria.MIN_CYCLES, MIN_SEEN_CYCLES * cycles)
     if seen < least:
         raise HiddenMarker(
             f"{name}: the marker was seen in {seen} of {cycles} cycles; the camera must see all of "
@@ -320,18 +320,18 @@ def evaluate(plan: AccuracyPlan, observed: Mapping[str, np.ndarray]) -> dict[str
         out[f"AP P{number}"] = criteria.pose_accuracy(values, plan.pose(number))
     for number, values in poses.items():
         out[f"RP P{number}"] = criteria.pose_repeatability(values)
-    for number in FROM_DIRECTIONS:
+    for number in MULTIDIRECTIONAL_POSES:
         means = [
             observed[f"P{number} from {k}"][..., 0, :, :].mean(axis=-2)
             for k in range(len(plan.directions))
         ]
         out[f"vAP P{number}"] = criteria.direction_variation(np.stack(means, axis=-2))
-    one, other = DISTANCE
+    one, other = DISTANCE_POSES
     apart = float(np.linalg.norm(plan.pose(one) - plan.pose(other)))
     ad, rd = criteria.distance_accuracy(poses[one], poses[other], apart)
     out[f"AD P{one} P{other}"], out[f"RD P{one} P{other}"] = ad, rd
     for kind in plan.paths:
-        for share in SHARES:
+        for share in SPEED_SHARES:
             name = f"{kind} {100 * share:.0f} %"
             out[f"AT {name}"] = criteria.path_accuracy(observed[name])
             out[f"RT {name}"] = criteria.path_repeatability(observed[name])
@@ -345,7 +345,7 @@ def plain(plan: AccuracyPlan, observed: Observed) -> dict[str, float]:
 
 
 def with_uncertainty(
-    plan: AccuracyPlan, observed: Observed, draws: int = DRAWS, seed: int = SEED
+    plan: AccuracyPlan, observed: Observed, draws: int = MONTE_CARLO_DRAWS, seed: int = SEED
 ) -> Iterator[Criterion]:
     """Yield all criteria without the camera's noise, and how unsure that leaves them.
 

@@ -21,34 +21,34 @@ from robot.motion import kinematics, trajectory
 from shared import job
 from shared.arm_description import Arm, ArmError
 
-SIZES = (2.0, 60.0)
-"""Sides of the cube, cm."""
+CUBE_SIDES = (2.0, 60.0)
+"""Least and greatest side of the cube, cm."""
 CYCLES = (3, 100)
-CENTRES, PROBES = 1.0, 9
-"""Step in which a place for the cube is sought, cm, and points tried along each of its sides."""
+CENTRE_STEP, SIDE_PROBES = 1.0, 9
+"""Step of the search for the cube's centre, cm, and points tried along each of its sides."""
 HALVINGS = 8
-ROUNDED = 0.5
-"""A side that is found is a whole multiple of this, cm."""
-INSET = 0.1
-"""Of a diagonal, between its end and a pose."""
-RADIUS = 0.4
-"""Of the circle, in sides: its diameter is 80 % of one."""
-SHARES = (1.0, 0.5, 0.1)
-"""Of the arm's drawing speed, for paths."""
-ROUND = (5, 4, 3, 2, 1)
-"""A cycle's poses, in order."""
-FROM_DIRECTIONS = (1, 2, 4)
+SIDE_STEP = 0.5
+"""Step to which a side that is found is rounded down, cm."""
+POSE_INSET = 0.1
+"""Share of a diagonal between its end and a pose."""
+CIRCLE_RADIUS = 0.4
+"""Radius of the circle, in sides: its diameter is 80 % of one."""
+SPEED_SHARES = (1.0, 0.5, 0.1)
+"""Shares of the arm's drawing speed at which paths are tested."""
+POSE_ORDER = (5, 4, 3, 2, 1)
+"""Order of the poses in a cycle."""
+MULTIDIRECTIONAL_POSES = (1, 2, 4)
 """Poses that are approached from several directions."""
-DISTANCE = (2, 4)
-"""Poses whose distance is looked at."""
+DISTANCE_POSES = (2, 4)
+"""Poses whose distance is measured."""
 POSE_REST, PATH_REST = 1.0, 0.3
-"""The arm stands so long at a pose, and after a path, s."""
-LOG = 0.1
+"""Rest of the arm at a pose, and after a path, s."""
+LOG_PERIOD = 0.1
 """Period of the brick's log along a path, s."""
-SETTLES = 2.0
-"""What a stroke takes beside its motion and its rest, about, s."""
-PATH_SHARE = 3
-"""As the standard has it, of poses there are 30 cycles and of paths 10."""
+SETTLING_TIME = 2.0
+"""Time that a stroke takes beside its motion and its rest, about, s."""
+POSE_CYCLES_PER_PATH_CYCLE = 3
+"""Ratio of pose cycles to path cycles: the standard has 30 and 10."""
 
 
 class BadAccuracyPlan(ArmError, ValueError):
@@ -93,7 +93,7 @@ class AccuracyPlan:
     @property
     def path_cycles(self) -> int:
         """How often each path is gone along."""
-        return max(CYCLES[0], round(self.cycles / PATH_SHARE))
+        return max(CYCLES[0], round(self.cycles / POSE_CYCLES_PER_PATH_CYCLE))
 
     @property
     def axes(self) -> np.ndarray:
@@ -111,7 +111,7 @@ class AccuracyPlan:
     @property
     def poses(self) -> np.ndarray:
         """P1 to P5, (5, d), cm."""
-        half = (0.5 - INSET) * self.sides
+        half = (0.5 - POSE_INSET) * self.sides
         corners = np.array([(0, 0), (-1, -1), (1, -1), (1, 1), (-1, 1)]) * half
         return np.asarray(self.centre + corners @ self.axes)
 
@@ -135,13 +135,13 @@ class AccuracyPlan:
         """The paths by name."""
         return {
             "line": StraightPath(self.pose(2), self.pose(4)),
-            "circle": CirclePath(self.centre, RADIUS * self.side, *self.axes),
+            "circle": CirclePath(self.centre, CIRCLE_RADIUS * self.side, *self.axes),
         }
 
     def parts(self) -> dict[str, list[PlannedWay]]:
         """Return the strokes of each part of the test; each part is one job."""
         parts = {"poses": list(self._pose_strokes()), "directions": list(self._directed())}
-        for share in SHARES:
+        for share in SPEED_SHARES:
             parts[f"paths at {100 * share:.0f} %"] = [
                 PlannedWay("path", number, 0, share, path.points())
                 for number, path in enumerate(self.paths.values())
@@ -150,16 +150,16 @@ class AccuracyPlan:
         return parts
 
     def _pose_strokes(self) -> Iterator[PlannedWay]:
-        at = ROUND[-1]
+        at = POSE_ORDER[-1]
         for _ in range(self.cycles):
-            for number in ROUND:
+            for number in POSE_ORDER:
                 way = np.array([self.pose(at), self.pose(number)])
                 yield PlannedWay("pose", number, 0, 1.0, way)
                 at = number
 
     def _directed(self) -> Iterator[PlannedWay]:
-        begin = INSET * self.side
-        for _, pose in itertools.product(range(self.cycles), FROM_DIRECTIONS):
+        begin = POSE_INSET * self.side
+        for _, pose in itertools.product(range(self.cycles), MULTIDIRECTIONAL_POSES):
             for number, direction in enumerate(self.directions):
                 end = self.pose(pose)
                 way = np.array([end - begin * direction, end])
@@ -183,7 +183,7 @@ class AccuracyPlan:
         strokes, seconds = self._planned(ways)
         header: job.JobHeader = job.header_of(
             self.arm, f"accuracy: {name}", self.arm.speed, strokes, 0.0, round(seconds, 1)
-        )._replace(log=LOG, rest=rest_of(ways))
+        )._replace(log=LOG_PERIOD, rest=rest_of(ways))
         job.write_job(str(file), header, strokes)
         return header
 
@@ -203,7 +203,7 @@ class AccuracyPlan:
                 planned[key] = [motion.numbers() for motion in motions], round(cm, 3), took
             pieces, cm, took = planned[key]
             strokes.append(job.Stroke("", cm, round(t, 2), pieces))
-            t += took + rest_of(ways) + SETTLES
+            t += took + rest_of(ways) + SETTLING_TIME
         return strokes, t
 
 
@@ -231,8 +231,10 @@ def plan_accuracy(
     """
     if not CYCLES[0] <= cycles <= CYCLES[1]:
         raise BadAccuracyPlan(f"{cycles} cycles: give {CYCLES[0]} to {CYCLES[1]}")
-    if side is not None and not SIZES[0] <= side <= SIZES[1]:
-        raise BadAccuracyPlan(f"a cube of {side:g} cm: give {SIZES[0]:g} to {SIZES[1]:g} cm")
+    if side is not None and not CUBE_SIDES[0] <= side <= CUBE_SIDES[1]:
+        raise BadAccuracyPlan(
+            f"a cube of {side:g} cm: give {CUBE_SIDES[0]:g} to {CUBE_SIDES[1]:g} cm"
+        )
     d = kinematics.coordinates(arm)
     if centre is not None and (len(centre) != d or not np.isfinite(centre).all()):
         raise BadAccuracyPlan(
@@ -243,21 +245,25 @@ def plan_accuracy(
     what = "square" if d == 2 else "cube"
     where = "anywhere" if centre is None else f"at {','.join(f'{c:g}' for c in centre)} cm"
     advice = "give another --at" if centre is not None else "give a smaller --size"
-    if found < (side or SIZES[0]):
+    if found < (side or CUBE_SIDES[0]):
         wanted = f" of {side:g} cm" if side else ""
         raise BadAccuracyPlan(
             f"the arm {arm.name} has no room for a test {what}{wanted} {where}: its largest there "
             f"is {found:.1f} cm; {advice}"
         )
     return AccuracyPlan(
-        arm, elbow, side or max(SIZES[0], ROUNDED * math.floor(found / ROUNDED)), middle, cycles
+        arm,
+        elbow,
+        side or max(CUBE_SIDES[0], SIDE_STEP * math.floor(found / SIDE_STEP)),
+        middle,
+        cycles,
     )
 
 
 def _room(arm: Arm, d: int, centre: tuple[float, ...] | None) -> tuple[float, str, np.ndarray]:
     """Return (side, posture, centre) of the largest cube, ahead of the arm or where it is given."""
     _, outer = kinematics.reach(arm)
-    steps = np.arange(CENTRES, outer, CENTRES)
+    steps = np.arange(CENTRE_STEP, outer, CENTRE_STEP)
     if centre is not None:
         centres = [np.array(centre, float)]
     elif d == 2:
@@ -268,21 +274,21 @@ def _room(arm: Arm, d: int, centre: tuple[float, ...] | None) -> tuple[float, st
     best = (0.0, postures[0], centres[0])
     for posture in postures:
         for middle in centres:
-            if not _fits(arm, middle, best[0] + CENTRES / 4, posture):
+            if not _fits(arm, middle, best[0] + CENTRE_STEP / 4, posture):
                 continue
-            low, high = best[0] + CENTRES / 4, 2 * outer
+            low, high = best[0] + CENTRE_STEP / 4, 2 * outer
             for _ in range(HALVINGS):
                 half = (low + high) / 2
                 low, high = (half, high) if _fits(arm, middle, half, posture) else (low, half)
             best = (low, posture, middle)
-        if best[0] >= SIZES[0]:
+        if best[0] >= CUBE_SIDES[0]:
             break  # the arm's own posture, if it has any room
     return best
 
 
 def _fits(arm: Arm, middle: np.ndarray, side: float, posture: str) -> bool:
     """Whether an arm comes easily to all of a cube, above the table."""
-    along = side * np.linspace(-0.5, 0.5, PROBES)
+    along = side * np.linspace(-0.5, 0.5, SIDE_PROBES)
     points = middle + np.array(list(itertools.product(along, repeat=len(middle))))
     if len(middle) == 3 and points[:, 2].min() < 0:
         return False

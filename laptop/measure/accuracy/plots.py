@@ -12,7 +12,7 @@ from matplotlib.patches import Circle
 
 from laptop.measure.accuracy import criteria
 from laptop.measure.accuracy.measurement import AccuracyResult, Attained
-from laptop.measure.accuracy.plan import SHARES, AccuracyPlan
+from laptop.measure.accuracy.plan import SPEED_SHARES, AccuracyPlan
 from laptop.record.figures.charts import head
 from laptop.record.figures.sheet import (
     BAND,
@@ -28,13 +28,13 @@ from laptop.record.figures.sheet import (
     written_figure,
 )
 
-HEIGHT = 1750
-"""Of the page, px."""
+PAGE_HEIGHT = 1750
+"""Height of the page, px."""
 LEFT, RIGHT, TOP = 0.062, 0.98, 0.915
-ROOM = 1.15
-"""Axes are so many times as wide as what they show."""
-LEAST_MM = 0.2
-"""Half the width of a pose's panel at the least, mm."""
+AXIS_MARGIN = 1.15
+"""Width of the axes over that of what they show."""
+MIN_HALF_WIDTH_MM = 0.2
+"""Least half width of a pose's panel, mm."""
 
 
 def write_accuracy_plot(
@@ -45,7 +45,7 @@ def write_accuracy_plot(
     Raises:
         OSError: as the system says it.
     """
-    with written_figure(file, title, notes, height=HEIGHT) as figure:
+    with written_figure(file, title, notes, height=PAGE_HEIGHT) as figure:
         _draw_poses(figure, result)
         _draw_paths(figure, result)
 
@@ -77,7 +77,7 @@ def _draw_poses(figure: Figure, result: AccuracyResult) -> None:
         )
         for number, points in shown.items()
     )
-    half = max(LEAST_MM, ROOM * widest)
+    half = max(MIN_HALF_WIDTH_MM, AXIS_MARGIN * widest)
     for number, points in shown.items():
         axes = figure.add_axes(places[number])
         head(axes, f"P{number}   AP {mm[f'AP P{number}']:.2f} mm,  RP {mm[f'RP P{number}']:.2f} mm")
@@ -152,9 +152,9 @@ def _flat(plan: AccuracyPlan, attained: Attained) -> np.ndarray:
 
 def _draw_paths(figure: Figure, result: AccuracyResult) -> None:
     plan = result.plan
-    wide, high = (RIGHT - LEFT) / len(SHARES), 0.08
+    wide, high = (RIGHT - LEFT) / len(SPEED_SHARES), 0.08
     mm = {one.name: one.mm for one in result.criteria}
-    names = {kind: [f"{kind} {100 * share:.0f} %" for share in SHARES] for kind in plan.paths}
+    names = {kind: [f"{kind} {100 * share:.0f} %" for share in SPEED_SHARES] for kind in plan.paths}
     for row, kind in enumerate(plan.paths):
         tubes = {name: _tube(result.observed[name]) for name in names[kind]}
         most = max(float((np.abs(mean) + band).max()) for _, mean, band, _ in tubes.values())
@@ -166,7 +166,9 @@ def _draw_paths(figure: Figure, result: AccuracyResult) -> None:
             axes.fill_between(s, mean - band, mean + band, color=BAND, alpha=0.22, lw=0, zorder=0)
             axes.plot(s, runs, color=WANTED, lw=0.5, alpha=0.45, zorder=2)
             axes.plot(s, mean, color=PEAK, lw=1.6, zorder=3)
-            axes.set(xlim=(0, plan.paths[kind].length), ylim=(-ROOM * most, ROOM * most))
+            axes.set(
+                xlim=(0, plan.paths[kind].length), ylim=(-AXIS_MARGIN * most, AXIS_MARGIN * most)
+            )
             axes.locator_params(nbins=6, steps=TICKS)
             axes.grid(axis="y", color=REACH_EDGE, lw=0.5)
             axes.set_axisbelow(True)

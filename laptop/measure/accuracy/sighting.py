@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from laptop.measure.measured_run import MEDIAN_NOISE, NORMAL, SETTLED, MeasuredRun
+from laptop.measure.measured_run import MAD_TO_SIGMA, MEDIAN_NOISE, SETTLED_SHARE, MeasuredRun
 from laptop.see.serve.joint_track import marker_shift
 from laptop.see.table.camera_model import CameraModel, triangulate
 from laptop.see.table.plane_motion import nearest_motion, rotation
@@ -21,8 +21,8 @@ from shared.arm_description import Arm, ArmError
 
 PIXEL_STEP, SIGMA_STEP = 0.5, 0.1
 """Steps of numerical derivatives: px, and standard deviations of the calibration."""
-TOLD = 1e-9
-"""Share of its greatest below which a variance of the calibration is none."""
+MIN_VARIANCE_SHARE = 1e-9
+"""Share of the calibration's greatest variance below which one counts as zero."""
 
 
 class BadSighting(ArmError, ValueError):
@@ -253,7 +253,7 @@ def _noise(run: MeasuredRun, camera: str) -> float:
     for row in run.rows:
         if not row.rest:
             continue
-        looked = (sights.t > row.t - SETTLED * run.rest) & (sights.t <= row.t)
+        looked = (sights.t > row.t - SETTLED_SHARE * run.rest) & (sights.t <= row.t)
         seen = sights.pixels[looked]
         seen = seen[np.isfinite(seen).all(axis=1)]
         if len(seen) > 2:
@@ -264,7 +264,7 @@ def _noise(run: MeasuredRun, camera: str) -> float:
             f"camera {camera} saw the marker in hardly a picture while the arm stood: show it the "
             "arm's whole way, and give it light"
         )
-    return float(NORMAL * np.median(np.abs(np.concatenate(off))))
+    return float(MAD_TO_SIGMA * np.median(np.abs(np.concatenate(off))))
 
 
 def _between(t: np.ndarray, pixels: np.ndarray, at: np.ndarray) -> np.ndarray:
@@ -275,7 +275,7 @@ def _between(t: np.ndarray, pixels: np.ndarray, at: np.ndarray) -> np.ndarray:
 def _roots(covariance: np.ndarray) -> np.ndarray:
     """Return rows (c, 14) whose outer products sum up to the covariance."""
     values, vectors = np.linalg.eigh(covariance)
-    good = values > TOLD * max(float(values[-1]), 1e-300)
+    good = values > MIN_VARIANCE_SHARE * max(float(values[-1]), 1e-300)
     return np.asarray((vectors[:, good] * np.sqrt(values[good])).T)
 
 

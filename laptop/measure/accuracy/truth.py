@@ -9,7 +9,7 @@ import numpy as np
 
 from laptop.measure.accuracy.plan import PlannedWay
 from laptop.measure.accuracy.sighting import Places, nearest_stand
-from laptop.measure.measured_run import SETTLED, MeasuredRun
+from laptop.measure.measured_run import SETTLED_SHARE, MeasuredRun
 
 
 def true_places(
@@ -33,7 +33,7 @@ def true_places(
         if way.what == "path":
             along = tips[(t >= begins[number]) & (t <= end - run.rest)]
         else:
-            along = tips[(t > end - SETTLED * run.rest) & (t <= end)].mean(axis=0)[None]
+            along = tips[(t > end - SETTLED_SHARE * run.rest) & (t <= end)].mean(axis=0)[None]
         n, d = along.shape
         yield way, Places(along, np.zeros((n, d, d)), np.zeros((n, d, 0)))
 

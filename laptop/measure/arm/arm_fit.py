@@ -27,21 +27,21 @@ from laptop.measure.arm.arm_model import (
 from shared.arm_description import ArmError
 
 LOSS_SCALE = 2.0
-"""Residuals beyond so many standard deviations count less."""
-STEP = 1e-4
-"""Of numerical derivatives, in standard deviations of the prior."""
-INSIDE = 1e-6
-"""A fit begins so far within the bounds, standard deviations of the prior."""
-PASSES = 3
-"""So often the noise is seen through the arm anew."""
-PLACING = 0.03
-"""Error with which a hand sets a pen on a cross, cm."""
-LEAST_PIXEL = 0.1
-"""Error of a marker's place that is always reckoned with, px."""
-LIKELY_GEAR = 3.0
-"""A gear differs from its description if it does by so many standard deviations, ..."""
-LEAST_GEAR = 0.004
-"""... and by such a share."""
+"""Scale of the robust loss: residuals beyond it count less, standard deviations."""
+DERIVATIVE_STEP = 1e-4
+"""Step of numerical derivatives, in standard deviations of the prior."""
+BOUND_MARGIN = 1e-6
+"""Distance from the bounds at which a fit begins, standard deviations of the prior."""
+NOISE_PASSES = 3
+"""Number of times that the noise is mapped through the fitted arm anew."""
+PLACING_ERROR = 0.03
+"""Error with which a hand sets a pen on a cross, cm (standard deviation)."""
+MIN_PIXEL_ERROR = 0.1
+"""Least error of a marker's place, px."""
+MIN_GEAR_SIGMAS = 3.0
+"""Least deviation of a gear from its description that is reported, standard deviations, ..."""
+MIN_GEAR_CHANGE = 0.004
+"""... and as a share of it."""
 
 
 class BadIdentification(ArmError, ValueError):
@@ -178,7 +178,7 @@ class _ArmProblem:
         whiteners = {}
         for name in self.model.cameras:
             seen_by_e = self.model.by_encoders(state, name, self.rests.stood) * sigma_e
-            sigma = np.maximum(self.rests.sigma[name], LEAST_PIXEL)
+            sigma = np.maximum(self.rests.sigma[name], MIN_PIXEL_ERROR)
             noise = seen_by_e @ seen_by_e.transpose(0, 2, 1)
             noise += sigma[:, None, None] ** 2 * np.eye(2)
             mine = [touch for touch in self.touches if touch.camera == name]
@@ -193,7 +193,7 @@ class _ArmProblem:
         """Return by how many px the marker is beside where it is if the pen were on the cross."""
         crosses, elbows = self.touching(name)
         columns = []
-        for unit in PLACING * np.eye(2):
+        for unit in PLACING_ERROR * np.eye(2):
             ends = [
                 self.model.touched(state, name, crosses + sign * unit, elbows) for sign in SIGNS
             ]
@@ -291,7 +291,7 @@ def fit_arm(model: ArmModel, rests: RestSights, touches: Sequence[TouchSight] = 
     model, state = first_guess(model, rests)
     fit = _fitted(model, state, rests)
     elbows = bent_at(fit, touches)
-    for _ in range(PASSES if touches else 0):
+    for _ in range(NOISE_PASSES if touches else 0):
         fit = _fitted(model, fit.state, rests, touches, elbows)
         before, elbows = elbows, nearer_elbows(fit, touches)
         if elbows == before:
@@ -300,7 +300,7 @@ def fit_arm(model: ArmModel, rests: RestSights, touches: Sequence[TouchSight] = 
     as_said = [
         key
         for key in keys
-        if abs(fit.value(key) - 1) < max(LIKELY_GEAR * fit.sigma(key), LEAST_GEAR)
+        if abs(fit.value(key) - 1) < max(MIN_GEAR_SIGMAS * fit.sigma(key), MIN_GEAR_CHANGE)
     ]
     if not as_said:
         return fit
@@ -383,8 +383,8 @@ def _fitted(
     problem = _ArmProblem(model, rests, touches, free, elbows)
     x = ((state - model.mean) / np.where(free, model.spread, 1.0))[free]
     least = model.least()[free]
-    x = np.maximum(x, least + INSIDE)
-    for _ in range(PASSES):
+    x = np.maximum(x, least + BOUND_MARGIN)
+    for _ in range(NOISE_PASSES):
         problem = problem.whitened(x)
         found = least_squares(
             problem.residuals,
@@ -404,7 +404,7 @@ def _told(problem: _ArmProblem, x: np.ndarray) -> ArmFit:
     model, free = problem.model, problem.free
     m = len(x)
     everything = problem.residuals(x)
-    jacobian = slopes(problem.residuals, x, np.full(m, STEP) / _stiffness(model, free))
+    jacobian = slopes(problem.residuals, x, np.full(m, DERIVATIVE_STEP) / _stiffness(model, free))
     data, own = everything[m:], jacobian[m:]
     # psi and its derivative of the soft L1 loss.
     bent = 1 + (data / LOSS_SCALE) ** 2

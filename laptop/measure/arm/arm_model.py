@@ -28,33 +28,35 @@ from laptop.see.table.camera_model import CameraModel, projected
 from shared.arm_description import Arm
 
 LINK_SPREAD = 0.1
-"""A link differs from its description by so much, a share (standard deviation)."""
+"""Standard deviation of a link from its description, a share of it."""
 ZERO_SPREAD = math.radians(5)
 BACKLASH_SPREAD = math.radians(5)
 GEAR_SPREAD = 0.05
 OFFSET_SPREAD = 1.0
-"""Of the marker beside the pen, cm: untouched it sits somewhere on the last link's end."""
+"""Standard deviation of the marker's place beside the pen, cm: untouched it sits somewhere on the
+last link's end."""
 HEIGHT_SPREAD, GIVEN_HEIGHT_SPREAD = 2.0, 0.05
-"""Of the marker over the table, cm: not measured, and measured by a ruler."""
+"""Standard deviations of the marker's height over the table, cm: not measured, and measured by a
+ruler."""
 USUAL_HEIGHT = 2.5
 SQUARE_SPREAD = math.radians(0.3)
-"""With which a board's edge is laid along the arm's x, rad."""
-PLACE_SPREAD = 100.0
-"""Of the arm on the board, cm and rad: nothing is known."""
+"""Standard deviation of the angle between a board's edge and the arm's x, rad."""
+POSE_SPREAD = 100.0
+"""Standard deviation of the arm's pose on the board, cm and rad: nothing is known."""
 BASE_HEIGHT_SPREAD, TILT_SPREAD = 1.0, math.radians(3)
 PHASE = 1 / math.sqrt(12)
 """Standard deviation of a shaft that stands anywhere within a count, counts."""
 COUNT = math.radians(1)
 LAG = (0.02, 0.06)
-"""By how much less a motor has pushed its link than the brick's observer believes, counts: mean and
-standard deviation from arm to arm.  It looks like backlash, and no more poses tell it from that."""
-RUN_ON, RUN_ON_LAG = 0.5, 0.2
-"""Where a motor goes back at more than such a share of the rests, its link mostly runs on, too: the
-standard deviation of the lag there, counts."""
-WENT_BACK = 0.4
-"""A motor that is so much behind where it was has gone back, counts."""
+"""Lag of a link behind its motor beyond what the brick's observer believes, counts: mean and
+standard deviation from arm to arm. It looks like backlash, and no more poses tell it from that."""
+MAX_RETREAT_SHARE, RETREAT_LAG = 0.5, 0.2
+"""Share of the rests beyond which a motor goes back so often that its link mostly runs on, too; and
+the standard deviation of the lag there, counts."""
+MIN_RETREAT = 0.4
+"""Least angle behind its former place at which a motor counts as gone back, counts."""
 SIGNS = (1, -1)
-SMALL = 1e-4
+ANGLE_STEP = 1e-4
 """Step of a derivative by an angle, rad."""
 
 
@@ -172,7 +174,7 @@ class ArmModel:
                 link_spread = BASE_HEIGHT_SPREAD
                 if known.height is not None:
                     link, link_spread = known.height, GIVEN_HEIGHT_SPREAD
-            lag_spread = RUN_ON_LAG if self.run_on and self.run_on[k] else LAG[1]
+            lag_spread = RETREAT_LAG if self.run_on and self.run_on[k] else LAG[1]
             rows += [
                 (f"{joint.name}.link", link, link_spread),
                 (f"{joint.name}.zero", 0.0, ZERO_SPREAD),
@@ -187,11 +189,11 @@ class ArmModel:
         along, aside = self.arm.marker_offset
         rows += [("marker.along", along, known.offset_sigma)]
         rows += [("marker.aside", aside, known.offset_sigma)]
-        turn, turn_spread = 0.0, PLACE_SPREAD
+        turn, turn_spread = 0.0, POSE_SPREAD
         if known.square is not None:
             turn, turn_spread = -math.pi / 2 * known.square, SQUARE_SPREAD
         rows += [("board.turn", turn, turn_spread)]
-        rows += [(f"board.{axis}", 0.0, PLACE_SPREAD) for axis in "xy"]
+        rows += [(f"board.{axis}", 0.0, POSE_SPREAD) for axis in "xy"]
         if self.spatial:
             rows += [(f"base.tilt_{axis}", 0.0, TILT_SPREAD) for axis in "xy"]
         elif known.height is None:
@@ -265,11 +267,11 @@ class ArmModel:
     def by_encoders(self, state: np.ndarray, name: str, stood: Standing) -> np.ndarray:
         """Return derivatives of the pixels by the encoders' angles, (n, 2, joints), px/rad."""
         columns = []
-        for unit in SMALL * np.eye(stood.e.shape[1]):
+        for unit in ANGLE_STEP * np.eye(stood.e.shape[1]):
             ends = [
                 self.pixels(state, name, stood._replace(e=stood.e + sign * unit)) for sign in SIGNS
             ]
-            columns.append((ends[0] - ends[1]) / (2 * SMALL))
+            columns.append((ends[0] - ends[1]) / (2 * ANGLE_STEP))
         return np.stack(columns, axis=-1)
 
     def touched(
@@ -302,8 +304,8 @@ class ArmModel:
 def running_on(arm: Arm, stood: Standing) -> tuple[bool, ...]:
     """Return per joint whether its link mostly runs on where its motor stops."""
     counts = np.array([COUNT / joint.gear for joint in arm.joints])
-    share = (stood.back > WENT_BACK * counts).mean(axis=0)
-    return tuple(bool(one) for one in share > RUN_ON)
+    share = (stood.back > MIN_RETREAT * counts).mean(axis=0)
+    return tuple(bool(one) for one in share > MAX_RETREAT_SHARE)
 
 
 def encoder_sigma(arm: Arm) -> np.ndarray:

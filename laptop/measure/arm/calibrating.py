@@ -31,26 +31,26 @@ from laptop.see.markers.finders.board import BoardView, find_board
 from laptop.see.table.camera_fit import Calibration
 from laptop.see.table.camera_report import shift_since
 
-SCOUTS, BATCH = 12, 10
-"""Poses before anything is known, and from one fit to the next."""
-LONGEST = 180.0
-"""On the brick no new poses are begun that would take it beyond so long, s."""
-LINK_WANTED = 0.001
+SCOUT_POSES, BATCH_POSES = 12, 10
+"""Number of poses before anything is known, and from one fit to the next."""
+MAX_DURATION = 180.0
+"""Longest duration on the brick, s: no new poses begin that would exceed it."""
+LINK_TARGET = 0.001
 """Standard uncertainties that are good enough: of a link, a share, ..."""
-ANGLE_WANTED = math.radians(0.1)
+ANGLE_TARGET = math.radians(0.1)
 """... of a zero and a backlash, rad."""
-FEWEST_SEEN = 3
-"""Pictures in which a marker must be seen at a rest."""
-BOARD_SEEN = 0.6
-"""Share of the board's markers that must be seen."""
-LEAST_CONTRAST = 40.0
-"""Between dark and bright of a picture, of 255."""
-MOST_SPREAD = 5.0
-"""Standard deviation of its sharpest edges, px."""
-REACHING = 4.0
-"""Before the first rest the arm moves for about so long, s."""
-LOST = 0.5
-"""Share of the scouts in which the marker must be seen."""
+MIN_PICTURES = 3
+"""Fewest pictures in which a marker must be seen at a rest."""
+MIN_BOARD_SHARE = 0.6
+"""Least share of the board's markers that must be seen."""
+MIN_CONTRAST = 40.0
+"""Least contrast between dark and bright of a picture, of 255."""
+MAX_EDGE_SPREAD = 5.0
+"""Greatest standard deviation of a picture's sharpest edges, px."""
+APPROACH_TIME = 4.0
+"""Time for which the arm moves before the first rest, about, s."""
+MIN_SCOUT_SHARE = 0.5
+"""Least share of the scouts in which the marker must be seen."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +91,7 @@ def identify(
     model: ArmModel,
     touches: Sequence[TouchSight] = (),
     say: Callable[[str], None] = lambda line: None,
-    longest: float = LONGEST,
+    longest: float = MAX_DURATION,
 ) -> Identified:
     """Let an arm go through poses before its cameras, and fit its numbers.
 
@@ -104,14 +104,14 @@ def identify(
     poses: list[ApproachedPose] = []
     times: list[float] = []
     seconds, at = 0.0, tuple(joint.home for joint in arm.joints)
-    todo = ordered(arm, scouts(arm, SCOUTS), at)
+    todo = ordered(arm, scouts(arm, SCOUT_POSES), at)
     fit = None
     while todo:
         run, standard = _gone(rig, model, todo)
         rests, poses = (rests + standard if rests else standard), poses + todo
         stood = [row.t for row in run.rows if row.rest]
         first = run.rows[0].t if run.rows else 0.0
-        start = min(first, stood[0]) - REACHING
+        start = min(first, stood[0]) - APPROACH_TIME
         times += [seconds + t - start for t in stood]
         seconds += stood[-1] - start
         at = todo[-1].q
@@ -130,7 +130,7 @@ def identify(
             f"{_worst(fit, 'backlash', 180 / math.pi):.2f} deg"
         )
         per_pose = seconds / len(poses)
-        count = min(BATCH, int((longest - seconds) / per_pose))
+        count = min(BATCH_POSES, int((longest - seconds) / per_pose))
         if sure or count < 2:
             break
         pixel = float(np.nanmedian([np.nanmedian(s) for s in rests.sigma.values()]))
@@ -199,7 +199,7 @@ def check_sharp(image: np.ndarray) -> None:
     """
     grey = cv2.GaussianBlur(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), (0, 0), 1.0).astype(float)
     dark, bright = np.percentile(grey, [1, 99])
-    if bright - dark < LEAST_CONTRAST:
+    if bright - dark < MIN_CONTRAST:
         raise BadIdentification(
             f"the picture is nearly even ({dark:.0f} to {bright:.0f} of 255): give it light, and "
             "take the cap off the camera; nothing was written"
@@ -209,7 +209,7 @@ def check_sharp(image: np.ndarray) -> None:
     steepest = min(float(np.percentile(np.abs(way), 99.9)) for way in ways)
     # An edge that is spread like a normal distribution: its height over its greatest slope.
     spread = (bright - dark) / max(steepest, 1e-3) / math.sqrt(2 * math.pi)
-    if spread > MOST_SPREAD:
+    if spread > MAX_EDGE_SPREAD:
         raise BadIdentification(
             f"the picture is blurred: no edge in it is sharper than {2.5 * spread:.0f} px; focus, "
             "fasten the camera, and give it more light; nothing was written"
@@ -229,10 +229,10 @@ def check_board(view: BoardView | None) -> BoardView:
             "was written"
         )
     seen, every = len(view.numbers), len(view.board.numbers)
-    if seen < BOARD_SEEN * every:
+    if seen < MIN_BOARD_SHARE * every:
         raise BadIdentification(
-            f"{seen} of the board's {every} markers are seen, and {math.ceil(BOARD_SEEN * every)} "
-            "are the least to measure an arm by: uncover it, and turn the arm aside; nothing was "
+            f"{seen} of the board's {every} markers are seen, and "
+            f"{math.ceil(MIN_BOARD_SHARE * every)} are the least to measure an arm by: uncover it, and turn the arm aside; nothing was "
             "written"
         )
     return view
@@ -254,11 +254,11 @@ def _gone(
                 f"the brick has logged {len(seen.q)} rests, and there were {len(poses)} poses; "
                 "do it again"
             )
-        few = seen.seen < FEWEST_SEEN
+        few = seen.seen < MIN_PICTURES
         if 2 * np.count_nonzero(few & (seen.seen > 0)) > len(few):
             raise BadIdentification(
-                f"camera {name} saw the marker, but in fewer than {FEWEST_SEEN} pictures a rest at "
-                f"{np.count_nonzero(few)} of {len(few)} poses: it takes some 6 pictures a second; "
+                f"camera {name} saw the marker, but in fewer than {MIN_PICTURES} pictures a rest "
+                f"at {np.count_nonzero(few)} of {len(few)} poses: it takes some 6 pictures a second; "
                 "give it more light, or fewer pixels (--frame-size of track); nothing was written"
             )
         places = seen.pixel.copy()
@@ -273,7 +273,7 @@ def _gone(
 def _check_seen(rests: RestSights) -> None:
     for name, pixels in rests.pixels.items():
         seen = int(np.isfinite(pixels).all(axis=1).sum())
-        if seen < LOST * len(pixels):
+        if seen < MIN_SCOUT_SHARE * len(pixels):
             raise MarkerUnseen(
                 f"camera {name} saw the marker in {seen} of {len(pixels)} poses that lie all over "
                 "what the arm can reach: it is out of the picture, hidden or blurred; let the "
@@ -287,10 +287,10 @@ def _sureness(fit: ArmFit) -> tuple[bool, dict[str, float]]:
     wanted = {}
     for k, joint in enumerate(fit.model.arm.joints):
         if not (fit.model.spatial and k == 0):
-            wanted[f"{joint.name}.link"] = LINK_WANTED * joint.link
-        wanted[f"{joint.name}.backlash"] = ANGLE_WANTED
+            wanted[f"{joint.name}.link"] = LINK_TARGET * joint.link
+        wanted[f"{joint.name}.backlash"] = ANGLE_TARGET
         if k:
-            wanted[f"{joint.name}.zero"] = ANGLE_WANTED
+            wanted[f"{joint.name}.zero"] = ANGLE_TARGET
     return all(fit.sigma(name) <= limit for name, limit in wanted.items()), wanted
 
 

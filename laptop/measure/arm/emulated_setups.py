@@ -12,7 +12,7 @@ from laptop.emulator.scene.poses import ScriptedPoses
 from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.scene_constants import BadScene, read_scene
 from laptop.emulator.scene.synthetic_camera import SyntheticCamera
-from laptop.measure.arm.arm_fit import PLACING, TouchSight
+from laptop.measure.arm.arm_fit import PLACING_ERROR, TouchSight
 from laptop.measure.arm.arm_model import USUAL_HEIGHT, MeasuredByHand
 from laptop.measure.arm.calibrating import CalibrationSetup, check_unmoved, seen_board
 from laptop.measure.arm.emulated_table import (
@@ -31,12 +31,12 @@ from robot.motion import kinematics
 from shared.arm_description import Arm
 from shared.messages import EFFECTOR
 
-SCENE = "board=a4,board_x=12,goal=none,fps=12"
-"""Before what is written for a scene."""
-ASIDE = (2.4, 1.2)
-"""Joints of a planar arm that leaves the board free, rad."""
-LOOKS = 6
-"""Pictures of the marker on a cross."""
+SCENE_PREFIX = "board=a4,board_x=12,goal=none,fps=12"
+"""Text before what is written for a scene."""
+PARKED_ANGLES = (2.4, 1.2)
+"""Joint angles of a planar arm that leaves the board free, rad."""
+CROSS_PICTURES = 6
+"""Number of pictures of the marker on a cross."""
 
 
 def by_formula(
@@ -80,12 +80,12 @@ def rendered(
     Raises:
         ArmError: a text is wrong, or the board is not seen.
     """
-    constants = read_scene(f"{SCENE},{scene}" if scene else SCENE)
+    constants = read_scene(f"{SCENE_PREFIX},{scene}" if scene else SCENE_PREFIX)
     if constants["board"] == "none":
         raise BadScene("the scene has no board: --scene board=a4,board_x=12")
     view = Scene(built, constants)
     pictures = _Pictures(built, view)
-    found = calibrate([seen_board(pictures.take(ASIDE))], bar)
+    found = calibrate([seen_board(pictures.take(PARKED_ANGLES))], bar)
     touches = pictures.touches(crosses, luck_of(seed))
     rig = RenderedRig(arm, {"A": view}, built, plant, seed, only_rests=True)
 
@@ -117,11 +117,11 @@ class _Pictures:
         free, found = with_free_joints(self._arm), []
         for cross in crosses:
             x, y, _ = board_place(self._scene.constants, np.array([cross]))[0]
-            point = np.array([x, y]) + PLACING * luck.standard_normal(2)
+            point = np.array([x, y]) + PLACING_ERROR * luck.standard_normal(2)
             q = kinematics.inverse(free, tuple(map(float, point)))
-            tracker, seen = Tracker([marker]), np.full((LOOKS, 2), np.nan)
-            for k in range(LOOKS):
+            tracker, seen = Tracker([marker]), np.full((CROSS_PICTURES, 2), np.nan)
+            for k in range(CROSS_PICTURES):
                 if place := tracker.find(self.take(q), float(k)).get(EFFECTOR):
                     seen[k] = place.u, place.v
-            found.append(touch_sight(cross, Sights(np.arange(float(LOOKS)), seen)))
+            found.append(touch_sight(cross, Sights(np.arange(float(CROSS_PICTURES)), seen)))
         return found

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from laptop.measure.arm.arm_fit import PLACING, TouchSight
+from laptop.measure.arm.arm_fit import PLACING_ERROR, TouchSight
 from laptop.measure.arm.calibrating import check_board
 from laptop.measure.arm.touching import crosses_to_touch
 from laptop.measure.emulated_rig import marker_point
@@ -24,13 +24,13 @@ from robot.motion import kinematics
 from shared.arm_description import Arm
 
 CORNER_NOISE = 0.1
-"""Error with which a corner of the board is found, px."""
-INNER = 0.5
+"""Error with which a corner of the board is found, px (standard deviation)."""
+CORNER_SQUARE_SHARE = 0.5
 """Share of a marker's square whose corners are found."""
-TILTED = ((math.radians(30), 0.0), (0.0, math.radians(30)))
-"""The board is also shown turned so far about its x and y, rad, before it is laid down."""
-TOUCH_LOOKS = 10
-"""Pictures that are taken of the marker while the pen stands on a cross."""
+BOARD_TILTS = ((math.radians(30), 0.0), (0.0, math.radians(30)))
+"""Turns of the board about its x and y in further pictures, rad, before it is laid down."""
+TOUCH_PICTURES = 10
+"""Number of pictures of the marker while the pen stands on a cross."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +77,7 @@ class EmulatedTable:
         Raises:
             BadCalibration, BadIdentification: too little of it is seen.
         """
-        views = [self._view(tilt, luck) for tilt in TILTED]
+        views = [self._view(tilt, luck) for tilt in BOARD_TILTS]
         views.append(self._view((0.0, 0.0), luck, self.covered))
         check_board(views[-1])
         return calibrate(views, bar)
@@ -86,7 +86,7 @@ class EmulatedTable:
         self, tilt: tuple[float, float], luck: np.random.Generator, covered: float = 0.0
     ) -> BoardView:
         numbers = np.array(self.board.numbers)
-        points = np.concatenate([self.board.square(k, INNER) for k in numbers])
+        points = np.concatenate([self.board.square(k, CORNER_SQUARE_SHARE) for k in numbers])
         turned = cv2.Rodrigues(np.array([*tilt, 0.0]))[0]
         pixels = self._within(self.camera.project(self.print_scale * points @ turned.T))
         seen = np.isfinite(pixels).reshape(len(numbers), -1).all(axis=1)
@@ -94,7 +94,7 @@ class EmulatedTable:
         corners = np.repeat(seen, 4)
         pixels = pixels[corners] + CORNER_NOISE * luck.standard_normal((corners.sum(), 2))
         quads = pixels.reshape(-1, 4, 2)
-        sides = np.linalg.norm(quads[:, 0] - quads[:, 1], axis=1) / INNER
+        sides = np.linalg.norm(quads[:, 0] - quads[:, 1], axis=1) / CORNER_SQUARE_SHARE
         side = float(np.median(sides)) if len(sides) else 0.0
         return BoardView(
             self.board, numbers[seen], points[corners], pixels, self.camera.size, side, 0.8
@@ -120,17 +120,17 @@ class EmulatedTable:
         """
         found = []
         for cross in crosses:
-            hand = self.print_scale * np.array(cross) + PLACING * luck.standard_normal(2)
+            hand = self.print_scale * np.array(cross) + PLACING_ERROR * luck.standard_normal(2)
             c, s = math.cos(self.turn), math.sin(self.turn)
             point = (hand - self.base) @ np.array([[c, -s], [s, c]])
             elbow = ("up", "down")[int(luck.integers(2))]
             q = kinematics.inverse(with_free_joints(self.arm), tuple(map(float, point)), elbow)
             place = np.array([marker_point(self.arm, q, self.height)])
-            looks = self.project(np.repeat(place, TOUCH_LOOKS, axis=0))
+            looks = self.project(np.repeat(place, TOUCH_PICTURES, axis=0))
             looks = looks + noise_px * luck.standard_normal(looks.shape)
             pixel = np.median(looks, axis=0)
             if np.isfinite(pixel).all():
-                sigma = 1.25 * noise_px / math.sqrt(TOUCH_LOOKS)
+                sigma = 1.25 * noise_px / math.sqrt(TOUCH_PICTURES)
                 found.append(TouchSight(cross, (float(pixel[0]), float(pixel[1])), sigma))
         return found
 

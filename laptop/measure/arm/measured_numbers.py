@@ -21,13 +21,14 @@ ANGLE_LIMIT = math.radians(0.8)
 """... of a zero and a backlash, rad, ..."""
 OFFSET_LIMIT = 0.1
 """... and of the marker_offset, cm."""
-LEARNT = 0.7
-"""Share of the uncertainty before above which nothing was learnt of a number."""
-SQUARE_NOTED = math.radians(45)
-"""A first zero beside its description by more: the board lies another quarter turned than said."""
-SCALE_NOTED, SCALE_ALIKE = 0.01, 0.012
-"""Links that differ from their description by such a share, and alike to such a one, look like a
-board that was not printed at 100 %."""
+MAX_UNCERTAINTY_SHARE = 0.7
+"""Share of the uncertainty before above which a number counts as not learned."""
+MAX_ZERO_SHIFT = math.radians(45)
+"""Greatest difference of a first zero from its description, rad; beyond it the board lies another
+quarter turned than said."""
+MIN_SCALE_ERROR, MAX_SCALE_SPREAD = 0.01, 0.012
+"""Least difference of the links from their description, and greatest one among them, as shares, at
+which a board looks as if it was not printed at 100 %."""
 
 
 @dataclass(frozen=True)
@@ -170,7 +171,7 @@ def _of_marker(fit: ArmFit) -> list[Measured]:
 
 def _learnt(fit: ArmFit, name: str) -> bool:
     spread = fit.model.spread[fit.model.index(name)]
-    return bool(spread > 0 and fit.sigma(name) < LEARNT * spread)
+    return bool(spread > 0 and fit.sigma(name) < MAX_UNCERTAINTY_SHARE * spread)
 
 
 def _scaled(fit: ArmFit) -> bool:
@@ -201,8 +202,8 @@ def check_scale(fit: ArmFit, bar: float | None) -> None:
     if not shares:
         return
     mean = sum(shares.values()) / len(shares)
-    alike = max(shares.values()) - min(shares.values()) < SCALE_ALIKE
-    if abs(mean - 1) > max(SCALE_NOTED, 2 * min(sigmas)) and alike:
+    alike = max(shares.values()) - min(shares.values()) < MAX_SCALE_SPREAD
+    if abs(mean - 1) > max(MIN_SCALE_ERROR, 2 * min(sigmas)) and alike:
         which = "all links are" if len(shares) > 1 else f"the link of the {min(shares)} is"
         more = "longer" if mean > 1 else "shorter"
         raise BadIdentification(
@@ -240,7 +241,7 @@ def check_square(fit: ArmFit) -> None:
     square = fit.model.known.square
     joint = fit.model.arm.joints[0]
     zero = fit.value(f"{joint.name}.zero")
-    if square is None or abs(zero) <= SQUARE_NOTED:
+    if square is None or abs(zero) <= MAX_ZERO_SHIFT:
         return
     likely = 90 * round((square - 2 * zero / math.pi) % 4) % 360
     raise BadIdentification(

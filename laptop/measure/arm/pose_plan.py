@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from laptop.measure.arm.arm_fit import STEP, ArmFit
+from laptop.measure.arm.arm_fit import DERIVATIVE_STEP, ArmFit
 from laptop.measure.arm.arm_model import ArmModel, Standing, encoder_sigma, slopes
 from laptop.measure.measured_run import MeasuredRun
 from robot.motion import kinematics
@@ -27,22 +27,23 @@ from shared.arm_description import Arm, ArmError
 
 NAME = "calibrate"
 ACCELERATION = math.radians(75)
-"""Of each joint, rad/s^2: so low that a link stays on the flank by which it is pushed."""
-APPROACH = math.radians(4)
-"""So far each joint goes the way by which it comes to a pose, rad, beside its backlash."""
-SPEED = math.radians(40)
-"""Greatest of a joint on that way, rad/s."""
-LOG = 0.03
-"""The brick logs so often where its motors are, s: they may go back at the end of a motion."""
-REST = 1.0
-"""The arm stands so long at each pose, s."""
+"""Acceleration of each joint, rad/s^2: so low that a link stays on the flank by which it is
+pushed."""
+APPROACH_ANGLE = math.radians(4)
+"""Angle over which each joint approaches a pose in one direction, rad, beside its backlash."""
+APPROACH_SPEED = math.radians(40)
+"""Greatest speed of a joint on that way, rad/s."""
+LOG_PERIOD = 0.03
+"""Period of the brick's log of its motors, s: they may go back at the end of a motion."""
+REST_TIME = 1.0
+"""Rest of the arm at each pose, s."""
 LIMIT_MARGIN = math.radians(3)
 CLEARANCE = 2.0
 """Least height of an arm's tip and elbow over the table in space, cm."""
-STEPS = {2: 9, 3: 6}
-"""Candidate angles of each joint, by the number of joints."""
-EDGE = 12.0
-"""From the picture's edge a marker is seen well, px."""
+ANGLE_COUNTS = {2: 9, 3: 6}
+"""Number of candidate angles of each joint, by the number of joints."""
+EDGE_MARGIN = 12.0
+"""Least distance of a marker from the picture's edge, px."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +73,9 @@ def candidates(arm: Arm) -> list[ApproachedPose]:
                 f"between its limits, and {math.degrees(3 * room):.0f} are the least for poses "
                 "that tell something; widen lower and upper in the arm's file if it can go there"
             )
-        ranges.append(np.linspace(joint.lower + room, joint.upper - room, STEPS[len(arm.joints)]))
+        ranges.append(
+            np.linspace(joint.lower + room, joint.upper - room, ANGLE_COUNTS[len(arm.joints)])
+        )
     found = []
     for q in itertools.product(*ranges):
         for sides in itertools.product((1, -1), repeat=len(q)):
@@ -86,7 +89,7 @@ def candidates(arm: Arm) -> list[ApproachedPose]:
 
 def way_to(backlash: float) -> float:
     """How far a joint goes the one way before it stands, rad."""
-    return APPROACH + backlash
+    return APPROACH_ANGLE + backlash
 
 
 def start_of(arm: Arm, pose: ApproachedPose) -> tuple[float, ...]:
@@ -173,12 +176,12 @@ def telling(model: ArmModel, state: np.ndarray, stood: Standing, pixel_sigma: fl
     """
     parts = []
     free = model.spread > 0
-    steps = np.where(free, STEP * np.minimum(model.spread, 1.0), 1.0)
+    steps = np.where(free, DERIVATIVE_STEP * np.minimum(model.spread, 1.0), 1.0)
     sigma_e = encoder_sigma(model.arm)
     for name, camera in model.cameras.items():
         pixels = model.pixels(state, name, stood)
         size = np.array(camera.size)
-        seen = ((pixels > EDGE) & (pixels < size - EDGE)).all(axis=1)
+        seen = ((pixels > EDGE_MARGIN) & (pixels < size - EDGE_MARGIN)).all(axis=1)
         derivative = slopes(partial(_pixels, model, name, stood), state, steps)
         derivative[..., ~free] = 0.0
         through = model.by_encoders(state, name, stood) * sigma_e
@@ -219,9 +222,9 @@ def pose_job(arm: Arm, poses: Sequence[ApproachedPose], file: Path) -> job.JobHe
         begin = start_of(arm, pose)
         piece = joint_way(begin, pose.q)
         strokes.append(job.Stroke("", round(piece[1][-1][0] + 1.0, 3), round(t, 2), [piece]))
-        t += piece[0][-1] + REST + 2.0
+        t += piece[0][-1] + REST_TIME + 2.0
     header: job.JobHeader = job.header_of(arm, NAME, arm.speed, strokes, 0.0, t)
-    header = header._replace(log=LOG, rest=REST)
+    header = header._replace(log=LOG_PERIOD, rest=REST_TIME)
     job.write_job(str(file), header, strokes)
     return header
 
@@ -235,7 +238,7 @@ def joint_way(
     """
     ways = [b - a for a, b in zip(begin, end, strict=True)]
     whole = max(abs(way) for way in ways)
-    rise = min(SPEED**2 / (2 * ACCELERATION), whole / 2)
+    rise = min(APPROACH_SPEED**2 / (2 * ACCELERATION), whole / 2)
     top = math.sqrt(2 * ACCELERATION * rise)
     marks = [0.0, rise, whole - rise, whole] if whole > 2 * rise + 1e-9 else [0.0, rise, whole]
     speeds = [0.0, top, top, 0.0] if len(marks) == 4 else [0.0, top, 0.0]

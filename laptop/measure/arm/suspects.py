@@ -16,17 +16,16 @@ import numpy as np
 
 from laptop.measure.arm.arm_fit import ArmFit
 
-FITS = 1.7
-"""Noise over what was expected up to which an arm is believed."""
-LEAST_BEFORE, LEAST_AFTER = 4, 2
-"""A jump is looked for with so many rests before and after it."""
-FAR_OFF = 6.0
-"""Standard deviations by which the last rests are off where something has just happened."""
-EXPLAINED = 0.6
-"""Share of the misfit that a suspect must explain to be named."""
-ALONE = 1.5
-"""... and by so much it must explain more than the next one of another kind, in the case of a
-loose link."""
+MAX_NOISE_RATIO = 1.7
+"""Greatest ratio of noise to its expectation at which an arm is believed."""
+MIN_RESTS_BEFORE, MIN_RESTS_AFTER = 4, 2
+"""Fewest rests before and after a jump."""
+JUMP_SIGMAS = 6.0
+"""Deviation of the last rests where something has just happened, standard deviations."""
+MIN_EXPLAINED_SHARE = 0.6
+"""Least share of the misfit that a cause must explain to be named."""
+MIN_LEAD = 1.5
+"""Least lead of a loose link over the next cause of another kind, a factor of what they explain."""
 
 
 @dataclass(frozen=True)
@@ -55,12 +54,12 @@ def explain(fit: ArmFit, rests: int, times: Sequence[float]) -> str:
         rests: how many they are.
         times: of the rests, s.
     """
-    if fit.noise <= FITS and not _ends_off(fit):
+    if fit.noise <= MAX_NOISE_RATIO and not _ends_off(fit):
         return ""
     found = suspects(fit)
     best = max(found, key=lambda suspect: suspect.explained, default=None)
     how = f"what is left over is {fit.noise:.1f} times what it should be ({fit.rms:.1f} px)"
-    if best and best.explained >= EXPLAINED:
+    if best and best.explained >= MIN_EXPLAINED_SHARE:
         when = f"after pose {best.after} of {rests}, {times[best.after - 1]:.0f} s after the start"
         if best.kind == "camera":
             return (
@@ -89,8 +88,8 @@ def _ends_off(fit: ArmFit) -> bool:
     """Return whether the last rests are off, which a robust loss takes for slips of the tracker."""
     for residuals in fit.residuals.values():
         off = np.linalg.norm(residuals, axis=1)
-        off = off[np.isfinite(off)][-LEAST_AFTER:]
-        if len(off) == LEAST_AFTER and (off > FAR_OFF).all():
+        off = off[np.isfinite(off)][-MIN_RESTS_AFTER:]
+        if len(off) == MIN_RESTS_AFTER and (off > JUMP_SIGMAS).all():
             return True
     return False
 
@@ -117,7 +116,7 @@ def suspects(fit: ArmFit) -> list[Culprit]:
     def best_jump(kind: str, name: str, columns: np.ndarray) -> Culprit:
         """Try every time at which columns (cameras n, 2, k) could begin to count."""
         best = Culprit(kind, name, 0, 0.0, 0.0)
-        for after in range(LEAST_BEFORE, n - LEAST_AFTER + 1):
+        for after in range(MIN_RESTS_BEFORE, n - MIN_RESTS_AFTER + 1):
             late = np.where((index >= after)[:, None, None], columns, 0.0)
             own = late[there].reshape(len(flat), -1)
             clean = unfitted(own)
@@ -153,7 +152,7 @@ def loose_joint(fit: ArmFit) -> tuple[str, float] | None:
     gain = variances * (outer**2).sum(axis=0)
     order = np.argsort(gain)[::-1]
     worst, next_one = order[0], order[1]
-    if variances[worst] <= 0 or gain[worst] < ALONE * max(gain[next_one], 0.0):
+    if variances[worst] <= 0 or gain[worst] < MIN_LEAD * max(gain[next_one], 0.0):
         return None
     name = fit.model.arm.joints[worst].name
     return name, math.degrees(math.sqrt(variances[worst]))

@@ -10,15 +10,15 @@ from laptop.measure.arm.arm_fit import BadIdentification, TouchSight
 from laptop.measure.measured_run import MEDIAN_NOISE, Sights
 from laptop.see.markers.board import CROSSES
 
-STRETCHED = 0.88
+MAX_REACH_SHARE = 0.88
 """Share of its reach beyond which an arm's elbow tells its angle badly."""
 FOLDED = 0.35
-FEWEST_LOOKS = 5
-"""Pictures of the marker at a cross."""
-MOST_SPREAD = 4.0
-"""Root mean square of a marker that stands, px, at the most."""
-LEAST_SIGMA = 0.1
-"""Error of its middle that is always reckoned with, px."""
+MIN_CROSS_PICTURES = 5
+"""Fewest pictures of the marker at a cross."""
+MAX_MARKER_SPREAD = 4.0
+"""Greatest root mean square of a marker that stands, px."""
+MIN_SIGMA = 0.1
+"""Least error of its middle, px (standard deviation)."""
 
 
 def crosses_to_touch(
@@ -34,7 +34,7 @@ def crosses_to_touch(
     far = np.linalg.norm(CROSSES - np.array(base), axis=1)
     least = max(reach[0] * 1.1, FOLDED * reach[1])
     left = [tuple(map(float, CROSSES[k])) for k in np.flatnonzero(
-        (far > least) & (far < STRETCHED * reach[1])
+        (far > least) & (far < MAX_REACH_SHARE * reach[1])
     )]  # fmt: skip
     chosen: list[tuple[float, float]] = []
     while left and len(chosen) < count:
@@ -52,17 +52,18 @@ def touch_sight(cross: tuple[float, float], sights: Sights, camera: str = "A") -
     """
     seen = sights.pixels[np.isfinite(sights.pixels).all(axis=1)]
     x, y = cross
-    if len(seen) < FEWEST_LOOKS:
+    if len(seen) < MIN_CROSS_PICTURES:
         raise BadIdentification(
             f"the marker was seen in {len(seen)} pictures while the pen stood on the cross at "
-            f"{x:g}, {y:g} cm, and {FEWEST_LOOKS} are the least: take hands and arm out of its way"
+            f"{x:g}, {y:g} cm, and {MIN_CROSS_PICTURES} are the least: take hands and arm out "
+            "of its way"
         )
     middle = np.median(seen, axis=0)
     spread = float(np.sqrt(np.mean((seen - middle) ** 2)))
-    if spread > MOST_SPREAD:
+    if spread > MAX_MARKER_SPREAD:
         raise BadIdentification(
             f"the marker moved by {spread:.0f} px while the pen stood on the cross at {x:g}, "
             f"{y:g} cm: hold the arm still, and touch it again"
         )
-    sigma = max(MEDIAN_NOISE * spread / math.sqrt(len(seen)), LEAST_SIGMA)
+    sigma = max(MEDIAN_NOISE * spread / math.sqrt(len(seen)), MIN_SIGMA)
     return TouchSight(cross, (float(middle[0]), float(middle[1])), sigma, camera)

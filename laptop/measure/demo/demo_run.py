@@ -29,12 +29,12 @@ from laptop.emulator.scene.camera_rig import CameraRig
 from laptop.measure.demo import results
 from laptop.measure.demo.goals import GOALS, Goal, choose_goals, goal_words
 from laptop.measure.demo.processes import (
-    COMPARED,
-    DRAWN,
-    ENDED,
-    LOOK,
-    READY,
-    SERVOED,
+    DRAWING_TIMEOUT,
+    END_TIMEOUT,
+    POLL_PERIOD,
+    READY_TIMEOUT,
+    REPORT_TIMEOUT,
+    SERVO_TIMEOUT,
     ChildProcess,
     Deadline,
     DemoFailed,
@@ -46,7 +46,7 @@ from laptop.measure.demo.processes import (
     wait_for_page,
 )
 from laptop.measure.demo.progress import ProgressDisplay
-from laptop.measure.demo.results import BASELINE, BASELINE_HOME, DRAWING, TRACKER, DemoResult
+from laptop.measure.demo.results import BASELINE, BASELINE_FOLDER, DRAWING, TRACKER, DemoResult
 from laptop.measure.demo.truth import ink_in_space, read_trace, run_of_goal
 from laptop.record.drawing_tables import PATHS
 from laptop.record.figures.arm_numbers import numbers_of
@@ -59,8 +59,8 @@ from laptop.system import platforms
 from shared.arm_description import Arm, find_arm, read_arm
 from shared.state import ARM, STATE
 
-REPORT = "report"
-"""The last stage."""
+REPORT_STAGE = "report"
+"""Name of the last stage."""
 TOLERANCE = 5.0
 """Tolerance of the servo if none is said, px."""
 REPORT_BUDGET = 180.0
@@ -100,7 +100,8 @@ def run(options: DemoOptions, console: Console) -> tuple[int, Path]:
     arm = read_arm(find_arm(options.arm))
     began = time.monotonic()
     progress = ProgressDisplay(
-        console, [TRACKER, DRAWING, *(f"goal {k + 1}" for k in range(GOALS)), BASELINE, REPORT]
+        console,
+        [TRACKER, DRAWING, *(f"goal {k + 1}" for k in range(GOALS)), BASELINE, REPORT_STAGE],
     )
     with ExitStack() as stack:
         folder = stack.enter_context(run_folder("demo", options.out, *results.NAMES, PAGE))
@@ -119,7 +120,7 @@ def run(options: DemoOptions, console: Console) -> tuple[int, Path]:
         demo = DemoRun(arm, options, home, crew, progress, clock, PoseReader(state))
         stack.callback(demo.close)
         demo.run()
-        progress.stages[REPORT].begin("drawing the pictures")
+        progress.stages[REPORT_STAGE].begin("drawing the pictures")
         crew.close()  # the tracker leaves its picture when it ends
         found = demo.result
         found.timing["in all s"] = round(time.monotonic() - began, 1)
@@ -131,7 +132,7 @@ def run(options: DemoOptions, console: Console) -> tuple[int, Path]:
         page = write_report(home, report_of(home))
         shown = os.path.relpath(page)
         shown = str(page) if shown.startswith("..") else shown
-        progress.finish(REPORT, True, shown)
+        progress.finish(REPORT_STAGE, True, shown)
     console.print(results.table(found))
     console.print(results.headline(found), soft_wrap=True, highlight=False, markup=False)
     took = (
@@ -220,7 +221,7 @@ class DemoRun:
             self._page.start()
         home = drawing.home
         part = ahead = self._start_servo(self._goals[0], home, place)
-        self._wait(drawing, DRAWN)
+        self._wait(drawing, DRAWING_TIMEOUT)
         self._take_lines(drawing)
 
         for goal, following in zip(self._goals, [*self._goals[1:], None], strict=True):
@@ -229,7 +230,7 @@ class DemoRun:
                 ahead = self._start_servo(following, part.home, place)
             if self._baseline is None:
                 self._compare(goal, home)
-            self._wait(part, SERVOED)
+            self._wait(part, SERVO_TIMEOUT)
             run = run_of_goal(self._rig, goal, part.home, part.program)
             self.result.runs.append(run)
             self._progress.finish(goal.name, run.reached, run.words)
@@ -237,7 +238,7 @@ class DemoRun:
         self.result.timing["pace, to real time"] = round(self._pace.mean, 3)
         self._conclude_comparison()
         for program in self._played:
-            program.wait(DRAWN)  # it may be at its picture
+            program.wait(DRAWING_TIMEOUT)  # it may be at its picture
         if self._page:
             self._page.join()
 
@@ -247,7 +248,7 @@ class DemoRun:
         except DamagedRun as error:
             raise DemoFailed(f"{drawing.home}: {error}; is the disk full?") from None
         if told.ending.status:
-            drawing.program.wait(ENDED)
+            drawing.program.wait(END_TIMEOUT)
             raise drawing.program.failure()
         self.result.set_up["cpu"] = told.set_up["cpu"]
         self.result.lines = next((one for one in told.tables if one.name == PATHS), None)
@@ -319,9 +320,9 @@ class DemoRun:
 
     def _show_page(self, address: str) -> None:
         """Tell where the page is, as soon as it answers."""
-        deadline = time.monotonic() + READY
+        deadline = time.monotonic() + READY_TIMEOUT
         while not answers(address):
-            if self._over.wait(LOOK) or not self._tracker.running:
+            if self._over.wait(POLL_PERIOD) or not self._tracker.running:
                 return
             if time.monotonic() > deadline:
                 self._progress.say(f"the page does not answer: {address}")
@@ -351,7 +352,7 @@ class DemoRun:
     def _compare(self, goal: Goal, start: Path) -> None:
         """Start the report's method on its way to a goal, from where another run has ended."""
         self._progress.stages[BASELINE].begin("starting")
-        home = self._folder / BASELINE_HOME
+        home = self._folder / BASELINE_FOLDER
         self._baseline = self._simulate(
             BASELINE,
             ["--scene", self._rig.text + BASELINE_SCENE, _start(start)],
@@ -366,13 +367,13 @@ class DemoRun:
         """Take its outcome once; whatever becomes of it does no harm to the demo."""
         if self._baseline is None or self._progress.stages[BASELINE].took is not None:
             return
-        home = self._folder / BASELINE_HOME
-        deadline = time.monotonic() + COMPARED
+        home = self._folder / BASELINE_FOLDER
+        deadline = time.monotonic() + REPORT_TIMEOUT
         while self._baseline.running and time.monotonic() < deadline:
-            time.sleep(LOOK)
+            time.sleep(POLL_PERIOD)
         try:
             self._baseline.interrupt()
-            self._baseline.wait(ENDED)
+            self._baseline.wait(END_TIMEOUT)
             run = run_of_goal(self._rig, self._goals[0], home, self._baseline)
             self.result.baseline = run
             self._progress.finish(BASELINE, run.reached, run.words)
@@ -392,10 +393,10 @@ class DemoRun:
         again = False
         while not (part.home / RUN).exists():
             if not self._tracker.running:
-                self._tracker.wait(ENDED)
+                self._tracker.wait(END_TIMEOUT)
                 raise self._tracker.failure()
             if not part.program.running and not (part.home / RUN).exists():
-                part.program.wait(ENDED)
+                part.program.wait(END_TIMEOUT)
                 trouble = part.program.failure()
                 if again or isinstance(trouble, TooBusy):
                     raise trouble
@@ -405,7 +406,7 @@ class DemoRun:
             if deadline.passed:
                 raise part.program.hangs(limit)
             self._look()
-            time.sleep(LOOK)
+            time.sleep(POLL_PERIOD)
         self._look()  # at what came in last, too, or was there at once
         self._played.append(part.program)
 

@@ -29,14 +29,15 @@ MIN_VISIBLE = 0.9
 """Share to be seen of a marker that nothing hides but its holder."""
 MIN_VISIBLE_AT_ENDS = 0.85
 """The same where the tip stands to be looked at: the post of a goal before it hides more."""
-MIN_VISIBLE_BETWEEN, WAY_SAMPLES = 0.6, 7
-"""So much of the tip's marker is seen at so many places on its way to each goal."""
+MIN_VISIBLE_BETWEEN, PATH_SAMPLES = 0.6, 7
+"""Least share of the tip's marker that is seen, and number of places where that is checked, on the
+path to each goal."""
 EXPLORATION_STEP = 0.2
-"""Around a start it is seen, too, with each joint turned by so much, rad: the servo explores."""
+"""Turn of each joint around a start at which the marker is seen, too, rad: the servo explores."""
 MIN_TIP_HEIGHT = 2.5
 """Least height of the tip, where it has a choice, cm."""
 MAX_POSTURES, MAX_GOAL_SETS = 300, 20
-"""Postures that are drawn for one set of goals, and sets."""
+"""Greatest number of postures that are drawn for one set of goals, and of sets."""
 
 
 class DemoSetup(NamedTuple):
@@ -68,7 +69,7 @@ DEMO_SETUPS = {
         (0.0, 1.2, -2.0),
     ),
 }
-"""By the arm's chain."""
+"""Setups by the arm's chain."""
 
 
 class Goal(NamedTuple):
@@ -95,7 +96,7 @@ def postures_at(rig: CameraRig, place: Sequence[float]) -> list[Vector]:
 
 def way_is_seen(rig: CameraRig, start: Sequence[float], end: Sequence[float]) -> bool:
     """Return True if the tip is in sight above the table from one posture to another."""
-    way = np.linspace(start, end, WAY_SAMPLES)
+    way = np.linspace(start, end, PATH_SAMPLES)
     steps = EXPLORATION_STEP * np.eye(len(way[0]))
     between = *way[1:-1], *(way[0] + steps), *(way[0] - steps)
     return all(

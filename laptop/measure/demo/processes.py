@@ -28,11 +28,18 @@ from laptop.system import platforms
 from shared.arm_description import ArmError
 
 LAPTOP = (sys.executable, os.path.join(REPO_ROOT, "laptop"))
-READY, DRAWN, SERVOED, COMPARED, ENDED = 300.0, 600.0, 600.0, 600.0, 60.0
+READY_TIMEOUT, DRAWING_TIMEOUT, SERVO_TIMEOUT, REPORT_TIMEOUT, END_TIMEOUT = (
+    300.0,
+    600.0,
+    600.0,
+    600.0,
+    60.0,
+)
 """Deadlines that only a hang reaches, s: for the tracker and its page; on the emulated clock, for
 the lines and for one goal; for the comparison, and for what is told to end."""
-SLOWEST = 10.0
-"""After as many times longer the emulated clock itself has stopped."""
+MAX_SLOWDOWN = 10.0
+"""Greatest slowdown of the emulated clock, a factor; beyond it the clock itself counts as
+stopped."""
 
 
 class DemoFailed(ArmError):
@@ -244,7 +251,7 @@ class ProcessGroup:
             self._starter.shutdown()
             for process in self._processes:
                 process.interrupt()
-            deadline = time.monotonic() + ENDED
+            deadline = time.monotonic() + END_TIMEOUT
             for process in self._processes:
                 process.end(deadline)
 
@@ -270,13 +277,14 @@ class Deadline:
 
     Args:
         clock: the emulated one; that it goes slower is no hang.
-        limit: s on it; SLOWEST times as much by this computer's clock says that it has stopped.
+        limit: s on it; after MAX_SLOWDOWN times as much by this computer's clock it counts as
+            stopped.
     """
 
     def __init__(self, clock: PacedClock, limit: float) -> None:
         self.limit = limit
         self._clock = clock
-        self._ends = clock.now() + limit, time.monotonic() + SLOWEST * limit
+        self._ends = clock.now() + limit, time.monotonic() + MAX_SLOWDOWN * limit
 
     @property
     def passed(self) -> bool:
@@ -288,7 +296,7 @@ class Deadline:
 def answers(address: str) -> bool:
     """Return True if a page answers, and be it that nobody is let in."""
     host = urllib.parse.urlsplit(address).netloc
-    connection = http.client.HTTPConnection(host, timeout=READY)
+    connection = http.client.HTTPConnection(host, timeout=READY_TIMEOUT)
     try:
         connection.request("HEAD", "/")
         connection.getresponse()
@@ -305,18 +313,18 @@ def wait_for_event(process: ChildProcess, event: str) -> dict[str, Any]:
     Raises:
         DemoFailed: it has ended before, or takes too long.
     """
-    deadline = time.monotonic() + READY
+    deadline = time.monotonic() + READY_TIMEOUT
     while time.monotonic() < deadline:
         ended = not process.running
         if ended:
-            process.wait(ENDED)  # until all that it has announced is here
+            process.wait(END_TIMEOUT)  # until all that it has announced is here
         for announced in list(process.events):
             if announced["event"] == event:
                 return announced
         if ended:
             raise process.failure()
-        time.sleep(LOOK)
-    raise process.hangs(READY)
+        time.sleep(POLL_PERIOD)
+    raise process.hangs(READY_TIMEOUT)
 
 
 def wait_for_link(tracker: ChildProcess) -> tuple[str, str]:
@@ -330,5 +338,5 @@ def wait_for_page(tracker: ChildProcess) -> str:
     return wait_for_event(tracker, announcements.PAGE)["url"]
 
 
-LOOK = 0.05
-"""Between two looks at whether a program has ended, s."""
+POLL_PERIOD = 0.05
+"""Period of checks whether a program has ended, s."""

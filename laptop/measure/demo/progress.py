@@ -51,7 +51,7 @@ class Stage:
 
 
 PACE_NOTICE_PERIOD = 10.0
-"""Between two lines about a computer that is busy, s."""
+"""Period between two lines about a computer that is busy, s."""
 
 
 class ProgressDisplay:

@@ -26,7 +26,7 @@ from laptop.record.servo.servo_run import MAX_TRUE_TOLERANCES, ServoRun
 TRACKER, DRAWING, BASELINE = "tracker", "three lines", "report's method"
 """Stages, beside the goals'."""
 GOAL_NAMES = tuple(f"goal {number}" for number in range(1, GOALS + 1))
-DRAWING_HOME, BASELINE_HOME = "drawing", "report-method"
+DRAWING_FOLDER, BASELINE_FOLDER = "drawing", "report-method"
 """Folders of these, in the demo's; a goal's is named after it."""
 
 
@@ -182,17 +182,17 @@ def _names() -> dict[str, str]:
         **{f"camera{name}.png": "" for name in ("", "-A", "-B")},
         **{log_name(stage): "" for stage in (TRACKER, DRAWING, BASELINE, *GOAL_NAMES)},
     }
-    homes = [DRAWING_HOME, *(name.replace(" ", "-") for name in GOAL_NAMES), BASELINE_HOME]
+    homes = [DRAWING_FOLDER, *(name.replace(" ", "-") for name in GOAL_NAMES), BASELINE_FOLDER]
     for home in homes:
         trace = f"the true motion of the arm: {home}"
         found |= {f"{home}.jsonl": "", f"{home}/{TRACE}": trace, f"{home}/{RUN}": ""}
         found |= {f"{home}/{name}": "" for name in (PICTURE, SIDE_PICTURE)}
     return found | {
-        f"{DRAWING_HOME}/{PICTURE}": (
+        f"{DRAWING_FOLDER}/{PICTURE}": (
             "The lines, drawn before anything was seen: ink and arm on the left, and on the right "
             "how far the ink is off the wanted line, magnified."
         ),
-        f"{DRAWING_HOME}/{SIDE_PICTURE}": "The same lines and the same arm from the side.",
+        f"{DRAWING_FOLDER}/{SIDE_PICTURE}": "The same lines and the same arm from the side.",
     }
 
 

@@ -13,7 +13,7 @@ from laptop.emulator.host.clocks import UPTIME
 from laptop.emulator.scene.camera_rig import CameraRig
 from laptop.emulator.scene.servo_truth import true_path, truth_of
 from laptop.measure.demo.goals import Goal
-from laptop.measure.demo.processes import ENDED, ChildProcess, DemoFailed
+from laptop.measure.demo.processes import END_TIMEOUT, ChildProcess, DemoFailed
 from laptop.record.figures.line_accuracy import pen_down_runs
 from laptop.record.names import TRACE
 from laptop.record.run import DamagedRun, read_run
@@ -59,7 +59,7 @@ def run_of_goal(rig: CameraRig, goal: Goal, home: Path, program: ChildProcess) -
     file = home.with_suffix(".jsonl")
     log = read_log(file) if file.exists() else Log({}, [], [], [], None)
     if log.verdict is None:
-        program.wait(ENDED)
+        program.wait(END_TIMEOUT)
         raise program.failure()
     try:
         start = read_run(home).ending.more.get("start_s") or 0.0

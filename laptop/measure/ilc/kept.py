@@ -11,23 +11,22 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from laptop.drawing.preparing import DrawingPlan
 from laptop.measure.ilc.learning import Offsets
-from laptop.measure.ilc.rehearsal import Drawn, Learned, Lessons
+from laptop.measure.ilc.rehearsal import DrawingOffsets, Learned, Lessons
 from laptop.system.files import write_whole
 from shared.arm_description import Arm
 from shared.small_files import InvalidFile, number, read_text
 from shared.state import LEARNED_FOLDER, state_folder
 
-MAX_KEPT = 16_000_000
+MAX_FILE_BYTES = 16_000_000
 """Greatest size of such a file, bytes."""
 
-FORMAT = 1
-"""It rises when something in it changes its meaning."""
+FORMAT_VERSION = 1
+"""Version of the file's format; it rises when something in it changes its meaning."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +39,7 @@ class Kept:
     left_mm     the same in the last rehearsal
     """
 
-    offsets: Drawn | None
+    offsets: DrawingOffsets | None
     rehearsals: int
     without_mm: float
     left_mm: float
@@ -56,8 +55,8 @@ def find(plan: DrawingPlan, emulated: str = "", notes: list[str] | None = None) 
     """
     file = file_of(plan, emulated)
     try:
-        told = json.loads(read_text(str(file), MAX_KEPT))
-        if told["format"] != FORMAT:
+        told = json.loads(read_text(str(file), MAX_FILE_BYTES))
+        if told["format"] != FORMAT_VERSION:
             raise InvalidFile("is of another version")
         offsets = None
         if told["arm"] == _digest(_numbers(plan.arm)):
@@ -97,7 +96,7 @@ def keep(
     went_on = before is not None and before.offsets is not None
     without = before.without_mm if before and went_on else learned.steps[0].rms_mm
     told = {
-        "format": FORMAT,
+        "format": FORMAT_VERSION,
         "drawing": plan.name,
         "arm": _digest(_numbers(plan.arm)),
         "rehearsals": len(learned.steps) + (before.rehearsals if before and went_on else 0),
@@ -133,7 +132,7 @@ def _digest(value: object) -> str:
     return hashlib.sha256(json.dumps(value).encode()).hexdigest()[:32]
 
 
-def _read_offsets(plan: DrawingPlan, told: Sequence[Sequence[tuple[Any, Any]]]) -> Drawn:
+def _read_offsets(plan: DrawingPlan, told: Sequence[Sequence[tuple[Any, Any]]]) -> DrawingOffsets:
     """Offsets of a file, which are those of the drawing's pieces."""
     out = []
     for own, ways in zip(told, Lessons(plan).ways, strict=True):

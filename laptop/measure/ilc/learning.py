@@ -17,37 +17,38 @@ from laptop.measure.ilc.tracks import PieceTrack
 from laptop.measure.ilc.way import PieceWay
 from robot.jobs.learned import MAX_ACCELERATION
 
-KNOT_SPACING, KNOTS = 0.2, (9, 120)
-"""Of offsets: about so far apart, cm, and how many at the least and most."""
+KNOT_SPACING, KNOT_COUNTS = 0.2, (9, 120)
+"""Distance between the knots of offsets, about, cm; least and greatest number of them."""
 
-SMOOTH_OVER = 2.5
-"""Waves that are this long lose half on being smoothed, cm: across the path."""
+ACROSS_WAVELENGTH = 2.5
+"""Wavelength whose amplitude smoothing halves, cm: of errors across the path."""
 
-ALONG_OVER = 6.0
-"""And along it, where a tip that is a moment late has not missed anything."""
+ALONG_WAVELENGTH = 6.0
+"""The same along the path, cm: a tip that is a moment late has not left it."""
 
-END = 2.0
-"""What is missed along the path counts at its ends, as if so much of it did, cm."""
+END_LENGTH = 2.0
+"""Length of path for which the error along it counts at the ends, cm."""
 
-TUKEY = 4.0
-"""Sights off by more than so many standard deviations do not count."""
+TUKEY_LIMIT = 4.0
+"""Residual beyond which a sight does not count, standard deviations (Tukey's biweight)."""
 
-LEAST_SIGHTS = 6
-"""Of a piece: with fewer nothing is learned of it by itself."""
+MIN_SIGHTS = 6
+"""Fewest sights of a piece from which it is learned by itself."""
 
-ROUNDS = 5
-"""Of weighing them anew."""
+REWEIGHTINGS = 5
+"""Number of iterations of the reweighted least squares."""
 
-SOFT, SOFTENINGS = 0.8, 12
-"""Share of the brick's greatest acceleration that offsets use; so often they are smoothed more."""
+ACCELERATION_SHARE, MAX_SOFTENINGS = 0.8, 12
+"""Share of the brick's greatest acceleration that offsets use; and greatest number of steps of
+smoothing until they do."""
 
-USUAL_NOISE = 0.05
-"""Of sights, before anything is known of it, cm."""
+INITIAL_NOISE = 0.05
+"""Noise of sights before anything is known of it, cm (standard deviation)."""
 
-SLACK = np.radians(1.0)
-"""Half of a backlash is wrongly described by about so much, rad."""
+SLACK_SIGMA = np.radians(1.0)
+"""Error of half a described backlash, rad (standard deviation)."""
 
-NORMAL = 1.4826
+MAD_TO_SIGMA = 1.4826
 """Standard deviation of a normal distribution by its median absolute deviation."""
 
 
@@ -76,7 +77,7 @@ class PathMiss:
     def mean_square(self) -> float:
         """Of what was missed, over its length and its ends, cm^2."""
         ends = float((self.along[[0, -1]] ** 2).mean())
-        return float((self.across**2).mean()) + ends * min(1.0, END / self.s[-1])
+        return float((self.across**2).mean()) + ends * min(1.0, END_LENGTH / self.s[-1])
 
     @property
     def greatest(self) -> float:
@@ -90,7 +91,7 @@ def missed(piece: PieceWay, track: PieceTrack) -> PathMiss:
     knots = none(piece).s
     off = track.p - piece.at(track.s, piece.p)
     ahead = (off * piece.at(track.s, piece.ahead)).sum(axis=1)
-    along, *_ = _smoothed(knots, track.s, ahead, np.zeros((len(ahead), 0)), ALONG_OVER)
+    along, *_ = _smoothed(knots, track.s, ahead, np.zeros((len(ahead), 0)), ALONG_WAVELENGTH)
     # A tip that is late or early was farther back or ahead on its way, not beside it.
     late = ahead - np.interp(track.s, knots, along)
     there = np.clip(track.s + np.where(track.stands == 0, late, 0.0), 0.0, piece.length)
@@ -101,7 +102,7 @@ def missed(piece: PieceWay, track: PieceTrack) -> PathMiss:
         "nk,nkj,nj->nj", left, *(piece.at(there, x) for x in (piece.turns, piece.sides))
     )
     smooth, wide, noise, unsure = _smoothed(
-        knots, there, (off * left).sum(axis=1), slack, SMOOTH_OVER
+        knots, there, (off * left).sum(axis=1), slack, ACROSS_WAVELENGTH
     )
     turned = _by_slack(piece, knots, wide)
     across = smooth + (turned * _units(piece.at(knots, piece.left))).sum(axis=1)
@@ -121,7 +122,7 @@ def missed_of(pieces: Sequence[PieceWay], seen: Sequence[PieceTrack]) -> list[Pa
     sure = {
         k: missed(piece, track)
         for k, (piece, track) in enumerate(zip(pieces, seen, strict=True))
-        if len(track.s) >= LEAST_SIGHTS
+        if len(track.s) >= MIN_SIGHTS
     }
     if not sure:
         return None
@@ -186,14 +187,14 @@ def _smoothed(
     stiff[:count, :count] = _stiffness(knots, wave) * max(moving, 1) / knots[
         -1
     ] * spacing + 1e-9 * np.eye(count)
-    weights, noise = np.ones(len(s)), USUAL_NOISE
-    for _ in range(ROUNDS):
-        stiff[range(count, len(stiff)), range(count, len(stiff))] = (noise / SLACK) ** 2
+    weights, noise = np.ones(len(s)), INITIAL_NOISE
+    for _ in range(REWEIGHTINGS):
+        stiff[range(count, len(stiff)), range(count, len(stiff))] = (noise / SLACK_SIGMA) ** 2
         inverse = np.linalg.inv(design.T @ (weights[:, None] * design) + stiff)
         found = inverse @ (design.T @ (weights * values))
         left = values - design @ found
-        noise = max(NORMAL * float(np.median(np.abs(left))), 1e-4)
-        weights = np.clip(1 - (left / (TUKEY * noise)) ** 2, 0.0, None) ** 2
+        noise = max(MAD_TO_SIGMA * float(np.median(np.abs(left))), 1e-4)
+        weights = np.clip(1 - (left / (TUKEY_LIMIT * noise)) ** 2, 0.0, None) ** 2
     spread = (inverse @ (design.T * weights))[:count]
     unsure = float(np.sqrt((spread**2).sum(axis=1).mean())) * noise
     return found[:count], found[count:], noise, unsure
@@ -232,7 +233,7 @@ class Offsets:
 
 def none(piece: PieceWay) -> Offsets:
     """Return the offsets of a piece of which nothing is learned."""
-    count = int(np.clip(np.ceil(piece.length / KNOT_SPACING) + 1, *KNOTS))
+    count = int(np.clip(np.ceil(piece.length / KNOT_SPACING) + 1, *KNOT_COUNTS))
     return Offsets(np.linspace(0.0, piece.length, count), np.zeros((count, piece.turns.shape[2])))
 
 
@@ -253,15 +254,17 @@ def _units(vectors: np.ndarray) -> np.ndarray:
     return np.asarray(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))
 
 
-def softened(piece: PieceWay, offsets: Offsets, most: float = SOFT * MAX_ACCELERATION) -> Offsets:
+def softened(
+    piece: PieceWay, offsets: Offsets, most: float = ACCELERATION_SHARE * MAX_ACCELERATION
+) -> Offsets:
     """Return offsets smoothed until they ask no joint for more acceleration, rad/s^2."""
     speed = np.gradient(piece.s, piece.t)
     fast, gains = (
         piece.at(offsets.s, speed),
         np.abs(piece.at(offsets.s, speed * np.gradient(speed, piece.s))),
     )
-    q, wave = offsets.q, SMOOTH_OVER
-    for _ in range(SOFTENINGS):
+    q, wave = offsets.q, ACROSS_WAVELENGTH
+    for _ in range(MAX_SOFTENINGS):
         slopes = np.gradient(q, offsets.s, axis=0)
         bends = np.abs(np.gradient(slopes, offsets.s, axis=0))
         # (A cubic between two knots may bend half as much again as the points do.)

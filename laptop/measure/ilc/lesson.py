@@ -19,10 +19,10 @@ from laptop.measure.ilc.way import PieceWay
 from shared.arm_description import Arm
 
 MODEL_ERROR = 0.15
-"""A correction is wrong by this share of what was missed: links, and where the image is."""
+"""Error of a correction, a share of what was missed: of the links, and of the camera's pose."""
 
 FLOOR_SHARE = 1.0
-"""Two drawings of a stroke differ by so many times what half a count makes, see `floor`."""
+"""Difference of two drawings of a stroke, in units of what half a count makes, see `floor`."""
 
 
 @dataclass(frozen=True, eq=False)

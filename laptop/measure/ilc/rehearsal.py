@@ -22,24 +22,24 @@ from robot.jobs.learned import merged
 from shared import job
 
 LOG_PERIOD = 0.05
-"""So often the brick logs where it is, s."""
+"""Period of the brick's log, s."""
 
-MARGIN = np.radians(0.2)
-"""Offsets leave so much room to a joint's limits, rad."""
+LIMIT_MARGIN = np.radians(0.2)
+"""Least distance of offset angles from a joint's limits, rad."""
 
-SHARES = (1.0, 0.75, 0.5, 0.25)
-"""So much of what was learned of a stroke is tried, until the arm may do it."""
+OFFSET_SHARES = (1.0, 0.75, 0.5, 0.25)
+"""Shares of a stroke's offsets that are tried in turn, until the arm may do one."""
 
-MOST_MISSED = 30.0
-"""An arm that is described a little wrongly misses less, rms, mm: 5 % of its links and 2 degrees of
-its zero make 20."""
+MAX_RMS_MM = 30.0
+"""Greatest rms error of a trial, mm: an arm that is described a little wrongly misses less. 5 % of
+its links and 2 degrees of its zero make 20."""
 
 AT_FLOOR = "what is left is no more than two drawings of it differ by"
 IN_VAIN = "no rehearsal was better than without; nothing of them is kept"
-"""Why there is no more to learn."""
+"""Reason why there is no more to learn."""
 
-Drawn = Sequence[Sequence[Offsets]]
-"""Per stroke, per piece."""
+DrawingOffsets = Sequence[Sequence[Offsets]]
+"""Offsets of a drawing, per stroke, per piece."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class Learned:
     in_vain  nothing that was tried was better than what it began with
     """
 
-    offsets: Drawn
+    offsets: DrawingOffsets
     steps: Sequence[Step]
     floor_mm: float
     why: str
@@ -86,7 +86,7 @@ class Lessons:
         first: with which offsets it begins; None: without.
     """
 
-    def __init__(self, plan: DrawingPlan, first: Drawn | None = None) -> None:
+    def __init__(self, plan: DrawingPlan, first: DrawingOffsets | None = None) -> None:
         self.plan = plan
         self.ways = [ways_of(plan.arm, stroke.motions) for stroke in plan.strokes]
         first = first or [[none(piece) for piece in stroke] for stroke in self.ways]
@@ -103,7 +103,7 @@ class Lessons:
             self._lessons.append(Lesson(pieces, floor(plan.arm, pieces), begin))
 
     @property
-    def offsets(self) -> Drawn:
+    def offsets(self) -> DrawingOffsets:
         """The best that is known."""
         out: list[Sequence[Offsets]] = []
         for chain, lesson in zip(self._chains, self._lessons, strict=True):
@@ -115,14 +115,14 @@ class Lessons:
             out += self._drawable(chain, strokes)
         return out
 
-    def _drawable(self, chain: Sequence[int], strokes: Drawn) -> Drawn:
+    def _drawable(self, chain: Sequence[int], strokes: DrawingOffsets) -> DrawingOffsets:
         """Return so much of joined strokes' offsets as the arm may do, which the brick checks, too.
 
         It is as much of each: where they meet, no joint may jump.
         """
         joints = self.plan.arm.joints
-        low = np.array([joint.lower for joint in joints]) + MARGIN
-        high = np.array([joint.upper for joint in joints]) - MARGIN
+        low = np.array([joint.lower for joint in joints]) + LIMIT_MARGIN
+        high = np.array([joint.upper for joint in joints]) - LIMIT_MARGIN
         within: list[list[Offsets]] = []
         for k, pieces in zip(chain, strokes, strict=True):
             within.append([])
@@ -131,7 +131,7 @@ class Lessons:
                 # (A path that is planned nearer to a limit stays where it is.)
                 moved = np.clip(q + own.q, np.minimum(low, q), np.maximum(high, q))
                 within[-1].append(Offsets(own.s, moved - q))
-        for share in SHARES:
+        for share in OFFSET_SHARES:
             some = [[Offsets(own.s, share * own.q) for own in pieces] for pieces in within]
             with contextlib.suppress(job.BadJob):
                 for k, pieces in zip(chain, some, strict=True):
@@ -195,7 +195,7 @@ def rehearse(
     rig: MeasuringRig,
     view: TipView,
     times: int,
-    first: Drawn | None = None,
+    first: DrawingOffsets | None = None,
     camera: str = "A",
     tell: Callable[[Step], None] = lambda step: None,
 ) -> Learned:
@@ -231,10 +231,10 @@ def rehearse(
                 view = laid(run, view, lessons.ways, starts, camera)
             steps.append(lessons.add(run, view, starts, camera))
             tell(steps[-1])
-            if steps[-1].rms_mm > MOST_MISSED:
+            if steps[-1].rms_mm > MAX_RMS_MM:
                 raise BadMeasurement(
                     f"the tip was seen {steps[-1].rms_mm:.0f} mm beside its path, and "
-                    f"{MOST_MISSED:g} are the most that is learned: check where the arm stands on "
+                    f"{MAX_RMS_MM:g} are the most that is learned: check where the arm stands on "
                     "the board, the marker's height and offset, and home the arm; nothing of it "
                     "is kept"
                 )

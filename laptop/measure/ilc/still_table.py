@@ -12,8 +12,8 @@ from laptop.see.markers.finders.board import find_board
 from laptop.see.table.camera_fit import Calibration
 from laptop.see.table.camera_report import shift_since
 
-LEAST_SEEN = 2
-"""Of fewer of the board's markers it is not said whether they have moved."""
+MIN_BOARD_MARKERS = 2
+"""Fewest of the board's markers from which a move of the board is judged."""
 
 
 class StillTable:
@@ -54,7 +54,7 @@ class StillTable:
             BadMeasurement: it is elsewhere in the picture.
         """
         view = find_board(self._image())
-        if view is None or len(view.numbers) < LEAST_SEEN:
+        if view is None or len(view.numbers) < MIN_BOARD_MARKERS:
             return
         shift = shift_since(self._calibration, view)
         if shift.moved:

@@ -11,18 +11,19 @@ from laptop.measure.ilc.view import TipView
 from laptop.measure.ilc.way import PieceWay
 from laptop.measure.measured_run import BadMeasurement, MeasuredRun
 
-BEFORE, AFTER = 0.3, 0.3
-"""So long before the first row of a stroke's log, and after its last, the pen is down and the tip
-stands, s."""
+STANDING_BEFORE, STANDING_AFTER = 0.3, 0.3
+"""Time before the first row of a stroke's log, and after its last, for which the pen is down and
+the tip stands, s."""
 
-LANDED = 0.06
-"""So long after a piece's end its tip has come to rest, s."""
+LANDING_TIME = 0.06
+"""Time after a piece's end by which its tip has come to rest, s."""
 
-LEAST_LAID = 10
-"""Sights from which it is told how the arm stands on the board."""
+MIN_ALIGNMENT_SIGHTS = 10
+"""Fewest sights from which the arm's pose on the board is fitted."""
 
-LONGEST_SETTLING, SAME_TIME = 0.3, 1e-6
-"""A piece is over for so long at the most when the next one begins; and what is no step back, s."""
+MAX_SETTLING, TIME_TOLERANCE = 0.3, 1e-6
+"""Longest time from a piece's end to the next one's beginning, s; and greatest step back of the
+plan's time that counts as none, s."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,8 +68,12 @@ def _sights(run: MeasuredRun, camera: str, strokes: int) -> list[_StrokeSights]:
             )
     first, last = ([rows[k].t for rows in moved] for k in (0, -1))
     # Where strokes are joined the pen stays down, and one ends where the next one begins.
-    begins = [max(t - BEFORE, before) for t, before in zip(first, [-np.inf, *last], strict=False)]
-    ends = [min(t + AFTER, after) for t, after in zip(last, [*first[1:], np.inf], strict=True)]
+    begins = [
+        max(t - STANDING_BEFORE, before) for t, before in zip(first, [-np.inf, *last], strict=False)
+    ]
+    ends = [
+        min(t + STANDING_AFTER, after) for t, after in zip(last, [*first[1:], np.inf], strict=True)
+    ]
     found = []
     for rows, begin, end in zip(moved, begins, ends, strict=True):
         t = np.array([row.t for row in rows])
@@ -133,7 +138,7 @@ def laid(
         headings.append(seen.heading)
         wished.append(np.stack([np.interp(at, t, column) for column in p.T], axis=1))
     every = np.concatenate(pixels)
-    if len(every) < LEAST_LAID:
+    if len(every) < MIN_ALIGNMENT_SIGHTS:
         raise BadMeasurement(
             f"the camera saw the marker {len(every)} times: light the table, let nothing hide it"
         )
@@ -148,7 +153,7 @@ def _by_piece(
     # After a piece's end its own time goes on while it settles; then the next one's begins.
     own = np.zeros(len(t), int)
     for k in range(1, len(t)):
-        later = plan[k] < plan[k - 1] - SAME_TIME or plan[k] > ends[own[k - 1]] + LONGEST_SETTLING
+        later = plan[k] < plan[k - 1] - TIME_TOLERANCE or plan[k] > ends[own[k - 1]] + MAX_SETTLING
         own[k] = min(own[k - 1] + int(later), len(pieces) - 1)
     out = []
     for number, piece in enumerate(pieces):
@@ -162,6 +167,6 @@ def _by_piece(
         mine = (seen >= begin) & (seen < end)
         tau = plan[rows] - (ends[number] - piece.duration)
         at = np.interp(seen[mine], t[rows], tau)
-        stands = np.where(at <= 0, -1, np.where(at > piece.duration + LANDED, 1, 0))
+        stands = np.where(at <= 0, -1, np.where(at > piece.duration + LANDING_TIME, 1, 0))
         out.append(PieceTrack(np.interp(at, piece.t, piece.s), tips[mine], stands))
     return out

@@ -13,11 +13,11 @@ from robot.motion.gravity import Gravity
 from robot.motion.trajectory import Trajectory
 from shared.arm_description import Arm
 
-STEP = 0.1
-"""Between two places that are worked out, cm, at the most."""
+PLACE_SPACING = 0.1
+"""Greatest distance between two sampled places, cm."""
 
-LEAST_PLACES = 9
-"""Of a piece."""
+MIN_PLACES = 9
+"""Fewest places of a piece."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,8 +89,8 @@ def _way(arm: Arm, motion: Trajectory, backlash: BacklashCompensation) -> PieceW
     times, segments, _ = motion.numbers()
     s, t, q, slopes = [], [], [], []
     whole = [(b - a) * (v + 0.5 * c * (b - a)) for a, b, (v, c, _, _) in _spans(times, segments)]
-    counts = np.maximum(1, np.ceil(np.array(whole) / STEP)).astype(int)
-    counts = np.maximum(counts, -(-LEAST_PLACES // len(counts)))
+    counts = np.maximum(1, np.ceil(np.array(whole) / PLACE_SPACING)).astype(int)
+    counts = np.maximum(counts, -(-MIN_PLACES // len(counts)))
     begun = 0.0
     for (start, _, (v, a, cubics, _)), length, count in zip(
         _spans(times, segments), whole, counts.tolist(), strict=True

@@ -318,7 +318,7 @@ class FakeRig:
 
 @pytest.fixture(scope="module")
 def picture():
-    scene = Scene(read_arm(find_arm("planar")), read_scene(emulated_setups.SCENE))
+    scene = Scene(read_arm(find_arm("planar")), read_scene(emulated_setups.SCENE_PREFIX))
     return np.round(to_srgb(scene.image((2.4, 1.2)))).astype(np.uint8)
 
 

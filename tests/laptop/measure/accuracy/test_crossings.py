@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from laptop.measure.accuracy.crossings import (
-    STEEPEST,
+    MAX_SLOPE,
     CirclePath,
     StraightPath,
     crossings,
@@ -89,7 +89,7 @@ def test_who_errs_along_a_path_that_the_tip_leaves_errs_across_it():
     s = np.linspace(0.0, 5.0, 11)[:, None]
     way, left = np.array([0.6, 0.8]), np.array([-0.8, 0.6])
     noise = np.tile(0.01 * np.outer(way, way), (11, 1, 1))
-    for steepness, reckoned in ((0.5, 0.5), (-2.0, 2.0), (50.0, STEEPEST)):
+    for steepness, reckoned in ((0.5, 0.5), (-2.0, 2.0), (50.0, MAX_SLOPE)):
         points = LINE.start + s * way + (s - 2.5) * steepness * left
         found = crossings(LINE, 5, points, noise)
         shares = found.noise[1:4, 0, 0] / 0.01 / reckoned**2

@@ -11,7 +11,7 @@ from laptop.measure.arm.arm_model import ArmModel, CameraPrior, Standing
 from laptop.measure.arm.emulated_table import camera_over
 from laptop.measure.arm.pose_plan import (
     ACCELERATION,
-    SPEED,
+    APPROACH_SPEED,
     ApproachedPose,
     NoPose,
     candidates,
@@ -136,7 +136,7 @@ def test_a_way_is_straight_in_the_joints_slow_and_as_long_as_it_should_be():
         assert [cubic[1] for cubic in cubics] == pytest.approx([1.0, -0.5])
         assert abs(rate) <= ACCELERATION * 1.001
         at, speed = at + v * (b - a) + rate * (b - a) ** 2 / 2, v + rate * (b - a)
-        assert speed <= SPEED * 1.001
+        assert speed <= APPROACH_SPEED * 1.001
     assert at == pytest.approx(0.8, abs=1e-4)
     assert speed == pytest.approx(0.0, abs=1e-4)
 
