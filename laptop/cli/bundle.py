@@ -24,7 +24,7 @@ SYSTEMS = {
     "macos": ("macos", ["macosx_14_0_arm64"]),
     "windows": ("windows", ["win_amd64"]),
 }
-"""What uv and pip call the systems."""
+"""Names of the systems for uv and pip."""
 SOURCE_ONLY = ("python-ev3dev2",)
 """Libraries of which there are no wheels: they are made here."""
 TARGET = re.compile(rf"({'|'.join(SYSTEMS)})-(3\.[0-9]+)")

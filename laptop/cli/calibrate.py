@@ -48,8 +48,8 @@ if TYPE_CHECKING:
     from laptop.see.table.arm_file import WrittenArm
     from laptop.see.table.camera_fit import Calibration
 
-LOOK_S = 1.0
-"""The marker is looked at so long while the pen stands on a cross, s."""
+TOUCH_SAMPLE_S = 1.0
+"""Time for which the marker is sampled while the pen stands on a cross, s."""
 
 
 @dataclass(frozen=True)
@@ -388,5 +388,5 @@ def _touched(rig: LiveRig, crosses: list[tuple[float, float]]) -> list[TouchSigh
         raise click.ClickException("--crosses asks somebody; there is no terminal to answer at")
     for x, y in crosses:
         click.pause(f"set the pen on the cross at {x:g}, {y:g} cm, hands off, and press a key")
-        found.append(touch_sight((x, y), rig.look(LOOK_S)["A"]))
+        found.append(touch_sight((x, y), rig.look(TOUCH_SAMPLE_S)["A"]))
     return found

@@ -35,11 +35,11 @@ if TYPE_CHECKING:
     from laptop.see.markers.finders.board import BoardView
 
 MAX_VIEWS = 30
-"""Pictures of one source that are looked at."""
+"""Greatest number of pictures of one source that are examined."""
 MAX_FAULTS = 3
-"""Pictures of which it is told what is wrong with them."""
+"""Greatest number of pictures whose faults are reported."""
 LIVE_PICTURE = 10
-"""The picture that counts of a live camera: by then it has set its exposure."""
+"""Number of the picture that counts of a live camera: by then it has set its exposure."""
 
 
 @click.command(

@@ -36,11 +36,22 @@ RENAMED = {
 }
 """Old words, which are good for one more version, and the new ones; an option stands anywhere."""
 
-DRIVER = ("arc", "check", "circle", "home", "inverse", "line", "lines", "move", "polyline", "where")
+DRIVER_COMMANDS = (
+    "arc",
+    "check",
+    "circle",
+    "home",
+    "inverse",
+    "line",
+    "lines",
+    "move",
+    "polyline",
+    "where",
+)
 """Commands of the brick's driver.py."""
-INSTEAD = {
+OTHER_COMMANDS = {
     **dict.fromkeys(
-        DRIVER,
+        DRIVER_COMMANDS,
         "is of the brick's driver.py: {program} simulate driver.py {word} ... on the emulated arm, "
         "{program} brick run driver.py {word} ... on the real one",
     ),
@@ -60,10 +71,10 @@ INSTEAD = {
         ("python", "python3"), "is not typed here: {program} simulate SCRIPT runs a script"
     ),
 }
-"""What is typed for a command that has another name."""
+"""Hints by the name of a command that has another name."""
 
 
-OPTIONS = {
+OTHER_OPTIONS = {
     "--size": ("--width", "--scale", "--large"),
     "--rotate": ("--angle", "--turn", "--rotation"),
     "--at": ("--position", "--pos", "--place", "--center", "--centre"),
@@ -137,8 +148,8 @@ class CommandSections(WholeLines):
 def no_command(word: str, commands: Mapping[str, click.Command]) -> str:
     """Return what to say to a word that is no command."""
     program = laptop_program()
-    if word in INSTEAD:
-        return f"'{word}' {INSTEAD[word].format(program=program, word=word)}."
+    if word in OTHER_COMMANDS:
+        return f"'{word}' {OTHER_COMMANDS[word].format(program=program, word=word)}."
     if word.endswith(".py"):
         return f"'{word}' is a script: {program} simulate {word}."
     old = {" ".join(words): " ".join(new) for words, new in RENAMED.items()}
@@ -151,7 +162,7 @@ def no_option(error: click.NoSuchOption) -> str:
     """Return what to say to a word that is no option of the command."""
     word, command = error.option_name, error.ctx and error.ctx.command
     for param in command.params if command else ():
-        if any(word in OPTIONS.get(name, ()) for name in param.opts):
+        if any(word in OTHER_OPTIONS.get(name, ()) for name in param.opts):
             value = f" {param.metavar}" if param.metavar else ""
             return f"{word} is {param.opts[0]}{value} here."
     return error.format_message()

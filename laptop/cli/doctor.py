@@ -23,12 +23,12 @@ from shared.arm_description import ArmError
 from shared.messages import PORT
 from shared.version import VERSION
 
-MIN_ROOM = 200.0
-"""What should be left of a disk, MB: a run leaves up to 2."""
+MIN_FREE_MB = 200.0
+"""Least free space of a disk, MB: a run leaves up to 2."""
 FIREWALLS = ("ufw", "firewalld")
 """Services of Linux that keep others out."""
-ASKING = 10.0
-"""What the system is asked, it answers within this time, s."""
+QUERY_TIMEOUT = 10.0
+"""Longest wait for an answer of the system, s."""
 WINDOWS_FIREWALL = (
     r"SYSTEM\CurrentControlSet\Services\SharedAccess\Parameters\FirewallPolicy\StandardProfile"
 )
@@ -172,7 +172,7 @@ def _active_firewall() -> str:
 def _answer(*words: str) -> str:
     """Return what a program of the system prints; "" if it is not there."""
     try:
-        done = subprocess.run(words, capture_output=True, text=True, timeout=ASKING)
+        done = subprocess.run(words, capture_output=True, text=True, timeout=QUERY_TIMEOUT)
     except (OSError, subprocess.TimeoutExpired):
         return ""
     return done.stdout.strip()
@@ -187,8 +187,8 @@ def room(folder: Path, where: str) -> Finding:
     """
     free = shutil.disk_usage(folder).free / 1e6
     value = f"{free / 1000:.1f} GB free {where}"
-    if free < MIN_ROOM:
-        return Finding("disk", value, f"make room: {MIN_ROOM:.0f} MB are needed for many runs")
+    if free < MIN_FREE_MB:
+        return Finding("disk", value, f"make room: {MIN_FREE_MB:.0f} MB are needed for many runs")
     if not os.access(folder, os.W_OK):
         return Finding("disk", value, f"{folder} cannot be written to; go to a folder of yours")
     return Finding("disk", value)

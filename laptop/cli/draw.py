@@ -17,7 +17,7 @@ from laptop.cli.brick import talk
 from laptop.cli.command import OwnCommand, typed_options
 from laptop.cli.draw_files import check_files, is_job, style_of
 from laptop.cli.draw_options import (
-    COMMON,
+    COMMON_OPTIONS,
     PLACE,
     SECTIONS,
     SOURCE,
@@ -41,16 +41,16 @@ if TYPE_CHECKING:
     from laptop.drawing.options import DrawingOptions
     from laptop.drawing.preparing import DrawingPlan
 
-MAX_INPUT = 20_000_000
+MAX_INPUT_BYTES = 20_000_000
 """Greatest size of what comes on standard input, bytes."""
 
 TEST_PATTERNS = ("grid", "star", "circles", "iso9283", "reach")
 """Test cards, by their names."""
-IN_PLACE = "reach"
+UNPLACED_PATTERN = "reach"
 """The card that is not placed: it shows where the arm's reach ends."""
 
-LETTERING = {"height": "size"}
-"""What a key of --lettering is called in Lettering, where that differs."""
+LETTERING_FIELDS = {"height": "size"}
+"""Fields of Lettering by the key of --lettering, where they differ."""
 
 HELP = f"""\
 Draw WHAT: an SVG, PNG, JPEG or text file, - for standard input, or a drawing by its name.
@@ -75,7 +75,7 @@ EXAMPLES = examples(
     help=HELP,
     epilog=EXAMPLES,
     sections=SECTIONS,
-    common=COMMON,
+    common=COMMON_OPTIONS,
 )
 @SOURCE
 @PLACE
@@ -154,11 +154,11 @@ def _simulated(
 ) -> int:
     """Draw on the emulated brick, rehearsed if that is asked for; return the exit status."""
     from laptop.cli.draw_by_sight import simulate_by_sight  # there is more to import
-    from laptop.cli.draw_simulated import FILES, DrawnOn, draw_simulated
+    from laptop.cli.draw_simulated import OUTPUT_FILES, DrawnOn, draw_simulated
     from laptop.record.run_folder import run_folder
 
     drawn_on = DrawnOn(*brick)
-    with run_folder("draw", out, *FILES) as folder:
+    with run_folder("draw", out, *OUTPUT_FILES) as folder:
         if asked:
             return simulate_by_sight(plan, asked, folder, drawn_on, orders)
         return draw_simulated(plan, folder, drawn_on, orders)
@@ -174,7 +174,7 @@ def _artwork(source: SourceOptions, arm: Arm) -> Artwork:
         return line_through(_points(source.line))
     letters = dataclasses.replace(
         lettering.Lettering(source.font),
-        **{LETTERING.get(key, key): value for key, value in asked.items()},
+        **{LETTERING_FIELDS.get(key, key): value for key, value in asked.items()},
     )
     if "slant" in asked:
         letters = dataclasses.replace(letters, slant=math.radians(asked["slant"]))
@@ -185,10 +185,11 @@ def _artwork(source: SourceOptions, arm: Arm) -> Artwork:
     if is_card(what):
         return test_patterns.draw_test_pattern(str(what), arm=arm)
     if what == "-":
-        data = sys.stdin.buffer.read(MAX_INPUT + 1)
-        if len(data) > MAX_INPUT:
+        data = sys.stdin.buffer.read(MAX_INPUT_BYTES + 1)
+        if len(data) > MAX_INPUT_BYTES:
             raise click.ClickException(
-                f"more than {MAX_INPUT // 1_000_000} MB on standard input; simplify the drawing"
+                f"more than {MAX_INPUT_BYTES // 1_000_000} MB on standard input; "
+                "simplify the drawing"
             )
         return sources.read_source(data, "standard input", letters, tracing, is_hatched)
     assert what is not None
@@ -209,12 +210,14 @@ def _options(source: SourceOptions, place: PlaceOptions, artwork: Artwork) -> Dr
     height = source.lettering.get("height")
     if height is not None and place.size:
         raise click.UsageError("height of --lettering says how large it is: leave --size out.")
-    if source.what == IN_PLACE and is_card(source.what):
+    if source.what == UNPLACED_PATTERN and is_card(source.what):
         low, high = bounds(artwork.strokes, artwork.name)
         across, along = (low + high) / 2
         given = [key for key in ("paper", "at", "size", "rotate") if getattr(place, key)]
         if given:
-            raise click.UsageError(f"the card {IN_PLACE} lies where it is: leave --{given[0]} out.")
+            raise click.UsageError(
+                f"the card {UNPLACED_PATTERN} lies where it is: leave --{given[0]} out."
+            )
         size = high[0] - low[0], None
         place = dataclasses.replace(place, at=(across, along), size=size, rotate=90.0)
     wished = DrawingOptions(

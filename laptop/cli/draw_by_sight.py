@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from laptop.record.run_folder import RunFolder
 
 NOISE_PX = 0.5
-"""Of the emulated camera, which sees by its formula: ten times what the tracker has, px."""
+"""Noise of the emulated camera, which sees by its formula, px: ten times what the tracker has."""
 
 
 def simulate_by_sight(

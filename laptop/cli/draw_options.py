@@ -320,8 +320,8 @@ SECTIONS = {
         *("--forget", "--scene", "--listen-port"),
     ),
 }
-COMMON = frozenset(
+COMMON_OPTIONS = frozenset(
     ("--text", "--font", "--line", "--size", "--at", "--paper", "--speed")
     + ("--to", "--simulate", "--brick", "--arm", "--trials")
 )
-"""What --help shows."""
+"""Options that --help shows."""

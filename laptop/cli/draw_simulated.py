@@ -38,18 +38,18 @@ if TYPE_CHECKING:
     from laptop.emulator.device.peripherals import Peripherals
     from shared.arm_description import Arm
 
-CHANGING = 5.0
-"""So long it takes to put in another pen, s."""
+PEN_CHANGE_TIME = 5.0
+"""Time to put in another pen, s."""
 
-ASKED = "put in the pen for", "nudge the tip"
-"""What the brick says where it waits for that, or for the pen's tip to be looked at."""
+WAIT_PROMPTS = "put in the pen for", "nudge the tip"
+"""Beginnings of what the brick prints where it waits for a pen, or for a look at the pen's tip."""
 
-TIMEOUT = 24 * 3600.0
-"""A drawing may take so long on the emulated brick, s."""
+DRAWING_TIMEOUT = 24 * 3600.0
+"""Longest time of a drawing on the emulated brick, s."""
 
-LEARNING = "learning.png"
-"""The drawing over those in which it was learned."""
-FILES = (TRACE, PICTURE, LEARNING)
+LEARNING_FILE = "learning.png"
+"""Name of the picture of the drawing over those in which it was learned."""
+OUTPUT_FILES = (TRACE, PICTURE, LEARNING_FILE)
 """Names of what it may leave."""
 DRAWING_CAPTION = (
     "What was wished (grey), and over it the true ink of the emulated arm in colours for its "
@@ -124,7 +124,7 @@ def draw_simulated(
     }
     if taught.records and accuracy.inks:
         every = _rehearsed(taught.records, run.record)
-        files[LEARNING] = (
+        files[LEARNING_FILE] = (
             lambda path: write_learning_plot(path, every, wished, plan.name),
             LEARNING_CAPTION,
         )
@@ -146,7 +146,7 @@ def _drawn(
             contextlib.redirect_stdout(output),
             Rig(plan.arm, brick.built, plant) as rig,
         ):
-            run = rig.job(file, *orders.words(), timeout=TIMEOUT, person=changer)
+            run = rig.job(file, *orders.words(), timeout=DRAWING_TIMEOUT, person=changer)
     return run, header.seconds
 
 
@@ -200,8 +200,8 @@ class PenChanger:
 
     def hear(self, line: str) -> None:
         """Do what a line of the brick's asks for; what else it waits for is not this hand's."""
-        if any(asked in line for asked in ASKED):
-            self._press(Press("enter", self._world.now() + CHANGING, 0.2))
+        if any(asked in line for asked in WAIT_PROMPTS):
+            self._press(Press("enter", self._world.now() + PEN_CHANGE_TIME, 0.2))
 
 
 def _left_out(plan: DrawingPlan, orders: DrawOrders) -> float:

@@ -30,4 +30,4 @@ MEANINGS = {
     ExitStatus.KILLED: "`simulate`: the script hung inside C code, and was killed",
     ExitStatus.UNREAD: "nobody reads what is printed any more",
 }
-"""What each says, for people."""
+"""Meanings of the exit statuses, for people."""

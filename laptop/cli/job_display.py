@@ -13,7 +13,7 @@ from laptop.brick.jobs import BrickJobStatus, JobKeys
 from laptop.drawing.timing import in_minutes
 
 LINE_PERIOD = 10.0
-"""Between two lines where there is no terminal, s."""
+"""Period of the lines where there is no terminal, s."""
 
 
 def line_of(status: BrickJobStatus) -> str:

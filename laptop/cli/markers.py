@@ -10,8 +10,8 @@ from laptop.cli.command import OwnCommand
 from laptop.cli.options import importing, in_one_line, replace_option
 from laptop.system.files import check_new, written
 
-ENDINGS = (".pdf", ".svg", ".png")
-"""Of a page to print."""
+PAGE_SUFFIXES = (".pdf", ".svg", ".png")
+"""Endings of a page to print."""
 
 
 @click.command(cls=OwnCommand, short_help="Make a page of markers, or the board, to print.")
@@ -40,7 +40,7 @@ def markers(
 
     file = file or Path("board.pdf" if board else "markers.pdf")
     with in_one_line():
-        check_new(file, ENDINGS, replace)
+        check_new(file, PAGE_SUFFIXES, replace)
         if board:
             with written(file) as draft:
                 printed = write_board(draft, paper or "a4")

@@ -101,7 +101,7 @@ OLD_OPTIONS = {
         "--cpu": "--plant cpu={}",
     },
 }
-"""By command: an old option, perhaps with a pattern of its value, and what is typed now.
+"""Old options by command, each perhaps with a pattern of its value, and what is typed now.
 
 What is typed now may say where the old option's value goes, {}; "" where it needs not be typed.
 """

@@ -244,7 +244,7 @@ camera_option = click.option(
 """The option for where pictures come from."""
 
 sources_argument = click.argument("sources", metavar="", nargs=-1)
-"""What --camera was before: the sources alone."""
+"""Argument for the sources alone, which was before --camera."""
 
 
 def cameras_of(cameras: Sequence[str], sources: Sequence[str]) -> tuple[str, ...]:

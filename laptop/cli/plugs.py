@@ -21,7 +21,7 @@ FREE_MOTOR = ("D", "large")
 """Port and kind of the motor beside an arm, where that leaves the port free and nothing is said."""
 
 
-MOST_TURNED = 100000.0
+MAX_STOP_DEG = 100000.0
 """Farthest stop of a motor, deg."""
 
 
@@ -76,10 +76,10 @@ def _stops(text: str, limits: str) -> tuple[float, float]:
     number = r"[+-]?(?:\d+\.?\d*|\.\d+)"
     match = re.fullmatch(rf"({number})\.\.({number})", limits)
     lower, upper = map(float, match.groups()) if match else (1.0, -1.0)
-    if not -MOST_TURNED <= lower <= 0 <= upper <= MOST_TURNED or lower == upper:
+    if not -MAX_STOP_DEG <= lower <= 0 <= upper <= MAX_STOP_DEG or lower == upper:
         raise InvalidSimulationOption(
             f"plug '{text}': the motor starts at 0 deg, so write its stops as LOW..HIGH from "
-            f"{-MOST_TURNED:g} to 0 and from 0 to {MOST_TURNED:g} deg, like -90..40"
+            f"{-MAX_STOP_DEG:g} to 0 and from 0 to {MAX_STOP_DEG:g} deg, like -90..40"
         )
     return math.radians(lower), math.radians(upper)
 

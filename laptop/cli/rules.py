@@ -26,7 +26,9 @@ class Apart(NamedTuple):
         """Refuse what is given, see `check_rules`."""
         one, other = _first(self.options, given), _first(self.others, given)
         if one and other and not _first(self.but, given):
-            raise click.UsageError(f"{one} {self.why}: leave {SAID.get(other, other)} out.")
+            raise click.UsageError(
+                f"{one} {self.why}: leave {ARGUMENT_NAMES.get(other, other)} out."
+            )
 
 
 class Needs(NamedTuple):
@@ -62,11 +64,13 @@ class OneOf(NamedTuple):
             raise click.UsageError(self.wish)
 
 
-SAID = {"SOURCES": "the camera"}
-"""What arguments are called for people, where that is not what help calls them."""
-CAMERA = ("--camera", "SOURCES")
-"""How a camera is given, now and before."""
-A_CAMERA = OneOf((*CAMERA, "--simulate"), "Give the camera, --camera 0 say, or --simulate.")
+ARGUMENT_NAMES = {"SOURCES": "the camera"}
+"""Names of arguments for people, where help calls them otherwise."""
+CAMERA_PARAMETERS = ("--camera", "SOURCES")
+"""Names of the option and of the former argument for a camera."""
+A_CAMERA = OneOf(
+    (*CAMERA_PARAMETERS, "--simulate"), "Give the camera, --camera 0 say, or --simulate."
+)
 OF_LIVE = ("--calibration", "--bar", "--marker-height", "--arm-at")
 
 RULES: dict[str, tuple[Apart | Needs | OneOf, ...]] = {
@@ -111,7 +115,7 @@ RULES: dict[str, tuple[Apart | Needs | OneOf, ...]] = {
         A_CAMERA,
         Apart(
             ("--simulate",),
-            (*CAMERA, *OF_LIVE, "--scene", "--effector", "--frame-size", "--brick"),
+            (*CAMERA_PARAMETERS, *OF_LIVE, "--scene", "--effector", "--frame-size", "--brick"),
             "has an arm and cameras of its own",
         ),
         Needs(
@@ -123,7 +127,7 @@ RULES: dict[str, tuple[Apart | Needs | OneOf, ...]] = {
         A_CAMERA,
         Apart(
             ("--simulate",),
-            (*CAMERA, "--calibration", "--effector", "--brick", "--listen-port"),
+            (*CAMERA_PARAMETERS, "--calibration", "--effector", "--brick", "--listen-port"),
             "has an arm and a camera of its own",
         ),
         Needs(("--plant", "--built", "--seed"), ("--simulate",), "is of what is emulated"),
@@ -134,14 +138,14 @@ RULES: dict[str, tuple[Apart | Needs | OneOf, ...]] = {
         ),
     ),
     "measure camera": (
-        OneOf(CAMERA, "Give the camera, --camera 0 say, or its pictures."),
+        OneOf(CAMERA_PARAMETERS, "Give the camera, --camera 0 say, or its pictures."),
         Apart(("--calibration",), ("--bar", "--to"), "compares only"),
     ),
     "measure pen": (
         A_CAMERA,
         Apart(
             ("--simulate",),
-            CAMERA,
+            CAMERA_PARAMETERS,
             "has a camera of its own",
             but=("--camera synthetic", "SOURCES synthetic"),
         ),
@@ -169,7 +173,7 @@ RULES: dict[str, tuple[Apart | Needs | OneOf, ...]] = {
     ),
     "brick arm": (Apart(("--fetch",), ("FILE",), "fetches an arm"),),
 }
-"""By command, its words: what of its options goes together."""
+"""Rules by command: which of its options go together."""
 
 
 def check_rules(command: str, given: Collection[str]) -> None:
@@ -187,12 +191,12 @@ def check_rules(command: str, given: Collection[str]) -> None:
         rule.check(given)
 
 
-HEARD_BY = {
+SOURCE_KINDS = {
     **dict.fromkeys(("--font", "--lettering"), "text"),
     **dict.fromkeys(("--tracing",), "picture"),
     **dict.fromkeys(("--layer", "--fill", "--pens"), "SVG"),
 }
-"""Of which kind of source an option of `draw` is."""
+"""Kinds of source by the option of `draw` that is for them."""
 
 
 def check_heard(given: Iterable[str], kind: str, name: str) -> None:
@@ -207,7 +211,7 @@ def check_heard(given: Iterable[str], kind: str, name: str) -> None:
         click.UsageError: one is given.
     """
     for option in given:
-        wanted = HEARD_BY.get(option, kind)
+        wanted = SOURCE_KINDS.get(option, kind)
         if wanted != kind:
             article = "an" if wanted == "SVG" else "a"
             raise click.UsageError(

@@ -41,7 +41,7 @@ from laptop.record.run_folder import FIGURES, PICTURE, SIDE_PICTURE, TRUE_PATH, 
 from shared.arm_description import ArmError, find_arm
 from shared.state import CODE
 
-WATCHED = ("visual_servoing.py", "tracking_client.py")
+TRACKED_SCRIPTS = ("visual_servoing.py", "tracking_client.py")
 """Scripts of the brick that listen to a tracker."""
 
 EXAMPLES = examples(
@@ -136,7 +136,7 @@ def simulate(
             err=True,
         )
     is_alone = events.scene is None and not events.realtime
-    if done.is_refused and is_alone and os.path.basename(script) in WATCHED:
+    if done.is_refused and is_alone and os.path.basename(script) in TRACKED_SCRIPTS:
         click.echo(
             f"laptop: {Path(script).name} wants a tracker: with --scene '' before it a synthetic "
             "camera watches the arm, and one serves what it sees",

@@ -49,8 +49,8 @@ if TYPE_CHECKING:
 
 MAX_LINE = 4096
 """Longest line of a file of touches, characters."""
-COUNT = 9
-"""Crosses of the board."""
+CROSS_COUNT = 9
+"""Number of the board's crosses."""
 
 
 class Crosses(ParamType):
@@ -63,8 +63,10 @@ class Crosses(ParamType):
     ) -> tuple[int, ...]:
         """Return their places in the list of crosses; fail if they are none."""
         numbers = [int(one) if one.strip().isdecimal() else 0 for one in value.split(",")]
-        if not all(1 <= one <= COUNT for one in numbers) or len(set(numbers)) < len(numbers):
-            self.fail(f"'{value}' is not a list of crosses from 1 to {COUNT}, like 1,3,4,6,7,9")
+        if not all(1 <= one <= CROSS_COUNT for one in numbers) or len(set(numbers)) < len(numbers):
+            self.fail(
+                f"'{value}' is not a list of crosses from 1 to {CROSS_COUNT}, like 1,3,4,6,7,9"
+            )
         return tuple(one - 1 for one in numbers)
 
 

@@ -33,20 +33,20 @@ if TYPE_CHECKING:
 
 SCENE = "board=a4,board_x=12,marker_stray=0.4"
 """The usual one: an arm in the plane reaches all crosses there."""
-READY, LEADING, PRESSING = 4.0, 2.5, 0.6
+READY_TIME, LEADING_TIME, PRESSING_TIME = 4.0, 2.5, 0.6
 """Times of the hand, s: until it begins, from cross to cross, and from there to the press."""
-PLACED = 0.02
+PLACING_SIGMA = 0.02
 """Error with which it sets the pen on a cross, standard deviation, cm."""
 PRESS_TIME = 0.2
 """Time for which the touch sensor is pressed, s."""
-TRIES = 3
-"""Presses after which a cross that does not count is left out."""
-PEOPLES = ("point ", "lead the arm")
-"""How lines of the program begin that are for whoever leads the arm."""
-STOPPED = "driver.py: stopped by "
-"""How its line begins that tells of a signal, of which this process tells in its own words."""
-TIMEOUT = 600.0
-"""Time for all of it, s."""
+MAX_PRESSES = 3
+"""Greatest number of presses at a cross that does not count; then it is left out."""
+PEOPLE_PREFIXES = ("point ", "lead the arm")
+"""Beginnings of the program's lines that are for whoever leads the arm."""
+STOP_PREFIX = "driver.py: stopped by "
+"""Beginning of its line about a signal, of which this process tells in its own words."""
+TOUCH_TIMEOUT = 600.0
+"""Longest time of all of it, s."""
 
 
 class TouchEnded(ArmError):
@@ -117,7 +117,7 @@ class SimulatedTouching:
             # (Closed while what it writes to is open: later that would be an error of nobody's.)
             contextlib.closing(Hearing(sys.stdout, self._heard)) as out,
             contextlib.closing(
-                Hearing(sys.stderr, lambda line: None, (*PEOPLES, STOPPED))
+                Hearing(sys.stderr, lambda line: None, (*PEOPLE_PREFIXES, STOP_PREFIX))
             ) as errors,
             contextlib.redirect_stdout(out),
             contextlib.redirect_stderr(errors),
@@ -127,7 +127,7 @@ class SimulatedTouching:
                 "driver.py",
                 "touch",
                 "--json",
-                timeout=TIMEOUT,
+                timeout=TOUCH_TIMEOUT,
                 person=lambda brick, devices: self._begin(touching, brick, devices),
             )
         platforms.obey(run.outcome.signals)
@@ -142,29 +142,29 @@ class SimulatedTouching:
     def _begin(self, touching: CrossTouching, brick: EmulatedBrick, devices: Peripherals) -> None:
         self._brick, self._devices, self._touching = brick, devices, touching
         self._camera = film(brick, self._scene)
-        self._ask(READY)
+        self._ask(READY_TIME)
 
     def _ask(self, after: float) -> None:
         """Tell the hand where to go, and when to press."""
         touching, now = self._touching, self._brick.world.now()
         while touching.cross is not None:
-            if self._tries >= TRIES:
+            if self._tries >= MAX_PRESSES:
                 touching.skip()
                 self._tries = 0
                 continue
             self._say(touching.request())
             x, y, _ = board_place(self._constants, CROSSES[[touching.cross]])[0]
-            x, y = (float(one) + self._luck.gauss(0, PLACED) for one in (x, y))
-            t = now + after + LEADING
+            x, y = (float(one) + self._luck.gauss(0, PLACING_SIGMA) for one in (x, y))
+            t = now + after + LEADING_TIME
             try:
                 self._brick.lead([HandPlace((x, y), t)])
             except BadHand as problem:
                 self._say(str(problem))
                 touching.skip()
                 continue
-            self._devices.press(Press("touch:in4", t + PRESSING, PRESS_TIME))
+            self._devices.press(Press("touch:in4", t + PRESSING_TIME, PRESS_TIME))
             return
-        self._devices.press(Press("down", now + PRESSING, PRESS_TIME))
+        self._devices.press(Press("down", now + PRESSING_TIME, PRESS_TIME))
 
     def _heard(self, line: str) -> None:
         # In the world's time, not the program's: what the laptop computes takes the brick none.
@@ -175,7 +175,7 @@ class SimulatedTouching:
             counts = self._touching.handle(read_point(line))
         except ArmError as problem:
             self._problem = problem
-            self._devices.press(Press("down", self._brick.world.now() + PRESSING, PRESS_TIME))
+            self._devices.press(Press("down", self._brick.world.now() + PRESSING_TIME, PRESS_TIME))
             return
         self._tries = 0 if counts else self._tries + 1
         self._ask(0.0)

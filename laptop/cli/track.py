@@ -41,9 +41,9 @@ if TYPE_CHECKING:
 
 LOCALHOST = "127.0.0.1"
 BRICK_TIMEOUT = 1e6
-"""For an emulated brick, which ends with the tracker in any case, s."""
+"""Timeout of an emulated brick, s; it ends with the tracker in any case."""
 END_TIMEOUT = 5.0
-"""An emulated brick that has not ended so long after it was told, s, is killed."""
+"""Longest time that an emulated brick may take to end after it was told, s; then it is killed."""
 RUN_WHILE_INPUT_IS_OPEN = f"""
 import sys
 sys.path[0] = {REPO_ROOT!r}  # in place of the folder one is in, where any file may be

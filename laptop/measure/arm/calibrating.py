@@ -232,8 +232,8 @@ def check_board(view: BoardView | None) -> BoardView:
     if seen < MIN_BOARD_SHARE * every:
         raise BadIdentification(
             f"{seen} of the board's {every} markers are seen, and "
-            f"{math.ceil(MIN_BOARD_SHARE * every)} are the least to measure an arm by: uncover it, and turn the arm aside; nothing was "
-            "written"
+            f"{math.ceil(MIN_BOARD_SHARE * every)} are the least to measure an arm by: "
+            "uncover it, and turn the arm aside; nothing was written"
         )
     return view
 
@@ -258,8 +258,9 @@ def _gone(
         if 2 * np.count_nonzero(few & (seen.seen > 0)) > len(few):
             raise BadIdentification(
                 f"camera {name} saw the marker, but in fewer than {MIN_PICTURES} pictures a rest "
-                f"at {np.count_nonzero(few)} of {len(few)} poses: it takes some 6 pictures a second; "
-                "give it more light, or fewer pixels (--frame-size of track); nothing was written"
+                f"at {np.count_nonzero(few)} of {len(few)} poses: it takes some 6 pictures a "
+                "second; give it more light, or fewer pixels (--frame-size of track); nothing was "
+                "written"
             )
         places = seen.pixel.copy()
         places[few] = np.nan

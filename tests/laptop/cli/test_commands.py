@@ -7,7 +7,14 @@ import pytest
 from click.testing import CliRunner
 from commands import parse_script
 
-from laptop.cli.commands import DRIVER, INSTEAD, OPTIONS, RENAMED, SECTIONS, no_command
+from laptop.cli.commands import (
+    DRIVER_COMMANDS,
+    OTHER_COMMANDS,
+    OTHER_OPTIONS,
+    RENAMED,
+    SECTIONS,
+    no_command,
+)
 from laptop.cli.main import laptop, main
 
 
@@ -55,7 +62,7 @@ def test_an_old_word_may_stand_behind_others():
     assert (status, text.splitlines()[0]) == (0, "draw --jobs is now brick jobs")
 
 
-@pytest.mark.parametrize("word", INSTEAD)
+@pytest.mark.parametrize("word", OTHER_COMMANDS)
 def test_what_is_said_to_a_wrong_word_is_there(word):
     text = no_command(word, laptop.commands)
     assert text.startswith(f"'{word}' is ")
@@ -67,7 +74,7 @@ def test_what_is_said_to_a_wrong_word_is_there(word):
             assert not isinstance(group, click.Group) or part in group.commands
 
 
-@pytest.mark.parametrize("word", DRIVER)
+@pytest.mark.parametrize("word", DRIVER_COMMANDS)
 def test_the_words_of_driver_py_are_its_own(word, capsys):
     with pytest.raises(SystemExit, match="^0$"):
         parse_script("driver.py", [word, "--help"])
@@ -143,7 +150,7 @@ def test_no_wrong_option_is_one_of_some_command():
         for command in groups.pop().commands.values():
             there.update(name for param in command.params for name in param.opts)
             groups += [command] if isinstance(command, click.Group) else []
-    assert set(OPTIONS) <= there
-    wrong = [word for words in OPTIONS.values() for word in words]
+    assert set(OTHER_OPTIONS) <= there
+    wrong = [word for words in OTHER_OPTIONS.values() for word in words]
     assert len(set(wrong)) == len(wrong)
     assert not set(wrong) & there

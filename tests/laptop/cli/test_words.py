@@ -9,7 +9,7 @@ import pytest
 
 import laptop as laptop_package
 from laptop.cli.command import name_of
-from laptop.cli.commands import OPTIONS
+from laptop.cli.commands import OTHER_OPTIONS
 from laptop.cli.exit_status import MEANINGS, ExitStatus
 from laptop.cli.main import laptop
 from laptop.cli.old_options import OLD_OPTIONS
@@ -78,7 +78,7 @@ def test_a_name_means_the_same_everywhere():
 def test_nothing_has_a_second_name():
     """Words that are answered with another one are no options of any command."""
     there = {name for _, param in options() for name in param.opts + param.secondary_opts}
-    synonyms = {word for words in OPTIONS.values() for word in words}
+    synonyms = {word for words in OTHER_OPTIONS.values() for word in words}
     assert not synonyms & there
     for command, words in OLD_OPTIONS.items():
         own = {name for typed, param in options() if typed == command for name in param.opts}
@@ -114,17 +114,17 @@ def test_every_exit_status_is_told():
 
 
 def test_help_of_draw_is_short_and_help_all_is_whole(capsys):
-    from laptop.cli.draw_options import COMMON, SECTIONS
+    from laptop.cli.draw_options import COMMON_OPTIONS, SECTIONS
 
     draw = laptop.commands["draw"]
-    assert len(COMMON) == 12
+    assert len(COMMON_OPTIONS) == 12
     assert {name for names in SECTIONS.values() for name in names} | {"--help-all"} == {
         name_of(param) for param in draw.params if isinstance(param, click.Option)
     }
     with pytest.raises(SystemExit):
         laptop(["draw", "--help"])
     short = capsys.readouterr().out
-    assert there(short) == {*COMMON, "--help-all", "--help"}
+    assert there(short) == {*COMMON_OPTIONS, "--help-all", "--help"}
     with pytest.raises(SystemExit):
         laptop(["draw", "--help-all"])
     whole = capsys.readouterr().out
