@@ -19,8 +19,8 @@ BROWSER = "brickservo.browser"
 Scope = dict[str, Any]
 Receive = Callable[[], Awaitable[Any]]
 Send = Callable[[Any], Awaitable[None]]
-Redeem = Callable[[str], Awaitable[str]]
-"""From a token to a cookie, or ""; see laptop.page.sessions.Admission."""
+RedeemToken = Callable[[str], Awaitable[str]]
+"""Exchange of a token for a cookie, or ""; see laptop.page.sessions.Admission."""
 
 
 class AuthMiddleware:
@@ -48,7 +48,7 @@ class AuthMiddleware:
         pages: Sequence[str],
         methods: Sequence[str] = ("GET", "HEAD"),
         posts: Sequence[str] = (),
-        redeem: Redeem | None = None,
+        redeem: RedeemToken | None = None,
         gate_port: int | None = None,
     ) -> None:
         self._app = app

@@ -17,34 +17,36 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from laptop.page.paper_below import HEIGHT_SIGMA
-from laptop.page.table_mapping import CELL, MAX_PLACES, TableView
+from laptop.page.table_mapping import CELL_SIZE, MAX_PLACES, TableView
 from laptop.see.serve.pipeline import Point
 from laptop.see.table.marker_offset import HEIGHT_SPREAD, USUAL_HEIGHT
 from laptop.see.table.plane_motion import PlaneMotion, nearest_motion, rotation
 
 MIN_PLACES = 4
-"""Fewer do not tell how well they fit."""
+"""Fewest places from which their misfit can be judged."""
 MIN_PLACES_FOR_HEIGHT = 12
-"""Fewer do not tell the marker's height as well."""
+"""Fewest places from which the marker's height can be judged as well."""
 MIN_SPREAD = 2.0
-"""Of these from their middle, RMS, cm."""
+"""Least spread of these about their middle, RMS, cm."""
 MAX_MISFIT = 0.8
-"""Places that fit worse, cm (RMS), are of another arm, or of a marker at another height."""
+"""Greatest misfit of places, cm (RMS): worse ones are of another arm, or of a marker at another
+height."""
 SCALE_SPREAD = 0.005
 """Standard deviation of how much longer links are than their file has them, as a share."""
 MAX_HEIGHT_SIGMA = 0.6
-"""A height that is less sure, cm, is not believed."""
-LEAST_MISFIT = 0.02
-"""Of places from where they must be, cm: none are better."""
+"""Greatest standard deviation of a height that is believed, cm."""
+MIN_MISFIT = 0.02
+"""Least misfit that places can have, cm: none are better."""
 SIGMA_PASSES = 3
 """Number of fits of a height, each with the misfit of places that the last one shows."""
-GRID = 6
-"""So many pixels in each direction give the paper's homography."""
-MARGIN = 60.0
-"""So far beyond the pixels of the marker the paper is looked at, px."""
+GRID_SIZE = 6
+"""Number of pixels in each direction that give the paper's homography."""
+GRID_MARGIN = 60.0
+"""Margin of that grid around the pixels of the marker, px."""
 
 PlaceAt = Callable[[Point, float], Point | None]
-"""From a pixel and a height over the table, cm, to the place on the board, cm; None: unknown."""
+"""Function from a pixel and a height over the table, cm, to the place on the board, cm; None:
+unknown."""
 
 _Grid = tuple[list[Point], list[Point]]
 """Pixels, and where on the board they are, cm."""
@@ -129,7 +131,7 @@ class BoardMapping:
         low, high = (self._place_at(pixel, height) for height in (0.0, 1.0))
         if low is None or high is None:
             return
-        key = tuple(math.floor(x / CELL) for x in p)
+        key = tuple(math.floor(x / CELL_SIZE) for x in p)
         known = self._pairs.get(key)
         if (known is None and len(self._pairs) < MAX_PLACES) or (known and speed <= known.speed):
             self._pairs[key] = _Pair(
@@ -178,8 +180,8 @@ class BoardMapping:
     def _homography(self, from_board: PlaneMotion) -> np.ndarray | None:
         """Return the matrix from the arm's places on the paper to pixels, about where it moves."""
         seen = np.array([pair.pixel for pair in self._pairs.values()])
-        low = np.maximum(np.floor(seen.min(axis=0) / MARGIN - 1) * MARGIN, 0)
-        high = np.ceil(seen.max(axis=0) / MARGIN + 1) * MARGIN
+        low = np.maximum(np.floor(seen.min(axis=0) / GRID_MARGIN - 1) * GRID_MARGIN, 0)
+        high = np.ceil(seen.max(axis=0) / GRID_MARGIN + 1) * GRID_MARGIN
         corners = (*low, *np.minimum(high, np.array(self._size) - 1))
         if corners not in self._grids:  # to ask for each takes a while, and it stays the same
             self._grids = {corners: self._grid(*corners)}
@@ -191,8 +193,8 @@ class BoardMapping:
 
     def _grid(self, left: float, top: float, right: float, bottom: float) -> _Grid:
         """Return pixels (n, 2) between these, and where on the board they are (n, 2), cm."""
-        asked = [(float(u), float(v)) for u in np.linspace(left, right, GRID)
-                 for v in np.linspace(top, bottom, GRID)]  # fmt: skip
+        asked = [(float(u), float(v)) for u in np.linspace(left, right, GRID_SIZE)
+                 for v in np.linspace(top, bottom, GRID_SIZE)]  # fmt: skip
         found = [(pixel, place) for pixel in asked if (place := self._place_at(pixel, 0.0))]
         return [pixel for pixel, _ in found], [place for _, place in found]
 
@@ -207,12 +209,12 @@ def marker_height(low: np.ndarray, slope: np.ndarray, arm: np.ndarray) -> tuple[
     """
     first, shift = nearest_motion(low + USUAL_HEIGHT * slope, arm)
     state = np.array([first, *shift, USUAL_HEIGHT, 0.0])
-    sigma = LEAST_MISFIT
+    sigma = MIN_MISFIT
     for _ in range(SIGMA_PASSES):
         fit = least_squares(_height_residuals, state, method="lm", args=(low, slope, arm, sigma))
         state = fit.x
         # How far places are off is seen only when they are fitted.
-        sigma = max(LEAST_MISFIT, sigma * math.sqrt(float(np.mean(fit.fun[:-2] ** 2))))
+        sigma = max(MIN_MISFIT, sigma * math.sqrt(float(np.mean(fit.fun[:-2] ** 2))))
     return float(state[3]), math.sqrt(float(np.linalg.inv(fit.jac.T @ fit.jac)[3, 3]))
 
 

@@ -27,10 +27,10 @@ from laptop.page.interface import StatusCalls
 from laptop.page.snapshots import SAMPLE_PERIOD, PageState
 
 STYLE = Path(cards.__file__).with_name("style.css")
-DRIVE = "drive"
+FIRST_TAB = "drive"
 """Tab that is shown at first, unless the one of drawings was left open."""
 FACTS_PERIOD = 1.0
-"""Between two updates of the figures that change all the time, for one browser, s."""
+"""Period of the figures that change all the time, for one browser, s."""
 
 
 class Page:
@@ -70,7 +70,7 @@ class Page:
             if several:  # beside each other they leave room below
                 PlotsCard(self._session, has_room=True)
         self._session.show_tab = self.show_tab
-        self.show_tab(DRAW if tool == DRAW else DRIVE)
+        self.show_tab(DRAW if tool == DRAW else FIRST_TAB)
         if tool != DRAW:
             self._colours.choose_tool(tool)
         ui.keyboard(self._on_key, ignore=["input", "select", "textarea"], repeating=False)
@@ -96,7 +96,7 @@ class Page:
                     name, icon=icon, on_click=partial(self.show_tab, tab), color=None
                 ).props("role=tab")
                 for tab, name, icon in (
-                    (DRIVE, "Drive", "my_location"),
+                    (FIRST_TAB, "Drive", "my_location"),
                     (DRAW, "Draw", "draw"),
                 )
             }
@@ -107,7 +107,7 @@ class Page:
         for key, button in self._tabs.items():
             button.props(f"aria-selected={'true' if key == tab else 'false'}")
         for element in (self._drive.element, self._drive.more, self._colours.element):
-            element.set_visibility(tab == DRIVE)
+            element.set_visibility(tab == FIRST_TAB)
         for element in (self._draw.element, self._draw.more):
             element.set_visibility(tab == DRAW)
         if tab == DRAW:
@@ -152,7 +152,7 @@ class Page:
         key = event.key.name.lower()
         if self._tab == DRAW and key in "sh":
             await (self._draw.start() if key == "s" else self._draw.pause())
-        elif self._tab == DRIVE and key in [str(n) for n in range(1, len(TOOLS) + 1)]:
+        elif self._tab == FIRST_TAB and key in [str(n) for n in range(1, len(TOOLS) + 1)]:
             self._colours.choose_tool(list(TOOLS)[int(key) - 1])
         elif key == "s":
             await self._drive.start()

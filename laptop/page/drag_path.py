@@ -10,14 +10,14 @@ import numpy as np
 
 from laptop.see.serve.pipeline import Point
 
-ROUGH = 4.0
-"""A hand and its pixels leave the way that was meant by so much, px."""
-CORNER = math.radians(40)
-"""Where the way turns by more within twice ROUGH, a corner is meant, rad."""
-STEP = 2.0
+ROUGHNESS = 4.0
+"""Deviation of a hand and its pixels from the path that was meant, px."""
+CORNER_ANGLE = math.radians(40)
+"""Least turn of the path within twice ROUGHNESS that counts as a corner, rad."""
+POINT_SPACING = 2.0
 """Distance between two points of a smooth line, px."""
-CLOSING = 12.0
-"""A way whose ends are so near to one another is closed, px."""
+CLOSING_DISTANCE = 12.0
+"""Greatest distance between the ends of a path that is closed, px."""
 
 
 def smooth_path(points: Sequence[Point]) -> np.ndarray:
@@ -27,9 +27,9 @@ def smooth_path(points: Sequence[Point]) -> np.ndarray:
     dragged = dragged[np.append(True, steps > 1e-6)]
     if len(dragged) < 2:
         return dragged
-    if len(dragged) > 3 and math.dist(dragged[0], dragged[-1]) < CLOSING:
+    if len(dragged) > 3 and math.dist(dragged[0], dragged[-1]) < CLOSING_DISTANCE:
         dragged[-1] = dragged[0]
-    rough = simplified(dragged, ROUGH)
+    rough = simplified(dragged, ROUGHNESS)
     corners = [0, *_corners(dragged, rough), len(dragged) - 1]
     parts = [
         _smooth(dragged[first : last + 1])
@@ -59,7 +59,7 @@ def _corners(dragged: np.ndarray, rough: np.ndarray) -> list[int]:
         one, other = here - before, after - here
         turn = abs(math.atan2(one[0] * other[1] - one[1] * other[0], float(one @ other)))
         # Of a bend the parts are short, and each turns by little.
-        if turn > CORNER and min(np.hypot(*one), np.hypot(*other)) > 2 * ROUGH:
+        if turn > CORNER_ANGLE and min(np.hypot(*one), np.hypot(*other)) > 2 * ROUGHNESS:
             found.append(at)
     return found
 
@@ -67,14 +67,14 @@ def _corners(dragged: np.ndarray, rough: np.ndarray) -> list[int]:
 def _smooth(line: np.ndarray) -> np.ndarray:
     """Return a line (n, 2) without a hand's trembling; its ends stay."""
     lengths = np.append(0.0, np.cumsum(np.hypot(*np.diff(line, axis=0).T)))
-    count = max(2, round(lengths[-1] / STEP) + 1)
+    count = max(2, round(lengths[-1] / POINT_SPACING) + 1)
     at = np.linspace(0.0, lengths[-1], count)
     even = np.column_stack([np.interp(at, lengths, line[:, axis]) for axis in (0, 1)])
     ahead = even[-1] - even[0]
     off = (even - even[0]) @ np.array([-ahead[1], ahead[0]]) / max(np.hypot(*ahead), 1e-9)
-    if np.abs(off).max() < ROUGH and np.hypot(*ahead) > 0.9 * lengths[-1]:
+    if np.abs(off).max() < ROUGHNESS and np.hypot(*ahead) > 0.9 * lengths[-1]:
         return even[[0, -1]]
-    half = max(1, min(round(2 * ROUGH / STEP), (count - 1) // 4))
+    half = max(1, min(round(2 * ROUGHNESS / POINT_SPACING), (count - 1) // 4))
     # Reflected about its ends, so that they stay.
     padded = np.vstack(
         [2 * even[0] - even[half:0:-1], even, 2 * even[-1] - even[-2 : -half - 2 : -1]]

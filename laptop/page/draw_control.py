@@ -33,10 +33,10 @@ from laptop.see.serve.server_state import ServerState as LinkState
 from shared.arm_description import ArmError
 from shared.job_messages import DONE
 
-MAX_FILE = 8_000_000
-"""Bytes of a file that is dropped, at the most."""
-MAX_TEXT = 2000
-"""Characters of a text, at the most."""
+MAX_FILE_BYTES = 8_000_000
+"""Greatest size of a file that is dropped, bytes."""
+MAX_TEXT_LENGTH = 2000
+"""Greatest length of a text, characters."""
 
 
 class DrawControl:
@@ -79,16 +79,18 @@ class DrawControl:
 
     def load(self, name: str, data: bytes) -> str:
         """Read a drawing from a file's bytes: SVG, PNG, JPEG, or a text."""
-        if len(data) > MAX_FILE:
-            return f"{name}: {len(data) / 1e6:.0f} MB; at most {MAX_FILE / 1e6:.0f} MB are read"
+        if len(data) > MAX_FILE_BYTES:
+            return (
+                f"{name}: {len(data) / 1e6:.0f} MB; at most {MAX_FILE_BYTES / 1e6:.0f} MB are read"
+            )
         return self._asked.take(file_source(name, data))
 
     def write(self, text: str) -> str:
         """Write a text, in letters of single strokes."""
         if not text.strip():
             return "type a text first"
-        if len(text) > MAX_TEXT:
-            return f"the text has {len(text)} characters; at most {MAX_TEXT} are written"
+        if len(text) > MAX_TEXT_LENGTH:
+            return f"the text has {len(text)} characters; at most {MAX_TEXT_LENGTH} are written"
         return self._asked.take(Source("text", text[:40], text.encode("utf-8")))
 
     def choose(self, name: str) -> str:

@@ -17,9 +17,9 @@ from shared.job_messages import ENDS, ORDERS, Draw, JobStatus, Order, check_orde
 from shared.messages import Stop
 
 START_TIMEOUT = 6.0
-"""A brick that has said nothing of a job so long after it was offered will not draw it, s."""
-SETTLED = 0.6
-"""So long after a job's end the last of its ink is known, s."""
+"""Longest silence of a brick about a job since it was offered, s; then it will not draw it."""
+INK_GRACE = 0.6
+"""Time after a job's end by which the last of its ink is known, s."""
 _BUSY = "a drawing is on; abort it first"
 _NO_BRICK = "no brick is connected; the tab Drive says what to do"
 
@@ -74,7 +74,7 @@ class DrawJob:
     @property
     def has_settled(self) -> bool:
         """Return True if it has ended so long ago that all of its ink is known."""
-        return self._ended_at is not None and self._now() - self._ended_at > SETTLED
+        return self._ended_at is not None and self._now() - self._ended_at > INK_GRACE
 
     def _is_overdue(self) -> bool:
         return self._now() - self._offered_at > START_TIMEOUT

@@ -33,10 +33,10 @@ from laptop.page.drawing_snapshots import (
 from laptop.system import platforms
 from shared.arm_description import Arm, ArmError
 
-MEMORY = 3_000_000_000
-"""Bytes that the process may have."""
-NICENESS = 10
-"""Of the process: tracker, page and emulated brick come first."""
+MEMORY_LIMIT = 3_000_000_000
+"""Greatest memory of the process, bytes."""
+STUDIO_NICENESS = 10
+"""Increment of the process's niceness: tracker, page and emulated brick come first."""
 
 
 def work(pipe: Connection, arm: Arm, folder: str) -> None:
@@ -49,8 +49,8 @@ def work(pipe: Connection, arm: Arm, folder: str) -> None:
     """
     tempfile.tempdir = folder
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the tracker's, who then ends this
-    platforms.give_way(NICENESS)
-    platforms.limit_memory(MEMORY)
+    platforms.give_way(STUDIO_NICENESS)
+    platforms.limit_memory(MEMORY_LIMIT)
     cv2.setNumThreads(1)
     serve(pipe, arm)
 

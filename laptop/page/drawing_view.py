@@ -17,20 +17,25 @@ from laptop.page.drawing_snapshots import DrawingSnapshot, PlacedDrawing, Placin
 from laptop.page.table_mapping import TableView
 from laptop.see.serve.pipeline import Point
 
-GOOD, MISSED, MOVING, BOX = "#0e9f4f", "#ff2436", "#d97700", "#1c62ad"
+REACHABLE_COLOUR, MISSED_COLOUR, MOVING_COLOUR, BOX_COLOUR = (
+    "#0e9f4f",
+    "#ff2436",
+    "#d97700",
+    "#1c62ad",
+)
 """Colours of what can be drawn, of what cannot, of what is just moved, of the box with handles."""
 HALO = "#fffc"
 MAX_POINTS = 2500
-"""So many points of a drawing are shown, at the most."""
-FINEST = 0.02
-"""Lines are thinned by this at the least, cm."""
-HANDLE = 9.0
+"""Greatest number of points of a drawing that are shown."""
+MIN_THINNING = 0.02
+"""Least tolerance by which lines are thinned, cm."""
+HANDLE_RADIUS = 9.0
 """Radius of a handle, px of a picture of 640."""
-GRASP = 20.0
-"""So near to it a handle is grasped, the same px."""
-ARM_LENGTH = 1.5
-"""The handle that turns it stands so far above the box, cm."""
-SIZES = 0.5, 60.0
+GRASP_RADIUS = 20.0
+"""Distance within which a handle is grasped, the same px."""
+HANDLE_ARM = 1.5
+"""Distance of the turning handle above the box, cm."""
+SIDE_LIMITS = 0.5, 60.0
 """Least and greatest side of a drawing that hands make, cm."""
 
 
@@ -75,7 +80,9 @@ class DrawingView:
         self._lines = []
         if placed:
             good, missed = thinned([placed.good, placed.missed])
-            self._lines = [(line, GOOD) for line in good] + [(line, MISSED) for line in missed]
+            self._lines = [(line, REACHABLE_COLOUR) for line in good] + [
+                (line, MISSED_COLOUR) for line in missed
+            ]
         if not self.is_held:
             self.moved = None
 
@@ -91,7 +98,7 @@ class DrawingView:
         placed, view = self.snapshot.placed, self.view
         if placed is None or view is None:
             return False
-        near = GRASP * width / 640
+        near = GRASP_RADIUS * width / 640
         corners, turner = self._handles(placed, self._placing(placed))
         seen = view.to_picture(np.vstack([corners, turner]))
         off = np.hypot(*(seen - pixel).T)
@@ -115,7 +122,7 @@ class DrawingView:
             return
         at = view.to_table(np.array([pixel]))[0]
         centre = np.array([began.x, began.y], float)
-        if not np.isfinite(at).all() or np.hypot(*(at - centre)) > 3 * SIZES[1]:
+        if not np.isfinite(at).all() or np.hypot(*(at - centre)) > 3 * SIDE_LIMITS[1]:
             return  # beyond the horizon
         if self._grip is Grip.MOVE:
             x, y = centre + at - self._pressed
@@ -129,7 +136,7 @@ class DrawingView:
             self.moved = began._replace(rotate=(began.rotate + turn + 180) % 360 - 180)
         else:
             size = (began.size or 0.0) * float(np.hypot(*other) / np.hypot(*one))
-            self.moved = began._replace(size=min(max(SIZES[0], size), SIZES[1]))
+            self.moved = began._replace(size=min(max(SIDE_LIMITS[0], size), SIDE_LIMITS[1]))
 
     _began = Placing()
 
@@ -161,7 +168,7 @@ class DrawingView:
             centre + a * width * right + b * height * up
             for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))
         ]
-        return np.array(corners), centre + (height + ARM_LENGTH) * up
+        return np.array(corners), centre + (height + HANDLE_ARM) * up
 
     # How it looks
 
@@ -185,7 +192,7 @@ class DrawingView:
         ways: dict[str, list[str]] = {}
         for line, color in self._lines:
             points = view.to_picture(_moved(line, placed, at) if moved else line)
-            ways.setdefault(MOVING if moved else color, []).append(_way(points))
+            ways.setdefault(MOVING_COLOUR if moved else color, []).append(_way(points))
         for color, lines in ways.items():
             way = "".join(lines)
             parts.append(
@@ -203,21 +210,21 @@ class DrawingView:
         top = (seen[2] + seen[3]) / 2
         frame = _way(np.vstack([seen[:4], seen[:1]])) + _way(np.vstack([top, seen[4]]))
         dots = "".join(
-            f'<circle cx="{u:.1f}" cy="{v:.1f}" r="{HANDLE * k:g}" fill="{fill}" stroke="#fff" '
-            f'stroke-width="{2 * k:g}" data-handle="{name}"/>'
+            f'<circle cx="{u:.1f}" cy="{v:.1f}" r="{HANDLE_RADIUS * k:g}" fill="{fill}" '
+            f'stroke="#fff" stroke-width="{2 * k:g}" data-handle="{name}"/>'
             for (u, v), name, fill in [
-                *((corner, "scale", BOX) for corner in seen[:4]),
-                (seen[4], "turn", MOVING),
+                *((corner, "scale", BOX_COLOUR) for corner in seen[:4]),
+                (seen[4], "turn", MOVING_COLOUR),
             ]
         )
         return (
             f'<path d="{frame}" stroke="{HALO}" stroke-width="{3 * k:g}"/>'
-            f'<path d="{frame}" stroke="{BOX}" stroke-width="{1.5 * k:g}" '
+            f'<path d="{frame}" stroke="{BOX_COLOUR}" stroke-width="{1.5 * k:g}" '
             f'stroke-dasharray="{5 * k:g} {4 * k:g}" data-drawing="box"/>{dots}'
         )
 
 
-_NAMES = {GOOD: "good", MISSED: "missed", MOVING: "moving"}
+_NAMES = {REACHABLE_COLOUR: "good", MISSED_COLOUR: "missed", MOVING_COLOUR: "moving"}
 
 
 def placing_of(placed: PlacedDrawing) -> Placing:
@@ -240,7 +247,7 @@ def _way(points: np.ndarray) -> str:
 def thinned(groups: Iterable[Iterable[np.ndarray]]) -> list[list[np.ndarray]]:
     """Return groups of lines (n, 2), cm, with no more than MAX_POINTS of them all, about."""
     lines = [list(group) for group in groups]
-    by = FINEST
+    by = MIN_THINNING
     while True:
         thin = [[simplified(line, by) for line in group if len(line)] for group in lines]
         if sum(len(line) for group in thin for line in group) <= MAX_POINTS or by > 2.0:
@@ -264,7 +271,7 @@ def figure(snapshot: DrawingSnapshot) -> str:
         f'<path d="{"".join(_fine(line) for line in part)}" fill="none" stroke="{color}" '
         f'stroke-width="{thick * width:.4g}" stroke-linejoin="round" data-part="{name}"/>'
         for part, color, width, name in (
-            (drawn[0], GOOD, 2.4, "wish"),
+            (drawn[0], REACHABLE_COLOUR, 2.4, "wish"),
             (drawn[1], "#1547c8", 1.0, "ink"),
         )
     )

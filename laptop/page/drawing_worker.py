@@ -18,8 +18,8 @@ from shared.arm_description import Arm
 
 WORK_TIMEOUT = 60.0
 """Time that one request may take, s."""
-HURRY_PERIOD = 0.1
-"""Between two looks at whether something newer waits, s."""
+PREEMPTION_PERIOD = 0.1
+"""Period of checks whether something newer waits, s."""
 
 
 class DrawingWorker:
@@ -75,7 +75,7 @@ class DrawingWorker:
             last = hurried = False
             deadline = time.monotonic() + WORK_TIMEOUT
             while not last:
-                if pipe.poll(HURRY_PERIOD):
+                if pipe.poll(PREEMPTION_PERIOD):
                     answer, last = pipe.recv()
                     self._hear(request, answer, last)
                 elif self._over:

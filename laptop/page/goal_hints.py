@@ -13,10 +13,10 @@ from laptop.see.serve.pipeline import Point
 from shared.messages import EFFECTOR, LEAST_CONFIDENCE
 
 MAX_FRAME_GAP = 0.2
-"""Between two frames of a camera the tip is where it went straight on, if they are no farther
-apart, s."""
+"""Greatest time between two frames between which the tip counts as moving straight on, s."""
 MAX_SPEED = 150.0
-"""A faster tip is not gone by, px/s: nobody knows the clocks of two cameras to the millisecond."""
+"""Greatest speed of a tip that is used, px/s: nobody knows the clocks of two cameras to the
+millisecond."""
 
 
 class GoalHints:

@@ -11,17 +11,18 @@ import numpy as np
 from laptop.page.drawing_snapshots import InkPoint, Lines
 from laptop.see.serve.pipeline import Point
 
-SPACING = 1.5
+POINT_SPACING = 1.5
 """Least distance between two points of the ink, px."""
 MAX_POINTS = 6000
 """An ink of more points is thinned to half of them."""
 MAX_GAP = 0.5
 """A tip that was not seen for so long leaves a gap, s."""
-PATIENCE = 2.0
-"""So long it is waited for what tells how the marker is beside the pen, s; else there is a gap."""
+SHIFT_TIMEOUT = 2.0
+"""Longest wait for the way from the pen to the marker, s; then there is a gap."""
 
 Shift = Callable[[float], Sequence[float] | None]
-"""From a time, s, to the way from the pen to the marker then, cm; None: that is not known (yet)."""
+"""Function from a time, s, to the vector from the pen to the marker then, cm; None: that is not
+known (yet)."""
 
 
 class InkTrack:
@@ -50,7 +51,7 @@ class InkTrack:
         self.points: list[InkPoint] = []
         self.shifts: list[Sequence[float]] = []
         self._seen: deque[tuple[float, Point]] = deque(maxlen=600)  # and not judged yet
-        self._spacing = SPACING
+        self._spacing = POINT_SPACING
         self._changes: deque[tuple[float, bool]] = deque([(-math.inf, False)], maxlen=64)
         self._told = -math.inf  # s, of the last word of the brick
         self._last: tuple[float, Point] | None = None
@@ -75,7 +76,7 @@ class InkTrack:
             seen, pixel = self._seen[0]
             down = self._was_down(seen)
             shift = self._shift(seen) if down else None
-            if down and shift is None and now - seen < PATIENCE:
+            if down and shift is None and now - seen < SHIFT_TIMEOUT:
                 return
             self._seen.popleft()
             if shift is None:

@@ -15,16 +15,16 @@ from shared import job
 from shared.arm_description import Arm
 
 NAME = "look around"
-SPEED = 6.0
-"""Of the tip, cm/s: slowly, so that it is known when it was where."""
-SWEEP = math.radians(55)
-"""The base or shoulder turns by so much to each side of the middle of its range, at the most."""
-ROUNDS = {2: 3, 3: 2}
-"""So many times to and fro, by the number of a point's coordinates."""
-HEIGHTS = (2.5, 9.0)
-"""Of the tip of an arm in space, cm: for each all of it."""
-RADII = (0.62, 0.92)
-"""Between so many shares of its reach the tip goes out and in."""
+TIP_SPEED = 6.0
+"""Speed of the tip, cm/s: slow, so that its place at a time is well known."""
+SWEEP_ANGLE = math.radians(55)
+"""Greatest turn of the base or shoulder to each side of the middle of its range, rad."""
+SWEEPS = {2: 3, 3: 2}
+"""Number of sweeps to and fro, by the number of a point's coordinates."""
+TIP_HEIGHTS = (2.5, 9.0)
+"""Heights of the tip of an arm in space, cm: all sweeps at each."""
+REACH_SHARES = (0.62, 0.92)
+"""Shares of its reach between which the tip goes out and in."""
 Point = tuple[float, ...]
 """A place of the tip, cm."""
 LIMIT_MARGIN = math.radians(4)
@@ -43,7 +43,7 @@ def look_job(arm: Arm, file: Path) -> job.JobHeader:
         strokes.append(job.Stroke("", round(cm, 3), round(t, 2), [p.numbers() for p in plans]))
         t += sum(plan.duration for plan in plans) + 1.0
         length += cm
-    header: job.JobHeader = job.header_of(arm, NAME, min(SPEED, arm.speed), strokes, 0.0, t)
+    header: job.JobHeader = job.header_of(arm, NAME, min(TIP_SPEED, arm.speed), strokes, 0.0, t)
     job.write_job(str(file), header, strokes)
     return header
 
@@ -51,17 +51,19 @@ def look_job(arm: Arm, file: Path) -> job.JobHeader:
 def _ways(arm: Arm) -> Iterator[list[Point]]:
     """Yield ways of the tip, cm: out and in while the base or shoulder sweeps."""
     first = arm.joints[0]
-    middle = min(max(0.0, first.lower + SWEEP), first.upper - SWEEP)
-    middle = middle if first.upper - first.lower > 2 * SWEEP else (first.lower + first.upper) / 2
-    half = min(SWEEP, (first.upper - first.lower) / 2 - LIMIT_MARGIN)
+    middle = min(max(0.0, first.lower + SWEEP_ANGLE), first.upper - SWEEP_ANGLE)
+    middle = (
+        middle if first.upper - first.lower > 2 * SWEEP_ANGLE else (first.lower + first.upper) / 2
+    )
+    half = min(SWEEP_ANGLE, (first.upper - first.lower) / 2 - LIMIT_MARGIN)
     _, reach = kinematics.reach(arm)
     coordinates = kinematics.coordinates(arm)
-    rounds = ROUNDS[coordinates]
-    for height in HEIGHTS if coordinates == 3 else (None,):
+    rounds = SWEEPS[coordinates]
+    for height in TIP_HEIGHTS if coordinates == 3 else (None,):
         way: list[Point] = []
         for k in range(2 * rounds + 1):
             angle = middle + half * (k / rounds - 1)
-            for share in RADII if k % 2 else RADII[::-1]:
+            for share in REACH_SHARES if k % 2 else REACH_SHARES[::-1]:
                 p = share * reach * math.cos(angle), share * reach * math.sin(angle)
                 way.append(p if height is None else (*p, height))
         yield way
@@ -80,7 +82,10 @@ def _planned(arm: Arm, way: list[Point]) -> tuple[list[Point], list[trajectory.T
         if len(kept) <= max(2, len(best[0])):
             continue
         try:
-            best = kept, trajectory.plan(arm, paths.polyline(kept), min(SPEED, arm.speed), elbow)
+            best = (
+                kept,
+                trajectory.plan(arm, paths.polyline(kept), min(TIP_SPEED, arm.speed), elbow),
+            )
         except kinematics.Unreachable as error:
             why = error
     if not best[0]:

@@ -16,9 +16,9 @@ from shared.arm_description import Arm
 from shared.small_files import InvalidFile, number, read_json
 
 HEIGHTS_FILE = "heights.json"
-"""In the state folder; of the page alone, so that the brick does not read its name."""
-LIMITS = 0.0, 500.0
-"""Of a height that is typed, mm."""
+"""File in the state folder, of the page alone, so that the brick does not read its name."""
+HEIGHT_LIMITS_MM = 0.0, 500.0
+"""Limits of a height that is typed, mm."""
 
 
 class MarkerHeight(NamedTuple):
@@ -63,7 +63,7 @@ class HeightMemory:
         """Return what was typed last."""
         with suppress(KeyError, InvalidFile):
             mm = number(self._all()[self._arm])
-            if LIMITS[0] <= mm <= LIMITS[1]:
+            if HEIGHT_LIMITS_MM[0] <= mm <= HEIGHT_LIMITS_MM[1]:
                 return MarkerHeight(mm / 10, "as typed here before")
         return MarkerHeight()
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 from laptop.see.markers.markers import NAMED_COLORS, Marker
 from shared.messages import EFFECTOR, GOAL
 
-TITLES = {EFFECTOR: "tip's marker", GOAL: "goal marker"}
-"""Of the markers that the arm knows, what they are for."""
+MARKER_TITLES = {EFFECTOR: "tip's marker", GOAL: "goal marker"}
+"""Names for people of the markers that the arm knows."""
 
 
 def marker_title(name: str) -> str:
     """Return what a marker is called, for people."""
-    return TITLES.get(name, name)
+    return MARKER_TITLES.get(name, name)
 
 
 def marker_looks(marker: Marker) -> str:

@@ -15,7 +15,7 @@ from laptop.see.serve.pipeline import Point
 from shared.messages import EFFECTOR, GOAL
 
 MARKER_COLORS = {EFFECTOR: "#ffd60a", GOAL: "#40e0ff"}
-SURE = 0.9
+HIGH_CONFIDENCE = 0.9
 """Confidence from which on nobody need be told of it."""
 OTHER_COLORS = ("#7dff8a", "#ff9df5", "#b9a5ff")
 
@@ -145,7 +145,7 @@ def _marker(mark: MarkerSnapshot, color: str, shown: FrameSnapshot, k: float) ->
     )
     text = marker_title(mark.name)
     if mark.confidence is not None:
-        if mark.confidence < SURE:
+        if mark.confidence < HIGH_CONFIDENCE:
             text += f", {100 * mark.confidence:.0f} % sure"
         text += f", {mark.why}" if mark.why else ""
     if mark.place:

@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Callable
 
 from laptop.page.run_control import RunControl
-from laptop.page.silence import BUSY, Evidence, settled, verdict
+from laptop.page.silence import BUSY_DELAY, Evidence, settled, verdict
 from laptop.page.steering import UNHEARD_TIMEOUT, Steering
 
 
@@ -42,7 +42,7 @@ class PageWatch:
     def notice_standstill(self) -> None:
         """Take in for how long this process stood still, or was too busy for a heartbeat."""
         now = self._clock()
-        if (pause := now - self._last_heartbeat) > BUSY:
+        if (pause := now - self._last_heartbeat) > BUSY_DELAY:
             self._pauses.append((now, pause))
         self._last_heartbeat = now
 

@@ -19,15 +19,15 @@ from laptop.see.table.moves_fit import FOCAL_SHARES
 from laptop.see.table.views_fit import USUAL_FIELD, Unknowns, refine
 
 MIN_PLACES = 12
-"""Fewer do not tell how well they fit."""
+"""Fewest places from which their misfit can be judged."""
 MAX_RMS = 5.0
-"""What is left over, px (RMS), above which no camera sees the places so."""
+"""Greatest residual, px (RMS); beyond it no camera sees the places so."""
 HEIGHT_SIGMA = 0.1
-"""Of a height that somebody has measured with a ruler, cm."""
-GROWTH = 1.15
-"""The camera is fitted anew when there are so many times as many places."""
-MOST = 120
-"""So many places are fitted at the most: more tell nothing new."""
+"""Standard deviation of a height that somebody has measured with a ruler, cm."""
+REFIT_GROWTH = 1.15
+"""Growth of the number of places, a factor, after which the camera is fitted anew."""
+MAX_FIT_PLACES = 120
+"""Greatest number of places in a fit: more tell nothing new."""
 
 
 class _PlaneSights(NamedTuple):
@@ -54,11 +54,11 @@ class PaperBelow:
             pixels: where they are seen, (n, 2).
             size: of the picture, (width, height), px.
         """
-        if len(points) < max(MIN_PLACES, GROWTH * self._fitted):
+        if len(points) < max(MIN_PLACES, REFIT_GROWTH * self._fitted):
             return
         self._fitted = len(points)
-        if len(points) > MOST:
-            chosen = np.linspace(0, len(points) - 1, MOST).astype(int)
+        if len(points) > MAX_FIT_PLACES:
+            chosen = np.linspace(0, len(points) - 1, MAX_FIT_PLACES).astype(int)
             points, pixels = points[chosen], pixels[chosen]
         before = self.camera
         if before and (near := _fitted(points, pixels, size, _state(before))):

@@ -10,7 +10,7 @@ import numpy as np
 
 from laptop.page.board_mapping import BoardMapping
 from laptop.page.camera_feed import CameraFeed
-from laptop.page.marker_height import LIMITS, DrawingArm, MarkerHeight
+from laptop.page.marker_height import HEIGHT_LIMITS_MM, DrawingArm, MarkerHeight
 from laptop.page.table_mapping import TableMapping, TableView
 from laptop.see.serve.joint_track import JointTrack, marker_place, marker_shift
 from laptop.see.serve.pipeline import Point
@@ -19,8 +19,8 @@ from laptop.see.serve.tip_track import TipTrack
 from robot.motion import kinematics
 from shared.messages import EFFECTOR, LEAST_CONFIDENCE
 
-STIR = 1.0
-"""A view by which places of the arm are seen elsewhere by more, px, is shown anew."""
+MIN_SHIFT = 1.0
+"""Least shift of the arm's places in a view that is shown anew, px."""
 
 
 class PaperViews:
@@ -74,8 +74,9 @@ class PaperViews:
             return (
                 "an arm in space needs no height of its marker: its moves tell where the paper is"
             )
-        if mm is not None and not LIMITS[0] <= mm <= LIMITS[1]:
-            return f"marker's height {mm:g} mm: from {LIMITS[0]:g} to {LIMITS[1]:g} mm"
+        if mm is not None and not HEIGHT_LIMITS_MM[0] <= mm <= HEIGHT_LIMITS_MM[1]:
+            low, high = HEIGHT_LIMITS_MM
+            return f"marker's height {mm:g} mm: from {low:g} to {high:g} mm"
         self._told = MarkerHeight() if mm is None else MarkerHeight(mm / 10, "as typed here")
         self._lay_paper()
         return self._memory.write(self._told.cm) if self._memory else ""
@@ -158,7 +159,7 @@ class PaperViews:
         if one.source != other.source:
             return True
         apart = np.hypot(*(one.to_picture(self._probes) - other.to_picture(self._probes)).T)
-        return bool(np.nanmax(np.append(apart, 0.0)) > STIR)
+        return bool(np.nanmax(np.append(apart, 0.0)) > MIN_SHIFT)
 
     # At every heartbeat
 

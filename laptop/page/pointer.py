@@ -7,7 +7,7 @@ import math
 from laptop.see.serve.pipeline import Point
 
 MAX_UNPRESSED_MOVES = 3
-"""More moves in a row with no button pressed end a drag."""
+"""Greatest number of moves in a row with no button pressed; one more ends a drag."""
 MAX_CLICK_MOTION = 5.0
 """A pointer that moves less than this, px of the image, has clicked."""
 

@@ -31,12 +31,13 @@ EXIT_TIMEOUT = 2.0
 PAGE_NICENESS = 5
 """Increment of the page's niceness: tracker and brick come first."""
 WATCH_PERIOD = 0.25
-"""Between two looks at whether the page's process lives, s."""
+"""Period of checks whether the page's process lives, s."""
 FROZEN_TIMEOUT, STARTING_TIMEOUT = 15.0, 60.0
 """Time, s, without a word of the page's process, after which it is replaced; at its start.  It is
 long, for a busy machine is no reason: the run is held by then, and STOP does not need the page."""
 STOPPED_TIMEOUT = 1.0
-"""The same, s, of one that a signal has stopped: no busy machine does that."""
+"""Time, s, without a word of a page's process that a signal has stopped: no busy machine does
+that."""
 RESTART_PAUSE = 1.0
 """Time to wait, s, before one that did not live for RESTART_PERIOD, s, is replaced."""
 RESTART_PERIOD = 10.0

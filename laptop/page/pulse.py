@@ -18,16 +18,16 @@ from laptop.page.rpc import RpcError
 from laptop.page.silence import PageReport, Presence, Sign
 
 BEAT_PERIOD = 0.25
-"""Between two beats, s."""
+"""Period of the beats, s."""
 MAX_TABS = 64
-"""Of so many pages it is known what they have said."""
-WORDS = {
+"""Greatest number of pages whose last reports are kept."""
+PRESENCE_WORDS = {
     "visible": Presence.SHOWN,
     "hidden": Presence.HIDDEN,
     "asleep": Presence.ASLEEP,
     "closed": Presence.CLOSED,
 }
-"""What a page says of itself."""
+"""Presence by the word that a page sends of itself."""
 
 
 class Pulse:
@@ -67,13 +67,13 @@ class Pulse:
                 self._tabs[page] = browser, sign._replace(presence=Presence.BROKEN)
 
     def take_word(self, page: str, browser: int, word: str) -> None:
-        """Take in what a page of a browser says of itself, a key of WORDS."""
+        """Take in what a page of a browser says of itself, a key of PRESENCE_WORDS."""
         whose, sign = self._tabs.get(page, (0, None))
-        if sign is None or whose != browser or word not in WORDS:
+        if sign is None or whose != browser or word not in PRESENCE_WORDS:
             return
         # (What a page says as it closes may come in any order.)
         if sign.presence is not Presence.CLOSED or word == "visible":
-            self._tabs[page] = browser, sign._replace(presence=WORDS[word])
+            self._tabs[page] = browser, sign._replace(presence=PRESENCE_WORDS[word])
 
     def signs(self) -> dict[int, Sign]:
         """Return what is known of each browser: of several pages that of the most present.

@@ -19,7 +19,7 @@ from shared.messages import EFFECTOR, GOAL, LEAST_CONFIDENCE, Start, Status
 from shared.verdicts import READY
 
 MAX_GROUPS = 10
-"""So many groups of runs are kept."""
+"""Greatest number of groups of runs that are kept."""
 MAX_POINTS = 4000
 """A curve of more points is thinned to half of them."""
 JPEG_QUALITY = 90

@@ -14,7 +14,7 @@ from laptop.record.servo.servo_run import NO_ROWS, ServoRun, goal_in_words, step
 MAX_GAP = 0.5
 """A camera that has not seen the tip for longer than this, s, leaves a gap in its curve."""
 TIME_STEP = 0.05
-"""Between two points of a curve of errors, s."""
+"""Time between two points of a curve of errors, s."""
 FINAL_PERIOD = 0.5
 """The end of a run, s: where the tip came to stand is the median over it."""
 

@@ -25,14 +25,15 @@ from laptop.page.silence import PageReport
 
 MAX_BUILDS = 4
 """Number of pages that are put together at the same time; others wait for their turn."""
-MAX_MISSED = 2000
-"""Messages that are kept for a browser that is away, and sent to it when it is back.
+MAX_KEPT_MESSAGES = 2000
+"""Greatest number of messages that are kept for a browser that is away, and sent to it when it is
+back.
 
 They must last for RECONNECT_TIMEOUT and for what it takes to notice that it is away: with 200, at
 20 in a second, pages were loaded anew under somebody's hand.
 """
 RECONNECT_TIMEOUT = 30.0
-"""A browser that is back so soon finds its page as it was, and else loads it anew, s.
+"""Longest absence of a browser that finds its page as it was, s; later it loads the page anew.
 
 It may be away because this computer is busy: where the two had 10 s, pages were loaded anew while
 somebody pressed something. (That nothing comes from it is known long before, see Pulse.)
@@ -115,7 +116,7 @@ def _run_pages_with(app: FastAPI, pulse: Pulse, hosts: Sequence[str]) -> None:
         dark=None,
         language="en-US",
         reconnect_timeout=RECONNECT_TIMEOUT,
-        message_history_length=MAX_MISSED,
+        message_history_length=MAX_KEPT_MESSAGES,
         tailwind=False,
         show_welcome_message=False,
     )

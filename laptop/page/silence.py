@@ -11,25 +11,25 @@ from collections.abc import Mapping
 from enum import IntEnum
 from typing import NamedTuple
 
-LATE = 1.0
-"""What stood still for so long, s, is why no page was heard."""
-BUSY = 0.4
-"""What was late by so much, s, shows that this computer is busy."""
+STANDSTILL_TIMEOUT = 1.0
+"""Shortest standstill that explains why no page was heard, s."""
+BUSY_DELAY = 0.4
+"""Shortest delay that shows that this computer is busy, s."""
 
 
 class Presence(IntEnum):
     """What is known of a browser's page; of several the one with the greatest number counts."""
 
     BROKEN = 0
-    """Its connection ended, and it said nothing before."""
+    """State of a page whose connection ended, and which said nothing before."""
     CLOSED = 1
-    """It said that it is being closed."""
+    """State of a page which said that it is being closed."""
     ASLEEP = 2
-    """It said that the browser puts it to sleep."""
+    """State of a page which said that the browser puts it to sleep."""
     HIDDEN = 3
-    """It is connected, and said that it is not in front."""
+    """State of a page that is connected, and said that it is not in front."""
     SHOWN = 4
-    """It is connected, and in front for all that is known."""
+    """State of a page that is connected, and in front for all that is known."""
 
 
 class Sign(NamedTuple):
@@ -110,14 +110,14 @@ def verdict(evidence: Evidence) -> WhyUnheard:
         return WhyUnheard(f"{browser} put the page to sleep in the background", IN_FRONT)
     if e.ended:
         return WhyUnheard(f"its process {e.ended}", "It starts anew by itself.")
-    if e.standstill >= LATE:
+    if e.standstill >= STANDSTILL_TIMEOUT:
         cause = f"the tracker stood still for {e.standstill:.0f} s"
         return WhyUnheard(cause, f"{RELIEVE} It must not sleep, either.")
-    if (silent := max(e.unbeaten, e.late)) >= LATE:
+    if (silent := max(e.unbeaten, e.late)) >= STANDSTILL_TIMEOUT:
         return WhyUnheard(
             f"its process was too busy to answer for {silent:.0f} s, or hangs", RELIEVE
         )
-    if e.waited >= LATE:
+    if e.waited >= STANDSTILL_TIMEOUT:
         return WhyUnheard(f"the tracker took {e.waited:.0f} s to answer the page", RELIEVE)
     if presence is Presence.BROKEN:
         cause = f"the connection to {browser} broke"
@@ -126,7 +126,7 @@ def verdict(evidence: Evidence) -> WhyUnheard:
         cause = f"the page is in the background of {browser}, which may let it sleep"
         return WhyUnheard(cause, IN_FRONT)
     behind = max(e.standstill, e.unbeaten, e.late, e.waited)
-    if e.sign and e.sign.is_local and behind > BUSY:
+    if e.sign and e.sign.is_local and behind > BUSY_DELAY:
         cause = f"this computer is too busy: page and tracker are late by {behind:.1f} s, too"
         return WhyUnheard(cause, RELIEVE)
     cause = f"nothing comes from {browser}, though it is connected: its network is cut, or it hangs"
@@ -139,6 +139,6 @@ def settled(stood: float) -> str:
     Args:
         stood: for how long it stood still itself meanwhile, s.
     """
-    if stood >= LATE:
+    if stood >= STANDSTILL_TIMEOUT:
         return f"It is back: it stood still itself for {stood:.0f} s. {RELIEVE}"
     return "It is back, and went on itself all the time: its network was cut."

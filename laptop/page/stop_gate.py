@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     import uvicorn
 
 PULSE_PERIOD = 0.25
-"""Between two signs of life, s."""
+"""Period of the signs of life, s."""
 EXIT_TIMEOUT = 5.0
 """Time, s, that it has to end; importing what it serves by takes about one."""
 MAX_STREAMS = 64
-"""Number of pages that hear them."""
+"""Greatest number of pages that hear them."""
 
 
 class StopGate:

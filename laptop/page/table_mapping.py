@@ -21,21 +21,23 @@ import numpy as np
 from laptop.page.paper_below import PaperBelow
 from laptop.see.serve.pipeline import Point
 
-CELL = 1.0
-"""Of the places in a cube of this size, cm, the one where the tip was slowest is kept."""
+CELL_SIZE = 1.0
+"""Side of the cubes of each of which the place is kept where the tip was slowest, cm."""
 MAX_PLACES = 600
-"""So many are kept at most."""
+"""Greatest number of places that are kept."""
 MIN_PLACES = 8
-"""Fewer do not tell how well they fit."""
+"""Fewest places from which their misfit can be judged."""
 MIN_AREA, MIN_WIDTH = 0.10, 0.18
 """Area that the places cover, as a share of the reach squared, and their least width as a share of
 the reach: on what lies far outside nothing is known."""
 MAX_TIP_SPEED = 250.0
-"""A faster tip tells nothing, px/s: when it was where is not known to the millisecond."""
+"""Greatest speed of a tip that tells its place, px/s: when it was where is not known to the
+millisecond."""
 MAX_MISFIT = 5.0
-"""Places that fit worse, px (RMS), come of no camera that stands still before this arm."""
-MOVED, MOVED_PLACES = 8.0, 6
-"""When so many places in a row fit worse than this, px, the camera has been moved."""
+"""Greatest misfit of places, px (RMS): worse ones come of no camera that stands still before this
+arm."""
+MOVED_MISFIT, MOVED_PLACES = 8.0, 6
+"""Misfit of so many places in a row by which the camera counts as moved, px."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,10 +130,10 @@ class TableMapping:
         if self._plane:
             off = self._plane.to_picture(np.array([p]))[0] - pixel
             self._misfits.append(float(np.hypot(*off)))
-            if len(self._misfits) == MOVED_PLACES and min(self._misfits) > MOVED:
+            if len(self._misfits) == MOVED_PLACES and min(self._misfits) > MOVED_MISFIT:
                 self.forget()
                 self.moved += 1
-        key = tuple(math.floor(x / CELL) for x in p)
+        key = tuple(math.floor(x / CELL_SIZE) for x in p)
         known = self._places.get(key)
         if known is None and len(self._places) >= MAX_PLACES:
             return

@@ -21,14 +21,14 @@ from laptop.page.snapshots import CameraStatus, FrameSnapshot, PageState
 from shared.messages import GOAL
 
 IMAGE_TIMEOUT = 10.0
-"""An image that a browser has neither shown nor refused so long after it was sent, s, is given up:
+"""Longest time after which an image that a browser has neither shown nor refused is given up, s:
 none comes before, for what is clicked is clicked in the image that was shown last."""
 
 SCRIPT = Path(__file__).with_name("camera_view.js")
 ON_LOAD = "event => showOverlay(event, getHtmlElement({id}), emit)"
 ON_ERROR = "event => reportRefusal(event, emit)"
 DRAG_PERIOD = 0.06
-"""Time between two looks of a drawing that is dragged, s."""
+"""Period of updates of a drawing that is dragged, s."""
 ON_KEY = "event => pressKey(event, emit)"
 
 

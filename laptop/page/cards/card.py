@@ -8,8 +8,8 @@ from nicegui import events, ui
 
 from laptop.page.cards.session import BrowserSession
 
-AFTER_TOUCH = 100
-"""So long after a touch an explanation is shown again, ms."""
+TOUCH_DELAY = 100
+"""Delay after a touch before an explanation is shown again, ms."""
 
 
 def card(title: str) -> ui.element:
@@ -54,7 +54,7 @@ def explain(element: ui.element, text: str) -> None:
     element.on("focusin", js_handler=f"() => {show}")
     element.on("focusout", js_handler=f"() => {hide}")
     # By itself it goes with the touch that shows it: it is to stay until there is another one.
-    element.on("click", js_handler=f"() => setTimeout(() => {show}, {AFTER_TOUCH})")
+    element.on("click", js_handler=f"() => setTimeout(() => {show}, {TOUCH_DELAY})")
 
 
 def term(words: str, explanation: str) -> ui.label:

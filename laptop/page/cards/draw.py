@@ -23,10 +23,10 @@ from laptop.page.snapshots import PageState
 from shared.job_messages import ABORT, FETCHING, PAUSE, PAUSED, RESUME
 
 SCRIPT = Path(__file__).with_name("drop.js")
-MAX_FILE = 8_000_000
-"""Bytes of a file, at the most."""
-SHOWN_FIRST = "rose", "spirograph", "knot", "owl", "house"
-"""Of the drawings that come along; the others follow."""
+MAX_FILE_BYTES = 8_000_000
+"""Greatest size of a file, bytes."""
+FIRST_DRAWINGS = "rose", "spirograph", "knot", "owl", "house"
+"""Names of the bundled drawings that come first; the others follow."""
 
 
 class DrawCard:
@@ -42,7 +42,7 @@ class DrawCard:
         self._revision = -1
         self._snapshot = DrawingSnapshot(None, {})
         ui.add_head_html(f"<script>{SCRIPT.read_text(encoding='utf-8')}</script>")
-        ui.add_body_html(f"<script>takeDrops({MAX_FILE})</script>")
+        ui.add_body_html(f"<script>takeDrops({MAX_FILE_BYTES})</script>")
         ui.on("drawing-sent", lambda: session.show_tab(DRAW))
         ui.on("drawing-refused", self._on_refused)
         with card("Draw").classes("main") as self.element:
@@ -67,9 +67,9 @@ class DrawCard:
         ui.label("Drop an SVG, PNG or JPEG on the page, or").classes("quiet")
         with ui.row().classes("w-full gap-1 sources"):
             ui.button("Open a file", icon="upload_file").props("flat dense no-caps").on(
-                "click", js_handler=f"() => chooseDrawing({MAX_FILE})"
+                "click", js_handler=f"() => chooseDrawing({MAX_FILE_BYTES})"
             )
-            for name in dict.fromkeys((*SHOWN_FIRST, *gallery())):
+            for name in dict.fromkeys((*FIRST_DRAWINGS, *gallery())):
                 ui.button(name, on_click=partial(self._session.draw, DrawCalls.choose, name)).props(
                     "outline dense no-caps"
                 )

@@ -7,7 +7,7 @@ from nicegui import ui
 from laptop.page.cards.session import BrowserSession
 from laptop.page.drawing_snapshots import DrawingState
 from laptop.page.interface import DrawCalls
-from laptop.page.marker_height import LIMITS, MarkerHeight
+from laptop.page.marker_height import HEIGHT_LIMITS_MM, MarkerHeight
 from laptop.page.paper_words import needs_look, where_text
 
 
@@ -23,7 +23,9 @@ class PaperPart:
         self._marker: MarkerHeight | None = None  # the last that the tracker told
         self._typing_height = False
         self._mapping = ui.label().classes("quiet")
-        self._height = ui.number("marker above the paper, mm", min=LIMITS[0], max=LIMITS[1], step=1)
+        self._height = ui.number(
+            "marker above the paper, mm", min=HEIGHT_LIMITS_MM[0], max=HEIGHT_LIMITS_MM[1], step=1
+        )
         self._height.classes("field").props("dense")
         self._height.on("focus", lambda: setattr(self, "_typing_height", True))
         for event in ("blur", "keydown.enter"):

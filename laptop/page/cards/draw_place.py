@@ -11,13 +11,13 @@ from nicegui import ui
 
 from laptop.page.cards.session import BrowserSession
 from laptop.page.drawing_snapshots import PlacedDrawing, Placing
-from laptop.page.drawing_view import SIZES, placing_of
+from laptop.page.drawing_view import SIDE_LIMITS, placing_of
 from laptop.page.interface import DrawCalls
 
 ANSWER_TIMEOUT = 3.0
-"""So long is an answer waited for to what was typed, s."""
-PENS = {"": "one pen", "layers": "a pen for each layer", "colours": "a pen for each colour"}
-"""What may draw it, for people."""
+"""Longest wait for an answer to what was typed, s."""
+PEN_MODES = {"": "one pen", "layers": "a pen for each layer", "colours": "a pen for each colour"}
+"""Names of what may draw it, for people."""
 
 
 class PlacePart:
@@ -49,7 +49,7 @@ class PlacePart:
                 field.on("focus", lambda: setattr(self, "_typing", True))
                 field.on("blur", partial(self._apply, key))
                 field.on("keydown.enter", partial(self._apply, key))
-        self._pens = ui.select(PENS, label="drawn by").classes("w-full").props("dense")
+        self._pens = ui.select(PEN_MODES, label="drawn by").classes("w-full").props("dense")
         self._pens.on("update:model-value", self._on_pens)
         with ui.row().classes("w-full gap-1") as self._place_buttons:
             for label, icon, change in (
@@ -70,7 +70,7 @@ class PlacePart:
         self._notes.clear()
         if placed is None:
             return
-        self._pens.set_options({k: PENS[k] for k in ("", *placed.several)}, value=placed.pens)
+        self._pens.set_options({k: PEN_MODES[k] for k in ("", *placed.several)}, value=placed.pens)
         at = placing_of(placed)
         late = time.monotonic() - self._asked_at > ANSWER_TIMEOUT
         if self._asked and not late and not _alike(at, self._asked):
@@ -97,7 +97,7 @@ class PlacePart:
     async def _change(self, turn: float = 0.0, scale: float = 1.0) -> None:
         if (placed := self._placed) is not None:
             at = placing_of(placed)
-            size = min(max(SIZES[0], (at.size or 1.0) * scale), SIZES[1])
+            size = min(max(SIDE_LIMITS[0], (at.size or 1.0) * scale), SIDE_LIMITS[1])
             rotate = (at.rotate + turn + 180) % 360 - 180
             await self._session.draw(DrawCalls.place, at._replace(size=size, rotate=rotate))
 

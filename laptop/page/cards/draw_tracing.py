@@ -14,9 +14,10 @@ TRACING_SLIDERS = (
     ("shades", "Shades", SHADES, 1, "how many tones are hatched"),
     ("smoothing", "Smoothing", SMOOTHINGS, 5, "how much of what is fine is left out"),
 )
-"""Of a picture: fields of a Tracing, their names for people, bounds, steps, and what they do."""
-STYLES = {"auto": "as it looks", "photo": "photo", "lines": "lines"}
-"""How a picture may be drawn, for people."""
+"""Sliders of a picture: fields of a Tracing, their names for people, bounds, steps, and what they
+do."""
+STYLE_NAMES = {"auto": "as it looks", "photo": "photo", "lines": "lines"}
+"""Names of the ways in which a picture may be drawn, for people."""
 
 
 class TracingPart:
@@ -31,7 +32,7 @@ class TracingPart:
         self._tracing: Tracing | None = None  # the last that the tracker told
         self._is_hatched: bool | None = None  # the last that the tracker told
         self._traced: list[Tracing] = []  # asked for here, not told yet
-        self._style = ui.select(STYLES, label="style").classes("w-full").props("dense")
+        self._style = ui.select(STYLE_NAMES, label="style").classes("w-full").props("dense")
         self._style.on("update:model-value", self._on_tracing)
         self._style.set_visibility(False)
         with ui.element("div").classes("w-full tracing") as self._tracing_box:

@@ -19,7 +19,7 @@ ERROR = (
     "The error: so far the tip's marker is from the goal in the picture, in pixels. "
     "The picture is 640 wide, unless the camera was told otherwise."
 )
-CHOICES = (
+CHOICE_HELP = (
     "How the arm learns what its motors change in the picture (the image Jacobian). chain: with a "
     "model of the arm beside it; kalman, broyden: by each move; report: as in the lab report.",
     "look: it looks, then moves. stream: it steers while it moves.",
@@ -28,7 +28,7 @@ CHOICES = (
     "So near to the goal the run ends well, in pixels.",
     "So long may the run take at most, in seconds.",
 )
-"""Of the choices of a run, in their order."""
+"""Explanations of the choices of a run, in their order."""
 
 
 class DriveCard:
@@ -110,7 +110,7 @@ class DriveCard:
                 )
             )
             choices = self._method, self._mode, self._rows, self._tolerance, self._budget
-            for choice, explanation in zip(choices, CHOICES, strict=True):
+            for choice, explanation in zip(choices, CHOICE_HELP, strict=True):
                 choice.classes("field").props("dense")
                 explain(choice, explanation)
             self._follow = ui.switch("follow the goal marker as it moves").props("dense")

@@ -15,7 +15,7 @@ from laptop.page.cards.session import DRAW, BrowserSession
 from laptop.page.snapshots import HISTORY_DURATION, PlotSample
 
 PLOT_PERIOD = 1.0
-"""Between two updates of each plot in one browser, s."""
+"""Period between two updates of each plot in one browser, s."""
 
 
 PLOTS_TITLE = "Plots"
