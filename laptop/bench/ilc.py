@@ -221,7 +221,7 @@ def run_case(case: IlcCase) -> IlcResult:
     """Draw a path after none, one, ... trials."""
     rig = AgeingRig(case)
     plan = plan_of(rig.arm, case.path)
-    wished = np.concatenate([piece.p for stroke in Lessons(plan).ways for piece in stroke])
+    wished = np.concatenate([piece.p for stroke in Lessons(plan).paths for piece in stroke])
     inks: list[np.ndarray] = []
 
     class Watched:

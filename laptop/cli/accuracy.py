@@ -242,15 +242,15 @@ def accuracy(
                 result, truth = _simulated(plan, built_arm, emulation)
             else:
                 result = _live(plan, sources, test.arm_file, sight)
-            told = report.accuracy_run(result, truth)
-            told.typed, told.arm = typed_words(), numbers_of(arm)
-            told.built = built_arm and numbers_of(built_arm)
+            reported = report.accuracy_run(result, truth)
+            reported.typed, reported.arm = typed_words(), numbers_of(arm)
+            reported.built = built_arm and numbers_of(built_arm)
             if emulation.simulate:
-                told.on_emulated_brick(emulation.plant, **{"noise px": emulation.noise})
-                told.seeds["cameras"] = emulation.seed
+                reported.on_emulated_brick(emulation.plant, **{"noise px": emulation.noise})
+                reported.seeds["cameras"] = emulation.seed
             elif SYNTHETIC in sources:
-                told.on_emulated_brick()
-            _leave(folder, result, told, truth)
+                reported.on_emulated_brick()
+            _leave(folder, result, reported, truth)
 
 
 def _check_words(sources: Sequence[str], calibrated: Sequence[Path], bar: float | None) -> None:
@@ -353,7 +353,7 @@ def _check_still(rig: LiveRig, found: Mapping[str, Calibration]) -> None:
 
 
 def _leave(
-    folder: RunFolder, result: AccuracyResult, told: Run, truth: dict[str, float] | None
+    folder: RunFolder, result: AccuracyResult, reported: Run, truth: dict[str, float] | None
 ) -> None:
     """Print the table and write the files."""
     from laptop.measure.accuracy import plots, report
@@ -382,4 +382,4 @@ def _leave(
             "Accuracy and repeatability, measured by the camera.",
         ),
     }
-    click.echo(leave(folder, told, files))
+    click.echo(leave(folder, reported, files))

@@ -142,10 +142,10 @@ def _fill(folder: Path, uv: str, targets: Sequence[tuple[str, str]]) -> None:
     (folder / "INSTALL.txt").write_text(HOW.format(pythons=", ".join(pythons)), encoding="utf-8")
 
 
-def _run(what: str, words: Sequence[str]) -> str:
+def _run(what: str, args: Sequence[str]) -> str:
     """Run a program, and return what it prints; `what` is for people."""
     click.echo(f"{what} ...", err=True)
-    done = subprocess.run(words, capture_output=True, text=True)
+    done = subprocess.run(args, capture_output=True, text=True)
     if done.returncode:
         lines = [line for line in done.stderr.splitlines() if line.strip()]
         why = next((line for line in lines if "error" in line.lower()), (lines or ["?"])[-1])

@@ -219,17 +219,17 @@ def calibrate(sight: CalibrationSight, wished: CalibrationOptions, emulation: Em
         new = None
         if not wished.dry_run:
             new = measured_numbers.write_measured(result.fit, rows, date.today(), own)
-        told, files = calibration_run(result, rows, setup.camera)
-        told.typed, told.arm = typed_words(), numbers_of(arm)
-        told.built = built and numbers_of(built)
+        reported, files = calibration_run(result, rows, setup.camera)
+        reported.typed, reported.arm = typed_words(), numbers_of(arm)
+        reported.built = built and numbers_of(built)
         if emulation.simulate:
-            told.on_emulated_brick(emulation.plant_text)
-            told.seeds["camera"] = emulation.seed or 0
+            reported.on_emulated_brick(emulation.plant_text)
+            reported.seeds["camera"] = emulation.seed or 0
         elif is_unreal:
-            told.on_emulated_brick()
+            reported.on_emulated_brick()
         if own and new:
-            told.files = [RunFile(own.name)]
-        click.echo(leave(folder, told, files))
+            reported.files = [RunFile(own.name)]
+        click.echo(leave(folder, reported, files))
         _tell_written(new)
         if new and not is_unreal and any(row.key == "home" and not row.why for row in rows):
             click.echo(
@@ -246,12 +246,12 @@ def _emulated(
     crosses: list[tuple[float, float]],
 ) -> CalibrationSetup:
     """Return an emulated arm before an emulated camera."""
-    from laptop.measure.arm.emulated_setups import by_formula, rendered
+    from laptop.measure.arm.emulated_setups import ideal_camera, rendered
 
     seed = emulation.seed or 0
     if sight.scene is None:
         known = sight.known()
-        return by_formula(arm, built, emulation.plant_text, seed, sight.bar, crosses, known)
+        return ideal_camera(arm, built, emulation.plant_text, seed, sight.bar, crosses, known)
     return rendered(arm, built, emulation.plant_text, seed, sight.bar, crosses, sight.scene)
 
 

@@ -104,14 +104,14 @@ def cameras(found: dict[int, str]) -> Finding:
     """
     if not found:
         return Finding("cameras", "no webcam; --camera synthetic, and files, need none")
-    told = ", ".join(f"{k} ({name})" if name else str(k) for k, name in found.items())
+    reported = ", ".join(f"{k} ({name})" if name else str(k) for k, name in found.items())
     barred = [
         node
         for node in (f"/dev/video{k}" for k in found)
         if os.path.exists(node) and not os.access(node, os.R_OK | os.W_OK)
     ]
     advice = f"you may not use {', '.join(barred)}; sudo usermod -aG video $USER, log in again"
-    return Finding("cameras", told, advice if barred else "")
+    return Finding("cameras", reported, advice if barred else "")
 
 
 def network() -> Finding:
@@ -169,10 +169,10 @@ def _active_firewall() -> str:
     return next(active, "")
 
 
-def _answer(*words: str) -> str:
+def _answer(*args: str) -> str:
     """Return what a program of the system prints; "" if it is not there."""
     try:
-        done = subprocess.run(words, capture_output=True, text=True, timeout=QUERY_TIMEOUT)
+        done = subprocess.run(args, capture_output=True, text=True, timeout=QUERY_TIMEOUT)
     except (OSError, subprocess.TimeoutExpired):
         return ""
     return done.stdout.strip()

@@ -276,7 +276,7 @@ def _prepared(artwork: Artwork, arm: Arm, options: DrawingOptions) -> DrawingPla
         )
 
 
-def _sent(name: str | None, file: Path, words: tuple[str, ...], detach: bool) -> int:
+def _sent(name: str | None, file: Path, args: tuple[str, ...], detach: bool) -> int:
     """Let the brick draw a job; return the exit status."""
     from rich.console import Console
 
@@ -285,4 +285,4 @@ def _sent(name: str | None, file: Path, words: tuple[str, ...], detach: bool) ->
 
     display = JobDisplay(Console())
     with display.shown():
-        return talk(name, jobs.draw, file, words, display.show, detach)
+        return talk(name, jobs.draw, file, args, display.show, detach)

@@ -78,7 +78,7 @@ def offsets_on_file(plan: DrawingPlan, asked: SightOptions) -> list[Any]:
     return _offsets_of(_before(plan, asked))
 
 
-def _offsets_of(before: kept.Kept | None) -> list[Any]:
+def _offsets_of(before: kept.StoredOffsets | None) -> list[Any]:
     if before is None or before.offsets is None:
         why = "for this arm as it is described now" if before else "of this path"
         raise click.ClickException(
@@ -134,18 +134,18 @@ def _live(
         still = StillTable(rig, known, rig.image, since)
         still.check()
         x, y, degrees = asked.arm_at or (0.0, 0.0, 0.0)
-        to_lay = asked.arm_at is None
-        if to_lay:
+        to_align = asked.arm_at is None
+        if to_align:
             click.echo(
                 "where the arm stands on the board is not known (--arm-at X,Y,DEG): the shape is "
                 "learned, and the drawing stays where the arm puts it"
             )
         height, offset = asked.height_mm / 10, plan.arm.marker_offset
         turn = math.radians(degrees)
-        yield rig, still, TipView(known.camera, height, offset, turn, (x, y), to_lay)
+        yield rig, still, TipView(known.camera, height, offset, turn, (x, y), to_align)
 
 
-def _before(plan: DrawingPlan, asked: SightOptions) -> kept.Kept | None:
+def _before(plan: DrawingPlan, asked: SightOptions) -> kept.StoredOffsets | None:
     """Return what was learned before, if it is wanted."""
     if asked.forget:
         return None
@@ -156,7 +156,7 @@ def _before(plan: DrawingPlan, asked: SightOptions) -> kept.Kept | None:
     return before
 
 
-def _gained(before: kept.Kept) -> str:
+def _gained(before: kept.StoredOffsets) -> str:
     if before.rehearsals == 1:
         return f"1 rehearsal has taught: {before.without_mm:.1f} mm were missed in it (rms)"
     missed = f"{before.without_mm:.1f} mm were missed before, {before.left_mm:.1f} after (rms)"
@@ -164,7 +164,11 @@ def _gained(before: kept.Kept) -> str:
 
 
 def _rehearsed(
-    plan: DrawingPlan, asked: SightOptions, rig: Any, view: TipView, before: kept.Kept | None
+    plan: DrawingPlan,
+    asked: SightOptions,
+    rig: Any,
+    view: TipView,
+    before: kept.StoredOffsets | None,
 ) -> Learned:
     """Rehearse, say what each time has brought, and keep that."""
     first = before.offsets if before else None

@@ -107,7 +107,7 @@ def draw_simulated(
     wished = merged_strokes(plan.strokes, plan.arm, plan.options.height)
     accuracy = drawing_plot.compare(run.record, wished)
     estimated = orders.repeat * seconds - _left_out(plan, orders)
-    told = _record(plan, brick, taught, run, accuracy, estimated)
+    reported = _record(plan, brick, taught, run, accuracy, estimated)
     notes = _in_words(estimated, run.outcome.t, accuracy)
     click.echo(notes)
     files: dict[str, tuple[Callable[[str], None], str]] = {
@@ -128,7 +128,7 @@ def draw_simulated(
             lambda path: write_learning_plot(path, every, wished, plan.name),
             LEARNING_CAPTION,
         )
-    click.echo(leave(folder, told, files))
+    click.echo(leave(folder, reported, files))
     return int(run.outcome.status)
 
 
@@ -165,7 +165,7 @@ def _record(
         "pen_up_cm": round(accuracy.pen_up_cm, 3),
         "stood_with_the_pen_down_s": round(accuracy.standing_s, 3),
     }
-    told = Run(
+    reported = Run(
         kind=DRAWING,
         what=f"drawing {name or 'something'}",
         typed=typed_words(),
@@ -177,8 +177,8 @@ def _record(
     cpu = read_plant(brick.plant)["cpu"]
     rehearsed = {} if taught.scene is None else {"rehearsals": len(taught.records)}
     camera = camera_of(taught.scene)
-    told.on_emulated_brick(brick.plant, taught.scene, cpu=cpu, **camera, **rehearsed)
-    return told
+    reported.on_emulated_brick(brick.plant, taught.scene, cpu=cpu, **camera, **rehearsed)
+    return reported
 
 
 def _rehearsed(

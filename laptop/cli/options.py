@@ -180,13 +180,13 @@ def typed_words(own: int = 0) -> list[str]:
         own: so many words at the end are a script's own.
     """
     typed = list(click.get_current_context().meta.get(TYPED, []))
-    words, rest = typed[: len(typed) - own], typed[len(typed) - own :]
-    for k in range(len(words) - 1, -1, -1):
-        if words[k] == "--out":
-            del words[k : k + 2]
-        elif words[k].startswith("--out="):
-            del words[k]
-    return [without_folders(word) for word in words + rest]
+    args, rest = typed[: len(typed) - own], typed[len(typed) - own :]
+    for k in range(len(args) - 1, -1, -1):
+        if args[k] == "--out":
+            del args[k : k + 2]
+        elif args[k].startswith("--out="):
+            del args[k]
+    return [without_folders(word) for word in args + rest]
 
 
 def _to_stderr(ctx: click.Context, param: click.Parameter, asked: bool) -> None:
@@ -250,8 +250,8 @@ sources_argument = click.argument("sources", metavar="", nargs=-1)
 def cameras_of(cameras: Sequence[str], sources: Sequence[str]) -> tuple[str, ...]:
     """Return the sources that are typed, also those without --camera, as they were before."""
     if sources:
-        words = " ".join(f"--camera {source}" for source in sources)
-        click.echo(f"{' '.join(sources)} is now {words}", err=True)
+        args = " ".join(f"--camera {source}" for source in sources)
+        click.echo(f"{' '.join(sources)} is now {args}", err=True)
     return (*cameras, *sources)
 
 

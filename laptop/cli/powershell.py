@@ -29,11 +29,11 @@ class PowerShellComplete(ShellComplete):
 
     def get_completion_args(self) -> tuple[list[str], str]:
         """Return the words that are typed before, and the one that is to be completed."""
-        _, *words = split_arg_string(os.environ["COMP_WORDS"])
+        _, *args = split_arg_string(os.environ["COMP_WORDS"])
         begun = os.environ["COMP_CWORD"]
-        if begun and words[-1:] == [begun]:
-            words.pop()
-        return words, begun
+        if begun and args[-1:] == [begun]:
+            args.pop()
+        return args, begun
 
     def format_completion(self, item: CompletionItem) -> str:
         """Return a line for PowerShell; it wants some help, too."""

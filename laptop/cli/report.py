@@ -96,6 +96,6 @@ def _in_words(file: Path, made: Report) -> str:
     kinds = Counter(run.run.kind for run in made.runs)
     runs = ", ".join(f"{count} {kind}" for kind, count in kinds.items())
     counts = (("run", len(made.runs)), ("table", made.tables), ("figure", made.figures))
-    told = [f"{count} {word}{'s' * (count != 1)}" for word, count in counts]
-    told[0] += f" ({runs})"
-    return f"{file}: {', '.join(told)}"
+    reported = [f"{count} {word}{'s' * (count != 1)}" for word, count in counts]
+    reported[0] += f" ({runs})"
+    return f"{file}: {', '.join(reported)}"

@@ -118,8 +118,8 @@ def simulate(
         title = " ".join([Path(script).name, *map(without_folders, args)])
         done = ScriptRun(title, result, brick, setup, events.scene, due.late(result.outcome.t))
         drawn = done.is_seen and (done.is_there_to_see if pictured is None else pictured)
-        told = done.record(typed_words(own=len(args) + 1))
-        click.echo(done.in_words(told))
+        reported = done.record(typed_words(own=len(args) + 1))
+        click.echo(done.in_words(reported))
         if done.is_refused and folder.keeps_earlier_run():
             click.echo(f"no motor was asked to turn: {out} keeps the files of the run before")
         else:
@@ -127,8 +127,8 @@ def simulate(
             if log and log.is_file() and not done.is_refused:
                 from laptop.cli.simulate_servo import servo_files
 
-                files |= servo_files(told, log, result, setup.built, events.scene, drawn)
-            click.echo(leave(folder, told, files) + ("" if drawn else done.why_no_picture))
+                files |= servo_files(reported, log, result, setup.built, events.scene, drawn)
+            click.echo(leave(folder, reported, files) + ("" if drawn else done.why_no_picture))
     if done.late:
         click.echo(
             f"laptop: never came: {', '.join(done.late)}; {Path(script).name} ended at "
@@ -195,11 +195,11 @@ def _paired(realtime: bool) -> Iterator[None]:
 def _check_arm_of_script(arm_file: str, script: str, args: tuple[str, ...]) -> None:
     """Refuse an arm told to the script alone: it would find no zero of that arm on the brick."""
     source = click.get_current_context().get_parameter_source("arm_file")
-    apart = [following for word, following in pairwise(args) if word == "--arm"]
-    told = apart + [word[len("--arm=") :] for word in args if word.startswith("--arm=")]
-    if source is ParameterSource.COMMANDLINE or not told:
+    separate = [following for word, following in pairwise(args) if word == "--arm"]
+    reported = separate + [word[len("--arm=") :] for word in args if word.startswith("--arm=")]
+    if source is ParameterSource.COMMANDLINE or not reported:
         return
-    other = told[-1]
+    other = reported[-1]
     try:
         same = find_arm(other) == find_arm(arm_file)
     except ArmError:

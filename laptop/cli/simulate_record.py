@@ -102,7 +102,7 @@ class ScriptRun:
             ArmError: a path that was wanted is none.
         """
         arm, built, measures = self.brick.arm, self.brick.built, self.measures
-        told = Run(
+        reported = Run(
             kind=DRAWING if self.wanted else SCRIPT,
             what=self.title,
             typed=typed,
@@ -111,9 +111,9 @@ class ScriptRun:
             built=numbers_of(built) if built and built is not arm else None,
             tables=[paths_table(arm.name, measures)] if arm and self.wanted else [],
         )
-        told.on_emulated_brick(self.typed.plant_text, self.scene, cpu=self.brick.plant["cpu"])
-        told.set_up |= self._set_up()
-        return told
+        reported.on_emulated_brick(self.typed.plant_text, self.scene, cpu=self.brick.plant["cpu"])
+        reported.set_up |= self._set_up()
+        return reported
 
     def _ending(self) -> Ending:
         outcome, pace = self.run.outcome, self.run.pace

@@ -307,7 +307,7 @@ def _from_file(touching: CrossTouching, file: str) -> None:
         click.echo(touching.request())
 
 
-def _from_brick(touching: CrossTouching, name: str | None, words: tuple[str, ...]) -> None:
+def _from_brick(touching: CrossTouching, name: str | None, args: tuple[str, ...]) -> None:
     """Let somebody touch the crosses with the brick's arm."""
     from laptop.brick import touching as on_brick
     from laptop.see.table.cross_touching import read_point
@@ -332,7 +332,7 @@ def _from_brick(touching: CrossTouching, name: str | None, words: tuple[str, ...
 
     click.echo("Enter here takes a point, too; s leaves a cross out, q ends, Ctrl-C gives up")
     _ask()
-    talk(name, on_brick.touch, words, take, skip)
+    talk(name, on_brick.touch, args, take, skip)
 
 
 def _places(arm: Arm, out: Path | None) -> tuple[Path | None, Path]:
@@ -398,7 +398,7 @@ def _record(arm: Arm, fit: MarkerFit, hand: EmulatedHand, files: list[str]) -> R
     ]
     headings = ["what", "it is mm", "standard uncertainty mm"]
     caption = "Where the marker sits, by the crosses that were touched"
-    told = Run(
+    reported = Run(
         kind=CALIBRATION,
         what="the marker's place beside the pen",
         typed=typed_words(),
@@ -407,5 +407,5 @@ def _record(arm: Arm, fit: MarkerFit, hand: EmulatedHand, files: list[str]) -> R
         tables=[table("marker", caption, headings, rows)],
         files=[RunFile(name) for name in files],
     )
-    told.on_emulated_brick(hand.plant, hand.scene, scene=hand.scene, plant=hand.plant or None)
-    return told
+    reported.on_emulated_brick(hand.plant, hand.scene, scene=hand.scene, plant=hand.plant or None)
+    return reported

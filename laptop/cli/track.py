@@ -394,9 +394,9 @@ def start_brick(arm: str, place: str) -> Iterator[Callable[[], str]]:
     """
     home = Path(state.state_folder()) / state.BRICK_FOLDER
     home.mkdir(mode=0o700, parents=True, exist_ok=True)
-    words = ["simulate", "--realtime", "--timeout", f"{BRICK_TIMEOUT:g}", "--arm", arm]
-    words += ["--out", str(home), SERVO, place, "--arm", arm, "--wait"]
-    with _beside(words, home / "lines.txt", "the emulated brick") as why_ended:
+    args = ["simulate", "--realtime", "--timeout", f"{BRICK_TIMEOUT:g}", "--arm", arm]
+    args += ["--out", str(home), SERVO, place, "--arm", arm, "--wait"]
+    with _beside(args, home / "lines.txt", "the emulated brick") as why_ended:
         yield why_ended
 
 
@@ -413,8 +413,8 @@ def run_on_brick(port: int, name: str = "") -> Iterator[Callable[[], str]]:
     file = Path(state.state_folder()) / state.CALLED_BRICK_FILE
     file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
     which = ["--brick", name] if name else []
-    words = ["brick", "run", *which, os.path.basename(SERVO), f":{port}", "--wait"]
-    with _beside(words, file, "brick run") as why_ended:
+    args = ["brick", "run", *which, os.path.basename(SERVO), f":{port}", "--wait"]
+    with _beside(args, file, "brick run") as why_ended:
         yield lambda: why_ended() and f"{why_ended()}, at last: {_last_line(file)}"
 
 
@@ -424,19 +424,19 @@ def _last_line(file: Path) -> str:
 
 
 @contextlib.contextmanager
-def _beside(words: list[str], file: Path, name: str) -> Iterator[Callable[[], str]]:
+def _beside(args: list[str], file: Path, name: str) -> Iterator[Callable[[], str]]:
     """Run a command of ours beside the tracker, and end it with a `with` block.
 
     Gives a function that tells why it has ended, "" while it has not.
 
     Args:
-        words: the command.
+        args: the command.
         file: for its output.
         name: of it, for people.
     """
     with open(file, "wb") as lines:
         process = subprocess.Popen(
-            [sys.executable, "-c", RUN_WHILE_INPUT_IS_OPEN, *words],
+            [sys.executable, "-c", RUN_WHILE_INPUT_IS_OPEN, *args],
             stdin=subprocess.PIPE,
             stdout=lines,
             stderr=subprocess.STDOUT,

@@ -96,14 +96,14 @@ class EmulatedRig:
         header = Job(str(job)).header
         with tempfile.TemporaryDirectory() as folder:
             log = Path(folder) / "log.csv"
-            words = ["job", str(job), "--log", str(log), *(["--dry"] if dry else [])]
+            args = ["job", str(job), "--log", str(log), *(["--dry"] if dry else [])]
             said = io.StringIO()
             with (
                 contextlib.redirect_stdout(said),
                 contextlib.redirect_stderr(said),
                 Rig(self.arm, self.built, self._plant) as rig,
             ):
-                self.last = rig.run("driver.py", *words, timeout=JOB_TIMEOUT)
+                self.last = rig.run("driver.py", *args, timeout=JOB_TIMEOUT)
             status = self.last.outcome.status
             logged = [] if status else list(read_log(str(log)))
         platforms.obey(self.last.outcome.signals)

@@ -175,12 +175,12 @@ class LiveRig:
         self.wait_for_brick()
         offer = JobOffer(job, dry=dry)
         self._collector.begin()
-        told = self._server.state().progress
+        reported = self._server.state().progress
         if not self._server.offer(offer):
             raise BadMeasurement("the link has just broken; it mends by itself, then do it again")
         done = False
         try:
-            self._wait_for_end(offer, told.t if told else -math.inf)
+            self._wait_for_end(offer, reported.t if reported else -math.inf)
             done = True
         finally:
             if not done:
@@ -194,7 +194,7 @@ class LiveRig:
             )
         return MeasuredRun(rows, offer.job.header.rest, self._collector.take())
 
-    def _wait_for_end(self, offer: JobOffer, told: float) -> None:
+    def _wait_for_end(self, offer: JobOffer, reported: float) -> None:
         """Wait; what the brick said until `told`, s of its clock, is of a job before this one."""
         heard_at, begun = time.monotonic(), False
         ended_at = None
@@ -204,7 +204,7 @@ class LiveRig:
             state = self._server.state()
             progress = state.progress
             mine = None
-            if progress and progress.crc == offer.draw.crc and progress.t > told:
+            if progress and progress.crc == offer.draw.crc and progress.t > reported:
                 mine, heard_at, begun = progress, time.monotonic(), True
             if mine is None:
                 if state.client is None:

@@ -177,8 +177,8 @@ class PageController:
             self.drawings.poll()
             self.watch.poll()
             if why := self._emulated_brick.poll():
-                told = f"{why}; load the page anew for another one"
-                self.runs.note = "; ".join(filter(None, (self.runs.note, told)))
+                reported = f"{why}; load the page anew for another one"
+                self.runs.note = "; ".join(filter(None, (self.runs.note, reported)))
             self.runs.note = self.runs.brick_call.poll() or self.runs.note
 
     def _record(self) -> None:

@@ -46,8 +46,8 @@ def simplified(line: np.ndarray, by: float) -> np.ndarray:
     """
     closed = len(line) > 3 and bool((line[0] == line[-1]).all())
     # (Of one that does OpenCV would leave out the end.)
-    way = line[:-1] if closed else line
-    kept = cv2.approxPolyDP(way.astype(np.float32)[:, None], by, False)[:, 0].astype(float)
+    path = line[:-1] if closed else line
+    kept = cv2.approxPolyDP(path.astype(np.float32)[:, None], by, False)[:, 0].astype(float)
     return np.vstack([kept, kept[:1]]) if closed else kept
 
 

@@ -91,7 +91,7 @@ class DrawJob:
 
     def offer(self, job: bytes, dry: bool, alone: bool) -> str:
         """Offer a job's file to the brick, see JobOffer."""
-        told = self._link.state().progress
+        reported = self._link.state().progress
         with tempfile.TemporaryDirectory(prefix="brickservo-") as folder:
             file = Path(folder) / "drawing.job"
             file.write_bytes(job)
@@ -99,7 +99,7 @@ class DrawJob:
                 offer = JobOffer(file, alone=alone, dry=dry)
             except ArmError as error:
                 return str(error).replace(str(file), "the drawing")
-        self._told_before = told.t if told else -1.0
+        self._told_before = reported.t if reported else -1.0
         if not self._link.offer(offer):
             return "the link has just broken; it mends by itself, then start again"
         self._offered, self._offered_at = offer.draw, self._now()

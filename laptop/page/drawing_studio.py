@@ -201,14 +201,14 @@ def compare(wish: Lines, ink: Lines) -> Deviation:
     """Return how far the ink's points are from the wish's lines; both (n, 2), cm."""
     lines = np.vstack([np.column_stack([line[:-1], line[1:]]) for line in wish if len(line) > 1])
     points = np.vstack(ink)
-    start, way = lines[:, :2], lines[:, 2:] - lines[:, :2]
-    length = np.maximum((way**2).sum(axis=1), 1e-12)
+    start, path = lines[:, :2], lines[:, 2:] - lines[:, :2]
+    length = np.maximum((path**2).sum(axis=1), 1e-12)
     nearest = np.empty(len(points))
     chunk = max(1, 1_000_000 // len(lines))  # all at once would take too much memory
     for first in range(0, len(points), chunk):
         part = points[first : first + chunk, None, :]
-        share = np.clip(((part - start) * way).sum(axis=2) / length, 0.0, 1.0)
-        off = part - (start + share[..., None] * way)
+        share = np.clip(((part - start) * path).sum(axis=2) / length, 0.0, 1.0)
+        off = part - (start + share[..., None] * path)
         nearest[first : first + chunk] = np.sqrt((off**2).sum(axis=2).min(axis=1))
     nearest *= 10
     return Deviation(float(nearest.max()), float(np.sqrt((nearest**2).mean())), len(points), ink)

@@ -189,15 +189,15 @@ class DrawingView:
             'stroke-linejoin="round">'
         ]
         moved = self.moved is not None
-        ways: dict[str, list[str]] = {}
+        paths: dict[str, list[str]] = {}
         for line, color in self._lines:
             points = view.to_picture(_moved(line, placed, at) if moved else line)
-            ways.setdefault(MOVING_COLOUR if moved else color, []).append(_way(points))
-        for color, lines in ways.items():
-            way = "".join(lines)
+            paths.setdefault(MOVING_COLOUR if moved else color, []).append(_way(points))
+        for color, lines in paths.items():
+            path = "".join(lines)
             parts.append(
-                f'<path d="{way}" stroke="{HALO}" stroke-width="{4.5 * k:g}"/>'
-                f'<path d="{way}" stroke="{color}" stroke-width="{2 * k:g}" '
+                f'<path d="{path}" stroke="{HALO}" stroke-width="{4.5 * k:g}"/>'
+                f'<path d="{path}" stroke="{color}" stroke-width="{2 * k:g}" '
                 f'data-drawing="{_NAMES[color]}"/>'
             )
         if handles:
@@ -267,7 +267,7 @@ def figure(snapshot: DrawingSnapshot) -> str:
     low, high = points.min(axis=0) - 0.4, points.max(axis=0) + 0.4
     wide, tall = high - low
     thick = max(wide, tall) / 160
-    ways = "".join(
+    paths = "".join(
         f'<path d="{"".join(_fine(line) for line in part)}" fill="none" stroke="{color}" '
         f'stroke-width="{thick * width:.4g}" stroke-linejoin="round" data-part="{name}"/>'
         for part, color, width, name in (
@@ -277,7 +277,7 @@ def figure(snapshot: DrawingSnapshot) -> str:
     )
     return (
         f'<svg viewBox="{low[0]:.3f} {low[1]:.3f} {wide:.3f} {tall:.3f}" class="compared" '
-        f'role="img" aria-label="wish and ink over each other">{ways}</svg>'
+        f'role="img" aria-label="wish and ink over each other">{paths}</svg>'
     )
 
 

@@ -102,8 +102,8 @@ class DrawingWorker:
             context = multiprocessing.get_context("forkserver" if "forkserver" in known else None)
             self._pipe, theirs = context.Pipe()
             self._folder = tempfile.TemporaryDirectory(prefix="brickservo-")
-            words = theirs, self._arm, self._folder.name
-            self._process = context.Process(target=_work, args=words, daemon=True)
+            args = theirs, self._arm, self._folder.name
+            self._process = context.Process(target=_work, args=args, daemon=True)
             self._process.start()
             theirs.close()
         return self._pipe

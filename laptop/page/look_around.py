@@ -37,9 +37,9 @@ def look_job(arm: Arm, file: Path) -> job.JobHeader:
         ArmError: the arm cannot move like that.
     """
     strokes, t, length = [], 0.0, 0.0
-    for way in _ways(arm):
-        way, plans = _planned(arm, way)
-        cm = sum(math.dist(a, b) for a, b in zip(way, way[1:], strict=False))
+    for path in _ways(arm):
+        path, plans = _planned(arm, path)
+        cm = sum(math.dist(a, b) for a, b in zip(path, path[1:], strict=False))
         strokes.append(job.Stroke("", round(cm, 3), round(t, 2), [p.numbers() for p in plans]))
         t += sum(plan.duration for plan in plans) + 1.0
         length += cm
@@ -60,16 +60,16 @@ def _ways(arm: Arm) -> Iterator[list[Point]]:
     coordinates = kinematics.coordinates(arm)
     rounds = SWEEPS[coordinates]
     for height in TIP_HEIGHTS if coordinates == 3 else (None,):
-        way: list[Point] = []
+        path: list[Point] = []
         for k in range(2 * rounds + 1):
             angle = middle + half * (k / rounds - 1)
             for share in REACH_SHARES if k % 2 else REACH_SHARES[::-1]:
                 p = share * reach * math.cos(angle), share * reach * math.sin(angle)
-                way.append(p if height is None else (*p, height))
-        yield way
+                path.append(p if height is None else (*p, height))
+        yield path
 
 
-def _planned(arm: Arm, way: list[Point]) -> tuple[list[Point], list[trajectory.Trajectory]]:
+def _planned(arm: Arm, path: list[Point]) -> tuple[list[Point], list[trajectory.Trajectory]]:
     """Return what of a way can be gone with the elbow bent one way, and how: the more of both.
 
     Raises:
@@ -78,7 +78,7 @@ def _planned(arm: Arm, way: list[Point]) -> tuple[list[Point], list[trajectory.T
     best: tuple[list[Point], list[trajectory.Trajectory]] = ([], [])
     why = None
     for elbow in ("up", "down"):
-        kept = [point for point in way if _is_there(arm, point, elbow)]
+        kept = [point for point in path if _is_there(arm, point, elbow)]
         if len(kept) <= max(2, len(best[0])):
             continue
         try:

@@ -83,8 +83,8 @@ class PaperViews:
 
     def _touched(self) -> MarkerHeight | None:
         """Return what was told to those that place markers on a board, if anything was."""
-        told = (feed.watcher.marker_height for feed in self._cameras.values())
-        cm = next((height for height in told if height is not None), None)
+        reported = (feed.watcher.marker_height for feed in self._cameras.values())
+        cm = next((height for height in reported if height is not None), None)
         return None if cm is None else MarkerHeight(cm, "by the touched crosses")
 
     def _lay_paper(self) -> None:
@@ -158,8 +158,8 @@ class PaperViews:
             return one is not other
         if one.source != other.source:
             return True
-        apart = np.hypot(*(one.to_picture(self._probes) - other.to_picture(self._probes)).T)
-        return bool(np.nanmax(np.append(apart, 0.0)) > MIN_SHIFT)
+        distance = np.hypot(*(one.to_picture(self._probes) - other.to_picture(self._probes)).T)
+        return bool(np.nanmax(np.append(distance, 0.0)) > MIN_SHIFT)
 
     # At every heartbeat
 

@@ -42,15 +42,15 @@ def render(group: RunGroup, kept: Path | None = None, why_not_kept: str = "") ->
     Raises:
         ArmError: it cannot be kept.
     """
-    told, files = record_of(group)
-    told.notes += [why_not_kept] * bool(why_not_kept)
+    reported, files = record_of(group)
+    reported.notes += [why_not_kept] * bool(why_not_kept)
     if kept is None:
         with tempfile.TemporaryDirectory() as folder:
-            RunFolder(Path(folder)).write(told, files)
+            RunFolder(Path(folder)).write(reported, files)
             report = report_of(Path(folder))
     else:
-        told.files.append(RunFile(REPORT))
-        RunFolder(kept).write(told, files)
+        reported.files.append(RunFile(REPORT))
+        RunFolder(kept).write(reported, files)
         report = report_of(kept)
         write_report(kept, report)
         report.values["kept"] = f"{kept.parent.name}/{kept.name}"
@@ -63,7 +63,7 @@ def record_of(group: RunGroup) -> tuple[Run, Files]:
     last = group.runs[-1]
     good = last.verdict == CONVERGED or last.ended is None
     runs = servo_runs(group)
-    told = Run(
+    reported = Run(
         kind=SERVO,
         what=f"run {group.number} on the page",
         ending=Ending(None, f"{verdict_text(last)} {headline(group, runs)}", well=good),
@@ -74,7 +74,7 @@ def record_of(group: RunGroup) -> tuple[Run, Files]:
         camera: cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR)
         for camera, jpeg in sorted(group.images.items())
     }
-    return told, add_servo(told, runs, Scenery(images))
+    return reported, add_servo(reported, runs, Scenery(images))
 
 
 def file_name(group: RunGroup) -> str:

@@ -83,8 +83,8 @@ def _components(
     samples: Sequence[StatusSample],
 ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """Return moments, TIME_STEP apart, and of each row the tip less the goal as it was seen."""
-    told = samples[-1].e if samples else ()
-    rows = [row for row in told if row[:-2] in tips and row[:-2] in goals]
+    reported = samples[-1].e if samples else ()
+    rows = [row for row in reported if row[:-2] in tips and row[:-2] in goals]
     rows = rows or [f"{camera}.{axis}" for camera in tips if camera in goals for axis in "uv"]
     ends = [curve[-1, 0] for curve in tips.values()] + [sample.t for sample in samples[-1:]]
     end = max(ends, default=0.0) + TIME_STEP

@@ -48,8 +48,8 @@ def direction_variation(barycentres: np.ndarray) -> np.ndarray:
     Args:
         barycentres: (..., directions, d), cm.
     """
-    apart = barycentres[..., :, None, :] - barycentres[..., None, :, :]
-    return np.asarray(MM * np.linalg.norm(apart, axis=-1).max(axis=(-2, -1)))
+    distance = barycentres[..., :, None, :] - barycentres[..., None, :, :]
+    return np.asarray(MM * np.linalg.norm(distance, axis=-1).max(axis=(-2, -1)))
 
 
 def distance_accuracy(

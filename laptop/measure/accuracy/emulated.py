@@ -75,8 +75,8 @@ def look_at_cube(
     Returns:
         The cameras as they are, what is known of them, and how the arm stands on the board.
     """
-    luck = np.random.default_rng([seed, 51])
-    turn = math.pi / 2 * luck.integers(4) + math.radians(luck.uniform(-2, 2))
+    rng = np.random.default_rng([seed, 51])
+    turn = math.pi / 2 * rng.integers(4) + math.radians(rng.uniform(-2, 2))
     c, s = math.cos(turn), math.sin(turn)
     # The board's origin lies below the cube's middle.
     base = -np.array([[c, -s], [s, c]]) @ middle[:2]
@@ -85,7 +85,7 @@ def look_at_cube(
     cameras, models = {}, {}
     for number, (tilt, azimuth) in enumerate(CAMERA_DIRECTIONS[d]):
         lens = draw_lens(seed + number)
-        azimuth += luck.uniform(-8, 8)
+        azimuth += rng.uniform(-8, 8)
         stands = [
             Stand.looking(
                 CAMERA_DISTANCE[d] * lens.focal / FOCAL_LENGTH,

@@ -21,7 +21,13 @@ from laptop.measure.accuracy.plan import (
     AccuracyPlan,
     PlannedWay,
 )
-from laptop.measure.accuracy.sighting import ArmOnBoard, ArmSighting, Places, SeenMarker, absorbed
+from laptop.measure.accuracy.sighting import (
+    ArmOnBoard,
+    ArmSighting,
+    Places,
+    SeenMarker,
+    without_common_error,
+)
 from laptop.measure.measured_run import BadMeasurement, MeasuredRun, MeasuringRig
 
 PLANE_COUNTS = {"line": 20, "circle": 36}
@@ -195,7 +201,7 @@ class _Tips:
 
     def _tip(self, seen: SeenMarker) -> Places:
         places = self.sighting.tip(seen, self.stand)
-        return places if self.fitted_at is None else absorbed(places, self.fitted_at)
+        return places if self.fitted_at is None else without_common_error(places, self.fitted_at)
 
 
 def _axis_mm(places: Sequence[Places]) -> float:
@@ -327,8 +333,8 @@ def evaluate(plan: AccuracyPlan, observed: Mapping[str, np.ndarray]) -> dict[str
         ]
         out[f"vAP P{number}"] = criteria.direction_variation(np.stack(means, axis=-2))
     one, other = DISTANCE_POSES
-    apart = float(np.linalg.norm(plan.pose(one) - plan.pose(other)))
-    ad, rd = criteria.distance_accuracy(poses[one], poses[other], apart)
+    distance = float(np.linalg.norm(plan.pose(one) - plan.pose(other)))
+    ad, rd = criteria.distance_accuracy(poses[one], poses[other], distance)
     out[f"AD P{one} P{other}"], out[f"RD P{one} P{other}"] = ad, rd
     for kind in plan.paths:
         for share in SPEED_SHARES:
@@ -352,14 +358,14 @@ def with_uncertainty(
     The test is drawn anew as often: from the positions found, with new noise and new errors of the
     calibration, and goes the same way (JCGM 101, with the positions found for the true ones).
     """
-    luck = np.random.default_rng(seed)
+    rng = np.random.default_rng(seed)
     sizes = {one.common.shape[2] for one in observed.values()}
-    z = luck.standard_normal((draws, max(sizes, default=0)))
+    z = rng.standard_normal((draws, max(sizes, default=0)))
     found, again = {}, {}
     for name, one in observed.items():
         found[name] = criteria.without_noise(one.values, one.noise)
         root = np.linalg.cholesky(one.noise + 1e-18 * np.eye(one.noise.shape[-1]))
-        shaken = luck.standard_normal((draws, *one.values.shape)) @ np.swapaxes(root, -1, -2)
+        shaken = rng.standard_normal((draws, *one.values.shape)) @ np.swapaxes(root, -1, -2)
         shifted = np.einsum("pdc,kc->kpd", one.common, z[:, : one.common.shape[2]])
         anew = found[name] + shaken + shifted[:, :, None, :]
         again[name] = criteria.without_noise(anew, one.noise)

@@ -225,7 +225,7 @@ def nearest_stand(here: np.ndarray, there: np.ndarray) -> ArmOnBoard:
     return ArmOnBoard(*nearest_motion(there, here))
 
 
-def absorbed(places: Places, poses: Places) -> Places:
+def without_common_error(places: Places, poses: Places) -> Places:
     """Return places without those errors that all have in common which a fitted stand takes up.
 
     Args:

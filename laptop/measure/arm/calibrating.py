@@ -205,8 +205,8 @@ def check_sharp(image: np.ndarray) -> None:
             "take the cap off the camera; nothing was written"
         )
     across, down = np.gradient(grey, axis=1), np.gradient(grey, axis=0)
-    ways = (across, down, (across + down) / math.sqrt(2), (across - down) / math.sqrt(2))
-    steepest = min(float(np.percentile(np.abs(way), 99.9)) for way in ways)
+    paths = (across, down, (across + down) / math.sqrt(2), (across - down) / math.sqrt(2))
+    steepest = min(float(np.percentile(np.abs(path), 99.9)) for path in paths)
     # An edge that is spread like a normal distribution: its height over its greatest slope.
     spread = (bright - dark) / max(steepest, 1e-3) / math.sqrt(2 * math.pi)
     if spread > MAX_EDGE_SPREAD:

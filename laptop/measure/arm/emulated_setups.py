@@ -39,7 +39,7 @@ CROSS_PICTURES = 6
 """Number of pictures of the marker on a cross."""
 
 
-def by_formula(
+def ideal_camera(
     arm: Arm,
     built: Arm,
     plant: str,
@@ -59,9 +59,9 @@ def by_formula(
     camera = camera_over(560.0, (-8.0, 0.0), distance, math.radians(20), 1.0, 0.1)
     turn = -math.pi / 2 * (known.square or 0)
     table = EmulatedTable(built, camera, turn=turn, height=height)
-    luck = luck_of(seed)
-    found = table.calibrated(luck, bar)
-    touches = table.touched(crosses, luck)
+    rng = luck_of(seed)
+    found = table.calibrated(rng, bar)
+    touches = table.touched(crosses, rng)
     rig = EmulatedRig(arm, built, plant, {"A": table}, height, seed=seed)
     return CalibrationSetup(rig, found, touches, lambda: None)
 
@@ -110,14 +110,14 @@ class _Pictures:
         return camera.capture(self._index).image
 
     def touches(
-        self, crosses: list[tuple[float, float]], luck: np.random.Generator
+        self, crosses: list[tuple[float, float]], rng: np.random.Generator
     ) -> list[TouchSight]:
         """Set the pen on crosses by hand, and look."""
         marker = read_spec(EFFECTOR, marker_specs(self._scene.constants)[EFFECTOR])
         free, found = with_free_joints(self._arm), []
         for cross in crosses:
             x, y, _ = board_place(self._scene.constants, np.array([cross]))[0]
-            point = np.array([x, y]) + PLACING_ERROR * luck.standard_normal(2)
+            point = np.array([x, y]) + PLACING_ERROR * rng.standard_normal(2)
             q = kinematics.inverse(free, tuple(map(float, point)))
             tracker, seen = Tracker([marker]), np.full((CROSS_PICTURES, 2), np.nan)
             for k in range(CROSS_PICTURES):

@@ -71,19 +71,19 @@ class EmulatedTable:
         inside = ((pixels >= 0) & (pixels < np.array(self.camera.size))).all(axis=1)
         return np.where(inside[:, None], pixels, np.nan)
 
-    def calibrated(self, luck: np.random.Generator, bar: float | None = None) -> Calibration:
+    def calibrated(self, rng: np.random.Generator, bar: float | None = None) -> Calibration:
         """Show the board tilted and then as it lies, and calibrate the camera.
 
         Raises:
             BadCalibration, BadIdentification: too little of it is seen.
         """
-        views = [self._view(tilt, luck) for tilt in BOARD_TILTS]
-        views.append(self._view((0.0, 0.0), luck, self.covered))
+        views = [self._view(tilt, rng) for tilt in BOARD_TILTS]
+        views.append(self._view((0.0, 0.0), rng, self.covered))
         check_board(views[-1])
         return calibrate(views, bar)
 
     def _view(
-        self, tilt: tuple[float, float], luck: np.random.Generator, covered: float = 0.0
+        self, tilt: tuple[float, float], rng: np.random.Generator, covered: float = 0.0
     ) -> BoardView:
         numbers = np.array(self.board.numbers)
         points = np.concatenate([self.board.square(k, CORNER_SQUARE_SHARE) for k in numbers])
@@ -92,7 +92,7 @@ class EmulatedTable:
         seen = np.isfinite(pixels).reshape(len(numbers), -1).all(axis=1)
         seen &= np.arange(len(numbers)) >= covered * len(numbers)
         corners = np.repeat(seen, 4)
-        pixels = pixels[corners] + CORNER_NOISE * luck.standard_normal((corners.sum(), 2))
+        pixels = pixels[corners] + CORNER_NOISE * rng.standard_normal((corners.sum(), 2))
         quads = pixels.reshape(-1, 4, 2)
         sides = np.linalg.norm(quads[:, 0] - quads[:, 1], axis=1) / CORNER_SQUARE_SHARE
         side = float(np.median(sides)) if len(sides) else 0.0
@@ -101,16 +101,16 @@ class EmulatedTable:
         )
 
     def touches(
-        self, count: int, luck: np.random.Generator, noise_px: float = 1.0
+        self, count: int, rng: np.random.Generator, noise_px: float = 1.0
     ) -> list[TouchSight]:
         """Let a hand set the pen on so many crosses that lie well, the camera looking each time."""
         crosses = crosses_to_touch(self.base, kinematics.reach(self.arm), count)
-        return self.touched(crosses, luck, noise_px)
+        return self.touched(crosses, rng, noise_px)
 
     def touched(
         self,
         crosses: Sequence[tuple[float, float]],
-        luck: np.random.Generator,
+        rng: np.random.Generator,
         noise_px: float = 1.0,
     ) -> list[TouchSight]:
         """Let a hand set the pen on crosses, cm on the board, the camera looking each time.
@@ -120,14 +120,14 @@ class EmulatedTable:
         """
         found = []
         for cross in crosses:
-            hand = self.print_scale * np.array(cross) + PLACING_ERROR * luck.standard_normal(2)
+            hand = self.print_scale * np.array(cross) + PLACING_ERROR * rng.standard_normal(2)
             c, s = math.cos(self.turn), math.sin(self.turn)
             point = (hand - self.base) @ np.array([[c, -s], [s, c]])
-            elbow = ("up", "down")[int(luck.integers(2))]
+            elbow = ("up", "down")[int(rng.integers(2))]
             q = kinematics.inverse(with_free_joints(self.arm), tuple(map(float, point)), elbow)
             place = np.array([marker_point(self.arm, q, self.height)])
             looks = self.project(np.repeat(place, TOUCH_PICTURES, axis=0))
-            looks = looks + noise_px * luck.standard_normal(looks.shape)
+            looks = looks + noise_px * rng.standard_normal(looks.shape)
             pixel = np.median(looks, axis=0)
             if np.isfinite(pixel).all():
                 sigma = 1.25 * noise_px / math.sqrt(TOUCH_PICTURES)

@@ -1,6 +1,6 @@
 """What is to blame where no numbers explain what was seen.
 
-Each suspect is a change that would show in the residuals in a way of its own: a joint whose zero
+Each hypothesis is a change that would show in the residuals in a way of its own: a joint whose zero
 jumps at some time (a gear has slipped, a link was pushed on its axle), a camera that was moved at
 some time, a joint whose link stands anywhere (it is loose).  How much of the misfit each explains,
 with all numbers fitted anew, follows from the fit's derivatives (a score test, C. R. Rao, 1948).
@@ -29,7 +29,7 @@ MIN_LEAD = 1.5
 
 
 @dataclass(frozen=True)
-class Culprit:
+class FaultHypothesis:
     """A change that would explain a misfit.
 
     kind       "jump" of a joint or "camera"
@@ -56,8 +56,8 @@ def explain(fit: ArmFit, rests: int, times: Sequence[float]) -> str:
     """
     if fit.noise <= MAX_NOISE_RATIO and not _ends_off(fit):
         return ""
-    found = suspects(fit)
-    best = max(found, key=lambda suspect: suspect.explained, default=None)
+    found = fault_hypotheses(fit)
+    best = max(found, key=lambda hypothesis: hypothesis.explained, default=None)
     how = f"what is left over is {fit.noise:.1f} times what it should be ({fit.rms:.1f} px)"
     if best and best.explained >= MIN_EXPLAINED_SHARE:
         when = f"after pose {best.after} of {rests}, {times[best.after - 1]:.0f} s after the start"
@@ -94,13 +94,13 @@ def _ends_off(fit: ArmFit) -> bool:
     return False
 
 
-def suspects(fit: ArmFit) -> list[Culprit]:
+def fault_hypotheses(fit: ArmFit) -> list[FaultHypothesis]:
     """Return of each joint and camera the jump that explains most."""
     names = list(fit.residuals)
     residuals = np.concatenate([fit.residuals[name] for name in names])  # (cameras n, 2)
     derivatives = np.concatenate([fit.slopes[name] for name in names])
-    there = np.isfinite(residuals).all(axis=1)
-    flat, matrix = residuals[there].ravel(), derivatives[there].reshape(-1, derivatives.shape[2])
+    seen = np.isfinite(residuals).all(axis=1)
+    flat, matrix = residuals[seen].ravel(), derivatives[seen].reshape(-1, derivatives.shape[2])
     inner = np.linalg.inv(matrix.T @ matrix + np.eye(matrix.shape[1]))
 
     def unfitted(columns: np.ndarray) -> np.ndarray:
@@ -113,17 +113,17 @@ def suspects(fit: ArmFit) -> list[Culprit]:
     index = np.tile(np.arange(n), len(names))
     whose = np.repeat(np.arange(len(names)), n)
 
-    def best_jump(kind: str, name: str, columns: np.ndarray) -> Culprit:
+    def best_jump(kind: str, name: str, columns: np.ndarray) -> FaultHypothesis:
         """Try every time at which columns (cameras n, 2, k) could begin to count."""
-        best = Culprit(kind, name, 0, 0.0, 0.0)
+        best = FaultHypothesis(kind, name, 0, 0.0, 0.0)
         for after in range(MIN_RESTS_BEFORE, n - MIN_RESTS_AFTER + 1):
             late = np.where((index >= after)[:, None, None], columns, 0.0)
-            own = late[there].reshape(len(flat), -1)
+            own = late[seen].reshape(len(flat), -1)
             clean = unfitted(own)
             size, *_ = np.linalg.lstsq(clean.T @ own, clean.T @ flat, rcond=None)
             explained = float(size @ (clean.T @ flat)) / misfit
             if explained > best.explained:
-                best = Culprit(kind, name, after, explained, float(np.linalg.norm(size)))
+                best = FaultHypothesis(kind, name, after, explained, float(np.linalg.norm(size)))
         return best
 
     found = []
@@ -143,8 +143,8 @@ def loose_joint(fit: ArmFit) -> tuple[str, float] | None:
     """
     residuals = np.concatenate(list(fit.residuals.values()))
     by_joints = np.concatenate(list(fit.by_joints.values()))
-    there = np.isfinite(residuals).all(axis=1)
-    residuals, by_joints = residuals[there], by_joints[there]
+    seen = np.isfinite(residuals).all(axis=1)
+    residuals, by_joints = residuals[seen], by_joints[seen]
     # E[r r'] = I + sum of v_j b_j b_j': linear in the variances v_j.
     outer = np.einsum("nij,nkj->nikj", by_joints, by_joints).reshape(-1, by_joints.shape[2])
     excess = (np.einsum("ni,nk->nik", residuals, residuals) - np.eye(2)).ravel()

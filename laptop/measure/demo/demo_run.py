@@ -113,22 +113,22 @@ def run(options: DemoOptions, console: Console) -> tuple[int, Path]:
         stack.callback(clock.close)
         # The cameras show this arm from the start, before it moves.
         home = folder.path.resolve()
-        crew = ProcessGroup(home, {STATE: state, ARM: os.path.abspath(arm.file)})
+        processes = ProcessGroup(home, {STATE: state, ARM: os.path.abspath(arm.file)})
         stack.enter_context(ending_on_signals())
-        stack.callback(crew.close)
+        stack.callback(processes.close)
         stack.enter_context(progress.shown())
-        demo = DemoRun(arm, options, home, crew, progress, clock, PoseReader(state))
+        demo = DemoRun(arm, options, home, processes, progress, clock, PoseReader(state))
         stack.callback(demo.close)
         demo.run()
         progress.stages[REPORT_STAGE].begin("drawing the pictures")
-        crew.close()  # the tracker leaves its picture when it ends
+        processes.close()  # the tracker leaves its picture when it ends
         found = demo.result
         found.timing["in all s"] = round(time.monotonic() - began, 1)
-        told, files = results.record_of(found, home)
-        told.typed, told.arm = list(options.typed), numbers_of(arm)
-        told.seeds = {"demo": options.seed}
-        told.files.append(RunFile(PAGE))
-        folder.write(told, files)
+        reported, files = results.record_of(found, home)
+        reported.typed, reported.arm = list(options.typed), numbers_of(arm)
+        reported.seeds = {"demo": options.seed}
+        reported.files.append(RunFile(PAGE))
+        folder.write(reported, files)
         page = write_report(home, report_of(home))
         shown = os.path.relpath(page)
         shown = str(page) if shown.startswith("..") else shown
@@ -170,7 +170,7 @@ class DemoRun:
         arm: on the emulated brick.
         options: what is to be shown.
         folder: for the raw files.
-        crew: starts the programs.
+        processes: starts the programs.
         progress: tells how it goes.
         clock: of the emulated world.
         follower: sees the emulated arm.
@@ -181,7 +181,7 @@ class DemoRun:
         arm: Arm,
         options: DemoOptions,
         folder: Path,
-        crew: ProcessGroup,
+        processes: ProcessGroup,
         progress: ProgressDisplay,
         clock: PacedClock,
         follower: PoseReader,
@@ -189,13 +189,13 @@ class DemoRun:
         self._arm = arm
         self._options = options
         self._folder = folder
-        self._crew = crew
+        self._processes = processes
         self._progress = progress
         self._clock = clock
         self._pace = PaceMeter(clock)
         self._follower = follower
         self._began = time.monotonic()
-        self._played: list[ChildProcess] = []
+        self._finished: list[ChildProcess] = []
         self._baseline: ChildProcess | None = None
         self._page: threading.Thread | None = None
         self._over = threading.Event()
@@ -237,21 +237,21 @@ class DemoRun:
             part = ahead
         self.result.timing["pace, to real time"] = round(self._pace.mean, 3)
         self._conclude_comparison()
-        for program in self._played:
+        for program in self._finished:
             program.wait(DRAWING_TIMEOUT)  # it may be at its picture
         if self._page:
             self._page.join()
 
     def _take_lines(self, drawing: ProgramRun) -> None:
         try:
-            told = read_run(drawing.home)
+            reported = read_run(drawing.home)
         except DamagedRun as error:
             raise DemoFailed(f"{drawing.home}: {error}; is the disk full?") from None
-        if told.ending.status:
+        if reported.ending.status:
             drawing.program.wait(END_TIMEOUT)
             raise drawing.program.failure()
-        self.result.set_up["cpu"] = told.set_up["cpu"]
-        self.result.lines = next((one for one in told.tables if one.name == PATHS), None)
+        self.result.set_up["cpu"] = reported.set_up["cpu"]
+        self.result.lines = next((one for one in reported.tables if one.name == PATHS), None)
         self.result.ink = ink_in_space(self._rig, read_trace(drawing.home / TRACE))
         lines = self.result.paths
         self._progress.finish(DRAWING, results.drawn(lines), results.lines_text(lines))
@@ -272,11 +272,11 @@ class DemoRun:
         width, height = (int(side) for side in self._rig["A"].camera.size)
         self.result.cameras, self.result.size = "".join(self._rig), (width, height)
         cameras = " and ".join(self._rig)
-        words = f"synthetic, {cameras}, {width} x {height} px, scene '{text}'"
-        self.result.set_up |= {"brick": "emulated", "camera": words}
+        source = f"synthetic, {cameras}, {width} x {height} px, scene '{text}'"
+        self.result.set_up |= {"brick": "emulated", "camera": source}
 
     def _track(self) -> ChildProcess:
-        return self._crew.start(
+        return self._processes.start(
             TRACKER,
             [
                 "track",
@@ -315,8 +315,8 @@ class DemoRun:
         if not options.page:
             return ["--no-page"]
         port = "" if options.page_port is None else options.page_port
-        words = ["--page", "--no-simulate", "--page-port", f"{options.page_host}:{port}"]
-        return words + ["--open"] * options.open
+        args = ["--page", "--no-simulate", "--page-port", f"{options.page_host}:{port}"]
+        return args + ["--open"] * options.open
 
     def _show_page(self, address: str) -> None:
         """Tell where the page is, as soon as it answers."""
@@ -339,15 +339,15 @@ class DemoRun:
     def _start_servo(self, goal: Goal, home: Path, place: str) -> ProgramRun:
         """Start a servo ahead of time; it waits for the run that leaves its files in `home`."""
         folder = goal.name.replace(" ", "-")
-        words = [str(self._options.servo), place, *goal_words(goal)]
-        words += ["--log", f"{self._folder / folder}.jsonl"]
-        return self._begin(goal.name, ["--realtime", _start(home)], folder, words)
+        args = [str(self._options.servo), place, *goal_words(goal)]
+        args += ["--log", f"{self._folder / folder}.jsonl"]
+        return self._begin(goal.name, ["--realtime", _start(home)], folder, args)
 
     def _simulate(
         self, name: str, options: Sequence[str], home: Path, script: Sequence[str]
     ) -> ChildProcess:
-        words = ["simulate", *options, "--arm", os.path.abspath(self._arm.file), "--out", str(home)]
-        return self._crew.start(name, [*words, *script], self._progress.stages[name].say)
+        args = ["simulate", *options, "--arm", os.path.abspath(self._arm.file), "--out", str(home)]
+        return self._processes.start(name, [*args, *script], self._progress.stages[name].say)
 
     def _compare(self, goal: Goal, start: Path) -> None:
         """Start the report's method on its way to a goal, from where another run has ended."""
@@ -408,7 +408,7 @@ class DemoRun:
             self._look()
             time.sleep(POLL_PERIOD)
         self._look()  # at what came in last, too, or was there at once
-        self._played.append(part.program)
+        self._finished.append(part.program)
 
     def _look(self) -> None:
         """Look at the emulated clock's pace, the arm's ink and the comparison."""

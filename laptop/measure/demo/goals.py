@@ -96,13 +96,13 @@ def postures_at(rig: CameraRig, place: Sequence[float]) -> list[Vector]:
 
 def way_is_seen(rig: CameraRig, start: Sequence[float], end: Sequence[float]) -> bool:
     """Return True if the tip is in sight above the table from one posture to another."""
-    way = np.linspace(start, end, PATH_SAMPLES)
-    steps = EXPLORATION_STEP * np.eye(len(way[0]))
-    between = *way[1:-1], *(way[0] + steps), *(way[0] - steps)
+    path = np.linspace(start, end, PATH_SAMPLES)
+    steps = EXPLORATION_STEP * np.eye(len(path[0]))
+    between = *path[1:-1], *(path[0] + steps), *(path[0] - steps)
     return all(
         rig.centre("effector", q)[2] >= MIN_TIP_HEIGHT and rig.visible(q) > least
         for least, places in (
-            (MIN_VISIBLE_AT_ENDS, (way[0], way[-1])),
+            (MIN_VISIBLE_AT_ENDS, (path[0], path[-1])),
             (MIN_VISIBLE_BETWEEN, between),
         )
         for q in places
@@ -145,16 +145,16 @@ def choose_goals(arm: Arm, seed: int) -> tuple[str, list[Goal]]:
         size = len(DEMO_SETUPS[arm.chain].end_of_lines)
         text = scene_text(arm.chain, seed, bare.place_at(pixels[0], "goal")[:size])
         rig = CameraRig(arm, text)
-        ways = zip([resting[0], *chosen], chosen, strict=False)
+        paths = zip([resting[0], *chosen], chosen, strict=False)
         if all(rig.visible(q, "goal") > MIN_VISIBLE for q in resting) and all(
-            way_is_seen(rig, *way) for way in ways
+            way_is_seen(rig, *path) for path in paths
         ):
             marker = rig.truth(resting[0], "goal")
-            told = [("marker",), *(_told(rig, there) for there in pixels[1:])]
-            ends = [marker, *(_read(words) for words in told[1:])]
+            reported = [("marker",), *(_told(rig, there) for there in pixels[1:])]
+            ends = [marker, *(_read(words) for words in reported[1:])]
             return text, [
                 Goal(f"goal {number}", end, rig.place_at(end, "effector"), words)
-                for number, (end, words) in enumerate(zip(ends, told, strict=True), 1)
+                for number, (end, words) in enumerate(zip(ends, reported, strict=True), 1)
             ]
     raise DemoFailed(
         f"seed {seed} gives no {GOALS} goals that this arm can reach; try another --seed"
@@ -167,9 +167,9 @@ def _told(rig: CameraRig, pixels: Vector) -> tuple[str, ...]:
     return tuple(f"{f'{name}:' * (len(rig) > 1)}{u:.1f},{v:.1f}" for name, u, v in pairs)
 
 
-def _read(told: Sequence[str]) -> Vector:
+def _read(reported: Sequence[str]) -> Vector:
     """The pixels of such words."""
-    return tuple(float(part) for words in told for part in words.split(":")[-1].split(","))
+    return tuple(float(part) for words in reported for part in words.split(":")[-1].split(","))
 
 
 def _choose_postures(

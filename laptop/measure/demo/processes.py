@@ -89,7 +89,7 @@ class ChildProcess:
 
     Args:
         name: for people.
-        words: after `python -m laptop`.  With --json its standard output is read as events.
+        args: after `python -m laptop`.  With --json its standard output is read as events.
         log: file for all of its output.
         environment: variables beside those of this process.
         on_line: called with every line for people, in another thread.
@@ -102,7 +102,7 @@ class ChildProcess:
     def __init__(
         self,
         name: str,
-        words: Sequence[str],
+        args: Sequence[str],
         log: Path,
         environment: dict[str, str],
         on_line: Callable[[str], None] = lambda line: None,
@@ -113,11 +113,11 @@ class ChildProcess:
         self.events: list[dict[str, Any]] = []
         self._last_error = ""
         self._on_line = on_line
-        self._announces = "--json" in words
+        self._announces = "--json" in args
         self._lock = threading.Lock()  # one line after the other, whichever pipe has it
         self._output, self._errors = self._pipes = _Pipe(), _Pipe()
         self._process = subprocess.Popen(
-            [*LAPTOP, *words],
+            [*LAPTOP, *args],
             cwd=REPO_ROOT,
             env={**os.environ, **environment, "PYTHONUNBUFFERED": "1"},
             stdin=subprocess.DEVNULL,
@@ -234,13 +234,13 @@ class ProcessGroup:
         self._starter.submit(int).result()
 
     def start(
-        self, name: str, words: Sequence[str], on_line: Callable[[str], None] = lambda line: None
+        self, name: str, args: Sequence[str], on_line: Callable[[str], None] = lambda line: None
     ) -> ChildProcess:
         """Start a process, see ChildProcess; its log bears its name."""
         log = self._folder / log_name(name)
 
         def make() -> ChildProcess:
-            self._processes.append(ChildProcess(name, words, log, self._environment, on_line))
+            self._processes.append(ChildProcess(name, args, log, self._environment, on_line))
             return self._processes[-1]
 
         return self._starter.submit(make).result()

@@ -58,8 +58,8 @@ class DemoResult:
     @property
     def paths(self) -> list[dict[str, Cell]]:
         """The lines' figures, by heading; values of one that was not drawn are None."""
-        told = Run(kind=SERVO, what="", ending=Ending(0, ""), tables=[self.lines or _NO_LINES])
-        return told.rows(PATHS)
+        reported = Run(kind=SERVO, what="", ending=Ending(0, ""), tables=[self.lines or _NO_LINES])
+        return reported.rows(PATHS)
 
     @property
     def worked(self) -> bool:
@@ -146,7 +146,7 @@ def record_of(demo: DemoResult, folder: Path) -> tuple[Run, Files]:
         demo: it has come to its end.
         folder: where the programs have left their files.
     """
-    told = Run(
+    reported = Run(
         kind=SERVO,
         what=f"demo: {'lines' if demo.lines else 'no line'}, then goals by sight",
         ending=Ending(None, headline(demo), demo.timing.get("in all s"), well=demo.worked),
@@ -155,7 +155,7 @@ def record_of(demo: DemoResult, folder: Path) -> tuple[Run, Files]:
         notes=[_note(demo)],
     )
     if demo.trouble:
-        told.notes.append(
+        reported.notes.append(
             f"for comparison there is no run of the lab report's method: {demo.trouble}"
         )
     images = {}
@@ -164,10 +164,10 @@ def record_of(demo: DemoResult, folder: Path) -> tuple[Run, Files]:
         image = cv2.imread(str(file)) if file.is_file() else None
         if image is not None:
             images[name] = image
-    files = add_servo(told, demo.runs, Scenery(images, demo.size, demo.ink), demo.baseline)
-    told.tables = [*told.tables, settings(demo.timing)]
-    told.files = [RunFile(name, holds) for name, holds in _left(folder)]
-    return told, files
+    files = add_servo(reported, demo.runs, Scenery(images, demo.size, demo.ink), demo.baseline)
+    reported.tables = [*reported.tables, settings(demo.timing)]
+    reported.files = [RunFile(name, holds) for name, holds in _left(folder)]
+    return reported, files
 
 
 def _left(folder: Path) -> list[tuple[str, str]]:

@@ -30,7 +30,7 @@ FORMAT_VERSION = 1
 
 
 @dataclass(frozen=True, eq=False)
-class Kept:
+class StoredOffsets:
     """What was learned of a path before.
 
     offsets     with which to draw it; None: the arm is described otherwise now
@@ -45,7 +45,9 @@ class Kept:
     left_mm: float
 
 
-def find(plan: DrawingPlan, emulated: str = "", notes: list[str] | None = None) -> Kept | None:
+def find(
+    plan: DrawingPlan, emulated: str = "", notes: list[str] | None = None
+) -> StoredOffsets | None:
     """Return what was learned of a drawing's path by its arm, or None.
 
     Args:
@@ -55,14 +57,14 @@ def find(plan: DrawingPlan, emulated: str = "", notes: list[str] | None = None) 
     """
     file = file_of(plan, emulated)
     try:
-        told = json.loads(read_text(str(file), MAX_FILE_BYTES))
-        if told["format"] != FORMAT_VERSION:
+        reported = json.loads(read_text(str(file), MAX_FILE_BYTES))
+        if reported["format"] != FORMAT_VERSION:
             raise InvalidFile("is of another version")
         offsets = None
-        if told["arm"] == _digest(_numbers(plan.arm)):
-            offsets = _read_offsets(plan, told["offsets"])
-        numbers = [number(told[key]) for key in ("without_mm", "left_mm")]
-        return Kept(offsets, int(told["rehearsals"]), *numbers)
+        if reported["arm"] == _digest(_numbers(plan.arm)):
+            offsets = _read_offsets(plan, reported["offsets"])
+        numbers = [number(reported[key]) for key in ("without_mm", "left_mm")]
+        return StoredOffsets(offsets, int(reported["rehearsals"]), *numbers)
     except FileNotFoundError:
         return None
     except (
@@ -80,7 +82,7 @@ def find(plan: DrawingPlan, emulated: str = "", notes: list[str] | None = None) 
 
 
 def keep(
-    plan: DrawingPlan, learned: Learned, emulated: str = "", before: Kept | None = None
+    plan: DrawingPlan, learned: Learned, emulated: str = "", before: StoredOffsets | None = None
 ) -> Path:
     """Put on file what was learned of a drawing; return where.
 
@@ -95,7 +97,7 @@ def keep(
     """
     went_on = before is not None and before.offsets is not None
     without = before.without_mm if before and went_on else learned.steps[0].rms_mm
-    told = {
+    reported = {
         "format": FORMAT_VERSION,
         "drawing": plan.name,
         "arm": _digest(_numbers(plan.arm)),
@@ -106,7 +108,7 @@ def keep(
     }
     file = file_of(plan, emulated)
     file.parent.mkdir(parents=True, exist_ok=True)
-    write_whole(file, json.dumps(told).encode())
+    write_whole(file, json.dumps(reported).encode())
     return file
 
 
@@ -132,15 +134,18 @@ def _digest(value: object) -> str:
     return hashlib.sha256(json.dumps(value).encode()).hexdigest()[:32]
 
 
-def _read_offsets(plan: DrawingPlan, told: Sequence[Sequence[tuple[Any, Any]]]) -> DrawingOffsets:
+def _read_offsets(plan: DrawingPlan, reported: Sequence[Sequence[tuple[Any, Any]]]) -> DrawingOffsets:
     """Offsets of a file, which are those of the drawing's pieces."""
     out = []
-    for own, ways in zip(told, Lessons(plan).ways, strict=True):
+    for own, paths in zip(reported, Lessons(plan).paths, strict=True):
         pieces = []
-        for (s, by_joint), way in zip(own, ways, strict=True):
+        for (s, by_joint), path in zip(own, paths, strict=True):
             q = np.array([[number(value) for value in joint] for joint in by_joint]).T
             places = np.array([number(value) for value in s])
-            if q.shape != (len(places), way.turns.shape[2]) or abs(places[-1] - way.length) > 0.01:
+            if (
+                q.shape != (len(places), path.turns.shape[2])
+                or abs(places[-1] - path.length) > 0.01
+            ):
                 raise InvalidFile("is of another path")
             pieces.append(Offsets(places, q))
         out.append(pieces)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from laptop.measure.ilc.tracks import PieceTrack
-from laptop.measure.ilc.way import PieceWay
+from laptop.measure.ilc.way import PiecePath
 from robot.jobs.learned import MAX_ACCELERATION
 
 KNOT_SPACING, KNOT_COUNTS = 0.2, (9, 120)
@@ -86,7 +86,7 @@ class PathMiss:
         return float(max(np.abs(self.across).max(), ends.max()))
 
 
-def missed(piece: PieceWay, track: PieceTrack) -> PathMiss:
+def missed(piece: PiecePath, track: PieceTrack) -> PathMiss:
     """By how much a track missed its piece."""
     knots = none(piece).s
     off = track.p - piece.at(track.s, piece.p)
@@ -109,12 +109,12 @@ def missed(piece: PieceWay, track: PieceTrack) -> PathMiss:
     return PathMiss(knots, across, along, wide, noise, unsure)
 
 
-def _by_slack(piece: PieceWay, s: np.ndarray, slack: np.ndarray) -> np.ndarray:
+def _by_slack(piece: PiecePath, s: np.ndarray, slack: np.ndarray) -> np.ndarray:
     """Return what backlash that is wrongly described makes of the tip's place, (n, 2), cm."""
     return np.einsum("nkj,nj->nk", piece.at(s, piece.turns), piece.at(s, piece.sides) * slack)
 
 
-def missed_of(pieces: Sequence[PieceWay], seen: Sequence[PieceTrack]) -> list[PathMiss] | None:
+def missed_of(pieces: Sequence[PiecePath], seen: Sequence[PieceTrack]) -> list[PathMiss] | None:
     """By how much a stroke's pieces were missed; None if too little was seen of all of them.
 
     A piece of which too little was seen was missed as its neighbours were where they meet it.
@@ -143,12 +143,12 @@ def missed_of(pieces: Sequence[PieceWay], seen: Sequence[PieceTrack]) -> list[Pa
     return out
 
 
-def _vector(piece: PieceWay, miss: PathMiss, end: int) -> np.ndarray:
+def _vector(piece: PiecePath, miss: PathMiss, end: int) -> np.ndarray:
     """Return what was missed at an end, 0 or -1, (2,), cm."""
     return np.asarray(miss.across[end] * piece.left[end] + miss.along[end] * piece.ahead[end])
 
 
-def _bridged(piece: PieceWay, begin: np.ndarray, end: np.ndarray, unsure: float) -> PathMiss:
+def _bridged(piece: PiecePath, begin: np.ndarray, end: np.ndarray, unsure: float) -> PathMiss:
     """Return what was missed where that goes from one vector to another."""
     knots = none(piece).s
     share = (knots / piece.length)[:, None]
@@ -231,13 +231,13 @@ class Offsets:
         return [round(s, 4) for s in self.s.tolist()], np.round(self.q.T, 6).tolist()
 
 
-def none(piece: PieceWay) -> Offsets:
+def none(piece: PiecePath) -> Offsets:
     """Return the offsets of a piece of which nothing is learned."""
     count = int(np.clip(np.ceil(piece.length / KNOT_SPACING) + 1, *KNOT_COUNTS))
     return Offsets(np.linspace(0.0, piece.length, count), np.zeros((count, piece.turns.shape[2])))
 
 
-def corrected(piece: PieceWay, offsets: Offsets, miss: PathMiss) -> Offsets:
+def corrected(piece: PiecePath, offsets: Offsets, miss: PathMiss) -> Offsets:
     """Return offsets that take off what was missed."""
     # Backlash is taken off the joints' angles as it makes them wrong, the rest as a place is.
     slack = _by_slack(piece, miss.s, miss.slack)
@@ -255,7 +255,7 @@ def _units(vectors: np.ndarray) -> np.ndarray:
 
 
 def softened(
-    piece: PieceWay, offsets: Offsets, most: float = ACCELERATION_SHARE * MAX_ACCELERATION
+    piece: PiecePath, offsets: Offsets, most: float = ACCELERATION_SHARE * MAX_ACCELERATION
 ) -> Offsets:
     """Return offsets smoothed until they ask no joint for more acceleration, rad/s^2."""
     speed = np.gradient(piece.s, piece.t)
@@ -286,8 +286,8 @@ def joined(pieces: Sequence[Offsets], spread: float = 1.0) -> list[Offsets]:
     out = [Offsets(one.s, one.q.copy()) for one in pieces]
     for before, after in zip(out, out[1:], strict=False):
         half = (after.q[0] - before.q[-1]) / 2
-        for one, way, sign in ((before, before.s[-1] - before.s, 1), (after, after.s, -1)):
+        for one, path, sign in ((before, before.s[-1] - before.s, 1), (after, after.s, -1)):
             reach = min(spread, one.s[-1] / 2)
-            x = np.clip(1 - way / reach, 0.0, 1.0)
+            x = np.clip(1 - path / reach, 0.0, 1.0)
             one.q[:] += sign * (x * x * (3 - 2 * x))[:, None] * half
     return out

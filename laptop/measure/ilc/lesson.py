@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from laptop.measure.ilc.learning import Offsets, PathMiss, corrected, joined, softened
-from laptop.measure.ilc.way import PieceWay
+from laptop.measure.ilc.way import PiecePath
 from shared.arm_description import Arm
 
 MODEL_ERROR = 0.15
@@ -26,7 +26,7 @@ FLOOR_SHARE = 1.0
 
 
 @dataclass(frozen=True, eq=False)
-class Rehearsal:
+class Trial:
     """One, of one stroke.
 
     offsets  with which it was drawn, piece by piece
@@ -54,20 +54,20 @@ class Lesson:
     """What is learned of one stroke.
 
     Attributes:
-        pieces: its PieceWays.
+        pieces: its PiecePaths.
         floor: what two drawings of it differ by, about, rms, cm.
         first: offsets with which it began: none, or what was learned before.
         rehearsals: so far.
     """
 
-    pieces: Sequence[PieceWay]
+    pieces: Sequence[PiecePath]
     floor: float
     first: Sequence[Offsets]
-    rehearsals: list[Rehearsal] = field(default_factory=list)
+    rehearsals: list[Trial] = field(default_factory=list)
 
     def add(self, missed: Sequence[PathMiss]) -> None:
         """Take in a rehearsal that was drawn with `offsets`."""
-        self.rehearsals.append(Rehearsal(self.offsets, missed))
+        self.rehearsals.append(Trial(self.offsets, missed))
 
     @property
     def offsets(self) -> Sequence[Offsets]:
@@ -93,12 +93,12 @@ class Lesson:
         soft = [softened(piece, own) for piece, own in zip(self.pieces, means, strict=True)]
         return joined(soft)
 
-    def _noise(self, one: Rehearsal) -> float:
+    def _noise(self, one: Trial) -> float:
         """Mean square of what a rehearsal missed by chance, cm^2."""
         seen = max(miss.unsure for miss in one.missed)
         return self.floor**2 + seen**2
 
-    def _variance(self, one: Rehearsal) -> float:
+    def _variance(self, one: Trial) -> float:
         return self._noise(one) + (MODEL_ERROR * one.rms) ** 2
 
     @property
@@ -118,7 +118,7 @@ class Lesson:
         return bool(tried) and min(one.rms for one in tried) >= before.rms
 
 
-def floor(arm: Arm, pieces: Sequence[PieceWay]) -> float:
+def floor(arm: Arm, pieces: Sequence[PiecePath]) -> float:
     """Return what two drawings of a stroke differ by, about, rms, cm: encoders count degrees.
 
     An angle that is known to a count is wrong by a count / sqrt(12), rms.

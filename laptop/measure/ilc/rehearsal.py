@@ -13,10 +13,10 @@ import numpy as np
 from laptop.drawing import planning
 from laptop.drawing.preparing import DrawingPlan
 from laptop.measure.ilc.learning import Offsets, missed_of, none
-from laptop.measure.ilc.lesson import Lesson, Rehearsal, floor
-from laptop.measure.ilc.tracks import laid, tracks
+from laptop.measure.ilc.lesson import Lesson, Trial, floor
+from laptop.measure.ilc.tracks import aligned, tracks
 from laptop.measure.ilc.view import TipView
-from laptop.measure.ilc.way import ways_of
+from laptop.measure.ilc.way import paths_of
 from laptop.measure.measured_run import BadMeasurement, MeasuredRun, MeasuringRig
 from robot.jobs.learned import merged
 from shared import job
@@ -88,8 +88,8 @@ class Lessons:
 
     def __init__(self, plan: DrawingPlan, first: DrawingOffsets | None = None) -> None:
         self.plan = plan
-        self.ways = [ways_of(plan.arm, stroke.motions) for stroke in plan.strokes]
-        first = first or [[none(piece) for piece in stroke] for stroke in self.ways]
+        self.paths = [paths_of(plan.arm, stroke.motions) for stroke in plan.strokes]
+        first = first or [[none(piece) for piece in stroke] for stroke in self.paths]
         self._chains: list[list[int]] = []
         for k, stroke in enumerate(plan.strokes):
             if k and planning.is_joined(plan.strokes[k - 1], stroke):
@@ -98,7 +98,7 @@ class Lessons:
                 self._chains.append([k])
         self._lessons = []
         for chain in self._chains:
-            pieces = [piece for k in chain for piece in self.ways[k]]
+            pieces = [piece for k in chain for piece in self.paths[k]]
             begin = [piece for k in chain for piece in first[k]]
             self._lessons.append(Lesson(pieces, floor(plan.arm, pieces), begin))
 
@@ -110,8 +110,8 @@ class Lessons:
             own = list(lesson.offsets)
             strokes = []
             for k in chain:
-                strokes.append(own[: len(self.ways[k])])
-                del own[: len(self.ways[k])]
+                strokes.append(own[: len(self.paths[k])])
+                del own[: len(self.paths[k])]
             out += self._drawable(chain, strokes)
         return out
 
@@ -126,8 +126,8 @@ class Lessons:
         within: list[list[Offsets]] = []
         for k, pieces in zip(chain, strokes, strict=True):
             within.append([])
-            for way, own in zip(self.ways[k], pieces, strict=True):
-                q = way.at(own.s, way.q)
+            for path, own in zip(self.paths[k], pieces, strict=True):
+                q = path.at(own.s, path.q)
                 # (A path that is planned nearer to a limit stays where it is.)
                 moved = np.clip(q + own.q, np.minimum(low, q), np.maximum(high, q))
                 within[-1].append(Offsets(own.s, moved - q))
@@ -137,7 +137,7 @@ class Lessons:
                 for k, pieces in zip(chain, some, strict=True):
                     self._check(k, pieces)
                 return some
-        return [[none(piece) for piece in self.ways[k]] for k in chain]
+        return [[none(piece) for piece in self.paths[k]] for k in chain]
 
     def _check(self, k: int, pieces: Sequence[Offsets]) -> None:
         """Raise BadJob for offsets of a stroke that the brick would refuse."""
@@ -171,8 +171,8 @@ class Lessons:
         Raises:
             BadMeasurement: the camera saw too little of it.
         """
-        seen = tracks(run, view, self.ways, starts, camera)
-        every: list[Rehearsal] = []
+        seen = tracks(run, view, self.paths, starts, camera)
+        every: list[Trial] = []
         for chain, lesson in zip(self._chains, self._lessons, strict=True):
             found = missed_of(lesson.pieces, [track for k in chain for track in seen[k]])
             if found is None:
@@ -227,8 +227,8 @@ def rehearse(
             named.write_job(file, offsets, LOG_PERIOD)
             starts = [round(start, 2) for start in plan.estimate.starts]
             run = rig.measure(file, dry=False)
-            if view.to_lay:
-                view = laid(run, view, lessons.ways, starts, camera)
+            if view.to_align:
+                view = aligned(run, view, lessons.paths, starts, camera)
             steps.append(lessons.add(run, view, starts, camera))
             tell(steps[-1])
             if steps[-1].rms_mm > MAX_RMS_MM:

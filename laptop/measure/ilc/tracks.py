@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from laptop.measure.ilc.view import TipView
-from laptop.measure.ilc.way import PieceWay
+from laptop.measure.ilc.way import PiecePath
 from laptop.measure.measured_run import BadMeasurement, MeasuredRun
 
 STANDING_BEFORE, STANDING_AFTER = 0.3, 0.3
@@ -87,7 +87,7 @@ def _sights(run: MeasuredRun, camera: str, strokes: int) -> list[_StrokeSights]:
 def tracks(
     run: MeasuredRun,
     view: TipView,
-    strokes: Sequence[Sequence[PieceWay]],
+    strokes: Sequence[Sequence[PiecePath]],
     starts: Sequence[float],
     camera: str = "A",
 ) -> list[list[PieceTrack]]:
@@ -114,14 +114,14 @@ def tracks(
     return found
 
 
-def laid(
+def aligned(
     run: MeasuredRun,
     view: TipView,
-    strokes: Sequence[Sequence[PieceWay]],
+    strokes: Sequence[Sequence[PiecePath]],
     starts: Sequence[float],
     camera: str = "A",
 ) -> TipView:
-    """Return the view in which a first run lies best on what was wished, see TipView.laid.
+    """Return the view in which a first run lies best on what was wished, see TipView.aligned.
 
     Raises:
         BadMeasurement: the brick logged nothing of a stroke, or the camera saw next to nothing.
@@ -142,11 +142,11 @@ def laid(
         raise BadMeasurement(
             f"the camera saw the marker {len(every)} times: light the table, let nothing hide it"
         )
-    return view.laid(every, np.concatenate(headings), np.concatenate(wished))
+    return view.aligned(every, np.concatenate(headings), np.concatenate(wished))
 
 
 def _by_piece(
-    pieces: Sequence[PieceWay], t: np.ndarray, plan: np.ndarray, seen: np.ndarray, tips: np.ndarray
+    pieces: Sequence[PiecePath], t: np.ndarray, plan: np.ndarray, seen: np.ndarray, tips: np.ndarray
 ) -> list[PieceTrack]:
     """Share out what was seen at times among pieces, by the log's rows (t, plan)."""
     ends = np.cumsum([piece.duration for piece in pieces])

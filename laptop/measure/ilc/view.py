@@ -27,7 +27,7 @@ class TipView:
     offset  of the marker from the pen, in the last link's frame, (x, y), cm
     turn    of the arm's x from the board's, rad
     base    the arm's origin on the board, (x, y), cm
-    to_lay  turn and base are not known: see `laid`
+    to_align  turn and base are not known: see `aligned`
     """
 
     camera: TableCamera
@@ -35,7 +35,7 @@ class TipView:
     offset: tuple[float, float] = (0.0, 0.0)
     turn: float = 0.0
     base: tuple[float, float] = (0.0, 0.0)
-    to_lay: bool = False
+    to_align: bool = False
 
     def tips(self, pixels: np.ndarray, headings: np.ndarray) -> np.ndarray:
         """Return where the pen is in the arm's frame, (n, 2), cm; nan where it was not seen.
@@ -51,7 +51,7 @@ class TipView:
         c, s = np.cos(headings), np.sin(headings)
         return np.asarray(markers - np.stack([c * x - s * y, s * x + c * y], axis=1))
 
-    def laid(self, pixels: np.ndarray, headings: np.ndarray, p: np.ndarray) -> TipView:
+    def aligned(self, pixels: np.ndarray, headings: np.ndarray, p: np.ndarray) -> TipView:
         """Return the view in which what was seen lies best on where the pen was to be.
 
         So shape and size of what is missed are told, and not where all of it lies.
@@ -65,6 +65,6 @@ class TipView:
         c, s = np.cos(headings), np.sin(headings)
         wished = p + np.stack([c * x - s * y, s * x + c * y], axis=1)
         board = self.camera.to_table(pixels, self.height)
-        there = np.isfinite(board).all(axis=1)
-        turn, base = nearest_motion(wished[there], board[there])
-        return replace(self, turn=turn, base=base, to_lay=False)
+        seen = np.isfinite(board).all(axis=1)
+        turn, base = nearest_motion(wished[seen], board[seen])
+        return replace(self, turn=turn, base=base, to_align=False)

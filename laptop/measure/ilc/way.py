@@ -21,7 +21,7 @@ MIN_PLACES = 9
 
 
 @dataclass(frozen=True, eq=False)
-class PieceWay:
+class PiecePath:
     """A piece, place by place.
 
     Attributes:
@@ -66,7 +66,7 @@ class PieceWay:
         return out.reshape(len(s), *values.shape[1:])
 
 
-def ways_of(arm: Arm, motions: Sequence[Trajectory]) -> list[PieceWay]:
+def paths_of(arm: Arm, motions: Sequence[Trajectory]) -> list[PiecePath]:
     """Return the ways of a stroke's planned pieces.
 
     Args:
@@ -85,7 +85,7 @@ def ways_of(arm: Arm, motions: Sequence[Trajectory]) -> list[PieceWay]:
     return out
 
 
-def _way(arm: Arm, motion: Trajectory, backlash: BacklashCompensation) -> PieceWay:
+def _way(arm: Arm, motion: Trajectory, backlash: BacklashCompensation) -> PiecePath:
     times, segments, _ = motion.numbers()
     s, t, q, slopes = [], [], [], []
     whole = [(b - a) * (v + 0.5 * c * (b - a)) for a, b, (v, c, _, _) in _spans(times, segments)]
@@ -108,7 +108,7 @@ def _way(arm: Arm, motion: Trajectory, backlash: BacklashCompensation) -> PieceW
         begun += length
     jacobians = np.array([kinematics.jacobian(arm, pose) for pose in q])
     ahead = np.einsum("nij,nj->ni", jacobians, np.array(slopes))[:, :2]
-    return PieceWay(
+    return PiecePath(
         np.array(s),
         np.array(t),
         np.array([kinematics.forward(arm, pose)[:2] for pose in q]),

@@ -348,9 +348,9 @@ class CameraView:
         fresh = ink.points[0 if anew else count :]
         if fresh or anew:
             self._inked = ink.version, len(ink.points)
-            way = "".join(f"{'M' if p.begins else 'L'}{p.u:.1f} {p.v:.1f}" for p in fresh)
-            way = way.replace("L", "M", 1) if anew and way.startswith("L") else way
+            path = "".join(f"{'M' if p.begins else 'L'}{p.u:.1f} {p.v:.1f}" for p in fresh)
+            path = path.replace("L", "M", 1) if anew and path.startswith("L") else path
             k = self._shown.width / 640
             self._image.client.run_javascript(
-                f"showInk({self._image.id}, {json.dumps(way)}, {json.dumps(anew)}, {k:g})"
+                f"showInk({self._image.id}, {json.dumps(path)}, {json.dumps(anew)}, {k:g})"
             )

@@ -57,20 +57,20 @@ class TracingPart:
             self._is_hatched = drawing.is_hatched
             self._hatch.set_value(bool(drawing.is_hatched))
 
-    def _show_tracing(self, told: Tracing | None) -> None:
+    def _show_tracing(self, reported: Tracing | None) -> None:
         """Have the sliders show how the picture is drawn, unless a hand has moved them to that."""
-        if told == self._tracing:
+        if reported == self._tracing:
             return
-        self._tracing = told
+        self._tracing = reported
         for element in (self._tracing_box, self._style):
-            element.set_visibility(told is not None)
-        if told in self._traced:
-            del self._traced[: self._traced.index(told) + 1]
-        elif told:
+            element.set_visibility(reported is not None)
+        if reported in self._traced:
+            del self._traced[: self._traced.index(reported) + 1]
+        elif reported:
             self._traced.clear()
             for key, slider in self._sliders.items():
-                slider.set_value(getattr(told, key))
-            self._style.set_value(told.style)
+                slider.set_value(getattr(reported, key))
+            self._style.set_value(reported.style)
 
     async def _on_slider(self) -> None:
         """Draw the picture as a photo, which the sliders are for."""

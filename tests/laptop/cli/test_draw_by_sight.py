@@ -60,7 +60,9 @@ def test_what_was_rehearsed_is_kept_and_drawn_again(draw, tmp_path):
 
 
 def test_a_job_is_written_with_what_was_learned(draw, monkeypatch):
-    told = kept.Kept([[Offsets(np.array([0.0, 4.4721]), np.full((2, 2), 0.01))]], 2, 3.0, 0.5)
+    told = kept.StoredOffsets(
+        [[Offsets(np.array([0.0, 4.4721]), np.full((2, 2), 0.01))]], 2, 3.0, 0.5
+    )
     monkeypatch.setattr(kept, "find", lambda plan, emulated, notes: None if emulated else told)
     done = draw(*LINE, "--trials", "0", "--to", "a.job")
     assert done.exit_code == 0, done.output

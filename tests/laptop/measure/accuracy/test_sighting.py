@@ -12,8 +12,8 @@ from laptop.measure.accuracy.sighting import (
     BadSighting,
     Places,
     SeenMarker,
-    absorbed,
     nearest_stand,
+    without_common_error,
 )
 from laptop.measure.measured_run import MeasuredRun, Sights
 from laptop.see.serve.joint_track import marker_shift
@@ -134,7 +134,7 @@ def test_a_fitted_stand_takes_up_shifts_and_turns_but_no_stretching():
     poses.common[:, 0, 0] = 0.1  # all to the right
     poses.common[:, :, 1] = 0.02 * np.column_stack([-points[:, 1], points[:, 0]])  # a turn
     poses.common[:, :, 2] = 0.02 * (points - points.mean(axis=0))  # larger
-    left = absorbed(poses, poses).common
+    left = without_common_error(poses, poses).common
     assert np.abs(left[..., :2]).max() < 1e-12
     assert left[..., 2] == pytest.approx(poses.common[..., 2], abs=0.01)
     assert np.abs(left[..., 2]).max() > 0.05

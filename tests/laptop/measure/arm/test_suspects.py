@@ -7,7 +7,7 @@ import pytest
 import seen_arms
 
 from laptop.measure.arm.arm_fit import fit_arm
-from laptop.measure.arm.suspects import explain, loose_joint, suspects
+from laptop.measure.arm.suspects import explain, fault_hypotheses, loose_joint
 
 TABLE = seen_arms.table()
 COUNT = 30
@@ -47,7 +47,7 @@ def test_a_joint_that_slipped_is_named_with_its_time_and_angle(slipped):
     said = explain(slipped, COUNT, TIMES)
     assert said.startswith("the elbow slipped after pose 14 of 30, 70 s after the start, by ")
     assert said.endswith("mend it, home the arm and calibrate again; nothing was written")
-    (culprit,) = (one for one in suspects(slipped) if one.name == "elbow")
+    (culprit,) = (one for one in fault_hypotheses(slipped) if one.name == "elbow")
     assert math.degrees(culprit.size) == pytest.approx(4.0, abs=0.6)
     assert culprit.explained > 0.8
 

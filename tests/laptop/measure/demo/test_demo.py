@@ -220,7 +220,7 @@ def play(tmp_path, monkeypatch):
     monkeypatch.setenv("PIDS", str(pids))
     set_in_all(monkeypatch, "LAPTOP", (sys.executable, "-S", "-E", str(stand_in)))
     set_in_all(monkeypatch, "choose_goals", really_choose)
-    set_in_all(monkeypatch, "LOOK", 0.005)
+    set_in_all(monkeypatch, "POLL_PERIOD", 0.005)
     monkeypatch.setattr("laptop.record.servo.servo_files.draw", lambda *words: [])
 
     play_results = []
@@ -391,8 +391,8 @@ def test_the_comparison_may_fail(play):
 
 
 def test_the_comparison_is_not_waited_for_for_ever(play, monkeypatch):
-    set_in_all(monkeypatch, "ENDED", 0.3)
-    set_in_all(monkeypatch, "COMPARED", 0.0)
+    set_in_all(monkeypatch, "END_TIMEOUT", 0.3)
+    set_in_all(monkeypatch, "REPORT_TIMEOUT", 0.0)
     status, _ = play("rival hangs")
     assert status == 0
     assert "report's method hangs" in play.said
@@ -413,13 +413,13 @@ def test_a_program_that_fails_ends_the_demo_with_what_it_said(play, fault, told)
 
 
 def test_a_program_that_hangs_ends_the_demo(play, monkeypatch):
-    set_in_all(monkeypatch, "SERVOED", 0.2)
+    set_in_all(monkeypatch, "SERVO_TIMEOUT", 0.2)
     assert complains(play, "servo hangs", r"goal 1 hangs: not done after 0.2 s; see .*goal-1\.txt")
 
 
 def test_a_program_that_does_not_listen_is_killed(play, monkeypatch):
-    set_in_all(monkeypatch, "ENDED", 0.3)
-    set_in_all(monkeypatch, "SERVOED", 0.2)
+    set_in_all(monkeypatch, "END_TIMEOUT", 0.3)
+    set_in_all(monkeypatch, "SERVO_TIMEOUT", 0.2)
     assert complains(play, "deaf servo", "goal 1 hangs")
 
 

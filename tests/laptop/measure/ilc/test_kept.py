@@ -28,7 +28,7 @@ def plan(tmp_path, monkeypatch):
 
 @pytest.fixture
 def learned(plan):
-    ((way,),) = Lessons(plan).ways
+    ((way,),) = Lessons(plan).paths
     blank = none(way)
     offsets = Offsets(blank.s, blank.q + np.outer(np.sin(blank.s), [0.01, -0.02]))
     return Learned([[offsets]], [Step(1, 3.0, 5.0), Step(2, 0.5, 0.9)], 0.3, "", False)

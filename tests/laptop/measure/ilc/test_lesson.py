@@ -7,7 +7,7 @@ from arms import PLANAR as ARM
 from laptop.measure.ilc import learning
 from laptop.measure.ilc.lesson import Lesson, floor
 from laptop.measure.ilc.tracks import PieceTrack
-from laptop.measure.ilc.way import ways_of
+from laptop.measure.ilc.way import paths_of
 from robot.motion import kinematics, paths, trajectory
 
 BUILT = ARM._replace(joints=(ARM.joints[0]._replace(link=11.7), ARM.joints[1]._replace(link=9.2)))
@@ -15,7 +15,7 @@ BUILT = ARM._replace(joints=(ARM.joints[0]._replace(link=11.7), ARM.joints[1]._r
 
 @pytest.fixture
 def pieces():
-    return ways_of(ARM, trajectory.plan(ARM, paths.polyline([(10.0, 0.0), (5.0, 10.0)])))
+    return paths_of(ARM, trajectory.plan(ARM, paths.polyline([(10.0, 0.0), (5.0, 10.0)])))
 
 
 def drawn(piece, offsets, luck, noise=0.05):

@@ -78,7 +78,7 @@ def test_what_is_far_off_is_no_lesson():
 
 def test_what_the_arm_may_not_do_is_learned_in_part():
     plan = short_line()
-    ((way,),) = Lessons(plan).ways
+    ((way,),) = Lessons(plan).paths
     s = np.linspace(0, way.length, 20)
     far = Offsets(s, np.full((20, 2), np.radians(30)))  # beyond what the brick takes
     lessons = Lessons(plan)
@@ -88,7 +88,7 @@ def test_what_the_arm_may_not_do_is_learned_in_part():
 
 def test_what_is_learned_stays_within_the_limits_of_the_joints():
     plan = short_line()
-    ((way,),) = Lessons(plan).ways
+    ((way,),) = Lessons(plan).paths
     shoulder, elbow = ARM.joints
     upper = way.q[:, 0].max() + np.radians(2)
     tight = replace(plan, arm=ARM._replace(joints=(shoulder._replace(upper=upper), elbow)))
@@ -100,7 +100,7 @@ def test_what_is_learned_stays_within_the_limits_of_the_joints():
 
 def test_where_nothing_is_learned_a_path_beside_a_limit_stays_where_it_is():
     plan = short_line()
-    ((way,),) = Lessons(plan).ways
+    ((way,),) = Lessons(plan).paths
     shoulder, elbow = ARM.joints
     limit = shoulder._replace(upper=way.q[:, 0].max() + np.radians(0.01))
     ((some,),) = Lessons(replace(plan, arm=ARM._replace(joints=(limit, elbow)))).offsets
@@ -111,7 +111,7 @@ def test_of_strokes_that_are_joined_as_much_is_learned_of_each():
     lines = (np.array([(10.0, 1.0), (9.0, 3.0)]), np.array([(9.0, 3.0), (10.0, 5.0)]))
     artwork = Artwork("hook", lines, ("", ""))
     plan = prepare(artwork, ARM, in_place(artwork, DrawingOptions()))
-    first, second = (stroke for (stroke,) in Lessons(plan).ways)
+    first, second = (stroke for (stroke,) in Lessons(plan).paths)
     begin = np.radians(18)
     ends = ((first, begin), (second, np.radians(30)))  # the brick takes 20
     wished = [
@@ -156,5 +156,5 @@ def test_the_real_tracker_teaches_as_well():
 
 def test_the_bench_plans_its_paths_where_they_are():
     rig = AgeingRig(IlcCase(1, "planar", "circle"))
-    ((way, *_), *_) = Lessons(plan_of(rig.arm, "circle")).ways
+    ((way, *_), *_) = Lessons(plan_of(rig.arm, "circle")).paths
     assert np.linalg.norm(way.p - [11, 4], axis=1) == pytest.approx(np.full(len(way.p), 3), abs=0.1)

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from arms import PLANAR as ARM
 
-from laptop.measure.ilc.tracks import laid, tracks
+from laptop.measure.ilc.tracks import aligned, tracks
 from laptop.measure.ilc.view import TipView
-from laptop.measure.ilc.way import ways_of
+from laptop.measure.ilc.way import paths_of
 from laptop.measure.measured_run import BadMeasurement, MeasuredRun, Sights
 from robot.motion import paths, trajectory
 from shared.job_log import LogRow
@@ -25,7 +25,7 @@ class Plain:
 @pytest.fixture(scope="module")
 def pieces():
     corner = paths.pieces_of([(10.0, 0.0), (7.0, 6.0), (12.0, 8.0)])
-    return ways_of(ARM, trajectory.plan(ARM, corner))
+    return paths_of(ARM, trajectory.plan(ARM, corner))
 
 
 def run_of(pieces, unseen=()):
@@ -72,8 +72,8 @@ def test_a_stroke_that_was_not_logged_is_told(pieces):
 
 def test_of_too_few_sights_nobody_tells_how_the_arm_stands(pieces):
     run = run_of(pieces)
-    view = TipView(Plain(), to_lay=True)
-    assert laid(run, view, [pieces], [START]).base == pytest.approx((0.0, 0.0), abs=0.05)
+    view = TipView(Plain(), to_align=True)
+    assert aligned(run, view, [pieces], [START]).base == pytest.approx((0.0, 0.0), abs=0.05)
     run.sights["A"].pixels[4:] = np.nan
     with pytest.raises(BadMeasurement, match="the camera saw the marker 4 times: light the table"):
-        laid(run, view, [pieces], [START])
+        aligned(run, view, [pieces], [START])

@@ -39,10 +39,10 @@ def test_the_pen_is_beside_the_marker_in_the_frame_of_the_arm():
 
 
 def test_how_the_arm_stands_is_told_by_what_was_to_be_drawn():
-    unknown = replace(VIEW, turn=0.0, base=(0.0, 0.0), to_lay=True)
+    unknown = replace(VIEW, turn=0.0, base=(0.0, 0.0), to_align=True)
     pixels = pixels_of(PLACES, HEADINGS, VIEW)
     pixels[1] = np.nan  # it was not seen there
-    laid = unknown.laid(pixels, HEADINGS, PLACES)
+    laid = unknown.aligned(pixels, HEADINGS, PLACES)
     assert laid.turn == pytest.approx(VIEW.turn)
     assert laid.base == pytest.approx(VIEW.base)
-    assert not laid.to_lay
+    assert not laid.to_align

@@ -32,4 +32,4 @@ def test_a_verdict_of_the_table_is_told_on_the_page_and_in_its_report(word, monk
 
 def test_the_drawings_that_are_shown_first_come_along():
     card = pytest.importorskip("laptop.page.cards.draw")
-    assert set(card.SHOWN_FIRST) <= set(gallery())
+    assert set(card.FIRST_DRAWINGS) <= set(gallery())
