@@ -39,7 +39,8 @@ def overlay(
         shown: the image, and what was found in it.
         mask: the marker whose pixels are shown, or "".
         windows: whether search windows are shown.
-        drag: what the pointer draws just now, px; `box`: a rectangle, else a path.
+        drag: what the pointer draws just now, px.
+        box: that is a rectangle, else a path.
     """
     k = shown.width / 640
     names = [mark.name for mark in shown.marks]

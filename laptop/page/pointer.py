@@ -27,8 +27,10 @@ class Pointer:
         """Return the points of a drag that ends here, or the one of a click; [] if none ends.
 
         Args:
-            kind: type of the pointer event; `button`, `buttons`: as in it.
+            kind: type of the pointer event.
             point: px.
+            button: that has changed, as in the event.
+            buttons: that are pressed, a bit each, as in the event.
         """
         if kind == "pointerdown" and button == 0:
             self.drag, self._unpressed = [point], 0

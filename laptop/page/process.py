@@ -86,7 +86,8 @@ def listen_for_stop(host: str, port: int) -> socket.socket:
     """Return a socket for the gate of STOP: at the port after the page's, or else at any.
 
     Args:
-        host, port: where the page listens.
+        host: address where the page listens.
+        port: and its TCP port.
     """
     try:
         return listen(host, port + 1 if port < 65535 else 0)
@@ -100,7 +101,8 @@ def hosts(host: str, port: int) -> list[str]:
     By other names somebody else may have led them here.
 
     Args:
-        host, port: where the page listens.
+        host: address where the page listens.
+        port: and its TCP port.
     """
     if host in ANY_HOST:
         names = ["localhost", HOST, *own_addresses(), socket.gethostname()]

@@ -1,9 +1,16 @@
-"""The pulse between page and browsers: who hears it is not cut off, and who answers is there.
+"""Pulse between page and browsers: how the page knows that a browser is there.
 
-A page also says when it is closed, or goes into the background: then it is known why it is silent.
-Each beat goes to a browser only after the tracker has answered, so that it vouches for the whole
-way; a browser sends it back at once.  How long ago the beat was sent that a browser has sent back
-last is how old everything may be that it has seen.
+Each beat goes to a browser only after the tracker has answered, so it vouches for the whole path.
+It carries the time t at which it is sent, by this computer's monotonic clock.  A browser sends t
+back at once.  So no two clocks are compared, and delays on the path count as silence:
+
+    age = now - t of the newest echo
+
+is an upper bound of the age of all that the browser has seen.  This is a heartbeat failure detector
+(T. Chandra and S. Toueg, 1996): silence alone cannot tell a dead browser from a slow one.  A
+connection that is open does not do instead: TCP notices a network that is cut only after minutes.
+Nor does an event that the page sends as it closes, which may get lost.  A page still reports that
+it is closed, hidden or asleep: not to decide, but to say why it is silent (see `silence`).
 """
 
 from __future__ import annotations

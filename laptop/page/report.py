@@ -36,6 +36,7 @@ def render(group: RunGroup, kept: Path | None = None, why_not_kept: str = "") ->
     Slow, and to be called by one thread at a time: matplotlib's style is everybody's.
 
     Args:
+        group: the runs.
         kept: the folder in which it is kept; None: it is not.
         why_not_kept: it could not be, a sentence for the report.
 

@@ -49,6 +49,8 @@ class RpcClient:
 
         Args:
             method: of one of the groups in `laptop.page.interface`, e.g. RunCalls.aim.
+            *args: of the method, which can be pickled.
+            **kwargs: the same.
 
         Raises:
             EOFError, OSError: there is no controller any more.

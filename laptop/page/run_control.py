@@ -178,7 +178,9 @@ class RunControl:
         """Send the tip to the goal, or on along the path.
 
         Args:
-            method, mode, rows: words, see `shared.run_options`.
+            method: name of the control method, see `shared.run_options`.
+            mode: a word, see there.
+            rows: a word, see there.
             tolerance: distance from the goal, px, that is near enough.
             budget: time for the run, s.
             follow: the goal's marker moves.

@@ -124,6 +124,7 @@ class RunRecorder:
         """Take up the brick's status.
 
         Args:
+            status: the newest.
             t: when it was received, s.
             brick: its address.
             order: number of the order that it obeys, 0 if it is none from here; the runs of one

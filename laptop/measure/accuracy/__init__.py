@@ -1,1 +1,13 @@
-"""How accurately an arm goes to poses and along paths, after ISO 9283, measured by cameras."""
+"""Accuracy of an arm at poses and along paths, after ISO 9283, measured by cameras.
+
+In: an arm, calibrated cameras, a rig.  Out: accuracy and repeatability, mm, with uncertainties.
+Begin with `measurement`.
+
+plan         poses and paths of the test, and its job
+sighting     from pixels to the tip's places in the arm's frame, with covariances
+crossings    crossings of planes across a path
+criteria     the standard's figures
+measurement  the test: run, evaluation, uncertainties by Monte Carlo
+report       the run's tables and files; `plots` draws its page
+emulated     cameras and a rig for an emulated arm; `truth` is what it truly did
+"""

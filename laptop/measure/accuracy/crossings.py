@@ -1,4 +1,4 @@
-"""Where the tip crosses planes across a line or a circle.  Pure; lengths are cm.
+"""Crossings of planes across a line or a circle by the tip.  Pure; lengths are cm.
 
 By the way along the path, not by time: what a clock or a slow start does, does not count here.
 """
@@ -177,7 +177,14 @@ def crossings(
     window, weights = _crossing_weights(np.flatnonzero(good), s, before, at)
     found = np.einsum("pk,pkd->pd", weights, values[window])
     found[~seen] = np.nan
-    # Who errs along the path finds the plane elsewhere, and there the tip is elsewhere across it.
+    # The projector across the path.  A place is p = s t + A^T y, with the tangent t and the axes A
+    # (d - 1, d) across it, A t = 0.  The plane s = s0 is crossed at y(s0).  An error e of a place
+    # has a part across, A e, and a part along, t . e, by which s is wrong, too: the plane is found
+    # that much elsewhere, where y differs by the slope m = dy/ds.  So dy = (A - m t^T) e.  This is
+    # the oblique projector along the tip's own direction t + A^T m, for which it is 0: to move a
+    # sight along the way that the tip goes changes no crossing.  The orthogonal projector A alone
+    # would do for m = 0 only.  The noise follows by first order: S C S^T with S = A - m t^T (ISO
+    # GUM, 5.2).
     ends = window[:, 0], window[:, -1]
     with np.errstate(divide="ignore", invalid="ignore"):
         slope = (values[ends[1]] - values[ends[0]]) / (s[ends[1]] - s[ends[0]])[:, None]

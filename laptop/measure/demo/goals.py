@@ -125,7 +125,7 @@ def scene_text(chain: str, seed: int, place: Sequence[float] = ()) -> str:
 
 
 def choose_goals(arm: Arm, seed: int) -> tuple[str, list[Goal]]:
-    """The scene's text, and the goals: its marker, and pixels of every camera.
+    """Return the scene's text, and the goals: its marker, and pixels of every camera.
 
     They are where the tip is seen in postures inside the joint limits, away from singular ones, and
     apart from one another and from where the driver leaves the tip: all can be reached, and the tip
@@ -162,13 +162,13 @@ def choose_goals(arm: Arm, seed: int) -> tuple[str, list[Goal]]:
 
 
 def _told(rig: CameraRig, pixels: Vector) -> tuple[str, ...]:
-    """A goal in words: a pixel, or one of each camera."""
+    """Write a goal in words: a pixel, or one of each camera."""
     pairs = zip(rig, pixels[::2], pixels[1::2], strict=True)
     return tuple(f"{f'{name}:' * (len(rig) > 1)}{u:.1f},{v:.1f}" for name, u, v in pairs)
 
 
 def _read(reported: Sequence[str]) -> Vector:
-    """The pixels of such words."""
+    """Return the pixels of such words."""
     return tuple(float(part) for words in reported for part in words.split(":")[-1].split(","))
 
 

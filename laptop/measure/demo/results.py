@@ -122,7 +122,7 @@ HEADINGS = (
 
 
 def table(demo: DemoResult) -> Table:
-    """The outcome, for a terminal."""
+    """Return the outcome, for a terminal."""
     shown = Table(*HEADINGS, box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
     for number, column in enumerate(shown.columns):
         column.no_wrap = True

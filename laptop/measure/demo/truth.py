@@ -71,7 +71,7 @@ def run_of_goal(rig: CameraRig, goal: Goal, home: Path, program: ChildProcess) -
 
 
 def ink_in_space(rig: CameraRig, rows: Sequence[TracePoint]) -> list[np.ndarray]:
-    """The lines drawn in the air: x, y, z (cm) and the pixels of each camera, point by point.
+    """Return the lines drawn in the air, point by point: x, y, z (cm), pixels of each camera.
 
     In the plane the pictures show the ink itself.
     """

@@ -11,6 +11,7 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -134,7 +135,9 @@ def _digest(value: object) -> str:
     return hashlib.sha256(json.dumps(value).encode()).hexdigest()[:32]
 
 
-def _read_offsets(plan: DrawingPlan, reported: Sequence[Sequence[tuple[Any, Any]]]) -> DrawingOffsets:
+def _read_offsets(
+    plan: DrawingPlan, reported: Sequence[Sequence[tuple[Any, Any]]]
+) -> DrawingOffsets:
     """Offsets of a file, which are those of the drawing's pieces."""
     out = []
     for own, paths in zip(reported, Lessons(plan).paths, strict=True):

@@ -1,10 +1,14 @@
-"""What rehearsals of one stroke teach, all of them together; and when that is all.  Pure.
+"""Offsets of one stroke from all its rehearsals together; and when to stop.  Pure.
 
 Each rehearsal says where the offsets should be: where they were, less what was missed.  It is wrong
 by what two drawings of one stroke differ by anyway, and by a share of what was missed.  So the
 offsets to come are the mean of what all rehearsals say, each weighed by how sure it is; and of
 those that the stroke began with, weighed by how much there is to learn at all.  A rehearsal that
 went wrong hardly counts, and what is learned does not swing from one to the next.
+
+With w_k the inverse variance of rehearsal k, the offsets are sum w_k (u_k - J^+ Q e_k) / sum w_k:
+the minimum variance estimate of independent ones (Gauss and Markov).  The classic law takes the
+last rehearsal alone (see `learning`); then its chance errors would be drawn the next time.
 """
 
 from __future__ import annotations

@@ -148,7 +148,8 @@ class BrowserSession:
         """Use the chosen tool in an image.
 
         Args:
-            camera: its name; `index`: of the frame.
+            camera: its name.
+            index: number of the frame.
             points: a click, or the points of a drag, px.
         """
         if self.tool == AIM:
