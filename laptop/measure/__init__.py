@@ -10,5 +10,4 @@ demo/          all at once, on this computer alone
 measured_run   data of a run: motors by the brick, the marker by cameras; the rig's protocol
 live_rig       a rig of a real brick and live cameras
 emulated_rig   a rig of an emulated brick and cameras
-plane_motion   rigid fit in the plane
 """

@@ -1,4 +1,14 @@
-"""The rigid motion in the plane by which points come nearest to others.  Pure."""
+"""Rigid fit in the plane: the motion by which points come nearest to others.  Pure.
+
+Given points a_i and goals b_i, find the turn R and shift t that minimise sum |R a_i + t - b_i|^2.
+The best shift takes the mean of the points to that of the goals, whatever R is.  With both means
+taken off, R maximises trace(R sum a_i b_i^T).  In general that takes a singular value decomposition
+and a check that R is no reflection (W. Kabsch, Acta Cryst. A32, 1976; S. Umeyama, PAMI 13, 1991).
+In the plane it is a closed form: the trace is C cos(turn) + S sin(turn) with C = sum a_i . b_i and
+S = sum a_i x b_i, which is greatest at turn = atan2(S, C).  No reflection can come of that, and no
+iteration is needed.  A fitted scale (a similarity) would hide that links are too long or a board
+is printed too small, so it is left at 1.
+"""
 
 from __future__ import annotations
 
@@ -18,11 +28,6 @@ class PlaneMotion(NamedTuple):
         return np.asarray(points @ rotation(self.turn).T + self.shift)
 
 
-# The rotation of least squares between two sets of paired points (W. Kabsch, 1976), in the plane:
-# with both sets about their means, sum |R a - b|^2 is least where sum (R a) . b is greatest, at
-#     turn = atan2(sum a x b, sum a . b),
-# and the shift takes one mean to the other: no first guess, no iteration, and never a mirror image,
-# which the singular values of the usual way in space would have to be kept from.
 def nearest_motion(points: np.ndarray, goals: np.ndarray) -> PlaneMotion:
     """Return the motion of points (n, 2), cm, that leaves least squares to goals (n, 2)."""
     a, b = points - points.mean(axis=0), goals - goals.mean(axis=0)
