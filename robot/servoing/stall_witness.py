@@ -110,26 +110,31 @@ def residual_motion(known, frames, moving, q, s, k, backlash):
     return Residual(off, doubt, columns[k] if is_known else None)
 
 
-def observed_turn(rests, least):
+def observed_turn(residuals, least):
     # type: (Sequence[Residual], float) -> Optional[float]
     """Return the turn of a joint that does not count, as the cameras agree on it.
 
     Args:
-        rests: residuals, one of each camera.
+        residuals: one of each camera, px.
         least: angle that it would have turned by, could it turn, rad.
 
     Returns:
         its turn, rad; 0.0: it stands; None: they do not agree
     """
-    informative = [(rest, rest.column) for rest in rests if rest.column is not None]
+    informative = [
+        (residual, residual.column) for residual in residuals if residual.column is not None
+    ]
     if not informative:
         return None
-    weight = sum([dot(column, column) / rest.doubt**2 for rest, column in informative])
-    turn = sum([dot(rest.off, column) / rest.doubt**2 for rest, column in informative]) / weight
+    weight = sum([dot(column, column) / residual.doubt**2 for residual, column in informative])
+    turn = (
+        sum([dot(residual.off, column) / residual.doubt**2 for residual, column in informative])
+        / weight
+    )
     doubt = 1 / math.sqrt(weight)
-    for rest, column in informative:
-        misfit = length([o - turn * c for o, c in zip(rest.off, column)])
-        if misfit > rest.doubt * max(1.0, MAX_MISFIT_SHARE * abs(turn) / doubt):
+    for residual, column in informative:
+        misfit = length([o - turn * c for o, c in zip(residual.off, column)])
+        if misfit > residual.doubt * max(1.0, MAX_MISFIT_SHARE * abs(turn) / doubt):
             return None
     if abs(turn) > max(doubt, least):
         return turn
@@ -175,7 +180,7 @@ def explain_stall(
     while now() < stopped_at + SAMPLE_TIME:
         receive(SAMPLE_PAUSE)
     backlash = [joint.backlash for joint in joints]
-    rests = {}  # type: Dict[str, Residual]
+    by_camera = {}  # type: Dict[str, Residual]
     for camera in sorted({place[0] for place in seen}):
         known = servo.known(camera)
         ends = [s for c, t, s, _ in sightings.seen if c == camera and t > stopped_at + REST_TIME]
@@ -187,9 +192,9 @@ def explain_stall(
             for moving, frames in _anchors(seen, camera, history, counted_at)
         ]
         if residuals:
-            rests[camera] = min(residuals, key=lambda rest: rest.doubt)
-    turn = observed_turn(list(rests.values()), min(error.angle, MAX_DETECTION_ANGLE))
-    return str(error) if turn is None else _stall_text(error, turn, sorted(rests))
+            by_camera[camera] = min(residuals, key=lambda residual: residual.doubt)
+    turn = observed_turn(list(by_camera.values()), min(error.angle, MAX_DETECTION_ANGLE))
+    return str(error) if turn is None else _stall_text(error, turn, sorted(by_camera))
 
 
 def _anchors(seen, camera, history, counted_at):
