@@ -157,7 +157,10 @@ class Driver(object):
         merged = []  # type: List[List[Piece]]
         for stroke in strokes:
             pieces = paths.pieces_of(stroke)
-            if merged and kinematics.distance(merged[-1][-1][-1], pieces[0][0]) < paths.SAME_PLACE:
+            if (
+                merged
+                and kinematics.distance(merged[-1][-1][-1], pieces[0][0]) < paths.MIN_POINT_DISTANCE
+            ):
                 merged[-1].extend(pieces)
             else:
                 merged.append(pieces)

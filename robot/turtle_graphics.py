@@ -346,7 +346,7 @@ class Turtle(object):
         if not self._is_down:
             return
         end = self._place(x, y)
-        if max(map(abs, end)) > paths.FARTHEST:
+        if max(map(abs, end)) > paths.MAX_COORDINATE:
             raise BadTurtle("{}{} goes farther than any arm".format(_caller(), text))
         if not self._points:
             self._points.append(start)

@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 
 from laptop.drawing.artwork import turns
-from robot.motion.paths import CORNER
+from robot.motion.paths import MIN_CORNER_ANGLE
 
 PEN_WIDTH = 0.03
 """Length below which a stroke is a dot, and to which that is drawn, cm."""
@@ -115,11 +115,11 @@ def _sharp(points: np.ndarray, tolerance: float) -> np.ndarray:
     Without the noise's points a narrow bend would have corners; with them any line.
     """
     sharp = np.zeros(len(points), bool)
-    sharp[1:-1] = turns(points) > CORNER
+    sharp[1:-1] = turns(points) > MIN_CORNER_ANGLE
     if sharp.any():
         kept = np.flatnonzero(_needed(points, NOISE_SHARE * tolerance))
         clean = np.zeros(len(points), bool)
-        clean[kept[1:-1]] = turns(points[kept]) > CORNER
+        clean[kept[1:-1]] = turns(points[kept]) > MIN_CORNER_ANGLE
         sharp &= clean
     return sharp
 

@@ -125,7 +125,7 @@ class _Run:
         if any(joint.park_angle is not None for joint in self._joints):
             try:
                 for place in parking.way_down(self._arm, self._q):
-                    self._go(place, parking.SPEED)
+                    self._go(place, parking.PARKING_SPEED)
             except kinematics.Unreachable:
                 pass  # it is held where it is
 

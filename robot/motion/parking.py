@@ -13,10 +13,10 @@ if MYPY:
 TABLE_CLEARANCE = 1.0
 """Elbow and tip go no lower than this above the table on the way, cm; or than where they begin."""
 
-SLACK = 0.1
+HEIGHT_SLACK = 0.1
 """An arm knows no better how high it stands, cm: by so much its way may go lower."""
 
-SPEED, STAGES = 0.3, 40
+PARKING_SPEED, SAMPLES_PER_MOVE = 0.3, 40
 """Share of full speed on the way down, and places looked at on each of its moves."""
 
 
@@ -31,7 +31,7 @@ def go_low(robot):
     if all(joint.park_angle is None for joint in description.joints):
         return False
     for place in way_down(description, robot.angles()):
-        robot.go_to(place, SPEED)
+        robot.go_to(place, PARKING_SPEED)
     return True
 
 
@@ -72,11 +72,11 @@ def way_down(arm, q):
 def _is_free(arm, way):
     # type: (Arm, Sequence[Pose]) -> bool
     """Return True if elbow and tip keep off the table on the straight joint moves of a way."""
-    lowest = min(TABLE_CLEARANCE, _clearance(arm, way[0])) - SLACK
+    lowest = min(TABLE_CLEARANCE, _clearance(arm, way[0])) - HEIGHT_SLACK
     return all(
-        _clearance(arm, [x + (y - x) * k / float(STAGES) for x, y in zip(a, b)]) > lowest
+        _clearance(arm, [x + (y - x) * k / float(SAMPLES_PER_MOVE) for x, y in zip(a, b)]) > lowest
         for a, b in zip(way, way[1:])
-        for k in range(STAGES + 1)
+        for k in range(SAMPLES_PER_MOVE + 1)
     )
 
 

@@ -19,22 +19,22 @@ if MYPY:
 
     Piece = Sequence[FixedPoint]  # points, cm
 
-SPACING = 0.05
+POINT_SPACING = 0.05
 """Distance between the points of what is curved, cm."""
 
-LONGEST_ARC = 200.0
+MAX_ARC_LENGTH = 200.0
 """Between two points, cm."""
 
 
-CORNER = math.radians(20)
+MIN_CORNER_ANGLE = math.radians(20)
 """A stroke that turns by more at a point has a corner there, rad; what turns less is a curve."""
 
-COS_CORNER = math.cos(CORNER)
+COS_MIN_CORNER = math.cos(MIN_CORNER_ANGLE)
 
-SAME_PLACE = 1e-6
+MIN_POINT_DISTANCE = 1e-6
 """Points nearer to one another are one, cm."""
 
-FARTHEST = 1000.0
+MAX_COORDINATE = 1000.0
 """Greatest coordinate of a point, cm: no arm reaches so far, and its square is a number."""
 
 
@@ -54,13 +54,13 @@ def _checked(points, fewest, what):
                     what, ", ".join(map(str, point))
                 )
             )
-        if max(map(abs, point)) > FARTHEST:
+        if max(map(abs, point)) > MAX_COORDINATE:
             raise BadPath(
                 "{} has the point ({}), farther than {:g} cm away; give a place that the arm can "
-                "reach, in cm".format(what, _numbers(point), FARTHEST)
+                "reach, in cm".format(what, _numbers(point), MAX_COORDINATE)
             )
     for a, b in zip(places, places[1:]):
-        if kinematics.distance(a, b) < SAME_PLACE:
+        if kinematics.distance(a, b) < MIN_POINT_DISTANCE:
             raise BadPath(
                 "{} has the point ({}) twice in a row; leave one out".format(what, _numbers(a))
             )
@@ -102,7 +102,7 @@ def pieces_of(points):
     """
     places = [tuple(map(float, point)) for point in points]
     apart = places[:1] + [
-        b for a, b in zip(places, places[1:]) if not kinematics.distance(a, b) < SAME_PLACE
+        b for a, b in zip(places, places[1:]) if not kinematics.distance(a, b) < MIN_POINT_DISTANCE
     ]
     apart = _checked(apart, 2, "a stroke")
     ways = [
@@ -111,7 +111,7 @@ def pieces_of(points):
     ]
     pieces, first = [], 0  # type: List[Piece], int
     for k, (way, after) in enumerate(zip(ways, ways[1:]), 1):
-        if sum([u * v for u, v in zip(way, after)]) < COS_CORNER:
+        if sum([u * v for u, v in zip(way, after)]) < COS_MIN_CORNER:
             pieces.append(tuple(apart[first : k + 1]))
             first = k
     return pieces + [tuple(apart[first:])]
@@ -144,15 +144,15 @@ def rectangle(corner, opposite):
 def circle(centre, radius):
     # type: (Point, float) -> List[Piece]
     """The piece once round `centre`, counter-clockwise, from the point nearest to the base."""
-    if not 0 < radius <= FARTHEST:
+    if not 0 < radius <= MAX_COORDINATE:
         raise BadPath(
             "a circle of radius {:g} cm is none; give more than 0 and at most {:g}".format(
-                radius, FARTHEST
+                radius, MAX_COORDINATE
             )
         )
     _checked([centre], 1, "a circle")
     start = math.atan2(-centre[1], -centre[0])
-    n = max(24, int(math.ceil(2 * math.pi * radius / SPACING)))
+    n = max(24, int(math.ceil(2 * math.pi * radius / POINT_SPACING)))
     return [
         tuple(
             (
@@ -184,12 +184,12 @@ def arc(points):
         if i < last:
             circles.append(_Circle(a, b, level[i + 2], first=True))
         length = max(circle.length for circle in circles)
-        if length > LONGEST_ARC:
+        if length > MAX_ARC_LENGTH:
             raise BadPath(
                 "the arc near ({:g}, {:g}) would be {:.0f} cm long, more than {:g} is no drawing; "
-                "give its points in order".format(a[0], a[1], length, LONGEST_ARC)
+                "give its points in order".format(a[0], a[1], length, MAX_ARC_LENGTH)
             )
-        n = max(2, int(math.ceil(length / SPACING)))
+        n = max(2, int(math.ceil(length / POINT_SPACING)))
         for k in range(1, n + 1):
             t = k / float(n)
             p, r = circles[0].at(t), circles[-1].at(t)
@@ -242,10 +242,10 @@ def _bearing(centre, p):
 
 def spread(piece):
     # type: (Piece) -> List[FixedPoint]
-    """The piece's points at most SPACING apart, ends and given points included, at least three."""
+    """Return at least three points along a piece, its own included, at most POINT_SPACING apart."""
     out = [tuple(piece[0])]
     for a, b in zip(piece, piece[1:]):
-        n = int(math.ceil(kinematics.distance(a, b) / SPACING))
+        n = int(math.ceil(kinematics.distance(a, b) / POINT_SPACING))
         n = max(n, 2 if len(piece) == 2 else 1)
         for k in range(1, n + 1):
             out.append(tuple(u + (v - u) * k / float(n) for u, v in zip(a, b)))

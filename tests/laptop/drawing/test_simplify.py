@@ -11,7 +11,7 @@ from laptop.drawing import simplify
 from laptop.drawing.artwork import turns
 from laptop.record.figures.line_accuracy import distances
 from robot.motion import kinematics, trajectory
-from robot.motion.paths import CORNER
+from robot.motion.paths import MIN_CORNER_ANGLE
 
 TOLERANCE = 0.01
 
@@ -56,7 +56,7 @@ def test_a_dense_circle_stays_one_smooth_piece_with_few_points(radius):
     dense = circle(radius, 4001)
     (piece,) = simplify.pieces(dense, TOLERANCE)
     assert len(piece) < 62 + 2 * math.pi * radius / simplify.CURVE_STEP + 2
-    assert turns(piece).max() < CORNER / 2
+    assert turns(piece).max() < MIN_CORNER_ANGLE / 2
     assert greatest_mm(dense, [piece]) < 0.1
 
 
