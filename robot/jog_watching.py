@@ -10,7 +10,15 @@ of the frames: they must agree to what noise explains.
 """
 
 from robot.motion import mounting
-from robot.motion.jog_views import CLEAR, Jog, NotSeen, View, check_size, has_moved, place
+from robot.motion.jog_views import (
+    MIN_SIGNAL_TO_NOISE,
+    Jog,
+    NotSeen,
+    View,
+    check_size,
+    has_moved,
+    place,
+)
 from robot.motion.online_trajectory import STOP
 from robot.servoing.linear_algebra import median
 from robot.servoing.loss_of_sight import LossOfSight
@@ -247,7 +255,7 @@ def _view(frames):
             for part in (pixels[:half], pixels[half:])
         ]
         drift = abs(late - early)
-        if drift > min(CLEAR * doubt, MAX_DRIFT) or sigma > MAX_JITTER:
+        if drift > min(MIN_SIGNAL_TO_NOISE * doubt, MAX_DRIFT) or sigma > MAX_JITTER:
             return None, "the marker {} moves by {:.1f} px in the picture,".format(
                 name, max(drift, sigma)
             )

@@ -1,7 +1,7 @@
-"""Whether somebody has looked which motor is where and which way it turns; on file, per arm.
+"""The stored confirmation of which motor turns which joint, and which way, per arm.
 
-The answer holds for the numbers of the arm's file that it is about, and for the motors that were
-plugged in: once one was plugged in anew, or the file says something else, it is void.
+It holds for the numbers of the arm's file that it is about, and for the motors that were plugged
+in.  Once one is plugged in anew, or those numbers change, it is void.
 """
 
 import os
@@ -18,22 +18,23 @@ if MYPY:
     from shared.arm_description import Arm  # noqa: F401
 
 VERSION = 1
-"""Of the file."""
+"""Version of the file's format."""
 
 ADVICE = "; nothing moves until then: type driver.py check"
+"""End of the messages that refuse an arm."""
 
 
 class NotChecked(ArmError):
-    """Nobody has looked yet which motor is where and which way it turns."""
+    """An arm whose mounting nobody has confirmed: which motor turns what, and which way."""
 
 
 class CheckNotSaved(ArmError, OSError):
-    """The answer cannot be kept."""
+    """A confirmation that cannot be stored."""
 
 
-def what_is_checked(arm):
+def checked_numbers(arm):
     # type: (Arm) -> Dict[str, Number]
-    """The numbers of an arm that a look at its joints confirms, by "part.key"."""
+    """Return the numbers of an arm that a check of its joints confirms, by "part.key"."""
     numbers = {"arm.chain": arm.chain}  # type: Dict[str, Number]
     for joint in arm.joints:
         for key in ("port", "motor", "gear", "direction"):
@@ -44,14 +45,15 @@ def what_is_checked(arm):
 
 
 class Checked(object):
-    """The answer on file.
+    """The confirmation on file.
 
     Args:
         arm: shared.arm_description.Arm; each name has its own file.
-        folder: of the file.
+        folder: folder of the file.
 
     Attributes:
-        needed: whether it has to be confirmed still before anything moves.
+        file: path of the file.
+        needed: whether it has to be confirmed before anything moves.
     """
 
     def __init__(self, arm, folder):
@@ -62,13 +64,14 @@ class Checked(object):
 
     def confirm(self, devices):
         # type: (Callable[[], Dict[str, str]]) -> None
-        """Refuse an arm that was not looked at as it is now; once is enough.
+        """Raise NotChecked for an arm that was not checked as it is now; once is enough.
 
         Args:
-            devices: gives the system's names of its motors, by port: others after each plugging in.
+            devices: returns the system's device names of its motors, by port; plugging in a motor
+                changes its name.
 
         Raises:
-            NotChecked: saying why.
+            NotChecked: with the reason.
         """
         problem = self.needed and self._problem(devices())
         if problem:
@@ -93,7 +96,7 @@ class Checked(object):
             return "was never checked"
         except (OSError, InvalidFile, KeyError):
             return "is to be checked again, for {} cannot be understood".format(self.file)
-        now = what_is_checked(self._arm)
+        now = checked_numbers(self._arm)
         for key in sorted(set(then) | set(now)):
             if then.get(key) != now.get(key):
                 return "was checked while its file said {} = {}, not {}".format(
@@ -106,18 +109,18 @@ class Checked(object):
 
     def save(self, devices):
         # type: (Dict[str, str]) -> None
-        """Remember that it is as the arm's file says.
+        """Store that the arm is as its file says.
 
         Args:
-            devices: as `confirm` gets them, {port: name}.
+            devices: device names of its motors, {port: name}.
 
         Raises:
-            CheckNotSaved: naming the file and why.
+            CheckNotSaved: with the file and the reason.
         """
         import json  # not above: few save it
 
         known = {
-            "version": VERSION, "arm": what_is_checked(self._arm), "motors": devices,
+            "version": VERSION, "arm": checked_numbers(self._arm), "motors": devices,
             "boot": boot_id(),
         }  # fmt: skip
         draft = self.file + ".new"
@@ -136,7 +139,7 @@ class Checked(object):
 
 def _shown(value):
     # type: (object) -> str
-    """A number or word of an arm's file; what may be anything else, too."""
+    """Return a value of an arm's file, of any type, as text of at most 40 characters."""
     if value is None:
         return "nothing"
     return ("{:g}".format(value) if isinstance(value, float) else ascii(value)).strip("'")[:40]

@@ -26,35 +26,35 @@ if MYPY:
 
     Recognised = Tuple[List[Optional[Observed]], str]  # see `recognised`
 
-CLEAR = 3.0
+MIN_SIGNAL_TO_NOISE = 3.0
 """Each jog is to move the tip in the picture by so many times what may be chance."""
 
-SHAKEN = 1.0
+MAX_SHAKE = 1.0
 """A marker that lies may seem to move by so much more when the arm beside it does, px."""
 
-SLIPPED = 0.5
+MAX_SLIP = 0.5
 """Share of a jog that the tip may fail to come back by, beside what the play takes."""
 
-LEAST_TURN = math.radians(2)
+MIN_TURN = math.radians(2)
 """What the play leaves of a jog is enough from here on, rad."""
 
-MIRROR, FAR_LEFT = math.radians(7), math.radians(55)
+MIN_MARKER_BEARING, MAX_MARKER_BEARING = math.radians(7), math.radians(55)
 """From here to there the marker lies to the left of the arm, as seen from the tip, rad. Nearer to
 its line it might be a slanting camera that shows it there."""
 
-SCALE = 2.0
+MAX_SCALE = 2.0
 """So many times too far, or too little, the tip may be seen to go: a camera slants, lengths are
 guessed, the marker lies somewhat before or behind the axle."""
 
-FITS, APART = math.log(1.6), math.log(1.5)
+MAX_FIT_ERROR, MIN_FIT_MARGIN = math.log(1.6), math.log(1.5)
 """The jogs fit the joints if their sizes are to one another as described up to this factor, and if
 in another order the joints fit worse by that one."""
 
-BENT = math.radians(35)
+MAX_BEND = math.radians(35)
 """The tip goes different ways round shoulder and elbow by so much: the arm is bent, rad."""
 
-AGAIN = "; then check again"
-PLACED = "put the marker goal to the left of the {}'s axle, a hand's width away"
+CHECK_AGAIN = "; then check again"
+PLACE_MARKER = "put the marker goal to the left of the {}'s axle, a hand's width away"
 
 if MYPY:
     View = NamedTuple("View", [("tip", complex), ("base", complex), ("doubt", float)])
@@ -90,7 +90,7 @@ def check_size(arm, view):
     reach = abs(view.tip - view.base)
     for k, (joint, share) in enumerate(zip(arm.joints, _shares(arm))):
         turn = jog_angles(arm, k)[-1] - joint.backlash
-        if share and turn < LEAST_TURN:
+        if share and turn < MIN_TURN:
             raise NotSeen(
                 "the play of the {}, backlash = {:g} in {}, takes a jog of {:g} deg nearly whole; "
                 "look yourself, without --camera".format(
@@ -100,7 +100,7 @@ def check_size(arm, view):
                     math.degrees(jog_angles(arm, k)[-1]),
                 )
             )
-        least, moves = CLEAR * 2 * view.doubt, turn * share * reach
+        least, moves = MIN_SIGNAL_TO_NOISE * 2 * view.doubt, turn * share * reach
         if share and moves < least:
             raise NotSeen(
                 "in the picture tip and marker goal are only {:.0f} px apart: the {} would move the"
@@ -120,15 +120,15 @@ def has_moved(jog):
     moved = abs(jog.back.tip - jog.there.tip) > doubt
     bases = [view.base for view in (jog.before, jog.there, jog.back)]
     shift = max([abs(a - b) for a, b in itertools.combinations(bases, 2)])
-    if shift > doubt + SHAKEN:
+    if shift > doubt + MAX_SHAKE:
         if not moved:
             raise NotSeen(
                 "the motor moved the marker goal, and the marker effector stood: they are "
-                "exchanged; put effector on the tip, and goal beside the arm" + AGAIN
+                "exchanged; put effector on the tip, and goal beside the arm" + CHECK_AGAIN
             )
         raise NotSeen(
             "the marker goal moved by {:.1f} px, too: camera, table or marker were touched, or it "
-            "does not lie on the table; leave them alone{}".format(shift, AGAIN)
+            "does not lie on the table; leave them alone{}".format(shift, CHECK_AGAIN)
         )
     return moved
 
@@ -137,14 +137,15 @@ def check_return(jog, joint):
     # type: (Jog, Joint) -> None
     """Refuse (NotSeen) a tip that has not come back as far as the `joint`'s play lets it."""
     went, came = jog.there.tip - jog.before.tip, jog.back.tip - jog.there.tip
-    play = min(joint.backlash / max(abs(jog.turn) - joint.backlash, LEAST_TURN), 1.0)
+    play = min(joint.backlash / max(abs(jog.turn) - joint.backlash, MIN_TURN), 1.0)
     missing = abs(went + came)
-    if missing > (play + SLIPPED) * abs(came) + jog.before.doubt + jog.back.doubt:
+    if missing > (play + MAX_SLIP) * abs(came) + jog.before.doubt + jog.back.doubt:
         raise NotSeen(
             "at the motor at port {} the tip went by {:.0f} px and came back by {:.0f}: somebody "
             "touched it, it slips, or its play is far beyond backlash = {:g} of [{}]; see to that{}"
             "".format(
-                joint.port, abs(went), abs(came), math.degrees(joint.backlash), joint.name, AGAIN
+                joint.port, abs(went), abs(came), math.degrees(joint.backlash), joint.name,
+                CHECK_AGAIN
             )
         )  # fmt: skip
 
@@ -158,7 +159,7 @@ def lever(jog, play):
     """
     if not has_moved(jog):
         return None
-    turn = jog.turn - math.copysign(min(play, abs(jog.turn) - LEAST_TURN), jog.turn)
+    turn = jog.turn - math.copysign(min(play, abs(jog.turn) - MIN_TURN), jog.turn)
     chord = jog.back.tip - jog.there.tip
     middle = (jog.back.tip + jog.there.tip) / 2  # the way to it turns by half of the whole turn
     return chord / (2j * math.sin(turn / 2)) / (middle - jog.back.base)
@@ -182,7 +183,7 @@ def recognised(arm, jogs):
     if not any(levers):
         raise NotSeen(
             "each motor turned, and what the tracker takes for the marker effector stood: put that "
-            "on the tip, and look at what the tracker shows" + AGAIN
+            "on the tip, and look at what the tracker shows" + CHECK_AGAIN
         )
     for jog, joint, seen in zip(jogs, arm.joints, levers):
         if seen is not None:
@@ -213,10 +214,12 @@ def _pair_of(arm, levers):
     # type: (Arm, Sequence[complex]) -> Recognised
     """Shoulder and elbow, told apart by how far each moves the tip."""
     bent = abs(_folded(levers[1] / levers[0]))
-    if bent > BENT:
+    if bent > MAX_BEND:
         raise NotSeen(
             "the two motors moved the tip in ways {:.0f} deg apart: the arm is bent, or the camera "
-            "looks from aside; lay the arm straight under it{}".format(math.degrees(bent), AGAIN)
+            "looks from aside; lay the arm straight under it{}".format(
+                math.degrees(bent), CHECK_AGAIN
+            )
         )
     shares, gears = _shares(arm), [joint.gear for joint in arm.joints]
     sizes = [abs(one) for one in levers]
@@ -225,7 +228,7 @@ def _pair_of(arm, levers):
         wanted = [gears[k] / gears[j] * shares[j] for k, j in enumerate(order)]
         ratios.append(wanted[0] / wanted[1])
         spreads.append(abs(math.log(sizes[0] / sizes[1] / ratios[-1])))
-    if min(spreads) > FITS or abs(spreads[0] - spreads[1]) < APART:
+    if min(spreads) > MAX_FIT_ERROR or abs(spreads[0] - spreads[1]) < MIN_FIT_MARGIN:
         why = (
             "the motor at port {} moved the tip {:.2f} times as far as the one at {}; by the links "
             "and gears of {} it is {:.2f} times as they are, and {:.2f} times swapped: the camera "
@@ -241,11 +244,15 @@ def _pair_of(arm, levers):
     off = _folded(first_lever)
     _check_side(arm, off)
     scale = abs(first_lever) / math.cos(off)
-    if not 1 / SCALE < scale < SCALE:
+    if not 1 / MAX_SCALE < scale < MAX_SCALE:
         raise NotSeen(
             "the {} moved the tip {:.1f} times as far as it should round an axle beside the marker "
             "goal: that lies elsewhere, or gear or link are other than {} says; {}{}".format(
-                arm.joints[0].name, scale, arm.file, PLACED.format(arm.joints[0].name), AGAIN
+                arm.joints[0].name,
+                scale,
+                arm.file,
+                PLACE_MARKER.format(arm.joints[0].name),
+                CHECK_AGAIN,
             )
         )
     ahead = cmath.rect(1.0, off)
@@ -268,7 +275,10 @@ def _base_of(arm, levers):
             continue
         turned = seen * base.gear / arm.joints[k].gear
         off = _folded(turned)
-        if abs(off) < FAR_LEFT and 1 / SCALE < abs(turned) / math.cos(off) < SCALE:
+        if (
+            abs(off) < MAX_MARKER_BEARING
+            and 1 / MAX_SCALE < abs(turned) / math.cos(off) < MAX_SCALE
+        ):
             found.append((k, turned, off))
     others = " and ".join(joint.name for joint in arm.joints[1:])
     observed = [None] * len(levers)  # type: List[Optional[Observed]]
@@ -290,22 +300,24 @@ def _check_side(arm, off):
     # type: (Arm, float) -> None
     """Refuse a marker that does not show, by the `lever`'s angle (rad), whether all is mirrored."""
     name = arm.joints[0].name
-    if abs(off) > FAR_LEFT:
+    if abs(off) > MAX_MARKER_BEARING:
         raise NotSeen(
             "the {} moved the tip, as seen, {:.0f} deg aside of the way round the marker goal: that"
             " lies elsewhere, or the camera looks from the side; {}, and let it look from above{}"
-            "".format(name, math.degrees(abs(off)), PLACED.format(name), AGAIN)
+            "".format(name, math.degrees(abs(off)), PLACE_MARKER.format(name), CHECK_AGAIN)
         )
-    if abs(off) < MIRROR:
+    if abs(off) < MIN_MARKER_BEARING:
         raise NotSeen(
             "the marker goal lies in one line with the arm, so it would not show if the picture was"
-            " mirrored; {}, as one looks along the arm{}".format(PLACED.format(name), AGAIN)
+            " mirrored; {}, as one looks along the arm{}".format(
+                PLACE_MARKER.format(name), CHECK_AGAIN
+            )
         )
     if off < 0:
         raise NotSeen(
             "the marker goal is seen to the right of the arm: either the picture is mirrored, or "
             "the camera looks from below, or the marker lies there; let the picture be as one sees "
-            "it from above, or {}{}".format(PLACED.format(name), AGAIN)
+            "it from above, or {}{}".format(PLACE_MARKER.format(name), CHECK_AGAIN)
         )
 
 

@@ -20,13 +20,13 @@ if MYPY:
 
     Mounted = Dict[str, Tuple[str, int]]  # by joint: port and direction
 
-JOG, JOG_SPEED = math.radians(8), math.radians(15)
+JOG_ANGLE, JOG_SPEED = math.radians(8), math.radians(15)
 """How far a joint is turned and back, rad, and how fast, rad/s."""
 
-MAX_JOG = math.radians(13)
+MAX_JOG_ANGLE = math.radians(13)
 """And no farther if it is another joint behind another gear, rad."""
 
-PAUSE = 0.7
+JOG_PAUSE = 0.7
 """Between the way there and the way back, s: what moved first is to be seen."""
 
 NOTHING = "nothing"
@@ -54,7 +54,7 @@ def jog_angles(arm, k):
     # type: (Arm, int) -> Tuple[float, float]
     """How far to turn the motor that should be joint `k`'s, gently and, if that is not seen, far.
 
-    Whichever joint it turns, that goes no farther than JOG first, than MAX_JOG then.
+    Whichever joint it turns, that goes no farther than JOG_ANGLE first, than MAX_JOG_ANGLE then.
 
     Args:
         arm: shared.arm_description.Arm.
@@ -64,7 +64,7 @@ def jog_angles(arm, k):
     """
     gear = arm.joints[k].gear
     least = min(joint.gear for joint in arm.joints)
-    return JOG * least / gear, min(JOG, MAX_JOG * least / gear)
+    return JOG_ANGLE * least / gear, min(JOG_ANGLE, MAX_JOG_ANGLE * least / gear)
 
 
 def jog(robot, k, angle, pause=None, on_tick=None):
@@ -72,7 +72,7 @@ def jog(robot, k, angle, pause=None, on_tick=None):
     """Turn the motor of joint `k` so far that its angle grows by `angle` (rad), and back again.
 
     Args:
-        pause: called at the end of either way; waits for PAUSE if None.
+        pause: called at the end of either way; waits for JOG_PAUSE if None.
         on_tick: as for RobotArm.follow; what it ends is for `pause` to notice.
 
     Raises:
@@ -89,7 +89,7 @@ def jog(robot, k, angle, pause=None, on_tick=None):
                 if pause:
                     pause()
                 else:
-                    robot.clock.sleep(PAUSE)
+                    robot.clock.sleep(JOG_PAUSE)
     except Stalled as problem:
         raise NotMounted(
             problem.fact + ": if its link stands at a stop, move it away by hand; else free it, or "
