@@ -1,6 +1,6 @@
-"""An arm built from its description and its motors: where it is, go there, follow this, stop.
+"""The arm of this brick, built from its description and its motors; the door to all motion.
 
-The only place that clamps to limits.  Each wait has a deadline, each way out stops the motors.
+Each wait has a deadline, and each error stops the motors before it is raised.
 """
 
 import contextlib
@@ -45,7 +45,7 @@ if MYPY:
     from shared.arm_description import Arm  # noqa: F401
 
 MAX_PEN_ERROR = math.radians(25)
-"""Of the pen's motor, rad."""
+"""Tolerance of the pen's motor while it turns, rad."""
 
 
 class RobotArm(object):
@@ -56,8 +56,8 @@ class RobotArm(object):
         clock: has `now()` and `sleep(seconds)`.
         zero: robot.motion.zero.Zero, where the zero is remembered; the arm's own file if None.
         gains: robot.motion.joint_controller.Gains by kind of motor.
-        gravity: robot.motion.gravity.Gravity, what pulls on the joints; as described if None.
-        say: called with what people should know of how fast the brick is.
+        gravity: robot.motion.gravity.Gravity; that of the description if None.
+        say: called with a line for people on the timing of the control loop.
         motors: ArmMotors; those of the description if None.
         checked: robot.motion.checked.Checked, beside the zero's file if None.
 
@@ -101,41 +101,42 @@ class RobotArm(object):
     @property
     def backlash_sides(self):
         # type: () -> Tuple[float, ...]
-        """Per joint, on which side its backlash lies, see LinkFollower."""
+        """Side of its backlash on which each joint lies, -1 .. +1, see LinkFollower."""
         return self._links.sides
 
     def counts(self):
         # type: () -> Dict[str, int]
-        """The encoders' readings by port."""
+        """Return the encoders' readings, counts, by port."""
         return self.motors.counts()
 
     def confirm_checked(self):
         # type: () -> None
-        """Refuse, by NotChecked, an arm of which nobody has seen which motor turns what."""
+        """Raise NotChecked if nobody has confirmed which motor turns which joint."""
         self.checked.confirm(self.motors.devices)
 
     def load_zero(self):
         # type: () -> None
-        """Believe the remembered zero; raises NotHomed or BrickInUse, see ArmMotors.load_zeros."""
+        """Load the stored zero; raises NotHomed or BrickInUse, see ArmMotors.load_zeros."""
         self.motors.load_zeros(self.zero)
 
     def angles(self):
         # type: () -> FixedPose
-        """Joint angles, rad, as the encoders have them, allowing for backlash as far as known."""
+        """Return the links' angles by the encoders, rad, with the backlash where it is known."""
         return self._links.angles()
 
     def position(self):
         # type: () -> FixedPoint
-        """The tip, cm, as the encoders have it."""
+        """Return the position of the tip by the encoders, cm, in the base frame."""
         return kinematics.forward(self.description, self.angles())
 
     # Motion
 
     def _engage(self, zero_needed=True):
         # type: (bool) -> None
-        """The arm is about to move, which goes on record: whatever moves it comes through here.
+        """Get ready to move, and store that the arm is no longer parked.
 
-        Raises NotChecked, BrickInUse if another program may move it, NotHomed.
+        Every motion comes through here.  Raises NotChecked, NotHomed, or BrickInUse if another
+        program may move the arm.
         """
         if not self._engaged:
             self.confirm_checked()
@@ -149,9 +150,9 @@ class RobotArm(object):
 
     def go_to(self, q, speed=1.0, acceleration=JOINT_ACCELERATION, on_tick=None):
         # type: (Pose, float, float, Optional[LinkTick]) -> None
-        """Move all joints together to `q` (rad), each at most at `speed` times its greatest.
+        """Move all joints together to `q` (rad), each at most at `speed` times its maximum.
 
-        `acceleration` is the greatest of any joint, rad/s^2; `on_tick` as for `follow`.
+        `acceleration` is the maximum of any joint, rad/s^2; `on_tick` as for `follow`.
 
         Raises:
             kinematics.Unreachable: a joint angle past its limit; nothing has moved.
@@ -162,7 +163,7 @@ class RobotArm(object):
 
     def pre_approach(self, motion):
         # type: (LinkMotion) -> None
-        """Go to the start of `motion` from behind, so that all backlash is taken up its way."""
+        """Go to the start of `motion` from behind, so that its direction has taken up backlash."""
         self.go_to(pose_behind(self.description.joints, motion))
         self.go_to(motion.start, backlash.APPROACH_SPEED, backlash.APPROACH_ACCELERATION)
 
@@ -171,11 +172,11 @@ class RobotArm(object):
         """Let the links follow Trajectories or JointMoves, one after the other; end at rest, held.
 
         Args:
-            settle: longest correction after each, s.
+            motions: Trajectories or JointMoves; each starts where the one before ends.
+            settle: maximum time of the correction after each, s.
             on_tick: called in every control tick, right after the encoders were read, with the
-                time (s) and the links' angles as observed (rad), allowing for backlash as far as
-                known.  If it returns STOP, the motions end, all motors held; so they do if it
-                raises, which goes on.
+                time (s) and the links' angles as observed (rad), with the backlash where it is
+                known.  If it returns STOP or raises, the motions end, all motors held.
 
         Raises:
             Stalled, TooSlow, MotorNotFound: after stopping.
@@ -187,7 +188,7 @@ class RobotArm(object):
 
     def follow_fed(self, motions, feed, ready):
         # type: (Sequence[LinkMotion], FeedOverride, Callable[[], object]) -> None
-        """As `follow`, at the rate of a robot.motion.feed.FeedOverride, which may hold it.
+        """Follow as `follow` does, at the rate of a robot.motion.feed.FeedOverride.
 
         `ready` is called when all is planned and nothing moves yet: the pen may come down then.
         """
@@ -206,14 +207,17 @@ class RobotArm(object):
         spare=None,  # type: Optional[Spare]
     ):
         # type: (...) -> None
-        """Move to `q` (rad), each joint by itself, as fast as a chase and landing as softly.
+        """Move to `q`, each joint by itself, as fast as `chase` and with as soft an end.
 
-        On a long way sooner there than `go_to`, and the links end nearer to where they should; but
-        the joints do not move together.
+        A long move takes less time than by `go_to`, and the links end nearer to `q`; but the joints
+        do not move in proportion.
 
         Args:
-            speed, acceleration, within: as for `chase`.
+            q: joint angles, rad.
+            speed: share of each joint's maximum speed.
+            acceleration: maximum of any joint, rad/s^2.
             on_tick: as for `follow`.
+            within: tolerance at the end, counts, as for `chase`.
             spare: as for ControlLoop.run.
 
         Raises as `go_to`.
@@ -233,16 +237,16 @@ class RobotArm(object):
         self, aim, speed=1.0, acceleration=JOINT_ACCELERATION, within=FINE_COUNTS, spare=None
     ):
         # type: (AimAt, float, float, float, Optional[Spare]) -> None
-        """Let the links follow an aim that may move as it likes; end at rest, held.
+        """Let the links follow an aim that may move at will; end at rest, held.
 
         Args:
-            aim: called in every control tick as `on_tick` of `follow`, it returns where the joints
-                should be, as OnlineTrajectory.take takes it (what is past a limit means the limit).
-                It is called to the end, so that it sees the coming to rest, too.
-            speed: share of each joint's greatest.
-            acceleration: greatest of any joint, rad/s^2.
-            within: so many counts from its end a joint has settled: a coarse loop takes its time
-                for the last bit, and who measures where it is has no need of that.
+            aim: called in every control tick as `on_tick` of `follow` is; returns where the joints
+                should be, see OnlineTrajectory.handle.  An aim past a limit means the limit.  It is
+                called until the joints are at rest.
+            speed: share of each joint's maximum.
+            acceleration: maximum of any joint, rad/s^2.
+            within: counts from its end at which a joint has settled; a caller that measures the
+                position needs no closer end, which takes long in a slow loop.
             spare: as for ControlLoop.run.
 
         Raises as `follow`, and kinematics.Unreachable for an aim that is not a number.
@@ -255,17 +259,17 @@ class RobotArm(object):
     @contextlib.contextmanager
     def _stopping_on_error(self):
         # type: () -> Iterator[None]
-        """Whatever goes wrong, every motor is stopped before anybody hears of it."""
+        """Stop every motor before an error of the `with` block goes on."""
         try:
             yield
         except BaseException as error:
-            # Blocked or blind looks the same; blind, its counts are worth nothing from now on.
+            # A blocked joint looks like a dead encoder, whose counts are invalid from now on.
             if self.homed and isinstance(error, Stalled):
                 self.motors.doubt_zeros(error.fact)
-            self._links.note_broken_off()
+            self._links.mark_interrupted()
             self._halt()
             if isinstance(error, Stalled):
-                error.look_at_battery(self.clock)
+                error.mention_battery(self.clock)
             raise
 
     def move_pen(self, angle):
@@ -282,7 +286,7 @@ class RobotArm(object):
 
     def move_motor(self, motor, move, max_error=MAX_ERROR, on_tick=None):
         # type: (Motor, JointMove, float, Optional[OnTick]) -> None
-        """Let a motor follow a JointMove, without limits, `on_tick` as ControlLoop.run; hold it."""
+        """Let a motor follow a JointMove, without limits, then hold it; see ControlLoop.run."""
         self._engage(self._zero_needed)
         with self._stopping_on_error():
             tolerances = Tolerances(SETTLING_TIME, COARSE_COUNTS, max_error)
@@ -292,9 +296,9 @@ class RobotArm(object):
     @contextlib.contextmanager
     def lend_motors(self, zero_needed=True):
         # type: (bool) -> Iterator[None]
-        """For a `with` block somebody else turns the joints, held first; no side is known then.
+        """Hold the joints, and let a `with` block turn the motors; no backlash side is known then.
 
-        Who finds the zero, or which motor is where, needs none; nor does `move_motor` in there.
+        Homing and the check of the mounting need no zero; nor does `move_motor` inside the block.
         """
         self._engage(zero_needed)
         with self._stopping_on_error():
@@ -308,11 +312,11 @@ class RobotArm(object):
 
     def home(self, here=False, say=print, seek=False):
         # type: (bool, Say, bool) -> List[Found]
-        """Find the zero as the arm's file says, which stands about at home; remember it.
+        """Find the zero of an arm that stands near its home pose, as its file says; store it.
 
-        With `here` it is taken to be there; with `seek` its stops are sought from anywhere.  The
-        pen is taken to be up.  Returns one stops.Found per joint, none if nothing was sought, or
-        raises stops.Blocked, Stalled or MotorNotFound after stopping.
+        With `here` the arm stands at home exactly; with `seek` its stops are sought from anywhere.
+        The pen must be up.  Returns one stops.Found per joint, none if nothing was sought.  Raises
+        stops.Blocked, Stalled or MotorNotFound after stopping.
         """
         from robot.motion import homing  # not above: most programs find the zero remembered
 
@@ -328,7 +332,7 @@ class RobotArm(object):
 
     def step_to(self, q):
         # type: (Pose) -> None
-        """The report's move: both joints commanded together, then settled to a count for 60 ms."""
+        """Make the lab report's move: all joints at once, then within a count of `q` for 60 ms."""
         kinematics.check_limits(self.description.joints, q)
         self._engage()
         with self._stopping_on_error():
@@ -341,9 +345,9 @@ class RobotArm(object):
 
     def stop(self):
         # type: () -> None
-        """Stop and hold every motor that still answers; then tell of the first that does not.
+        """Stop and hold every motor that still answers; raise the first error of the others.
 
-        Raises MotorNotFound, or what else a motor answered.
+        Raises MotorNotFound, or another error of a motor.
         """
         lost = self._halt()
         if lost:
@@ -356,10 +360,10 @@ class RobotArm(object):
 
     def go_low(self):
         # type: () -> bool
-        """Go slowly, the base staying, to where the arm is to rest, as its description says.
+        """Go slowly to the resting pose of the arm's description; the base stays.
 
-        Returns whether it went; not if nothing was moved, or no resting place is described.
-        Raises as `go_to`: kinematics.Unreachable where no way there keeps off the table.
+        Returns whether it went: not if nothing was moved, or no resting pose is described.
+        Raises as `go_to`: kinematics.Unreachable where no path there keeps off the table.
         """
         from robot.motion import parking  # only at the end of a run
 
@@ -367,9 +371,9 @@ class RobotArm(object):
 
     def park(self, low=False):
         # type: (bool) -> None
-        """Stop for good, and put on record where; nothing if nothing was moved.
+        """Stop, and store the counts at which the arm is parked; nothing if nothing was moved.
 
-        low: whether it goes low first if it can, see `go_low`.
+        With `low` it goes to its resting pose first if it can, see `go_low`.
         """
         if not self._engaged:
             return

@@ -24,7 +24,7 @@ if MYPY:
     MotorKind = Callable[[str, str, str, float, int], Motor]  # name, port, kind, gear, direction
 
 MAX_PEN_OFFSET = math.radians(10)
-"""A pen that is held and this far from there was turned by something else, rad."""
+"""Tolerance of a pen that is held, rad: beyond it, something else has turned the pen."""
 
 
 class PenDisplaced(ArmError):
@@ -45,8 +45,8 @@ class ArmMotors(object):
         description: shared.arm_description.Arm.
         clock: has `now()` and `sleep(seconds)`.
         gains: joint_controller.Gains by kind of motor.
-        say: called with what people should know of how fast the brick is.
-        kind: of motor.
+        say: called with a line for people on the timing of the control loop.
+        kind: makes a motor from name, port, motor's kind, gear and direction.
 
     Attributes:
         joints: JointMotors from the base outwards.
@@ -54,7 +54,7 @@ class ArmMotors(object):
         loop: ControlLoop of them all.
         controllers: motor -> JointController.
         homed: whether the counts at joint angle zero are known.
-        lock: BrickLock, the right to move them; who moves them takes it.
+        lock: BrickLock, the right to move them; whoever moves them takes it.
 
     Raises:
         MotorNotFound: a motor of the description is not there.
@@ -89,29 +89,29 @@ class ArmMotors(object):
 
     def counts(self):
         # type: () -> Dict[str, int]
-        """The encoders' readings by port."""
+        """Return the encoders' readings, counts, by port."""
         return {motor.port: motor.counts() for motor in self._all}
 
     def zeros(self):
         # type: () -> Dict[str, float]
-        """Counts at joint angle zero by port."""
+        """Return the counts at joint angle zero, by port."""
         return {motor.port: motor.zero for motor in self._all}
 
     def devices(self):
         # type: () -> Dict[str, str]
-        """The system's names of the motors by port."""
+        """Return the system's device names of the motors, by port."""
         return {motor.port: motor.device for motor in self._all}
 
     def load_zeros(self, zero):
         # type: (Zero) -> None
-        """Take the counts at joint angle zero that are remembered.
+        """Load the stored counts at joint angle zero.
 
         Args:
             zero: robot.motion.zero.Zero.
 
         Raises:
             NotHomed: there are none, or the encoders or the arm contradict them.
-            BrickInUse: so it is because another program is moving the motors.
+            BrickInUse: they are refused because another program is moving the motors.
         """
         if self._doubt:
             raise NotHomed(self._doubt + "; since then the zero is in doubt" + ADVICE)
@@ -128,29 +128,29 @@ class ArmMotors(object):
 
     def at_rest(self):
         # type: () -> Dict[str, int]
-        """The encoders' readings by port, of an arm that stands; from here on they count."""
+        """Return the counts of an arm at rest, by port; `confirm_not_reset` compares with them."""
         self._rest = self.counts()
         return self._rest
 
     def confirm_not_reset(self):
         # type: () -> None
-        """Refuse, by NotHomed, motors that something else has reset since `at_rest`."""
+        """Raise NotHomed if something else has reset the motors since `at_rest`."""
         self.homed = False
         check_not_reset(self.counts(), self._rest)
         self.homed = True
 
     def doubt_zeros(self, why):
         # type: (Optional[str]) -> None
-        """What was known of them is worth nothing from now on, until they are found anew.
+        """Mark the zeros as unknown until they are found anew.
 
         Args:
-            why: what is certain, for people; None: they are about to be found.
+            why: the fact that puts them in doubt, for people; None: they are about to be found.
         """
         self.homed, self._doubt = False, why
 
     def refuse_unhomed(self, zero):
         # type: (Zero) -> NoReturn
-        """Say to a program that is about to move an arm of unknown zero what is missing.
+        """Raise the error that tells a program why it cannot move an arm of unknown zero.
 
         Args:
             zero: robot.motion.zero.Zero.
@@ -158,20 +158,20 @@ class ArmMotors(object):
         Raises:
             NotHomed, and BrickInUse as `load_zeros`: always.
         """
-        self.load_zeros(zero)  # if that is refused, this is why
-        self.homed = False  # where it was to go was counted from elsewhere
+        self.load_zeros(zero)  # its refusal is the reason
+        self.homed = False  # the caller's goal was counted from another zero
         raise NotHomed(NOT_LOADED)
 
     def speeds(self):
         # type: () -> List[float]
-        """The joints' speeds as observed, rad/s."""
+        """Return the joints' observed speeds, rad/s."""
         return [self.controllers[motor].speed for motor in self.joints]
 
     def check(self):
         # type: () -> None
-        """Notice a pulled cable, also of a motor that is idle, and a pen that something turned.
+        """Check that every motor is plugged in, and that a held pen is in its place.
 
-        Costs an access while the pen is held.
+        The pen costs one access while it is held.
 
         Raises:
             MotorNotFound: naming the motor.
@@ -183,7 +183,7 @@ class ArmMotors(object):
 
     def _check_next(self):
         # type: () -> None
-        """Check one motor after the other; a pen that is held, by its place."""
+        """Check the next motor in turn; a held pen by its angle."""
         self._checked = (self._checked + 1) % len(self._all)
         motor = self._all[self._checked]
         if motor is self.pen and self._pen_held_at is not None:
@@ -200,12 +200,12 @@ class ArmMotors(object):
 
     def release_pen(self):
         # type: () -> None
-        """The pen is about to be moved: its place is watched again once it is held."""
+        """Stop checking the pen's angle until it is held again."""
         self._pen_held_at = None
 
     def hold(self, motors):
         # type: (Sequence[Motor]) -> None
-        """Stop some of these, each holding where it is."""
+        """Stop these motors; each holds its position."""
         for motor in motors:
             motor.hold()
             if motor is self.pen:
@@ -214,10 +214,10 @@ class ArmMotors(object):
 
     def halt(self):
         # type: () -> Optional[Exception]
-        """Stop and hold every motor that still answers; the first trouble, or None."""
+        """Stop and hold every motor that still answers; return the first error, or None."""
         lost = None  # type: Optional[Exception]
         self.release_pen()  # from now on it is held wherever it is
-        # All stand before anything is tidied up: an access may be slow.
+        # All motors stand before any is tidied up: an access may be slow.
         for act in ("brake", "clamp", "disengage"):
             for motor in self._all:
                 try:

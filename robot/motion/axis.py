@@ -1,4 +1,4 @@
-"""One motor of a motion: how exactly it is to follow, and what is known of it.  Pure."""
+"""One motor of a motion: its tolerances and its state in the control loop.  Pure."""
 
 import math
 
@@ -13,25 +13,26 @@ if MYPY:
     from robot.motion.joint_controller import JointController  # noqa: F401
 
 MAX_ERROR, MAX_ERROR_COUNTS = math.radians(3), 5
-"""A joint this far (rad, and counts) from where it should be is blocked or blind."""
+"""Largest error of a joint that moves freely, rad, and counts: beyond both it is blocked, or its
+encoder is dead."""
 
 SETTLING_TIME, LONG_SETTLING = 0.2, 0.8
-"""Longest correction after the end of a path with the pen down, of a move with the pen up, s."""
+"""Maximum time of the correction at the end, s: of a path with the pen down, of a move."""
 
 FINE_COUNTS, COARSE_COUNTS = 0.4, 6.0
-"""A motor has settled within so many counts, where they matter and where not."""
+"""Tolerances at the end, counts: of a path, and of a move whose end need not be exact."""
 
-STOPPED = 2
-"""Steps by which a motor is stopped: braked, and clamped."""
+STOP_STEPS = 2
+"""Number of steps by which a motor is stopped: brake, then clamp."""
 
 
 class Tolerances(object):
-    """How exactly motors are to follow a plan.
+    """The tolerances of motors that follow a plan.
 
     Args:
-        settle: longest correction after its end, s.
-        counts: within which a motor has settled.
-        error: greatest on the way, rad.
+        settle: maximum time of the correction after its end, s.
+        counts: distance from the end within which a motor has settled, counts.
+        error: maximum error on the way, rad.
     """
 
     def __init__(self, settle=SETTLING_TIME, counts=FINE_COUNTS, error=MAX_ERROR):
@@ -40,21 +41,24 @@ class Tolerances(object):
 
 
 TOLERANCES = Tolerances()
-"""Those of a path with the pen down."""
+"""Tolerances of a path with the pen down."""
 
 
 class Axis(object):
-    """One motor of a motion, and what is known of it.
+    """One motor of a motion, and its state.
 
     Args:
-        settle: longest correction, s, on a brick that computes as slowly as this one.
-        bounds: (lower, upper, fastest).
+        motor: JointMotor.
+        controller: its JointController.
+        tolerances: Tolerances.
+        settle: maximum time of the correction at the end, s, allowing for a slow brick.
+        bounds: (lower, upper, fastest) of its set-points: rad, rad, rad/s.
 
     Attributes:
-        seen, stands_since: what the encoder says, and since when, s.
-        slack_at: when it was last driven with less than its full hand, s.
-        held: by how many steps it was stopped, being at rest while others move on; STOPPED by all.
-        lower, upper, fastest: bounds of its set-points, rad and rad/s.
+        seen, stands_since: the encoder's lower bound of the angle, rad, and since when, s.
+        slack_at: when it was last driven with less than the full feedback, s.
+        held: number of stopping steps done at rest while others move, 0 .. STOP_STEPS.
+        lower, upper, fastest: as in `bounds`.
     """
 
     def __init__(self, motor, controller, tolerances, settle, bounds):
@@ -71,7 +75,7 @@ class Axis(object):
 
     def stop_by_a_step(self):
         # type: () -> None
-        """Brake it, then clamp it, as `hold` does: in two ticks, each has time for two writes."""
+        """Brake it, or clamp it once it is braked; a tick has time for no more than two writes."""
         if self.held == 0:
             self.motor.brake()
         else:

@@ -1,18 +1,18 @@
-"""The control loop: motors follow a timed plan, watched for anything that goes wrong.
+"""The control loop: motors follow a timed plan, and faults end it.
 
-Per motor and tick one access to read and at most two to set.  The loop never stops a motor: whoever
-runs it does, and the motors' own dead-man.
+Per motor and tick there is one access to read and at most two to set.  The loop never stops a
+motor: its caller does, and the motors' own dead-man.
 """
 
 import gc
 import math
 
 from robot.ev3.motors import DEAD_MAN
-from robot.motion.axis import LONG_SETTLING, STOPPED, TOLERANCES, Axis
+from robot.motion.axis import LONG_SETTLING, STOP_STEPS, TOLERANCES, Axis
 from robot.motion.joint_controller import ALONG_WEIGHT
 from robot.motion.motor_model import STIFFNESS
 from robot.motion.online_trajectory import STOP
-from robot.motion.pace import HOPELESS_TICKS, MIN_PERIOD, Pace
+from robot.motion.pace import HOPELESS_TICKS, MIN_PERIOD, LoopTiming
 from robot.motion.settling import STANDSTILL_TIME
 from shared.arm_description import ArmError
 
@@ -36,27 +36,26 @@ if MYPY:
     Spare = Callable[[float], object]  # until when there is time, s
 
 CHECK_PERIOD = 0.1
-"""So often one of the motors, in turn, is checked to be there, and the pen in its place, s."""
+"""Period of the checks that a motor, the next in turn, is plugged in, and the pen in place, s."""
 
 STALL_TIMEOUT = 0.5
-"""A joint that is driven with its full hand for so long without a count is blocked or blind, s."""
+"""Longest time without a count under full feedback, s: then it is blocked or its encoder dead."""
 
 START_TIME = 0.1
-"""There is no spare time at the start of a motion, s: the push that sets a joint going through its
-backlash would last as long as a tick that takes too long."""
+"""Time from the start of a motion without spare time, s: a longer tick would lengthen the push
+that sets a joint going through its backlash."""
 
 IDLE_SHARE, SPARE_TIME = 0.15, 0.008
-"""Share of a period that is left to the system; and what whoever wants spare time has of a tick on
-the average, s."""
+"""Share of a period that is left to the system; and mean spare time of a tick, s."""
 
 BRAKING_TIME = 0.05
-"""A joint that is stopped goes on about as far as it would go in this time, s."""
+"""Time whose travel at the present speed a joint needs to stop, s."""
 
 UNBOUNDED = -math.inf, math.inf, math.inf
-"""Bounds of a motor that may be asked for anything."""
+"""Bounds of a motor without limits: lower, upper, fastest, rad and rad/s."""
 
 CREEP_GAIN = 4.0
-"""Speed towards the end of a path, per distance that is left, 1/s."""
+"""Gain from the error at rest to a speed towards the end, 1/s."""
 
 
 class Stalled(ArmError):
@@ -64,13 +63,13 @@ class Stalled(ArmError):
 
     Args:
         motor: JointMotor.
-        missing: what shows it, for people.
-        angle: the least by which it would have turned, could it turn, rad; 0 where not known.
-        turning: whether it counts, if too slowly.
+        missing: the evidence, for people.
+        angle: least angle that a free joint would have turned, rad; 0 where unknown.
+        turning: whether it counts, but too slowly.
 
     Attributes:
         motor, angle, turning: as given.
-        fact: what is certain, for people.
+        fact: first part of the message, for people.
     """
 
     def __init__(self, motor, missing, angle=0.0, turning=False):
@@ -84,9 +83,9 @@ class Stalled(ArmError):
             "cable, then home"
         )
 
-    def look_at_battery(self, clock):
+    def mention_battery(self, clock):
         # type: (Timepiece) -> None
-        """Say so if the battery is flat: what turns too slowly does so by that."""
+        """Add to the message that the battery is flat, if so: it makes motors slow."""
         from robot.ev3 import battery  # not above: only now it is needed
 
         volts = battery.flat(clock)
@@ -101,7 +100,12 @@ class Stalled(ArmError):
 
 
 class TooSlow(ArmError):
-    """The brick does not keep up with the control loop."""
+    """A brick that does not keep up with the control loop.
+
+    Args:
+        seconds: time of the tick, s.
+        missing: more for the message.
+    """
 
     def __init__(self, seconds, missing=""):
         # type: (float, str) -> None
@@ -112,7 +116,7 @@ class TooSlow(ArmError):
 
 
 class OutOfBounds(ArmError):
-    """A set-point that no joint may have, whoever asked for it."""
+    """A set-point outside the bounds of its joint."""
 
 
 class ControlLoop(object):
@@ -121,12 +125,12 @@ class ControlLoop(object):
     Args:
         clock: has `now()` and `sleep(seconds)`.
         controllers: JointMotor -> JointController.
-        check: called now and then, to raise if some motor is gone or the pen displaced.
-        say: called with what people should know of its pace.
+        check: called every CHECK_PERIOD; raises if a motor is gone or the pen displaced.
+        say: called with a line for people on its timing.
 
     Attributes:
-        pace: Pace.
-        plan_time: where in its plan it is, s.
+        pace: LoopTiming.
+        plan_time: the plan's time, s.
     """
 
     def __init__(self, clock, controllers, check, say):
@@ -134,12 +138,12 @@ class ControlLoop(object):
         self._clock = clock
         self._controllers = controllers
         self._check = check
-        self.pace = Pace(say)
+        self.pace = LoopTiming(say)
         self.plan_time = 0.0
 
     def reset(self, motors):
         # type: (Sequence[Motor]) -> None
-        """The motors were stopped; their controllers begin anew."""
+        """Reset the controllers of motors that were stopped."""
         for motor in motors:
             self._controllers[motor].reset()
 
@@ -159,19 +163,17 @@ class ControlLoop(object):
         Meanwhile no garbage is collected, which would take five ticks.
 
         Args:
-            motors: of those with a controller, in the order of the plan's angles.
-            plan: has `at(t)`, `speeds(t)`, `rests_from`, `duration`, `before`: JointMove,
-                BacklashCompensation, OnlineTrajectory.
-            tolerances: how exactly they are to follow it.
+            motors: JointMotors with a controller, in the order of the plan's angles.
+            plan: interfaces.MotorPlan: JointMove, BacklashCompensation, OnlineTrajectory.
+            tolerances: Tolerances.
             on_tick: called in every tick with the plan's time (s), the clock's (s) and the motors'
-                angles as just observed (rad); if it returns STOP, the motion is over, and what it
-                raises goes on.
+                angles as just observed (rad); if it returns STOP, the motion is over, and an error
+                that it raises goes on.
             weigh: from the motors' angles (rad) to the torques of the weights that they carry, Nm;
                 None: unknown.
             spare: called in every tick after the motors were driven with the time (s) until which
-                there is nothing else to do; None: nobody wants it.
-            bounds: per motor, (lower, upper, fastest) of what it may be asked for, rad and rad/s;
-                None: anything.
+                the loop is idle; None: nothing uses that time.
+            bounds: per motor, (lower, upper, fastest) of its set-points, rad and rad/s; None: any.
 
         Returns:
             Whether it came to the end of the plan.
@@ -187,7 +189,7 @@ class ControlLoop(object):
             for motor, own in zip(motors, bounds or [UNBOUNDED] * len(motors))
         ]
         for axis, begin in zip(axes, plan.at(-plan.before)[0]):
-            # Where it begins beyond a limit, it comes back.
+            # A motor that begins beyond a limit may come back.
             axis.lower, axis.upper = min(axis.lower, begin), max(axis.upper, begin)
         collecting = gc.isenabled()
         gc.disable()
@@ -249,7 +251,7 @@ class ControlLoop(object):
                 end = now_of()
                 computing += max(0.0, end - due) + SPARE_TIME
             since = max(due, end) - began
-            pace.note(end, since, computing)
+            pace.update(end, since, computing)
             if pace.slow == HOPELESS_TICKS or since > DEAD_MAN:
                 raise TooSlow(since)
             sleep(due - end)
@@ -257,10 +259,10 @@ class ControlLoop(object):
 
     def _read(self, axes, now_of):
         # type: (List[Axis], Callable[[], float]) -> Tuple[List[float], float]
-        """Read all encoders: the angles as observed, rad, and when the last one was read, s.
+        """Read all encoders; return the observed angles, rad, and the time of the last reading, s.
 
         Raises:
-            Stalled: a joint's observer misses counts.
+            Stalled: counts are missing that a free joint would give.
         """
         angles = []
         for axis in axes:
@@ -271,19 +273,19 @@ class ControlLoop(object):
             if low != axis.seen:
                 axis.seen, axis.stands_since = low, read_at
             elif controller.stall.stalled and not self._may_be_late(axis, read_at):
-                raise self._astray(axis, controller.stall.missing, read_at)
+                raise self._tracking_failure(axis, controller.stall.missing, read_at)
             angles.append(controller.angle)
         return angles, read_at
 
     def _watch(self, axes, plan, t, now, q, angles):
         # type: (List[Axis], MotorPlan, float, float, Vector, Vector) -> Tuple[List[float], bool]
-        """Compare where the joints are with where they should be, `q` at the plan's time `t`.
+        """Compare the joints' `angles` with the set-points `q` (rad) at the plan's time `t` (s).
 
         Returns:
-            (What is missing of each, rad; whether each has come to its end and settled there.)
+            (Error of each, rad; whether all have settled at their end.)
 
         Raises:
-            Stalled, TooSlow: one of them is not where it should be.
+            Stalled, TooSlow: an error is too large.
         """
         errors, settled = [], True
         for axis, angle, wanted, since in zip(axes, angles, q, plan.rests_from):
@@ -291,36 +293,34 @@ class ControlLoop(object):
             errors.append(error)
             most = axis.max_error
             if not -most < error < most:
-                # One that turns may lag by as much more as ticks are longer.
+                # A joint that turns may lag in proportion to the length of a tick.
                 lag = most * self.pace.period / MIN_PERIOD
                 if now - axis.stands_since > STANDSTILL_TIME or not -lag < error < lag:
-                    raise self._astray(axis, error, now)
+                    raise self._tracking_failure(axis, error, now)
             full = axis.controller.full_error
             if -full < error < full or t > since:  # at rest friction may hold it
                 axis.slack_at = now
             elif now - axis.slack_at > STALL_TIMEOUT and now - axis.stands_since > STALL_TIMEOUT:
-                raise self._astray(axis, error, now)
+                raise self._tracking_failure(axis, error, now)
             settling = axis.settling
             if t <= since:
                 settled = False
                 if settling.begun:
                     settling.begin_again()
             else:
-                if not settling.take(now, t - since, axis.seen, error):
+                if not settling.update(now, t - since, axis.seen, error):
                     if not self.pace.is_coarse(now):
-                        raise self._astray(axis, error, now)
+                        raise self._tracking_failure(axis, error, now)
                     settling.over = True  # so slow a loop gets it no nearer
                 settled = settled and settling.over
         return errors, settled
 
     def _drive(self, axes, plan, t, q, errors, speeds, last, step):
         # type: (List[Axis], MotorPlan, float, Vector, Vector, Vector, Vector, float) -> None
-        """Give every motor its command.
+        """Give every motor its command at the plan's time `t` (s).
 
-        Args:
-            t: the plan's time, s.
-            q, errors: of then, rad.
-            speeds, last: of a little later, rad/s, and of `step` s of the plan's time before that.
+        The set-points `q` and the `errors` (rad) are those of `t`; the `speeds` (rad/s) are ahead
+        of it by the lead, and `last` are those of `step` s of the plan's time before them.
 
         Raises:
             OutOfBounds: a set-point that a joint may not have.
@@ -331,7 +331,7 @@ class ControlLoop(object):
         ):
             if not over and axis.settling.over:
                 # Driven for long, a joint at rest would hunt: its encoder is too coarse.
-                if axis.held < STOPPED:
+                if axis.held < STOP_STEPS:
                     axis.stop_by_a_step()
                 axis.controller.reset()
                 continue
@@ -343,7 +343,7 @@ class ControlLoop(object):
             ):
                 raise _out_of_bounds(axis, wanted, speed)
             acceleration = (speed - before) / step if step > 0 else 0.0
-            # At rest the last bit is crept: position alone would be held up by friction.
+            # At rest the end is approached by a creeping speed: friction stops a small push.
             if t > since:
                 speed += CREEP_GAIN * error
             if rate != 1.0:
@@ -351,9 +351,9 @@ class ControlLoop(object):
                 acceleration *= rate * rate
             axis.drive(axis.command(error, speed, acceleration))
 
-    def _astray(self, axis, error, now):
+    def _tracking_failure(self, axis, error, now):
         # type: (Axis, float, float) -> ArmError
-        """What is wrong with a joint that is not where it should be."""
+        """Return the error to raise for a joint that is off by `error` (rad)."""
         missing = "{:.1f} deg are missing".format(abs(math.degrees(error)))
         if self._may_be_late(axis, now):
             return TooSlow(self.pace.latest, ", and of the {} {}".format(axis.motor.name, missing))
@@ -362,16 +362,16 @@ class ControlLoop(object):
 
     def _may_be_late(self, axis, now):
         # type: (Axis, float) -> bool
-        """Return True if late ticks may be why a joint is not where it should be.
+        """Return whether late ticks may explain a joint's error.
 
-        Its motor's driver needs no ticks to turn it, but ticks to turn it where it should be.
+        A motor turns without ticks, but its set-point changes only by them.
         """
         return self.pace.was_late(now) and now - axis.stands_since < STANDSTILL_TIME
 
     @staticmethod
     def _weigh_along(errors, path):
         # type: (List[float], Tuple[Vector, Vector]) -> None
-        """Weigh what lies along the path less, in place: straightness before timing."""
+        """Weigh the errors' part along the path less, in place: straightness before timing."""
         across, slopes = path
         along = 0.0
         for a, error in zip(across, errors):

@@ -1,11 +1,15 @@
 """Feed override and feed hold: a plan whose time goes slower, stops and goes on.  Pure.
 
-The terms are those of machine tools.  Every point of the way stays where it is; only when the tip
-gets there changes.  What a plan gives at its own time tau is asked for by the loop's time t:
+The terms are those of machine tools.  The path stays the same; only the time at which the tip
+passes its points changes (trajectory scaling: Dahl and Nielsen, 1990).  The plan has its own time
+tau, the loop the time t:
 
-    q(t) = plan(tau(t)),  dq/dt = rate(t) dq/dtau,  dtau/dt = rate
+    q(t) = plan(tau(t)),   dtau/dt = r(t),   dq/dt = r dq/dtau
+    d2q/dt2 = r^2 d2q/dtau2 + dr/dt dq/dtau
 
-The rate changes linearly, so that tau is a parabola, then a straight line.
+The rate r, 0 .. 1, changes linearly, so that tau is a parabola, then a straight line.  A step of r
+would be a step of all speeds; a linear change keeps the second term finite.
+To scale the set-points' speed in the loop instead would leave position and speed apart.
 """
 
 import math
@@ -22,63 +26,64 @@ if MYPY:
     from robot.motion.linear_systems import Vector  # noqa: F401
     from robot.motion.trajectory import Cubic, Segment, SetPoint, TimedPiece  # noqa: F401
 
-    Way = Tuple[float, float, float, Sequence[Cubic], Optional[Vector]]  # v, a, cm, cubics, across
+    # v, a, length in cm, cubics, across
+    Section = Tuple[float, float, float, Sequence[Cubic], Optional[Vector]]
 
-RAMP_TIME, LONGEST_RAMP = 0.15, 0.2
-"""The rate goes from 1 to 0 in this time at the least, s, and at the most: joints that turn fast
-take longer, as they are to slow down no harder than a plan does (JOINT_ACCELERATION)."""
+MIN_RAMP_TIME, MAX_RAMP_TIME = 0.15, 0.2
+"""Bounds of the time in which the rate goes from 1 to 0, s: fast joints take longer, to slow down
+no harder than a plan does (JOINT_ACCELERATION)."""
 
-LOOK_PERIOD = 0.06
-"""So often is the wanted rate asked for, s."""
+RATE_PERIOD = 0.06
+"""Period at which the wanted rate is asked for, s."""
 
 HOLD_TIME = 0.02
-"""A motion that is held is over so long after its set-points stand, s, wherever the joints are: the
-pen is to leave the paper."""
+"""Time from the set-points' rest to the end of a held motion, s: the pen is to leave the paper
+wherever the joints are."""
 
-STANDING = 0.1
-"""At a lower rate the tip all but stands, and along its path means nothing."""
+MIN_PATH_RATE = 0.1
+"""Minimum rate at which errors along the path are told from those across it."""
 
-LEAST_SPEED = 0.01
-"""A piece is never drawn slower, whatever it says, cm/s."""
+MIN_TIP_SPEED = 0.01
+"""Minimum speed of the tip in a slowed piece, cm/s."""
 
-LEAST_ACCELERATION = 5.0
-"""Of the tip, where a piece shows none that is greater, cm/s^2."""
+MIN_TIP_ACCELERATION = 5.0
+"""Minimum acceleration of the tip at the start of a rest, cm/s^2."""
 
-SHORTEST = 0.005
-"""What is left of a way, cm, where less is nothing."""
+MIN_REST_LENGTH = 0.005
+"""Minimum length of a rest worth drawing, cm."""
 
 
 class FeedOverride(object):
     """The plans of a motion, one after the other, at a rate that may change at any moment.
 
-    Used by the control loop like the BacklashCompensation that it is a wrapper of.
+    It is used by the control loop like the BacklashCompensation that it wraps.
 
     Args:
-        look: called with the clock's time (s) every LOOK_PERIOD; the rate that is wanted, from 0
-            (hold) to 1.
+        wanted_rate: called with the clock's time (s) every RATE_PERIOD; returns the wanted rate,
+            from 0 (hold) to 1.
 
     Attributes:
         duration, before, rests_from, sides: as of a BacklashCompensation, by the loop's time.
-        index: which plan it is in, from 0 on; past the last one when all are over.
+        index: number of the present plan, from 0 on; past the last one when all are over.
         reached: the plan's own time when the rate was last asked for, s.
     """
 
-    def __init__(self, look):
+    def __init__(self, wanted_rate):
         # type: (Callable[[float], float]) -> None
-        self._look = look
-        self._look_at = -math.inf
+        self._wanted_rate = wanted_rate
+        self._sample_at = -math.inf
         self._r0 = self._r1 = 1.0
         self.index = 0
         self.reached = 0.0
 
     def begin_at(self, rate):
         # type: (float) -> None
-        """The next motion begins at this rate."""
+        """Let the next motion begin at this rate, 0 .. 1."""
         self._r1 = rate
 
     def each(self, plans):
         # type: (Sequence[BacklashCompensation]) -> Iterator[FeedOverride]
-        """Yield itself for every plan in turn; no more once it is held."""
+        """Yield itself for every plan in turn, until it is held."""
         for self.index, plan in enumerate(plans):
             self._begin(plan)
             yield self
@@ -98,7 +103,7 @@ class FeedOverride(object):
     @property
     def held(self):
         # type: () -> bool
-        """Whether it stands or comes to stand, as wanted, though there may be more to do."""
+        """Whether the wanted rate is 0: it stands, or slows down to stand."""
         return self._r1 == 0.0
 
     @property
@@ -110,17 +115,17 @@ class FeedOverride(object):
     @property
     def sides(self):
         # type: () -> Tuple[float, ...]
-        """Where the backlash lies at the end."""
+        """Side of the backlash per joint at the end, -1 .. +1."""
         return self._plan.sides_at(self._tau(self.duration))
 
     def order(self, t, rate):
         # type: (float, float) -> None
-        """From the loop's time `t` (s) on the rate goes to `rate`, 0 to 1."""
+        """Let the rate go to `rate`, 0 .. 1, from the loop's time `t` (s) on."""
         now = self._rate(t)
         self._t0, self._tau0, self._r0 = t, self._tau(t), now
         fastest = max(map(abs, self._plan.speeds(self._tau0)))
-        whole = min(max(RAMP_TIME, fastest / JOINT_ACCELERATION), LONGEST_RAMP)
-        time = whole * abs(rate - now)
+        ramp_time = min(max(MIN_RAMP_TIME, fastest / JOINT_ACCELERATION), MAX_RAMP_TIME)
+        time = ramp_time * abs(rate - now)
         self._slope = (rate - now) / time if time else 0.0
         self._r1, self._t1 = rate, t + time
         self._tau1 = self._tau0 + time * (now + rate) / 2
@@ -128,7 +133,7 @@ class FeedOverride(object):
 
     def _foresee(self):
         # type: () -> None
-        """When it comes to its end, or to stand."""
+        """Compute when it comes to its end, or to rest: `duration`, `rests_from`."""
         end = self._plan.duration
         if self._tau1 >= end:
             left = max(0.0, end - self._tau0)
@@ -153,17 +158,17 @@ class FeedOverride(object):
 
     def at(self, t):
         # type: (float) -> SetPoint
-        """As BacklashCompensation.at, by the loop's time."""
-        # (Most ticks find the rate as it stays: for them no function is called.)
+        """Return (q, path) as BacklashCompensation.at, by the loop's time `t` (s)."""
+        # (In most ticks the rate is constant: those call no function, to save time.)
         steady = t >= self._t1
         q, path = self._plan.at(self._tau1 + self._r1 * (t - self._t1) if steady else self._tau(t))
-        if (self._r1 if steady else self._rate(t)) > STANDING:
+        if (self._r1 if steady else self._rate(t)) > MIN_PATH_RATE:
             return q, path
         return q, None
 
     def speeds(self, t):
         # type: (float) -> List[float]
-        """As BacklashCompensation.speeds, by the loop's time."""
+        """Return dq/dt, rad/s, by the loop's time `t` (s)."""
         if t < self._t1:
             rate, speeds = self._rate(t), self._plan.speeds(self._tau(t))
         else:
@@ -173,19 +178,22 @@ class FeedOverride(object):
 
     def sides_at(self, t):
         # type: (float) -> Tuple[float, ...]
-        """As BacklashCompensation.sides_at, by the loop's time."""
+        """Return the side of the backlash per joint, -1 .. +1, at the loop's time `t` (s)."""
         return self._plan.sides_at(self._tau(t))
 
     def tick(self, t, now, angles):
         # type: (float, float, Pose) -> object
-        """What the control loop calls in every tick: ask for the rate now and then."""
-        if now < self._look_at:
+        """Ask for the rate every RATE_PERIOD; return STOP when a held motion is over.
+
+        It is the `on_tick` of the control loop.
+        """
+        if now < self._sample_at:
             if self._r1:
                 return None
         else:
-            self._look_at = now + LOOK_PERIOD
+            self._sample_at = now + RATE_PERIOD
             self.reached = self._tau(t)
-            wanted = self._look(now)
+            wanted = self._wanted_rate(now)
             if wanted != self._r1:
                 self.order(t, wanted)
         return STOP if self._r1 == 0.0 and t > self.duration + HOLD_TIME else None
@@ -196,29 +204,29 @@ class FeedOverride(object):
 
 def slowed(piece, share):
     # type: (TimedPiece, float) -> TimedPiece
-    """A piece drawn with no more than this share of its greatest speed, speeding up as ever.
+    """Return a piece with its speed limited to this share of its maximum, at its accelerations.
 
-    At another rate, on the contrary, all of it takes longer, also where the tip stands while a
-    backlash is crossed.
+    Another rate, in contrast, also lengthens the time in which a backlash is crossed.
 
     Args:
         piece: (times, segments, end), see robot.motion.trajectory.Trajectory.
+        share: of the maximum speed, > 0.
     """
     times, segments, end = piece
-    most = share * max([v for v, _, _, _ in segments] + [LEAST_SPEED])
+    most = share * max([v for v, _, _, _ in segments] + [MIN_TIP_SPEED])
     out, new, v0 = [], [0.0], min(segments[0][0], most)
     for k, (v, a, cubics, across) in enumerate(segments):
         dt = times[k + 1] - times[k]
         length, v1 = dt * (v + 0.5 * a * dt), min(max(0.0, v + a * dt), most)
         out.append((v0, (v1 * v1 - v0 * v0) / (2 * length), cubics, across))
-        new.append(new[-1] + 2 * length / max(v0 + v1, LEAST_SPEED))
+        new.append(new[-1] + 2 * length / max(v0 + v1, MIN_TIP_SPEED))
         v0 = v1
     return new, out, end
 
 
 def same_place(piece, other, tau):
     # type: (TimedPiece, TimedPiece, float) -> float
-    """When a piece is where another one, the same but for its times, is at its time `tau`, s."""
+    """Return the time (s) at which a piece is where `other`, of the same path, is at `tau` (s)."""
     if piece is other or tau <= 0:
         return tau
     times, segments, _ = other
@@ -233,12 +241,13 @@ def same_place(piece, other, tau):
 
 def rest_of(piece, tau):
     # type: (TimedPiece, float) -> Optional[TimedPiece]
-    """The rest of a piece from its time `tau` (s) on, begun at rest; None if there is next to none.
+    """Return the rest of a piece, begun at rest; None if it is shorter than MIN_REST_LENGTH.
 
-    The way is the same to the last digit; the tip speeds up as it did at the piece's beginning.
+    The path is the same; the tip speeds up as it did at the piece's beginning.
 
     Args:
         piece: (times, segments, end), see robot.motion.trajectory.Trajectory.
+        tau: the piece's time at which the rest begins, s.
 
     Returns:
         Such a triple.
@@ -247,48 +256,48 @@ def rest_of(piece, tau):
     if tau <= 0:
         return piece
     k = len([t for t in times[1:-1] if t <= tau])
-    ways = []  # type: List[Way]
+    sections = []  # type: List[Section]
     for (t, t_end), (v, a, cubics, across) in list(zip(zip(times, times[1:]), segments))[k:]:
-        ways.append((v, a, (t_end - t) * (v + 0.5 * a * (t_end - t)), cubics, across))
-    v, a, whole, cubics, across = ways[0]
+        sections.append((v, a, (t_end - t) * (v + 0.5 * a * (t_end - t)), cubics, across))
+    v, a, length, cubics, across = sections[0]
     dt = min(tau, times[k + 1]) - times[k]
     done = dt * (v + 0.5 * a * dt)
-    ways[0] = v + a * dt, a, whole - done, [_moved(c, done) for c in cubics], across
-    if sum([way[2] for way in ways]) < SHORTEST:
+    sections[0] = v + a * dt, a, length - done, [_moved(c, done) for c in cubics], across
+    if sum([section[2] for section in sections]) < MIN_REST_LENGTH:
         return None
-    if ways[0][2] < SHORTEST and len(ways) > 1:  # too short to speed up in: of one cubic
-        del ways[0]
-        # (Its few micrometres are a leap of the set-points far below what an encoder shows.)
-    if len(ways) == 1:  # it must speed up and slow down
-        v, a, whole, cubics, across = ways[0]
-        half = whole / 2
+    if sections[0][2] < MIN_REST_LENGTH and len(sections) > 1:  # too short to speed up in
+        del sections[0]
+        # (Without its few micrometres the set-points jump by far less than a count.)
+    if len(sections) == 1:  # it must speed up and slow down
+        v, a, length, cubics, across = sections[0]
+        half = length / 2
         middle = math.sqrt(max(0.0, v * v + 2 * a * half))
         rest = middle, a, half, [_moved(c, half) for c in cubics], across
-        ways = [(v, a, half, cubics, across), rest]
-    return _from_rest(ways, end, _acceleration(segments))
+        sections = [(v, a, half, cubics, across), rest]
+    return _from_rest(sections, end, _acceleration(segments))
 
 
 def _moved(cubic, s):
     # type: (Cubic, float) -> List[float]
-    """The coefficients of a cubic from `s` on."""
+    """Return the coefficients of a cubic whose argument begins at `s`."""
     c0, c1, c2, c3 = cubic
     return [c0 + s * (c1 + s * (c2 + s * c3)), c1 + s * (2 * c2 + 3 * c3 * s), c2 + 3 * c3 * s, c3]
 
 
 def _acceleration(segments):
     # type: (Sequence[Segment]) -> float
-    """With which the tip was to speed up, cm/s^2."""
-    return max([LEAST_ACCELERATION] + [a for _, a, _, _ in segments])
+    """Return the maximum acceleration of the tip in these segments, cm/s^2."""
+    return max([MIN_TIP_ACCELERATION] + [a for _, a, _, _ in segments])
 
 
-def _from_rest(ways, end, along):
-    # type: (Sequence[Way], Pose, float) -> TimedPiece
-    """Ways (v, a, length, cubics, across) in time, begun at rest: nowhere faster than they were."""
-    speeds = [way[0] for way in ways]
-    v_end = ways[-1][0] ** 2 + 2 * ways[-1][1] * ways[-1][2]
+def _from_rest(sections, end, along):
+    # type: (Sequence[Section], Pose, float) -> TimedPiece
+    """Return sections in time, begun at rest with at most `along` (cm/s^2), nowhere faster."""
+    speeds = [section[0] for section in sections]
+    v_end = sections[-1][0] ** 2 + 2 * sections[-1][1] * sections[-1][2]
     speeds = [0.0] + speeds[1:] + [math.sqrt(max(0.0, v_end))]
     times, out = [0.0], []
-    for k, (_, _, length, cubics, across) in enumerate(ways):
+    for k, (_, _, length, cubics, across) in enumerate(sections):
         steep = max(
             [max(abs(c[1]), abs(c[1] + length * (2 * c[2] + 3 * c[3] * length))) for c in cubics]
         )

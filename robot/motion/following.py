@@ -1,6 +1,6 @@
-"""The links of one arm follow motions and aims, their backlash allowed for.
+"""Motions and aims followed by an arm's links, with compensation of their backlash.
 
-Nothing is stopped or held here: whoever lets them follow does that.
+Nothing is stopped or held here: the caller does that.
 """
 
 import math
@@ -26,24 +26,24 @@ if MYPY:
     AimAt = Callable[[float, FixedPose], Aim]  # the same
 
 COASTING_SPEED = math.radians(10)
-"""A motor stopped at more than this speed leaves its link running on into the backlash, rad/s."""
+"""Maximum speed at which a stopped motor keeps its link on its side of the backlash, rad/s."""
 
 MAX_CHASE_ERROR = math.radians(5)
-"""Greatest error in a chase, rad: a motor faster than described runs ahead on a long way."""
+"""Tolerance of the error in a chase, rad: a motor faster than described runs ahead."""
 
 
 class LinkFollower(object):
-    """The links of one arm, and on which side of its backlash each lies.
+    """The links of one arm, and the side of its backlash on which each lies.
 
     Args:
         joints: the arm's shared.arm_description.Joints.
         motors: ArmMotors.
-        gravity: robot.motion.gravity.Gravity, what pulls on the joints.
+        gravity: robot.motion.gravity.Gravity of the arm.
 
     Attributes:
-        sides: per joint, on which side its backlash lies: +1 pushed in the positive direction last,
-            or pulled in the negative by gravity; -1 the other way round; 0 unknown; between, it is
-            being crossed.
+        sides: per joint, the side of its backlash: +1 after a push in the positive direction, or
+            under a pull of gravity in the negative one; -1 the other way round; 0 unknown; between,
+            it is being crossed.
     """
 
     def __init__(self, joints, motors, gravity):
@@ -59,12 +59,12 @@ class LinkFollower(object):
 
     def forget_sides(self):
         # type: () -> None
-        """Somebody else has turned the joints: no side is known."""
+        """Mark all sides as unknown: something else has turned the joints."""
         self.sides = (0,) * len(self._joints)  # type: Tuple[float, ...]
 
     def angles(self):
         # type: () -> FixedPose
-        """Joint angles, rad, as the encoders have them, allowing for backlash as far as known."""
+        """Return the links' angles by the encoders, rad, with the backlash where it is known."""
         angles = [motor.angle() for motor in self._motors.joints]
         self.sides = self._gravity.sides(angles, self.sides)
         return self._at(angles)
@@ -75,12 +75,12 @@ class LinkFollower(object):
         plans = self._planned(motions)
         for plan in plans:
             self._plan = plan
-            noting = self._noting(plan, on_tick) if on_tick else None
+            reporting = self._reporting(plan, on_tick) if on_tick else None
             if not self._motors.loop.run(
-                self._motors.joints, plan, Tolerances(settle), on_tick=noting,
+                self._motors.joints, plan, Tolerances(settle), on_tick=reporting,
                 weigh=self._weigh, bounds=self._bounds
             ):  # fmt: skip
-                self._note_braked()
+                self._mark_braked()
                 break
             self.sides = plan.sides
         self._plan = None
@@ -96,7 +96,7 @@ class LinkFollower(object):
             )
             self.sides = feed.sides
             if not over:
-                self._note_braked()
+                self._mark_braked()
         self._plan = None
 
     def pursue(self, aim, speed, acceleration, within, once, spare):
@@ -108,17 +108,17 @@ class LinkFollower(object):
         def steer(t, now, angles):
             # type: (float, float, Pose) -> object
             self.sides = pursuit.sides_at(t)
-            return pursuit.take(t, aim(now, self._at(angles)), once)
+            return pursuit.handle(t, aim(now, self._at(angles)), once)
 
         if not self._motors.loop.run(
             self._motors.joints, pursuit, Tolerances(LONG_SETTLING, within, MAX_CHASE_ERROR), steer,
             spare=spare, weigh=self._weigh, bounds=self._bounds
         ):  # fmt: skip
-            self._note_braked()
+            self._mark_braked()
 
     def _planned(self, motions):
         # type: (Sequence[LinkMotion]) -> List[BacklashCompensation]
-        """All that the motors are to do: between two pieces their dead-man would stop them."""
+        """Plan all motions before the first: a plan between two would exceed the dead-man."""
         plans = []  # type: List[BacklashCompensation]
         sides, joints = self.sides, self._joints
         for motion in motions:
@@ -127,36 +127,36 @@ class LinkFollower(object):
             sides = plans[-1].sides
         return plans
 
-    def _noting(self, plan, on_tick):
+    def _reporting(self, plan, on_tick):
         # type: (BacklashCompensation, LinkTick) -> OnTick
-        """What tells `on_tick`, in the control loop, where the links are."""
+        """Return a tick handler of the control loop that calls `on_tick` with the links' angles."""
 
-        def note(t, now, angles):
+        def report(t, now, angles):
             # type: (float, float, Pose) -> object
             self.sides = plan.sides_at(t)
             return on_tick(now, self._at(angles))
 
-        return note
+        return report
 
     def _at(self, angles):
         # type: (Pose) -> FixedPose
-        """The links' angles for these of the motors, rad."""
+        """Return the links' angles for these of the motors, rad."""
         return tuple(
             angle - side * joint.backlash / 2
             for angle, side, joint in zip(angles, self.sides, self._joints)
         )
 
-    def note_broken_off(self):
+    def mark_interrupted(self):
         # type: () -> None
-        """An error has ended what they did; the motors are not stopped yet."""
+        """Update the sides after an error has ended a motion; the motors are not stopped yet."""
         if self._plan:
             self.sides = self._plan.sides_at(self._motors.loop.plan_time)
             self._plan = None
-        self._note_braked()
+        self._mark_braked()
 
-    def _note_braked(self):
+    def _mark_braked(self):
         # type: () -> None
-        """Which side of its backlash a joint lies on is unknown where it runs on."""
+        """Mark the side as unknown of every joint that is too fast to stop on its side."""
         self.sides = tuple(
             0 if abs(speed) > COASTING_SPEED else side
             for speed, side in zip(self._motors.speeds(), self.sides)

@@ -252,7 +252,7 @@ class JointController(object):
             friction = self._least
         elif friction > self._most:
             friction = self._most
-        self.stall.take(dt, low, high, angle, speed, push, friction, self._push)
+        self.stall.update(dt, low, high, angle, speed, push, friction, self._push)
         self._friction = friction
         self.speed = speed
         self.angle = low if angle < low else high if angle > high else angle

@@ -13,7 +13,7 @@ if MYPY:
 STIFFNESS = 0.1
 """The push with which the motor's driver answers a difference of speeds, % per deg/s."""
 
-FRICTION_DOUBT, STANDING_DOUBT = 0.6, 1.4
+MOVING_FRICTION_MARGIN, STANDING_FRICTION_MARGIN = 0.6, 1.4
 """Friction may be greater than what was learned of it by these shares of the first guess: where a
 joint goes on as it turned when it last counted, and where it stood, turns round or may meet a link
 that stands: then a load that was taken for friction acts the other way."""
@@ -22,7 +22,7 @@ TAKEN_UP_COUNTS, TAKEN_UP_SHARE = 3.5, 1.5
 """Until it has turned one way by so many counts, and so many times its backlash, a motor may meet
 a link that stands."""
 
-KNOWN_DOUBT = 0.15
+KNOWN_FRICTION_MARGIN = 0.15
 """And for what was pushed on the whole it may be greater by this share of the first guess."""
 
 PEN_SPEED, PEN_ACCELERATION = math.radians(400), math.radians(3000)
@@ -83,10 +83,13 @@ class StallDetector(object):
     def __init__(self, model, friction, backlash, most_missing, most_pushed):
         # type: (MotorModel, float, float, float, float) -> None
         self._share, self._lag = model.share, model.lag
-        self._doubts = FRICTION_DOUBT * friction, STANDING_DOUBT * friction
+        self._friction_margins = (
+            MOVING_FRICTION_MARGIN * friction,
+            STANDING_FRICTION_MARGIN * friction,
+        )
         self._taken_up = TAKEN_UP_COUNTS * model.degree + TAKEN_UP_SHARE * backlash
         self._most, self._most_pushed = most_missing, most_pushed
-        self._known_doubt = KNOWN_DOUBT * friction
+        self._known_margin = KNOWN_FRICTION_MARGIN * friction
         self.missing = self.friction = self.load = 0.0
         self.begin(0.0, 0.0, friction)
 
@@ -110,11 +113,11 @@ class StallDetector(object):
         self._angle, self._speed, friction, self.load = self._counted
         self._slack = STOPPING_TIME * abs(self._speed)
         turned = self._low - self._turned_at
-        self.friction = friction + self._doubts[-self._taken_up < turned < self._taken_up]
-        self._back = friction + self._doubts[1]
-        self._known, self._pushed = friction + self._known_doubt, 0.0
+        self.friction = friction + self._friction_margins[-self._taken_up < turned < self._taken_up]
+        self._back = friction + self._friction_margins[1]
+        self._known, self._pushed = friction + self._known_margin, 0.0
 
-    def take(self, dt, low, high, angle, speed, push, friction, load):
+    def update(self, dt, low, high, angle, speed, push, friction, load):
         # type: (float, float, float, float, float, float, float, float) -> None
         """Take in a reading.
 

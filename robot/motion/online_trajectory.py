@@ -147,7 +147,7 @@ class _Joint(object):
             return angle, speed, self._side, 0.0
         return (angle, speed) + crossed(t, self._side, self._crossings)
 
-    def take_preload(self, t, side):
+    def update_preload(self, t, side):
         # type: (float, float) -> None
         """From `t` + LEAD on gravity presses the backlash to a side; 0: it lies as pushed."""
         then = t + LEAD
@@ -277,7 +277,7 @@ class OnlineTrajectory(object):
         self.rests_from = [0.0] * len(self._joints)
         self._preload_sides = preload_sides
 
-    def take_preload(self, t):
+    def update_preload(self, t):
         # type: (float) -> None
         """Take in at time `t` (s) where gravity presses; for ticks in which nothing is steered."""
         if not self._preload_sides or t - self._preloaded_at < PRELOAD_PERIOD:
@@ -285,12 +285,12 @@ class OnlineTrajectory(object):
         self._preloaded_at = t
         sides = self._preload_sides([joint.at(t + LEAD)[0] for joint in self._joints])
         for joint, side in zip(self._joints, sides):
-            joint.take_preload(t, side)
-        self._note_rests()
+            joint.update_preload(t, side)
+        self._update_rests()
         if self.duration < math.inf:
             self.duration = max(self.duration, max(self.rests_from))
 
-    def _note_rests(self):
+    def _update_rests(self):
         # type: () -> None
         self.rests_from = [joint.rests_from for joint in self._joints]
 
@@ -302,18 +302,18 @@ class OnlineTrajectory(object):
             aim: rad, where they are to stand; or a Moving; None: come to rest and end.
             last: whether to end there, however near that is.
         """
-        self.take_preload(t)
+        self.update_preload(t)
         if isinstance(aim, Moving):
             for k, joint in enumerate(self._joints):
                 joint.steer(t, aim.q[k], last, aim.q_dot[k])
         else:
             for k, joint in enumerate(self._joints):
                 joint.steer(t, None if aim is None else aim[k], last)
-        self._note_rests()
+        self._update_rests()
         if aim is None or last:
             self.duration = max(t, max(self.rests_from))
 
-    def take(self, t, aim, once=False):
+    def handle(self, t, aim, once=False):
         # type: (float, Aim, bool) -> Optional[Literal[Stopping.STOP]]
         """Take in at time `t` (s) what whoever steers has answered; STOP if the motion is over.
 
@@ -327,7 +327,7 @@ class OnlineTrajectory(object):
         if aim is STOP:
             return STOP
         if self.duration < math.inf:
-            self.take_preload(t)
+            self.update_preload(t)
             return None
         last = once or isinstance(aim, Landing)
         if isinstance(aim, Landing):

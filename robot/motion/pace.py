@@ -27,24 +27,24 @@ READ_SHARE = 0.7
 LEAD_SHARE = 0.7
 """What is fed forward is so by this share of what the period is longer than MIN_PERIOD, more."""
 
-SLOW_PERIODS = 1.3
+SLOWDOWN_FACTOR = 1.3
 """A period so many times as long as it was at first, and so long that the plan goes slower, is
 worth a word."""
 
 MAX_RATE_CHANGE = 1.0
 """The plan's rate changes no faster, 1/s."""
 
-LATE_TICK, RECENT_TIME = 0.06, 0.3
+LATE_TICK_TIME, RECENT_TIME = 0.06, 0.3
 """What comes later than this after the tick before is late (s); and so long ago is lately, s."""
 
-COARSE_PERIODS = 1.4
+COARSE_FACTOR = 1.4
 """With a period of more than so many times the shortest, joints end a little off."""
 
-HOPELESS_TICK, HOPELESS_TICKS = 0.1, 4
+HOPELESS_TICK_TIME, HOPELESS_TICKS = 0.1, 4
 """So many ticks in a row that take longer than this (s) control nothing."""
 
 
-class Pace(object):
+class LoopTiming(object):
     """The pace of one arm's control loop, from motion to motion.
 
     Args:
@@ -57,7 +57,7 @@ class Pace(object):
             to, s.
         lead: speed and acceleration are fed forward so much early, s.
         latest: the last late tick, s.
-        slow: ticks in a row that took longer than HOPELESS_TICK.
+        slow: ticks in a row that took longer than HOPELESS_TICK_TIME.
     """
 
     def __init__(self, say):
@@ -71,7 +71,7 @@ class Pace(object):
         self.latest = 0.0
         self._n, self._sum = 0, 0.0
         self._first = None  # type: Optional[float]
-        self._told = False
+        self._reported = False
         self._late_at = None  # type: Optional[float]
 
     def begin(self):
@@ -81,12 +81,12 @@ class Pace(object):
         self._late_at = None
         self.rate = self._wanted
 
-    def note(self, t, since_last, computing):
+    def update(self, t, since_last, computing):
         # type: (float, float, float) -> None
         """Take in a tick that ended at `t` (s), so long after the one before; and took so long."""
-        if since_last > LATE_TICK:
+        if since_last > LATE_TICK_TIME:
             self._late_at, self.latest = t, since_last
-        self.slow = self.slow + 1 if since_last > HOPELESS_TICK else 0
+        self.slow = self.slow + 1 if since_last > HOPELESS_TICK_TIME else 0
         self._n += 1
         self._sum += computing
         if self.rate != self._wanted:
@@ -109,8 +109,8 @@ class Pace(object):
                 "a control tick takes {:.0f} ms of this brick, so there is one every {:.0f} ms"
                 "".format(1000 * computing, 1000 * max(self.period, computing))
             )
-        elif not self._told and wanted > max(SLOW_PERIODS * self._first, MAX_PERIOD):
-            self._told = True
+        elif not self._reported and wanted > max(SLOWDOWN_FACTOR * self._first, MAX_PERIOD):
+            self._reported = True
             self._say(
                 "the brick has become slower, a control tick takes {:.0f} ms: the arm slows down; "
                 "end other programs on the brick".format(1000 * computing)
@@ -124,4 +124,4 @@ class Pace(object):
     def is_coarse(self, t):
         # type: (float) -> bool
         """Whether ticks are so far apart that a joint may not get to where it should be exactly."""
-        return self.period > COARSE_PERIODS * MIN_PERIOD or self.was_late(t)
+        return self.period > COARSE_FACTOR * MIN_PERIOD or self.was_late(t)

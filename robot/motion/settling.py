@@ -10,7 +10,7 @@ SETTLED_TIME = 0.028
 STANDSTILL_TIME = 0.2
 """One without a count for so long is held by friction, or blind, s."""
 
-EXTRA_TIME = 1.0
+GRACE_TIME = 1.0
 """What has not arrived in time, but is on its way, is given so much more, s."""
 
 ARRIVAL_TOLERANCES = 3
@@ -42,7 +42,7 @@ class SettlingDetector(object):
         self._near_since = self._seen = None  # type: Optional[float]
         self.begun = self.over = False
 
-    def take(self, t, time_at_rest, seen, error):
+    def update(self, t, time_at_rest, seen, error):
         # type: (float, float, Optional[float], float) -> bool
         """Take in one tick; False if the joint has not arrived and will not.
 
@@ -65,4 +65,4 @@ class SettlingDetector(object):
         stands = t - self._seen_since >= STANDSTILL_TIME
         arrived = -ARRIVAL_TOLERANCES * self._fine <= error <= ARRIVAL_TOLERANCES * self._fine
         self.over = near or stands or (arrived and time_at_rest > self._longest)
-        return arrived or not stands and time_at_rest <= self._longest + EXTRA_TIME
+        return arrived or not stands and time_at_rest <= self._longest + GRACE_TIME

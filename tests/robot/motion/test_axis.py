@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from robot.motion.axis import MAX_ERROR_COUNTS, STOPPED, Axis, Tolerances
+from robot.motion.axis import MAX_ERROR_COUNTS, STOP_STEPS, Axis, Tolerances
 from robot.motion.control_loop import UNBOUNDED, ControlLoop, OutOfBounds, Stalled
 from robot.motion.joint_controller import GAINS, JointController
 from robot.motion.trajectory import JointMove
@@ -58,7 +58,7 @@ def test_no_error_is_too_great_within_some_counts():
 def test_a_motor_is_stopped_by_a_step_each_tick_and_stays_so():
     one, control = axis(), loop()
     one.settling.over = True
-    for _ in range(STOPPED + 3):
+    for _ in range(STOP_STEPS + 3):
         control._drive([one], MOVE, 0.5, [0.5], [0.0], [1.0], [1.0], 0.02)
     assert one.motor.told == ["brake", "clamp"]
     one.settling.over = False

@@ -8,9 +8,9 @@ from robot.motion import kinematics, paths, trajectory
 from robot.motion.backlash import BacklashCompensation
 from robot.motion.feed import (
     HOLD_TIME,
-    LONGEST_RAMP,
-    LOOK_PERIOD,
-    RAMP_TIME,
+    MAX_RAMP_TIME,
+    MIN_RAMP_TIME,
+    RATE_PERIOD,
     FeedOverride,
     rest_of,
     same_place,
@@ -83,9 +83,9 @@ def test_a_hold_comes_to_rest_on_the_path_and_ends_the_motion(share):
     assert feed.tick(t, 100.0, None) is None
     assert feed.held
     ramp = feed.duration - t
-    assert ramp <= LONGEST_RAMP + 1e-9
+    assert ramp <= MAX_RAMP_TIME + 1e-9
     if 0.1 < share < 0.9:
-        assert ramp >= RAMP_TIME
+        assert ramp >= MIN_RAMP_TIME
     assert feed.at(feed.duration)[0] == pytest.approx(plan.at(feed.tau)[0])
     assert share * plan.duration < feed.tau < share * plan.duration + ramp
     assert feed.speeds(feed.duration + 0.01) == [0.0, 0.0]
@@ -102,7 +102,7 @@ def test_no_joint_slows_down_harder_than_a_plan_does_unless_that_took_too_long()
         ramp = feed.duration - t
         hardest = max(map(abs, plan.speeds(t))) / ramp
         soft = hardest <= trajectory.JOINT_ACCELERATION * 1.001
-        assert soft or ramp == pytest.approx(LONGEST_RAMP)
+        assert soft or ramp == pytest.approx(MAX_RAMP_TIME)
 
 
 def test_the_rate_is_asked_for_now_and_then_only():
@@ -111,7 +111,7 @@ def test_the_rate_is_asked_for_now_and_then_only():
     feed = fed(plan, look=lambda now: asked.append(now) or 1.0)
     for k in range(50):
         feed.tick(0.02 * k, 7 + 0.02 * k, None)
-    assert 1.0 / LOOK_PERIOD * 0.6 < len(asked) <= 1.0 / LOOK_PERIOD + 1
+    assert 1.0 / RATE_PERIOD * 0.6 < len(asked) <= 1.0 / RATE_PERIOD + 1
     assert feed.reached == pytest.approx(asked[-1] - 7)
 
 

@@ -19,19 +19,19 @@ from robot.motion.control_loop import (
 from robot.motion.joint_controller import GAINS
 from robot.motion.motor_model import MotorModel, StallDetector
 from robot.motion.online_trajectory import STOP
-from robot.motion.pace import AVERAGED_TICKS, MAX_PERIOD, MIN_PERIOD, Pace
+from robot.motion.pace import AVERAGED_TICKS, MAX_PERIOD, MIN_PERIOD, LoopTiming
 
 
 def paced(*computing):
-    """A Pace after dozens of ticks that took so long each (s), and what it has said."""
+    """A LoopTiming after dozens of ticks that took so long each (s), and what it has said."""
     said = []
-    pace = Pace(said.append)
+    pace = LoopTiming(said.append)
     t = 0.0
     for seconds in computing:
         for _ in range(AVERAGED_TICKS):
             since = max(pace.period, seconds)
             t += since
-            pace.note(t, since, seconds)
+            pace.update(t, since, seconds)
     return pace, said
 
 
@@ -56,7 +56,7 @@ def test_where_no_period_will_do_the_plan_goes_slower_than_the_clock_and_not_by_
     assert pace.rate == pytest.approx(MAX_PERIOD / 0.1)
     pace, _ = paced(0.005, 0.08)
     before = pace.rate
-    pace.note(99.0, 0.08, 0.08)
+    pace.update(99.0, 0.08, 0.08)
     assert 0 < before - pace.rate <= 0.08 + 1e-9
 
 
@@ -75,10 +75,10 @@ def test_ticks_that_take_longer_but_find_room_are_no_news():
 
 
 def test_a_late_tick_is_late_for_a_while():
-    pace = Pace(lambda line: None)
-    pace.note(1.0, 0.02, 0.01)
+    pace = LoopTiming(lambda line: None)
+    pace.update(1.0, 0.02, 0.01)
     assert not pace.was_late(1.0)
-    pace.note(1.1, 0.09, 0.09)
+    pace.update(1.1, 0.09, 0.09)
     assert pace.was_late(1.2)
     assert pace.latest == 0.09
     assert not pace.was_late(1.5)
@@ -178,7 +178,7 @@ def test_a_joint_that_turns_is_not_called_blocked_because_ticks_are_long(
     joint = Lagging(world, math.radians(behind), stops)
     loop = ControlLoop(world, {joint: joint}, lambda: None, lambda line: None)
     loop.pace.period = period
-    loop.pace.note = lambda *args: None
+    loop.pace.update = lambda *args: None
     ticks = []
 
     def watch(t, now, angles):
@@ -201,8 +201,8 @@ def test_what_is_fed_forward_goes_at_the_plan_s_rate_from_the_first_tick_on():
     joint = Lagging(world, 0.0)
     loop = ControlLoop(world, {joint: joint}, lambda: None, lambda line: None)
     for n in range(2 * AVERAGED_TICKS):
-        loop.pace.note(0.07 * n, 0.07, 0.07)
-    loop.pace.note = lambda *args: None
+        loop.pace.update(0.07 * n, 0.07, 0.07)
+    loop.pace.update = lambda *args: None
 
     def watch(t, now, angles):
         world.sleep(0.004)
@@ -224,7 +224,7 @@ def test_spare_time_is_what_is_left_of_a_tick_when_its_motors_are_driven(period)
     joint = Lagging(world, 0.0)
     loop = ControlLoop(world, {joint: joint}, lambda: None, lambda line: None)
     loop.pace.period = period
-    loop.pace.note = lambda *args: None
+    loop.pace.update = lambda *args: None
 
     def watch(t, now, angles):
         told.append(("read", now))
@@ -248,7 +248,7 @@ def test_who_needs_more_than_the_spare_time_makes_the_period_longer():
         world = World()
         joint = Lagging(world, 0.0)
         loop = ControlLoop(world, {joint: joint}, lambda: None, lambda line: None)
-        loop.pace.note = lambda t, since, computing: noted.append((since, computing))
+        loop.pace.update = lambda t, since, computing: noted.append((since, computing))
         loop.run(
             [joint], Even(), on_tick=lambda t, now, angles: STOP if t > 1 else None,
             spare=lambda until, world=world, needs=needs: world.sleep(needs),

@@ -70,10 +70,10 @@ def test_what_stands_unpushed_misses_nothing():
     detector = StallDetector(MotorModel(1.0, GAINS["large"]), 1.0, 0.0, 0.03, 9.0)
     detector.begin(0.0, 0.01, 1.0)
     for _ in range(1000):
-        detector.take(TICK, 0.0, 0.017, 0.01, 0.0, 1.5, 1.0, 0.0)
+        detector.update(TICK, 0.0, 0.017, 0.01, 0.0, 1.5, 1.0, 0.0)
         assert not detector.stalled
     for _ in range(20):
-        detector.take(TICK, 0.0, 0.017, 0.01, 0.0, 4.5, 1.0, 0.0)
+        detector.update(TICK, 0.0, 0.017, 0.01, 0.0, 4.5, 1.0, 0.0)
     assert detector.stalled
 
 
@@ -82,9 +82,9 @@ def test_a_count_in_either_direction_ends_the_suspicion():
     for low in (0.017, -0.017):
         detector.begin(0.0, 0.01, 1.0)
         for _ in range(20):
-            detector.take(TICK, 0.0, 0.017, 0.01, 0.0, 4.5, 1.0, 0.0)
+            detector.update(TICK, 0.0, 0.017, 0.01, 0.0, 4.5, 1.0, 0.0)
         assert detector.stalled
-        detector.take(TICK, low, low + 0.017, low, 0.0, 4.5, 1.0, 0.0)
+        detector.update(TICK, low, low + 0.017, low, 0.0, 4.5, 1.0, 0.0)
         assert not detector.stalled
 
 
@@ -98,7 +98,7 @@ def test_who_turns_round_in_silence_may_be_stiffer_than_who_goes_on(push, stalle
     detector = StallDetector(MotorModel(1.0, GAINS["large"]), 1.0, 0.0, 2 * count, 9.0)
     detector.begin(0.0, 0.5 * count, 1.0)
     for k in range(1, 6):
-        detector.take(TICK, k * count, (k + 1) * count, (k + 0.5) * count, 0.1, 1.5, 1.0, 0.0)
+        detector.update(TICK, k * count, (k + 1) * count, (k + 0.5) * count, 0.1, 1.5, 1.0, 0.0)
     for now in [0.0] * 20 + [push] * 20:
-        detector.take(TICK, 5 * count, 6 * count, 5.5 * count, 0.0, now, 1.0, 0.0)
+        detector.update(TICK, 5 * count, 6 * count, 5.5 * count, 0.0, now, 1.0, 0.0)
     assert detector.stalled is stalled
