@@ -298,7 +298,7 @@ class Bench(object):
         for sign in (-1, 1):
             touches = []
             for _ in range(1 + TOUCHES):
-                at = stops.push(arm, motor, joint, sign, stops.FIRST_PUSH)
+                at = stops.push(arm, motor, joint, sign, stops.SEARCH_PUSH)
                 touches.append(
                     ((at - motor.zero) / motor.in_counts(1.0), self._leave(arm, k, sign))
                 )

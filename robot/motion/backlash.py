@@ -1,4 +1,19 @@
-"""Backlash compensation: what motors must do for the links to follow all the same.  Pure."""
+"""Backlash compensation: motor set-points by which the links follow in spite of play.  Pure.
+
+With a backlash b, a joint's motor m and link q touch on one side, sigma = +1 or -1, of the play:
+
+    m = q + sigma b/2
+
+The inverse of this nonlinearity (Tao and Kokotovic, 1996; survey: Nordin and Gutman, Automatica
+38(10), 2002) jumps by b where sigma changes.  A jump would drive the motor at full power into the
+link.  So sigma goes from s0 to s1 by the cubic that starts and ends at rest, with x = 0 .. 1:
+
+    sigma = s0 + (s1 - s0) x^2 (3 - 2 x),    x = (t - begin) / T,    T = crossing_time
+
+It is centred on the reversal, where the link all but stands; at a start it comes before the motion.
+Feedback cannot replace it: the encoder is on the motor and does not see the link cross.  A link
+that gravity pulls with more than friction stays on one side, and its reversals need no crossing.
+"""
 
 import math
 
@@ -17,36 +32,34 @@ if MYPY:
     Bounds = Tuple[float, float, float]  # lower, upper, fastest: rad and rad/s
 
 CROSSING_TIME = 0.14
-"""Least time to cross a joint's backlash, s."""
+"""Minimum time to cross a joint's backlash, s."""
 
 CROSSING_SPEED = math.radians(109)
-"""Mean speed of a motor's shaft on its way across, rad/s: faster, it would knock the link away."""
+"""Maximum mean speed of a motor's shaft in a crossing, rad/s: faster, it knocks the link away."""
 
 APPROACH_MARGIN = math.radians(2)
-"""A start is approached from the backlash and so much more, rad."""
+"""Distance of a run-up beyond the backlash, rad."""
 
 APPROACH_SPEED, APPROACH_ACCELERATION = 0.3, math.radians(15)
-"""Share of full speed, and rad/s^2, at which links stay on the side that they are pushed by."""
+"""Limits of a run-up, share of full speed and rad/s^2: the links stay on their motors' side."""
 
 PRELOAD_STEP, PRELOAD_RESOLUTION = 0.12, 0.01
-"""How often along a motion it is asked where gravity presses; where that changes is then found to
-so much, s."""
+"""Period of the samples of gravity's side along a motion, and the resolution of its changes, s."""
 
 
-SLACK, SPEED_SLACK = math.radians(1), 1.15
-"""Set-points are planned within the joints' limits and speeds; so far beyond, rad and as a factor,
-roundings may take them."""
+ANGLE_SLACK, SPEED_SLACK = math.radians(1), 1.15
+"""Tolerances of set-points beyond a joint's limits, rad, and its speed, a factor: for rounding."""
 
 
 def motor_bounds(joints):
     # type: (Sequence[Joint]) -> List[Bounds]
-    """Per joint, bounds of its motor's set-points, and of their speed: rad, rad, rad/s.
+    """Return per joint the bounds (lower, upper, fastest) of its motor: rad, rad, rad/s.
 
-    Beyond the joint's own the motor goes by half the backlash, and by what crossing that takes.
+    They exceed the joint's own by half the backlash, and by the speed of a crossing.
     """
     bounds = []
     for joint in joints:
-        beyond = joint.backlash / 2 + SLACK
+        beyond = joint.backlash / 2 + ANGLE_SLACK
         # (The cubic of `crossed` is 1.5 times as fast in the middle as on the average.)
         fastest = SPEED_SLACK * joint.max_speed + 1.5 * joint.backlash / crossing_time(joint)
         bounds.append((joint.lower - beyond, joint.upper + beyond, fastest))
@@ -56,24 +69,22 @@ def motor_bounds(joints):
 class BacklashCompensation(object):
     """The motors' set-points for the links to follow a motion in spite of backlash.
 
-    A link pushed in the positive direction lags its motor by half the backlash, in the negative
-    direction it leads.  The backlash is crossed before the start where the first direction differs
-    from where it lies, and around every reversal, where the link all but stands.  Where gravity
-    presses a link on its motor, whichever way that goes, the backlash lies as it is pressed; and it
-    is crossed where gravity lets go or takes over.
+    A link that is pushed in the positive direction lags its motor by half the backlash, in the
+    negative direction it leads.  The backlash is crossed before the start where the first direction
+    needs it, around every reversal, and where gravity's side changes.
 
     Args:
         joints: the arm's shared.arm_description.Joints.
         motion: Trajectory or JointMove.
-        sides: per joint, where the backlash lies at the start: +1, -1, or between (0: the middle).
+        sides: per joint, sigma at the start: +1, -1, or between (0: unknown).
         preload_sides: from the links' angles (rad) to the side, per joint, to which gravity presses
-            the backlash, 0: none; None: it presses none.
+            it, 0: none; None: gravity presses none.
 
     Attributes:
         duration: s, from the start of the motion; `at` begins at -before.
-        before: s of crossing before the motion starts.
+        before: time of the crossing before the motion starts, s.
         rests_from: per joint, when its set-point comes to rest, s.
-        sides: where the backlash lies at the end.
+        sides: sigma per joint at the end.
     """
 
     def __init__(self, joints, motion, sides, preload_sides=None):
@@ -97,7 +108,7 @@ class BacklashCompensation(object):
                     continue
                 crossings.append((t - time / 2, time, then - now))
                 now = then
-                if preload_sides and backlash:  # gravity takes over anywhere, also at the very ends
+                if preload_sides and backlash:  # gravity's side may change at the ends, too
                     self.before = max(self.before, time / 2 - t)
                     self.duration = max(self.duration, t + time / 2)
             self._crossings.append((backlash / 2, side, crossings))
@@ -107,7 +118,7 @@ class BacklashCompensation(object):
 
     def at(self, t):
         # type: (float) -> SetPoint
-        """(q, path) of the motors' side at time `t` (s); see Trajectory.at."""
+        """Return (q, path) of the motors' side at time `t` (s); see Trajectory.at."""
         q, path = self._motion.at(t)
         for k, (half, side, crossings) in enumerate(self._crossings):
             q[k] += half * (crossed(t, side, crossings)[0] if crossings else side)
@@ -115,7 +126,7 @@ class BacklashCompensation(object):
 
     def speeds(self, t):
         # type: (float) -> List[float]
-        """dq/dt of the motors' side at time `t` (s), rad/s."""
+        """Return dq/dt of the motors' side at time `t` (s), rad/s."""
         speeds = self._motion.speeds(t)
         for k, (half, side, crossings) in enumerate(self._crossings):
             if crossings:
@@ -124,13 +135,13 @@ class BacklashCompensation(object):
 
     def sides_at(self, t):
         # type: (float) -> Tuple[float, ...]
-        """Per joint, where the backlash lies at time `t` (s): from -1 to +1."""
+        """Return sigma per joint at time `t` (s), -1 .. +1."""
         return tuple(crossed(t, side, crossings)[0] for _, side, crossings in self._crossings)
 
 
 def _wanted_sides(motion, preload_sides):
     # type: (LinkMotion, Optional[PreloadSides]) -> List[List[Tuple[float, float]]]
-    """Per joint, the sides to lie on from when on: (s, +1, -1 or 0: as it lies), from 0 on."""
+    """Return per joint the list of (time, s; side from then on: +1, -1, 0: any), from 0 s on."""
     times = {0.0}.union(*motion.reversals)
     held = {}  # type: Dict[float, Sequence[int]]
 
@@ -142,21 +153,21 @@ def _wanted_sides(motion, preload_sides):
             )
         return held[t]
 
-    def look(begin, end):
+    def bisect(begin, end):
         # type: (float, float) -> None
-        """Add the times between these two at which another side is pressed on."""
+        """Add the times (s) between these two at which gravity's side changes."""
         if press(begin) == press(end):
             return
         if end - begin <= PRELOAD_RESOLUTION:
             times.add(end)
             return
-        look(begin, (begin + end) / 2)
-        look((begin + end) / 2, end)
+        bisect(begin, (begin + end) / 2)
+        bisect((begin + end) / 2, end)
 
     if preload_sides:
         n = int(motion.duration / PRELOAD_STEP) + 1
         for k in range(n):
-            look(motion.duration * k / n, motion.duration * (k + 1) / n)
+            bisect(motion.duration * k / n, motion.duration * (k + 1) / n)
     out = [[] for _ in motion.directions]  # type: List[List[Tuple[float, float]]]
     for t in sorted(times):
         for wanted, side, first, turns in zip(out, press(t), motion.directions, motion.reversals):
@@ -167,7 +178,7 @@ def _wanted_sides(motion, preload_sides):
 
 def pose_behind(joints, motion):
     # type: (Sequence[Joint], LinkMotion) -> List[float]
-    """Joint angles, rad, from which all backlash is taken up on the way to the motion's start."""
+    """Return joint angles (rad) from which the move to the motion's start takes up all backlash."""
     behind = []
     for joint, start, direction in zip(joints, motion.start, motion.directions):
         back = start - direction * (joint.backlash + APPROACH_MARGIN)
@@ -177,17 +188,18 @@ def pose_behind(joints, motion):
 
 def crossing_time(joint):
     # type: (Joint) -> float
-    """How long a joint's motor takes to cross the backlash, s."""
+    """Return the time that a joint's motor takes to cross the backlash, s."""
     return max(CROSSING_TIME, joint.backlash * joint.gear / CROSSING_SPEED)
 
 
 def crossed(t, side, crossings):
     # type: (float, float, Sequence[Crossing]) -> Tuple[float, float]
-    """Where the backlash lies at time `t`, and how fast that changes, 1/s.
+    """Return sigma at time `t`, and its rate, 1/s.
 
     Args:
-        side: where it lay before.
-        crossings: (begin, time, step) of each.
+        t: s.
+        side: sigma before the crossings.
+        crossings: of each (begin, s; time, s; step of sigma).
     """
     rate = 0.0
     for begin, time, step in crossings:

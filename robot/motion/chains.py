@@ -1,6 +1,6 @@
-"""The chains of joints: two links in the plane; two upright links on a turntable.  Pure.
+"""The kinematic chains: two links in the plane; two upright links on a turntable.  Pure.
 
-The letters are those of kinematics, which is the door to this.
+The letters are those of kinematics, whose functions are the way in.
 """
 
 import math
@@ -22,7 +22,7 @@ if MYPY:
     Solutions = Dict[str, List[FixedPose]]  # by branch
 
 REACH_SLACK = 1e-9
-"""A point at full reach must not be pushed out of it by rounding, cm."""
+"""Tolerance of the reach for rounding, cm."""
 
 
 class Unreachable(ArmError, ValueError):
@@ -31,14 +31,14 @@ class Unreachable(ArmError, ValueError):
 
 def reach(arm):
     # type: (Arm) -> Tuple[float, float]
-    """Least and greatest distance of the tip from the shoulder that the links allow, cm."""
+    """Return the least and greatest distance of the tip from the shoulder by the links, cm."""
     upper, fore = arm.joints[-2].link, arm.joints[-1].link
     return abs(upper - fore), upper + fore
 
 
 def point_text(p):
     # type: (Point) -> str
-    """A point for people, cm."""
+    """Return a point (cm) as text for people."""
     return "({}) cm".format(", ".join("{:.6g}".format(round(c, 6) + 0.0) for c in p))
 
 
@@ -47,7 +47,7 @@ def point_text(p):
 
 def _link_ends(joints, q, x, y):
     # type: (Sequence[Joint], Pose, float, float) -> List[Tuple[float, float]]
-    """Links joined in one plane, the first at (x, y): every joint and the end."""
+    """Return every joint and the end of links in one plane, the first at (x, y), cm."""
     heading, positions = 0.0, [(x, y)]
     for joint, angle in zip(joints, q):
         link = joint.link
@@ -65,7 +65,7 @@ def _planar_positions(arm, q):
 
 def _planar_jacobian(arm, q):
     # type: (Arm, Pose) -> Matrix
-    """A turn about an upright axis moves the tip across its lever arm (geometric Jacobian)."""
+    """Return J, cm/rad: a turn moves the tip across its lever arm (geometric Jacobian)."""
     if len(q) == 2:
         upper, fore = arm.joints
         heading, (first, second) = q[0], q
@@ -92,13 +92,23 @@ def _planar_solutions(arm, p, near):
 
 def _bend_to(arm, point, p):
     # type: (Arm, Point, Point) -> Dict[str, Tuple[float, float]]
-    """How two links bend to a point of their plane, seen from the first one's axis.
+    """Solve two links for a point of their plane, seen from the first one's axis.
 
-    By the cosine rule, with half angles: the tangent form keeps its digits at full reach and at the
-    hole, where acos loses half.
+    With the links a, b and the distance d of the point, the cosine rule gives the bend beta:
+
+        cos beta = (d^2 - a^2 - b^2) / (2 a b),
+        tan^2 (beta/2) = ((a + b)^2 - d^2) / (d^2 - (a - b)^2)
+
+    The second form is the half-angle formula.  Its factors keep all digits at full reach and at the
+    hole, where acos, with an infinite slope, loses half of them (Kahan, 2000, for triangles).
+
+    Args:
+        arm: shared.arm_description.Arm.
+        point: (x, y) in that plane from the first link's axis, cm.
+        p: the point in the base frame, for messages, cm.
 
     Returns:
-        {"up": (heading of the first, bend > 0 of the second), "down": the same with bend < 0}
+        {"up": (heading of the first, bend > 0 of the second), "down": the same with bend < 0}, rad.
     """
     upper, fore = arm.joints[-2].link, arm.joints[-1].link
     hole, outer = reach(arm)
@@ -138,7 +148,7 @@ def _planar_scale(arm, q):
 
 def _spatial_profile(arm, q):
     # type: (Arm, Pose) -> List[Tuple[float, float]]
-    """In the upright plane in which the arm is: (distance from the base's axis, height), cm."""
+    """Return the joints and the tip in the arm's upright plane: (distance, height), cm."""
     return [(0.0, 0.0)] + _link_ends(arm.joints[1:], q[1:], 0.0, arm.joints[0].link)
 
 
@@ -150,7 +160,7 @@ def _spatial_positions(arm, q):
 
 def _spatial_jacobian(arm, q):
     # type: (Arm, Pose) -> Matrix
-    """Each joint moves the tip across its lever arm (geometric Jacobian)."""
+    """Return J, cm/rad: each joint moves the tip across its lever arm (geometric Jacobian)."""
     ahead, aside = math.cos(q[0]), math.sin(q[0])
     profile = _spatial_profile(arm, q)
     out, height = profile.pop()
@@ -175,16 +185,16 @@ def _spatial_pull(q, moments):
 
 def _spatial_solutions(arm, p, near):
     # type: (Arm, Point, Optional[Pose]) -> Solutions
-    """Facing the point, and bent over backwards to it."""
+    """Return the poses that face the point, and those that reach it from behind, by branch."""
     x, y, z = p
     yaw, out = math.atan2(y, x), math.hypot(x, y)
     solutions = {"up": [], "down": []}  # type: Solutions
     # Facing the point, the elbow is above where it is bent down; from behind, where it is bent up.
-    ways = [(0.0, out, "down"), (math.pi, -out, "up")]
+    facings = [(0.0, out, "down"), (math.pi, -out, "up")]
     if near:
-        ways = ways[:1] if _spatial_out(arm, near) > 0 else ways[1:]
-    for turned, reached, above in ways:
-        poses = _bend_to(arm, (reached, z - arm.joints[0].link), p)
+        facings = facings[:1] if _spatial_out(arm, near) > 0 else facings[1:]
+    for turned, distance, above in facings:
+        poses = _bend_to(arm, (distance, z - arm.joints[0].link), p)
         for bent, pitches in poses.items():
             solutions["up" if bent == above else "down"].append((yaw + turned,) + pitches)
     return solutions
@@ -192,7 +202,7 @@ def _spatial_solutions(arm, p, near):
 
 def _spatial_out(arm, q):
     # type: (Arm, Pose) -> float
-    """How far the tip is from the base's axis, cm; negative: behind it."""
+    """Return the distance of the tip from the base's axis, cm; negative: behind it."""
     _, upper, fore = arm.joints
     return upper.link * math.cos(q[1]) + fore.link * math.cos(q[1] + q[2])
 

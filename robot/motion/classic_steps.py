@@ -14,22 +14,23 @@ if MYPY:
     from shared.arm_description import Arm  # noqa: F401
 
 STEP_SIZE = math.radians(5)
-"""The report's length of a joint step, rad."""
+"""Length of a joint step in the report, rad."""
 
 ARRIVAL_DISTANCE = 1.0
-"""The report's steps end this close to the goal, cm."""
+"""Distance from the goal at which the report's steps end, cm."""
 
 
 def jacobian_step(arm, q, dy):
     # type: (Arm, Pose, Vector) -> FixedPose
-    """The report's joint step: dx = J^-1 dy, scaled to a length of STEP_SIZE.
+    """Return the report's joint step dq = J^-1 dy, scaled to a length of STEP_SIZE.
 
     Args:
+        arm: shared.arm_description.Arm.
         q: joint angles, rad.
         dy: the line's whole displacement, cm, as fixed at its start.
 
     Returns:
-        dq, rad.
+        dq, rad, as many as joints.
 
     Raises:
         kinematics.Unreachable: the arm is stretched or folded; no joint step leads that way.
@@ -48,7 +49,7 @@ def jacobian_step(arm, q, dy):
 
 def has_arrived(start, goal, p):
     # type: (Point, Point, Point) -> bool
-    """Whether the report's steps are over: within ARRIVAL_DISTANCE of the goal, or past it."""
+    """Return whether the report's steps are over: near the goal, ARRIVAL_DISTANCE, or past it."""
     if kinematics.distance(goal, p) <= ARRIVAL_DISTANCE:
         return True
     return sum((x - g) * (g - s) for x, g, s in zip(p, goal, start)) >= 0

@@ -1,12 +1,12 @@
-"""Finding the zero: as somebody has put the arm, or by its stops.
+"""Homing: the zero as the arm was placed, or by its stops.
 
-From home, where somebody has put it, a joint seeks within bounds, see homing_from_home; from
-anywhere only where that is asked for by name.
+From the home pose, where a person has put it, a joint seeks within bounds, see homing_from_home.
+From any pose it seeks only on explicit request.
 """
 
 import contextlib
 
-from robot.motion.stops import Found, set_zero, take_as_it_stands, touch_stop
+from robot.motion.stops import Found, declare_angle, set_zero, touch_stop
 
 MYPY = False
 if MYPY:
@@ -19,24 +19,23 @@ if MYPY:
 
 def home(arm, gravity, here, seek, say):
     # type: (RobotArm, Gravity, bool, bool, Say) -> List[Found]
-    """Set the motors' zeros, see RobotArm.home.
+    """Set the motors' zeros; the arguments are those of RobotArm.home, and the arm's Gravity.
 
-    Args:
-        gravity: robot.motion.gravity.Gravity, what pulls on the joints.
+    A joint that is placed by hand rests on the side of its backlash that gravity closes.
     """
     joints = arm.description.joints
     if arm.pen and arm.description.pen:
-        take_as_it_stands(arm.pen, arm.description.pen.up)
+        declare_angle(arm.pen, arm.description.pen.up)
     if seek:
         with arm.lend_motors(zero_needed=False):
             return find_zero(arm, say)
     here = here or all(joint.find_home == "here" for joint in joints)
     with contextlib.ExitStack() as lent:
-        if gravity.loaded or not here:  # else nothing is touched
+        if gravity.loaded or not here:  # else no motor is touched
             lent.enter_context(arm.lend_motors(zero_needed=False))
         sides = gravity.preload_sides([joint.home for joint in joints])
         for motor, joint, side in zip(arm.joints, joints, sides):
-            take_as_it_stands(motor, joint.home + side * joint.backlash / 2)
+            declare_angle(motor, joint.home + side * joint.backlash / 2)
         if here:
             return []
         from robot.motion import homing_from_home  # not above: few arms ask for it
@@ -46,9 +45,9 @@ def home(arm, gravity, here, seek, say):
 
 def find_zero(arm, say):
     # type: (RobotArm, Say) -> List[Found]
-    """Touch the stops of every joint as its `seek` says, wherever it is; set the motors' zeros.
+    """Touch the stops of every joint as its `seek` says, from any pose; set the motors' zeros.
 
-    One without stops is taken to stand at home.
+    A joint without stops is taken to stand at home.
 
     Args:
         arm: robot.motion.arm.RobotArm.
@@ -58,19 +57,19 @@ def find_zero(arm, say):
         One Found per joint.
 
     Raises:
-        Blocked: with what was found and what was expected.
+        Blocked: with the measured and the expected stops.
     """
     out = []
     for k in reversed(range(len(arm.joints))):
         motor, joint = arm.joints[k], arm.description.joints[k]
         if joint.seek is None:
-            take_as_it_stands(motor, joint.home)
+            declare_angle(motor, joint.home)
             out.append(Found(joint.name, motor.zero, None, 0))
             continue
         ends, spread = {}, 0  # type: Dict[str, float], float
         for side in ("lower", "upper"):
             if joint.seek in (side, "both"):
-                ends[side], apart = touch_stop(arm, k, side, say)
-                spread = max(spread, apart)
+                ends[side], distance = touch_stop(arm, k, side, say)
+                spread = max(spread, distance)
         out.append(set_zero(arm, k, ends, spread))
     return out[::-1]

@@ -12,10 +12,10 @@ from robot.motion.stops import (
     MAX_STOP_ERROR,
     Blocked,
     Found,
+    declare_angle,
     set_zero,
-    stop_of,
+    stop_angle,
     swapped,
-    take_as_it_stands,
     touch_stop,
 )
 from robot.motion.trajectory import JointMove
@@ -34,21 +34,21 @@ if MYPY:
 
     Seen = Dict[str, float]  # angles of stops, rad, by side
 
-SPEED, SLOW = math.radians(60), math.radians(6)
+SEEK_SPEED, TOUCH_SPEED = math.radians(60), math.radians(6)
 """Greatest of a joint on its way to a stop, and to a sensor that it has met before, rad/s."""
 
-SHORT_OF_BOUND = math.radians(1)
+BOUND_MARGIN = math.radians(1)
 """What seeks ends so far short of the bound, rad: it takes a moment to stop."""
 
-PUT_WITHIN = SEEK_BEYOND + MAX_STOP_ERROR
+MAX_PLACING_ERROR = SEEK_BEYOND + MAX_STOP_ERROR
 """A stop farther than this from where it should be seems to be none, or another one, rad."""
 
-MET_WITHIN = math.radians(2)
+MEETING_TOLERANCE = math.radians(2)
 """A stop so much short of where a joint went would have been met, rad: by counts and bent links."""
 
 SIGNS = {"lower": -1, "upper": 1}
 
-TOUCHES, BACK_OFF, MAX_SPREAD = 3, math.radians(5), math.radians(1)
+SENSOR_TOUCHES, BACK_OFF, MAX_SENSOR_SPREAD = 3, math.radians(5), math.radians(1)
 """How often a sensor is touched, how far a joint is taken off it for that, and how far apart what
 it then says may be, rad."""
 
@@ -82,7 +82,7 @@ def find_zero(arm, say):
 def _bound(joint, sign):
     # type: (Joint, int) -> float
     """How far it goes on one side, rad."""
-    return (joint.upper if sign > 0 else joint.lower) + sign * (SEEK_BEYOND - SHORT_OF_BOUND)
+    return (joint.upper if sign > 0 else joint.lower) + sign * (SEEK_BEYOND - BOUND_MARGIN)
 
 
 def _go(arm, k, end, speed, look=None):
@@ -110,14 +110,14 @@ def _by_stops(arm, k, say):
         bound = _bound(joint, sign)
         moved = (put - motor.zero) / motor.in_counts(1)
         end = sign * min(sign * bound, sign * (bound + moved))
-        if not _go(arm, k, end, min(SPEED, joint.max_speed)):
+        if not _go(arm, k, end, min(SEEK_SPEED, joint.max_speed)):
             continue
-        ends[side], apart = touch_stop(arm, k, side, say, end + sign * SHORT_OF_BOUND)
+        ends[side], apart = touch_stop(arm, k, side, say, end + sign * BOUND_MARGIN)
         spread = max(spread, apart)
         seen[side] = _seen(motor, joint, ends[side], sign, put)
-        off = seen[side] - stop_of(joint, side)
-        if len(ends) == 1 and abs(off) <= PUT_WITHIN:
-            take_as_it_stands(motor, motor.angle() - off)
+        off = seen[side] - stop_angle(joint, side)
+        if len(ends) == 1 and abs(off) <= MAX_PLACING_ERROR:
+            declare_angle(motor, motor.angle() - off)
     problem = _problem(arm.description, k, seen)
     if problem:
         raise Blocked(problem)
@@ -166,7 +166,7 @@ def _problem(arm, k, seen):
     missing = [side for side in _sought(joint) if side not in seen]
     if not missing:
         apart = seen["upper"] - seen["lower"] if len(seen) == 2 else 0
-        described = stop_of(joint, "upper") - stop_of(joint, "lower") if apart else 0.0
+        described = stop_angle(joint, "upper") - stop_angle(joint, "lower") if apart else 0.0
         if apart and abs(apart - described) > MAX_STOP_ERROR:
             return None  # that tells more
         return "{}: put it nearer to home, or clear its way, and home again".format(told)
@@ -192,14 +192,14 @@ def _sought(joint):
 def _is_right(joint, seen):
     # type: (Joint, Seen) -> bool
     """Whether the stops are where they should be, or out of reach from where it was put."""
-    offs = {side: at - stop_of(joint, side) for side, at in seen.items()}
-    if not offs or max(abs(off) for off in offs.values()) > PUT_WITHIN:
+    offs = {side: at - stop_angle(joint, side) for side, at in seen.items()}
+    if not offs or max(abs(off) for off in offs.values()) > MAX_PLACING_ERROR:
         return False
     for side in _sought(joint):
         if side not in seen:
-            at = stop_of(joint, side) + max(offs.values())
+            at = stop_angle(joint, side) + max(offs.values())
             pushed = SIGNS[side] * at + joint.backlash / 2  # where its motor would stand there
-            if pushed < SIGNS[side] * _bound(joint, SIGNS[side]) - MET_WITHIN:
+            if pushed < SIGNS[side] * _bound(joint, SIGNS[side]) - MEETING_TOLERANCE:
                 return False
     return True
 
@@ -220,9 +220,9 @@ def _fits(joint, seen, expected):
     for side in _sought(joint):
         at, sign = expected[side], SIGNS[side]
         if side in seen:
-            if at is None or abs(seen[side] - at) > PUT_WITHIN:
+            if at is None or abs(seen[side] - at) > MAX_PLACING_ERROR:
                 return False
-        elif at is not None and sign * (at - _bound(joint, sign)) < -PUT_WITHIN:
+        elif at is not None and sign * (at - _bound(joint, sign)) < -MAX_PLACING_ERROR:
             return False
     return True
 
@@ -248,7 +248,7 @@ def _by_sensor(arm, k, say):
 
     say("homing: {}, touch sensor at {}".format(joint.name, joint.touch_port))
     off = BACK_OFF + joint.backlash
-    for speed in (min(SPEED, joint.max_speed),) + (SLOW,) * TOUCHES:
+    for speed in (min(SEEK_SPEED, joint.max_speed),) + (TOUCH_SPEED,) * SENSOR_TOUCHES:
         if is_pressed():
             raise Blocked(
                 "the touch sensor at {} is pressed though the {} is away from it; put the arm at "
@@ -270,16 +270,16 @@ def _by_sensor(arm, k, say):
                     arm.description.file,
                 )
             )
-        _go(arm, k, closed[-1] - sign * off, SPEED / 2)
+        _go(arm, k, closed[-1] - sign * off, SEEK_SPEED / 2)
     slow = closed[1:]
     spread = max(slow) - min(slow)
-    if spread > max(MAX_SPREAD, 3 * motor.resolution):
+    if spread > max(MAX_SENSOR_SPREAD, 3 * motor.resolution):
         raise Blocked(
             "the touch sensor at {} closed at places {:.1f} deg apart; fasten it, and home "
             "again".format(joint.touch_port, math.degrees(spread))
         )
     at = sum(slow) / len(slow)
-    take_as_it_stands(motor, motor.angle() - at + touch_at + sign * joint.backlash / 2)
+    declare_angle(motor, motor.angle() - at + touch_at + sign * joint.backlash / 2)
     return Found(joint.name, motor.zero, None, abs(motor.in_counts(spread)))
 
 

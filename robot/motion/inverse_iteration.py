@@ -29,10 +29,10 @@ if MYPY:
 
     JacobianUpdate = Callable[[Matrix, Pose, Vector, Vector], Matrix]  # of J at q, by dq and dp
 
-LEAST_DAMPING = 1e-3
+MIN_DAMPING = 1e-3
 """Keeps a singular J solvable and does not slow down a regular one, cm/rad."""
 
-RECOMPUTE_RADIUS = 0.1
+MIN_RADIUS_SHARE = 0.1
 """With a trust radius below this share of the greatest step, J is computed, not learned."""
 
 
@@ -108,7 +108,7 @@ def _iterate(arm, p, q0, update, tolerance, max_iterations, max_step):
             )
         e = [wanted - is_ for wanted, is_ in zip(p, here)]
         # Damping that fades with the error keeps the end of the way quadratic
-        dq = _clamped(damped_solve(J, e, max(0.1 * error, LEAST_DAMPING)), radius)
+        dq = _clamped(damped_solve(J, e, max(0.1 * error, MIN_DAMPING)), radius)
         if _sideways_only(J, e):
             dq = min(
                 _ways_out(arm, J, radius),
@@ -122,7 +122,7 @@ def _iterate(arm, p, q0, update, tolerance, max_iterations, max_step):
             radius = min(2 * radius, max_step)
         else:
             radius /= 4
-        stuck = radius < RECOMPUTE_RADIUS * max_step
+        stuck = radius < MIN_RADIUS_SHARE * max_step
         J = jacobian(arm, q) if stuck else update(J, q, dq, dp)
         trace.append(Iterate(len(trace), q, here, error))
     return Solution(turned_into_limits(arm, p, q), trace)
@@ -145,7 +145,7 @@ def _ways_out(arm, J, radius):
     """
     side = chain_of(arm).up * (1.0 if arm.elbow == "up" else -1.0)
     bend = [0.0] * (len(J[0]) - 1) + [side]
-    held = damped_solve(J, [dot(row, bend) for row in J], LEAST_DAMPING)
+    held = damped_solve(J, [dot(row, bend) for row in J], MIN_DAMPING)
     bend = [b - h for b, h in zip(bend, held)]
     greatest = max(map(abs, bend))
     return [[b * radius / greatest for b in bend], [side * radius] + [0.0] * (len(J[0]) - 1)]

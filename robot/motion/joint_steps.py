@@ -12,13 +12,13 @@ if MYPY:
     from robot.ev3.motor import Motor  # noqa: F401
     from robot.motion.chains import Pose  # noqa: F401
 
-STEP_SPEED, STEP_TICK = math.radians(100), 0.02
+STEP_SPEED, STEP_PERIOD = math.radians(100), 0.02
 """The speed of the report's joint steps, rad/s; and how often they are looked at, s."""
 
 STANDSTILL_TIME = 0.12
 """A joint that is short of its target without a count for so long is blocked, or blind, s."""
 
-SETTLED_FOR, SETTLE_DEADLINE = 0.06, 0.4
+SETTLED_TIME, SETTLE_TIMEOUT = 0.06, 0.4
 """A step has settled when it has been within a count for so long; it has so long for that, s."""
 
 
@@ -37,11 +37,11 @@ def go_and_settle(motors, q, q_before, clock, check):
     """
     longest = max(abs(a - b) for a, b in zip(q, q_before)) / STEP_SPEED
     targets = [motor.go(angle, STEP_SPEED) for motor, angle in zip(motors, q)]
-    deadline = clock.now() + longest + SETTLE_DEADLINE
+    deadline = clock.now() + longest + SETTLE_TIMEOUT
     settled, before = None, [None] * len(motors)  # type: Optional[float], List[Optional[int]]
     counted_at = [0.0] * len(motors)
     check()
-    while settled is None or clock.now() - settled < SETTLED_FOR:
+    while settled is None or clock.now() - settled < SETTLED_TIME:
         off = [motor.counts() - target for motor, target in zip(motors, targets)]
         for k, counts in enumerate(off):
             if counts != before[k]:
@@ -55,7 +55,7 @@ def go_and_settle(motors, q, q_before, clock, check):
             if clock.now() > deadline:
                 worst = max(range(len(off)), key=lambda k: abs(off[k]))
                 raise _stalled(motors[worst], off[worst])
-        clock.sleep(STEP_TICK)
+        clock.sleep(STEP_PERIOD)
 
 
 def _stalled(motor, counts):

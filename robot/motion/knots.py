@@ -22,16 +22,16 @@ if MYPY:
 KNOT_SPACING, MIN_KNOT_SPACING = 0.5, 0.02
 """Greatest and least distance of knots, cm."""
 
-KNOT_SHARE = 0.15
+KNOT_SCALE_SHARE = 0.15
 """Of the length over which joint angles bend (kinematics.scale), knots are no more apart."""
 
 MAX_KNOT_BEND = math.radians(20)
 """From knot to knot a piece bends by no more, rad."""
 
-NEARLY_SINGULAR = 0.1
+MIN_SINGULARITY = 0.1
 """Below this singularity measure, across the path means nothing."""
 
-MAX_JOINT_LEAP = math.radians(45)
+MAX_JOINT_JUMP = math.radians(45)
 """Between two points so near to one another no joint turns farther, rad."""
 
 
@@ -40,7 +40,7 @@ def next_pose(arm, p, q):
     """The pose at `p` that is nearest to `q`, rad, without a leap."""
     there = kinematics.nearest(arm, p, q)
     leap = max([abs(a - b) for a, b in zip(there, q)])
-    if leap > MAX_JOINT_LEAP:
+    if leap > MAX_JOINT_JUMP:
         raise kinematics.Unreachable(
             "at ({}) cm the arm would have to swing a joint by {:.0f} deg to stay within its "
             "limits; draw the line in two, or choose the other elbow".format(
@@ -99,7 +99,7 @@ def knots_through(arm, stations, q):
         b = [3 * (v - u) - whole * (2 * m + n) for u, v, m, n in zip(p, p_end, t, t_end)]
         c = [2 * (u - v) + whole * (m + n) for u, v, m, n in zip(p, p_end, t, t_end)]
         done = 0.0
-        span = min(KNOT_SPACING, KNOT_SHARE * kinematics.scale(arm, q))
+        span = min(KNOT_SPACING, KNOT_SCALE_SHARE * kinematics.scale(arm, q))
         if len(stations) == 2:
             span = min(span, whole / 2)  # it must speed up and slow down
         while done < whole:
@@ -113,7 +113,7 @@ def knots_through(arm, stations, q):
                 there = [u + x * (k + x * (m + x * n)) for u, k, m, n in zip(p, a, b, c)]
                 way = [(k + x * (2 * m + 3 * x * n)) / whole for k, m, n in zip(a, b, c)]
             q_there = next_pose(arm, there, q)
-            span = min(KNOT_SPACING, KNOT_SHARE * kinematics.scale(arm, q_there))
+            span = min(KNOT_SPACING, KNOT_SCALE_SHARE * kinematics.scale(arm, q_there))
             if step > 2 * span and step > MIN_KNOT_SPACING:
                 continue  # there it bends more than here
             q, done = q_there, s_end - s if pieces <= 1 else done + step
@@ -125,7 +125,7 @@ def _slopes(arm, q, way):
     # type: (Arm, Pose, Vector) -> Tuple[List[float], Optional[List[float]]]
     """(dq/ds, J' t or None) at `q` for a tip that moves in the direction t, a unit vector."""
     J = kinematics.jacobian(arm, q)
-    if kinematics.singularity(arm, q) < NEARLY_SINGULAR:
+    if kinematics.singularity(arm, q) < MIN_SINGULARITY:
         return linear_systems.damped_solve(J, way, 1e-3), None
     across = [0.0] * len(q)
     for row, towards in zip(J, way):

@@ -21,7 +21,7 @@ if MYPY:
 else:
     from operator import mul
 
-SMALLEST_PIVOT = 1e-13
+MIN_PIVOT = 1e-13
 """Of a matrix that counts as regular, as a share of its greatest element."""
 
 _NO_SOLUTION = (
@@ -48,7 +48,7 @@ def solve(J, b, damping=0.0):
     if n == 3:
         return _solve_three(J, b)
     rows = [list(row) + [value] for row, value in zip(J, b)]
-    least = SMALLEST_PIVOT * max(abs(a) for row in J for a in row)
+    least = MIN_PIVOT * max(abs(a) for row in J for a in row)
     for k in range(n):
         pivot = max(range(k, n), key=lambda i: abs(rows[i][k]))
         rows[k], rows[pivot] = rows[pivot], rows[k]
@@ -70,7 +70,7 @@ def _solve_two(J, b):
     """By Cramer's rule: what is solved most often by far."""
     (a, c), (d, f) = J
     det = a * f - c * d
-    if not abs(det) > SMALLEST_PIVOT * max(abs(a), abs(c), abs(d), abs(f)) ** 2:
+    if not abs(det) > MIN_PIVOT * max(abs(a), abs(c), abs(d), abs(f)) ** 2:
         raise Singular(_NO_SOLUTION.format(det))
     return [(b[0] * f - c * b[1]) / det, (a * b[1] - b[0] * d) / det]
 
@@ -82,7 +82,7 @@ def _solve_three(J, b):
     u, v, w = b
     hm, ig, di = h * m - k * i, i * g - d * m, d * k - g * h
     det = a * hm + e * ig + f * di
-    if not abs(det) > SMALLEST_PIVOT * max([abs(x) for row in J for x in row]) ** 3:
+    if not abs(det) > MIN_PIVOT * max([abs(x) for row in J for x in row]) ** 3:
         raise Singular(_NO_SOLUTION.format(det))
     return [
         (u * hm + v * ig + w * di) / det,

@@ -25,15 +25,15 @@ if MYPY:
     from robot.motion.pace import Say  # noqa: F401
     from shared.arm_description import Arm, Joint  # noqa: F401
 
-TOUCHES = 3
-FIRST_PUSH, TOUCH_PUSHES = 20.0, (14.0, 17.0, 20.0)
+TOUCHES_PER_PUSH = 3
+SEARCH_PUSH, TOUCH_PUSHES = 20.0, (14.0, 17.0, 20.0)
 """Greatest force on the stop, % of duty: to find it, and to measure it, the harder the stiffer the
 joint turns out to be: one that is pushed too softly comes to a stand on the way."""
 
 PUSH_STIFFNESS = 0.02
 """Stiffness (% per deg/s) at which the stop is approached: the softer, the faster."""
 
-BACK_OFF, BACK_OFF_SPEED, AWAY = (math.radians(x) for x in (6, 60, 4))
+BACK_OFF, BACK_OFF_SPEED, MIN_BACK_OFF = (math.radians(x) for x in (6, 60, 4))
 """How far a joint is to leave its stop between two touches, rad, how fast, rad/s, and how far will
 do: one that is stiff need not get there to the degree."""
 
@@ -50,19 +50,19 @@ ROTOR_PUSH, LINK_PUSH, KICK_TIME = 20.0, 30.0, 0.03
 """Force by which a joint is to set out, % of duty: for its motor, and for so long (s) also for its
 link, of which a gear takes its share."""
 
-SETTING_OUT_TIME, KICK_PERIOD = 0.06, 0.005
+KICK_TIMEOUT, KICK_PERIOD = 0.06, 0.005
 """By then its encoder has counted, and the time between two looks at it, s."""
 
 MAX_TOUCH_SPREAD = 3
 """Counts within which the touches of one stop must lie."""
 
-MAX_SHORT = math.radians(2)
+MAX_TOUCH_SHORTFALL = math.radians(2)
 """A touch this far from the farthest one was none, rad."""
 
 MAX_STOP_ERROR = math.radians(5)
 """Stops that are farther than this from where they should be are others, rad."""
 
-MAX_PLAY = math.radians(20)
+MAX_BACKLASH = math.radians(20)
 """No joint has more, whatever its file says, rad."""
 
 if MYPY:
@@ -113,13 +113,13 @@ def touch_stop(arm, k, side, say, farthest=None):
     return sum(touches) / float(len(touches)), spread
 
 
-def take_as_it_stands(motor, angle):
+def declare_angle(motor, angle):
     # type: (Motor, float) -> None
     """Declare that the motor stands at `angle` (rad) now."""
     motor.zero += motor.in_counts(motor.angle() - angle)
 
 
-def stop_of(joint, side):
+def stop_angle(joint, side):
     # type: (Joint, str) -> float
     """The angle of a stop that there is, rad; `side` is "lower" or "upper"."""
     angle = joint.stop_lower if side == "lower" else joint.stop_upper
@@ -141,12 +141,12 @@ def set_zero(arm, k, ends, spread):
     zeros = []
     for side, counts in ends.items():
         push = -joint.backlash / 2 if side == "lower" else joint.backlash / 2
-        zeros.append(counts - motor.in_counts(stop_of(joint, side) + push))
+        zeros.append(counts - motor.in_counts(stop_angle(joint, side) + push))
     motor.zero = sum(zeros) / len(zeros)
     play = None
     if len(ends) == 2:
         span = abs(ends["upper"] - ends["lower"]) * motor.resolution
-        play = span - (stop_of(joint, "upper") - stop_of(joint, "lower"))
+        play = span - (stop_angle(joint, "upper") - stop_angle(joint, "lower"))
         if abs(play - joint.backlash) > MAX_STOP_ERROR:
             raise Blocked(_not_as_described(arm.description, k, span, play))
     return Found(joint.name, motor.zero, play, spread)
@@ -160,7 +160,7 @@ def _not_as_described(arm, k, span, play):
         "the {}'s stops are {:.1f} deg apart, by the arm file {:.1f} and {:.1f} of play; ".format(
             joint.name,
             math.degrees(span),
-            math.degrees(stop_of(joint, "upper") - stop_of(joint, "lower")),
+            math.degrees(stop_angle(joint, "upper") - stop_angle(joint, "lower")),
             math.degrees(joint.backlash),
         )
     )
@@ -191,7 +191,7 @@ def swapped(arm, joint, other):
 
 def _touches(arm, k, sign, farthest):
     # type: (RobotArm, int, int, Optional[float]) -> List[float]
-    """Counts at which the joint stands against a stop, TOUCHES times."""
+    """Counts at which the joint stands against a stop, TOUCHES_PER_PUSH times."""
     motor, joint = arm.joints[k], arm.description.joints[k]
 
     def touch(force):
@@ -201,16 +201,16 @@ def _touches(arm, k, sign, farthest):
         back_off(arm, motor, at, sign)
         return at
 
-    all_touches = [touch(FIRST_PUSH)]
+    all_touches = [touch(SEARCH_PUSH)]
     for force in TOUCH_PUSHES:
         out = []
-        for _ in range(TOUCHES):
+        for _ in range(TOUCHES_PER_PUSH):
             _kick(arm.clock, motor, joint, sign)
             out.append(touch(force))
         all_touches += out
         farthest = (max if motor.in_counts(sign) > 0 else min)(all_touches)
         short = max(abs(at - farthest) for at in out) * motor.resolution
-        if max(out) - min(out) <= MAX_TOUCH_SPREAD and short < MAX_SHORT:
+        if max(out) - min(out) <= MAX_TOUCH_SPREAD and short < MAX_TOUCH_SHORTFALL:
             break
     return out
 
@@ -222,7 +222,7 @@ def back_off(arm, motor, stop, sign):
 
     def look(t, now, angles):
         # type: (float, float, Pose) -> object
-        return STOP if sign * (at - angles[0]) > AWAY else None
+        return STOP if sign * (at - angles[0]) > MIN_BACK_OFF else None
 
     move = JointMove([motor.angle()], [at - sign * BACK_OFF], [BACK_OFF_SPEED])
     arm.move_motor(motor, move, on_tick=look)
@@ -239,7 +239,7 @@ def push(arm, motor, joint, sign, force, farthest=None):
         Blocked: it does not come to a stand.
     """
     clock = arm.clock
-    most = _farthest(joint) if farthest is None else sign * (farthest - motor.angle())
+    most = _longest_travel(joint) if farthest is None else sign * (farthest - motor.angle())
     # What a standing motor pushes with is the stiffness times the speed set-point.
     speed = sign * math.radians(force / PUSH_STIFFNESS) / joint.gear
     motor.engage(PUSH_STIFFNESS)
@@ -298,16 +298,16 @@ def _kick(clock, motor, joint, sign):
             return
         now = clock.now()
         late, looked = max(late, now - looked), now
-        if now - since > SETTING_OUT_TIME:
-            if late > SETTING_OUT_TIME:
+        if now - since > KICK_TIMEOUT:
+            if late > KICK_TIMEOUT:
                 raise TooSlow(late)
             raise Stalled(motor, "it does not set out")
         push(full if now - since < KICK_TIME else ROTOR_PUSH)
 
 
-def _farthest(joint):
+def _longest_travel(joint):
     # type: (Joint) -> float
     """How far a joint may have to turn to a stop that is there, rad."""
     if joint.stop_lower is None or joint.stop_upper is None:
         return 2 * math.pi
-    return joint.stop_upper - joint.stop_lower + MAX_PLAY + MAX_STOP_ERROR
+    return joint.stop_upper - joint.stop_lower + MAX_BACKLASH + MAX_STOP_ERROR

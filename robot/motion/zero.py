@@ -31,7 +31,7 @@ VERSION = 2
 MAX_PARKED_DRIFT = 2
 """Counts by which a parked motor may have settled since."""
 
-MAX_BEYOND = math.radians(10)
+MAX_OVERTRAVEL = math.radians(10)
 """A joint whose play is taken up may stand so far beyond its stop, rad: it was found to 5 degrees,
 and links bend. A pen, whose motor was stopped anywhere, beyond its ends."""
 
@@ -208,7 +208,7 @@ class Zero(object):
             ends = sorted((self._arm.pen.up, self._arm.pen.down))
             parts.append(("pen", pen, ends[0], ends[1], 0.0))
         for name, angle, lower, upper, play in parts:
-            if not lower - play - MAX_BEYOND <= angle <= upper + play + MAX_BEYOND:
+            if not lower - play - MAX_OVERTRAVEL <= angle <= upper + play + MAX_OVERTRAVEL:
                 raise NotHomed(
                     "by the zero in {} the {} stands at {:.1f} deg, but it cannot leave {:.0f} to "
                     "{:.0f}{}".format(
