@@ -1,7 +1,18 @@
-"""Inverse kinematics by iteration: Newton's and Broyden's method, damped.  Pure.
+"""Inverse kinematics by iteration: Newton's and Broyden's method with a trust region.  Pure.
 
-For comparison: what moves the arm takes the closed form, `kinematics.inverse`.  The letters are
-those of kinematics.
+For comparison and teaching: the arm itself uses the closed form, `kinematics.inverse`.  With the
+letters of kinematics, each step minimises |J dq - e|^2 + lambda^2 |dq|^2:
+
+    dq = (J^T J + lambda^2 I)^-1 J^T e,    lambda = max(|e| / 10, MIN_DAMPING)
+
+(Levenberg, 1944; Marquardt, 1963; for arms Wampler, 1986).  Newton's plain J^-1 e grows beyond all
+bounds near a singular pose and lands far off.  A lambda in proportion to |e| fades at the goal, so
+that convergence stays quadratic (Yamashita and Fukushima, 2001); a constant one would slow it.
+
+The step is cut to a trust radius of the largest joint change.  If the tip comes nearer, the step
+is taken and the radius doubled; else it is discarded and the radius divided by four (Conn, Gould
+and Toint, Trust-Region Methods, 2000).  The usual test compares the gain with a predicted one.  It
+is left out: with a learned J a poor prediction is no reason to discard a step that helps.
 """
 
 from robot.motion.kinematics import (
@@ -30,17 +41,17 @@ if MYPY:
     JacobianUpdate = Callable[[Matrix, Pose, Vector, Vector], Matrix]  # of J at q, by dq and dp
 
 MIN_DAMPING = 1e-3
-"""Keeps a singular J solvable and does not slow down a regular one, cm/rad."""
+"""Minimum damping, cm/rad: a singular J stays solvable, and a regular one converges as fast."""
 
 MIN_RADIUS_SHARE = 0.1
-"""With a trust radius below this share of the greatest step, J is computed, not learned."""
+"""Minimum trust radius for a learned J, as a share of the maximum step; below it J is computed."""
 
 
 if MYPY:
     Solution = NamedTuple("Solution", [("q", FixedPose), ("trace", List["Iterate"])])
 else:
     Solution = record("Solution", "q trace")
-Solution.__doc__ = "What an iteration found: q, rad, and its trace, a list of Iterate from q0 on."
+Solution.__doc__ = "Result of an iteration: q, rad, and its trace, a list of Iterate from q0 on."
 
 if MYPY:
     Iterate = NamedTuple(
@@ -53,15 +64,19 @@ Iterate.__doc__ = "One pose of an iteration: number, q in rad, p in cm, distance
 
 def newton_inverse(arm, p, q0, tolerance=1e-6, max_iterations=100, max_step=0.5):
     # type: (Arm, Point, Pose, float, int, float) -> Solution
-    """Newton's method from q0 to the pose whose tip is at p: Solution(q, trace).
+    """Return the Solution of Newton's method from q0 for a tip at p; J is computed at each pose.
 
-    Each step solves J dq = e with the Jacobian of the pose it starts from, damped where J is nearly
-    singular (Levenberg-Marquardt; Wampler 1986 for arms) and no longer than a trust radius.
+    Args:
+        arm: shared.arm_description.Arm.
+        p: wanted tip, cm.
+        q0: first pose, rad.
+        tolerance: of the tip's position, cm.
+        max_iterations: number of steps.
+        max_step: maximum change of any joint in one step, rad.
 
-    tolerance       of the tip's position, cm
-    max_iterations  after which Unreachable is raised
-    max_step        greatest change of any joint in one step, rad
-    Limits do not bend the way there; raises Unreachable where its end is outside them.
+    Raises:
+        Unreachable: no solution after `max_iterations`, or one outside the joint limits; the
+            limits do not bend the path to it.
     """
 
     def exact(J, q, dq, dp):
@@ -73,12 +88,15 @@ def newton_inverse(arm, p, q0, tolerance=1e-6, max_iterations=100, max_step=0.5)
 
 def broyden_inverse(arm, p, q0, tolerance=1e-6, max_iterations=100, max_step=0.5):
     # type: (Arm, Point, Pose, float, int, float) -> Solution
-    """Broyden's method: as `newton_inverse`, but the Jacobian is learned on the way, not computed.
+    """Return the Solution of Broyden's method, as `newton_inverse` but with a learned Jacobian.
 
-    J is computed at q0; from then on each step corrects it by the rank-one update that changes it
-    least while explaining what the step did (Broyden 1965). Rejected steps correct it, too: they
-    teach the most. Where only tiny steps help, if any, it is computed again.
-    From far off that may take more than 100 iterations, though for fewer than 1 start in 1000.
+    J is computed at q0.  Then each step dq, which moved the tip by dp, corrects it by the smallest
+    change with J dq = dp (Broyden, 1965):
+
+        J <- J + (dp - J dq) dq^T / (dq^T dq)
+
+    Rejected steps correct it, too: there the prediction was worst.  Once the trust radius is small,
+    J is computed again.  From far off fewer than 1 start in 1000 takes more than 100 iterations.
     """
 
     def learned(J, q, dq, dp):
@@ -107,18 +125,17 @@ def _iterate(arm, p, q0, update, tolerance, max_iterations, max_step):
                 )
             )
         e = [wanted - is_ for wanted, is_ in zip(p, here)]
-        # Damping that fades with the error keeps the end of the way quadratic
         dq = _clamped(damped_solve(J, e, max(0.1 * error, MIN_DAMPING)), radius)
         if _sideways_only(J, e):
             dq = min(
-                _ways_out(arm, J, radius),
-                key=lambda way: distance(forward(arm, _added(q, way)), p),
+                _escape_steps(arm, J, radius),
+                key=lambda step: distance(forward(arm, _added(q, step)), p),
             )
-        there = _added(q, dq)
-        reached = forward(arm, there)
+        trial = _added(q, dq)
+        reached = forward(arm, trial)
         dp = [after - before for after, before in zip(reached, here)]
         if distance(reached, p) < error:
-            q, here, error = there, reached, distance(reached, p)
+            q, here, error = trial, reached, distance(reached, p)
             radius = min(2 * radius, max_step)
         else:
             radius /= 4
@@ -130,18 +147,17 @@ def _iterate(arm, p, q0, update, tolerance, max_iterations, max_step):
 
 def _sideways_only(J, e):
     # type: (Matrix, Vector) -> bool
-    """Whether no joint moves the tip towards the goal: J^T e vanishes against |J| |e|."""
+    """Return whether no joint moves the tip towards the goal: |J^T e| << |J| |e|."""
     slope = sum(dot(column, e) ** 2 for column in zip(*J))
     return slope <= 1e-12 * sum(dot(row, row) for row in J) * dot(e, e)
 
 
-def _ways_out(arm, J, radius):
+def _escape_steps(arm, J, radius):
     # type: (Arm, Matrix, float) -> List[List[float]]
-    """Steps out of a tie: stretched out or folded, with the goal straight ahead or behind.
+    """Return steps (rad) away from a saddle: stretched or folded, the goal on the arm's line.
 
-    There every joint moves the tip sideways only, but two ways lead on in the second order: bending
-    the last joint while the others hold the tip (what is left of its motion where J sees none), and
-    turning the whole arm.
+    There the gradient J^T e vanishes, and so does every damped step; but two steps help in second
+    order: bending the last joint in the null space of J, and turning the whole arm.
     """
     side = chain_of(arm).up * (1.0 if arm.elbow == "up" else -1.0)
     bend = [0.0] * (len(J[0]) - 1) + [side]

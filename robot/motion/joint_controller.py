@@ -1,16 +1,24 @@
-"""One joint follows a moving set-point: an observer of what the motor does, and the control law.
+"""The controller of one joint: an observer with friction learning, and feed-forward with feedback.
 
-Pure: readings and times in, a speed set-point out.  The motor takes a speed set-point w and pushes
-in proportion to w - v; so behind the gear it behaves, to first order, like
+Pure: readings and times in, a speed set-point out.  All angles are those of the motor's side of the
+joint, rad at the joint.  The driver pushes in proportion to w - v, set-point minus speed; with the
+motor's share s and lag T the joint behaves, to first order, like
 
-    dv/dt = (SHARE (w - f - d) - v) / LAG
+    T dv/dt = s (w - f sgn v - d) - v
 
-with f the friction (as a set-point, with the sign of the motion) and d what else it must hold out
-against: a weight, which is told, and the rest.  The encoder says only between
-which two angles the motor is.  The observer predicts with this model, moves towards the middle of
-what the encoder allows, and learns f and the rest of d on the way, so that neither battery
-nor friction need be known.  All angles are those of the motor's side of the joint, in rad at the
-joint.
+with f the friction and d another load, both as set-points; d is a known weight plus an unknown rest
+p.  The control law inverts this model for the wanted speed and acceleration, and adds feedback:
+
+    w = (v* + T a*) / s + f sgn v* + d + Kp (q* - q) + Kv (v* - v)
+
+The observer (Luenberger, 1964) predicts q and v by the model.  Its innovation e is the distance to
+the middle of the interval in which the encoder shows the motor, less a dead band: a count of 1 deg
+is coarse.  It corrects q and v, and by a gradient step f and p (for friction: Friedland and Park,
+IEEE TAC 37(10), 1992):  f <- f - Lf e sgn v* dt,  p <- p - Lp e dt.  In steady motion f and p
+cannot be distinguished; so f forgets towards its first guess, and both are bounded.
+
+An integrator would also remove the static error, but each reversal needs 2 f at once, and it takes
+time to unwind; at rest it makes the joint hunt (Armstrong-Helouvry et al., Automatica 30(7), 1994).
 """
 
 import math
@@ -23,14 +31,14 @@ if MYPY:
     from typing import Mapping, NamedTuple, Optional, Tuple  # noqa: F401
 
 LEAD = 0.035
-"""Speed and acceleration are fed forward so much early, s."""
+"""Lead of the feed-forward of speed and acceleration, s."""
 
 ALONG_WEIGHT = 0.8
 """Weight of the error along a path beside that across it."""
 
 TUNED_DELAY, DELAY_SOFTENING, FORESEEN_SHARE = 0.013, 20.0, 0.7
-"""The gains are those for commands that act so late, s; for later ones the position's falls by this
-share of itself, 1/s; and for so much of what is later the error is foreseen."""
+"""Delay of the command for which the gains hold, s; share by which the position's gain falls per
+second beyond it, 1/s; and share of that excess over which the error is predicted."""
 
 if MYPY:
     Gains = NamedTuple(
@@ -113,37 +121,37 @@ GAINS = {
         most_pushed=100.0,
     ),
 }
-"""By kind of motor.  The medium one moves the pen, is faster, and so takes only a softer hand."""
+"""Gains by kind of motor.  The medium one moves the pen; it is faster and needs lower gains."""
 
 FRICTION_FORGETTING = 0.145
-"""What was learned of friction goes back towards the first guess at this rate, 1/s."""
+"""Rate at which learned friction returns to its first guess, 1/s."""
 
 FRICTION_BOUNDS, MAX_PUSH = (3.0, 20.0), 8.0
-"""Bounds of what is learned, % of duty: in steady motion the two cannot be told apart."""
+"""Bounds of the learned friction and of the learned load, % of duty."""
 
 SILENT_RESERVE = 4.0
-"""While no counts come a joint is pushed by so much more than it may need, % of duty, and no more:
-where its encoder is dead, nothing else keeps it from racing."""
+"""Maximum push beyond the need while no counts come, % of duty: with a dead encoder nothing else
+keeps the joint from racing."""
 
 MAX_LEARNING_INTERVAL = 0.06
-"""After a longer time without a reading no more is learned from the next one than after this, s."""
+"""Longest interval between readings that counts for learning, s."""
 
 
 class JointController(object):
-    """One joint; what it has learned of friction stays, where it is and what pushes it does not.
+    """Observer and control law of one joint; a reset keeps its friction, not its angle and load.
 
     Args:
         gear: motor turns per joint turn; the gains count at the motor.
         gains: Gains of its kind of motor.
-        backlash: rad.
+        backlash: of the joint, rad.
 
     Attributes:
         angle, speed: as observed, rad and rad/s; 0 until the first reading.
-        full_error: from an error of so much on the hand is as firm as it gets, rad: the softer it
-            is, the later.
+        full_error: error at which the position's feedback saturates, rad; it grows as the gain
+            falls.
         model, stall: MotorModel and StallDetector.
-        delay: s; from a reading to the middle of the time for which the command acts that it leads
-            to.  The later that is, the softer the hand, and the more does speed count.
+        delay: time from a reading to the middle of its command's action, s.  A longer one lowers
+            the gain of position and raises that of speed.
     """
 
     def __init__(self, gear, gains, backlash=0.0):
@@ -155,7 +163,7 @@ class JointController(object):
         per_degree = per_duty / degree
         self._turning_at = gains.turning * degree
         self._gains = gains.position * per_degree, gains.velocity * per_degree
-        self._hand = gains.most_error * degree * gains.position * per_degree
+        self._max_feedback = gains.most_error * degree * gains.position * per_degree
         self._friction = gains.friction * per_duty
         self._observer = (
             gains.deadband * degree,
@@ -184,7 +192,7 @@ class JointController(object):
     @property
     def delay(self):
         # type: () -> float
-        """See above."""
+        """Delay from a reading to the middle of its command's action, s."""
         return self._delay
 
     @delay.setter
@@ -192,15 +200,15 @@ class JointController(object):
         # type: (float) -> None
         self._delay = delay
         position, velocity = self._gains
-        late = max(0.0, delay - TUNED_DELAY)
-        self._position = position / (1 + DELAY_SOFTENING * late)
-        self.full_error = self._hand / self._position
-        # What is missing when the command acts, not when it was read.
-        self._velocity = velocity + self._position * late * FORESEEN_SHARE
+        excess = max(0.0, delay - TUNED_DELAY)
+        self._position = position / (1 + DELAY_SOFTENING * excess)
+        self.full_error = self._max_feedback / self._position
+        # The error that counts is that at the time of the action: error + excess (v* - v).
+        self._velocity = velocity + self._position * excess * FORESEEN_SHARE
 
     def observe(self, t, low, high):
         # type: (float, float, float) -> None
-        """Take in that at time `t` (s) the angle lies between these two, rad."""
+        """Update the observer: at time `t` (s) the angle lies between `low` and `high`, rad."""
         middle = 0.5 * (low + high)
         if self._t is None:
             self._t, self.angle, self.speed, self._push = t, middle, 0.0, 0.0
@@ -259,16 +267,11 @@ class JointController(object):
 
     def _through_rest(self, dt, angle, speed, final, driven):
         # type: (float, float, float, float, float) -> Tuple[float, float]
-        """Predict a joint that comes to rest on the way, where friction turns round.
+        """Return (angle, speed) in `dt` (s) of a joint that comes to rest, where friction reverses.
 
-        Args:
-            dt: from now on, s.
-            angle, speed: now, rad and rad/s.
-            final: the speed that it would get to if friction did not turn round, rad/s.
-            driven: what drives it, friction aside, rad/s of set-point.
-
-        Returns:
-            (angle, speed) then.
+        The `angle` (rad) and `speed` (rad/s) are those of now; `final` is the speed that it would
+        approach without the reversal of friction, rad/s, and `driven` the set-point that drives it,
+        friction aside, rad/s.
         """
         share, lag, _, _ = self._constants
         friction = self._friction
@@ -288,22 +291,23 @@ class JointController(object):
 
     def carry(self, torque):
         # type: (float) -> None
-        """From now on a weight turns the joint with this torque, Nm."""
+        """Set the known torque of the weight on the joint, Nm."""
         self._weight = -torque * self._per_newton_metre
 
     def reset(self):
         # type: () -> None
-        """The joint is held now; begin anew with the next reading."""
+        """Reset the observer, which begins anew with the next reading: the joint is held."""
         self._t = None
         self.speed = 0.0
 
     def command(self, error, speed, acceleration):
         # type: (float, float, float) -> float
-        """The speed set-point, rad/s.
+        """Return the speed set-point, rad/s.
 
         Args:
             error: wanted minus observed angle, rad.
-            speed, acceleration: wanted, rad/s and rad/s^2, `LEAD` ahead.
+            speed: wanted, `LEAD` ahead, rad/s.
+            acceleration: wanted, `LEAD` ahead, rad/s^2.
         """
         at = self._turning_at
         if speed > at:
@@ -327,7 +331,7 @@ class JointController(object):
             + self._push
         )
         if stall.silent:
-            # The driver sees no speed: what keeps the motor at `speed` is a smaller push.
+            # Without counts the driver sees no speed, and a smaller push keeps the motor at it.
             most = (speed if speed > 0.0 else -speed) / model.loop + stall.friction + self._reserve
             if push > stall.load + most:
                 push = stall.load + most

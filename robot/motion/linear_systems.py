@@ -1,7 +1,7 @@
 """Systems of two, three or a few linear equations, in plain Python.  Pure.
 
-On the brick a 2 x 2 solve costs less without numpy than the way into it.  A matrix J is a tuple of
-rows.
+On the brick a 2 x 2 system is solved faster than numpy converts its arguments.  A matrix J is a
+tuple of rows.
 """
 
 from shared.arm_description import ArmError
@@ -22,7 +22,7 @@ else:
     from operator import mul
 
 MIN_PIVOT = 1e-13
-"""Of a matrix that counts as regular, as a share of its greatest element."""
+"""Minimum pivot of a regular matrix, as a share of its greatest element."""
 
 _NO_SOLUTION = (
     "the equations are singular (pivot {:.3g}); move the arm away from its stretched or folded pose"
@@ -35,10 +35,9 @@ class Singular(ArmError, ArithmeticError):
 
 def solve(J, b, damping=0.0):
     # type: (Matrix, Vector, float) -> List[float]
-    """x with J x = b, for a square J; with damping > 0, and then for any shape, `damped_solve`.
+    """Return x with J x = b, for a square J; with damping > 0, for any shape, `damped_solve`.
 
-    Gaussian elimination with partial pivoting. Raises Singular when a pivot vanishes against the
-    greatest element of J.
+    Gaussian elimination with partial pivoting.  Raises Singular when a pivot is below MIN_PIVOT.
     """
     if damping:
         return damped_solve(J, b, damping)
@@ -67,7 +66,7 @@ def solve(J, b, damping=0.0):
 
 def _solve_two(J, b):
     # type: (Matrix, Vector) -> List[float]
-    """By Cramer's rule: what is solved most often by far."""
+    """Solve two equations by Cramer's rule: by far the most frequent case."""
     (a, c), (d, f) = J
     det = a * f - c * d
     if not abs(det) > MIN_PIVOT * max(abs(a), abs(c), abs(d), abs(f)) ** 2:
@@ -77,7 +76,7 @@ def _solve_two(J, b):
 
 def _solve_three(J, b):
     # type: (Matrix, Vector) -> List[float]
-    """The same: by the cross products of the columns."""
+    """Solve three equations by Cramer's rule, with the cross products of the columns."""
     (a, d, g), (e, h, k), (f, i, m) = J
     u, v, w = b
     hm, ig, di = h * m - k * i, i * g - d * m, d * k - g * h
@@ -93,11 +92,12 @@ def _solve_three(J, b):
 
 def damped_solve(J, e, damping):
     # type: (Matrix, Vector, float) -> List[float]
-    """x that makes |J x - e|^2 + damping^2 |x|^2 least, for a J of any shape.
+    """Return the x that minimises |J x - e|^2 + damping^2 |x|^2, for a J of any shape.
 
-    x = (J^T J + damping^2 I)^-1 J^T e, or the same with J J^T where J has fewer rows than columns.
-    damping has the unit of J. With damping 0, this is the least-squares or the shortest solution,
-    and Singular is raised where J has not full rank.
+    x = (J^T J + damping^2 I)^-1 J^T e = J^T (J J^T + damping^2 I)^-1 e (Tikhonov; for arms Wampler,
+    1986); the smaller of the two matrices is solved.  `damping` has the unit of J.  With damping 0
+    this is the least-squares or the shortest solution, and Singular is raised where J has not full
+    rank.
     """
     columns = tuple(zip(*J))  # type: Matrix
     wide = len(J) < len(columns)
@@ -113,13 +113,13 @@ def damped_solve(J, e, damping):
 
 def dot(a, b):
     # type: (Vector, Vector) -> float
-    """Inner product of two vectors of one length."""
+    """Return the inner product of two vectors of the same length."""
     return sum(map(mul, a, b))
 
 
 def broyden_update(J, dq, dp):
     # type: (Matrix, Vector, Vector) -> Tuple[Tuple[float, ...], ...]
-    """J + (dp - J dq) dq^T / (dq^T dq), as a tuple of rows; dq must not be zero."""
+    """Return J + (dp - J dq) dq^T / (dq^T dq) (Broyden, 1965), as rows; dq must not be zero."""
     square = sum(d * d for d in dq)
     return tuple(
         tuple(a + (moved - dot(row, dq)) * d / square for a, d in zip(row, dq))

@@ -1,7 +1,7 @@
-"""A motor under speed regulation, and whether it turns as it is driven.
+"""Model of a motor under speed regulation, and a stall detector by missing counts.  Pure.
 
-Pure.  Angles are those of the motor's side of the joint, rad at the joint; pushes and frictions are
-speed set-points, rad/s, as in joint_controller.
+Angles are those of the motor's side of the joint, rad at the joint; pushes and frictions are speed
+set-points, rad/s, as in joint_controller.
 """
 
 import math
@@ -11,25 +11,25 @@ if MYPY:
     from robot.motion.joint_controller import Gains  # noqa: F401
 
 STIFFNESS = 0.1
-"""The push with which the motor's driver answers a difference of speeds, % per deg/s."""
+"""Gain of the motor's driver, from a difference of speeds to a push, % per deg/s."""
 
 MOVING_FRICTION_MARGIN, STANDING_FRICTION_MARGIN = 0.6, 1.4
-"""Friction may be greater than what was learned of it by these shares of the first guess: where a
-joint goes on as it turned when it last counted, and where it stood, turns round or may meet a link
-that stands: then a load that was taken for friction acts the other way."""
+"""Margins of friction over its learned value, shares of the first guess: of a joint that goes on in
+its direction, and of one that stood, turns round or may meet a link that stands.  In the second
+case a load that was taken for friction acts the other way."""
 
 TAKEN_UP_COUNTS, TAKEN_UP_SHARE = 3.5, 1.5
-"""Until it has turned one way by so many counts, and so many times its backlash, a motor may meet
-a link that stands."""
+"""Travel in one direction after which a motor has met its link: counts, plus a multiple of its
+backlash."""
 
 KNOWN_FRICTION_MARGIN = 0.15
-"""And for what was pushed on the whole it may be greater by this share of the first guess."""
+"""Margin of friction for the sum of all pushes, a share of the first guess."""
 
 PEN_SPEED, PEN_ACCELERATION = math.radians(400), math.radians(3000)
-"""Greatest of the pen's motor, rad/s and rad/s^2."""
+"""Maximum speed and acceleration of the pen's motor, rad/s and rad/s^2."""
 
 STOPPING_TIME = 0.015
-"""A joint may come to rest by the way of so much time earlier than predicted, s."""
+"""Time whose travel a joint may be missing when it comes to rest, s."""
 
 
 class MotorModel(object):
@@ -40,10 +40,10 @@ class MotorModel(object):
         gains: joint_controller.Gains of its kind of motor.
 
     Attributes:
-        loop: gain of the driver's regulation.
-        share: of a set-point that becomes speed where nothing acts against it.
-        lag: s, with the regulation.
-        degree: of the motor, rad at the joint.
+        loop: loop gain of the driver's regulation, without unit.
+        share: share of a set-point that becomes speed without load.
+        lag: time constant with the regulation, s.
+        degree: a degree of the motor, rad at the joint.
         per_duty: set-point per % of duty, rad/s.
         moving: speed below which friction fades, rad/s.
     """
@@ -59,25 +59,26 @@ class MotorModel(object):
 
 
 class StallDetector(object):
-    """Tells by missing counts that a joint does not turn as it is driven.
+    """A detector of joints that do not turn as they are driven, by missing counts.
 
-    From its last count on it predicts how far the joint has turned at the least: with more friction
-    than is known.  Where that is well past what the encoder admits, or where the joint was pushed
-    for long with somewhat more than its friction as known, it is blocked or its encoder is dead;
-    nothing that the motor tells distinguishes these two.
+    From the last count on it predicts the least travel of the joint, with more friction than is
+    known.  Where that is well past the encoder's interval, or where the joint was pushed for long
+    with somewhat more than its known friction, it is blocked or its encoder is dead; no signal of
+    the motor distinguishes these two.
 
     Args:
         model: MotorModel.
         friction: first guess, rad/s of set-point.
-        backlash: rad.
-        most_missing, most_pushed: rad.
+        backlash: of the joint, rad.
+        most_missing: tolerance of the predicted travel, rad.
+        most_pushed: tolerance of the travel by the sum of pushes, rad.
 
     Attributes:
-        stalled: whether that is so.
-        missing: how far past what the encoder admits it should be, rad.
+        stalled: whether one of these is exceeded.
+        missing: predicted travel past the encoder's interval, rad.
         silent: whether the last reading brought no count.
-        friction: how great it may be, rad/s of set-point; `load`: what else was known to push then.
-            Of what the observer learns while no counts come, neither takes anything in.
+        friction: upper bound of friction, rad/s of set-point.
+        load: known load, rad/s of set-point.  Both stay at their values of the last count.
     """
 
     def __init__(self, model, friction, backlash, most_missing, most_pushed):
@@ -95,15 +96,15 @@ class StallDetector(object):
 
     def begin(self, low, angle, friction):
         # type: (float, float, float) -> None
-        """Begin with a joint that stands.
+        """Begin with a joint at rest.
 
         Args:
-            low: angle that it is above by its encoder, rad.
-            angle: where it is taken to be, rad.
+            low: lower end of the encoder's interval, rad.
+            angle: estimate, rad.
             friction: as known, rad/s of set-point.
         """
         self._low, self._counted = low, (angle, 0.0, friction, 0.0)
-        self._way, self._turned_at = 0.0, low
+        self._direction, self._turned_at = 0.0, low
         self.silent = self.stalled = False
 
     def _begin_silence(self):
@@ -119,19 +120,22 @@ class StallDetector(object):
 
     def update(self, dt, low, high, angle, speed, push, friction, load):
         # type: (float, float, float, float, float, float, float, float) -> None
-        """Take in a reading.
+        """Update with a reading.
 
         Args:
-            dt: since the last one, s.
-            low, high: between which angles the joint is by it, rad.
-            angle, speed: as observed, rad and rad/s.
+            dt: time since the last one, s.
+            low: lower end of the encoder's interval, rad.
+            high: its upper end, rad.
+            angle: as observed, rad.
+            speed: as observed, rad/s.
             push: since the last reading, the weight aside, rad/s of set-point.
-            friction, load: as now known, rad/s of set-point.
+            friction: as now known, rad/s of set-point.
+            load: as now known, rad/s of set-point.
         """
         before = self._low
         if low != before:
-            if (low - before) * self._way <= 0.0:
-                self._way, self._turned_at = low - before, before
+            if (low - before) * self._direction <= 0.0:
+                self._direction, self._turned_at = low - before, before
             self._low, self._counted = low, (angle, speed, friction, load)
             self.silent = self.stalled = False
             return
@@ -144,13 +148,13 @@ class StallDetector(object):
             if self._pushed > self._most_pushed:
                 self.missing, self.stalled = self._pushed, True
                 return
-        # By one implicit step of the same equation: that is precise enough, and cheap.
+        # An implicit Euler step of the observer's equation is precise enough, and cheap.
         friction, before = self.friction, self._speed
         if not before:
             if -friction <= push <= friction:
-                return  # what stands goes on standing
-            if push * self._way < 0.0 and friction < self._back:
-                self.friction = self._back  # the other way it may meet a link that stands
+                return  # static friction holds it
+            if push * self._direction < 0.0 and friction < self._back:
+                self.friction = self._back  # backwards it may meet a link that stands
                 return
         if before > 0.0 or (not before and push > 0.0):
             push -= friction
