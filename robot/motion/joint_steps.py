@@ -1,4 +1,4 @@
-"""The lab report's move: every joint commanded at once, by its motor's own driver, then settled."""
+"""The lab report's move: every joint at once, by its motor's own driver, until it has settled."""
 
 import math
 
@@ -13,13 +13,13 @@ if MYPY:
     from robot.motion.chains import Pose  # noqa: F401
 
 STEP_SPEED, STEP_PERIOD = math.radians(100), 0.02
-"""The speed of the report's joint steps, rad/s; and how often they are looked at, s."""
+"""Speed of the report's joint steps, rad/s, and period of their supervision, s."""
 
 STANDSTILL_TIME = 0.12
-"""A joint that is short of its target without a count for so long is blocked, or blind, s."""
+"""Longest time without a count short of the target, s: then it is blocked or its encoder dead."""
 
 SETTLED_TIME, SETTLE_TIMEOUT = 0.06, 0.4
-"""A step has settled when it has been within a count for so long; it has so long for that, s."""
+"""Time within a count of the target after which a step has settled, and time limit for that, s."""
 
 
 def go_and_settle(motors, q, q_before, clock, check):
@@ -28,9 +28,10 @@ def go_and_settle(motors, q, q_before, clock, check):
 
     Args:
         motors: one JointMotor per joint.
-        q, q_before: joint angles wanted and now, rad.
+        q: joint angles wanted, rad.
+        q_before: joint angles now, rad.
         clock: has `now()` and `sleep(seconds)`.
-        check: called once, to raise if some motor is gone or the pen displaced.
+        check: called once; raises if a motor is gone or the pen displaced.
 
     Raises:
         Stalled: a joint does not get there in time; the motors are driven still.

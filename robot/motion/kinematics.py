@@ -1,4 +1,4 @@
-"""Where the tip is, which joint angles bring it there, and how fast one changes with the other.
+"""Kinematics of the arm: forward, inverse in closed form, Jacobian, singularity, joint limits.
 
 Pure: numbers in, numbers out; no motor, no file, no clock.
 
@@ -6,9 +6,9 @@ Pure: numbers in, numbers out; no motor, no file, no clock.
     p   position of the tip, cm, in the base frame: x forward, y left, and in space z up.  The
         origin: planar, the shoulder's axis; spatial, the base's axis at the height of the paper
     J   Jacobian dp/dq, cm/rad, a tuple of rows: len(p) x len(q)
-    e   what is missing, p_wanted - p, cm
+    e   error of the tip, p_wanted - p, cm
 
-What belongs to one chain of joints is in robot.motion.chains; all here works for any of them.
+The formulas of each chain of joints are in robot.motion.chains; all here works for any chain.
 """
 
 import itertools
@@ -38,10 +38,11 @@ else:
     from robot.motion.chains import CHAINS, Unreachable, point_text, reach  # noqa: F401
 
 TURN = 2 * math.pi
+"""Full turn, rad."""
 
 LIMIT_SLACK = 1e-6
-"""A pose on a limit must not be pushed out of it by rounding, rad: near full reach the elbow's
-angle grows with the root of that.  An encoder count is 0.017 rad."""
+"""Tolerance of the joint limits for rounding, rad: near full reach the elbow's angle grows with the
+root of the rounding.  An encoder count is 0.017 rad."""
 
 
 # ---- for every chain
@@ -49,62 +50,67 @@ angle grows with the root of that.  An encoder count is 0.017 rad."""
 
 def forward(arm, q):
     # type: (Arm, Pose) -> FixedPoint
-    """Position p of the tip, cm, at the joint angles q, rad."""
+    """Return the position p of the tip, cm, at the joint angles q, rad."""
     return joint_positions(arm, q)[-1]
 
 
 def joint_positions(arm, q):
     # type: (Arm, Pose) -> Sequence[FixedPoint]
-    """Positions, cm, of every joint from the base outwards and of the tip: len(q) + 1 points."""
+    """Return the positions (cm) of the joints from the base outwards, and the tip: len(q) + 1."""
     return chain_of(arm).positions(arm, q)
 
 
 def jacobian(arm, q):
     # type: (Arm, Pose) -> Matrix
-    """J = dp/dq at q, cm/rad, as a tuple of rows."""
+    """Return J = dp/dq at q, cm/rad, as a tuple of rows."""
     return chain_of(arm).jacobian(arm, q)
 
 
 def pull(arm, q, moments):
     # type: (Arm, Pose, Vector) -> List[float]
-    """What weights on the links do to each joint at q: minus the gradient of their energy.
+    """Return the torque of gravity on each joint at q: minus the gradient of potential energy.
 
-    moments  per joint: each link's weight times the distance at which it balances (cm), and times
-             its link's length for all that the next joint carries
-    In the unit of the weights times cm.
+    Args:
+        arm: shared.arm_description.Arm.
+        q: joint angles, rad.
+        moments: per joint, in any unit of a torque: the link's weight times the distance of its
+            centre of mass, plus the weight of all links beyond times this link's length.
+
+    Returns:
+        As many torques, in the unit of `moments`.
     """
     return chain_of(arm).pull(q, moments)
 
 
 def singularity(arm, q):
     # type: (Arm, Pose) -> float
-    """How far q is from a singular pose, without unit: 0 at one, 1 at the best pose of the arm.
+    """Return the distance of q from a singular pose, without unit: 0 at one, at most 1.
 
-    Manipulability |det J| (Yoshikawa 1985) over its greatest value, which for two links in a plane
-    is l1 l2, so that this is |sin q2|; in space times how far the tip is from the base's axis, as a
-    share of its reach, since there the base moves nothing.
+    It is the manipulability |det J| (Yoshikawa, 1985) over l1 l2: for two links in a plane
+    |sin q2|.  In space a factor is added, the tip's distance from the base's axis as a share of
+    the reach: on the axis the base does not move the tip.
     """
     return chain_of(arm).singularity(arm, q)
 
 
 def scale(arm, q):
     # type: (Arm, Pose) -> float
-    """Over how long a way of the tip the joint angles bend, cm: 0 at a singular pose."""
+    """Return the path length over which the joint angles bend at q, cm: 0 at a singular pose."""
     return chain_of(arm).scale(arm, q)
 
 
 def coordinates(arm):
     # type: (Arm) -> int
-    """How many numbers a point of this arm has: 2 in the plane, 3 in space."""
+    """Return the number of coordinates of the arm's points: 2 in the plane, 3 in space."""
     return chain_of(arm).coordinates
 
 
 def branches(arm, p):
     # type: (Arm, Point) -> List[FixedPose]
-    """Every q within the joint limits that brings the tip to p; the arm's preferred elbow first.
+    """Return every q (rad) within the limits with the tip at p (cm), the preferred elbow first.
 
-    The list is empty where only the limits forbid p; raises Unreachable where the links do. Where
-    the tip would stand on the shoulder's axis, the shoulder's angle is arbitrary and one is given.
+    The list is empty where only the limits forbid p; raises Unreachable where the links do.  With
+    the tip on the shoulder's axis, the shoulder's angle is arbitrary, and one is returned.
     """
     solutions = _solutions(arm, p)
     found = []  # type: List[FixedPose]
@@ -116,12 +122,17 @@ def branches(arm, p):
 
 def inverse(arm, p, elbow=None, near=None):
     # type: (Arm, Point, Optional[str], Optional[Pose]) -> FixedPose
-    """The q within the joint limits that brings the tip to p (cm).
+    """Return the q (rad) within the joint limits that brings the tip to p.
 
-    elbow  "up" | "down": only that branch. None: any
-    near   q, rad: the solution whose greatest joint travel from there is least. None: the arm's
-           preferred elbow goes first, and of solutions a turn apart the one nearest to home
-    Raises Unreachable where the links or the limits forbid p.
+    Args:
+        arm: shared.arm_description.Arm.
+        p: point, cm.
+        elbow: "up" | "down": only that branch; None: any.
+        near: pose, rad: the solution with the least maximum joint travel from it.  None: the
+            arm's preferred elbow first, and of solutions a turn apart the one nearest to home.
+
+    Raises:
+        Unreachable: the links or the limits forbid p.
     """
     solutions = _solutions(arm, p)
     if near is not None:
@@ -150,19 +161,19 @@ def inverse(arm, p, elbow=None, near=None):
 
 def nearest(arm, p, q):
     # type: (Arm, Point, Pose) -> FixedPose
-    """As `inverse` with `near`, in less time where that is near indeed."""
-    # Facing the other way the base is half a turn off: so within a quarter of one that is farther.
+    """Return `inverse` of p (cm) near q (rad), in less time where the solution is near indeed."""
+    # Of solutions that face two ways the bases differ by half a turn: within a quarter is nearest.
     best, least = None, math.pi / 2
     for poses in _solutions(arm, p, q).values():
         for pose in poses:
             there, greatest = [], 0.0
             for angle, last in zip(pose, q):
-                way = angle - last
-                if not -math.pi < way < math.pi:
-                    way -= TURN * round(way / TURN)
-                there.append(last + way)
-                if way > greatest or -way > greatest:
-                    greatest = abs(way)
+                travel = angle - last
+                if not -math.pi < travel < math.pi:
+                    travel -= TURN * round(travel / TURN)
+                there.append(last + travel)
+                if travel > greatest or -travel > greatest:
+                    greatest = abs(travel)
             if greatest < least:
                 best, least = there, greatest
     for joint, angle in zip(arm.joints, best or ()):
@@ -189,14 +200,14 @@ def chain_of(arm):
 
 def _solutions(arm, p, near=None):
     # type: (Arm, Point, Optional[Pose]) -> Solutions
-    """{branch: [q]}, limits aside; of those that face two ways, only the way `near` (rad) does."""
+    """Return {branch: [q]} without regard to limits; with `near` (rad) only those facing as it."""
     check_point(arm, p)
     return chain_of(arm).solutions(arm, p, near)
 
 
 def check_point(arm, p):
     # type: (Arm, Point) -> None
-    """Refuse (Unreachable) what is no point, cm, of this arm's space."""
+    """Raise Unreachable unless p is a point (cm) of this arm's space."""
     size = coordinates(arm)
     # Squares must stay finite, too
     usable = len(p) == size
@@ -210,7 +221,7 @@ def check_point(arm, p):
 
 def check_pose(arm, q):
     # type: (Arm, Pose) -> None
-    """Refuse (ArmError) what is no angle, rad, for each joint."""
+    """Raise ArmError unless q has a finite angle (rad) for each joint."""
     if len(q) != len(arm.joints) or not all(map(math.isfinite, q)):
         raise ArmError(
             "{} deg: a pose is {} finite angles; give such a pose".format(
@@ -221,7 +232,7 @@ def check_pose(arm, q):
 
 def check_limits(joints, q):
     # type: (Sequence[Joint], Pose) -> None
-    """Refuse (Unreachable) joint angles, rad, past the limits, naming the first one."""
+    """Raise Unreachable for joint angles (rad) past the limits, naming the first one."""
     for joint, angle in zip(joints, q):
         if not joint.lower - 1e-9 <= angle <= joint.upper + 1e-9:
             raise Unreachable(
@@ -234,7 +245,7 @@ def check_limits(joints, q):
 
 def turned_into_limits(arm, p, q):
     # type: (Arm, Point, Pose) -> FixedPose
-    """Return q (rad), moved by full turns into the limits, to the nearest place that they allow.
+    """Return q (rad), moved by full turns into the limits, to the nearest pose within them.
 
     Raises Unreachable, which names the point p (cm), where there is none.
     """
@@ -251,7 +262,7 @@ def _elbows(arm):
 
 def _within_limits(arm, q):
     # type: (Arm, Pose) -> List[FixedPose]
-    """Every q that differs from this one by full turns and is within the joint limits."""
+    """Return every q (rad) that differs from this one by full turns and is within the limits."""
     return list(itertools.product(*(_turned(joint, angle) for joint, angle in zip(arm.joints, q))))
 
 
@@ -264,7 +275,7 @@ def _turned(joint, angle):
 
 def _forbidden(arm, p, poses):
     # type: (Arm, Point, Sequence[Tuple[str, Pose]]) -> Unreachable
-    """The Unreachable that says, for each (name, q), which joint would break which limit."""
+    """Return an Unreachable that names, for each (name, q), the joint and limit it violates."""
     reasons = []
     for name, q in poses:
         joint, angle = next(
@@ -290,17 +301,17 @@ def _forbidden(arm, p, poses):
 
 def distance(a, b):
     # type: (Vector, Vector) -> float
-    """Of two points, cm."""
+    """Return the distance of two points, in their unit, cm."""
     return math.sqrt(sum((x - y) ** 2 for x, y in zip(a, b)))
 
 
 def _travel(q, to):
     # type: (Pose, Pose) -> float
-    """The greatest way of any joint, which is what takes the time."""
+    """Return the maximum travel of any joint (rad), which determines the time of a move."""
     return max(abs(a - b) for a, b in zip(q, to))
 
 
 def pose_text(q):
     # type: (Pose) -> str
-    """A pose for people, deg."""
+    """Return a pose (rad) as text for people, deg."""
     return "({})".format(", ".join("{:.1f}".format(math.degrees(angle)) for angle in q))

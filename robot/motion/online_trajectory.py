@@ -1,11 +1,16 @@
-"""Joint set-points on the way to an aim that may move: decided tick by tick, smooth all the same.
+"""Online trajectory generation: joint set-points to an aim that may change in every tick.  Pure.
 
-Pure: no I/O, no clock.  Each joint by itself goes to its aim as fast as its limits of speed and
-acceleration allow, without passing it (an aim that is said to move it meets at its speed); where it
-turns round it stands while its motor crosses the backlash, unless gravity keeps that closed.
+Each joint goes to its aim as fast as its limits of speed and acceleration allow, without overshoot;
+a moving aim it meets at the aim's speed.  A new aim replaces the rest of the trajectory, from the
+present angle and speed on, so that position and speed stay continuous.  A spline through old and
+new aims would need the new one in advance; a low-pass filter would lag, and exceed the limits.
 
-The control law feeds speeds forward by LEAD.  What was fed forward stands; so an aim heard of at
-time t changes the way from t + LEAD on.
+The joints are not coordinated: the tip reaches a moving aim sooner, but not on a straight line.  A
+straight one comes from knots.  At a reversal a joint stands while its motor crosses the backlash,
+unless gravity keeps that closed.
+
+The controller feeds speeds forward by LEAD, and these cannot be taken back; so an aim of time t
+changes the trajectory from t + LEAD on.
 """
 
 import math
@@ -30,27 +35,27 @@ if MYPY:
     JointState = Tuple[float, float, float, float]  # angle, speed, side of the backlash, its rate
 
     class Stopping(Enum):
-        """What STOP is, to tell it from an aim."""
+        """The type of STOP, which is no aim."""
 
         STOP = 0
 
 
 SOFT_DECELERATION = 0.4
-"""Share of the acceleration with which joints come to a stop where there is room for it: friction
-alone keeps a link from running ahead through its backlash."""
+"""Deceleration of a joint with room to stop, as a share of its acceleration: friction alone keeps a
+link from running ahead through its backlash."""
 
 START_THRESHOLD, REVERSAL_THRESHOLD = 0.5, 1.0 / 3
-"""A joint at rest goes on for an aim this far ahead (counts), and back for one so far behind (of
-the backlash; and at least as far as ahead): what is nearer may be noise."""
+"""Minimum distances of an aim that moves a joint at rest: ahead, counts; behind, a share of the
+backlash, and no less than ahead.  A nearer aim may be noise."""
 
 COUNTS_PER_TURN = 360
-"""Of a motor's encoder."""
+"""Counts per turn of a motor's encoder."""
 
 PRELOAD_PERIOD = 0.05
-"""How often it is asked where gravity presses, on the way to one place, s."""
+"""Period of the updates of gravity's side, s."""
 
 MAX_MATCHED_SPEED = 0.9
-"""Share of its greatest speed at which a joint still keeps up with an aim."""
+"""Maximum speed of an aim that a joint keeps up with, as a share of the joint's maximum."""
 
 
 if MYPY:
@@ -62,7 +67,7 @@ else:
     Moving = record("Moving", "q q_dot")
     Landing = record("Landing", "q")
     STOP = object()
-    """Returned in place of an aim, or by who watches a motion: it ends at once, all motors held."""
+    """Value that ends a motion at once, all motors held: in place of an aim, or from `on_tick`."""
 
 Moving.__doc__ = "An aim that moves at a known speed: rad and rad/s."
 Landing.__doc__ = "The last aim, rad: the motion ends there."
@@ -70,20 +75,28 @@ Landing.__doc__ = "The last aim, rad: the motion ends there."
 
 def time_optimal_profile(e, v, u, fastest, up, down):
     # type: (float, float, float, float, float, float) -> List[Tuple[float, float]]
-    """The fastest way forward to an aim `e` ahead that moves forward at `u`; never backwards.
+    """Return the fastest motion to an aim `e` ahead that moves forward at `u`; never backwards.
 
-    In the aim's frame: one phase of acceleration, one of constant speed, one of the opposite
-    acceleration (Kroeger and Wahl, IEEE T-RO 26(1), 2010, have the general case).
+    In the aim's frame, with w = v - u, the time-optimal motion has three phases (bang-bang control
+    with a speed limit; general case: Kroeger and Wahl, IEEE T-RO 26(1), 2010): acceleration a to a
+    peak speed P, constant speed, deceleration b to rest.  Without the limit the two ramps cover e:
+
+        (P^2 - w^2) / 2a + P^2 / 2b = e,   so   P^2 = (e + w^2 / 2a) / (1 / 2a + 1 / 2b)
+
+    A smaller P, by the limit, leaves a middle phase.  If the stopping distance exceeds e, the same
+    holds with all signs reversed.
 
     Args:
-        e: distance of the aim; behind if negative.
-        v: own speed, 0 .. fastest.
-        u: the aim's speed, 0 .. fastest.
-        up, down: greatest acceleration and deceleration, > 0.
+        e: distance of the aim, rad; behind if negative.
+        v: own speed, rad/s, 0 .. fastest.
+        u: the aim's speed, rad/s, 0 .. fastest.
+        fastest: maximum speed, rad/s.
+        up: maximum acceleration, rad/s^2, > 0.
+        down: maximum deceleration, rad/s^2, > 0.
 
     Returns:
-        List of (duration, acceleration); after the last the speed is u, and unless an aim that
-        stands was too near to stop at it, the aim is reached.
+        List of (duration, s; acceleration, rad/s^2).  After the last the speed is u, and the aim is
+        reached, unless one at rest was too near to stop at it.
     """
     w = v - u
     stopping = w * w / (2 * down) if w > 0 else -w * w / (2 * up)
@@ -104,13 +117,13 @@ class _Joint(object):
     """The pursuit of one joint.
 
     Attributes:
-        rests_from: when its set-point comes to rest, s; inf if it goes on with a moving aim.
+        rests_from: time when its set-point comes to rest, s; inf with a moving aim.
     """
 
     def __init__(self, joint, angle, side, fastest, acceleration):
         # type: (Joint, float, float, float, float) -> None
         self._limits = joint.lower, joint.upper
-        # Where it begins beyond a limit, it comes back at its own pace.
+        # A joint that begins beyond a limit may come back.
         self._lower, self._upper = min(joint.lower, angle), max(joint.upper, angle)
         self.half_backlash = joint.backlash / 2
         self._fastest = fastest
@@ -121,7 +134,7 @@ class _Joint(object):
         # Phases of constant acceleration: (since, angle, speed, acceleration).
         self._phases = [(-math.inf, angle, 0.0, 0.0)]
         self._direction = side if side in (1, -1) else 0  # type: float
-        # The backlash: where it lay, its crossings since (begin, time, step), where it then lies.
+        # Sides of the backlash: at first, crossings since then (begin, time, step), at the end.
         self._side = self._lies = side
         self._crossings = []  # type: List[Crossing]
         self._ready = self._crossed = -math.inf
@@ -131,7 +144,7 @@ class _Joint(object):
 
     def at(self, t):
         # type: (float) -> JointState
-        """Angle, speed, side of the backlash and its rate."""
+        """Return angle (rad), speed (rad/s), side of the backlash and its rate (1/s) at `t` (s)."""
         phases = self._phases
         k = len(phases) - 1
         while phases[k][0] > t:
@@ -149,7 +162,7 @@ class _Joint(object):
 
     def update_preload(self, t, side):
         # type: (float, float) -> None
-        """From `t` + LEAD on gravity presses the backlash to a side; 0: it lies as pushed."""
+        """Let gravity close the backlash on a side from `t` + LEAD (s) on; 0: it does not."""
         then = t + LEAD
         self._preload_side = side
         lies = side or (self.at(then)[1] and self._direction)
@@ -159,13 +172,13 @@ class _Joint(object):
 
     def steer(self, t, aim, certain, speed=0.0):
         # type: (float, Optional[float], bool, float) -> None
-        """Go to `aim`, which moves at `speed`, from `t` + LEAD on; None: come to rest.
+        """Go to `aim` (rad), which moves at `speed` (rad/s), from `t` + LEAD on; None: stop.
 
-        What is certain is no noise.
+        A `certain` aim moves the joint however near it is.
         """
         then = t + LEAD
         if aim == self._aim and not speed and not certain and then < self.rests_from < math.inf:
-            return  # it is on the way there
+            return  # the same aim
         self._aim = aim
         q, v, side, _ = self.at(then)
         ready = max(then, self._ready)  # no motion before the backlash is crossed
@@ -180,7 +193,7 @@ class _Joint(object):
         if not v and ready == then:
             direction = 1 if e > 0 else -1
             if abs(e) <= (0.0 if certain else self._patience(direction, u)):
-                if self.rests_from == math.inf:  # it was to go on beyond a limit, and may not
+                if self.rests_from == math.inf:  # a limit stops it
                     self._go(t, then, ready, q, 0.0, 0.0, 0.0)
                 return
             self._direction = direction
@@ -193,14 +206,14 @@ class _Joint(object):
 
     def _cross(self, then, side, before):
         # type: (float, float, float) -> None
-        """Take the backlash from the side where it lay to another, from the time `then` on."""
+        """Cross the backlash from the side `before` to another, from the time `then` (s) on."""
         self._crossings.append((then, self._take_up, side - before))
         self._crossed = then + self._take_up
         self._lies = side
 
     def _patience(self, direction, u):
         # type: (float, float) -> float
-        """How far off (rad) an aim in that direction, moving at `u`, may be from one at rest."""
+        """Return the distance (rad) up to which an aim, moving at `u`, does not start the joint."""
         if u * direction > 0:
             return 0.0
         back = direction == -self._direction and not self._preload_side
@@ -218,7 +231,7 @@ class _Joint(object):
             del self._phases[-1]
         e, v, u = sign * e, max(sign * v, 0.0), max(sign * u, 0.0)
         if u:
-            # With an aim it goes only as far as it can still be stopped before the limit.
+            # A moving aim is followed only as long as the joint can stop before its limit.
             left = (self._upper if sign > 0 else -self._lower) - sign * q
             if v * v / (2 * up) > left - 2 * LEAD * v:
                 e, u = min(e, left), 0.0
@@ -238,20 +251,20 @@ class _Joint(object):
 
 
 class OnlineTrajectory(object):
-    """All joints on the way to an aim; used by the control loop like a BacklashCompensation.
+    """The set-points of all joints; used by the control loop like a BacklashCompensation.
 
     Args:
         joints: the arm's shared.arm_description.Joints.
         q: the links' angles at the start, rad.
-        sides: per joint, where the backlash lies at the start: +1, -1, or between (0: the middle).
-        speed: share of each joint's greatest.
-        acceleration: greatest of any joint, rad/s^2.
-        preload_sides: from the links' angles (rad) to the side, per joint, to which gravity presses
-            the backlash, 0: none; None: it presses none.
+        sides: per joint, the side of the backlash at the start: +1, -1, or between (0: unknown).
+        speed: share of each joint's maximum.
+        acceleration: maximum of any joint, rad/s^2.
+        preload_sides: from the links' angles (rad) to the side, per joint, that gravity closes,
+            0: none; None: gravity closes none.
 
     Attributes:
         duration: s; inf until the end is known.
-        rests_from: per joint, when its set-point comes to rest, s; inf: it goes on.
+        rests_from: per joint, when its set-point comes to rest, s; inf: with a moving aim.
     """
 
     before = 0.0
@@ -279,7 +292,7 @@ class OnlineTrajectory(object):
 
     def update_preload(self, t):
         # type: (float) -> None
-        """Take in at time `t` (s) where gravity presses; for ticks in which nothing is steered."""
+        """Update at time `t` (s) the sides that gravity closes, at most every PRELOAD_PERIOD."""
         if not self._preload_sides or t - self._preloaded_at < PRELOAD_PERIOD:
             return
         self._preloaded_at = t
@@ -296,11 +309,12 @@ class OnlineTrajectory(object):
 
     def steer(self, t, aim, last=False):
         # type: (float, Union[Pose, Moving, None], bool) -> None
-        """Take in at time `t` (s) where the joints should be.
+        """Steer the joints at time `t` to an aim.
 
         Args:
-            aim: rad, where they are to stand; or a Moving; None: come to rest and end.
-            last: whether to end there, however near that is.
+            t: s.
+            aim: joint angles, rad; or a Moving; None: come to rest and end.
+            last: whether the motion ends there, however near the aim is.
         """
         self.update_preload(t)
         if isinstance(aim, Moving):
@@ -315,10 +329,12 @@ class OnlineTrajectory(object):
 
     def handle(self, t, aim, once=False):
         # type: (float, Aim, bool) -> Optional[Literal[Stopping.STOP]]
-        """Take in at time `t` (s) what whoever steers has answered; STOP if the motion is over.
+        """Handle the answer of an aim function at time `t`; return STOP if the motion is over.
 
         Args:
-            aim: as for `steer`; or a Landing: end there; or STOP.  None once the end is known.
+            t: s.
+            aim: as for `steer`; or a Landing: end there; or STOP.  Once the end is known, only STOP
+                counts.
             once: whether to end at the first aim.
 
         Raises:
@@ -340,14 +356,14 @@ class OnlineTrajectory(object):
 
     def _at(self, t):
         # type: (float) -> List[JointState]
-        """Of every joint: as _Joint.at.  In a tick it is asked for the same time twice."""
+        """Return _Joint.at of every joint, stored: a tick asks for the same time twice."""
         if t != self._t:
             self._t, self._states = t, [joint.at(t) for joint in self._joints]
         return self._states
 
     def at(self, t):
         # type: (float) -> SetPoint
-        """(q, None) of the motors' side at `t` (s), at most LEAD after the last `steer`."""
+        """Return (q, None) of the motors' side at `t` (s), at most LEAD after the last `steer`."""
         q = []
         for joint, (angle, _, side, _) in zip(self._joints, self._at(t)):
             q.append(angle + side * joint.half_backlash)
@@ -355,7 +371,7 @@ class OnlineTrajectory(object):
 
     def speeds(self, t):
         # type: (float) -> List[float]
-        """dq/dt of the motors' side then, rad/s."""
+        """Return dq/dt of the motors' side at `t` (s), rad/s."""
         speeds = []
         for joint in self._joints:
             _, speed, _, rate = joint.at(t)
@@ -364,5 +380,5 @@ class OnlineTrajectory(object):
 
     def sides_at(self, t):
         # type: (float) -> Tuple[float, ...]
-        """Per joint, where the backlash lies at time `t` (s): from -1 to +1."""
+        """Return the side of the backlash per joint at time `t` (s), -1 .. +1."""
         return tuple([side for _, _, side, _ in self._at(t)])

@@ -1,9 +1,9 @@
-"""Paths to draw, as pieces: lines, arcs, circles, rectangles, and strokes of any shape.
+"""Paths to draw, as pieces: lines, arcs, circles, rectangles and strokes of any shape.
 
 Pure.  A *piece* is a tuple of points (x, y) or, in space, (x, y, z), cm: two for a straight line,
-or more for the smooth curve through them, so close together where it bends that straight lines
-between them would do, too; the tip moves along it without stopping.  Corners lie between pieces.
-A *stroke* is what is drawn from pen down to pen up.  What is curved lies at one height z.
+or more for the smooth curve through them, dense enough where it bends to pass for a polyline.  The
+tip moves along a piece without stopping; corners lie between pieces.  A *stroke* is drawn from pen
+down to pen up.  Curves lie at one height z.
 """
 
 import math
@@ -20,30 +20,32 @@ if MYPY:
     Piece = Sequence[FixedPoint]  # points, cm
 
 POINT_SPACING = 0.05
-"""Distance between the points of what is curved, cm."""
+"""Maximum distance between the points of a curve, cm."""
 
 MAX_ARC_LENGTH = 200.0
-"""Between two points, cm."""
+"""Maximum length of an arc between two points, cm."""
 
 
 MIN_CORNER_ANGLE = math.radians(20)
-"""A stroke that turns by more at a point has a corner there, rad; what turns less is a curve."""
+"""Minimum turn of a stroke at a corner, rad; a point with a smaller one is part of a curve."""
 
 COS_MIN_CORNER = math.cos(MIN_CORNER_ANGLE)
+"""Cosine of MIN_CORNER_ANGLE."""
 
 MIN_POINT_DISTANCE = 1e-6
-"""Points nearer to one another are one, cm."""
+"""Minimum distance of two points, cm; nearer ones are the same."""
 
 MAX_COORDINATE = 1000.0
-"""Greatest coordinate of a point, cm: no arm reaches so far, and its square is a number."""
+"""Maximum coordinate of a point, cm: out of every arm's reach, and its square is finite."""
 
 
 class BadPath(ArmError, ValueError):
-    """A path that is not a path: too few points, points that coincide, numbers that are none."""
+    """An invalid path: too few points, points that coincide, coordinates that are not finite."""
 
 
 def _checked(points, fewest, what):
     # type: (Iterable[Point], int, str) -> List[FixedPoint]
+    """Return the points as tuples of floats, cm; raise BadPath if they are no path."""
     places = [tuple(map(float, point)) for point in points]
     if len(places) < fewest:
         raise BadPath("{} needs at least {} points, not {}".format(what, fewest, len(places)))
@@ -74,7 +76,7 @@ def _numbers(point):
 
 def _height(points, what):
     # type: (Sequence[FixedPoint], str) -> FixedPoint
-    """What comes after x and y: () in the plane, else the one z of all points."""
+    """Return the points' common coordinates after x and y: () in the plane, (z,) in space."""
     if len({point[2:] for point in points}) > 1:
         raise BadPath(
             "{} lies at one height, not at {}; give one z".format(
@@ -86,49 +88,49 @@ def _height(points, what):
 
 def polyline(points):
     # type: (Iterable[Point]) -> List[Piece]
-    """The pieces through `points`, straight from each to the next; a line is two points."""
+    """Return the straight pieces from each of `points` (cm) to the next."""
     points = _checked(points, 2, "a line")
     return [(a, b) for a, b in zip(points, points[1:])]
 
 
 def pieces_of(points):
     # type: (Iterable[Point]) -> List[Piece]
-    """The pieces of a stroke through `points`, cut where it has a corner.
+    """Return the pieces of a stroke through `points` (cm), cut at its corners.
 
-    Points that coincide are one.
+    Successive points that coincide count as one.
 
     Raises:
-        BadPath: fewer than two places, or what is no place.
+        BadPath: fewer than two distinct points, or an invalid one.
     """
     places = [tuple(map(float, point)) for point in points]
-    apart = places[:1] + [
+    distinct = places[:1] + [
         b for a, b in zip(places, places[1:]) if not kinematics.distance(a, b) < MIN_POINT_DISTANCE
     ]
-    apart = _checked(apart, 2, "a stroke")
-    ways = [
+    distinct = _checked(distinct, 2, "a stroke")
+    directions = [
         [(v - u) / kinematics.distance(a, b) for u, v in zip(a, b)]
-        for a, b in zip(apart, apart[1:])
+        for a, b in zip(distinct, distinct[1:])
     ]
     pieces, first = [], 0  # type: List[Piece], int
-    for k, (way, after) in enumerate(zip(ways, ways[1:]), 1):
-        if sum([u * v for u, v in zip(way, after)]) < COS_MIN_CORNER:
-            pieces.append(tuple(apart[first : k + 1]))
+    for k, (before, after) in enumerate(zip(directions, directions[1:]), 1):
+        if sum([u * v for u, v in zip(before, after)]) < COS_MIN_CORNER:
+            pieces.append(tuple(distinct[first : k + 1]))
             first = k
-    return pieces + [tuple(apart[first:])]
+    return pieces + [tuple(distinct[first:])]
 
 
 def line_from(start, angle, length):
     # type: (Point, float, float) -> List[Piece]
-    """The piece from `start` in the level direction `angle` (rad from x, counter-clockwise)."""
+    """Return the piece from `start`, `length` long (cm), in the level direction `angle` (rad)."""
     if not length > 0:
         raise BadPath("a line of length {:g} cm is none; give more than 0".format(length))
-    way = (length * math.cos(angle), length * math.sin(angle)) + (0.0,) * (len(start) - 2)
-    return polyline([start, tuple(a + b for a, b in zip(start, way))])
+    step = (length * math.cos(angle), length * math.sin(angle)) + (0.0,) * (len(start) - 2)
+    return polyline([start, tuple(a + b for a, b in zip(start, step))])
 
 
 def rectangle(corner, opposite):
     # type: (FixedPoint, FixedPoint) -> List[Piece]
-    """The four pieces of an upright rectangle, from `corner` round to it again."""
+    """Return the four pieces of a rectangle along the axes, from `corner` (cm) round to it."""
     height = _height([corner, opposite], "a rectangle")
     (x0, y0), (x1, y1) = corner[:2], opposite[:2]
     if x0 == x1 or y0 == y1:
@@ -143,7 +145,7 @@ def rectangle(corner, opposite):
 
 def circle(centre, radius):
     # type: (Point, float) -> List[Piece]
-    """The piece once round `centre`, counter-clockwise, from the point nearest to the base."""
+    """Return the piece once round `centre` (cm), counter-clockwise, from nearest to the base."""
     if not 0 < radius <= MAX_COORDINATE:
         raise BadPath(
             "a circle of radius {:g} cm is none; give more than 0 and at most {:g}".format(
@@ -167,11 +169,11 @@ def circle(centre, radius):
 
 def arc(points):
     # type: (Iterable[Point]) -> List[Piece]
-    """The smooth piece through n >= 3 points.
+    """Return the smooth piece through n >= 3 points, cm.
 
-    Between two points it fades from the circle through them and the point before to the circle
-    through them and the point after; so points of one circle give that circle, points of a line
-    that line.
+    Between two points it is (1 - t) A(t) + t B(t), t = 0 .. 1, with A the circle through them and
+    the point before, B the one through them and the point after (circle blending: Wenz, 1996).  So
+    points of a circle give that circle, which a cubic spline would not; points of a line, the line.
     """
     places = _checked(points, 3, "an arc")
     height = _height(places, "an arc")
@@ -198,7 +200,7 @@ def arc(points):
 
 
 class _Circle(object):
-    """One piece of the circle through three points: from b to c, or from a to b if `first`."""
+    """An arc of the circle through three points, cm: from b to c, or from a to b if `first`."""
 
     def __init__(self, a, b, c, first=False):
         # type: (Point, Point, Point, bool) -> None
@@ -225,6 +227,7 @@ class _Circle(object):
 
     def at(self, t):
         # type: (float) -> FixedPoint
+        """Return the point at the share `t` of the arc, cm."""
         if self.centre is None:
             return tuple(a + t * (b - a) for a, b in zip(self.start, self.end))
         angle = self.angle + t * self.sweep
@@ -236,7 +239,7 @@ class _Circle(object):
 
 def _bearing(centre, p):
     # type: (Point, Point) -> float
-    """The direction of a point as seen from a centre, rad."""
+    """Return the direction of a point from a centre, rad."""
     return math.atan2(p[1] - centre[1], p[0] - centre[0])
 
 

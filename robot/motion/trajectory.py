@@ -1,9 +1,9 @@
-"""Joint set-points in time: along the pieces of a stroke, or from pose to pose.
+"""Joint set-points in time: along the pieces of a stroke, or from pose to pose.  Pure.
 
-Pure: no I/O, no clock.  `q` joint angles rad, `p` a tip position cm, `s` the length of the way, cm.
+`q` joint angles rad, `p` a tip position cm, `s` the path length cm, `t` time s.
 
-A control tick has little time.  So a piece becomes a few cubics here, one between any two *knots*,
-and a tick no more than evaluates them.
+A control tick has little time.  So a piece becomes a few cubics q(s), one between any two *knots*,
+and a tick only evaluates them.
 """
 
 import math
@@ -25,18 +25,18 @@ if MYPY:
     TimedPiece = Tuple[Sequence[float], Sequence[Segment], Pose]  # times, segments, end
     NumbersOfSegment = Tuple[float, float, List[List[float]], Optional[List[float]]]
     PieceNumbers = Tuple[List[float], List[NumbersOfSegment], List[float]]  # a TimedPiece
-    AlongPath = Optional[Tuple[Vector, Vector]]  # J' t, dq/ds
+    AlongPath = Optional[Tuple[Vector, Vector]]  # J^T t, dq/ds
     SetPoint = Tuple[List[float], AlongPath]  # q, path
     Followed = TypeVar("Followed")
 
 SPEED_UP_TIME = 0.2
-"""Time in which the tip reaches its speed at the least, s."""
+"""Minimum time in which the tip reaches its speed, s."""
 
 JOINT_ACCELERATION = math.radians(200)
-"""Greatest of a joint, rad/s^2: a link slowed harder would run ahead through its backlash."""
+"""Maximum acceleration of a joint, rad/s^2: a link slowed harder runs ahead in its backlash."""
 
 MIN_PATH_SPEED = 0.5
-"""Below this speed of the tip (cm/s), across the path means nothing."""
+"""Minimum speed of the tip at which errors along the path are separated, cm/s."""
 
 
 class Trajectory(object):
@@ -46,19 +46,18 @@ class Trajectory(object):
         times: of the knots, s, from 0 on.
         segments: from each knot to the next (v, a, cubics, across): the tip's speed at the first
             one (cm/s) and its acceleration (cm/s^2); per joint the coefficients of its angle (rad)
-            by the length of the way from there (cm), from the constant one on; and J' t, by which
-            joint errors (rad) become what is missing along the path's direction t (cm), or None
+            by the path length from there (cm), from the constant one on; and J^T t, whose inner
+            product with joint errors (rad) is their part along the path's tangent t (cm), or None
             where the arm is nearly singular.
         end: joint angles at the last knot, rad.
-        turning: segments in whose place the joints turn round, if not in `segments`: those of the
-            plan that `segments` correct.  A backlash is crossed where the plan has it, so that
-            what is corrected there does not move the crossing.
+        turning: segments whose reversals count in place of those of `segments`: of the plan that
+            `segments` correct.  A correction then does not move a crossing of the backlash.
 
     Attributes:
         duration: s.
-        start, end: joint angles there, rad.
+        start, end: joint angles at the start and end, rad.
         directions: per joint, the sign of its first motion (0: it does not move).
-        reversals: per joint, the times (s) at which it turns round.
+        reversals: per joint, the times (s) of its reversals.
     """
 
     def __init__(self, times, segments, end, turning=None):
@@ -72,7 +71,7 @@ class Trajectory(object):
 
     def numbers(self):
         # type: () -> PieceNumbers
-        """(times, segments, end) as given, rounded to what matters, to be kept in a file."""
+        """Return (times, segments, end), rounded, to be stored in a file."""
         return (
             [round(t, 6) for t in self._times],
             [
@@ -88,7 +87,7 @@ class Trajectory(object):
 
     def _passing(self, t):
         # type: (float) -> Segment
-        """(cm since the last knot, cm/s, cubics, J' t) at the time `t` (s), which is on the way."""
+        """Return (cm since the last knot, cm/s, cubics, J^T t) at `t` (s), 0 < t < duration."""
         times, k = self._times, self._k
         while t < times[k]:
             k -= 1
@@ -101,9 +100,9 @@ class Trajectory(object):
 
     def at(self, t):
         # type: (float) -> SetPoint
-        """(q, path) at time `t` (s); before the start and after the end it stands still.
+        """Return (q, path) at time `t` (s); before the start and after the end it is at rest.
 
-        `path` is (J' t, dq/ds), see `segments`; None where it means nothing.
+        `path` is (J^T t, dq/ds), see `segments`; None where it is undefined.
         """
         if t <= 0:
             return list(self.start), None
@@ -119,7 +118,7 @@ class Trajectory(object):
 
     def speeds(self, t):
         # type: (float) -> List[float]
-        """dq/dt at time `t` (s), rad/s."""
+        """Return dq/dt at time `t` (s), rad/s."""
         if not 0 < t < self.duration:
             return [0.0] * len(self.end)
         s, v, cubics, _ = self._passing(t)
@@ -148,20 +147,24 @@ class Trajectory(object):
 
 def _time(s, v, a):
     # type: (float, float, float) -> float
-    """How long a way `s` (cm) takes from the speed `v` (cm/s) on at the acceleration `a`, s."""
+    """Return the time (s) of a path `s` (cm) from the speed `v` (cm/s) at `a` (cm/s^2).
+
+    2 s / (v + sqrt(v^2 + 2 a s)) is the root of s = v t + a t^2 / 2 that also holds for a = 0.
+    """
     return 2 * s / (v + math.sqrt(max(0.0, v * v + 2 * a * s))) if s else 0.0
 
 
 class JointMove(object):
     """A move of all joints together from rest to rest, wherever that takes the tip.
 
-    Each joint's way is the quintic with speed and acceleration 0 at both ends.  For the rest it
-    is used like a Trajectory, or like a BacklashCompensation.
+    Each joint moves by the quintic with speed and acceleration 0 at both ends (Flash and Hogan,
+    1985): x^3 (10 - 15 x + 6 x^2), x = t / T.  It is used like a Trajectory, or like a
+    BacklashCompensation.
 
     Args:
         start, end: joint angles, rad.
-        fastest: greatest speed per joint, rad/s.
-        acceleration: greatest of any joint, rad/s^2.
+        fastest: maximum speed per joint, rad/s.
+        acceleration: maximum of any joint, rad/s^2.
     """
 
     before = 0.0
@@ -171,35 +174,35 @@ class JointMove(object):
         self.start, self.end = tuple(start), tuple(end)
         duration = 0.0
         for a, b, top in zip(start, end, fastest):
-            way = abs(b - a)
-            # The quintic's peaks: 1.875 way / T and 5.774 way / T^2.
-            duration = max(duration, 1.875 * way / top, math.sqrt(5.774 * way / acceleration))
+            travel = abs(b - a)
+            # The quintic's peaks: 1.875 travel / T and 5.774 travel / T^2.
+            duration = max(duration, 1.875 * travel / top, math.sqrt(5.774 * travel / acceleration))
         self.duration = duration
         self.rests_from = [duration] * len(self.start)
-        self._ways = [b - a for a, b in zip(start, end)]
+        self._travels = [b - a for a, b in zip(start, end)]
         signs = tuple((b > a) - (b < a) for a, b in zip(start, end))
         self.directions, self.reversals = signs, ((),) * len(signs)
 
     def at(self, t):
         # type: (float) -> SetPoint
-        """As Trajectory.at; there is no path."""
+        """Return (q, None) at time `t` (s), as Trajectory.at without a path."""
         if t >= self.duration:
             return list(self.end), None
         if t <= 0:
             return list(self.start), None
         x = t / self.duration
-        way = x * x * x * (10.0 + x * (6.0 * x - 15.0))
-        return [a + way * w for a, w in zip(self.start, self._ways)], None
+        share = x * x * x * (10.0 + x * (6.0 * x - 15.0))
+        return [a + share * travel for a, travel in zip(self.start, self._travels)], None
 
     def speeds(self, t):
         # type: (float) -> List[float]
-        """As Trajectory.speeds."""
+        """Return dq/dt at time `t` (s), rad/s."""
         if not 0 < t < self.duration:
             return [0.0] * len(self.end)
         x = t / self.duration
         rate = x * (1.0 - x)
         rate *= 30.0 * rate / self.duration
-        return [rate * w for w in self._ways]
+        return [rate * travel for travel in self._travels]
 
 
 # ---- planning
@@ -207,20 +210,21 @@ class JointMove(object):
 
 def plan(arm, pieces, speed=None, elbow=None):
     # type: (Arm, Sequence[Piece], Optional[float], Optional[str]) -> List[Trajectory]
-    """The timed Trajectories along the pieces of one stroke, on one branch throughout.
+    """Return the Trajectories along the pieces of one stroke, all on one branch.
 
     Args:
+        arm: shared.arm_description.Arm.
         pieces: see robot.motion.paths; each begins where the one before ends.
-        speed: greatest speed of the tip, cm/s; the arm's own if None.
+        speed: maximum speed of the tip, cm/s; the arm's own if None.
         elbow: "up" | "down"; None tries the arm's own branch, then the other.
 
     Raises:
-        kinematics.Unreachable: naming the first point that cannot be had; nothing has moved.
+        kinematics.Unreachable: with the first point out of reach; nothing has moved.
     """
     from robot.motion.knots import knots_through, stations_of  # not above: few plan a stroke
 
     for piece in pieces:
-        # Before a line to the moon is cut up.
+        # Before a very long line is cut into knots.
         kinematics.inverse(arm, piece[0])
         kinematics.inverse(arm, piece[-1])
 
@@ -238,16 +242,18 @@ def plan(arm, pieces, speed=None, elbow=None):
 
 def joint_path(arm, points, elbow=None):
     # type: (Arm, Sequence[Point], Optional[str]) -> List[FixedPose]
-    """Joint angles along `points` (cm, close together), within reach and limits, without a leap.
+    """Return the joint angles along `points`, within reach and limits, without a jump.
 
     Args:
+        arm: shared.arm_description.Arm.
+        points: close together, cm.
         elbow: "up" | "down"; None tries the arm's own branch, then the other.
 
     Returns:
         As many tuples of angles, rad.
 
     Raises:
-        kinematics.Unreachable: naming the first point that cannot be had.
+        kinematics.Unreachable: with the first point out of reach.
     """
     from robot.motion.knots import next_pose  # as above
 
@@ -263,7 +269,7 @@ def joint_path(arm, points, elbow=None):
 
 def _on_a_branch(arm, p, elbow, follow):
     # type: (Arm, Point, Optional[str], Callable[[FixedPose], Followed]) -> Followed
-    """What `follow` makes of the pose at `p`, on the first branch on which it can."""
+    """Return `follow` of the pose at `p` (cm), on the first branch on which it succeeds."""
     first_error = None  # type: Optional[kinematics.Unreachable]
     for branch in (elbow,) if elbow else (arm.elbow, "down" if arm.elbow == "up" else "up"):
         try:
@@ -276,10 +282,16 @@ def _on_a_branch(arm, p, elbow, follow):
 
 def _timed(arm, knots, speed):
     # type: (Arm, Sequence[Knot], float) -> Trajectory
-    """Trapezoidal speed, slowed where a joint would be too fast.
+    """Return the Trajectory along `knots` with at most `speed` (cm/s), within the joints' limits.
 
-    Forward and backward pass over the greatest admissible speed along the path, after Bobrow,
-    Dubowsky and Gibson 1985, with the limits taken as constants.
+    With q(s), speed v and acceleration a along the path, a joint has
+
+        dq/dt = q' v,    d2q/dt2 = q'' v^2 + q' a
+
+    The first and half of JOINT_ACCELERATION for q'' v^2 cap v at each knot; the other half bounds
+    a.  With a constant, v^2 grows linearly in s; so a forward and a backward pass over v^2 give the
+    fastest profile under the cap (Bobrow, Dubowsky and Gibson, 1985, here with constant limits).
+    Limits by torque would be exact, but need the masses and the battery's voltage.
     """
     fastest = [joint.max_speed for joint in arm.joints]
     v = [speed] * len(knots)
