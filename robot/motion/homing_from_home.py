@@ -1,7 +1,8 @@
-"""Finding the zero from about home, where somebody has put the arm: by stops or touch sensors.
+"""Homing from near the home pose, where a person has put the arm: by stops or touch sensors.
 
-There might be no stop, and a cable round the joint. So each goes slowly, and never farther beyond a
-limit than SEEK_BEYOND, counted from where it was put. Stops that are elsewhere tell what is wrong.
+A stop may be missing, and a cable round the joint.  So each joint goes slowly, and no farther
+beyond a limit than SEEK_BEYOND, counted from where it was put.  Stops at other angles than in the
+arm's file show what is wrong: a swapped cable, a direction, a placing error.
 """
 
 import math
@@ -35,27 +36,27 @@ if MYPY:
     Seen = Dict[str, float]  # angles of stops, rad, by side
 
 SEEK_SPEED, TOUCH_SPEED = math.radians(60), math.radians(6)
-"""Greatest of a joint on its way to a stop, and to a sensor that it has met before, rad/s."""
+"""Maximum speeds of a joint, rad/s: towards a stop, and towards a sensor that it has met before."""
 
 BOUND_MARGIN = math.radians(1)
-"""What seeks ends so far short of the bound, rad: it takes a moment to stop."""
+"""Distance from the bound at which a search ends, rad: a joint needs some time to stop."""
 
 MAX_PLACING_ERROR = SEEK_BEYOND + MAX_STOP_ERROR
-"""A stop farther than this from where it should be seems to be none, or another one, rad."""
+"""Maximum distance of a stop from its angle in the arm's file, rad: beyond it, it is another."""
 
 MEETING_TOLERANCE = math.radians(2)
-"""A stop so much short of where a joint went would have been met, rad: by counts and bent links."""
+"""Tolerance of the angle at which a stop is met, rad: for counts and bent links."""
 
 SIGNS = {"lower": -1, "upper": 1}
 
 SENSOR_TOUCHES, BACK_OFF, MAX_SENSOR_SPREAD = 3, math.radians(5), math.radians(1)
-"""How often a sensor is touched, how far a joint is taken off it for that, and how far apart what
-it then says may be, rad."""
+"""Number of touches of a sensor, distance that a joint leaves it in between, rad, and maximum
+spread of the angles at which it closes, rad."""
 
 
 def find_zero(arm, say):
     # type: (RobotArm, Say) -> List[Found]
-    """Set the motors' zeros, of each joint as its `find_home` says; all are taken to be at home.
+    """Set the motors' zeros, of each joint as its `find_home` says; all must stand near home.
 
     Args:
         arm: robot.motion.arm.RobotArm.
@@ -65,7 +66,7 @@ def find_zero(arm, say):
         One Found per joint.
 
     Raises:
-        Blocked: with what was found, what was expected and which line of the file says so.
+        Blocked: with the measured and the expected stops, and the line of the arm's file.
     """
     out = []
     for k in reversed(range(len(arm.joints))):
@@ -81,16 +82,16 @@ def find_zero(arm, say):
 
 def _bound(joint, sign):
     # type: (Joint, int) -> float
-    """How far it goes on one side, rad."""
+    """Return the angle at which a search ends on the side of `sign`, rad."""
     return (joint.upper if sign > 0 else joint.lower) + sign * (SEEK_BEYOND - BOUND_MARGIN)
 
 
-def _go(arm, k, end, speed, look=None):
+def _go(arm, k, end, speed, on_tick=None):
     # type: (RobotArm, int, float, float, Optional[OnTick]) -> bool
-    """Turn joint `k` to the angle `end` (rad); whether it was blocked on its way."""
+    """Turn joint `k` to the angle `end` (rad); return whether it was blocked."""
     motor = arm.joints[k]
     try:
-        arm.move_motor(motor, JointMove([motor.angle()], [end], [speed]), on_tick=look)
+        arm.move_motor(motor, JointMove([motor.angle()], [end], [speed]), on_tick=on_tick)
     except Stalled:
         return True
     return False
@@ -106,14 +107,14 @@ def _by_stops(arm, k, say):
     ends, seen, spread = {}, {}, 0  # type: Dict[str, float], Seen, float
     for side in _sought(joint):
         sign = SIGNS[side]
-        # Counted from where it was put, and as far as a first stop has told where that was.
+        # The bound counts from where it was put; a first stop has shown where that was.
         bound = _bound(joint, sign)
         moved = (put - motor.zero) / motor.in_counts(1)
         end = sign * min(sign * bound, sign * (bound + moved))
         if not _go(arm, k, end, min(SEEK_SPEED, joint.max_speed)):
             continue
-        ends[side], apart = touch_stop(arm, k, side, say, end + sign * BOUND_MARGIN)
-        spread = max(spread, apart)
+        ends[side], distance = touch_stop(arm, k, side, say, end + sign * BOUND_MARGIN)
+        spread = max(spread, distance)
         seen[side] = _seen(motor, joint, ends[side], sign, put)
         off = seen[side] - stop_angle(joint, side)
         if len(ends) == 1 and abs(off) <= MAX_PLACING_ERROR:
@@ -132,16 +133,18 @@ def _by_stops(arm, k, say):
 
 def _seen(motor, joint, counts, sign, zero):
     # type: (Motor, Joint, float, int, float) -> float
-    """The stop's angle, rad, were that the zero."""
+    """Return the angle (rad) of a stop at `counts` if the zero is at `zero` counts."""
     return (counts - zero) / motor.in_counts(1) - sign * joint.backlash / 2
 
 
 def _problem(arm, k, seen):
     # type: (Arm, int, Seen) -> Optional[str]
-    """What is wrong with stops seen at these angles; None where nothing is.
+    """Return the message on stops at other angles than in the file; None if there is none.
 
     Args:
-        seen: rad, by side, counted from where the joint was put; of those that were met.
+        arm: shared.arm_description.Arm.
+        k: number of the joint.
+        seen: angles of the stops that were met, rad, by side, from where the joint was put.
     """
     joint = arm.joints[k]
     if _is_right(joint, seen):
@@ -149,27 +152,27 @@ def _problem(arm, k, seen):
     where = " and ".join(
         "{} at {:.0f} deg".format(side, math.degrees(seen[side])) for side in sorted(seen)
     )
-    told = "the {}, counted from where it was put, has its {} stop{}".format(
+    fact = "the {}, counted from where it was put, has its {} stop{}".format(
         joint.name, where, "s" if len(seen) > 1 else ""
     )
     if seen:
         if _fits(joint, seen, _stops(joint, joint, -1)):
             return (
                 "{}, as if it turned the other way round: write direction = {} in [{}] of {}, or "
-                "let driver.py check do it".format(told, -joint.direction, joint.name, arm.file)
+                "let driver.py check do it".format(fact, -joint.direction, joint.name, arm.file)
             )
         for other in arm.joints:
             ratio = other.gear * other.direction / (joint.gear * joint.direction)
-            for way in (ratio, -ratio):
-                if other is not joint and _fits(joint, seen, _stops(joint, other, way)):
-                    return "{}: {}".format(told, swapped(arm, joint, other))
+            for signed in (ratio, -ratio):
+                if other is not joint and _fits(joint, seen, _stops(joint, other, signed)):
+                    return "{}: {}".format(fact, swapped(arm, joint, other))
     missing = [side for side in _sought(joint) if side not in seen]
     if not missing:
-        apart = seen["upper"] - seen["lower"] if len(seen) == 2 else 0
-        described = stop_angle(joint, "upper") - stop_angle(joint, "lower") if apart else 0.0
-        if apart and abs(apart - described) > MAX_STOP_ERROR:
-            return None  # that tells more
-        return "{}: put it nearer to home, or clear its way, and home again".format(told)
+        span = seen["upper"] - seen["lower"] if len(seen) == 2 else 0
+        described = stop_angle(joint, "upper") - stop_angle(joint, "lower") if span else 0.0
+        if span and abs(span - described) > MAX_STOP_ERROR:
+            return None  # set_zero's message says more
+        return "{}: put it nearer to home, or clear its way, and home again".format(fact)
     return (
         "the {0} met no {1} stop up to {2:.0f} deg beyond its limit{3}: put it nearer to "
         "home; if there is none, write stop_{4} = none and find_home = here, if its play is far "
@@ -186,19 +189,20 @@ def _problem(arm, k, seen):
 
 def _sought(joint):
     # type: (Joint) -> List[str]
+    """Return the sides whose stops are sought: "lower", "upper"."""
     return [stop[len("stop_") :] for stop in STOPS_TOUCHED[joint.find_home]]
 
 
 def _is_right(joint, seen):
     # type: (Joint, Seen) -> bool
-    """Whether the stops are where they should be, or out of reach from where it was put."""
+    """Return whether each stop is where it should be, or out of reach from where it was put."""
     offs = {side: at - stop_angle(joint, side) for side, at in seen.items()}
     if not offs or max(abs(off) for off in offs.values()) > MAX_PLACING_ERROR:
         return False
     for side in _sought(joint):
         if side not in seen:
             at = stop_angle(joint, side) + max(offs.values())
-            pushed = SIGNS[side] * at + joint.backlash / 2  # where its motor would stand there
+            pushed = SIGNS[side] * at + joint.backlash / 2  # the motor's angle at that stop
             if pushed < SIGNS[side] * _bound(joint, SIGNS[side]) - MEETING_TOLERANCE:
                 return False
     return True
@@ -206,7 +210,7 @@ def _is_right(joint, seen):
 
 def _stops(joint, other, ratio):
     # type: (Joint, Joint, float) -> Dict[str, Optional[float]]
-    """Where `joint` sees its stops if it is `other` that turns, `ratio` times less far, rad."""
+    """Return the stops of `joint` as counted while `other` turns by 1 / `ratio` of it, rad."""
     ends = [
         None if stop is None else joint.home + (stop - other.home) * ratio
         for stop in (other.stop_lower, other.stop_upper)
@@ -216,7 +220,7 @@ def _stops(joint, other, ratio):
 
 def _fits(joint, seen, expected):
     # type: (Joint, Seen, Dict[str, Optional[float]]) -> bool
-    """Whether stops were met where they are expected, and others are out of reach."""
+    """Return whether the stops were met where expected, and the others are out of reach."""
     for side in _sought(joint):
         at, sign = expected[side], SIGNS[side]
         if side in seen:
@@ -239,7 +243,7 @@ def _by_sensor(arm, k, say):
     bound = _bound(joint, sign)
     closed = []
 
-    def look(t, now, angles):
+    def stop_if_pressed(t, now, angles):
         # type: (float, float, Pose) -> object
         if is_pressed():
             closed.append(angles[0])
@@ -255,7 +259,7 @@ def _by_sensor(arm, k, say):
                 "home, look at the sensor, and home again".format(joint.touch_port, joint.name)
             )
         number = len(closed)
-        blocked = _go(arm, k, bound, speed, look)
+        blocked = _go(arm, k, bound, speed, stop_if_pressed)
         if len(closed) == number:
             raise Blocked(
                 "the {} {} and did not meet its touch sensor; put it nearer to home, clear its "
@@ -285,14 +289,14 @@ def _by_sensor(arm, k, say):
 
 def _sensor(joint):
     # type: (Joint) -> Callable[[], bool]
-    """Whether the touch sensor of a joint is pressed: a function.
+    """Return a function that returns whether the touch sensor of a joint is pressed.
 
     Raises:
-        Blocked: it is not there, then or when it is asked.
+        Blocked: there is no sensor, also from that function.
     """
     from robot.ev3.touch_sensor import NoTouchSensor, touch_sensor  # not above: few have one
 
-    def there(ask, *args):
+    def call(ask, *args):
         # type: (Callable[..., Any], *Any) -> Any
         try:
             return ask(*args)
@@ -302,5 +306,5 @@ def _sensor(joint):
                 "arm file".format(joint.touch_port, joint.name)
             ) from None
 
-    is_pressed = there(touch_sensor, joint.touch_port)
-    return lambda: there(is_pressed)
+    is_pressed = call(touch_sensor, joint.touch_port)
+    return lambda: call(is_pressed)

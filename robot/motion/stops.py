@@ -1,7 +1,20 @@
 """The hard stops of a joint: touched gently, several times, and its zero set by them.
 
-A motor pushed against a stop stands on the far side of the play; from both sides, the play cancels
-and is measured on the way.
+A motor that pushes its link against a stop stands half the backlash b beyond it.  With the stops'
+angles s- and s+ and k counts per rad, the encoder reads there, with z at angle zero:
+
+    c- = z + k (s- - b/2),    c+ = z + k (s+ + b/2)
+
+The mean of the two gives z without b, and their difference b without z:
+
+    z = (c- + c+) / 2 - k (s- + s+) / 2,    b = (c+ - c-) / k - (s+ - s-)
+
+One stop alone gives z only with the b of the arm's file, whose error is an error of the zero.  A b
+far from the file's shows that these are other stops: a swapped cable, or something in the path.
+
+A stop is where a softly driven motor stands for a few counts' time.  Its force bends the joint; so
+the touches are repeated, with more force where the joint is stiff, until they agree.  A touch
+sensor would need a port of the brick, and shows one side only: its zero depends on b.
 """
 
 import math
@@ -26,44 +39,46 @@ if MYPY:
     from shared.arm_description import Arm, Joint  # noqa: F401
 
 TOUCHES_PER_PUSH = 3
+"""Number of touches with the same force."""
+
 SEARCH_PUSH, TOUCH_PUSHES = 20.0, (14.0, 17.0, 20.0)
-"""Greatest force on the stop, % of duty: to find it, and to measure it, the harder the stiffer the
-joint turns out to be: one that is pushed too softly comes to a stand on the way."""
+"""Maximum force on the stop, % of duty: to find it, and to measure it.  It is raised while touches
+disagree: a stiff joint that is pushed too softly stands before its stop."""
 
 PUSH_STIFFNESS = 0.02
-"""Stiffness (% per deg/s) at which the stop is approached: the softer, the faster."""
+"""Gain of the motor's driver on the approach, % per deg/s: for one force, the softer the faster."""
 
 BACK_OFF, BACK_OFF_SPEED, MIN_BACK_OFF = (math.radians(x) for x in (6, 60, 4))
-"""How far a joint is to leave its stop between two touches, rad, how fast, rad/s, and how far will
-do: one that is stiff need not get there to the degree."""
+"""Distance by which a joint leaves its stop between two touches, rad, its speed, rad/s, and the
+distance that is enough for a stiff joint, rad."""
 
 STOP_TIMEOUT = 60.0
-"""No joint takes longer to its stop, s."""
+"""Maximum time of a joint to its stop, s."""
 
 STANDSTILL_TIME = 0.16
-"""A pushed joint that has not moved for this time stands at its stop, s."""
+"""Time without a count after which a pushed joint stands at its stop, s."""
 
 MIN_STANDSTILL_TIME, STANDSTILL_COUNTS = 0.06, 5
-"""One that turned fast does so sooner: after the time of so many counts, no less than this, s."""
+"""The same for a joint that turned fast: minimum time, s, and time as a number of its counts."""
 
 ROTOR_PUSH, LINK_PUSH, KICK_TIME = 20.0, 30.0, 0.03
-"""Force by which a joint is to set out, % of duty: for its motor, and for so long (s) also for its
-link, of which a gear takes its share."""
+"""Force to set a joint going, % of duty: for its motor; for its link, over its gear, in addition;
+and the time of the latter, s."""
 
 KICK_TIMEOUT, KICK_PERIOD = 0.06, 0.005
-"""By then its encoder has counted, and the time between two looks at it, s."""
+"""Time limit for its first count, and period of its readings, s."""
 
 MAX_TOUCH_SPREAD = 3
-"""Counts within which the touches of one stop must lie."""
+"""Maximum spread of the touches of one stop, counts."""
 
 MAX_TOUCH_SHORTFALL = math.radians(2)
-"""A touch this far from the farthest one was none, rad."""
+"""Maximum distance of a touch from the farthest one, rad; a shorter one met no stop."""
 
 MAX_STOP_ERROR = math.radians(5)
-"""Stops that are farther than this from where they should be are others, rad."""
+"""Maximum error of a stop's angle and of the measured backlash, rad: beyond, it is another stop."""
 
 MAX_BACKLASH = math.radians(20)
-"""No joint has more, whatever its file says, rad."""
+"""Maximum backlash of any joint, rad."""
 
 if MYPY:
     Found = NamedTuple(
@@ -72,17 +87,17 @@ if MYPY:
     )
 else:
     Found = record("Found", "joint zero backlash spread")
-"""What was found of one joint.
+"""Result of homing of one joint.
 
-joint   its name
-zero    counts at angle zero
-play    as measured, rad; None from one side
-spread  of the touches of one stop, counts
+joint     its name
+zero      counts at angle zero
+backlash  as measured, rad; None from one side
+spread    of the touches of one stop, counts
 """
 
 
 class Blocked(ArmError):
-    """Homing found no stop, not the same one twice, or stops that are not those of the arm file."""
+    """A homing that found no stop, no constant one, or others than in the arm's file."""
 
 
 def touch_stop(arm, k, side, say, farthest=None):
@@ -90,14 +105,17 @@ def touch_stop(arm, k, side, say, farthest=None):
     """Touch one stop of joint `k` several times.
 
     Args:
+        arm: robot.motion.arm.RobotArm.
+        k: number of the joint.
         side: "lower" | "upper".
-        farthest: no farther than this angle, rad; as far as the joint may have to if None.
+        say: called with one line of progress.
+        farthest: angle at which the search ends, rad; the joint's range if None.
 
     Returns:
-        (counts there, how far apart the touches are, counts).
+        (mean counts there, spread of the touches, counts).
 
     Raises:
-        Blocked: there is none, or not always the same.
+        Blocked: there is no stop, or the touches disagree.
     """
     joint = arm.description.joints[k]
     say("homing: {}, {} stop".format(joint.name, side))
@@ -121,7 +139,7 @@ def declare_angle(motor, angle):
 
 def stop_angle(joint, side):
     # type: (Joint, str) -> float
-    """The angle of a stop that there is, rad; `side` is "lower" or "upper"."""
+    """Return the angle of an existing stop, rad; `side` is "lower" or "upper"."""
     angle = joint.stop_lower if side == "lower" else joint.stop_upper
     assert angle is not None  # or the arm's file would not have it touched
     return angle
@@ -129,13 +147,16 @@ def stop_angle(joint, side):
 
 def set_zero(arm, k, ends, spread):
     # type: (RobotArm, int, Dict[str, float], float) -> Found
-    """Set the zero of joint `k` by its stops; Found.
+    """Set the zero of joint `k` by its stops; return a Found.
 
     Args:
-        ends: counts by "lower", "upper".
+        arm: robot.motion.arm.RobotArm.
+        k: number of the joint.
+        ends: counts at one stop or two, by "lower", "upper".
+        spread: of the touches, counts.
 
     Raises:
-        Blocked: they are not as far apart as the arm's file says.
+        Blocked: the distance of the stops is not that of the arm's file.
     """
     motor, joint = arm.joints[k], arm.description.joints[k]
     zeros = []
@@ -143,20 +164,20 @@ def set_zero(arm, k, ends, spread):
         push = -joint.backlash / 2 if side == "lower" else joint.backlash / 2
         zeros.append(counts - motor.in_counts(stop_angle(joint, side) + push))
     motor.zero = sum(zeros) / len(zeros)
-    play = None
+    backlash = None
     if len(ends) == 2:
         span = abs(ends["upper"] - ends["lower"]) * motor.resolution
-        play = span - (stop_angle(joint, "upper") - stop_angle(joint, "lower"))
-        if abs(play - joint.backlash) > MAX_STOP_ERROR:
-            raise Blocked(_not_as_described(arm.description, k, span, play))
-    return Found(joint.name, motor.zero, play, spread)
+        backlash = span - (stop_angle(joint, "upper") - stop_angle(joint, "lower"))
+        if abs(backlash - joint.backlash) > MAX_STOP_ERROR:
+            raise Blocked(_not_as_described(arm.description, k, span, backlash))
+    return Found(joint.name, motor.zero, backlash, spread)
 
 
-def _not_as_described(arm, k, span, play):
+def _not_as_described(arm, k, span, backlash):
     # type: (Arm, int, float, float) -> str
-    """What is wrong with stops that are `span` apart, which would mean so much `play`; rad."""
+    """Return the message on stops at a distance of `span`, hence with so much `backlash`; rad."""
     joint = arm.joints[k]
-    told = (
+    fact = (
         "the {}'s stops are {:.1f} deg apart, by the arm file {:.1f} and {:.1f} of play; ".format(
             joint.name,
             math.degrees(span),
@@ -169,18 +190,18 @@ def _not_as_described(arm, k, span, play):
             continue
         seen = (other.stop_upper - other.stop_lower + other.backlash) * other.gear / joint.gear
         if abs(span - seen) < MAX_STOP_ERROR:
-            return told + swapped(arm, joint, other)
-    if play < joint.backlash:  # what gets too far meets nothing on its way
-        return told + "clear its way, ease it if it runs stiffly, or measure them"
-    return told + (
+            return fact + swapped(arm, joint, other)
+    if backlash < joint.backlash:  # something in its path stopped it too early
+        return fact + "clear its way, ease it if it runs stiffly, or measure them"
+    return fact + (
         "measure them, and its play, which by that is {:.1f} deg: stop_lower, stop_upper, backlash "
-        "in [{}] of {}".format(math.degrees(play), joint.name, arm.file)
+        "in [{}] of {}".format(math.degrees(backlash), joint.name, arm.file)
     )
 
 
 def swapped(arm, joint, other):
     # type: (Arm, Joint, Joint) -> str
-    """What to say of a joint whose stops are those of another one."""
+    """Return the advice on a joint whose stops are those of another one."""
     return (
         "they are those of the {0}, so the cables of ports {1} and {2} are swapped: exchange them, "
         "or port = {1} and port = {2} in [{3}] and [{0}] of {4}".format(
@@ -191,7 +212,7 @@ def swapped(arm, joint, other):
 
 def _touches(arm, k, sign, farthest):
     # type: (RobotArm, int, int, Optional[float]) -> List[float]
-    """Counts at which the joint stands against a stop, TOUCHES_PER_PUSH times."""
+    """Return the counts of TOUCHES_PER_PUSH touches of a stop with the same force."""
     motor, joint = arm.joints[k], arm.description.joints[k]
 
     def touch(force):
@@ -217,22 +238,27 @@ def _touches(arm, k, sign, farthest):
 
 def back_off(arm, motor, stop, sign):
     # type: (RobotArm, Motor, float, int) -> None
-    """Leave the stop (counts) on the side of `sign` by BACK_OFF."""
+    """Leave the stop (counts) on the side of `sign` by BACK_OFF, or at least MIN_BACK_OFF."""
     at = (stop - motor.zero) / motor.in_counts(1)
 
-    def look(t, now, angles):
+    def stop_when_clear(t, now, angles):
         # type: (float, float, Pose) -> object
         return STOP if sign * (at - angles[0]) > MIN_BACK_OFF else None
 
     move = JointMove([motor.angle()], [at - sign * BACK_OFF], [BACK_OFF_SPEED])
-    arm.move_motor(motor, move, on_tick=look)
+    arm.move_motor(motor, move, on_tick=stop_when_clear)
 
 
 def push(arm, motor, joint, sign, force, farthest=None):
     # type: (RobotArm, Motor, Joint, int, float, Optional[float]) -> float
-    """Push until the joint stands; the middle of what the encoder then allows, counts.
+    """Push until the joint stands; return the middle of the encoder's interval there, counts.
 
     Args:
+        arm: robot.motion.arm.RobotArm.
+        motor: its JointMotor.
+        joint: the shared.arm_description.Joint that it turns.
+        sign: direction, +1 or -1.
+        force: maximum, % of duty.
         farthest: see `touch_stop`.
 
     Raises:
@@ -240,7 +266,7 @@ def push(arm, motor, joint, sign, force, farthest=None):
     """
     clock = arm.clock
     most = _longest_travel(joint) if farthest is None else sign * (farthest - motor.angle())
-    # What a standing motor pushes with is the stiffness times the speed set-point.
+    # A standing motor's force is the stiffness times the speed set-point.
     speed = sign * math.radians(force / PUSH_STIFFNESS) / joint.gear
     motor.engage(PUSH_STIFFNESS)
     last, since = motor.bounds(), clock.now()
@@ -252,7 +278,7 @@ def push(arm, motor, joint, sign, force, farthest=None):
         clock.sleep(DEAD_MAN / 10)
         here, now = motor.bounds(), clock.now()
         if here != last:
-            # A mean, for a reading may fall just behind or before a count.
+            # The mean of two, for a reading may fall just before or after a count.
             before, per_count = per_count, (now - since) * motor.resolution / abs(here[0] - last[0])
             standstill = STANDSTILL_COUNTS * 0.5 * (before + per_count)
             standstill = min(max(MIN_STANDSTILL_TIME, standstill), STANDSTILL_TIME)
@@ -272,14 +298,14 @@ def push(arm, motor, joint, sign, force, farthest=None):
 
 def _kick(clock, motor, joint, sign):
     # type: (Timepiece, Motor, Joint, int) -> None
-    """Push a joint that stands, and is free to go that way, until its encoder counts.
+    """Push a joint at rest that is free in this direction until its encoder counts.
 
-    One that is blind on the way looks as if it stood at its stop, until it is to leave that; then
-    this brakes it.
+    An encoder that dies on the approach looks like a stop.  Leaving that supposed stop, the joint
+    gives no count, and is stopped here.
 
     Raises:
-        Stalled: it does not count soon.
-        TooSlow: nor is there time to look.
+        Stalled: there is no count within KICK_TIMEOUT.
+        TooSlow: the brick took no reading in that time.
     """
 
     def push(force):
@@ -290,14 +316,14 @@ def _kick(clock, motor, joint, sign):
     motor.engage(STIFFNESS)
     stands = motor.bounds()
     push(full)
-    since = looked = clock.now()  # only now: on a slow brick it takes its time to begin
+    since = sampled = clock.now()  # only now: a slow brick needs some time to begin
     late = 0.0
     while True:
         clock.sleep(KICK_PERIOD)
         if motor.bounds() != stands:
             return
         now = clock.now()
-        late, looked = max(late, now - looked), now
+        late, sampled = max(late, now - sampled), now
         if now - since > KICK_TIMEOUT:
             if late > KICK_TIMEOUT:
                 raise TooSlow(late)
@@ -307,7 +333,7 @@ def _kick(clock, motor, joint, sign):
 
 def _longest_travel(joint):
     # type: (Joint) -> float
-    """How far a joint may have to turn to a stop that is there, rad."""
+    """Return the maximum travel of a joint to its stop, rad."""
     if joint.stop_lower is None or joint.stop_upper is None:
         return 2 * math.pi
     return joint.stop_upper - joint.stop_lower + MAX_BACKLASH + MAX_STOP_ERROR

@@ -1,11 +1,11 @@
-"""Where the joints' zero is: remembered in a small file, believed only where all agrees with it.
+"""The zero of the joints, stored in a small file, and valid only while all agrees with it.
 
-The encoders forget when the brick is switched off, and are reset after the Back button.  So the
-file holds, beside the counts at joint angle zero, the counts at which the arm was parked, and since
-which start of the brick; while it moves, it is on record as not parked.
+The encoders lose their counts when the brick is switched off, and are reset after the Back button.
+So the file holds, beside the counts at joint angle zero, those at which the arm was parked, and the
+identity of the brick's start.  While the arm moves, it is stored as not parked.
 
-And it holds the arm's numbers by which counts mean angles, see `meaning`: of another arm of that
-name, or one whose file was edited since, the same counts are other angles.
+The file also holds the arm's numbers by which counts mean angles, see `meaning`.  For another arm
+of the same name, or after an edit of the arm's file, the same counts are other angles.
 """
 
 import math
@@ -26,42 +26,43 @@ if MYPY:
     Counts = Mapping[str, float]  # by port
 
 VERSION = 2
-"""Of the file; it rises when something in it changes its meaning."""
+"""Version of the file's format; it rises when something in it changes its meaning."""
 
 MAX_PARKED_DRIFT = 2
-"""Counts by which a parked motor may have settled since."""
+"""Maximum drift of a parked motor, counts."""
 
 MAX_OVERTRAVEL = math.radians(10)
-"""A joint whose play is taken up may stand so far beyond its stop, rad: it was found to 5 degrees,
-and links bend. A pen, whose motor was stopped anywhere, beyond its ends."""
+"""Maximum overtravel of a joint beyond its stop and backlash, or of a pen beyond its ends, rad: the
+stop was found to 5 degrees, and links bend."""
 
 ADVICE = "; lift the pen and home it first: driver.py home (or home --here)"
+"""End of the messages that refuse a zero."""
 
 NOT_LOADED = (
     "the zero is on file, but this program has not loaded it, so it does not know where the arm "
     "stands: call load_zero() of its RobotArm before anything is to move"
 )
-"""Said to a program of one's own."""
+"""Message to a user's own program."""
 
 BOOT_ID = "/proc/sys/kernel/random/boot_id"
-"""Another text after every start of the system."""
+"""File with another text after every start of the system."""
 
 
 class NotHomed(ArmError):
-    """The zero is unknown, or the encoders contradict it; nothing has moved."""
+    """An unknown zero, or one that the encoders contradict; nothing has moved."""
 
 
 class StateNotSaved(ArmError, OSError):
-    """The state file cannot be written."""
+    """A state file that cannot be written."""
 
 
 def meaning(arm):
     # type: (Arm) -> Dict[str, Number]
-    """The numbers of an arm by which encoder counts mean joint angles, by "part.key".
+    """Return the numbers of an arm by which encoder counts mean joint angles, by "part.key".
 
-    Port, motor, gear and direction turn counts into angles; by the stops, the home pose, the play
-    and the pen's upper end the zero was found. A name, a speed, a link's length or weight changes
-    nothing about it, and where the limits lie within the stops neither.
+    Port, motor, gear and direction convert counts to angles.  The stops, the home pose, the
+    backlash and the pen's upper end determine the zero.  A name, a speed, a link's length or weight
+    does not affect it, nor do limits within the stops.
 
     Args:
         arm: shared.arm_description.Arm.
@@ -80,7 +81,7 @@ def meaning(arm):
 
 def _degrees(angle):
     # type: (Optional[float]) -> Optional[float]
-    """As an arm's file has it; None stays."""
+    """Return an angle (rad) in degrees as an arm's file has it; None for None."""
     return angle if angle is None else round(math.degrees(angle), 6)
 
 
@@ -89,7 +90,10 @@ class Zero(object):
 
     Args:
         arm: shared.arm_description.Arm; each name has its own file.
-        folder: None takes $BRICKSERVO_STATE, or ~/.brickservo.
+        folder: folder of the file; None: $BRICKSERVO_STATE, or ~/.brickservo.
+
+    Attributes:
+        file: path of the file.
     """
 
     def __init__(self, arm, folder=None):
@@ -99,14 +103,14 @@ class Zero(object):
 
     def confirmed(self, counts):
         # type: (Counts) -> Dict[str, float]
-        """Counts at joint angle zero, by port.
+        """Return the counts at joint angle zero, by port.
 
         Args:
-            counts: what the encoders read now, by port.
+            counts: readings of the encoders now, by port.
 
         Raises:
             NotHomed: the arm was never homed, was not parked, is another one by its numbers, or the
-                encoders say otherwise.
+                encoders contradict the file.
         """
         try:
             state = read_json(self.file)
@@ -148,7 +152,7 @@ class Zero(object):
 
     def _check_meaning(self, state):
         # type: (Dict[str, Any]) -> None
-        """Refuse a zero that was written for other numbers than this arm's, or in another way."""
+        """Raise NotHomed for a zero of other numbers than this arm's, or of another version."""
         version = state.get("version", 1)
         if version != VERSION:
             number(version)
@@ -165,15 +169,15 @@ class Zero(object):
             raise InvalidFile("has something else where the arm's file should be")
         for key in sorted(set(then) | set(now)):
             if then.get(key) != now.get(key):
-                told = [ascii(key)[1:-1][:40], _shown(then.get(key)), _shown(now.get(key))]
+                values = [ascii(key)[1:-1][:40], _shown(then.get(key)), _shown(now.get(key))]
                 if state["file"] == _path(self._arm):
                     problem = "from before its file was edited: its {} was {} and is {}"
                 else:
                     problem = "that of another arm, {}: its {} is {} there and {} here"
-                    told = [ascii(state["file"])[1:-1][:100]] + told
+                    values = [ascii(state["file"])[1:-1][:100]] + values
                 raise NotHomed(
                     "the zero of {} on file is {}{}".format(
-                        self._arm.name, problem.format(*told), ADVICE
+                        self._arm.name, problem.format(*values), ADVICE
                     )
                 )
 
@@ -183,13 +187,14 @@ class Zero(object):
 
     def check_angles(self, angles, pen=None):
         # type: (Pose, Optional[float]) -> None
-        """Refuse a zero by which a joint stands where it cannot.
+        """Raise NotHomed for a zero by which a joint stands where it cannot.
 
         A joint without a stop on one side is taken to stop at its limit: no program leaves it
         beyond.
 
         Args:
-            angles: of the joints, rad; pen: of the pen's motor.
+            angles: of the joints, rad.
+            pen: angle of the pen's motor, rad; None: it has none.
 
         Raises:
             NotHomed: naming the joint, its angle and the stop.
@@ -207,8 +212,8 @@ class Zero(object):
         if self._arm.pen and pen is not None:
             ends = sorted((self._arm.pen.up, self._arm.pen.down))
             parts.append(("pen", pen, ends[0], ends[1], 0.0))
-        for name, angle, lower, upper, play in parts:
-            if not lower - play - MAX_OVERTRAVEL <= angle <= upper + play + MAX_OVERTRAVEL:
+        for name, angle, lower, upper, backlash in parts:
+            if not lower - backlash - MAX_OVERTRAVEL <= angle <= upper + backlash + MAX_OVERTRAVEL:
                 raise NotHomed(
                     "by the zero in {} the {} stands at {:.1f} deg, but it cannot leave {:.0f} to "
                     "{:.0f}{}".format(
@@ -223,7 +228,7 @@ class Zero(object):
 
     def forget(self):
         # type: () -> None
-        """Remember no zero: it is about to be found anew.
+        """Remove the stored zero: it is about to be found anew.
 
         Raises:
             StateNotSaved: the old file cannot be removed.
@@ -237,10 +242,10 @@ class Zero(object):
 
     def save(self, zero, parked):
         # type: (Counts, Optional[Counts]) -> None
-        """Remember the zero; `parked` is the counts by port, or None while the arm moves.
+        """Store the zero; `parked` is the counts by port, or None while the arm moves.
 
         Raises:
-            StateNotSaved: naming the file and why.
+            StateNotSaved: with the file and the reason.
         """
         import json
 
@@ -269,29 +274,30 @@ class Zero(object):
 
 def check_not_reset(counts, before):
     # type: (Counts, Counts) -> None
-    """Refuse, by NotHomed, encoders that all begin anew: a program ended by the Back button.
+    """Raise NotHomed if all encoders begin anew: the Back button has ended a program.
 
     Args:
-        counts: their readings now, by port; before: when they were believed last.
+        counts: readings now, by port.
+        before: the last valid readings, by port.
     """
-    away = [port for port in sorted(before) if abs(before[port]) > MAX_PARKED_DRIFT]
-    if away and all(abs(counts[port]) <= MAX_PARKED_DRIFT for port in counts):
+    turned = [port for port in sorted(before) if abs(before[port]) > MAX_PARKED_DRIFT]
+    if turned and all(abs(counts[port]) <= MAX_PARKED_DRIFT for port in counts):
         raise NotHomed(
             "motor {} reads {:.0f} but stood at {:.0f}: the motors were reset since{}".format(
-                away[0], counts[away[0]], before[away[0]], ADVICE
+                turned[0], counts[turned[0]], before[turned[0]], ADVICE
             )
         )
 
 
 def _path(arm):
     # type: (Arm) -> str
-    """Where the arm's file is, for people to tell two arms apart."""
+    """Return the absolute path of the arm's file, which tells two arms apart."""
     return os.path.abspath(arm.file)
 
 
 def _shown(value):
     # type: (object) -> str
-    """A number or word of an arm's file; what may be anything else, too."""
+    """Return a value of an arm's file, of any type, as text of at most 40 characters."""
     if value is None:
         return "not there"
     shown = "{:g}".format(value) if isinstance(value, float) else ascii(value)
@@ -300,7 +306,7 @@ def _shown(value):
 
 def boot_id():
     # type: () -> str
-    """A text that is another one after every start of the system; "" where it has none."""
+    """Return a text that changes with every start of the system; "" where it has none."""
     try:
         with open(BOOT_ID) as file:
             return file.read().strip()
