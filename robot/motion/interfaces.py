@@ -1,4 +1,4 @@
-"""What motion asks of what it is given, for type checkers alone: no program imports this."""
+"""Protocols of the objects that motion is given, for type checkers alone: no program imports it."""
 
 MYPY = False
 if MYPY:
@@ -7,32 +7,32 @@ if MYPY:
     from robot.motion.trajectory import SetPoint  # noqa: F401
 
     class AtPort(Protocol):
-        """What is plugged in: a motor, or the Pen of an arm's description."""
+        """Anything at a port: a motor, or the Pen of an arm's description."""
 
         @property
         def port(self):
             # type: () -> str
-            """Its port."""
+            """Name of its port."""
 
     class LinkMotion(Protocol):
-        """What the links are to do: a Trajectory or a JointMove."""
+        """A motion of the links, whose `duration` is in s: a Trajectory or a JointMove."""
 
         duration = 0.0  # type: float
 
         @property
         def start(self):
             # type: () -> Tuple[float, ...]
-            """Joint angles there, rad."""
+            """Joint angles at the start, rad."""
 
         @property
         def directions(self):
             # type: () -> Tuple[int, ...]
-            """Per joint, the sign of its first motion."""
+            """Sign of the first motion of each joint; 0: it does not move."""
 
         @property
         def reversals(self):
             # type: () -> Tuple[Tuple[float, ...], ...]
-            """Per joint, when it turns round, s."""
+            """Times of each joint's reversals, s."""
 
         def at(self, t):
             # type: (float) -> SetPoint
@@ -43,22 +43,22 @@ if MYPY:
             """As Trajectory.speeds."""
 
     class MotorPlan(Protocol):
-        """What the loop follows, see ControlLoop.run."""
+        """A plan of the motors for ControlLoop.run."""
 
         @property
         def before(self):
             # type: () -> float
-            """It begins at minus this time, s."""
+            """Time of the plan before 0, s: it begins at -before."""
 
         @property
         def duration(self):
             # type: () -> float
-            """It ends then, s."""
+            """Time of its end, s."""
 
         @property
         def rests_from(self):
             # type: () -> Sequence[float]
-            """Per motor, when its set-point comes to rest, s."""
+            """Time at which each motor's set-point comes to rest, s."""
 
         def at(self, t):
             # type: (float) -> SetPoint

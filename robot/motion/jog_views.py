@@ -1,12 +1,15 @@
-"""Which motor turns what, and which way, by how a camera sees the tip move at each jog.  Pure.
+"""Identification of the motors by the tip's motion in a camera's image at each jog.  Pure.
 
-The camera looks from above. It sees the tip, and beside the axle of the first joint that turns
+The camera looks from above.  It sees the tip, and beside the axle of the first joint that turns
 about an upright axis (the shoulder, in space the base) a marker that lies to the left of the arm.
 
     place   a point of the image as a complex number, px: right, and upwards
-    lever   by what the way from that marker to the tip must be multiplied to be the way from the
-            axle that the tip was seen to go round: its size tells which joint turned, its sign
-            which way. The marker turns it to the left; in a mirrored picture, to the right.
+    lever   lambda with (tip - axle) = lambda (tip - marker), complex, without unit
+
+A turn by the angle a about the axle moves the tip along a chord c = 2 i sin(a/2) r, with r from the
+axle to the middle of the arc.  So lambda = c / (2 i sin(a/2)) / (m - marker), with m the middle of
+the chord.  Its size shows which joint has turned, the sign of its real part which way; the marker's
+bearing gives it an angle to the left, in a mirrored picture to the right.
 """
 
 import cmath
@@ -27,31 +30,31 @@ if MYPY:
     Recognised = Tuple[List[Optional[Observed]], str]  # see `recognised`
 
 MIN_SIGNAL_TO_NOISE = 3.0
-"""Each jog is to move the tip in the picture by so many times what may be chance."""
+"""Minimum motion of the tip in the picture at a jog, as a multiple of the noise."""
 
 MAX_SHAKE = 1.0
-"""A marker that lies may seem to move by so much more when the arm beside it does, px."""
+"""Tolerance of the motion of the marker on the table, beyond the noise, px."""
 
 MAX_SLIP = 0.5
-"""Share of a jog that the tip may fail to come back by, beside what the play takes."""
+"""Share of a jog that the tip may be missing after the return, beyond the backlash."""
 
 MIN_TURN = math.radians(2)
-"""What the play leaves of a jog is enough from here on, rad."""
+"""Minimum turn of the link at a jog, without its backlash, rad."""
 
 MIN_MARKER_BEARING, MAX_MARKER_BEARING = math.radians(7), math.radians(55)
-"""From here to there the marker lies to the left of the arm, as seen from the tip, rad. Nearer to
-its line it might be a slanting camera that shows it there."""
+"""Bounds of the marker's bearing to the left of the arm, rad.  Below, a slanting camera may be the
+cause."""
 
 MAX_SCALE = 2.0
-"""So many times too far, or too little, the tip may be seen to go: a camera slants, lengths are
-guessed, the marker lies somewhat before or behind the axle."""
+"""Tolerance of the tip's motion, a factor either way: the camera slants, lengths are guessed, the
+marker lies before or behind the axle."""
 
 MAX_FIT_ERROR, MIN_FIT_MARGIN = math.log(1.6), math.log(1.5)
-"""The jogs fit the joints if their sizes are to one another as described up to this factor, and if
-in another order the joints fit worse by that one."""
+"""Bounds of the fit of the jogs to the joints, logarithms of a ratio: its maximum error, and the
+least by which the other order of joints must fit worse."""
 
 MAX_BEND = math.radians(35)
-"""The tip goes different ways round shoulder and elbow by so much: the arm is bent, rad."""
+"""Maximum angle between the tip's motions by shoulder and elbow, rad: beyond, the arm is bent."""
 
 CHECK_AGAIN = "; then check again"
 PLACE_MARKER = "put the marker goal to the left of the {}'s axle, a hand's width away"
@@ -62,31 +65,31 @@ if MYPY:
 else:
     View = record("View", "tip base doubt")
     Jog = record("Jog", "before there back turn")
-View.__doc__ = """What a look at an arm that stands has shown.
+View.__doc__ = """An arm at rest, as seen by the camera.
 
-tip, base  places of the markers effector and goal
-doubt      by which each may be off by chance, px
+tip, base  places of the markers effector and goal, px
+doubt      noise of each, px
 """
 
-Jog.__doc__ = """One motor's jog: Views before, between and after; the angle by which it came back.
+Jog.__doc__ = """One motor's jog: Views before, between and after; the angle of its return.
 
-turn  as the joint would have turned that should be the motor's, rad
+turn  angle of the return of the joint that the motor should turn, rad
 """
 
 
 class NotSeen(ArmError):
-    """What the camera shows does not tell what moved; the message says why not."""
+    """A picture that does not show what has moved; the message has the reason."""
 
 
 def place(pixel):
     # type: (Sequence[float]) -> complex
-    """The place of (u, v), px, v pointing down."""
+    """Return (u, v), px, v downwards, as a complex number, upwards."""
     return complex(pixel[0], -pixel[1])
 
 
 def check_size(arm, view):
     # type: (Arm, View) -> None
-    """Refuse (NotSeen) a picture in which the least jog would drown in the noise."""
+    """Raise NotSeen for a picture in which the smallest jog would not exceed the noise."""
     reach = abs(view.tip - view.base)
     for k, (joint, share) in enumerate(zip(arm.joints, _shares(arm))):
         turn = jog_angles(arm, k)[-1] - joint.backlash
@@ -111,10 +114,10 @@ def check_size(arm, view):
 
 def has_moved(jog):
     # type: (Jog) -> bool
-    """Whether the tip was seen to move more than by chance.
+    """Return whether the tip moved by more than the noise.
 
     Raises:
-        NotSeen: something else moved, too, or the tip does not come back.
+        NotSeen: the marker on the table moved, too.
     """
     doubt = jog.there.doubt + jog.back.doubt
     moved = abs(jog.back.tip - jog.there.tip) > doubt
@@ -135,11 +138,11 @@ def has_moved(jog):
 
 def check_return(jog, joint):
     # type: (Jog, Joint) -> None
-    """Refuse (NotSeen) a tip that has not come back as far as the `joint`'s play lets it."""
+    """Raise NotSeen for a tip that has not come back, apart from the `joint`'s backlash."""
     went, came = jog.there.tip - jog.before.tip, jog.back.tip - jog.there.tip
-    play = min(joint.backlash / max(abs(jog.turn) - joint.backlash, MIN_TURN), 1.0)
+    backlash = min(joint.backlash / max(abs(jog.turn) - joint.backlash, MIN_TURN), 1.0)
     missing = abs(went + came)
-    if missing > (play + MAX_SLIP) * abs(came) + jog.before.doubt + jog.back.doubt:
+    if missing > (backlash + MAX_SLIP) * abs(came) + jog.before.doubt + jog.back.doubt:
         raise NotSeen(
             "at the motor at port {} the tip went by {:.0f} px and came back by {:.0f}: somebody "
             "touched it, it slips, or its play is far beyond backlash = {:g} of [{}]; see to that{}"
@@ -150,34 +153,36 @@ def check_return(jog, joint):
         )  # fmt: skip
 
 
-def lever(jog, play):
+def lever(jog, backlash):
     # type: (Jog, float) -> Optional[complex]
-    """The lever that the way back shows, whose play is crossed for certain; None: nothing moved.
+    """Return the lever of the return, which crosses the backlash; None: nothing moved.
 
     Args:
-        play: of the joint, rad.
+        jog: Jog.
+        backlash: of the joint, rad.
     """
     if not has_moved(jog):
         return None
-    turn = jog.turn - math.copysign(min(play, abs(jog.turn) - MIN_TURN), jog.turn)
+    turn = jog.turn - math.copysign(min(backlash, abs(jog.turn) - MIN_TURN), jog.turn)
     chord = jog.back.tip - jog.there.tip
-    middle = (jog.back.tip + jog.there.tip) / 2  # the way to it turns by half of the whole turn
+    middle = (jog.back.tip + jog.there.tip) / 2
     return chord / (2j * math.sin(turn / 2)) / (middle - jog.back.base)
 
 
 def recognised(arm, jogs):
     # type: (Arm, Sequence[Jog]) -> Recognised
-    """What each motor moved.
+    """Identify the part that each motor moved.
 
     Args:
+        arm: shared.arm_description.Arm.
         jogs: a Jog per joint of the arm's description.
 
     Returns:
-        (a mounting.Observed per motor, None where the camera cannot tell; why not, a sentence or
-        "")
+        (a mounting.Observed per motor, None where one camera cannot identify it; the reason, a
+        sentence or "")
 
     Raises:
-        NotSeen, NotMounted: it could tell, were it not for what the message says.
+        NotSeen, NotMounted: the jogs do not fit the arm, for the reason in the message.
     """
     levers = [lever(jog, joint.backlash) for jog, joint in zip(jogs, arm.joints)]
     if not any(levers):
@@ -203,7 +208,7 @@ def recognised(arm, jogs):
 
 def _shares(arm):
     # type: (Arm) -> List[float]
-    """How far each joint moves the tip, stretched, as a share of what the first one does."""
+    """Return the lever arm of each joint, stretched, as a share of the first one's."""
     if arm.chain in PULLED_DOWN:
         return [1.0] + [0.0] * (len(arm.joints) - 1)
     lengths = [joint.link for joint in arm.joints]
@@ -212,7 +217,7 @@ def _shares(arm):
 
 def _pair_of(arm, levers):
     # type: (Arm, Sequence[complex]) -> Recognised
-    """Shoulder and elbow, told apart by how far each moves the tip."""
+    """Identify shoulder and elbow by the ratio of their lever arms."""
     bent = abs(_folded(levers[1] / levers[0]))
     if bent > MAX_BEND:
         raise NotSeen(
@@ -263,10 +268,10 @@ def _pair_of(arm, levers):
 
 def _base_of(arm, levers):
     # type: (Arm, Sequence[Optional[complex]]) -> Recognised
-    """The base of an arm in space, which alone moves the tip round the marker.
+    """Identify the base of an arm in space, which alone moves the tip round the marker.
 
-    Shoulder and elbow move it to and fro in the same upright plane, and how far depends on the
-    pose: one camera does not tell one from the other.
+    Shoulder and elbow move the tip to and fro in the same upright plane, by a distance that depends
+    on the pose: one camera cannot distinguish them.
     """
     base = arm.joints[0]
     found = []
@@ -298,7 +303,7 @@ def _base_of(arm, levers):
 
 def _check_side(arm, off):
     # type: (Arm, float) -> None
-    """Refuse a marker that does not show, by the `lever`'s angle (rad), whether all is mirrored."""
+    """Raise NotSeen for a marker whose bearing `off` (rad) does not exclude a mirrored picture."""
     name = arm.joints[0].name
     if abs(off) > MAX_MARKER_BEARING:
         raise NotSeen(
@@ -323,14 +328,14 @@ def _check_side(arm, off):
 
 def _folded(lever):
     # type: (complex) -> float
-    """The angle of a lever whichever way the motor turned, rad: from -90 to 90 deg."""
+    """Return the angle of a lever irrespective of the motor's direction, rad: -pi/2 .. pi/2."""
     off = cmath.phase(lever)
     return off - math.copysign(math.pi, off) if abs(off) > math.pi / 2 else off
 
 
 def in_words(camera, port, seen):
     # type: (str, str, Observed) -> str
-    """One line of what a motor was seen to move."""
+    """Return a line for people on the part that a motor moved."""
     return "camera {}: the motor at port {} moved the {}, {} first".format(
         camera, port, seen.part, "left" if seen.positive else "right"
     )

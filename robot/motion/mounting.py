@@ -1,6 +1,6 @@
-"""Which motor turns which joint, and which way: each is turned a little, and somebody looks.
+"""Check of which motor turns which joint, and which way: each is jogged while somebody watches.
 
-An encoder sits on its motor and tells nothing of what that turns.
+An encoder sits on its motor and shows nothing of the joint that this turns.
 """
 
 import math
@@ -21,25 +21,25 @@ if MYPY:
     Mounted = Dict[str, Tuple[str, int]]  # by joint: port and direction
 
 JOG_ANGLE, JOG_SPEED = math.radians(8), math.radians(15)
-"""How far a joint is turned and back, rad, and how fast, rad/s."""
+"""Angle of a jog, there and back, rad, and its speed, rad/s."""
 
 MAX_JOG_ANGLE = math.radians(13)
-"""And no farther if it is another joint behind another gear, rad."""
+"""Maximum angle of a jog if the motor turns another joint, with another gear, rad."""
 
 JOG_PAUSE = 0.7
-"""Between the way there and the way back, s: what moved first is to be seen."""
+"""Pause between the two moves of a jog, s: the first direction must be visible."""
 
 NOTHING = "nothing"
-"""The part that was seen to move where none was."""
+"""Name for the part that moved where none did."""
 
 PEN = "pen"
-"""The part whose motor may be at a joint's port."""
+"""Name of the part whose motor may be at a joint's port."""
 
 if MYPY:
     Observed = NamedTuple("Observed", [("part", str), ("positive", bool)])
 else:
     Observed = record("Observed", "part positive")
-Observed.__doc__ = """What a person has seen when a motor turned as its joint's angle was to grow.
+Observed.__doc__ = """An observation of a motor that turned to increase its joint's angle.
 
 part      name of the part that moved, or NOTHING
 positive  whether its angle grew
@@ -47,17 +47,18 @@ positive  whether its angle grew
 
 
 class NotMounted(ArmError):
-    """What was seen is no arm of this file, in whatever way it is put together."""
+    """An observation that fits no mounting of the arm's file."""
 
 
 def jog_angles(arm, k):
     # type: (Arm, int) -> Tuple[float, float]
-    """How far to turn the motor that should be joint `k`'s, gently and, if that is not seen, far.
+    """Return the angles of a first jog of joint `k`'s motor, and of a second, larger one.
 
-    Whichever joint it turns, that goes no farther than JOG_ANGLE first, than MAX_JOG_ANGLE then.
+    Whichever joint the motor turns, it goes at most by JOG_ANGLE first, by MAX_JOG_ANGLE then.
 
     Args:
         arm: shared.arm_description.Arm.
+        k: number of the joint.
 
     Returns:
         Two angles, rad, as joint `k` would turn.
@@ -72,8 +73,11 @@ def jog(robot, k, angle, pause=None, on_tick=None):
     """Turn the motor of joint `k` so far that its angle grows by `angle` (rad), and back again.
 
     Args:
-        pause: called at the end of either way; waits for JOG_PAUSE if None.
-        on_tick: as for RobotArm.follow; what it ends is for `pause` to notice.
+        robot: RobotArm.
+        k: number of the joint.
+        angle: of the jog, rad.
+        pause: called at the end of either move; waits for JOG_PAUSE if None.
+        on_tick: as for RobotArm.follow; if it ends a move, `pause` is called all the same.
 
     Raises:
         NotMounted: it does not turn, or not freely; all motors are stopped.
@@ -99,7 +103,7 @@ def jog(robot, k, angle, pause=None, on_tick=None):
 
 def nothing_moved(arm, joint):
     # type: (Arm, Joint) -> NotMounted
-    """The NotMounted of a motor that turned, `joint`'s by the arm's file, and moved nothing."""
+    """Return the NotMounted for the motor of `joint` by the arm's file that moved no part."""
     return NotMounted(
         "the motor at port {0} turned, and nothing moved: its play is far beyond "
         "backlash = {1:g} of [{2}] in {3}, or what it should turn has come loose; fasten "
@@ -111,17 +115,17 @@ def nothing_moved(arm, joint):
 
 def as_mounted(arm, seen):
     # type: (Arm, Sequence[Observed]) -> Mounted
-    """What the arm's file has to say for what was seen.
+    """Return the ports and directions of the arm's file that fit the observations.
 
     Args:
         arm: shared.arm_description.Arm by which the motors were turned.
-        seen: an Observed per joint, what the motor did that should be its.
+        seen: an Observed per joint, of the motor that is the joint's by the file.
 
     Returns:
         {joint's name: (port, direction)}.
 
     Raises:
-        NotMounted: no joint but nothing or the pen, or one by two motors.
+        NotMounted: a motor moved no joint, or two motors the same one.
     """
     found = {}  # type: Mounted
     for joint, (part, positive) in zip(arm.joints, seen):
@@ -145,25 +149,26 @@ def as_mounted(arm, seen):
 
 def differences(arm, found):
     # type: (Arm, Mounted) -> Tuple[List[str], Dict[Tuple[str, str], str]]
-    """What is otherwise than the arm's file says.
+    """Compare the mounting with the arm's file.
 
     Args:
-        found: see `as_mounted`.
+        arm: shared.arm_description.Arm.
+        found: {joint's name: (port, direction)}, see `as_mounted`.
 
     Returns:
         (sentences for people, {(section, key): text for the file}); both empty where all is right.
     """
-    said, values = [], {}  # type: List[str], Dict[Tuple[str, str], str]
+    lines, values = [], {}  # type: List[str], Dict[Tuple[str, str], str]
     moved = [joint for joint in arm.joints if found[joint.name][0] != joint.port]
     if len(moved) == 2:
-        said.append("{} and {} are swapped".format(*[joint.name for joint in moved]))
+        lines.append("{} and {} are swapped".format(*[joint.name for joint in moved]))
     elif moved:
-        said.append("{} are each at another's port".format(", ".join(j.name for j in moved)))
+        lines.append("{} are each at another's port".format(", ".join(j.name for j in moved)))
     for joint in arm.joints:
         port, direction = found[joint.name]
         if port != joint.port:
             values[joint.name, "port"] = port
         if direction != joint.direction:
             values[joint.name, "direction"] = str(direction)
-            said.append("the {} turns the other way round".format(joint.name))
-    return said, values
+            lines.append("the {} turns the other way round".format(joint.name))
+    return lines, values

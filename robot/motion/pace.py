@@ -1,7 +1,7 @@
-"""How often the control loop goes round, on a brick that computes as slowly as it does.  Pure.
+"""Timing of the control loop: its period and lead, adapted to the brick's computing time.  Pure.
 
-The period is chosen from what ticks take, and goes on following that.  On a brick that needs longer
-than MAX_PERIOD the plan goes slower than the clock: it costs time, not accuracy.
+The period follows the mean computing time of the ticks.  On a brick that needs more than MAX_PERIOD
+the plan goes slower than the clock: that costs time, not accuracy.
 """
 
 from robot.motion.joint_controller import LEAD
@@ -13,51 +13,49 @@ if MYPY:
     Say = Callable[[str], object]  # tells people one line
 
 MIN_PERIOD, MAX_PERIOD = 0.02, 0.05
-"""Periods, s."""
+"""Bounds of the period, s."""
 
 AVERAGED_TICKS = 12
-"""So many ticks tell how long one takes."""
+"""Number of ticks over which the computing time is averaged."""
 
 PERIOD_MARGIN = 1.25
-"""The period leaves room for ticks that take so many times the mean."""
+"""Ratio of the period to the mean computing time of a tick."""
 
 READ_SHARE = 0.7
-"""So much of a tick's computing comes between reading and command."""
+"""Share of a tick's computing time between reading and command."""
 
 LEAD_SHARE = 0.7
-"""What is fed forward is so by this share of what the period is longer than MIN_PERIOD, more."""
+"""Share of the period beyond MIN_PERIOD that is added to the lead of the feed-forward."""
 
 SLOWDOWN_FACTOR = 1.3
-"""A period so many times as long as it was at first, and so long that the plan goes slower, is
-worth a word."""
+"""Ratio of a period to the first one from which a plan that goes slower is reported."""
 
 MAX_RATE_CHANGE = 1.0
-"""The plan's rate changes no faster, 1/s."""
+"""Maximum change of the plan's rate, 1/s."""
 
 LATE_TICK_TIME, RECENT_TIME = 0.06, 0.3
-"""What comes later than this after the tick before is late (s); and so long ago is lately, s."""
+"""Interval of ticks from which one is late, s; and time for which `was_late` remembers it, s."""
 
 COARSE_FACTOR = 1.4
-"""With a period of more than so many times the shortest, joints end a little off."""
+"""Ratio of the period to MIN_PERIOD from which joints need not end exactly."""
 
 HOPELESS_TICK_TIME, HOPELESS_TICKS = 0.1, 4
-"""So many ticks in a row that take longer than this (s) control nothing."""
+"""Interval of ticks, s, and number of longer ones in a row, with which there is no control."""
 
 
 class LoopTiming(object):
-    """The pace of one arm's control loop, from motion to motion.
+    """The timing of one arm's control loop, kept from motion to motion.
 
     Args:
-        say: called with what people should know of it.
+        say: called with a line for people.
 
     Attributes:
         period: of the loop, s.
-        rate: how fast the plan goes, by the clock.
-        delay: from a reading to the middle of the time for which the command acts that it leads
-            to, s.
-        lead: speed and acceleration are fed forward so much early, s.
-        latest: the last late tick, s.
-        slow: ticks in a row that took longer than HOPELESS_TICK_TIME.
+        rate: rate of the plan's time by the clock's, 0 .. 1.
+        delay: time from a reading to the middle of its command's action, s.
+        lead: lead of the feed-forward of speed and acceleration, s.
+        latest: interval of the last late tick, s.
+        slow: number of ticks in a row that took longer than HOPELESS_TICK_TIME.
     """
 
     def __init__(self, say):
@@ -76,14 +74,14 @@ class LoopTiming(object):
 
     def begin(self):
         # type: () -> None
-        """A motion begins."""
+        """Begin a motion."""
         self.slow = 0
         self._late_at = None
         self.rate = self._wanted
 
     def update(self, t, since_last, computing):
         # type: (float, float, float) -> None
-        """Take in a tick that ended at `t` (s), so long after the one before; and took so long."""
+        """Update with a tick that ended at `t`, its interval and its computing time, all in s."""
         if since_last > LATE_TICK_TIME:
             self._late_at, self.latest = t, since_last
         self.slow = self.slow + 1 if since_last > HOPELESS_TICK_TIME else 0
@@ -118,10 +116,10 @@ class LoopTiming(object):
 
     def was_late(self, t):
         # type: (float) -> bool
-        """Whether lately a tick was late, so that what motors did says nothing of the arm."""
+        """Return whether a tick was late in the RECENT_TIME before `t` (s)."""
         return self._late_at is not None and t - self._late_at < RECENT_TIME
 
     def is_coarse(self, t):
         # type: (float) -> bool
-        """Whether ticks are so far apart that a joint may not get to where it should be exactly."""
+        """Return whether ticks are too far apart for a joint to end exactly."""
         return self.period > COARSE_FACTOR * MIN_PERIOD or self.was_late(t)

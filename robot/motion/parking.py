@@ -1,4 +1,4 @@
-"""The way to where an upright arm rests: slow, and clear of the table."""
+"""The path to the resting pose of an upright arm: slow, and clear of the table."""
 
 from robot.motion import kinematics
 
@@ -11,18 +11,18 @@ if MYPY:
     from shared.arm_description import Arm  # noqa: F401
 
 TABLE_CLEARANCE = 1.0
-"""Elbow and tip go no lower than this above the table on the way, cm; or than where they begin."""
+"""Minimum height of elbow and tip above the table on the path, cm, or that of their start."""
 
 HEIGHT_SLACK = 0.1
-"""An arm knows no better how high it stands, cm: by so much its way may go lower."""
+"""Tolerance of that height, cm: the arm's own height is known no better."""
 
 PARKING_SPEED, SAMPLES_PER_MOVE = 0.3, 40
-"""Share of full speed on the way down, and places looked at on each of its moves."""
+"""Share of full speed on the path down, and number of poses checked on each of its moves."""
 
 
 def go_low(robot):
     # type: (RobotArm) -> bool
-    """Go there, see RobotArm.go_low; whether there is such a place.
+    """Go to the resting pose, see RobotArm.go_low; return whether there is one.
 
     Args:
         robot: RobotArm whose zero is known.
@@ -37,9 +37,9 @@ def go_low(robot):
 
 def way_down(arm, q):
     # type: (Arm, FixedPose) -> Tuple[FixedPose, ...]
-    """Poses to go through to where the arm rests; joints without such a place stay.
+    """Return the poses of the path to the resting pose; joints without a resting angle stay.
 
-    Straight there, or by way of the home pose: whichever keeps off the table.
+    The path is straight in joint angles, or through the home pose: whichever clears the table.
 
     Args:
         arm: shared.arm_description.Arm.
@@ -49,7 +49,7 @@ def way_down(arm, q):
         Tuple of poses, rad.
 
     Raises:
-        kinematics.Unreachable: neither way is free.
+        kinematics.Unreachable: neither path is free.
     """
     rest, home = (
         tuple(
@@ -60,27 +60,27 @@ def way_down(arm, q):
         )
         for where in ("park_angle", "home")
     )
-    for way in ((rest,), (home, rest)):
-        if _is_free(arm, (q,) + way):
-            return way
+    for path in ((rest,), (home, rest)):
+        if _is_free(arm, (q,) + path):
+            return path
     raise kinematics.Unreachable(
         "no way down to where the arm rests keeps off the table: it is held where it is; "
         "support it before the brick is switched off"
     )
 
 
-def _is_free(arm, way):
+def _is_free(arm, path):
     # type: (Arm, Sequence[Pose]) -> bool
-    """Return True if elbow and tip keep off the table on the straight joint moves of a way."""
-    lowest = min(TABLE_CLEARANCE, _clearance(arm, way[0])) - HEIGHT_SLACK
+    """Return whether elbow and tip clear the table on the straight joint moves of a path."""
+    lowest = min(TABLE_CLEARANCE, _clearance(arm, path[0])) - HEIGHT_SLACK
     return all(
         _clearance(arm, [x + (y - x) * k / float(SAMPLES_PER_MOVE) for x, y in zip(a, b)]) > lowest
-        for a, b in zip(way, way[1:])
+        for a, b in zip(path, path[1:])
         for k in range(SAMPLES_PER_MOVE + 1)
     )
 
 
 def _clearance(arm, q):
     # type: (Arm, Pose) -> float
-    """Height of what is lowest of the arm, the base aside, cm."""
+    """Return the height of the lowest joint or tip at `q` (rad), the base aside, cm."""
     return min(p[-1] for p in kinematics.joint_positions(arm, q)[1:])

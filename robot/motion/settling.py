@@ -1,32 +1,32 @@
-"""When a joint whose set-point stands has settled.  Pure."""
+"""Detector of a joint that has settled at a set-point at rest.  Pure."""
 
 MYPY = False
 if MYPY:
     from typing import Optional  # noqa: F401
 
 SETTLED_TIME = 0.028
-"""A joint has settled that has been within its tolerance for so long, s."""
+"""Time within its tolerance after which a joint has settled, s."""
 
 STANDSTILL_TIME = 0.2
-"""One without a count for so long is held by friction, or blind, s."""
+"""Time without a count after which friction holds a joint, or its encoder is dead, s."""
 
 GRACE_TIME = 1.0
-"""What has not arrived in time, but is on its way, is given so much more, s."""
+"""Extra time of a joint that is late but still turns, s."""
 
 ARRIVAL_TOLERANCES = 3
-"""Farther off in the end than so many times the tolerance, a joint has not arrived."""
+"""Maximum error of a joint that has arrived, as a multiple of its tolerance."""
 
 
 class SettlingDetector(object):
-    """What is left to correct of one joint when its set-point stands.
+    """The correction of one joint after its set-point has come to rest.
 
     Args:
-        longest: time for it, s.
-        fine: rad within which it has settled.
+        longest: maximum time of the correction, s.
+        fine: tolerance within which it has settled, rad.
 
     Attributes:
         begun: whether the set-point stands.
-        over: whether nothing is left to correct, or nothing more can be.
+        over: whether the correction is over: settled, or at its limit.
     """
 
     def __init__(self, longest, fine):
@@ -38,19 +38,19 @@ class SettlingDetector(object):
 
     def begin_again(self):
         # type: () -> None
-        """The set-point moves."""
+        """Reset: the set-point moves."""
         self._near_since = self._seen = None  # type: Optional[float]
         self.begun = self.over = False
 
     def update(self, t, time_at_rest, seen, error):
         # type: (float, float, Optional[float], float) -> bool
-        """Take in one tick; False if the joint has not arrived and will not.
+        """Update with a tick; return False if the joint has not arrived and will not.
 
         Args:
             t: s.
-            time_at_rest: for how long the set-point has been standing, s.
-            seen: what the encoder says.
-            error: rad.
+            time_at_rest: time since the set-point came to rest, s.
+            seen: the encoder's lower bound of the angle, rad.
+            error: set-point minus angle, rad.
         """
         self.begun = True
         if self.over:
