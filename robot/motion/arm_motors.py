@@ -28,7 +28,12 @@ MAX_PEN_OFFSET = math.radians(10)
 
 
 class PenDisplaced(ArmError):
-    """The pen is not where its motor holds it."""
+    """A pen that is not where its motor holds it.
+
+    Args:
+        pen: its motor, which has a port.
+        offset: from where it is held, rad.
+    """
 
     def __init__(self, pen, offset):
         # type: (AtPort, float) -> None

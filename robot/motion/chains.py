@@ -217,9 +217,6 @@ def _spatial_scale(arm, q):
     return min(0.5 * reach(arm)[1] * math.sin(q[2]) ** 2, abs(_spatial_out(arm, q)))
 
 
-# A chain: positions(arm, q), jacobian(arm, q), pull(q, moments), solutions(arm, p, near) as
-# _solutions, singularity(arm, q), scale(arm, q), the number of coordinates of p, how many
-# joints are below the shoulder, and the sign of the elbow's angle in the branch "up".
 if MYPY:
     KinematicChain = NamedTuple(
         "KinematicChain",
@@ -263,3 +260,13 @@ CHAINS = {
         up=-1,
     ),
 }
+"""Formulas of each kinematic chain, by its name in the arm's file.
+
+positions, jacobian  of the joints and the tip, cm, and dp/dq, cm/rad; both of (arm, q)
+pull                 torques of gravity, of (q, moments), see kinematics.pull
+solutions            poses with the tip at p, by branch, of (arm, p, near), limits aside
+singularity, scale   see kinematics; both of (arm, q)
+coordinates          number of coordinates of p
+below                number of joints below the shoulder
+up                   sign of the elbow's angle in the branch "up"
+"""

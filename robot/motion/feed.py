@@ -41,7 +41,7 @@ HOLD_TIME = 0.02
 wherever the joints are."""
 
 MIN_PATH_RATE = 0.1
-"""Minimum rate at which errors along the path are told from those across it."""
+"""Minimum rate at which errors along the path are separated from those across it."""
 
 MIN_TIP_SPEED = 0.01
 """Minimum speed of the tip in a slowed piece, cm/s."""
@@ -98,7 +98,7 @@ class FeedOverride(object):
         self._t0 = self._t1 = self._tau0 = self._tau1 = -plan.before
         # (A rate of 0 has ended the motion before; a ramp goes on where it was to end.)
         self._r0, self._slope = self._r1, 0.0
-        self._foresee()
+        self._update_end()
 
     @property
     def held(self):
@@ -129,9 +129,9 @@ class FeedOverride(object):
         self._slope = (rate - now) / time if time else 0.0
         self._r1, self._t1 = rate, t + time
         self._tau1 = self._tau0 + time * (now + rate) / 2
-        self._foresee()
+        self._update_end()
 
-    def _foresee(self):
+    def _update_end(self):
         # type: () -> None
         """Compute when it comes to its end, or to rest: `duration`, `rests_from`."""
         end = self._plan.duration
@@ -298,10 +298,10 @@ def _from_rest(sections, end, along):
     speeds = [0.0] + speeds[1:] + [math.sqrt(max(0.0, v_end))]
     times, out = [0.0], []
     for k, (_, _, length, cubics, across) in enumerate(sections):
-        steep = max(
+        max_slope = max(
             [max(abs(c[1]), abs(c[1] + length * (2 * c[2] + 3 * c[3] * length))) for c in cubics]
         )
-        most = min(along, JOINT_ACCELERATION / 2 / steep) if steep else along
+        most = min(along, JOINT_ACCELERATION / 2 / max_slope) if max_slope else along
         v0 = speeds[k]
         v1 = speeds[k + 1] = min(speeds[k + 1], math.sqrt(v0 * v0 + 2 * most * length))
         out.append((v0, (v1 * v1 - v0 * v0) / (2 * length), cubics, across))

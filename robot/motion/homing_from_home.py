@@ -48,6 +48,7 @@ MEETING_TOLERANCE = math.radians(2)
 """Tolerance of the angle at which a stop is met, rad: for counts and bent links."""
 
 SIGNS = {"lower": -1, "upper": 1}
+"""Signs of the directions to the stops, by side."""
 
 SENSOR_TOUCHES, BACK_OFF, MAX_SENSOR_SPREAD = 3, math.radians(5), math.radians(1)
 """Number of touches of a sensor, distance that a joint leaves it in between, rad, and maximum

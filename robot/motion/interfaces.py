@@ -36,11 +36,11 @@ if MYPY:
 
         def at(self, t):
             # type: (float) -> SetPoint
-            """As Trajectory.at."""
+            """Return (q, path) at time `t` (s), see Trajectory.at."""
 
         def speeds(self, t):
             # type: (float) -> List[float]
-            """As Trajectory.speeds."""
+            """Return dq/dt at time `t` (s), rad/s."""
 
     class MotorPlan(Protocol):
         """A plan of the motors for ControlLoop.run."""
@@ -62,8 +62,8 @@ if MYPY:
 
         def at(self, t):
             # type: (float) -> SetPoint
-            """As Trajectory.at."""
+            """Return (q, path) at time `t` (s), see Trajectory.at."""
 
         def speeds(self, t):
             # type: (float) -> List[float]
-            """As Trajectory.speeds."""
+            """Return dq/dt at time `t` (s), rad/s."""

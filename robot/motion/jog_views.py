@@ -57,18 +57,21 @@ MAX_BEND = math.radians(35)
 """Maximum angle between the tip's motions by shoulder and elbow, rad: beyond, the arm is bent."""
 
 CHECK_AGAIN = "; then check again"
+"""End of the messages that ask for another check."""
+
 PLACE_MARKER = "put the marker goal to the left of the {}'s axle, a hand's width away"
+"""Advice on the marker, with the joint's name."""
 
 if MYPY:
-    View = NamedTuple("View", [("tip", complex), ("base", complex), ("doubt", float)])
+    View = NamedTuple("View", [("tip", complex), ("base", complex), ("noise", float)])
     Jog = NamedTuple("Jog", [("before", View), ("there", View), ("back", View), ("turn", float)])
 else:
-    View = record("View", "tip base doubt")
+    View = record("View", "tip base noise")
     Jog = record("Jog", "before there back turn")
 View.__doc__ = """An arm at rest, as seen by the camera.
 
 tip, base  places of the markers effector and goal, px
-doubt      noise of each, px
+noise      of each, px
 """
 
 Jog.__doc__ = """One motor's jog: Views before, between and after; the angle of its return.
@@ -103,12 +106,12 @@ def check_size(arm, view):
                     math.degrees(jog_angles(arm, k)[-1]),
                 )
             )
-        least, moves = MIN_SIGNAL_TO_NOISE * 2 * view.doubt, turn * share * reach
-        if share and moves < least:
+        needed, motion = MIN_SIGNAL_TO_NOISE * 2 * view.noise, turn * share * reach
+        if share and motion < needed:
             raise NotSeen(
                 "in the picture tip and marker goal are only {:.0f} px apart: the {} would move the"
                 " tip by {:.1f} px, and {:.1f} are needed beside the noise; bring the camera nearer"
-                ", or give it more light".format(reach, joint.name, moves, least)
+                ", or give it more light".format(reach, joint.name, motion, needed)
             )
 
 
@@ -119,11 +122,11 @@ def has_moved(jog):
     Raises:
         NotSeen: the marker on the table moved, too.
     """
-    doubt = jog.there.doubt + jog.back.doubt
-    moved = abs(jog.back.tip - jog.there.tip) > doubt
+    noise = jog.there.noise + jog.back.noise
+    moved = abs(jog.back.tip - jog.there.tip) > noise
     bases = [view.base for view in (jog.before, jog.there, jog.back)]
     shift = max([abs(a - b) for a, b in itertools.combinations(bases, 2)])
-    if shift > doubt + MAX_SHAKE:
+    if shift > noise + MAX_SHAKE:
         if not moved:
             raise NotSeen(
                 "the motor moved the marker goal, and the marker effector stood: they are "
@@ -142,7 +145,7 @@ def check_return(jog, joint):
     went, came = jog.there.tip - jog.before.tip, jog.back.tip - jog.there.tip
     backlash = min(joint.backlash / max(abs(jog.turn) - joint.backlash, MIN_TURN), 1.0)
     missing = abs(went + came)
-    if missing > (backlash + MAX_SLIP) * abs(came) + jog.before.doubt + jog.back.doubt:
+    if missing > (backlash + MAX_SLIP) * abs(came) + jog.before.noise + jog.back.noise:
         raise NotSeen(
             "at the motor at port {} the tip went by {:.0f} px and came back by {:.0f}: somebody "
             "touched it, it slips, or its play is far beyond backlash = {:g} of [{}]; see to that{}"
@@ -218,12 +221,12 @@ def _shares(arm):
 def _pair_of(arm, levers):
     # type: (Arm, Sequence[complex]) -> Recognised
     """Identify shoulder and elbow by the ratio of their lever arms."""
-    bent = abs(_folded(levers[1] / levers[0]))
-    if bent > MAX_BEND:
+    bend = abs(_folded(levers[1] / levers[0]))
+    if bend > MAX_BEND:
         raise NotSeen(
             "the two motors moved the tip in ways {:.0f} deg apart: the arm is bent, or the camera "
             "looks from aside; lay the arm straight under it{}".format(
-                math.degrees(bent), CHECK_AGAIN
+                math.degrees(bend), CHECK_AGAIN
             )
         )
     shares, gears = _shares(arm), [joint.gear for joint in arm.joints]

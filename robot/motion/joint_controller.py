@@ -57,9 +57,9 @@ if MYPY:
             ("deadband", float),
             ("turning", float),
             ("moving", float),
-            ("most_error", float),
-            ("most_missing", float),
-            ("most_pushed", float),
+            ("max_error", float),
+            ("max_missing", float),
+            ("max_pushed", float),
         ],
     )
     GainsByKind = Mapping[str, Gains]
@@ -68,7 +68,7 @@ else:
         "Gains",
         "speed_per_duty lag torque_per_duty friction position velocity "
         "observe_position observe_velocity learn_push learn_friction deadband "
-        "turning moving most_error most_missing most_pushed",
+        "turning moving max_error max_missing max_pushed",
     )
 """Tuned on emulated plants (see README: which seeds); motor's degrees and percent of duty.
 
@@ -77,15 +77,15 @@ lag                 s, of the motor alone
 torque_per_duty     Nm per %, at a standstill
 friction            %, first guess
 position, velocity  % per deg, % per deg/s: feedback
-observe_position    1/s: how fast the encoder's surprise corrects the position
+observe_position    1/s: gain from the encoder's innovation to the position
 observe_velocity    1/s^2: the same for the speed
-learn_push          % per deg s: the same for the constant push
+learn_push          % per deg s: the same for the unknown load
 learn_friction      % per deg s: the same for the friction
-deadband            deg: surprise below this corrects nothing
+deadband            deg: innovation below which nothing is corrected
 turning, moving     deg/s: below these speeds, wanted and seen, friction fades with speed
-most_error          deg: the feedback acts on no larger error, so that a blind joint does not race
-most_missing        deg: what should have turned so much further, at least, is blocked or blind
-most_pushed         deg: so is what would have turned so much further, were friction as known
+max_error           deg: error at which feedback saturates: without encoder a joint must not race
+max_missing         deg: least predicted travel without counts at which a joint has stalled
+max_pushed          deg: the same for the travel predicted with friction as known
 """
 
 _LARGE = Gains(
@@ -102,9 +102,9 @@ _LARGE = Gains(
     deadband=0.022,
     turning=1.3,
     moving=3.7,
-    most_error=1.8,
-    most_missing=2.0,
-    most_pushed=14.0,
+    max_error=1.8,
+    max_missing=2.0,
+    max_pushed=14.0,
 )
 
 GAINS = {
@@ -116,9 +116,9 @@ GAINS = {
         friction=13.0,
         position=8.0,
         velocity=0.1,
-        most_error=5.0,
-        most_missing=20.0,
-        most_pushed=100.0,
+        max_error=5.0,
+        max_missing=20.0,
+        max_pushed=100.0,
     ),
 }
 """Gains by kind of motor.  The medium one moves the pen; it is faster and needs lower gains."""
@@ -163,7 +163,7 @@ class JointController(object):
         per_degree = per_duty / degree
         self._turning_at = gains.turning * degree
         self._gains = gains.position * per_degree, gains.velocity * per_degree
-        self._max_feedback = gains.most_error * degree * gains.position * per_degree
+        self._max_feedback = gains.max_error * degree * gains.position * per_degree
         self._friction = gains.friction * per_duty
         self._observer = (
             gains.deadband * degree,
@@ -181,8 +181,8 @@ class JointController(object):
             model,
             self._friction,
             backlash,
-            gains.most_missing * degree,
-            gains.most_pushed * degree,
+            gains.max_missing * degree,
+            gains.max_pushed * degree,
         )
         self._reserve = SILENT_RESERVE * per_duty
         self._t = None  # type: Optional[float]
@@ -240,20 +240,20 @@ class JointController(object):
         if dt > MAX_LEARNING_INTERVAL:
             dt = MAX_LEARNING_INTERVAL
         dead, to_angle, to_speed, to_friction, to_push, most, guess = self._observer
-        surprise = middle - angle
-        if surprise > dead:
-            surprise -= dead
-        elif surprise < -dead:
-            surprise += dead
+        innovation = middle - angle
+        if innovation > dead:
+            innovation -= dead
+        elif innovation < -dead:
+            innovation += dead
         else:
-            surprise = 0.0
-        if surprise:
+            innovation = 0.0
+        if innovation:
             to_angle *= dt
-            angle += surprise * to_angle / (1.0 + to_angle)
-            surprise *= dt
-            speed += to_speed * surprise
-            friction -= to_friction * surprise * self._turning
-            learned = self._push - to_push * surprise
+            angle += innovation * to_angle / (1.0 + to_angle)
+            innovation *= dt
+            speed += to_speed * innovation
+            friction -= to_friction * innovation * self._turning
+            learned = self._push - to_push * innovation
             self._push = learned if -most < learned < most else math.copysign(most, learned)
         friction += FRICTION_FORGETTING * dt * (guess - friction)
         if friction < self._least:

@@ -15,7 +15,7 @@ if MYPY:
 
     def mul(a, b):
         # type: (float, float) -> float
-        """As operator.mul, which has no types."""
+        """Return a * b, as operator.mul, which has no types."""
         return a * b
 
 else:

@@ -70,8 +70,8 @@ class StallDetector(object):
         model: MotorModel.
         friction: first guess, rad/s of set-point.
         backlash: of the joint, rad.
-        most_missing: tolerance of the predicted travel, rad.
-        most_pushed: tolerance of the travel by the sum of pushes, rad.
+        max_missing: tolerance of the predicted travel, rad.
+        max_pushed: tolerance of the travel by the sum of pushes, rad.
 
     Attributes:
         stalled: whether one of these is exceeded.
@@ -81,7 +81,7 @@ class StallDetector(object):
         load: known load, rad/s of set-point.  Both stay at their values of the last count.
     """
 
-    def __init__(self, model, friction, backlash, most_missing, most_pushed):
+    def __init__(self, model, friction, backlash, max_missing, max_pushed):
         # type: (MotorModel, float, float, float, float) -> None
         self._share, self._lag = model.share, model.lag
         self._friction_margins = (
@@ -89,7 +89,7 @@ class StallDetector(object):
             STANDING_FRICTION_MARGIN * friction,
         )
         self._taken_up = TAKEN_UP_COUNTS * model.degree + TAKEN_UP_SHARE * backlash
-        self._most, self._most_pushed = most_missing, most_pushed
+        self._max_missing, self._max_pushed = max_missing, max_pushed
         self._known_margin = KNOWN_FRICTION_MARGIN * friction
         self.missing = self.friction = self.load = 0.0
         self.begin(0.0, 0.0, friction)
@@ -145,7 +145,7 @@ class StallDetector(object):
         hard = (push if push > 0.0 else -push) - self._known
         if hard > 0.0:
             self._pushed += self._share * hard * dt
-            if self._pushed > self._most_pushed:
+            if self._pushed > self._max_pushed:
                 self.missing, self.stalled = self._pushed, True
                 return
         # An implicit Euler step of the observer's equation is precise enough, and cheap.
@@ -170,4 +170,4 @@ class StallDetector(object):
         self._angle = angle = self._angle + 0.5 * dt * (before + speed)
         past = angle - high if angle > high else low - angle
         self.missing = missing = past - self._slack
-        self.stalled = missing > self._most
+        self.stalled = missing > self._max_missing

@@ -114,7 +114,14 @@ def time_optimal_profile(e, v, u, fastest, up, down):
 
 
 class _Joint(object):
-    """The pursuit of one joint.
+    """The trajectory of one joint.
+
+    Args:
+        joint: shared.arm_description.Joint.
+        angle: at the start, rad.
+        side: of the backlash at the start, -1 .. +1.
+        fastest: maximum speed, rad/s.
+        acceleration: maximum, rad/s^2.
 
     Attributes:
         rests_from: time when its set-point comes to rest, s; inf with a moving aim.
@@ -128,16 +135,18 @@ class _Joint(object):
         self.half_backlash = joint.backlash / 2
         self._fastest = fastest
         self._acceleration = acceleration
-        self._stirs = START_THRESHOLD * 2 * math.pi / COUNTS_PER_TURN / joint.gear
-        self._turns = max(self._stirs, REVERSAL_THRESHOLD * 2 * self.half_backlash)
-        self._take_up = crossing_time(joint)
+        self._start_threshold = START_THRESHOLD * 2 * math.pi / COUNTS_PER_TURN / joint.gear
+        self._reversal_threshold = max(
+            self._start_threshold, REVERSAL_THRESHOLD * 2 * self.half_backlash
+        )
+        self._crossing_time = crossing_time(joint)
         # Phases of constant acceleration: (since, angle, speed, acceleration).
         self._phases = [(-math.inf, angle, 0.0, 0.0)]
         self._direction = side if side in (1, -1) else 0  # type: float
         # Sides of the backlash: at first, crossings since then (begin, time, step), at the end.
-        self._side = self._lies = side
+        self._side = self._last_side = side
         self._crossings = []  # type: List[Crossing]
-        self._ready = self._crossed = -math.inf
+        self._ready = self._crossing_end = -math.inf
         self._preload_side = 0  # type: float
         self._aim = None  # type: Optional[float]
         self.rests_from = 0.0
@@ -166,9 +175,9 @@ class _Joint(object):
         then = t + LEAD
         self._preload_side = side
         lies = side or (self.at(then)[1] and self._direction)
-        if lies and lies != self._lies:
-            self._cross(then, lies, self._lies)
-            self.rests_from = max(self.rests_from, self._crossed)
+        if lies and lies != self._last_side:
+            self._cross(then, lies, self._last_side)
+            self.rests_from = max(self.rests_from, self._crossing_end)
 
     def steer(self, t, aim, certain, speed=0.0):
         # type: (float, Optional[float], bool, float) -> None
@@ -192,40 +201,40 @@ class _Joint(object):
         e = aim + u * (ready - t) - q
         if not v and ready == then:
             direction = 1 if e > 0 else -1
-            if abs(e) <= (0.0 if certain else self._patience(direction, u)):
+            if abs(e) <= (0.0 if certain else self._dead_zone(direction, u)):
                 if self.rests_from == math.inf:  # a limit stops it
-                    self._go(t, then, ready, q, 0.0, 0.0, 0.0)
+                    self._replan(t, then, ready, q, 0.0, 0.0, 0.0)
                 return
             self._direction = direction
             if abs(side - direction) > 1e-6 and self.half_backlash and not self._preload_side:
                 self._cross(then, direction, side)
-                ready = self._ready = self._crossed
-                e += u * self._take_up
-            self._lies = self._preload_side or direction
-        self._go(t, then, ready, q, v, e, u)
+                ready = self._ready = self._crossing_end
+                e += u * self._crossing_time
+            self._last_side = self._preload_side or direction
+        self._replan(t, then, ready, q, v, e, u)
 
     def _cross(self, then, side, before):
         # type: (float, float, float) -> None
         """Cross the backlash from the side `before` to another, from the time `then` (s) on."""
-        self._crossings.append((then, self._take_up, side - before))
-        self._crossed = then + self._take_up
-        self._lies = side
+        self._crossings.append((then, self._crossing_time, side - before))
+        self._crossing_end = then + self._crossing_time
+        self._last_side = side
 
-    def _patience(self, direction, u):
+    def _dead_zone(self, direction, u):
         # type: (float, float) -> float
         """Return the distance (rad) up to which an aim, moving at `u`, does not start the joint."""
         if u * direction > 0:
             return 0.0
         back = direction == -self._direction and not self._preload_side
-        return self._turns if back else self._stirs
+        return self._reversal_threshold if back else self._start_threshold
 
-    def _go(self, t, then, ready, q, v, e, u):
+    def _replan(self, t, then, ready, q, v, e, u):
         # type: (float, float, float, float, float, float, float) -> None
         """Plan the phases on from the time `then`, the backlash being crossed until `ready`."""
         sign, up = self._direction, self._acceleration
         while len(self._phases) > 1 and self._phases[1][0] <= t:
             del self._phases[0]
-        while self._crossings and self._crossings[0][0] + self._take_up <= t:
+        while self._crossings and self._crossings[0][0] + self._crossing_time <= t:
             self._side += self._crossings.pop(0)[2]
         while self._phases[-1][0] >= then:
             del self._phases[-1]
@@ -247,7 +256,7 @@ class _Joint(object):
             q += sign * (v * dt + a * dt * dt / 2)
             v += a * dt
         self._phases.append((since, q, sign * u, 0.0))
-        self.rests_from = math.inf if u else max(since, self._crossed)
+        self.rests_from = math.inf if u else max(since, self._crossing_end)
 
 
 class OnlineTrajectory(object):

@@ -200,7 +200,12 @@ def arc(points):
 
 
 class _Circle(object):
-    """An arc of the circle through three points, cm: from b to c, or from a to b if `first`."""
+    """An arc of the circle through three points; of a straight line where they are on one.
+
+    Args:
+        a, b, c: points (x, y), cm.
+        first: whether the arc is from a to b, not from b to c.
+    """
 
     def __init__(self, a, b, c, first=False):
         # type: (Point, Point, Point, bool) -> None

@@ -132,8 +132,8 @@ class Trajectory(object):
             for t, (v, a, cubics, _), t_end in zip(self._times, segments, self._times[1:]):
                 _, c1, c2, c3 = cubics[j]
                 dt = t_end - t
-                whole = dt * (v + 0.5 * a * dt)
-                for s, slope in ((0.0, c1), (whole, c1 + whole * (2 * c2 + 3 * c3 * whole))):
+                length = dt * (v + 0.5 * a * dt)
+                for s, slope in ((0.0, c1), (length, c1 + length * (2 * c2 + 3 * c3 * length))):
                     now = (slope > 1e-9) - (slope < -1e-9)
                     if now and sign and now != sign:
                         # (Where between two knots the slope is all but straight.)
@@ -173,10 +173,12 @@ class JointMove(object):
         # type: (Pose, Pose, Vector, float) -> None
         self.start, self.end = tuple(start), tuple(end)
         duration = 0.0
-        for a, b, top in zip(start, end, fastest):
+        for a, b, max_speed in zip(start, end, fastest):
             travel = abs(b - a)
             # The quintic's peaks: 1.875 travel / T and 5.774 travel / T^2.
-            duration = max(duration, 1.875 * travel / top, math.sqrt(5.774 * travel / acceleration))
+            duration = max(
+                duration, 1.875 * travel / max_speed, math.sqrt(5.774 * travel / acceleration)
+            )
         self.duration = duration
         self.rests_from = [duration] * len(self.start)
         self._travels = [b - a for a, b in zip(start, end)]
@@ -288,10 +290,10 @@ def _timed(arm, knots, speed):
 
         dq/dt = q' v,    d2q/dt2 = q'' v^2 + q' a
 
-    The first and half of JOINT_ACCELERATION for q'' v^2 cap v at each knot; the other half bounds
-    a.  With a constant, v^2 grows linearly in s; so a forward and a backward pass over v^2 give the
-    fastest profile under the cap (Bobrow, Dubowsky and Gibson, 1985, here with constant limits).
-    Limits by torque would be exact, but need the masses and the battery's voltage.
+    A joint's maximum speed, and half of JOINT_ACCELERATION for q'' v^2, cap v at each knot; the
+    other half bounds a.  With a constant, v^2 is linear in s; so a forward and a backward pass over
+    v^2 give the fastest profile under the cap (Bobrow, Dubowsky and Gibson, 1985, here with
+    constant limits).  Limits of torque would need the masses and the battery's voltage.
     """
     fastest = [joint.max_speed for joint in arm.joints]
     v = [speed] * len(knots)
@@ -301,31 +303,31 @@ def _timed(arm, knots, speed):
         zip(knots, knots[1:])
     ):
         s = s1 - s0
-        steep, bent, cubics = 0.0, 0.0, []
+        max_slope, max_bend, cubics = 0.0, 0.0, []
         cap = speed
-        for q0, q1, m0, m1, top in zip(q, q_there, slopes, slopes_there, fastest):
+        for q0, q1, m0, m1, max_speed in zip(q, q_there, slopes, slopes_there, fastest):
             mean = (q1 - q0) / s
             c2, c3 = (3.0 * mean - m0 - m0 - m1) / s, (m0 + m1 - mean - mean) / (s * s)
             cubics.append((q0, m0, c2, c3))
             # (Of the slope's parabola, the ends and the middle.)
             for slope in (m0, m1, 1.5 * mean - 0.25 * (m0 + m1)):
                 slope = abs(slope)
-                if slope > steep:
-                    steep = slope
-                if slope * cap > top:
-                    cap = top / slope
+                if slope > max_slope:
+                    max_slope = slope
+                if slope * cap > max_speed:
+                    cap = max_speed / slope
             for bend in (c2 + c2, c2 + c2 + 6.0 * c3 * s):
                 bend = abs(bend)
-                if bend > bent:
-                    bent = bend
+                if bend > max_bend:
+                    max_bend = bend
         # Half of a joint's acceleration is for bends, half for speeding up and slowing down.
-        if bent * cap * cap > JOINT_ACCELERATION / 2:
-            cap = math.sqrt(JOINT_ACCELERATION / 2 / bent)
+        if max_bend * cap * cap > JOINT_ACCELERATION / 2:
+            cap = math.sqrt(JOINT_ACCELERATION / 2 / max_bend)
         v[k], v[k + 1] = min(v[k], cap), min(v[k + 1], cap)
-        along = speed / SPEED_UP_TIME
-        if steep * along > JOINT_ACCELERATION / 2:
-            along = JOINT_ACCELERATION / 2 / steep
-        gains.append(2 * along * s)
+        acceleration = speed / SPEED_UP_TIME
+        if max_slope * acceleration > JOINT_ACCELERATION / 2:
+            acceleration = JOINT_ACCELERATION / 2 / max_slope
+        gains.append(2 * acceleration * s)
         pieces.append((s, cubics, across))
     squares = [x * x for x in v]
     for k, gain in enumerate(gains):
