@@ -14,7 +14,7 @@ if MYPY:
 
     from robot.motion.arm import RobotArm  # noqa: F401
     from robot.motion.chains import FixedPoint, Point  # noqa: F401
-    from robot.motion.pace import Say  # noqa: F401
+    from robot.motion.pace import ReportLine  # noqa: F401
     from robot.motion.paths import Piece  # noqa: F401
     from robot.motion.trajectory import Trajectory  # noqa: F401
 
@@ -42,7 +42,7 @@ class Driver(object):
     """
 
     def __init__(self, arm, speed=None, elbow=None, say=print):
-        # type: (RobotArm, Optional[float], Optional[str], Say) -> None
+        # type: (RobotArm, Optional[float], Optional[str], ReportLine) -> None
         self.arm = arm
         self.speed = speed
         self.elbow = elbow

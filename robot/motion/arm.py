@@ -40,7 +40,7 @@ if MYPY:
     from robot.motion.interfaces import LinkMotion  # noqa: F401
     from robot.motion.joint_controller import GainsByKind  # noqa: F401
     from robot.motion.online_trajectory import Aim  # noqa: F401
-    from robot.motion.pace import Say  # noqa: F401
+    from robot.motion.pace import ReportLine  # noqa: F401
     from robot.motion.stops import Found  # noqa: F401
     from shared.arm_description import Arm  # noqa: F401
 
@@ -77,7 +77,7 @@ class RobotArm(object):
         zero=None,  # type: Optional[Zero]
         gains=GAINS,  # type: GainsByKind
         gravity=None,  # type: Optional[Gravity]
-        say=print,  # type: Say
+        say=print,  # type: ReportLine
         motors=None,  # type: Optional[ArmMotors]
         checked=None,  # type: Optional[Checked]
     ):
@@ -311,7 +311,7 @@ class RobotArm(object):
                 self._links.forget_sides()
 
     def home(self, here=False, say=print, seek=False):
-        # type: (bool, Say, bool) -> List[Found]
+        # type: (bool, ReportLine, bool) -> List[Found]
         """Find the zero of an arm that stands near its home pose, as its file says; store it.
 
         With `here` the arm stands at home exactly; with `seek` its stops are sought from anywhere.

@@ -17,7 +17,7 @@ if MYPY:
     from robot.ev3.motor import Motor  # noqa: F401
     from robot.motion.interfaces import AtPort  # noqa: F401
     from robot.motion.joint_controller import GainsByKind  # noqa: F401
-    from robot.motion.pace import Say  # noqa: F401
+    from robot.motion.pace import ReportLine  # noqa: F401
     from robot.motion.zero import Zero  # noqa: F401
     from shared.arm_description import Arm  # noqa: F401
 
@@ -50,7 +50,7 @@ class ArmMotors(object):
         description: shared.arm_description.Arm.
         clock: has `now()` and `sleep(seconds)`.
         gains: joint_controller.Gains by kind of motor.
-        say: called with a line for people on the timing of the control loop.
+        report: called with a line for people on the timing of the control loop.
         kind: makes a motor from name, port, motor's kind, gear and direction.
 
     Attributes:
@@ -65,8 +65,8 @@ class ArmMotors(object):
         MotorNotFound: a motor of the description is not there.
     """
 
-    def __init__(self, description, clock, gains, say, kind=JointMotor):
-        # type: (Arm, Timepiece, GainsByKind, Say, MotorKind) -> None
+    def __init__(self, description, clock, gains, report, kind=JointMotor):
+        # type: (Arm, Timepiece, GainsByKind, ReportLine, MotorKind) -> None
         self.joints = [  # type: List[Motor]
             kind(joint.name, joint.port, joint.motor, joint.gear, joint.direction)
             for joint in description.joints
@@ -90,7 +90,7 @@ class ArmMotors(object):
         self._checked = 0
         self._pen_held_at = None  # type: Optional[float] # rad, once it is held there
         self.lock = BrickLock(motors_folder())
-        self.loop = ControlLoop(clock, self.controllers, self._check_next, say)
+        self.loop = ControlLoop(clock, self.controllers, self._check_next, report)
 
     def counts(self):
         # type: () -> Dict[str, int]

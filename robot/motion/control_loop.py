@@ -27,7 +27,7 @@ if MYPY:
     from robot.motion.interfaces import MotorPlan  # noqa: F401
     from robot.motion.joint_controller import JointController  # noqa: F401
     from robot.motion.linear_systems import Vector  # noqa: F401
-    from robot.motion.pace import Say  # noqa: F401
+    from robot.motion.pace import ReportLine  # noqa: F401
 
     Controllers = Dict[Motor, JointController]
     # By the plan's time, the clock's and the motors' angles.
@@ -126,19 +126,19 @@ class ControlLoop(object):
         clock: has `now()` and `sleep(seconds)`.
         controllers: JointMotor -> JointController.
         check: called every CHECK_PERIOD; raises if a motor is gone or the pen displaced.
-        say: called with a line for people on its timing.
+        report: called with a line for people on its timing.
 
     Attributes:
         pace: LoopTiming.
         plan_time: the plan's time, s.
     """
 
-    def __init__(self, clock, controllers, check, say):
-        # type: (Timepiece, Controllers, Callable[[], object], Say) -> None
+    def __init__(self, clock, controllers, check, report):
+        # type: (Timepiece, Controllers, Callable[[], object], ReportLine) -> None
         self._clock = clock
         self._controllers = controllers
         self._check = check
-        self.pace = LoopTiming(say)
+        self.pace = LoopTiming(report)
         self.plan_time = 0.0
 
     def reset(self, motors):

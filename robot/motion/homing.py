@@ -14,11 +14,11 @@ if MYPY:
 
     from robot.motion.arm import RobotArm  # noqa: F401
     from robot.motion.gravity import Gravity  # noqa: F401
-    from robot.motion.pace import Say  # noqa: F401
+    from robot.motion.pace import ReportLine  # noqa: F401
 
 
-def home(arm, gravity, here, seek, say):
-    # type: (RobotArm, Gravity, bool, bool, Say) -> List[Found]
+def home(arm, gravity, here, seek, report):
+    # type: (RobotArm, Gravity, bool, bool, ReportLine) -> List[Found]
     """Set the motors' zeros; the arguments are those of RobotArm.home, and the arm's Gravity.
 
     A joint that is placed by hand rests on the side of its backlash that gravity closes.
@@ -28,7 +28,7 @@ def home(arm, gravity, here, seek, say):
         declare_angle(arm.pen, arm.description.pen.up)
     if seek:
         with arm.lend_motors(zero_needed=False):
-            return find_zero(arm, say)
+            return find_zero(arm, report)
     here = here or all(joint.find_home == "here" for joint in joints)
     with contextlib.ExitStack() as lent:
         if gravity.loaded or not here:  # else no motor is touched
@@ -40,18 +40,18 @@ def home(arm, gravity, here, seek, say):
             return []
         from robot.motion import homing_from_home  # not above: few arms ask for it
 
-        return homing_from_home.find_zero(arm, say)
+        return homing_from_home.find_zero(arm, report)
 
 
-def find_zero(arm, say):
-    # type: (RobotArm, Say) -> List[Found]
+def find_zero(arm, report):
+    # type: (RobotArm, ReportLine) -> List[Found]
     """Touch the stops of every joint as its `seek` says, from any pose; set the motors' zeros.
 
     A joint without stops is taken to stand at home.
 
     Args:
         arm: robot.motion.arm.RobotArm.
-        say: called with one line of progress at a time.
+        report: called with one line of progress at a time.
 
     Returns:
         One Found per joint.
@@ -69,7 +69,7 @@ def find_zero(arm, say):
         ends, spread = {}, 0  # type: Dict[str, float], float
         for side in ("lower", "upper"):
             if joint.seek in (side, "both"):
-                ends[side], distance = touch_stop(arm, k, side, say)
+                ends[side], distance = touch_stop(arm, k, side, report)
                 spread = max(spread, distance)
         out.append(set_zero(arm, k, ends, spread))
     return out[::-1]

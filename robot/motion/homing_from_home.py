@@ -30,7 +30,7 @@ if MYPY:
     from robot.motion.arm import RobotArm  # noqa: F401
     from robot.motion.chains import Pose  # noqa: F401
     from robot.motion.control_loop import OnTick  # noqa: F401
-    from robot.motion.pace import Say  # noqa: F401
+    from robot.motion.pace import ReportLine  # noqa: F401
     from shared.arm_description import Arm, Joint  # noqa: F401
 
     Seen = Dict[str, float]  # angles of stops, rad, by side
@@ -55,13 +55,13 @@ SENSOR_TOUCHES, BACK_OFF, MAX_SENSOR_SPREAD = 3, math.radians(5), math.radians(1
 spread of the angles at which it closes, rad."""
 
 
-def find_zero(arm, say):
-    # type: (RobotArm, Say) -> List[Found]
+def find_zero(arm, report):
+    # type: (RobotArm, ReportLine) -> List[Found]
     """Set the motors' zeros, of each joint as its `find_home` says; all must stand near home.
 
     Args:
         arm: robot.motion.arm.RobotArm.
-        say: called with one line of progress at a time.
+        report: called with one line of progress at a time.
 
     Returns:
         One Found per joint.
@@ -73,11 +73,11 @@ def find_zero(arm, say):
     for k in reversed(range(len(arm.joints))):
         joint = arm.description.joints[k]
         if joint.find_home == "touch":
-            out.append(_by_sensor(arm, k, say))
+            out.append(_by_sensor(arm, k, report))
         elif joint.find_home == "here":
             out.append(Found(joint.name, arm.joints[k].zero, None, 0))
         else:
-            out.append(_by_stops(arm, k, say))
+            out.append(_by_stops(arm, k, report))
     return out[::-1]
 
 
@@ -101,8 +101,8 @@ def _go(arm, k, end, speed, on_tick=None):
 # ---- stops
 
 
-def _by_stops(arm, k, say):
-    # type: (RobotArm, int, Say) -> Found
+def _by_stops(arm, k, report):
+    # type: (RobotArm, int, ReportLine) -> Found
     motor, joint = arm.joints[k], arm.description.joints[k]
     put = motor.zero
     ends, seen, spread = {}, {}, 0  # type: Dict[str, float], Seen, float
@@ -114,7 +114,7 @@ def _by_stops(arm, k, say):
         end = sign * min(sign * bound, sign * (bound + moved))
         if not _go(arm, k, end, min(SEEK_SPEED, joint.max_speed)):
             continue
-        ends[side], distance = touch_stop(arm, k, side, say, end + sign * BOUND_MARGIN)
+        ends[side], distance = touch_stop(arm, k, side, report, end + sign * BOUND_MARGIN)
         spread = max(spread, distance)
         seen[side] = _seen(motor, joint, ends[side], sign, put)
         off = seen[side] - stop_angle(joint, side)
@@ -125,7 +125,7 @@ def _by_stops(arm, k, say):
         raise Blocked(problem)
     found = set_zero(arm, k, ends, spread)
     if len(ends) < len(STOPS_TOUCHED[joint.find_home]):
-        say(
+        report(
             "{}: the other stop is out of reach from where it was put; its zero is by the {} one "
             "alone, and by the play of its file".format(joint.name, *ends)
         )
@@ -235,8 +235,8 @@ def _fits(joint, seen, expected):
 # ---- touch sensors
 
 
-def _by_sensor(arm, k, say):
-    # type: (RobotArm, int, Say) -> Found
+def _by_sensor(arm, k, report):
+    # type: (RobotArm, int, ReportLine) -> Found
     motor, joint = arm.joints[k], arm.description.joints[k]
     is_pressed, touch_at = _sensor(joint), joint.touch_at
     assert touch_at is not None  # or the arm's file would not have it touched
@@ -251,7 +251,7 @@ def _by_sensor(arm, k, say):
             return STOP
         return None
 
-    say("homing: {}, touch sensor at {}".format(joint.name, joint.touch_port))
+    report("homing: {}, touch sensor at {}".format(joint.name, joint.touch_port))
     off = BACK_OFF + joint.backlash
     for speed in (min(SEEK_SPEED, joint.max_speed),) + (TOUCH_SPEED,) * SENSOR_TOUCHES:
         if is_pressed():

@@ -10,7 +10,7 @@ MYPY = False
 if MYPY:
     from typing import Callable, Optional  # noqa: F401
 
-    Say = Callable[[str], object]  # tells people one line
+    ReportLine = Callable[[str], object]  # reports one line to people
 
 MIN_PERIOD, MAX_PERIOD = 0.02, 0.05
 """Bounds of the period, s."""
@@ -47,7 +47,7 @@ class LoopTiming(object):
     """The timing of one arm's control loop, kept from motion to motion.
 
     Args:
-        say: called with a line for people.
+        report: called with a line for people.
 
     Attributes:
         period: of the loop, s.
@@ -58,9 +58,9 @@ class LoopTiming(object):
         slow: number of ticks in a row that took longer than HOPELESS_TICK_TIME.
     """
 
-    def __init__(self, say):
-        # type: (Say) -> None
-        self._say = say
+    def __init__(self, report):
+        # type: (ReportLine) -> None
+        self._report = report
         self.period = MIN_PERIOD
         self.rate = self._wanted = 1.0
         self.delay = MIN_PERIOD / 2
@@ -103,13 +103,13 @@ class LoopTiming(object):
         self._wanted = min(1.0, MAX_PERIOD / wanted)
         if self._first is None:
             self._first = wanted
-            self._say(
+            self._report(
                 "a control tick takes {:.0f} ms of this brick, so there is one every {:.0f} ms"
                 "".format(1000 * computing, 1000 * max(self.period, computing))
             )
         elif not self._reported and wanted > max(SLOWDOWN_FACTOR * self._first, MAX_PERIOD):
             self._reported = True
-            self._say(
+            self._report(
                 "the brick has become slower, a control tick takes {:.0f} ms: the arm slows down; "
                 "end other programs on the brick".format(1000 * computing)
             )

@@ -35,7 +35,7 @@ if MYPY:
     from robot.ev3.motor import Motor  # noqa: F401
     from robot.motion.arm import RobotArm  # noqa: F401
     from robot.motion.chains import Pose  # noqa: F401
-    from robot.motion.pace import Say  # noqa: F401
+    from robot.motion.pace import ReportLine  # noqa: F401
     from shared.arm_description import Arm, Joint  # noqa: F401
 
 TOUCHES_PER_PUSH = 3
@@ -100,15 +100,15 @@ class Blocked(ArmError):
     """A homing that found no stop, no constant one, or others than in the arm's file."""
 
 
-def touch_stop(arm, k, side, say, farthest=None):
-    # type: (RobotArm, int, str, Say, Optional[float]) -> Tuple[float, float]
+def touch_stop(arm, k, side, report, farthest=None):
+    # type: (RobotArm, int, str, ReportLine, Optional[float]) -> Tuple[float, float]
     """Touch one stop of joint `k` several times.
 
     Args:
         arm: robot.motion.arm.RobotArm.
         k: number of the joint.
         side: "lower" | "upper".
-        say: called with one line of progress.
+        report: called with one line of progress.
         farthest: angle at which the search ends, rad; the joint's range if None.
 
     Returns:
@@ -118,7 +118,7 @@ def touch_stop(arm, k, side, say, farthest=None):
         Blocked: there is no stop, or the touches disagree.
     """
     joint = arm.description.joints[k]
-    say("homing: {}, {} stop".format(joint.name, side))
+    report("homing: {}, {} stop".format(joint.name, side))
     touches = _touches(arm, k, 1 if side == "upper" else -1, farthest)
     spread = max(touches) - min(touches)
     if spread > MAX_TOUCH_SPREAD:

@@ -400,8 +400,8 @@ def test_no_tick_comes_late_for_what_is_told_in_motion(tmp_path):
     ticks, told = [], []
     with switched_on(tmp_path) as rig:
         drawn = Drawn(rig, path, status=str(tmp_path / "status"))
-        pace, update = drawn.robot.motors.loop.pace, drawn.report.update
-        note = pace.note
+        pace, report = drawn.robot.motors.loop.pace, drawn.report.update
+        note = pace.update
 
         def noted(t, since, computing):
             ticks.append(since)
@@ -409,9 +409,9 @@ def test_no_tick_comes_late_for_what_is_told_in_motion(tmp_path):
 
         def updating(*args, **options):
             told.append(options.get("moving", False))
-            update(*args, **options)
+            report(*args, **options)
 
-        pace.note, drawn.report.update = noted, updating
+        pace.update, drawn.report.update = noted, updating
         drawn.run()
     assert sum(told) >= 2
     assert max(ticks) < 0.022
