@@ -123,7 +123,7 @@ class FakeTracker:
 @pytest.fixture(autouse=True)
 def no_patience(monkeypatch):
     """Whose clock stands, and who is answered by the same thread, had better not wait."""
-    monkeypatch.setattr(tracking, "PATIENCE", 0.0)
+    monkeypatch.setattr(tracking, "PING_TIMEOUT", 0.0)
 
 
 @pytest.fixture

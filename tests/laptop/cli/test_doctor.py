@@ -101,5 +101,5 @@ def test_a_camera_that_one_may_not_use_is_told(monkeypatch):
 
 def test_without_a_browser_that_prints_it_says_what_needs_one(quiet, monkeypatch):
     monkeypatch.setattr(print_pdf, "BROWSERS", ())
-    monkeypatch.setattr(print_pdf, "PLACES", ())
+    monkeypatch.setattr(print_pdf, "BROWSER_PATHS", ())
     assert told(0)["browser"].endswith("only a report as .pdf needs one: fine")
