@@ -72,7 +72,7 @@ class Numbers(ParamType):
 
 @dataclass(frozen=True)
 class AccuracyOptions:
-    """What is tested.
+    """Options of the test.
 
     arm_file  the arm's name or file
     cycles    of each pose
@@ -88,7 +88,7 @@ class AccuracyOptions:
 
 @dataclass(frozen=True)
 class AccuracySight:
-    """What a real arm is seen by.
+    """Cameras before a real arm, and its pose.
 
     sources      of the cameras, as they were typed before
     cameras      the same, as they are typed

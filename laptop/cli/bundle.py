@@ -47,7 +47,7 @@ The same line with --reinstall behind `install` brings another version. To see w
 
 
 class CannotBundle(ArmError):
-    """What is to be in the folder is not to be had."""
+    """Error: what is to be in the folder is not to be had."""
 
 
 @click.command(

@@ -54,7 +54,7 @@ TOUCH_SAMPLE_S = 1.0
 
 @dataclass(frozen=True)
 class CalibrationSight:
-    """What the arm is seen by, and what is known of it beforehand.
+    """Cameras before the arm, and what is known of it beforehand.
 
     sources       of the camera, as they were typed before
     cameras       the same, as they are typed
@@ -91,7 +91,7 @@ class CalibrationSight:
 
 @dataclass(frozen=True)
 class CalibrationOptions:
-    """What is calibrated, and what becomes of it.
+    """Options of a calibration, and of what becomes of it.
 
     arm_file  the arm's name or file
     seconds   for which it moves at the most

@@ -1,4 +1,4 @@
-"""What people are about with which commands, what these were called before, and wrong words."""
+"""Hints about commands: their uses, their former names, and wrong words."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What of `draw`'s options goes together, and the files that it writes."""
+"""Checks of `draw`'s options, and the files that it writes."""
 
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ class Centimetres(ParamType):
 
 @dataclass(frozen=True)
 class SourceOptions:
-    """What is drawn, as it is typed.
+    """Source of a drawing, as it is typed.
 
     what       a file, "-" for standard input, or the name of a drawing; None: text or line
     text       to be written
@@ -138,7 +138,7 @@ SOURCE = option_group(
 
 @dataclass(frozen=True)
 class PlaceOptions:
-    """Where it is drawn, and how, as it is typed; see DrawingOptions.
+    """Place of a drawing, and its style, as they are typed; see DrawingOptions.
 
     height      of the paper, cm
     tolerance   by which lines may be simplified, mm; None: the usual one
@@ -205,7 +205,7 @@ PLACE = option_group(
 
 @dataclass(frozen=True)
 class DrawOrders:
-    """How often it is drawn, and where it begins.
+    """Number of copies of a drawing, and where it begins.
 
     repeat  how often
     resume  whether it goes on where it was left
@@ -241,7 +241,7 @@ class DrawOrders:
 
 @dataclass(frozen=True)
 class DrawTarget:
-    """What becomes of it, as it is typed.
+    """Target of a drawing, as it is typed.
 
     preview   it is told, and nothing moves
     files     jobs and pictures that are written

@@ -72,7 +72,7 @@ class DrawnOn:
 
 @dataclass(frozen=True)
 class Taught:
-    """What was learned of a drawing before it is drawn.
+    """Learned offsets of a drawing before it is drawn.
 
     offsets  as DrawingPlan.write_job takes it
     records  of the drawing's rehearsals, to be shown beside

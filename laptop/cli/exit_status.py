@@ -6,7 +6,7 @@ from laptop.emulator.host import process_exit
 
 
 class ExitStatus(IntEnum):
-    """What a command's exit status says; `simulate` and `brick run` end with a script's own."""
+    """Exit status of a command; `simulate` and `brick run` end with a script's own."""
 
     DONE = 0
     FAILED = 1

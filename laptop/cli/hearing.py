@@ -1,4 +1,4 @@
-"""What a program on the emulated brick says, heard by whoever is there."""
+"""Sounds and speech of a program on the emulated brick, for whoever is there."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What options were called before: they work for one more version, and say what they are now."""
+"""Former names of options: they work for one more version, and say what they are now."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is plugged into the outputs of the emulated brick, as the options of `simulate` say it."""
+"""Plugs in the outputs of the emulated brick, as the options of `simulate` say it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What opens cameras and calls a brick for commands that measure by both."""
+"""Rigs of cameras and a brick for commands that measure by both."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RigOptions:
-    """What a rig of cameras and a brick is opened with.
+    """Options of a rig of cameras and a brick.
 
     sources   of the cameras, as for `track`
     arm       its name or file

@@ -14,7 +14,7 @@ from shared.small_files import InvalidFile, number
 
 @dataclass(frozen=True)
 class SightOptions:
-    """What is asked of drawing by sight.
+    """Options of drawing by sight.
 
     times        rehearsals; 0: what is kept is drawn, and nothing learned
     camera       source of the camera, as for `track`

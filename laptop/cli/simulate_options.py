@@ -175,7 +175,7 @@ class BrickOptions:
 
     @property
     def sensors(self) -> tuple[str, ...]:
-        """What of it is plugged into an input."""
+        """Sensors that are plugged into an input."""
         return tuple(text for text in self.plug if text.startswith("in"))
 
     def read(self, tell: Callable[[str], None]) -> BrickSetup:
@@ -210,7 +210,7 @@ def _built(file: str, arm: Arm | None) -> Arm:
 
 @dataclass(frozen=True, eq=False)
 class Happenings:
-    """What happens while a script runs.
+    """Events while a script runs.
 
     faults   what goes wrong
     presses  of buttons
@@ -232,7 +232,7 @@ class Happenings:
 
 @dataclass(frozen=True)
 class EventOptions:
-    """What happens while a script runs, as it is typed.
+    """Events while a script runs, as they are typed.
 
     start      where the arm stands, see Rig
     presses    of buttons

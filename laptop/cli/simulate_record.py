@@ -1,4 +1,4 @@
-"""What `simulate` records of a run, leaves of it, and says of it."""
+"""Record of a run of `simulate`: its data, its files, its text."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ class ScriptRun:
 
     @property
     def why_no_picture(self) -> str:
-        """Why there is no picture, for people; "" if nobody wanted one."""
+        """Reason why there is no picture, for people; "" if nobody wanted one."""
         if not self.is_seen:
             return "; without an arm and --wheels there is no picture"
         mover = "arm" if self.brick.arm else "robot"
@@ -89,7 +89,7 @@ class ScriptRun:
 
     @cached_property
     def measures(self) -> list[line_accuracy.Measure | None]:
-        """What was drawn of each of them."""
+        """Measures of what each of them drew."""
         return line_accuracy.measure(self.run.record, self.wanted)
 
     def record(self, typed: list[str]) -> Run:

@@ -1,4 +1,4 @@
-"""What `simulate` adds to its record where the script was a servo that kept a log."""
+"""Additions to `simulate`'s record where the script was a servo that kept a log."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a command begins: sets in one order, streams that are open, and an end in order."""
+"""Start of a command: sets in one order, streams that are open, and an end in order."""
 
 import _signal  # type: ignore[import-not-found]  # `signal` takes a while to import
 import os

@@ -72,7 +72,7 @@ class Crosses(ParamType):
 
 @dataclass(frozen=True)
 class PenSight:
-    """What the crosses and the arm's marker are seen by.
+    """Camera before the crosses and the arm's marker.
 
     sources   of the camera, as they were typed before
     cameras   the same, as they are typed
@@ -101,7 +101,7 @@ class PenSight:
 
 @dataclass(frozen=True)
 class TouchOptions:
-    """How the crosses are touched.
+    """Options of touching the crosses.
 
     crosses  their places in the list of crosses, in this order
     name     of the brick whose arm touches; None: the last one

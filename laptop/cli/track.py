@@ -72,7 +72,7 @@ SECTIONS = {
 
 @dataclass(frozen=True)
 class TrackedSight:
-    """What is seen, and by what, as it is typed; see TrackOptions."""
+    """Cameras and markers, as they are typed; see TrackOptions."""
 
     camera: tuple[str, ...]
     effector: str | None

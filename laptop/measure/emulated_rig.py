@@ -41,7 +41,7 @@ JOB_TIMEOUT = 24 * 3600.0
 
 
 class PointCamera(Protocol):
-    """What sees points of the arm's frame; a CameraModel of see.table does, or a Scene."""
+    """Camera that sees points of the arm's frame; a CameraModel of see.table does, or a Scene."""
 
     def project(self, points: np.ndarray) -> np.ndarray:
         """Pixels (n, 2) of points (n, 3), cm."""
@@ -190,7 +190,7 @@ class RenderedRig(EmulatedRig):
 
 
 def marker_point(arm: Arm, q: Sequence[float], height: float = 0.0) -> tuple[float, float, float]:
-    """Where the marker of an arm is, (x, y, z), cm, with the joints at q, rad.
+    """Return the marker's place of an arm, (x, y, z), cm, with the joints at q, rad.
 
     Args:
         arm: whose marker_offset counts.

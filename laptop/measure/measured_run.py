@@ -1,4 +1,4 @@
-"""What a job's run has told: where the motors were, by the brick, and the marker, by cameras."""
+"""Data of a job's run: where the motors were, by the brick, and the marker, by cameras."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class BadMeasurement(ArmError, ValueError):
 
 @dataclass(frozen=True, eq=False)
 class Sights:
-    """Where a camera saw the marker.
+    """Places in the picture at which a camera saw the marker.
 
     t       of each picture, s, by the clock of the log, (n,)
     pixels  of its centre, (n, 2), px; nan where it was not seen

@@ -1,4 +1,4 @@
-"""Where the paper is in a camera's picture, by a printed board that lies on the table.
+"""Mapping of the paper into a camera's picture, by a printed board that lies on the table.
 
 The board tells where pixels are on the table, cm, at any height; but not where on it the arm
 stands.  That the tip's own moves tell: a turn and a shift bring the places of its marker on the

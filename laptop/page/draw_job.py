@@ -25,7 +25,7 @@ _NO_BRICK = "no brick is connected; the tab Drive says what to do"
 
 
 class JobNews(NamedTuple):
-    """What the brick has told anew.
+    """News of a job from the brick.
 
     t              of what it tells, s
     down           whether the pen was down then

@@ -46,7 +46,7 @@ class DrawRequest:
 
     @property
     def source(self) -> Source | None:
-        """What the drawing is made of; None: there is none."""
+        """Source of the drawing; None: there is none."""
         return self._request and self._request.source
 
     def close(self) -> None:

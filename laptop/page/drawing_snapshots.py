@@ -18,7 +18,7 @@ Lines = tuple[np.ndarray, ...]
 
 
 class Source(NamedTuple):
-    """What a drawing is made of.
+    """Source of a drawing.
 
     kind     "file", "text", "gallery", "path" (dragged in a picture)
     name     for people; of a gallery's drawing its key
@@ -44,7 +44,7 @@ def file_source(name: str, data: bytes) -> Source:
 
 
 class Placing(NamedTuple):
-    """Where a drawing is to lie; None: where the arm draws it largest.
+    """Placing of a drawing; None: where the arm draws it largest.
 
     x, y    its centre in the arm's coordinates, cm
     size    its greater side, cm; None: as large as the arm reaches there
@@ -91,7 +91,7 @@ class PlacedDrawing(NamedTuple):
 
 
 class Deviation(NamedTuple):
-    """How far the tip was from the wish while the pen was down, mm, as the camera saw it.
+    """Deviation of the tip from the wish while the pen was down, mm, as the camera saw it.
 
     points  number of places where it was seen
     ink     these, lines of points (n, 2), cm
@@ -104,7 +104,7 @@ class Deviation(NamedTuple):
 
 
 class Request(NamedTuple):
-    """What is to be done: a drawing is read, unless it is the one of before, and placed.
+    """Request: a drawing is read, unless it is the one of before, and placed.
 
     number  of the source, by which it is told whether it is the one of before, drawn as before
     height  of the paper, cm
@@ -122,7 +122,7 @@ class Request(NamedTuple):
 
 
 class NothingShown(str):
-    """Why nothing was drawn of a picture, of which something may be if it is traced otherwise."""
+    """Reason why nothing was drawn of a picture that may be drawn if it is traced otherwise."""
 
 
 Answer = PlacedDrawing | Deviation | str
@@ -130,7 +130,7 @@ Answer = PlacedDrawing | Deviation | str
 
 
 class JobState(NamedTuple):
-    """How the brick gets on with a job.
+    """State of a job on the brick.
 
     name     for people
     state    one of shared.job_messages.STATES

@@ -1,4 +1,4 @@
-"""What is done in the drawing's process: a source becomes an artwork, is placed, and planned."""
+"""Work of the drawing's process: a source becomes an artwork, is placed, and planned."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ class Hurried(Exception):
 
 
 class Studio:
-    """What the process does.
+    """Work of the process.
 
     Args:
         arm: that is to draw.

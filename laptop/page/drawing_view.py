@@ -40,7 +40,7 @@ SIDE_LIMITS = 0.5, 60.0
 
 
 class Grip(Enum):
-    """What a hand does to a drawing."""
+    """Grip of a hand on a drawing."""
 
     MOVE = "move"
     TURN = "turn"
@@ -65,7 +65,7 @@ class DrawingView:
 
     @property
     def view(self) -> TableView | None:
-        """Where the table is in this picture."""
+        """View of the table in this picture."""
         return self.snapshot.views.get(self._camera)
 
     @property

@@ -1,4 +1,4 @@
-"""Where the goal must be in the pictures in which it is not aimed at yet, as the tip has taught."""
+"""Hints where the goal is in pictures in which it is not aimed at yet, as the tip has taught."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ millisecond."""
 
 
 class GoalHints:
-    """What the tip's places in the pictures of all cameras tell of a goal.
+    """Hints of a goal from the tip's places in the pictures of all cameras.
 
     Args:
         cameras: feeds by camera name.

@@ -1,4 +1,4 @@
-"""What a page fetches and sends besides its socket: pictures, points, reports, files, words."""
+"""Routes of a page besides its socket: pictures, points, reports, files, words."""
 
 from __future__ import annotations
 

@@ -91,7 +91,7 @@ class DrawCalls(Protocol):
 
 
 class DrawViews(Protocol):
-    """What browsers see of a drawing; implemented by `laptop.page.draw_control.DrawControl`."""
+    """Views of a drawing for browsers; implemented by `laptop.page.draw_control.DrawControl`."""
 
     def drawing(self) -> DrawingSnapshot: ...
     def ink(self, camera: str, version: int, after: int) -> tuple[int, list[InkPoint]]: ...

@@ -1,4 +1,4 @@
-"""How a job stands, as browsers are told it."""
+"""States of a job, for browsers."""
 
 from __future__ import annotations
 

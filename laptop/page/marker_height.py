@@ -1,4 +1,4 @@
-"""How high an arm's marker is over the paper: who told it, and that it is remembered.
+"""Height of an arm's marker over the paper: its source, and its memory.
 
 By it the page knows where the paper is, on which the ink lies, below the marker that cameras see.
 """

@@ -1,4 +1,4 @@
-"""What markers are called where people read of them, and what they look like."""
+"""Names and looks of markers, for people."""
 
 from __future__ import annotations
 

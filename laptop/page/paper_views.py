@@ -1,4 +1,4 @@
-"""Where the paper is in the cameras' pictures, learned from what cameras and brick tell."""
+"""Views of the paper in the cameras' pictures, learned from cameras and brick."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the page says of where a drawing is shown, at which height, and how well that is known."""
+"""Texts about where a drawing is shown, at which height, and how well that is known."""
 
 from __future__ import annotations
 

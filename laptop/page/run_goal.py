@@ -1,4 +1,4 @@
-"""Where the tip is to go: a pixel of each camera, a path in one picture, or the goal's marker."""
+"""Goal of the tip: a pixel of each camera, a path in one picture, or the goal's marker."""
 
 from __future__ import annotations
 

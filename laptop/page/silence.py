@@ -1,4 +1,4 @@
-"""Why no page is heard: the one place for what page, brick and terminal say of it.  Pure.
+"""Diagnosis of why no page is heard: for page, brick and terminal alike.  Pure.
 
 A page is heard when its browser sends a beat back (`pulse`).  Whether that fails as somebody closed
 the page, as the browser let it sleep, as the network is cut, or as one of the processes here stood
@@ -18,7 +18,7 @@ BUSY_DELAY = 0.4
 
 
 class Presence(IntEnum):
-    """What is known of a browser's page; of several the one with the greatest number counts."""
+    """Presence of a browser's page; of several the one with the greatest number counts."""
 
     BROKEN = 0
     """State of a page whose connection ended, and which said nothing before."""
@@ -33,7 +33,7 @@ class Presence(IntEnum):
 
 
 class Sign(NamedTuple):
-    """What the page's process knows of a browser.
+    """Knowledge of the page's process about a browser.
 
     presence  of its page
     is_local  it is on this computer
@@ -44,7 +44,7 @@ class Sign(NamedTuple):
 
 
 class PageReport(NamedTuple):
-    """What the page's process tells of itself with each beat.
+    """Report of the page's process about itself with each beat.
 
     signs   by the browser's number
     late    by how much it was late since the last one, s
@@ -78,7 +78,7 @@ class Evidence(NamedTuple):
 
 
 class WhyUnheard(NamedTuple):
-    """Why no page is heard.
+    """Reason why no page is heard.
 
     cause    to stand behind "as"
     advice   what to do next, a sentence

@@ -1,4 +1,4 @@
-"""Where places on the table are in a camera's picture, learned from the tip's own moves.
+"""Mapping of the table into a camera's picture, learned from the tip's own moves.
 
 The brick tells its joints' angles, and so where the tip's marker is, cm; the camera sees it at the
 same time, px.  Of an arm in a plane such pairs give a homography, that of the plane in which the
@@ -42,7 +42,7 @@ MOVED_MISFIT, MOVED_PLACES = 8.0, 6
 
 @dataclass(frozen=True, eq=False)
 class TableView:
-    """Where a plane of the table is in a picture.
+    """View of a plane of the table in a picture.
 
     matrix  3 x 3: from (x, y, 1), cm, to (u, v, 1), px, up to scale
     places  number of places of the tip that it rests on; 0: it does not

@@ -1,4 +1,4 @@
-"""What is found where something is looked at part by part: each is fine, or says what to do."""
+"""Findings of a check, part by part: each is fine, or says what to do."""
 
 from __future__ import annotations
 

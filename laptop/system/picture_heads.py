@@ -34,7 +34,7 @@ class SpoiltPicture(ArmError, ValueError):
 
 
 def is_picture(data: bytes) -> bool:
-    """Whether this begins as a PNG or JPEG does."""
+    """Return whether this begins as a PNG or JPEG does."""
     return data.startswith((PNG, JPEG))
 
 
@@ -98,7 +98,7 @@ def _png_size(data: bytes, whole: bool) -> tuple[int, int]:
 
 
 def png_orientation(data: bytes) -> int:
-    """How a PNG that picture_size has passed is to be turned, as EXIF counts it, 1 to 8.
+    """Return the turn of a PNG that picture_size has passed, as EXIF counts it, 1 to 8.
 
     1, as it is, where nothing says it.
     """
@@ -128,7 +128,7 @@ def _orientation(exif: bytes) -> int:
 
 
 def _holds(packed: list[memoryview], wanted: int) -> bool:
-    """Whether packed data hold so many bytes, without keeping them."""
+    """Return whether packed data hold so many bytes, without keeping them."""
     unpacker = zlib.decompressobj()
     try:
         for part in packed:

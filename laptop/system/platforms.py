@@ -1,4 +1,4 @@
-"""What Linux, macOS and Windows have each in its own way, in one way for all; asked here alone.
+"""Platform differences of Linux, macOS and Windows, in one way for all; asked here alone.
 
 Rule: whoever on the laptop's side needs what not every system has asks here; but for Linux's way to
 its cameras, which is in laptop.see.camera.webcams.

@@ -24,7 +24,7 @@ PLANE_SAMPLES = 33
 
 
 class Crossings(NamedTuple):
-    """Where one run crossed the planes of a path.
+    """Crossings of a path's planes in one run.
 
     values  across the path, (planes, d - 1); nan where nothing was seen near the plane
     noise   covariance of each, (planes, d - 1, d - 1), cm^2
@@ -45,7 +45,7 @@ class StraightPath:
 
     @property
     def length(self) -> float:
-        """Of the whole path."""
+        """Length of the whole path, cm."""
         return float(np.linalg.norm(self.end - self.start))
 
     def points(self) -> np.ndarray:
@@ -77,7 +77,7 @@ class CirclePath:
 
     @property
     def length(self) -> float:
-        """Of the whole path."""
+        """Length of the whole path, cm."""
         return 2 * math.pi * self.radius
 
     def points(self, count: int = 181) -> np.ndarray:

@@ -92,7 +92,7 @@ class AccuracyPlan:
 
     @property
     def path_cycles(self) -> int:
-        """How often each path is gone along."""
+        """Number of cycles of each path."""
         return max(CYCLES[0], round(self.cycles / POSE_CYCLES_PER_PATH_CYCLE))
 
     @property
@@ -287,7 +287,7 @@ def _room(arm: Arm, d: int, centre: tuple[float, ...] | None) -> tuple[float, st
 
 
 def _fits(arm: Arm, middle: np.ndarray, side: float, posture: str) -> bool:
-    """Whether an arm comes easily to all of a cube, above the table."""
+    """Return whether an arm comes easily to all of a cube, above the table."""
     along = side * np.linspace(-0.5, 0.5, SIDE_PROBES)
     points = middle + np.array(list(itertools.product(along, repeat=len(middle))))
     if len(middle) == 3 and points[:, 2].min() < 0:

@@ -1,4 +1,4 @@
-"""What a test has told, for people and for programs: lines, a CSV, a run."""
+"""Results of a test, for people and for programs: lines, a CSV, a run."""
 
 from __future__ import annotations
 

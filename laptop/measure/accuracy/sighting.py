@@ -30,7 +30,7 @@ class BadSighting(ArmError, ValueError):
 
 
 class Places(NamedTuple):
-    """Where the tip was, in the arm's frame.
+    """Places of the tip, in the arm's frame.
 
     points  (n, d), cm; nan where that is not known
     noise   covariance of each by its own pixels' noise, (n, d, d), cm^2
@@ -64,7 +64,7 @@ class SeenMarker(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class ArmOnBoard:
-    """How the arm stands on the board: both lie on the table.
+    """Pose of the arm on the board: both lie on the table.
 
     turn  of the arm's x from the board's, rad
     base  the arm's origin on the board, (2,), cm

@@ -1,4 +1,4 @@
-"""Where the tip truly was, by the record of an emulated arm."""
+"""True places of the tip, by the record of an emulated arm."""
 
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ MIN_GEAR_CHANGE = 0.004
 
 
 class BadIdentification(ArmError, ValueError):
-    """What was seen does not tell the arm's numbers."""
+    """Error: what was seen does not tell the arm's numbers."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""Where a camera sees an arm's marker, by the numbers that make the arm.
+"""Model of where a camera sees an arm's marker, by the numbers that make the arm.
 
 A joint's link stands at
 
@@ -61,7 +61,7 @@ ANGLE_STEP = 1e-4
 
 
 class Standing(NamedTuple):
-    """How the joints stand, each (n, joints).
+    """State of the joints, each (n, joints).
 
     e      angles by the encoders, rad
     sides  flank on which each link was pushed: +1 by a motion upwards, -1, or 0: between them
@@ -76,7 +76,7 @@ class Standing(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class CameraPrior:
-    """What is known of a camera before the arm has moved.
+    """Knowledge of a camera before the arm has moved.
 
     size  of the picture, px
     mean  lens, rotation and translation, (14,), see CameraModel
@@ -109,7 +109,7 @@ class CameraPrior:
 
 @dataclass(frozen=True)
 class MeasuredByHand:
-    """What somebody has measured beside the camera.
+    """Measurements that somebody has made beside the camera.
 
     height       of the marker over the table, in space of the shoulder's axis, cm; None: not
                  measured
@@ -157,7 +157,7 @@ class ArmModel:
         return self.arm.chain == "spatial"
 
     def index(self, name: str) -> int:
-        """Where a number stands in the vector."""
+        """Return the index of a number in the vector."""
         return self.names.index(name)
 
     def of_joints(self, state: np.ndarray, key: str) -> np.ndarray:

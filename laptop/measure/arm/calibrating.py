@@ -55,7 +55,7 @@ MIN_SCOUT_SHARE = 0.5
 
 @dataclass(frozen=True, eq=False)
 class Identified:
-    """What came of it.
+    """Result of an identification.
 
     fit      of all rests
     rests    all of them
@@ -72,7 +72,7 @@ class Identified:
 
 
 class CalibrationSetup(NamedTuple):
-    """What a calibration works with.
+    """Setup of a calibration.
 
     rig      the arm before its cameras
     camera   as the board has told

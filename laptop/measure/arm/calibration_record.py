@@ -1,4 +1,4 @@
-"""What a calibration leaves for a report: its figures, and every rest as raw data."""
+"""Record of a calibration for a report: its figures, and every rest as raw data."""
 
 from __future__ import annotations
 

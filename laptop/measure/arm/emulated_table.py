@@ -35,7 +35,7 @@ TOUCH_PICTURES = 10
 
 @dataclass(frozen=True, eq=False)
 class EmulatedTable:
-    """What is truly there.
+    """True scene: arm, board and camera.
 
     arm      as it is built
     camera   over the board

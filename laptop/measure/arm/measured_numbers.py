@@ -1,4 +1,4 @@
-"""What was measured of an arm: a table for people, and what of it goes into the arm's file.
+"""Measured numbers of an arm: a table for people, and those that go into the arm's file.
 
 A number is written where it is known better than it was.
 """
@@ -175,7 +175,7 @@ def _learnt(fit: ArmFit, name: str) -> bool:
 
 
 def _scaled(fit: ArmFit) -> bool:
-    """Whether a board gave the scale."""
+    """Return whether a board gave the scale."""
     return bool(fit.model.spread[fit.model.index("board.x")] > 0)
 
 

@@ -48,7 +48,7 @@ EDGE_MARGIN = 12.0
 
 @dataclass(frozen=True)
 class ApproachedPose:
-    """Where the joints go, rad, and which way each comes there: +1 upwards, -1 downwards."""
+    """Pose of the joints, rad, and direction of approach of each: +1 upwards, -1 downwards."""
 
     q: tuple[float, ...]
     sides: tuple[int, ...]
@@ -88,7 +88,7 @@ def candidates(arm: Arm) -> list[ApproachedPose]:
 
 
 def way_to(backlash: float) -> float:
-    """How far a joint goes the one way before it stands, rad."""
+    """Return how far a joint goes the one way before it stands, rad."""
     return APPROACH_ANGLE + backlash
 
 

@@ -1,4 +1,4 @@
-"""What is to blame where no numbers explain what was seen.
+"""Fault hypotheses for what no numbers explain.
 
 Each hypothesis is a change that would show in the residuals in a way of its own: a joint whose zero
 jumps at some time (a gear has slipped, a link was pushed on its axle), a camera that was moved at

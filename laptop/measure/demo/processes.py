@@ -51,7 +51,7 @@ class TooBusy(DemoFailed):
 
 
 class _Pipe:
-    """What a process writes, up to its end.
+    """Output of a process, up to its end.
 
     What it has started (a page, a browser) may keep the pipe open for as long as it likes: no end
     of file comes then.  So the end is written into it, behind all that the process wrote.

@@ -1,4 +1,4 @@
-"""What a synthetic camera is to whoever knows all of it: the view of an emulated arm's tip."""
+"""View of an emulated arm's tip by a synthetic camera that is known exactly."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What was learned, on file: by path and arm, to be offered again.
+"""Learned offsets on file: by path and arm, to be offered again.
 
 A file for each path of each arm, in the folder `learned` of the state folder. What is learned holds
 for the arm as it was described then: with other numbers only what was missed is compared.
@@ -32,7 +32,7 @@ FORMAT_VERSION = 1
 
 @dataclass(frozen=True, eq=False)
 class StoredOffsets:
-    """What was learned of a path before.
+    """Offsets that were learned of a path before.
 
     offsets     with which to draw it; None: the arm is described otherwise now
     rehearsals  how many that took
@@ -114,7 +114,7 @@ def keep(
 
 
 def file_of(plan: DrawingPlan, emulated: str = "") -> Path:
-    """Where what is learned of a drawing is kept."""
+    """Return the file for what is learned of a drawing."""
     path = [
         plan.arm.name,
         emulated,

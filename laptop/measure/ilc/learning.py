@@ -64,7 +64,7 @@ MAD_TO_SIGMA = 1.4826
 
 @dataclass(frozen=True, eq=False)
 class PathMiss:
-    """By how much the tip missed a piece, at as many places as there are offsets.
+    """Error of the tip on a piece, at as many places as there are offsets.
 
     Attributes:
         s: length of the way, cm, (n,).
@@ -85,7 +85,7 @@ class PathMiss:
 
     @property
     def mean_square(self) -> float:
-        """Of what was missed, over its length and its ends, cm^2."""
+        """Mean square of what was missed, over its length and its ends, cm^2."""
         ends = float((self.along[[0, -1]] ** 2).mean())
         return float((self.across**2).mean()) + ends * min(1.0, END_LENGTH / self.s[-1])
 
@@ -107,7 +107,7 @@ class PathMiss:
 
 
 def missed(piece: PiecePath, track: PieceTrack) -> PathMiss:
-    """By how much a track missed its piece."""
+    """Return by how much a track missed its piece."""
     knots = none(piece).s
     off = track.p - piece.at(track.s, piece.p)
     ahead = (off * piece.at(track.s, piece.ahead)).sum(axis=1)
@@ -135,7 +135,7 @@ def _by_slack(piece: PiecePath, s: np.ndarray, slack: np.ndarray) -> np.ndarray:
 
 
 def missed_of(pieces: Sequence[PiecePath], seen: Sequence[PieceTrack]) -> list[PathMiss] | None:
-    """By how much a stroke's pieces were missed; None if too little was seen of all of them.
+    """Return by how much a stroke's pieces were missed; None if too little was seen of them.
 
     A piece of which too little was seen was missed as its neighbours were where they meet it.
     """
@@ -231,7 +231,7 @@ def _stiffness(knots: np.ndarray, wave: float) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Offsets:
-    """By how much each joint is moved along a piece.
+    """Offsets of each joint along a piece.
 
     Attributes:
         s: length of the way, cm, (n,).
@@ -243,11 +243,11 @@ class Offsets:
 
     @property
     def greatest(self) -> float:
-        """Of any joint, rad."""
+        """Greatest offset of any joint, rad."""
         return float(np.abs(self.q).max())
 
     def numbers(self) -> tuple[list[float], list[list[float]]]:
-        """As shared.job.Stroke has them."""
+        """Return them as shared.job.Stroke has them: s, cm, and by joint, rad."""
         return [round(s, 4) for s in self.s.tolist()], np.round(self.q.T, 6).tolist()
 
 

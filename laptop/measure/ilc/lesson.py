@@ -55,7 +55,7 @@ class Trial:
 
 @dataclass
 class Lesson:
-    """What is learned of one stroke.
+    """Learning of one stroke.
 
     Attributes:
         pieces: its PiecePaths.

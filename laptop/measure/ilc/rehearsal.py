@@ -58,7 +58,7 @@ class Step:
 
 @dataclass(frozen=True, eq=False)
 class Learned:
-    """What rehearsals have taught of a drawing.
+    """Result of a drawing's rehearsals.
 
     offsets  with which to draw it
     steps    each rehearsal
@@ -79,7 +79,7 @@ class Learned:
 
 
 class Lessons:
-    """What is learned of a drawing, stroke by stroke; what is joined is learned together.
+    """Learning of a drawing, stroke by stroke; what is joined is learned together.
 
     Args:
         plan: the drawing.
@@ -148,7 +148,7 @@ class Lessons:
 
     @property
     def floor(self) -> float:
-        """What two drawings of it differ by, about, rms, cm."""
+        """Difference of two drawings of it, about, rms, cm."""
         return self._mean([lesson.floor for lesson in self._lessons])
 
     @property

@@ -38,7 +38,7 @@ class StillTable:
         self._image, self._since = image, since
 
     def measure(self, job: Path, dry: bool = True) -> MeasuredRun:
-        """As MeasuringRig.measure.
+        """Do a job as MeasuringRig.measure does.
 
         Raises:
             BadMeasurement: the board or the camera has moved meanwhile.

@@ -1,4 +1,4 @@
-"""Where the tip was while each piece was drawn, beside where it was to be.  Pure."""
+"""Tracks of the tip while each piece was drawn, beside where it was to be.  Pure."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ plan's time that counts as none, s."""
 
 @dataclass(frozen=True, eq=False)
 class PieceTrack:
-    """Where the tip was seen on a piece.
+    """Track of the tip as it was seen on a piece.
 
     s       length of the way that was to be done by then, (n,), cm
     p       where the tip was, (n, 2), cm

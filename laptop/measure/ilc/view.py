@@ -11,7 +11,7 @@ from laptop.see.table.plane_motion import nearest_motion
 
 
 class TableCamera(Protocol):
-    """What knows where pixels are over the table; a calibration's CameraModel does."""
+    """Camera that maps pixels to places over the table; a calibration's CameraModel does."""
 
     def to_table(self, pixels: np.ndarray, height: float | np.ndarray = 0.0) -> np.ndarray:
         """Places (n, 2), cm, of pixels (n, 2) at a height, cm; nan where there is none."""

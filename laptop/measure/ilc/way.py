@@ -46,12 +46,12 @@ class PiecePath:
 
     @property
     def length(self) -> float:
-        """Of the way, cm."""
+        """Length of the path, cm."""
         return float(self.s[-1])
 
     @property
     def duration(self) -> float:
-        """Planned, s."""
+        """Planned duration, s."""
         return float(self.t[-1])
 
     @property

@@ -1,4 +1,4 @@
-"""What cards are made of: their frame, their heading, what folds away, and words explained."""
+"""Parts of cards: their frame, their heading, what folds away, and words explained."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ from laptop.page.paper_words import needs_look, where_text
 
 
 class PaperPart:
-    """What is known of the paper's place.
+    """Part that shows what is known of the paper's place.
 
     Args:
         session: the browser's choices.

@@ -68,7 +68,7 @@ class PlotsCard:
 
 
 class PlotKind(NamedTuple):
-    """What a plot shows.
+    """Kind of a plot.
 
     title        its name and unit
     explanation  with the field's own term
