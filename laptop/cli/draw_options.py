@@ -205,7 +205,7 @@ PLACE = option_group(
 
 @dataclass(frozen=True)
 class DrawOrders:
-    """Number of copies of a drawing, and where it begins.
+    """Number of repetitions of a drawing, and where it begins.
 
     repeat  how often
     resume  whether it goes on where it was left

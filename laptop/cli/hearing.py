@@ -1,4 +1,4 @@
-"""Sounds and speech of a program on the emulated brick, for whoever is there."""
+"""Output of a program on the emulated brick, some lines of which others hear while it runs."""
 
 from __future__ import annotations
 

@@ -67,7 +67,7 @@ class PathMiss:
     """Error of the tip on a piece, at as many places as there are offsets.
 
     Attributes:
-        s: length of the way, cm, (n,).
+        s: arc length along the path, cm, (n,).
         across: to the left of the path, smoothed, cm, (n,).
         along: ahead on it, smoothed more, cm, (n,).
         slack: of that, what each joint's backlash makes by which it is wrongly described: half of
@@ -112,7 +112,7 @@ def missed(piece: PiecePath, track: PieceTrack) -> PathMiss:
     off = track.p - piece.at(track.s, piece.p)
     ahead = (off * piece.at(track.s, piece.ahead)).sum(axis=1)
     along, *_ = _smoothed(knots, track.s, ahead, np.zeros((len(ahead), 0)), ALONG_WAVELENGTH)
-    # A tip that is late or early was farther back or ahead on its way, not beside it.
+    # A tip that is late or early was farther back or ahead on its path, not beside it.
     late = ahead - np.interp(track.s, knots, along)
     there = np.clip(track.s + np.where(track.stands == 0, late, 0.0), 0.0, piece.length)
     off = track.p - piece.at(there, piece.p)
@@ -234,7 +234,7 @@ class Offsets:
     """Offsets of each joint along a piece.
 
     Attributes:
-        s: length of the way, cm, (n,).
+        s: arc length along the path, cm, (n,).
         q: (n, joints), rad.
     """
 

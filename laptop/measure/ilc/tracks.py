@@ -30,7 +30,7 @@ plan's time that counts as none, s."""
 class PieceTrack:
     """Track of the tip as it was seen on a piece.
 
-    s       length of the way that was to be done by then, (n,), cm
+    s       arc length along the path that was planned by then, (n,), cm
     p       where the tip was, (n, 2), cm
     stands  -1 before it began to move, 1 after it has landed at the end, 0 between, (n,)
     """
