@@ -175,8 +175,8 @@ class RobotArm(object):
             motions: Trajectories or JointMoves; each starts where the one before ends.
             settle: maximum time of the correction after each, s.
             on_tick: called in every control tick, right after the encoders were read, with the
-                time (s) and the links' angles as observed (rad), with the backlash where it is
-                known.  If it returns STOP or raises, the motions end, all motors held.
+                time (s) and the links' observed angles (rad), which allow for known backlash.  If
+                it returns STOP or raises, the motions end, all motors held.
 
         Raises:
             Stalled, TooSlow, MotorNotFound: after stopping.
@@ -355,6 +355,7 @@ class RobotArm(object):
 
     def _halt(self):
         # type: () -> Optional[Exception]
+        """Stop and hold every motor; return the first error of one without answer, or None."""
         self._standing = True
         return self.motors.halt()
 

@@ -198,6 +198,7 @@ class ArmMotors(object):
 
     def _check_pen(self):
         # type: () -> None
+        """Raise PenDisplaced if a held pen has been turned."""
         if self.pen and self._pen_held_at is not None:
             offset = self.pen.angle() - self._pen_held_at
             if abs(offset) > MAX_PEN_OFFSET:

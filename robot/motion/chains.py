@@ -60,6 +60,7 @@ def _link_ends(joints, q, x, y):
 
 def _planar_positions(arm, q):
     # type: (Arm, Pose) -> List[Tuple[float, float]]
+    """Return (x, y) of every joint and the tip, cm."""
     return _link_ends(arm.joints, q, 0.0, 0.0)
 
 
@@ -82,11 +83,13 @@ def _planar_jacobian(arm, q):
 
 def _planar_pull(q, moments):
     # type: (Pose, Vector) -> List[float]
+    """Return zeros: gravity does not turn upright axes."""
     return [0.0] * len(q)
 
 
 def _planar_solutions(arm, p, near):
     # type: (Arm, Point, Optional[Pose]) -> Solutions
+    """Return the pose of each branch, rad, with the tip at p (cm)."""
     return {branch: [pose] for branch, pose in _bend_to(arm, p, p).items()}
 
 
@@ -100,7 +103,7 @@ def _bend_to(arm, point, p):
         tan^2 (beta/2) = ((a + b)^2 - d^2) / (d^2 - (a - b)^2)
 
     The second form is the half-angle formula.  Its factors keep all digits at full reach and at the
-    hole, where acos, with an infinite slope, loses half of them (Kahan, 2000, for triangles).
+    hole.  There acos has an infinite slope and loses half of them (Kahan, 2000, for triangles).
 
     Args:
         arm: shared.arm_description.Arm.
@@ -134,11 +137,13 @@ def _bend_to(arm, point, p):
 
 def _planar_singularity(arm, q):
     # type: (Arm, Pose) -> float
+    """Return |sin q2|, see kinematics.singularity."""
     return abs(math.sin(q[1]))
 
 
 def _planar_scale(arm, q):
     # type: (Arm, Pose) -> float
+    """Return the path length over which the joint angles bend, cm."""
     return 0.5 * reach(arm)[1] * math.sin(q[1]) ** 2
 
 
@@ -154,6 +159,7 @@ def _spatial_profile(arm, q):
 
 def _spatial_positions(arm, q):
     # type: (Arm, Pose) -> List[Tuple[float, float, float]]
+    """Return (x, y, z) of every joint and the tip, cm."""
     ahead, aside = math.cos(q[0]), math.sin(q[0])
     return [(out * ahead, out * aside, height) for out, height in _spatial_profile(arm, q)]
 
@@ -173,6 +179,7 @@ def _spatial_jacobian(arm, q):
 
 def _spatial_pull(q, moments):
     # type: (Pose, Vector) -> List[float]
+    """Return the torque of gravity on each joint, in the unit of `moments`."""
     torques, heading = [0.0], 0.0
     for k in range(1, len(q)):
         heading += q[k]
@@ -209,11 +216,13 @@ def _spatial_out(arm, q):
 
 def _spatial_singularity(arm, q):
     # type: (Arm, Pose) -> float
+    """Return |sin q2| times the share of the reach, see kinematics.singularity."""
     return abs(math.sin(q[2]) * _spatial_out(arm, q)) / reach(arm)[1]
 
 
 def _spatial_scale(arm, q):
     # type: (Arm, Pose) -> float
+    """Return the path length over which the joint angles bend, cm."""
     return min(0.5 * reach(arm)[1] * math.sin(q[2]) ** 2, abs(_spatial_out(arm, q)))
 
 

@@ -84,6 +84,7 @@ class Checked(object):
 
     def _problem(self, devices):
         # type: (Dict[str, str]) -> Optional[str]
+        """Return why the stored confirmation is void, or None if it holds."""
         try:
             known = read_json(self.file)
             then, before = known["arm"], known["motors"]

@@ -383,6 +383,7 @@ class ControlLoop(object):
 
 def _out_of_bounds(axis, angle, speed):
     # type: (Axis, float, float) -> OutOfBounds
+    """Return the error for a set-point of `angle` (rad) and `speed` (rad/s)."""
     return OutOfBounds(
         "the {} was to be at {:.1f} deg and {:.0f} deg/s, and its bounds are {:.1f} to {:.1f} deg "
         "and {:.0f} deg/s: the motion was ended; ask for less".format(

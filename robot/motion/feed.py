@@ -93,6 +93,7 @@ class FeedOverride(object):
 
     def _begin(self, plan):
         # type: (BacklashCompensation) -> None
+        """Begin a plan at the present rate."""
         self._plan = plan
         self.before = plan.before
         self._t0 = self._t1 = self._tau0 = self._tau1 = -plan.before
@@ -147,6 +148,7 @@ class FeedOverride(object):
 
     def _tau(self, t):
         # type: (float) -> float
+        """Return the plan's own time (s) at the loop's time `t` (s)."""
         if t >= self._t1:
             return self._tau1 + self._r1 * (t - self._t1)
         dt = t - self._t0
@@ -154,6 +156,7 @@ class FeedOverride(object):
 
     def _rate(self, t):
         # type: (float) -> float
+        """Return the rate at the loop's time `t` (s), 0 .. 1."""
         return self._r1 if t >= self._t1 else self._r0 + self._slope * (t - self._t0)
 
     def at(self, t):

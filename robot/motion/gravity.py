@@ -54,6 +54,7 @@ class Gravity(object):
 
     def _pull(self, q):
         # type: (Pose) -> List[float]
+        """Return the torque on each joint at `q` (rad), Nm."""
         return kinematics.pull(self._arm, q, self._moments)
 
     def preload_sides(self, q):

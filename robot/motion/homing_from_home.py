@@ -51,8 +51,8 @@ SIGNS = {"lower": -1, "upper": 1}
 """Signs of the directions to the stops, by side."""
 
 SENSOR_TOUCHES, BACK_OFF, MAX_SENSOR_SPREAD = 3, math.radians(5), math.radians(1)
-"""Number of touches of a sensor, distance that a joint leaves it in between, rad, and maximum
-spread of the angles at which it closes, rad."""
+"""Number of touches of a sensor, distance of the retreat in between, rad, and maximum spread of the
+angles at which it closes, rad."""
 
 
 def find_zero(arm, report):
@@ -103,6 +103,7 @@ def _go(arm, k, end, speed, on_tick=None):
 
 def _by_stops(arm, k, report):
     # type: (RobotArm, int, ReportLine) -> Found
+    """Set the zero of joint `k` by its stops; return a Found."""
     motor, joint = arm.joints[k], arm.description.joints[k]
     put = motor.zero
     ends, seen, spread = {}, {}, 0  # type: Dict[str, float], Seen, float
@@ -237,6 +238,7 @@ def _fits(joint, seen, expected):
 
 def _by_sensor(arm, k, report):
     # type: (RobotArm, int, ReportLine) -> Found
+    """Set the zero of joint `k` by its touch sensor; return a Found."""
     motor, joint = arm.joints[k], arm.description.joints[k]
     is_pressed, touch_at = _sensor(joint), joint.touch_at
     assert touch_at is not None  # or the arm's file would not have it touched

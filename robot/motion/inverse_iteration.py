@@ -108,6 +108,7 @@ def broyden_inverse(arm, p, q0, tolerance=1e-6, max_iterations=100, max_step=0.5
 
 def _iterate(arm, p, q0, update, tolerance, max_iterations, max_step):
     # type: (Arm, Point, Pose, JacobianUpdate, float, int, float) -> Solution
+    """Iterate from q0 with J updated by `update`; see newton_inverse."""
     check_point(arm, p)
     check_pose(arm, q0)
     q = tuple(q0)
@@ -169,10 +170,12 @@ def _escape_steps(arm, J, radius):
 
 def _added(q, dq):
     # type: (Pose, Vector) -> FixedPose
+    """Return q + dq, rad."""
     return tuple(angle + d for angle, d in zip(q, dq))
 
 
 def _clamped(dq, radius):
     # type: (List[float], float) -> List[float]
+    """Return dq (rad), scaled so that no joint changes by more than `radius`."""
     greatest = max(map(abs, dq))
     return [d * radius / greatest for d in dq] if greatest > radius else dq

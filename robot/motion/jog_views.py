@@ -1,15 +1,15 @@
 """Identification of the motors by the tip's motion in a camera's image at each jog.  Pure.
 
-The camera looks from above.  It sees the tip, and beside the axle of the first joint that turns
-about an upright axis (the shoulder, in space the base) a marker that lies to the left of the arm.
+The camera looks from above.  It sees the tip, and a marker to the left of the arm.  That lies
+beside the axle of the first joint with an upright axis: the shoulder, in space the base.
 
     place   a point of the image as a complex number, px: right, and upwards
     lever   lambda with (tip - axle) = lambda (tip - marker), complex, without unit
 
-A turn by the angle a about the axle moves the tip along a chord c = 2 i sin(a/2) r, with r from the
-axle to the middle of the arc.  So lambda = c / (2 i sin(a/2)) / (m - marker), with m the middle of
-the chord.  Its size shows which joint has turned, the sign of its real part which way; the marker's
-bearing gives it an angle to the left, in a mirrored picture to the right.
+A turn by the angle a about the axle moves the tip along a chord c = 2 i sin(a/2) r.  Here r goes
+from the axle to the middle of the arc.  So lambda = c / (2 i sin(a/2)) / (m - marker), with m the
+middle of the chord.  Its size shows which joint has turned, the sign of its real part which way.
+The marker's bearing gives it an angle to the left, in a mirrored picture to the right.
 """
 
 import cmath

@@ -61,4 +61,5 @@ def go_and_settle(motors, q, q_before, clock, check):
 
 def _stalled(motor, counts):
     # type: (Motor, float) -> Stalled
+    """Return the error for a motor that is `counts` short of its target."""
     return Stalled(motor, "{:.0f} counts are missing".format(abs(counts)))

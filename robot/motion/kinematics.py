@@ -257,6 +257,7 @@ def turned_into_limits(arm, p, q):
 
 def _elbows(arm):
     # type: (Arm) -> Tuple[str, str]
+    """Return the branches, the arm's preferred one first."""
     return ("up", "down") if arm.elbow == "up" else ("down", "up")
 
 
@@ -268,6 +269,7 @@ def _within_limits(arm, q):
 
 def _turned(joint, angle):
     # type: (Joint, float) -> List[float]
+    """Return the angles (rad) within the limits of a joint that differ by full turns."""
     first = math.ceil((joint.lower - LIMIT_SLACK - angle) / TURN)
     last = math.floor((joint.upper + LIMIT_SLACK - angle) / TURN)
     return [min(max(angle + k * TURN, joint.lower), joint.upper) for k in range(first, last + 1)]

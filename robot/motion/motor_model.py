@@ -62,9 +62,10 @@ class StallDetector(object):
     """A detector of joints that do not turn as they are driven, by missing counts.
 
     From the last count on it predicts the least travel of the joint, with more friction than is
-    known.  Where that is well past the encoder's interval, or where the joint was pushed for long
-    with somewhat more than its known friction, it is blocked or its encoder is dead; no signal of
-    the motor distinguishes these two.
+    known.  If that is well past the encoder's interval, the joint is blocked or its encoder is
+    dead; no signal of the motor distinguishes these two.  The same holds for a joint that was
+    pushed for long with somewhat more than its known friction.  The obvious test, no count for a
+    fixed time, would fail a slow joint, and notice a fast one too late.
 
     Args:
         model: MotorModel.

@@ -3,7 +3,7 @@
 Each joint goes to its aim as fast as its limits of speed and acceleration allow, without overshoot;
 a moving aim it meets at the aim's speed.  A new aim replaces the rest of the trajectory, from the
 present angle and speed on, so that position and speed stay continuous.  A spline through old and
-new aims would need the new one in advance; a low-pass filter would lag, and exceed the limits.
+new aims would need the new one in advance; a low-pass filter would lag, and knows no limits.
 
 The joints are not coordinated: the tip reaches a moving aim sooner, but not on a straight line.  A
 straight one comes from knots.  At a reversal a joint stands while its motor crosses the backlash,
@@ -314,6 +314,7 @@ class OnlineTrajectory(object):
 
     def _update_rests(self):
         # type: () -> None
+        """Copy the times at which the joints come to rest, s."""
         self.rests_from = [joint.rests_from for joint in self._joints]
 
     def steer(self, t, aim, last=False):

@@ -96,6 +96,7 @@ class LoopTiming(object):
 
     def _choose(self, computing):
         # type: (float) -> None
+        """Choose period, delay, lead and rate by the mean computing time of a tick, s."""
         wanted = PERIOD_MARGIN * computing
         self.period = min(max(wanted, MIN_PERIOD), MAX_PERIOD)
         self.delay = max(self.period, computing) / 2 + READ_SHARE * computing

@@ -71,6 +71,7 @@ def _checked(points, fewest, what):
 
 def _numbers(point):
     # type: (Point) -> str
+    """Return a point as text for people."""
     return ", ".join("{:g}".format(value) for value in point)
 
 

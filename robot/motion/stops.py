@@ -49,8 +49,8 @@ PUSH_STIFFNESS = 0.02
 """Gain of the motor's driver on the approach, % per deg/s: for one force, the softer the faster."""
 
 BACK_OFF, BACK_OFF_SPEED, MIN_BACK_OFF = (math.radians(x) for x in (6, 60, 4))
-"""Distance by which a joint leaves its stop between two touches, rad, its speed, rad/s, and the
-distance that is enough for a stiff joint, rad."""
+"""Distance of the retreat from a stop between two touches, rad, its speed, rad/s, and the distance
+that is enough for a stiff joint, rad."""
 
 STOP_TIMEOUT = 60.0
 """Maximum time of a joint to its stop, s."""

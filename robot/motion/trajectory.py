@@ -46,9 +46,9 @@ class Trajectory(object):
         times: of the knots, s, from 0 on.
         segments: from each knot to the next (v, a, cubics, across): the tip's speed at the first
             one (cm/s) and its acceleration (cm/s^2); per joint the coefficients of its angle (rad)
-            by the path length from there (cm), from the constant one on; and J^T t, whose inner
-            product with joint errors (rad) is their part along the path's tangent t (cm), or None
-            where the arm is nearly singular.
+            by the path length from there (cm), from the constant one on; and J^T t, None where the
+            arm is nearly singular.  The inner product of J^T t and joint errors (rad) is their
+            part along the path's tangent t (cm).
         end: joint angles at the last knot, rad.
         turning: segments whose reversals count in place of those of `segments`: of the plan that
             `segments` correct.  A correction then does not move a crossing of the backlash.
@@ -126,6 +126,7 @@ class Trajectory(object):
 
     def _turns(self, segments):
         # type: (Sequence[Segment]) -> Tuple[Tuple[int, ...], Tuple[Tuple[float, ...], ...]]
+        """Return per joint the sign of its first motion, and the times of its reversals, s."""
         directions, reversals = [], []
         for j in range(len(self.end)):
             first, sign, turns = 0, 0, []

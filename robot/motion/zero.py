@@ -183,6 +183,7 @@ class Zero(object):
 
     def _not_read(self, why):
         # type: (object) -> NotHomed
+        """Return the error for a file that cannot be used, for the reason `why`."""
         return NotHomed("{} {}, so the zero is unknown{}".format(self.file, why, ADVICE))
 
     def check_angles(self, angles, pen=None):
@@ -265,6 +266,7 @@ class Zero(object):
 
     def _not_saved(self, error):
         # type: (OSError) -> StateNotSaved
+        """Return the error for a file that cannot be written."""
         return StateNotSaved(
             "cannot write {}: {}; make room or set BRICKSERVO_STATE to another folder".format(
                 self.file, error.strerror
