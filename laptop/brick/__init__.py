@@ -1,6 +1,16 @@
-"""A real brick by one command each: found, given the program, run and diagnosed, over ssh.
+"""A real brick over ssh: found, given the program, run and diagnosed, by one command each.
 
-Rule: only here is ssh known, and only `finding` looks for bricks on the network.
+In go a brick's name or address, and files; out come what its programs print, and their exit status.
+Rule: only here is ssh known, and only `finding` looks for bricks on the network. Begin with
+`connection`, then `answers`.
+
+choosing, finding       the brick that a command is for, and bricks on the network
+connection, known_hosts, login_key   a connection by ssh, whom it trusts, how it logs in
+answers, remote_files   commands and single files, bounded in time and size
+program_files, install  the program for the brick, and its installation
+running, terminal, run_log   a program on a terminal there, and the log of it here
+jobs, touching          drawings that the brick draws alone, points touched with its arm
+diagnosis, transfers    facts of a brick, judged; arms, logs and figures, there and back
 """
 
 from shared.arm_description import ArmError
@@ -8,10 +18,10 @@ from shared.message_fields import printable
 from shared.state import laptop_program
 
 COMMAND = f"{laptop_program()} brick"
-"""The words by which people type a command for the brick, in front of its name."""
+"""Beginning of a command line for the brick, before the command's name."""
 
-MOST_TEXT = 1000
-"""Letters of a problem."""
+MAX_TEXT = 1000
+"""Greatest length of a problem's text, characters."""
 
 
 class BrickProblem(ArmError):
@@ -25,5 +35,5 @@ class BrickProblem(ArmError):
 
     def __init__(self, text: str, status: int = 1) -> None:
         shown = printable(text)
-        super().__init__(shown if len(shown) <= MOST_TEXT else shown[: MOST_TEXT - 3] + "...")
+        super().__init__(shown if len(shown) <= MAX_TEXT else shown[: MAX_TEXT - 3] + "...")
         self.status = status

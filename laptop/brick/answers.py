@@ -1,4 +1,9 @@
-"""What a brick answers to a command: in bounded time and size, whatever is there instead of one."""
+"""Answers of a brick to commands, in bounded time and size, whatever is there instead of a brick.
+
+Three bounds hold, for one alone leaves a way to wait for ever. The silence is bounded: a program
+there that hangs. The whole time is: one that sends a byte now and then. And the size is: one that
+sends without end. Sending counts as a sign of life, too, since a slow card is busy with it.
+"""
 
 from __future__ import annotations
 
@@ -11,24 +16,31 @@ import asyncssh
 
 T = TypeVar("T")
 
-SILENCE = 30.0
-"""For so long a brick may say no word, and take none, where an answer is due, s."""
-LONGEST = 600.0
-"""For so long an answer may come, s: files go both ways in it."""
-MOST_ANSWER, KEPT_ERRORS = 1 << 20, 1 << 16
-"""Bytes of an answer, and of its errors those that are kept."""
-MOST_LINE = 1 << 16
-"""Bytes of a line."""
-CHUNK = 1 << 15
+MAX_SILENCE = 30.0
+"""Longest time in which a brick neither sends nor takes anything where an answer is due, s."""
+MAX_ANSWER_TIME = 600.0
+"""Longest time of an answer, s: files go both ways in it."""
+MAX_ANSWER, MAX_ERRORS = 1 << 20, 1 << 16
+"""Greatest size of an answer, and of what is stored of its errors, bytes."""
+MAX_LINE = 1 << 16
+"""Greatest size of a line, bytes."""
+CHUNK_SIZE = 1 << 15
+"""Size of what is read or written at once, bytes."""
 
 
 class NoAnswer(Exception):
-    """What a brick answers has no end; begins with what is to follow its name."""
+    """A brick's answer does not come to its end; the text follows the brick's name."""
 
 
 @dataclass(frozen=True)
 class Answer:
-    """The end of a command on the brick: exit status, output and errors."""
+    """The end of a command on the brick.
+
+    Args:
+        status: exit status.
+        data: standard output.
+        errors: standard error, as far as it is stored.
+    """
 
     status: int
     data: bytes
@@ -36,16 +48,16 @@ class Answer:
 
     @property
     def out(self) -> str:
-        """The output as text."""
+        """Standard output as text."""
         return self.data.decode(errors="replace")
 
 
 async def within(seconds: float | None, coming: Awaitable[T]) -> T:
-    """Return what comes.
+    """Return the result of an awaitable.
 
     Args:
-        seconds: in which it has to; None: whenever it will.
-        coming: what is waited for.
+        seconds: timeout, s; None: without.
+        coming: the awaitable.
 
     Raises:
         NoAnswer: it has not come by then.
@@ -60,8 +72,8 @@ async def ask(
     brick: asyncssh.SSHClientConnection,
     command: str,
     given: bytes = b"",
-    most: int = MOST_ANSWER,
-    silence: float = SILENCE,
+    most: int = MAX_ANSWER,
+    silence: float = MAX_SILENCE,
 ) -> Answer:
     """Run a command and return its Answer.
 
@@ -69,18 +81,18 @@ async def ask(
         brick: the connection.
         command: for the brick's shell, in its home.
         given: bytes for its standard input.
-        most: bytes of its output.
-        silence: for which it may neither take nor say anything, s.
+        most: greatest size of its output, bytes.
+        silence: longest time in which it neither takes nor sends anything, s.
 
     Raises:
         asyncssh.ConnectionLost: it has not come to its end.
-        NoAnswer: it goes on without a word, or for ever.
+        NoAnswer: it is silent for too long, takes too long, or sends too much.
     """
     return await _Asked(brick, command, given, most, silence).answer()
 
 
 class _Asked:
-    """A command on the brick that is being answered; it knows when anything was heard last."""
+    """A command on the brick that is being answered; see `ask` for its arguments."""
 
     def __init__(
         self,
@@ -93,7 +105,7 @@ class _Asked:
         self._brick, self._command = brick, command
         self._given, self._most, self._silence = given, most, silence
         self._now = asyncio.get_running_loop().time
-        self._began = self._heard = self._now()
+        self._began = self._active_at = self._now()
 
     async def answer(self) -> Answer:
         """Return its answer, or raise where it takes too long, see `ask`."""
@@ -101,9 +113,9 @@ class _Asked:
         coming = asyncio.ensure_future(self._run())
         try:
             while not coming.done():
-                left = min(self._heard + self._silence, self._began + LONGEST) - now()
+                left = min(self._active_at + self._silence, self._began + MAX_ANSWER_TIME) - now()
                 if left <= 0:
-                    is_silent = now() - self._heard >= self._silence
+                    is_silent = now() - self._active_at >= self._silence
                     raise _silent(self._silence) if is_silent else _slow()
                 await asyncio.wait({coming}, timeout=left)
             return coming.result()
@@ -116,8 +128,8 @@ class _Asked:
         parts = [
             asyncio.ensure_future(part)
             for part in (
-                self._hear(process.stdout, self._most, self._most),
-                self._hear(process.stderr, self._most, KEPT_ERRORS),
+                self._receive(process.stdout, self._most, self._most),
+                self._receive(process.stderr, self._most, MAX_ERRORS),
                 self._send(process),
             )
         ]
@@ -134,48 +146,49 @@ class _Asked:
 
     async def _send(self, process: asyncssh.SSHClientProcess[bytes]) -> bytes:
         try:
-            for k in range(0, len(self._given), CHUNK):
-                process.stdin.write(self._given[k : k + CHUNK])
+            for k in range(0, len(self._given), CHUNK_SIZE):
+                process.stdin.write(self._given[k : k + CHUNK_SIZE])
                 await process.stdin.drain()
-                self._heard = self._now()
+                self._active_at = self._now()
             process.stdin.write_eof()
         except (BrokenPipeError, ConnectionResetError):
-            pass  # it has ended without hearing all of it: its status says why
+            pass  # it has ended without reading all of it: its status says why
         return b""
 
-    async def _hear(self, stream: Any, most: int, kept: int) -> bytes:
+    async def _receive(self, stream: Any, most: int, stored: int) -> bytes:
+        """Return the first `stored` bytes of a stream that may have `most`."""
         data, total = bytearray(), 0
-        while more := await stream.read(CHUNK):
-            self._heard = self._now()
+        while more := await stream.read(CHUNK_SIZE):
+            self._active_at = self._now()
             total += len(more)
             if total > most:
                 raise _endless(most)
-            data += more[: kept - len(data)]
+            data += more[: stored - len(data)]
         return bytes(data)
 
 
 async def lines(
-    stream: Any, most: int | None = MOST_ANSWER, silence: float | None = SILENCE
+    stream: Any, most: int | None = MAX_ANSWER, silence: float | None = MAX_SILENCE
 ) -> AsyncIterator[str]:
     """Yield the lines that come, without their ends.
 
     Args:
         stream: of bytes, such as the standard output of a process there.
-        most: bytes of them all; None: as many as will come.
-        silence: for which nothing may come, s; None: as long as it likes.
+        most: greatest size of all lines, bytes; None: unbounded.
+        silence: longest time in which nothing comes, s; None: unbounded.
 
     Raises:
-        NoAnswer: one, or all of them, are longer than that, or nothing comes.
+        NoAnswer: a line, or all of them, are too long, or nothing comes.
     """
     rest, total = b"", 0
-    while data := await within(silence, stream.read(CHUNK)):
+    while data := await within(silence, stream.read(CHUNK_SIZE)):
         total += len(data)
-        *whole, rest = (rest + data).split(b"\n")
-        if len(rest) > MOST_LINE:
-            raise _endless(MOST_LINE)
+        *complete, rest = (rest + data).split(b"\n")
+        if len(rest) > MAX_LINE:
+            raise _endless(MAX_LINE)
         if most is not None and total > most:
             raise _endless(most)
-        for line in whole:
+        for line in complete:
             yield line.decode(errors="replace")
     if rest:
         yield rest.decode(errors="replace")
@@ -197,6 +210,6 @@ def _endless(most: int) -> NoAnswer:
 
 def _slow() -> NoAnswer:
     return NoAnswer(
-        f"has taken {LONGEST / 60:g} minutes for one answer, and has not come to its end; is the "
-        "network so slow? Come nearer, or take a cable"
+        f"has taken {MAX_ANSWER_TIME / 60:g} minutes for one answer, and has not come to its end; "
+        "is the network so slow? Come nearer, or take a cable"
     )

@@ -1,4 +1,4 @@
-"""Which brick a command is for: the one that is named, or the last one."""
+"""Choice of the brick that a command is for: the one that is named, or the last one."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ def _file() -> Path:
 
 
 def last_brick() -> BrickAddress | None:
-    """Return the brick of the last command, if one is remembered.
+    """Return the brick of the last command, if one is stored.
 
     Raises:
-        BrickProblem: what is remembered cannot be read.
+        BrickProblem: the file of it cannot be read.
     """
     try:
         return read_address(read_text(str(_file())).strip())
@@ -44,6 +44,10 @@ async def choose(name: str | None, dialogue: Dialogue) -> BrickAddress:
     A bare name is one that a brick announces; without a name it is the last one, else the only one
     that is there.
 
+    Args:
+        name: a bare name, or as connection.read_address reads it; None: none was typed.
+        dialogue: with who has typed it.
+
     Raises:
         BrickProblem: nobody can say which one that is.
     """
@@ -55,9 +59,9 @@ async def choose(name: str | None, dialogue: Dialogue) -> BrickAddress:
     found = await finding.find()
     if wanted is None:
         if not found:
-            raise BrickProblem(finding.NOBODY)
+            raise BrickProblem(finding.NO_BRICK)
         if len(found) > 1:
-            finding.show(found, None, dialogue.say)
+            finding.report(found, None, dialogue.say)
             raise BrickProblem(
                 f"{len(found)} bricks are there; say which one: --brick NAME, or its address"
             )
@@ -76,7 +80,7 @@ def _is_bare(host: str) -> bool:
 
 
 def remember(address: BrickAddress, dialogue: Dialogue) -> None:
-    """Keep it as the last one; where that cannot be, say so."""
+    """Store an address as that of the last brick; where that cannot be, say so."""
     spoilt = None
     try:
         if last_brick() == address:
@@ -96,6 +100,11 @@ def remember(address: BrickAddress, dialogue: Dialogue) -> None:
 
 def forget(name: str | None, dialogue: Dialogue, known: KnownHosts | None = None) -> None:
     """Remove the keys of a brick, and that it was the last one.
+
+    Args:
+        name: as for `choose`.
+        dialogue: with who has typed it.
+        known: keys of hosts; those of this user's ssh if None.
 
     Raises:
         BrickProblem: no brick is named or remembered, or the file of keys cannot be written.

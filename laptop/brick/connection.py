@@ -1,4 +1,10 @@
-"""One connection to a brick by ssh: whom to trust, how to log in, what can go wrong, in words."""
+"""One connection to a brick by ssh: whom to trust, how to log in, and problems in words.
+
+A host key that is met for the first time is trusted and stored, and another one later is refused
+(trust on first use, as OpenSSH's StrictHostKeyChecking=accept-new). A brick has no certificate, and
+to compare fingerprints by hand is what nobody does; whoever is between at the first contact only
+can be noticed later.
+"""
 
 from __future__ import annotations
 
@@ -19,27 +25,27 @@ from laptop.brick.known_hosts import DEFAULT_PORT, KnownHosts
 from shared.message_fields import printable
 
 USER, PASSWORD = "robot", "maker"
-"""Of every card with ev3dev, unless somebody has changed them."""
+"""Account and password of every card with ev3dev, unless somebody has changed them."""
 
 CONNECT_TIMEOUT = 10.0
-"""Time in which a brick takes a connection, s."""
+"""Longest time until a brick takes a connection, s."""
 LOGIN_TIMEOUT = 90.0
-"""Time from there until somebody is logged in, s: a brick is slow, and a password is typed."""
+"""Longest time from there until the login, s: a brick is slow, and a password is typed."""
 KEEPALIVE_PERIOD, KEEPALIVE_COUNT = 5.0, 4
-"""Period (s) of what asks a silent brick whether it is there, and how often it may stay silent."""
+"""Period of requests to a silent brick, s, and number of them without a reply that end it."""
 
 GOODBYE_TIMEOUT = 5.0
-"""Time in which a connection is closed in order, s; then it is cut."""
+"""Longest time of closing a connection in order, s; then it is cut."""
 
-MOST_QUESTIONS = 3
-"""How often somebody is asked for the password."""
+MAX_QUESTIONS = 3
+"""Greatest number of questions for the password."""
 
 CUT = (asyncssh.ConnectionLost, BrokenPipeError, ConnectionResetError)
 """Exceptions of a connection that has ended without a word."""
 
 
 class NobodyReads(Exception):
-    """What is shown here goes nowhere: not the connection, but this command's output is closed."""
+    """This command's output is closed, and not the connection."""
 
 
 @contextlib.contextmanager
@@ -57,11 +63,11 @@ def shown_here() -> Iterator[None]:
 
 @dataclass(frozen=True)
 class BrickAddress:
-    """The way to one brick.
+    """The address of one brick.
 
     Args:
-        host: name or address.
-        port: of its ssh.
+        host: name or IP address.
+        port: TCP port of its ssh.
         user: the account there.
     """
 
@@ -76,7 +82,7 @@ class BrickAddress:
 
 
 def read_address(text: str) -> BrickAddress:
-    """Read `[USER@]HOST[:PORT]`; an address of IPv6 with a port stands in brackets.
+    """Return the address of `[USER@]HOST[:PORT]`; one of IPv6 with a port stands in brackets.
 
     Raises:
         BrickProblem: it is something else.
@@ -111,16 +117,16 @@ class Dialogue:
     """The person who has typed a command.
 
     Args:
-        show: shows a line.
-        ask_password: asks for a password and returns it, or None to stop; None where nobody is
-            there to ask.
+        show: called with a line to print.
+        ask_password: called with a question for a password; returns it, or None to stop. None
+            where nobody is there to ask.
     """
 
     show: Callable[[str], None]
     ask_password: Callable[[str], str | None] | None = None
 
     def say(self, line: str) -> None:
-        """Show a line, whatever of it the brick has said."""
+        """Print a line, made printable whatever of it the brick has sent."""
         self.show(printable(line))
 
 
@@ -131,7 +137,12 @@ async def connected(
     """Be connected to a brick, and logged in, for an `async with` block.
 
     Keys, agent and configuration are those of this user's ssh. A host key that is met for the first
-    time is shown and remembered, and one that has changed is refused.
+    time is printed and stored, and one that has changed is refused.
+
+    Args:
+        address: the brick's.
+        dialogue: with who has typed the command.
+        known: keys of hosts; those of this user's ssh if None.
 
     Raises:
         BrickProblem: it is not to be reached, is another one, lets nobody in or goes away, then or
@@ -216,7 +227,7 @@ async def _reach(address: BrickAddress) -> socket.socket:
 
 
 def unreached(address: BrickAddress, error: Exception) -> str:
-    """Say why nobody takes a connection."""
+    """Return why nobody takes a connection, for people."""
     if isinstance(error, ConnectionRefusedError):
         return (
             f"{address} is there, but takes no ssh at port {address.port}; if it has just been "
@@ -227,7 +238,7 @@ def unreached(address: BrickAddress, error: Exception) -> str:
             f"{address} does not answer within {CONNECT_TIMEOUT:g} s; is the brick on, and that "
             "its address? It stands on its screen"
         )
-    # (Of asyncio's own words the number alone says why.)
+    # (Of asyncio's own text the number alone says why.)
     why = os.strerror(error.errno) if isinstance(error, OSError) and error.errno else str(error)
     return (
         f"there is no way to {address}: {why}; "
@@ -254,14 +265,14 @@ class _Login(asyncssh.SSHClient):
     def validate_host_public_key(
         self, host: str, addr: str, port: int, key: asyncssh.SSHKey
     ) -> bool:
-        """Take a key that is not known, if none is known of this host."""
+        """Accept a key that is not known, if none is known of this host."""
         self._new = key
         if not self._before:
             self._dialogue.say(f"first contact with {self._address}: its key is {fingerprint(key)}")
         return not self._before
 
     def remember(self) -> None:
-        """Keep the key that was met for the first time."""
+        """Store the key that was met for the first time."""
         if self._new is None or self._before:
             return
         try:
@@ -278,7 +289,7 @@ class _Login(asyncssh.SSHClient):
             self._tried_usual = True
             self._dialogue.say("no ssh key lets in: trying ev3dev's usual password")
             return PASSWORD
-        if self._dialogue.ask_password is None or self._given_up or self._asked == MOST_QUESTIONS:
+        if self._dialogue.ask_password is None or self._given_up or self._asked == MAX_QUESTIONS:
             return None
         if self._asked:
             self._dialogue.say("that was a wrong password")
@@ -288,7 +299,7 @@ class _Login(asyncssh.SSHClient):
         return password
 
     def problem(self, error: Exception) -> BrickProblem:
-        """Say why no connection has come about."""
+        """Return why no connection has come about, as a BrickProblem."""
         if self._new is not None and self._before:
             return BrickProblem(self._changed(f"this one has {fingerprint(self._new)}"))
         if isinstance(error, asyncssh.KeyExchangeFailed) and self._before:
@@ -335,7 +346,7 @@ class _Login(asyncssh.SSHClient):
 
 
 def another_brick(address: BrickAddress, before: str, now: str) -> str:
-    """Say that a brick has another key than before; `now` says which."""
+    """Return, for people, that a brick has another key than `before`; `now` says which."""
     return (
         f"{address} is not the brick of that name that was met before: its key was {before}, "
         f"{now}. If you know why (another brick, or a new card), type {COMMAND} forget --brick "
@@ -344,5 +355,5 @@ def another_brick(address: BrickAddress, before: str, now: str) -> str:
 
 
 def fingerprint(key: asyncssh.SSHKey) -> str:
-    """Return what people compare of a key."""
+    """Return the fingerprint of a key, which people compare."""
     return str(key.get_fingerprint())

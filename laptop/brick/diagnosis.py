@@ -1,4 +1,4 @@
-"""What a brick tells of itself, judged: each line is fine, or says what to do."""
+"""Facts that a brick reports of itself, judged: each line is fine, or says what to do."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import Any
 import asyncssh
 
 from laptop.brick import COMMAND, BrickProblem
-from laptop.brick.answers import SILENCE, ask, lines, within
+from laptop.brick.answers import MAX_SILENCE, ask, lines, within
 from laptop.brick.connection import BrickAddress, Dialogue
 from laptop.brick.install import ASK, parse_installed
 from laptop.brick.program_files import program_files, version_of
@@ -22,25 +22,26 @@ from shared.message_fields import printable
 from shared.small_files import InvalidFile, parse_json
 
 OLDEST_PYTHON, OLDEST_LIBRARY = (3, 5), (2, 1)
-"""Versions that the program is made for."""
+"""Oldest versions of Python and python-ev3dev2 that the program is made for."""
 CARD = "write the card anew with the last ev3dev-stretch of ev3dev.org"
 
 MIN_MEMORY, MIN_ROOM = 8.0, 20.0
-"""What should be left of memory and card, MB."""
+"""Least memory, and least room on the card, that should be left, MB."""
 MAX_LOAD = 1.5
-"""Programs that want a core at the same time, above which motions are late."""
+"""Greatest number of programs that want a core at the same time; with more, motions are late."""
 MIN_BATTERY = 6.5
-"""V, at which ev3dev warns of a rechargeable battery, too."""
+"""Least voltage of the battery, V: there ev3dev warns of a rechargeable one, too."""
 MAX_CLOCK_ERROR = 86400.0
-"""Error of the clock from which dates of files mislead, s."""
+"""Greatest error of the clock, s; beyond, dates of files mislead."""
 MAX_ROUND_TRIP = 0.05
-"""Of a cable or good radio, s."""
+"""Greatest median round trip of a cable or good radio, s."""
 ROUND_TRIPS = 10
+"""Number of round trips that are measured."""
 
-MOST_TEXT, MOST_ITEMS = 200, 64
-"""Letters of a text that a brick tells, and motors or programs."""
+MAX_TEXT, MAX_ITEMS = 200, 64
+"""Greatest length of a text from a brick, characters, and number of its motors or programs."""
 BY_HAND_TIMEOUT = 60.0
-"""In which motors have been turned by hand, s: doctor.py watches them for half of it."""
+"""Longest time for turning motors by hand, s: doctor.py watches them for half of it."""
 
 
 async def doctor(
@@ -49,7 +50,7 @@ async def doctor(
     dialogue: Dialogue,
     arm: Arm,
     by_hand: bool,
-    tell: Callable[[str], None],
+    say: Callable[[str], None],
 ) -> bool:
     """Say what is found on a brick; return True if all of it is fine.
 
@@ -57,12 +58,12 @@ async def doctor(
         brick: the connection.
         address: the brick's.
         dialogue: with who has asked.
-        arm: what should be plugged in.
+        arm: the arm whose motors should be plugged in.
         by_hand: whether motors are watched while somebody turns them.
-        tell: called with each line.
+        say: called with each line.
 
     Raises:
-        BrickProblem: it cannot tell.
+        BrickProblem: the brick reports no facts.
     """
     findings = [judge_link(await _round_trips(brick))]
     installed = parse_installed((await ask(brick, ASK)).out)
@@ -70,32 +71,30 @@ async def doctor(
     findings.append(judge_program(installed.version, here))
     script = program_files()["robot/doctor.py"].data
     process = await brick.create_process("python3 -" + " --motors" * by_hand, encoding=None)
-    with contextlib.suppress(BrokenPipeError):  # it has ended without hearing it: see below why
+    with contextlib.suppress(BrokenPipeError):  # it has ended without reading it: see below why
         process.stdin.write(script)
         process.stdin.write_eof()
-    told = lines(process.stdout, silence=BY_HAND_TIMEOUT if by_hand else SILENCE)
-    facts = await _facts(process, told)
+    output = lines(process.stdout, silence=BY_HAND_TIMEOUT if by_hand else MAX_SILENCE)
+    facts = await _facts(process, output)
     findings += judge(facts, arm, time.time())
     for finding in findings:
-        tell(str(finding))
+        say(str(finding))
     if by_hand:
-        findings += await within(BY_HAND_TIMEOUT, _by_hand(told, facts, tell))
+        findings += await within(BY_HAND_TIMEOUT, _by_hand(output, facts, say))
     return not any(finding.advice for finding in findings)
 
 
-async def _facts(
-    process: asyncssh.SSHClientProcess[bytes], told: AsyncIterator[str]
-) -> dict[str, Any]:
-    """Return the first line of JSON that doctor.py tells.
+async def _facts(process: asyncssh.SSHClientProcess[bytes], output: AsyncIterator[str]) -> dict[str, Any]:
+    """Return the first line of JSON that doctor.py prints.
 
     Raises:
         BrickProblem: there is none.
     """
-    async for line in told:
+    async for line in output:
         with contextlib.suppress(InvalidFile):
             return parse_json(line)
     errors = [line async for line in lines(process.stderr) if line.strip()]
-    await within(SILENCE, process.wait_closed())
+    await within(MAX_SILENCE, process.wait_closed())
     why = errors[-1].strip() if errors else f"status {process.exit_status}"
     if process.exit_status == 127:
         why = f"there is no python3; {CARD}"
@@ -103,7 +102,7 @@ async def _facts(
 
 
 async def _round_trips(brick: asyncssh.SSHClientConnection) -> list[float]:
-    """Return times (s) from here to the brick and back."""
+    """Return the times of round trips to the brick, s."""
     process = await brick.create_process("cat", encoding=None)
     echoes = lines(process.stdout)
     times = []
@@ -119,7 +118,7 @@ async def _round_trips(brick: asyncssh.SSHClientConnection) -> list[float]:
 
 
 def judge_link(times: Sequence[float]) -> Finding:
-    """Return what is found of the times (s) there and back."""
+    """Return the Finding of round trips, s."""
     middle, worst = statistics.median(times), max(times)
     value = f"there and back in {1000 * middle:.1f} ms, {1000 * worst:.1f} ms at most"
     slow = middle > MAX_ROUND_TRIP
@@ -127,19 +126,19 @@ def judge_link(times: Sequence[float]) -> Finding:
 
 
 def judge_program(there: str, here: str) -> Finding:
-    """Return what is found of the versions there ("" for none) and here."""
+    """Return the Finding of the program's versions there ("" for none) and here."""
     if there == here:
         return Finding("program", f"{there} is there and here")
     return Finding("program", f"{there or 'none'} is there, {here} here", f"type {COMMAND} install")
 
 
 def judge(facts: Mapping[str, Any], arm: Arm, now: float) -> list[Finding]:
-    """Return what is found in the facts of doctor.py.
+    """Return the Findings of the facts of doctor.py.
 
     Args:
-        facts: see there.
-        arm: what should be plugged in.
-        now: time of this computer, s.
+        facts: see FACTS.
+        arm: the arm whose motors should be plugged in.
+        now: time of this computer, s since 1970.
 
     Raises:
         BrickProblem: these are no such facts.
@@ -151,7 +150,7 @@ def judge(facts: Mapping[str, Any], arm: Arm, now: float) -> list[Finding]:
 def _text(value: Any) -> str:
     if not isinstance(value, str):
         raise ValueError("a text")
-    return printable(value)[:MOST_TEXT]
+    return printable(value)[:MAX_TEXT]
 
 
 def _number(low: float, high: float) -> Callable[[Any], float]:
@@ -169,15 +168,13 @@ def _or_none(read: Callable[[Any], Any]) -> Callable[[Any], Any]:
 
 def _programs(value: Any) -> list[tuple[int, str]]:
     try:
-        return [
-            (int(_number(0, 1e9)(number)), _text(words)) for number, words in value[:MOST_ITEMS]
-        ]
+        return [(int(_number(0, 1e9)(number)), _text(line)) for number, line in value[:MAX_ITEMS]]
     except (TypeError, ValueError):
         raise ValueError("a list of programs") from None
 
 
 def _found_motors(value: Any) -> dict[str, dict[str, Any]]:
-    if not isinstance(value, dict) or len(value) > MOST_ITEMS:
+    if not isinstance(value, dict) or len(value) > MAX_ITEMS:
         raise ValueError("a table of motors")
     return {
         _text(port): {"kind": _text(motor["kind"]), "position": int(COUNTS(motor["position"]))}
@@ -186,7 +183,7 @@ def _found_motors(value: Any) -> dict[str, dict[str, Any]]:
 
 
 COUNTS = _number(-(2**31), 2**31)
-"""What a motor may have counted."""
+"""Reader of a motor's counts."""
 
 FACTS: dict[str, Callable[[Any], Any]] = {
     "python": _text,
@@ -204,10 +201,10 @@ FACTS: dict[str, Callable[[Any], Any]] = {
     "motors": _found_motors,
     "problem": _or_none(_text),
 }
-"""What doctor.py tells, and how each of it is read; ValueErrors say what it must be."""
+"""Readers of the facts of doctor.py by name; their ValueErrors say what a fact must be."""
 
 
-def read_facts(told: Mapping[str, Any]) -> dict[str, Any]:
+def read_facts(reported: Mapping[str, Any]) -> dict[str, Any]:
     """Return the facts of doctor.py as they can be relied on.
 
     Raises:
@@ -216,10 +213,10 @@ def read_facts(told: Mapping[str, Any]) -> dict[str, Any]:
     facts = {}
     for name, read in FACTS.items():
         try:
-            facts[name] = read(told[name])
+            facts[name] = read(reported[name])
         except (KeyError, TypeError, ValueError) as error:
-            value = told.get(name)
-            shown = "not told" if name not in told else "of another kind"
+            value = reported.get(name)
+            shown = "not told" if name not in reported else "of another kind"
             if isinstance(value, (str, int, float)):
                 shown = ascii(value)[:40]
             allowed = f"; it must be {error}" if type(error) is ValueError else ""
@@ -245,7 +242,7 @@ def _system(facts: Mapping[str, Any], now: float) -> list[Finding]:
         found.append(Finding("memory", f"{facts['memory']:.0f} MB left", few))
     few = f"little; delete files of yours ({COMMAND} shell)" if facts["room"] < MIN_ROOM else ""
     found.append(Finding("card", f"{facts['room']:.0f} MB left", few))
-    others = ", ".join(f"{words} ({number})" for number, words in facts["others"][:3])
+    others = ", ".join(f"{line} ({number})" for number, line in facts["others"][:3])
     busy = facts["load"] > MAX_LOAD * facts["cores"]
     found.append(
         Finding(
@@ -267,13 +264,13 @@ def _system(facts: Mapping[str, Any], now: float) -> list[Finding]:
         advice = f"dates of files mislead; type {COMMAND} shell, then sudo date -s @{now:.0f}"
     found.append(Finding("clock", _duration(off), advice))
     ends = facts["connection"].split()
-    way = f", at {ends[2]} for {ends[0]}" if len(ends) == 4 else ""
-    found.append(Finding("network", facts["host"] + way))
+    route = f", at {ends[2]} for {ends[0]}" if len(ends) == 4 else ""
+    found.append(Finding("network", facts["host"] + route))
     return found
 
 
 def _motors(facts: Mapping[str, Any], arm: Arm) -> list[Finding]:
-    """Return what is found of each port where a motor is or should be."""
+    """Return the Finding of each port where a motor is or should be."""
     if facts["problem"]:
         return [Finding("motors", facts["problem"], "put python-ev3dev2 right, see above")]
     wanted = {joint.port: (joint.name, joint.motor) for joint in arm.joints}
@@ -297,39 +294,39 @@ def _motors(facts: Mapping[str, Any], arm: Arm) -> list[Finding]:
 
 
 async def _by_hand(
-    heard: AsyncIterator[str], facts: Mapping[str, Any], tell: Callable[[str], None]
+    output: AsyncIterator[str], facts: Mapping[str, Any], say: Callable[[str], None]
 ) -> list[Finding]:
-    """Say which motors count while they are turned by hand; return what is found of each."""
-    tell("now turn each joint by hand, one after the other, within half a minute")
+    """Say which motors count while they are turned by hand; return the Finding of each."""
+    say("now turn each joint by hand, one after the other, within half a minute")
     turned: dict[str, int] = {}
     gone: set[str] = set()
-    async for line in heard:
+    async for line in output:
         try:
-            told = parse_json(line)
-            port = told["port"]
+            reported = parse_json(line)
+            port = reported["port"]
             if port not in facts["motors"]:
                 continue
-            if told.get("gone"):
+            if reported.get("gone"):
                 gone.add(port)
                 continue
-            way = int(COUNTS(told["position"])) - int(COUNTS(told["before"]))
+            counts = int(COUNTS(reported["position"])) - int(COUNTS(reported["before"]))
         except (InvalidFile, ValueError, KeyError, TypeError):
             continue  # what something else there has written
-        turned[port] = turned.get(port, 0) + abs(way)
-        tell(f"  {port} counts {way:+d}")
+        turned[port] = turned.get(port, 0) + abs(counts)
+        say(f"  {port} counts {counts:+d}")
     found = []
     for port in sorted(facts["motors"]):
         found.append(judge_turned(port, turned.get(port), port in gone))
-        tell(str(found[-1]))
+        say(str(found[-1]))
     return found
 
 
 def judge_turned(port: str, counts: int | None, gone: bool = False) -> Finding:
-    """Return what is found of a motor after the time to turn it; None: it has not counted.
+    """Return the Finding of a motor after the time to turn it.
 
     Args:
-        port: where it is.
-        counts: all that it has counted, either way.
+        port: its port, "A" to "D".
+        counts: sum of all that it has counted, in both directions; None: it has not counted.
         gone: whether it came off meanwhile.
     """
     if gone:

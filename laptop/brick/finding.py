@@ -1,4 +1,4 @@
-"""Looking for bricks: what announces itself by mDNS, and who takes ssh on a cable's own network.
+"""Search for bricks: those that announce themselves by mDNS, or take ssh on a cable's own network.
 
 A card with ev3dev announces its `_sftp-ssh._tcp` with its home in a TXT record. Where a computer
 shares its network over a cable, bricks get addresses of 10.42.0.0/24 and the like; there each
@@ -27,24 +27,23 @@ from laptop.brick.connection import BrickAddress, fingerprint
 from laptop.brick.known_hosts import DEFAULT_PORT
 
 SERVICES = "_sftp-ssh._tcp.local.", "_ssh._tcp.local.", "_workstation._tcp.local."
-MARK = b"ev3dev.robot.home"
-"""Key of the record by which ev3dev is told from other computers."""
-NAME = "ev3dev"
+EV3DEV_KEY = b"ev3dev.robot.home"
+"""Key of the TXT record that marks ev3dev among other computers."""
+EV3DEV_NAME = "ev3dev"
 """Part of the name of a brick that nobody has given another name; not all announce the mark."""
 
 SHARED = tuple(map(ipaddress.ip_network, ("10.42.0.0/16", "192.168.137.0/24", "192.168.2.0/24")))
-"""Networks in which Linux, Windows and macOS share theirs over a cable; who shares it is x.x.x.1"""
+"""Networks in which Linux, Windows and macOS share theirs over a cable; the sharer is x.x.x.1."""
 
-MOST_NAMES, MOST_FOUND, MOST_LETTERS = 500, 100, 63
-"""Announcements that are asked, bricks among them, and letters of a name, however many there are.
-"""
+MAX_NAMES, MAX_FOUND, MAX_LETTERS = 500, 100, 63
+"""Greatest number of announcements that are asked, of bricks among them, of letters of a name."""
 
 LISTENING_TIME = 3.0
-"""For so long answers by mDNS are waited for, s."""
+"""Time of listening for answers by mDNS, s."""
 ASKING_TIMEOUT = 1.0
-"""Within which a brick on a cable takes a connection, s."""
+"""Longest time until a brick on a cable takes a connection, s."""
 KEY_TIMEOUT = 20.0
-"""Within which a brick shows its host key, s: a slow computer."""
+"""Longest time until a brick, a slow computer, shows its host key, s."""
 
 
 @dataclass(frozen=True)
@@ -53,8 +52,8 @@ class FoundBrick:
 
     Args:
         name: its own name, without `.local`; "" if it was found by its address alone.
-        address: where it takes ssh.
-        how: it was found.
+        address: address where it takes ssh.
+        how: text of how it was found, for people.
         key: fingerprint of its host key; "" if it has shown none.
     """
 
@@ -87,19 +86,19 @@ async def _announced() -> list[FoundBrick]:
     """Return the bricks that announce themselves."""
     names: dict[str, str] = {}
 
-    def note(
+    def on_change(
         zeroconf: Zeroconf, service_type: str, name: str, state_change: ServiceStateChange
     ) -> None:
-        if state_change is not ServiceStateChange.Removed and len(names) < MOST_NAMES:
+        if state_change is not ServiceStateChange.Removed and len(names) < MAX_NAMES:
             names[name] = service_type
 
     async with AsyncZeroconf() as network:
-        browser = AsyncServiceBrowser(network.zeroconf, list(SERVICES), handlers=[note])
+        browser = AsyncServiceBrowser(network.zeroconf, list(SERVICES), handlers=[on_change])
         await asyncio.sleep(LISTENING_TIME)
         asked = [_ask(network.zeroconf, service, name) for name, service in names.items()]
         found = [brick for answer in await asyncio.gather(*asked) for brick in answer]
         await browser.async_cancel()
-    return found[:MOST_FOUND]
+    return found[:MAX_FOUND]
 
 
 async def _ask(network: Zeroconf, service: str, name: str) -> list[FoundBrick]:
@@ -112,9 +111,9 @@ async def _ask(network: Zeroconf, service: str, name: str) -> list[FoundBrick]:
 
 
 def _bricks(info: Any, service: str) -> list[FoundBrick]:
-    """Return what one announcement says of a brick: one for each of its addresses."""
-    host = (info.server or "").removesuffix(".").removesuffix(".local")[:MOST_LETTERS]
-    if MARK not in info.properties and NAME not in host.lower():
+    """Return the brick of one announcement, once for each of its addresses."""
+    host = (info.server or "").removesuffix(".").removesuffix(".local")[:MAX_LETTERS]
+    if EV3DEV_KEY not in info.properties and EV3DEV_NAME not in host.lower():
         return []
     port = DEFAULT_PORT if service.startswith("_workstation") else info.port or DEFAULT_PORT
     return [
@@ -125,7 +124,7 @@ def _bricks(info: Any, service: str) -> list[FoundBrick]:
 
 
 async def _asked() -> list[FoundBrick]:
-    """Return whoever takes ssh on a network that this computer shares over a cable."""
+    """Return the computers that take ssh on a network that this one shares over a cable."""
     places = list(_neighbours(_own_addresses()))
     takes = await asyncio.gather(*(_takes_ssh(place) for place in places))
     return [
@@ -169,20 +168,20 @@ async def _key(address: BrickAddress) -> str:
 
 
 def _each_once(found: list[FoundBrick]) -> list[FoundBrick]:
-    """Return one of all ways to the same brick, as key and name show: the first, IPv4 before IPv6.
+    """Return one of all addresses of a brick, as key and name show: the first, IPv4 before IPv6.
 
     Cards that are copies of one another have one key. But bricks see to it that they announce
     different names, and one brick is not twice in the same network of a cable or radio.
     """
     chosen: list[FoundBrick] = []
-    for brick in sorted(found, key=lambda way: (":" in way.address.host, not way.name)):
+    for brick in sorted(found, key=lambda one: (":" in one.address.host, not one.name)):
         if not any(_is_same(brick, other) for other in chosen):
             chosen.append(brick)
     return chosen
 
 
 def _is_same(one: FoundBrick, other: FoundBrick) -> bool:
-    """Return True if both are ways to the same brick."""
+    """Return True if both are the same brick."""
     if one.address == other.address:
         return True
     names = {one.name, other.name} - {""}
@@ -199,27 +198,33 @@ def _are_neighbours(host: str, other: str) -> bool:
     return ":" not in host + other and host.rpartition(".")[0] == other.rpartition(".")[0]
 
 
-def show(found: list[FoundBrick], last: BrickAddress | None, tell: Callable[[str], None]) -> None:
-    """Say which bricks there are, and what to type where two have one name."""
+def report(found: list[FoundBrick], last: BrickAddress | None, say: Callable[[str], None]) -> None:
+    """Say which bricks there are, and what to type where two have one name.
+
+    Args:
+        found: the bricks.
+        last: address of the last one that was used; None: none was.
+        say: called with each line.
+    """
     for brick in found:
         is_last = last is not None and brick.address == replace(last, user=brick.address.user)
         mark = "  (the last one)" if is_last else ""
         key = brick.key or "it shows no key"
-        tell(f"{brick.name or '?':12} {brick.address!s:22} {brick.how}, {key}{mark}")
+        say(f"{brick.name or '?':12} {brick.address!s:22} {brick.how}, {key}{mark}")
     keys = [brick.key for brick in found if brick.key]
     if len(keys) > len(set(keys)):
-        tell(
+        say(
             "several bricks have one key, so their cards are copies of one another; to make another"
             " key, type on all but one: sudo rm /etc/ssh/ssh_host_*; sudo dpkg-reconfigure "
             "openssh-server"
         )
     names = [brick.name for brick in found]
     for name in sorted({name for name in names if name and names.count(name) > 1}):
-        tell(same_name(name, found))
+        say(same_name(name, found))
 
 
 def same_name(name: str, found: list[FoundBrick]) -> str:
-    """Say what to do where several bricks have one name."""
+    """Return what to do where several bricks have one name, for people."""
     places = [f"--brick {brick.address}" for brick in found if brick.name == name]
     return (
         f"{len(places)} bricks are called {name}: say which by {' or '.join(places)}; to name one "
@@ -227,8 +232,8 @@ def same_name(name: str, found: list[FoundBrick]) -> str:
     )
 
 
-NOBODY = (
+NO_BRICK = (
     "no brick is to be seen; is it on, and on this computer's cable or network? Give the address "
     "on its screen: --brick 10.42.0.3"
 )
-"""What is said where none is found."""
+"""Text for people where no brick is found."""

@@ -1,10 +1,10 @@
-"""Putting the program on a brick: what changed, and all of it or nothing.
+"""Installation of the program on a brick: what changed, and all of it or nothing.
 
-In `~/.brickservo` there, `versions/` holds folders with a whole program each, and the link
-`program` says which one counts. A new one is made beside it, of hard links to what has not changed,
-checked and compiled; then the link is replaced in one step. So whatever is cut, and whenever, a
-whole program counts. The one before stays until the next, and as long as something runs of it:
-Python loads some modules late.
+In `~/.brickservo` there, `versions/` holds folders with a complete program each, and the link
+`program` points to the one that counts. A new one is made beside it, of hard links to what has not
+changed, checked and compiled; then the link is replaced in one step (rename(2), which is atomic).
+So whatever is cut, and whenever, a complete program counts. The one before stays until the next,
+and as long as something runs of it: Python loads some modules late.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ LINKS = {
     "brickservo-draw": ".brickservo/program/menu/draw",
     "brickservo-servo": ".brickservo/program/menu/servo",
 }
-"""Names in the brick's home, the last two for its menu, and where they lead."""
+"""Targets of links by their names in the brick's home, the last two for its menu."""
 
 MANIFEST = ".files"
 """Name of the list of files in a version's folder."""
@@ -53,13 +53,13 @@ cd program/ 2>/dev/null || exit 0
 find . -type f ! -name '*.pyc' -printf 'mode %m %P\\n'
 find . -type f ! -name '*.pyc' -print0 | xargs -0r sha256sum | sed 's/^/sum /'
 """
-"""Tells what is installed there, without Python, which would take seconds to start."""
+"""Script that prints what is installed, without Python, which would take seconds to start."""
 
 CARD_SILENCE = 120.0
-"""For so long a brick may say nothing while it writes its card, s: it can be slow."""
+"""Longest silence of a brick that writes its card, s: it can be slow."""
 
 NO_PYTHON, BUSY = 10, 11
-"""Exit statuses of the below."""
+"""Exit statuses of INSTALL."""
 
 INSTALL = r"""
 set -eu
@@ -103,19 +103,19 @@ lead() {{
 }}
 {links}
 """
-"""Makes a version of the old one and an archive on standard input, and lets it count."""
+"""Script that makes a version of the old one and an archive on standard input, and links to it."""
 
 
 @dataclass
 class Installed:
-    """What is installed on a brick.
+    """The program that is installed on a brick.
 
     Args:
-        folder: of the version that counts; "" if there is none.
+        folder: folder of the version that counts; "" if there is none.
         ours: names of files that this program has put there.
-        modes: of each file that is there.
-        sums: of each file that is there, SHA-256 in hex.
-        links: of LINKS, those that are there, and where they lead.
+        modes: mode of each file that is there, by name.
+        sums: SHA-256 of each file that is there, in hex, by name.
+        links: targets of those of LINKS that are there.
     """
 
     folder: str = ""
@@ -126,7 +126,7 @@ class Installed:
 
     @property
     def version(self) -> str:
-        """The version that was installed last; "" if there is none."""
+        """Version that was installed last; "" if there is none."""
         return posixpath.basename(self.folder).partition("-")[0]
 
     def lacks(self, files: Mapping[str, ProgramFile]) -> list[str]:
@@ -143,7 +143,7 @@ class Installed:
 
 
 def parse_installed(text: str) -> Installed:
-    """Read what ASK has told; what it did not tell is skipped."""
+    """Return what ASK has printed; other lines are skipped."""
     found = Installed()
     for line in text.splitlines():
         kind, _, rest = line.partition(" ")
@@ -164,7 +164,7 @@ def parse_installed(text: str) -> Installed:
 async def install(
     brick: asyncssh.SSHClientConnection, address: BrickAddress, dialogue: Dialogue
 ) -> None:
-    """Let the program there be the one here, and say what that took.
+    """Let the program there be the one here, and say how long that took.
 
     Raises:
         BrickProblem: see `update`.
@@ -246,7 +246,7 @@ def _compiled(name: str) -> str:
 
 
 def _in_words(there: Installed, lacking: list[str], leftover: list[str]) -> str:
-    """Say what is about to change."""
+    """Return what is about to change, for people."""
     if not there.version:
         return f"{len(lacking)} files are sent and compiled, which takes a brick a while"
     parts = []
@@ -259,7 +259,7 @@ def _in_words(there: Installed, lacking: list[str], leftover: list[str]) -> str:
 
 
 def why_not_taken(status: int, errors: str) -> str:
-    """Say why the script has ended so."""
+    """Return why INSTALL has ended with that status and errors, for people."""
     if status == NO_PYTHON:
         return "there is no python3, so its card is not one with ev3dev; write one, see ev3dev.org"
     if status == BUSY:

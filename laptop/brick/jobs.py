@@ -1,7 +1,7 @@
 """Jobs on the brick, drawings that it draws alone: sent, started, watched and given orders.
 
-The program there is started apart from the connection, and goes on when that ends. Its status is
-a file, and its orders are lines in another one: a shell there hands both on, and no Python.
+The program there is detached from the connection (setsid), and goes on when that ends. Its status
+is a file, and its orders are lines in another one: a shell there passes both on, and no Python.
 """
 
 from __future__ import annotations
@@ -32,24 +32,24 @@ from shared.small_files import InvalidFile, parse_json
 JOBS = ".brickservo/jobs"
 STATUS, ORDERS = f"{JOBS}/status", f"{JOBS}/orders"
 LOG = ".brickservo/logs/job.log"
-"""Places in the brick's home, see shared.state; the last holds what the program says."""
+"""Paths in the brick's home, see shared.state; the last holds what the program prints."""
 
 DRIVER, PROBLEM = "robot/driver.py", "driver.py: "
-"""The program there, and how it begins to tell what is wrong."""
+"""The program there, and the beginning of its line about a problem."""
 
 NUMBER = r"\"pid\": *\([0-9]*\)"
 IS_ON = f"""
 pid=$(sed -n 's/.*{NUMBER}.*/\\1/p' {STATUS} 2>/dev/null | head -n 1)
 [ -n "$pid" ] && tr '\\0' ' ' <"/proc/$pid/cmdline" 2>/dev/null | grep -q ' job '
 """
-"""Whether the program of the job in the status is on, which then has the number $pid."""
+"""Script that succeeds if the program of the job in the status runs, with $pid its number."""
 
 START = """
 mkdir -p {jobs} .brickservo/logs && rm -f {status} && cd "$HOME" || exit 1
 setsid sh -c '{hold}; exec env PYTHONUNBUFFERED=1 {command}' >{log} 2>&1 </dev/null &
 echo $!
 """
-"""Starts the program apart from the connection; tells its number."""
+"""Script that starts the program detached from the connection, and prints its number."""
 
 FOLLOW = """exec bash -c '
 told=
@@ -68,43 +68,44 @@ done
 tell
 echo "{{\\"over\\": true}}"
 tail -c 2000 {log}'"""
-"""Tells every new status while the program is on, then the end of what it has said; hands on
-orders. Every few seconds it tells an empty line, too. It is one shell, which starts nothing: each
-program that starts takes the arm's time."""
+"""Script that prints every new status while the program runs, then the end of its output, and
+passes orders on. Every few seconds it prints an empty line, too. It is one shell, which starts
+nothing: each program that starts takes the arm's time."""
 
-MOST, MOST_SAID = 1e6, 4000
-"""Greatest number of a status, and so many letters of what the program there says at its end."""
+MAX_NUMBER, MAX_SAID = 1e6, 4000
+"""Greatest number of a status, and greatest length of the program's output at its end, characters.
+"""
 COUNTS, SIGNED = ("stroke", "strokes", "repeat", "repeats"), ("pen",)
-"""Numbers of a status that are whole, and that may be negative."""
+"""Names of a status's numbers that are whole, and that may be negative."""
 
 ENDS = (*job_messages.ENDS, "stopped")
-"""States in which a job is over: those that are told over a link, and by a signal."""
+"""States in which a job is over: those of a link's messages, and by a signal."""
 
 SPEED_STEP, PEN_STEP = 10, 2.0
-"""What a key changes: per cent of the planned speed, degrees of the pen's motor."""
-SLOWEST = 25
+"""Steps of a key: per cent of the planned speed, degrees of the pen's motor."""
+MIN_SPEED = 25
 """Least speed that the brick takes, per cent."""
 
-PATIENCE_WITH_ABORT = 30.0
-"""Time in which a job that was aborted is over, s: the arm parks."""
+ABORT_TIMEOUT = 30.0
+"""Longest time in which a job that was aborted is over, s: the arm parks."""
 
 
 @dataclass(frozen=True)
 class BrickJobStatus:
-    """How a job goes, as the brick tells it; see robot.jobs.report.
+    """The status of a job as the brick reports it; see robot.jobs.report.
 
     Attributes:
         state: "drawing" | "paused" | one of ENDS.
         reason: of the state, for people; or "".
         job: its name.
-        stroke, strokes: under way, and how many there are.
-        cm, cm_all: drawn so far of this time, and all of it.
+        stroke, strokes: number of the one under way, from 1 on, and of all.
+        cm, cm_all: length drawn so far of this repeat, and of all of it.
         left_s: time left, s.
-        repeat, repeats: which time it is drawn, of how many.
-        tip: as planned, cm; None on its way.
-        volts: of the battery; None where not known.
-        speed: per cent of what is planned.
-        pen: how much deeper it comes down, degrees.
+        repeat, repeats: number of the repeat, from 1 on, and of all.
+        tip: (x, y) or (x, y, z) as planned, cm; None between strokes.
+        volts: voltage of the battery, V; None where not known.
+        speed: per cent of the planned speed.
+        pen: depth that is added to the pen's, degrees of its motor.
     """
 
     state: str
@@ -124,48 +125,48 @@ class BrickJobStatus:
 
     @property
     def share(self) -> float:
-        """Share of its length that is drawn, 0 to 1."""
+        """Share of the job's length that is drawn, 0 to 1."""
         return min(1.0, self.cm / self.cm_all) if self.cm_all > 0 else 0.0
 
 
 def read_status(value: object) -> BrickJobStatus | None:
-    """Read what the brick has told, which may be anything; None: it is no status."""
+    """Return the status of what the brick has sent, which may be anything; None: it is none."""
     if not isinstance(value, dict) or not isinstance(value.get("state"), str):
         return None
-    told: dict[str, Any] = {}
+    known: dict[str, Any] = {}
     for field in fields(BrickJobStatus):
         one: Any = value.get(field.name)
         if field.name in ("state", "job", "reason"):
-            told[field.name] = printable(one)[:200] if isinstance(one, str) else ""
+            known[field.name] = printable(one)[:200] if isinstance(one, str) else ""
         elif field.name == "tip":
             if isinstance(one, list) and len(one) in (2, 3) and all(map(_is_number, one)):
-                told[field.name] = tuple(one)
+                known[field.name] = tuple(one)
         elif _is_number(one) and (field.name in SIGNED or one >= 0):
             if field.name not in COUNTS:
-                told[field.name] = float(one)
+                known[field.name] = float(one)
             elif type(one) is int:
-                told[field.name] = one
-    return BrickJobStatus(**told)
+                known[field.name] = one
+    return BrickJobStatus(**known)
 
 
 def _is_number(value: Any) -> bool:
-    return type(value) in (int, float) and abs(value) <= MOST
+    return type(value) in (int, float) and abs(value) <= MAX_NUMBER
 
 
 class StatusReader:
-    """Takes statuses out of the lines that FOLLOW tells, as they come.
+    """A reader of the lines that FOLLOW prints, as they come.
 
     Attributes:
-        said: what the program said at its end, as far as it is kept; None while it is on.
+        said: the program's output at its end, its last MAX_SAID letters; None while it runs.
     """
 
     def __init__(self) -> None:
         self.said: str | None = None
 
-    def take(self, line: str) -> BrickJobStatus | None:
-        """Return the status that a line tells; None: it tells none, or it is over."""
+    def handle(self, line: str) -> BrickJobStatus | None:
+        """Return the status of a line; None: it has none, or the program has ended."""
         if self.said is not None:
-            self.said = f"{self.said}{line}\n"[-MOST_SAID:]
+            self.said = f"{self.said}{line}\n"[-MAX_SAID:]
             return None
         try:
             value = parse_json(line)
@@ -178,11 +179,14 @@ class StatusReader:
 
 
 class JobKeys:
-    """What is typed while a job is drawn, as orders to it.
+    """Keys that are typed while a job is drawn, as orders to it.
 
     Args:
-        order: sends one.
-        leave: ends the watching; the job goes on.
+        order: called with an order to send.
+        leave: called to end the watching; the job goes on.
+
+    Attributes:
+        status: BrickJobStatus that is known, with what was ordered since.
     """
 
     HELP = "space pauses and goes on, a aborts, + - speed, u d pen up and down, q leaves it to draw"
@@ -192,8 +196,8 @@ class JobKeys:
         self.status = BrickJobStatus("drawing")
         self._wants_pause = False
 
-    def take(self, typed: bytes) -> None:
-        """Take some keys; Ctrl-C pauses, and where that was so, aborts."""
+    def handle(self, typed: bytes) -> None:
+        """Handle some keys; Ctrl-C pauses, and where that was so, aborts."""
         for key in typed:
             letter = bytes((key,))
             paused = self._wants_pause
@@ -207,7 +211,7 @@ class JobKeys:
                 self._order("abort")
             elif letter in b"+-":
                 step = SPEED_STEP if letter == b"+" else -SPEED_STEP
-                speed = min(max(round(self.status.speed) + step, SLOWEST), 100)
+                speed = min(max(round(self.status.speed) + step, MIN_SPEED), 100)
                 self._order(f"speed {speed}")
                 self.status = replace(self.status, speed=speed)
             elif letter in b"ud":
@@ -217,8 +221,8 @@ class JobKeys:
             elif letter == b"q":
                 self._leave()
 
-    def see(self, status: BrickJobStatus) -> None:
-        """Take in how the job goes."""
+    def update(self, status: BrickJobStatus) -> None:
+        """Update the status of the job."""
         self._wants_pause = status.state == "paused" or (
             self._wants_pause and self.status.state != "paused"
         )
@@ -230,7 +234,7 @@ async def draw(
     address: BrickAddress,
     dialogue: Dialogue,
     job: Path,
-    words: tuple[str, ...],
+    args: tuple[str, ...],
     show: Callable[[BrickJobStatus], None],
     detach: bool = False,
 ) -> int:
@@ -241,9 +245,9 @@ async def draw(
         address: the brick's.
         dialogue: with who watches.
         job: its file here.
-        words: options of `driver.py job`.
+        args: options of `driver.py job`.
         show: called with every status.
-        detach: it is left alone once it is started.
+        detach: whether it is left alone once it is started.
 
     Raises:
         BrickProblem: another job is on, it cannot be sent or started, or it ended badly.
@@ -253,9 +257,9 @@ async def draw(
             f"{address} draws another job; watch it by brick watch, or abort it there"
         )
     await update(brick, address, dialogue)
-    there = f"{JOBS}/{_file_name(job.name)}"
-    await put(brick, there, job.read_bytes())
-    command = " ".join([DRIVER, "job", shlex.quote(there), *map(shlex.quote, words)])
+    target = f"{JOBS}/{_file_name(job.name)}"
+    await put(brick, target, job.read_bytes())
+    command = " ".join([DRIVER, "job", shlex.quote(target), *map(shlex.quote, args)])
     started = await ask(
         brick, START.format(jobs=JOBS, status=STATUS, hold=HOLD, log=LOG, command=_inner(command))
     )
@@ -275,6 +279,12 @@ async def watch(
     show: Callable[[BrickJobStatus], None],
 ) -> int:
     """Watch the job that is drawn already; return its exit status.
+
+    Args:
+        brick: the connection.
+        address: the brick's.
+        dialogue: with who watches.
+        show: called with every status.
 
     Raises:
         BrickProblem: none is, or it ended badly.
@@ -305,15 +315,15 @@ async def cancel(
     return await _driver(brick, address, f"jobs {shlex.quote(name)} --remove")
 
 
-async def _driver(brick: asyncssh.SSHClientConnection, address: BrickAddress, words: str) -> str:
-    done = await ask(brick, f"{DRIVER} {words}")
+async def _driver(brick: asyncssh.SSHClientConnection, address: BrickAddress, args: str) -> str:
+    done = await ask(brick, f"{DRIVER} {args}")
     if done.status:
         raise BrickProblem(f"{address}: {printable(done.errors.strip() or done.out.strip())}")
     return "\n".join(printable(line) for line in done.out.rstrip().splitlines())
 
 
 def _number(text: str) -> int:
-    """Return the number of a program that the brick tells; 0: it tells none."""
+    """Return the number of a program that the brick has printed; 0: it has printed none."""
     return int(text) if re.fullmatch(r"\s*[0-9]{1,9}\s*", text) else 0
 
 
@@ -334,7 +344,7 @@ async def _watch(
     pid: int,
     show: Callable[[BrickJobStatus], None],
 ) -> int:
-    """Show how it goes, and pass orders on, until it is over or left."""
+    """Show every status, and pass orders on, until it is over or left; return the exit status."""
     watching = _Watching(show)
     try:
         process = await brick.create_process(
@@ -370,10 +380,10 @@ class _Watching:
         self._last: BrickJobStatus | None = None
 
     async def follow(self, process: asyncssh.SSHClientProcess[bytes]) -> bool:
-        """Follow it until it is over, or somebody leaves it to draw alone; return whether so.
+        """Follow it until it is over or somebody leaves it to draw alone; return whether left.
 
         Args:
-            process: that runs FOLLOW.
+            process: process that runs FOLLOW.
         """
         left = asyncio.Event()
 
@@ -383,36 +393,36 @@ class _Watching:
 
         keys = JobKeys(order, left.set)
 
-        def take(data: bytes) -> None:
+        def on_typed(data: bytes) -> None:
             if data != END_OF_INPUT:  # nobody types: then it is watched only
-                keys.take(data)
+                keys.handle(data)
 
-        told = lines(process.stdout, most=None)
+        output = lines(process.stdout, most=None)
         with (
             platforms.keys_one_by_one(),
-            reading(take),
-            on_signal(signal.SIGINT, lambda: take(CTRL_C)),
+            reading(on_typed),
+            on_signal(signal.SIGINT, lambda: on_typed(CTRL_C)),
         ):
             leaving = asyncio.ensure_future(left.wait())
             while True:
-                coming = asyncio.ensure_future(anext(told, None))
+                coming = asyncio.ensure_future(anext(output, None))
                 await asyncio.wait({coming, leaving}, return_when=asyncio.FIRST_COMPLETED)
                 if left.is_set():
                     coming.cancel()
                     return True
                 line = coming.result()
-                if line is None or not self._hear(line, keys):
+                if line is None or not self._handle(line, keys):
                     leaving.cancel()
                     return False
 
-    def _hear(self, line: str, keys: JobKeys) -> bool:
-        """Take in a line of FOLLOW's; return whether more is wanted."""
-        status = self._reader.take(line)
-        if len(self._reader.said or "") == MOST_SAID:
-            return False  # no program of ours says so much at its end
+    def _handle(self, line: str, keys: JobKeys) -> bool:
+        """Handle a line of FOLLOW's; return whether more is wanted."""
+        status = self._reader.handle(line)
+        if len(self._reader.said or "") == MAX_SAID:
+            return False  # no program of ours prints so much at its end
         if status is not None:
             self._last = status
-            keys.see(status)
+            keys.update(status)
             self._show(status)
         return True
 

@@ -1,4 +1,4 @@
-"""The host keys that this user's ssh remembers: asked, added to and removed from."""
+"""Host keys that this user's ssh has stored: read, added and removed."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ DEFAULT_PORT = 22
 
 
 def ssh_folder() -> Path:
-    """Return where this user's ssh has its files.
+    """Return the folder where this user's ssh has its files.
 
     Raises:
         BrickProblem: the system tells of no home folder of this user.
@@ -30,7 +30,7 @@ class KnownHosts:
     """Keys of hosts in a file of OpenSSH's format, whoever has written it.
 
     Args:
-        file: the file; it need not exist.
+        file: the file, which need not exist; that of this user's ssh if None.
     """
 
     def __init__(self, file: Path | None = None) -> None:
@@ -41,7 +41,7 @@ class KnownHosts:
         return [key for line in self._lines() for key in _keys(line, host, port)]
 
     def add(self, host: str, port: int, key: asyncssh.SSHKey) -> None:
-        """Remember a key of a host.
+        """Store a key of a host.
 
         Raises:
             OSError: the file cannot be written.
@@ -49,9 +49,9 @@ class KnownHosts:
         self.file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         before = self._text()
         gap = "\n" if before and not before.endswith("\n") else ""
-        words = key.export_public_key("openssh").decode().split()[:2]
+        parts = key.export_public_key("openssh").decode().split()[:2]
         with open(self.file, "a", encoding="utf-8", errors="surrogateescape", newline="\n") as file:
-            file.write(f"{gap}{_pattern(host, port)} {' '.join(words)}\n")
+            file.write(f"{gap}{_pattern(host, port)} {' '.join(parts)}\n")
 
     def forget(self, host: str, port: int) -> int:
         """Remove all keys of a host; return how many there were.
@@ -60,10 +60,10 @@ class KnownHosts:
             OSError: the file cannot be written; it is as before.
         """
         lines = self._lines()
-        kept = [line for line in lines if not _keys(line, host, port)]
-        if len(kept) < len(lines):
-            write_whole(self.file, "".join(kept).encode(errors="surrogateescape"))
-        return len(lines) - len(kept)
+        others = [line for line in lines if not _keys(line, host, port)]
+        if len(others) < len(lines):
+            write_whole(self.file, "".join(others).encode(errors="surrogateescape"))
+        return len(lines) - len(others)
 
     def _text(self) -> str:
         try:

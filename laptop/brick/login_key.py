@@ -23,7 +23,7 @@ mkdir -p .ssh
 [ -z "$(tail -c 1 .ssh/authorized_keys 2>/dev/null)" ] || echo >>.ssh/authorized_keys
 grep -qsxF {key} .ssh/authorized_keys || echo {key} >>.ssh/authorized_keys
 """
-"""Lets a key in, once; what stands there already stays."""
+"""Script that lets a key in, once; what stands there already stays."""
 
 
 async def trust(

@@ -1,4 +1,4 @@
-"""What belongs on the brick: which files, with which modes and line ends; pure but for reading."""
+"""Files that belong on the brick, with their modes and line ends; pure but for reading."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ import shared
 from shared.version import VERSION
 
 ROOT = Path(shared.__file__).resolve().parent.parent
-"""The folder that holds `robot` and `shared`, in a checkout and where it is installed alike."""
+"""Folder that holds `robot` and `shared`, in a checkout and where it is installed alike."""
 
 SOURCES = ("robot/**/*.py", "shared/**/*.py", "shared/arms/*.ini")
 """Patterns of the files that the brick needs."""
 
 HOLD = 'exec 8<"$HOME/.brickservo/program/" && flock -s 8'
-"""Lets the version that counts stay until what is started behind this has ended."""
+"""Shell commands that keep the version that counts until what is started behind has ended."""
 THIS_VERSION = '"$(readlink -f "$HOME/.brickservo/program")"'
-"""Its folder, for sh; the link would lead elsewhere after the next install."""
+"""Folder of that version, for sh; the link would lead elsewhere after the next install."""
 
 MENU = {
     "menu/draw": f"""#!/bin/sh
@@ -35,7 +35,7 @@ exec "$HOME/robot/driver.py" "$@"
 cd "$HOME" && exec robot/visual_servoing.py --wait --log .brickservo/logs/menu-servo.jsonl "$@"
 """,
 }
-"""Files that stand in the brick's menu, beside those."""
+"""Contents of files for the brick's menu, by path, beside those of SOURCES."""
 
 PLAIN, EXECUTABLE = 0o644, 0o755
 
@@ -45,19 +45,19 @@ class ProgramFile:
     """A file as it should be on the brick.
 
     Args:
-        data: its bytes, lines ended as Linux does.
+        data: its bytes, with the line ends of Linux.
     """
 
     data: bytes
 
     @property
     def mode(self) -> int:
-        """Its mode, by what it is: a checkout may have lost it."""
+        """Mode of the file, by its content: a checkout may have lost it."""
         return EXECUTABLE if self.data.startswith(b"#!") else PLAIN
 
     @cached_property
     def digest(self) -> str:
-        """SHA-256, in hex."""
+        """SHA-256 of the file, in hex."""
         return hashlib.sha256(self.data).hexdigest()
 
 
@@ -77,7 +77,7 @@ def program_files(root: Path = ROOT) -> dict[str, ProgramFile]:
 
 
 def version_of(files: Mapping[str, ProgramFile]) -> str:
-    """Return a name for exactly these files: the version that people know, and what tells."""
+    """Return a name for exactly these files: the version that people know, and a checksum."""
     lines = [f"{file.mode:o} {file.digest} {name}\n" for name, file in sorted(files.items())]
     return f"{VERSION}+{hashlib.sha256(''.join(lines).encode()).hexdigest()[:8]}"
 
@@ -88,7 +88,7 @@ def manifest(files: Mapping[str, ProgramFile]) -> str:
 
 
 def archive(files: Mapping[str, ProgramFile], names: Iterable[str]) -> bytes:
-    """Return some of the files as a compressed tar; a part of it is none."""
+    """Return the files of some names as a compressed tar; a truncated one cannot be unpacked."""
     packed = io.BytesIO()
     with tarfile.open(fileobj=packed, mode="w:gz") as tar:
         for name in names:

@@ -8,7 +8,7 @@ import shlex
 import asyncssh
 
 from laptop.brick import BrickProblem
-from laptop.brick.answers import CHUNK, ask
+from laptop.brick.answers import CHUNK_SIZE, ask
 from shared.small_files import MAX_SIZE
 
 
@@ -19,8 +19,8 @@ async def put(
 
     Args:
         brick: the connection.
-        target: its path there.
-        data: what is in it.
+        target: path of the file there.
+        data: contents of the file.
         private: whether nobody else there may read it.
 
     Raises:
@@ -29,8 +29,8 @@ async def put(
     folder, path = shlex.quote(posixpath.dirname(target)), shlex.quote(target)
     new = f"{path}.new"
     # A connection that is cut ends the input there as if that were all of it.
-    is_whole = f'[ "$(wc -c <{new})" -eq {len(data)} ]'
-    write = f"mkdir -p {folder} && cat >{new} && {is_whole} && mv {new} {path}"
+    is_complete = f'[ "$(wc -c <{new})" -eq {len(data)} ]'
+    write = f"mkdir -p {folder} && cat >{new} && {is_complete} && mv {new} {path}"
     write = f"umask 077; {write}" if private else write
     done = await ask(brick, write, data)
     if done.status:
@@ -40,13 +40,18 @@ async def put(
 async def read(
     brick: asyncssh.SSHClientConnection, path: str, most: int = MAX_SIZE
 ) -> bytes | None:
-    """Return what is in a file there, None if there is none.
+    """Return the contents of a file there, None if there is none.
+
+    Args:
+        brick: the connection.
+        path: path of the file there.
+        most: greatest size of the file, bytes.
 
     Raises:
         BrickProblem: it is too large to be one of ours.
     """
     there = shlex.quote(path)
-    done = await ask(brick, f"[ -f {there} ] && head -c {most + 1} {there}", most=most + CHUNK)
+    done = await ask(brick, f"[ -f {there} ] && head -c {most + 1} {there}", most=most + CHUNK_SIZE)
     if len(done.data) > most:
         raise BrickProblem(f"{path} on the brick has more than {most} bytes; it is none of ours")
     return None if done.status else done.data

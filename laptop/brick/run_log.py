@@ -1,4 +1,4 @@
-"""What programs on bricks have said, kept on this computer: the last runs, each of a bounded size.
+"""Output of programs on bricks, stored on this computer: the last runs, each of a bounded size.
 
 It is written as it comes, so that it is there also where the cable is cut.
 """
@@ -16,19 +16,19 @@ from laptop.brick import COMMAND
 from laptop.brick.connection import BrickAddress
 from shared.state import BRICK_RUNS_FOLDER, state_folder
 
-KEPT = 20
-"""So many runs stay, of all bricks together."""
-MOST_FIRST, MOST_LAST = 1 << 18, 1 << 16
-"""Of a run that says more, so much of its beginning and of its end is kept, bytes."""
+MAX_RUNS = 20
+"""Greatest number of runs that are stored, of all bricks together."""
+MAX_HEAD, MAX_TAIL = 1 << 18, 1 << 16
+"""Greatest size of what is stored of a run's beginning, and of its end, bytes."""
 SECRET = "--code"
-"""The option whose value is not written."""
+"""Option whose value is not written."""
 
 
 def _folder() -> Path:
     return Path(state_folder(), BRICK_RUNS_FOLDER)
 
 
-def kept_runs() -> list[Path]:
+def stored_runs() -> list[Path]:
     """Return the files of the last runs, the oldest first."""
     return sorted(_folder().glob("[0-9]*.txt"))
 
@@ -39,42 +39,45 @@ def is_of(file: Path, address: BrickAddress) -> bool:
         return f"on {address}, " in "".join(opened.readline() for _ in range(2))
 
 
-class KeptRun:
-    """The log of one run, for a `with` block; where it cannot be kept, that is said once.
+class BrickRunLog:
+    """The log of one run, for a `with` block; where it cannot be stored, that is said once.
 
     Args:
         address: the brick's.
-        words: what is run, and its words.
-        say: shows a line.
+        args: the script that is run, and its arguments.
+        say: called with a line for people.
+
+    Attributes:
+        status: exit status of the run, which others set; None: it has not ended.
     """
 
     def __init__(
-        self, address: BrickAddress, words: tuple[str, ...], say: Callable[[str], None]
+        self, address: BrickAddress, args: tuple[str, ...], say: Callable[[str], None]
     ) -> None:
         self.status: int | None = None
-        self._address, self._words, self._say = address, words, say
+        self._address, self._args, self._say = address, args, say
         self._began = time.monotonic()
         self._file: BinaryIO | None = None
-        self._room, self._left_out, self._end = MOST_FIRST, 0, b""
+        self._room, self._left_out, self._end = MAX_HEAD, 0, b""
 
-    def __enter__(self) -> KeptRun:
+    def __enter__(self) -> BrickRunLog:
         try:
             self._file = self._new_file()
-            self._write(f"{COMMAND} run {shlex.join(_without_code(self._words))}\n")
+            self._write(f"{COMMAND} run {shlex.join(_without_code(self._args))}\n")
             self._write(f"on {self._address}, {time.strftime('%Y-%m-%d %H:%M:%S')}\n\n")
         except OSError as error:
             self._fail(error)
         return self
 
-    def hear(self, data: bytes) -> None:
-        """Keep some of the output; it is the brick's terminal that ends lines by CR LF."""
+    def add(self, data: bytes) -> None:
+        """Add output, within the bounds; it is the brick's terminal that ends lines by CR LF."""
         data = data.replace(b"\r", b"")
         first, more = data[: self._room], data[self._room :]
         self._room -= len(first)
         self._write(first)
         end = self._end + more
-        self._left_out += max(0, len(end) - MOST_LAST)
-        self._end = end[-MOST_LAST:]
+        self._left_out += max(0, len(end) - MAX_TAIL)
+        self._end = end[-MAX_TAIL:]
 
     def __exit__(
         self,
@@ -98,20 +101,20 @@ class KeptRun:
         """
         folder = _folder()
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        for old in kept_runs()[: 1 - KEPT]:
+        for old in stored_runs()[: 1 - MAX_RUNS]:
             old.unlink(missing_ok=True)
-        stem, k = f"{time.strftime('%Y-%m-%d-%H%M%S')}-{Path(self._words[0]).stem}", 1
+        stem, k = f"{time.strftime('%Y-%m-%d-%H%M%S')}-{Path(self._args[0]).stem}", 1
         while True:
             try:
                 return open(folder / f"{stem}{f'-{k}' * (k > 1)}.txt", "xb", buffering=0)
             except FileExistsError:  # two in one second
                 k += 1
 
-    def _write(self, what: str | bytes) -> None:
+    def _write(self, text: str | bytes) -> None:
         if self._file is None:
             return
         try:
-            self._file.write(what if isinstance(what, bytes) else what.encode(errors="replace"))
+            self._file.write(text if isinstance(text, bytes) else text.encode(errors="replace"))
         except OSError as error:
             self._fail(error)
 
@@ -122,10 +125,9 @@ class KeptRun:
         self._say(f"no log of this run is kept: {error.strerror}: {_folder()}")
 
 
-def _without_code(words: tuple[str, ...]) -> list[str]:
-    """Return the words of a command without the pairing code."""
-    shown = [f"{SECRET}=..." if word.startswith(f"{SECRET}=") else word for word in words]
+def _without_code(args: tuple[str, ...]) -> list[str]:
+    """Return the arguments of a command without the pairing code."""
+    shown = [f"{SECRET}=..." if arg.startswith(f"{SECRET}=") else arg for arg in args]
     return [
-        "..." if before == SECRET else word
-        for before, word in zip(["", *shown], shown, strict=False)
+        "..." if before == SECRET else arg for before, arg in zip(["", *shown], shown, strict=False)
     ]

@@ -1,9 +1,11 @@
 """Programs on the brick, on a terminal there: what they write comes here, what is typed goes there.
 
 A program of ours stops the arm when it is asked to end, and then ends in order: by Ctrl-C, which
-the terminal there makes a SIGINT of, or by SIGHUP. That comes when the connection ends, and also
-when it falls silent: a watch beside the program hears the laptop every few seconds, or asks it to
-end.
+the terminal there makes a SIGINT of, or by SIGHUP. That comes when the connection ends. But TCP
+does not notice a laptop that sleeps, or a pulled cable, for minutes. So a watchdog runs beside the
+program there: it gets a beat from the laptop every BEAT_PERIOD, and after SILENCE_TIMEOUT without
+one it sends SIGHUP itself. It finds the program by a random token in its environment, for the
+program's number is not known to it, and could be another's by then.
 """
 
 from __future__ import annotations
@@ -23,44 +25,44 @@ from pathlib import Path, PurePosixPath
 import asyncssh
 
 from laptop.brick import BrickProblem
-from laptop.brick.answers import SILENCE, NoAnswer, ask, lines, within
+from laptop.brick.answers import MAX_SILENCE, NoAnswer, ask, lines, within
 from laptop.brick.connection import CUT, BrickAddress, Dialogue, shown_here
 from laptop.brick.install import update
 from laptop.brick.program_files import EXECUTABLE, HOLD, THIS_VERSION, program_files
 from laptop.brick.remote_files import put
-from laptop.brick.run_log import KeptRun
+from laptop.brick.run_log import BrickRunLog
 from laptop.brick.terminal import CTRL_C, on_signal, reading, window_size
 from laptop.system import platforms
 from shared.state import CODE
 
 BEAT_PERIOD, SILENCE_TIMEOUT = 3.0, 15.0
-"""Period of the laptop's beats to the watch, and how long it waits for one, s: radio stalls."""
+"""Period of the laptop's beats to the watchdog, and its longest wait for one, s: radio stalls."""
 
-LEAVES = 3
-"""The Ctrl-C by which the program is left to itself."""
+LEAVING_PRESSES = 3
+"""Number of the Ctrl-C by which the program is left to itself."""
 
 OWN_SCRIPTS, LOGS = ".brickservo/scripts", ".brickservo/logs"
 """Folders on the brick for scripts that are not ours, and for logs."""
-SERVO, KEPT_LOGS = "robot/visual_servoing.py", 10
-"""The script that keeps a log, and how many of them stay."""
+SERVO, MAX_LOGS = "robot/visual_servoing.py", 10
+"""The script that writes a log, and greatest number of logs that are stored there."""
 
 PAIRS = ("robot/visual_servoing.py",), ("robot/tracking_client.py",), ("robot/driver.py", "check")
-"""Scripts, and their first words, that may pair with a tracker: at the next word, if at any."""
+"""Scripts, and their first arguments, that may pair with a tracker: at the next one, if at any."""
 OPTIONS = ("--code", "--cod", "--co")
-"""By which somebody may have typed the code."""
+"""Spellings of the option for the code."""
 FLAGS = ("--wait", "--follow", "--low", "--take", "--camera")
-"""Options of these scripts behind which no value stands."""
+"""Options of these scripts that take no value."""
 CODE_FILE = ".brickservo/code-{token}"
 TAKE_CODE = f"read -r {CODE} <{{file}}; rm -f {{file}}; export {CODE}; "
-"""Takes a pairing code out of a file: it stands in no command line, here or there."""
+"""Shell commands that read a pairing code from a file: it stands in no command line."""
 SWEEP_CODES = "find .brickservo -name 'code-*' -mmin +2 -exec rm -f {} +"
-"""Removes those that nobody took, as where the connection was cut at that moment."""
+"""Command that removes such files that nobody read, as where the connection was cut."""
 
 PROGRAM = HOLD + "; {before}exec env BRICK_RUN={token}.$$ {command}"
-"""Starts a program that can be found again: by its number in its own environment."""
+"""Command that starts a program with the token and its own number in its environment."""
 
-ASKED = 3
-"""Exit status of the below where it has asked the program to end."""
+ASKED_STATUS = 3
+"""Exit status of WATCH where it has asked the program to end."""
 WATCH = """exec bash -c '
 while read -r -t {timeout:g} word; do [ "$word" != end ] || exit 0; done
 status=0
@@ -71,7 +73,7 @@ for found in $(grep -lzx "BRICK_RUN={token}[.][0-9]*" /proc/[0-9]*/environ 2>/de
     fi
 done
 exit $status'"""
-"""Asks it to end once the laptop has been silent for too long, or gone without a word."""
+"""The watchdog: asks a program to end once the laptop has been silent for too long, or is gone."""
 
 
 async def run(
@@ -79,7 +81,7 @@ async def run(
     address: BrickAddress,
     dialogue: Dialogue,
     script: str,
-    words: tuple[str, ...],
+    args: tuple[str, ...],
     own_code: str | None = None,
 ) -> int:
     """Run a script of the program, or a file from here, on the brick; return its exit status.
@@ -89,7 +91,7 @@ async def run(
         address: the brick's.
         dialogue: with who has typed it.
         script: see `find_script`.
-        words: its words.
+        args: its arguments.
         own_code: pairing code of this computer's own tracker, if it has one.
 
     Raises:
@@ -98,9 +100,9 @@ async def run(
     """
     ours = find_script(script)
     await update(brick, address, dialogue)
-    code, words = code_for(ours, words, own_code)
-    if ours == SERVO and not any(word.startswith("--log") for word in words):
-        words = (*words, "--log", await _new_log(brick))
+    code, args = code_for(ours, args, own_code)
+    if ours == SERVO and not any(arg.startswith("--log") for arg in args):
+        args = (*args, "--log", await _new_log(brick))
     start = ours
     if not ours:
         own = f"{OWN_SCRIPTS}/{Path(script).name}"
@@ -112,57 +114,57 @@ async def run(
         file = CODE_FILE.format(token=secrets.token_hex(4))
         await put(brick, file, f"{code}\n".encode(), private=True)
         before = TAKE_CODE.format(file=file)
-    with KeptRun(address, (script, *words), dialogue.say) as log:
-        command = " ".join([start, *map(shlex.quote, words)])
+    with BrickRunLog(address, (script, *args), dialogue.say) as log:
+        command = " ".join([start, *map(shlex.quote, args)])
         log.status = await watched(
             brick,
             address,
             dialogue,
             command,
-            lambda program: on_terminal(brick, program, log.hear),
+            lambda program: on_terminal(brick, program, log.add),
             before,
         )
         return log.status
 
 
 def code_for(
-    ours: str, words: tuple[str, ...], own_code: str | None
+    ours: str, args: tuple[str, ...], own_code: str | None
 ) -> tuple[str | None, tuple[str, ...]]:
-    """Return the pairing code that a script may need, and its words without it.
+    """Return the pairing code that a script may need, and its arguments without it.
 
     It is the one that was typed or is in the environment, else that of this computer's own tracker,
     unless another host is named.
 
     Args:
-        ours: path of a script of the program; "" for another one, which has its own ways.
-        words: as typed.
+        ours: path of a script of the program; "" for another one, which needs none.
+        args: as typed.
         own_code: see `run`.
     """
-    told = next((start for start in PAIRS if (ours, *words)[: len(start)] == start), None)
-    if told is None:
-        return None, words
-    kept: list[str] = []
+    pair = next((start for start in PAIRS if (ours, *args)[: len(start)] == start), None)
+    if pair is None:
+        return None, args
+    others: list[str] = []
     typed = None
-    rest = list(words)
+    rest = list(args)
     while rest:
-        word = rest.pop(0)
-        name, equals, value = word.partition("=")
+        arg = rest.pop(0)
+        name, equals, value = arg.partition("=")
         if name not in OPTIONS or not (equals or rest):
-            kept.append(word)
+            others.append(arg)
         else:
             typed = value if equals else rest.pop(0)
     code = typed if typed is not None else os.environ.get(CODE) or None
     place = next(
         (
-            word
-            for before, word in pairwise(["", *kept[len(told) - 1 :]])
-            if word[:1] != "-" and (before[:1] != "-" or before in FLAGS)
+            arg
+            for before, arg in pairwise(["", *others[len(pair) - 1 :]])
+            if arg[:1] != "-" and (before[:1] != "-" or before in FLAGS)
         ),
         "",
     )
     if code is None and (not place or place[0] == ":"):
         code = own_code
-    return code, tuple(kept)
+    return code, tuple(others)
 
 
 async def shell(
@@ -203,7 +205,7 @@ def find_script(script: str) -> str:
 
 async def _new_log(brick: asyncssh.SSHClientConnection) -> str:
     """Return the name of a new log there, and remove all but the last ones."""
-    keep = f"ls -1 [0-9]*-servo.jsonl 2>/dev/null | head -n -{KEPT_LOGS - 1} | xargs -r rm -f"
+    keep = f"ls -1 [0-9]*-servo.jsonl 2>/dev/null | head -n -{MAX_LOGS - 1} | xargs -r rm -f"
     await ask(brick, f"mkdir -p {LOGS} && cd {LOGS} && {keep}")
     # By this computer's clock: a brick's may start anew with each day.
     return f"{LOGS}/{time.strftime('%Y-%m-%d-%H%M%S')}-servo.jsonl"
@@ -224,8 +226,8 @@ async def watched(
         address: the brick's.
         dialogue: with who has started it.
         command: for the brick's shell.
-        follow: starts what it is given, follows it to its end, and returns its exit status.
-        before: what that shell does first.
+        follow: called with a command to start; follows it to its end, and returns its exit status.
+        before: shell commands that come first.
 
     Raises:
         BrickProblem: the connection is lost.
@@ -234,7 +236,7 @@ async def watched(
     program = PROGRAM.format(token=token, before=before, command=command)
     try:
         watch = await brick.create_process(
-            WATCH.format(timeout=SILENCE_TIMEOUT, token=token, asked=ASKED),
+            WATCH.format(timeout=SILENCE_TIMEOUT, token=token, asked=ASKED_STATUS),
             encoding=None,
             stderr=asyncssh.STDOUT,
         )
@@ -248,8 +250,8 @@ async def watched(
         with contextlib.suppress(NoAnswer):  # the program has ended, and that counts
             async for _ in lines(watch.stdout):
                 pass  # the shell there may complain
-            await within(SILENCE, watch.wait_closed())
-        if watch.exit_status == ASKED:
+            await within(MAX_SILENCE, watch.wait_closed())
+        if watch.exit_status == ASKED_STATUS:
             dialogue.say(
                 f"{address} heard nothing of this computer for {SILENCE_TIMEOUT:g} s, as where it "
                 "sleeps or radio stalls, and has asked the program to stop the arm"
@@ -267,7 +269,7 @@ async def _beat(watch: asyncssh.SSHClientProcess[bytes], dialogue: Dialogue) -> 
         watch.stdin.write(b"beat\n")
         await asyncio.sleep(BEAT_PERIOD)
     await watch.wait_closed()
-    if watch.exit_status != ASKED:
+    if watch.exit_status != ASKED_STATUS:
         dialogue.say(
             "the watch on the brick has ended, as for want of memory; if this computer falls "
             "silent now, nothing there stops the arm: press Ctrl-C, and start again"
@@ -277,14 +279,14 @@ async def _beat(watch: asyncssh.SSHClientProcess[bytes], dialogue: Dialogue) -> 
 async def on_terminal(
     brick: asyncssh.SSHClientConnection,
     command: str | None,
-    hear: Callable[[bytes], None] = lambda data: None,
+    on_output: Callable[[bytes], None] = lambda data: None,
 ) -> int:
     """Run a command, or a shell, on a terminal there as if it were here; return its exit status.
 
     Args:
         brick: the connection.
         command: for the brick's shell; None for that shell itself.
-        hear: is called with all that is written there.
+        on_output: called with all that is written there.
 
     Raises:
         asyncssh.ConnectionLost: it has not come to its end.
@@ -295,7 +297,7 @@ async def on_terminal(
     asked = 0
 
     def is_left() -> bool:
-        return asked >= LEAVES and command is not None
+        return asked >= LEAVING_PRESSES and command is not None
 
     def send(data: bytes) -> None:
         nonlocal asked
@@ -316,7 +318,7 @@ async def on_terminal(
         on_signal(platforms.TERMINAL_CHANGES, resize),
     ):
         try:
-            await _show(process, hear)
+            await _show(process, on_output)
         except CUT:
             if not is_left():
                 raise
@@ -349,11 +351,11 @@ async def _start_on_terminal(
     )
 
 
-async def _show(process: asyncssh.SSHClientProcess[bytes], hear: Callable[[bytes], None]) -> None:
-    """Write here what is written there, to its end; `hear` is called with it."""
+async def _show(process: asyncssh.SSHClientProcess[bytes], on_output: Callable[[bytes], None]) -> None:
+    """Write here what is written there, to its end; `on_output` is called with it."""
     while data := await process.stdout.read(1 << 16):
-        hear(data)
+        on_output(data)
         with shown_here():
             sys.stdout.buffer.write(data)
             sys.stdout.buffer.flush()
-    await within(SILENCE, process.wait_closed())
+    await within(MAX_SILENCE, process.wait_closed())

@@ -1,4 +1,4 @@
-"""The terminal here: its size, what is typed in it, and the signals that it sends."""
+"""The terminal here: its size, its input, and the signals that it sends."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ CTRL_C, END_OF_INPUT = b"\x03", b"\x04"
 
 
 def window_size() -> tuple[int, int]:
-    """Return columns and lines of the terminal here, whatever COLUMNS says, which never changes."""
+    """Return columns and lines of the terminal here; COLUMNS is ignored, which never changes."""
     try:
         return os.get_terminal_size(sys.stdout.fileno())
     except (OSError, ValueError):  # it is none
@@ -26,7 +26,7 @@ def window_size() -> tuple[int, int]:
 
 @contextlib.contextmanager
 def reading(send: Callable[[bytes], None]) -> Iterator[None]:
-    """Hand over what comes on standard input, for a `with` block; then its end, if it has one."""
+    """Call `send` with what comes on standard input, for a `with` block, then with END_OF_INPUT."""
     loop, going_on = asyncio.get_running_loop(), True
 
     def hand_over(data: bytes) -> None:
@@ -48,7 +48,7 @@ def reading(send: Callable[[bytes], None]) -> Iterator[None]:
 
 @contextlib.contextmanager
 def on_signal(number: int | None, act: Callable[[], None]) -> Iterator[None]:
-    """Act at a signal, for a `with` block, where this system has it."""
+    """Call `act` at a signal, for a `with` block; None: this system has no such signal."""
     if number is None:
         yield
         return

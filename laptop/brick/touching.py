@@ -1,4 +1,4 @@
-"""Points touched with the arm on the brick: each comes here as it is taken."""
+"""Points touched with the arm on the brick, by hand guiding: each comes here as it is taken."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 import asyncssh
 
 from laptop.brick import BrickProblem
-from laptop.brick.answers import SILENCE, lines, within
+from laptop.brick.answers import MAX_SILENCE, lines, within
 from laptop.brick.connection import BrickAddress, Dialogue
 from laptop.brick.install import update
 from laptop.brick.running import watched
@@ -20,19 +20,20 @@ from laptop.system import platforms
 from shared.message_fields import printable
 
 DRIVER, PROBLEM = "robot/driver.py", "driver.py: "
-"""The program there, and how it begins to tell what is wrong."""
+"""The program there, and the beginning of its line about a problem."""
 TAKE, END = b"\n", b"q\n"
-"""What the program there reads: a point is to be taken, or that was the last one."""
+"""Lines that the program there reads: a point is to be taken, or that was the last one."""
 STOPPED = 130
+"""Exit status of a command that somebody has stopped by Ctrl-C."""
 
 
 async def touch(
     brick: asyncssh.SSHClientConnection,
     address: BrickAddress,
     dialogue: Dialogue,
-    words: tuple[str, ...],
-    take: Callable[[str], bool],
-    skip: Callable[[], bool],
+    args: tuple[str, ...],
+    on_point: Callable[[str], bool],
+    on_skip: Callable[[], bool],
 ) -> None:
     """Let somebody touch points with the arm; Enter here takes one, too, s skips, q ends.
 
@@ -40,17 +41,19 @@ async def touch(
         brick: the connection.
         address: the brick's.
         dialogue: with who sits here.
-        words: further options of `driver.py touch --json`.
-        take: called in a thread of its own with the line of each point; whether that was the last.
-        skip: called where somebody wants no point of this place; whether that was the last.
+        args: further options of `driver.py touch --json`.
+        on_point: called in a thread of its own with the line of JSON of each point; returns whether
+            that was the last.
+        on_skip: called where somebody wants no point of this place; returns whether that was the
+            last.
 
     Raises:
         BrickProblem: it cannot be done, was stopped, or the connection is lost.
-        Exception: what `take` raises, once the arm is held again.
+        Exception: that of `on_point`, once the arm is held again.
     """
     await update(brick, address, dialogue)
-    command = " ".join([DRIVER, "touch", "--json", *map(shlex.quote, words)])
-    touching = _Touching(dialogue, take, skip)
+    command = " ".join([DRIVER, "touch", "--json", *map(shlex.quote, args)])
+    touching = _Touching(dialogue, on_point, on_skip)
     status = await watched(
         *(brick, address, dialogue, command),
         lambda program: touching.follow(brick, program),
@@ -70,18 +73,18 @@ class _Touching:
     """The program on the brick that touches, while somebody sits here.
 
     Args:
-        dialogue, take, skip: see `touch`.
+        dialogue, on_point, on_skip: see `touch`.
 
     Attributes:
-        failed: what `take` has raised; None: nothing.
-        problem: what is wrong by that program; None: it has not said.
-        is_stopped: somebody has given up.
+        failed: exception of `on_point`; None: there was none.
+        problem: problem that the program has printed; None: it has printed none.
+        is_stopped: whether somebody has given up.
     """
 
     def __init__(
-        self, dialogue: Dialogue, take: Callable[[str], bool], skip: Callable[[], bool]
+        self, dialogue: Dialogue, on_point: Callable[[str], bool], on_skip: Callable[[], bool]
     ) -> None:
-        self._dialogue, self._take, self._skip = dialogue, take, skip
+        self._dialogue, self._on_point, self._on_skip = dialogue, on_point, on_skip
         self.failed: Exception | None = None
         self.problem: str | None = None
         self.is_stopped = False
@@ -105,38 +108,38 @@ class _Touching:
             on_signal(signal.SIGINT, lambda: typed(CTRL_C)),
         ):
             await self._take_points(process.stdout, write)
-            await within(SILENCE, process.wait_closed())
-        await within(SILENCE, listening)
+            await within(MAX_SILENCE, process.wait_closed())
+        await within(MAX_SILENCE, listening)
         return process.returncode if process.returncode is not None else 1
 
     def _type(self, letter: bytes, write: Callable[[bytes], None]) -> None:
-        """Take in a key."""
+        """Handle a key."""
         if letter in b"\r\n ":
             write(TAKE)
         elif letter == b"s":
-            if self._skip():
+            if self._on_skip():
                 write(END)
         elif letter in (b"q", CTRL_C):
             self.is_stopped = self.is_stopped or letter == CTRL_C
             write(END)
 
     async def _take_points(self, stream: Any, write: Callable[[bytes], None]) -> None:
-        """Hand on each point that the program tells, until one fails."""
+        """Call `on_point` with each point that the program prints, until one fails."""
         async for line in lines(stream, None, None):
             if self.failed or not line.startswith("{"):
                 continue
             try:
-                if await asyncio.to_thread(self._take, line):
+                if await asyncio.to_thread(self._on_point, line):
                     write(END)
             except Exception as problem:
                 self.failed = problem
                 write(END)
 
     async def _listen(self, stream: Any) -> None:
-        """Take in what the program says to people."""
+        """Pass on what the program prints for people."""
         async for raw in lines(stream, None, None):
             line = printable(raw.rstrip())
             if line.startswith(PROBLEM):
                 self.problem = line.removeprefix(PROBLEM)
-            elif line and not line.startswith("point "):  # told here with the camera's part
+            elif line and not line.startswith("point "):  # printed here with the camera's part
                 self._dialogue.say(line)

@@ -14,18 +14,18 @@ from laptop.brick import COMMAND, BrickProblem
 from laptop.brick.answers import ask
 from laptop.brick.connection import BrickAddress, Dialogue
 from laptop.brick.remote_files import put, read
-from laptop.brick.run_log import is_of, kept_runs
+from laptop.brick.run_log import is_of, stored_runs
 from laptop.brick.running import LOGS, run
 from laptop.system.files import check_new, write_whole
 from shared.arm_description import read_arm
 from shared.small_files import MAX_SIZE
 
 ARMS = ".brickservo/arms"
-"""Folder in the brick's home."""
+"""Folder of arm files in the brick's home."""
 MENU_LOGS = "brickservo-*.err.log"
 """Files in the brick's home that hold the errors of what its menu has started."""
-MOST_LOGS, MOST_LOG = 40, 1 << 25
-"""So many logs are fetched, the last by name, each of at most so many bytes."""
+MAX_LOGS, MAX_LOG_SIZE = 40, 1 << 25
+"""Greatest number of logs that are fetched, the last by name, and greatest size of one, bytes."""
 DEVICES = {
     "CON",
     "PRN",
@@ -45,7 +45,14 @@ async def put_arm(
     path: Path,
     replace: bool,
 ) -> None:
-    """Put an arm file on the brick; another one of that name stays unless it is to be replaced.
+    """Put an arm file on the brick.
+
+    Args:
+        brick: the connection.
+        address: the brick's.
+        dialogue: with who has typed it.
+        path: the file here.
+        replace: whether another one of that name there is replaced.
 
     Raises:
         BrickProblem: there is another one, or it cannot be put there.
@@ -72,7 +79,14 @@ async def fetch_arm(
     name: str,
     replace: bool,
 ) -> None:
-    """Fetch an arm file of the brick's into this folder; one here stays unless told otherwise.
+    """Fetch an arm file of the brick's into this folder.
+
+    Args:
+        brick: the connection.
+        address: the brick's.
+        dialogue: with who has typed it.
+        name: name of the arm, with or without .ini.
+        replace: whether another file of that name here is replaced.
 
     Raises:
         BrickProblem: there is none, or another one here.
@@ -105,7 +119,7 @@ async def _arms(brick: asyncssh.SSHClientConnection) -> str:
 async def fetch_logs(
     brick: asyncssh.SSHClientConnection, address: BrickAddress, dialogue: Dialogue, folder: Path
 ) -> None:
-    """Fetch the logs of the last runs into a folder: the brick's, and what was kept of it here.
+    """Fetch the logs of the last runs into a folder: the brick's, and those stored here.
 
     One that is there already as it is stays, and so does another one of that name.
 
@@ -123,7 +137,7 @@ async def fetch_logs(
         raise BrickProblem(f"{address} cannot send its logs: {listed.errors.strip()}")
     places = listed.out.splitlines()
     logs = {posixpath.basename(one): one for one in places if is_log(one)}
-    ours = [file for file in kept_runs() if is_of(file, address)]
+    ours = [file for file in stored_runs() if is_of(file, address)]
     if not logs and not ours:
         raise BrickProblem(
             f"{address} has no logs; each {COMMAND} run leaves one, and so does what its menu "
@@ -131,9 +145,9 @@ async def fetch_logs(
         )
     folder.mkdir(parents=True, exist_ok=True)
     written = [_write_log(folder / file.name, file.read_bytes()) for file in ours]
-    for name, place in sorted(logs.items())[-MOST_LOGS:]:
+    for name, place in sorted(logs.items())[-MAX_LOGS:]:
         try:
-            data = await read(brick, place, most=MOST_LOG)
+            data = await read(brick, place, most=MAX_LOG_SIZE)
         except BrickProblem as problem:
             dialogue.say(f"left out: {problem}")
             continue
@@ -145,7 +159,7 @@ async def fetch_logs(
 
 
 def is_log(place: str) -> bool:
-    """Return True if a place on the brick is that of a log, by its name alone."""
+    """Return True if a path on the brick is that of a log, by its name alone."""
     folder, name = posixpath.split(place)
     return (
         folder in (LOGS, "")
@@ -155,7 +169,7 @@ def is_log(place: str) -> bool:
 
 
 def _write_log(path: Path, data: bytes) -> str:
-    """Write a log unless it is there; return the name that it has, another if that was taken."""
+    """Write a log unless it is there; return its name, another one if that was taken."""
     k, free = 1, path
     while os.path.lexists(free):
         if free.is_file() and free.read_bytes() == data:
@@ -170,17 +184,24 @@ async def bench(
     brick: asyncssh.SSHClientConnection,
     address: BrickAddress,
     dialogue: Dialogue,
-    words: tuple[str, ...],
+    args: tuple[str, ...],
     file: Path,
 ) -> int:
     """Run bench_brick.py there, and fetch what it has measured; return its exit status.
+
+    Args:
+        brick: the connection.
+        address: the brick's.
+        dialogue: with who has typed it.
+        args: arguments of the script.
+        file: file to write here.
 
     Raises:
         BrickProblem: it cannot be run.
         OSError: what it has measured cannot be written here.
     """
     await ask(brick, f"rm -f {FIGURES}")
-    status = await run(brick, address, dialogue, "bench_brick.py", (*words, "--json", FIGURES))
+    status = await run(brick, address, dialogue, "bench_brick.py", (*args, "--json", FIGURES))
     data = await read(brick, FIGURES, most=16 * MAX_SIZE)
     if data is not None:
         write_whole(file, data)

@@ -44,11 +44,11 @@ def find() -> None:
 
     with in_one_line():
         found = asyncio.run(finding.find())
-        finding.show(
+        finding.report(
             found, choosing.last_brick(), lambda line: click.echo(printable(line))
         )  # others give themselves their names
     if not found:
-        raise click.ClickException(finding.NOBODY)
+        raise click.ClickException(finding.NO_BRICK)
 
 
 @brick.command()

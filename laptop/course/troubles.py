@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from laptop.brick.connection import BrickAddress, another_brick, unreached
 from laptop.brick.diagnosis import judge, judge_link, judge_program, judge_turned
-from laptop.brick.finding import NOBODY
+from laptop.brick.finding import NO_BRICK
 from laptop.brick.install import why_not_taken
 from laptop.emulator.rig import Rig
 from robot.ev3.battery import BatteryFlat
@@ -55,7 +55,7 @@ def troubles(arm: Arm) -> list[Trouble]:
 def _on_the_way() -> Iterator[Trouble]:
     """Yield what the commands say that do not get to the brick."""
     find, any_command, install = "brick find", "any brick command", "brick install"
-    yield Trouble(find, NOBODY, "Do what is said under Card, cable, network; then try again.")
+    yield Trouble(find, NO_BRICK, "Do what is said under Card, cable, network; then try again.")
     yield Trouble(
         any_command,
         unreached(ADDRESS, ConnectionRefusedError()),

@@ -140,7 +140,7 @@ def test_one_brick_on_two_ways_is_one_and_two_of_one_name_are_two():
     twin = FoundBrick("blue", BrickAddress("10.42.0.7"), "announces itself", "SHA256:c")
     assert finding._each_once([other_way, BLUE, asked, twin]) == [BLUE, twin]
     said = []
-    finding.show([BLUE, twin], BLUE.address, said.append)
+    finding.report([BLUE, twin], BLUE.address, said.append)
     assert said[0].endswith("SHA256:a  (the last one)")
     assert (
         "2 bricks are called blue: say which by --brick 10.42.0.3 or --brick 10.42.0.7" in said[2]
@@ -149,7 +149,7 @@ def test_one_brick_on_two_ways_is_one_and_two_of_one_name_are_two():
 
 def test_the_last_one_is_marked_whoever_logs_in():
     said = []
-    finding.show([BLUE, RED], BrickAddress("10.42.0.3", user="anna"), said.append)
+    finding.report([BLUE, RED], BrickAddress("10.42.0.3", user="anna"), said.append)
     assert [line.endswith("(the last one)") for line in said] == [True, False]
 
 
@@ -165,7 +165,7 @@ def test_copies_of_one_card_are_bricks_of_their_own():
     found = finding._each_once(copies + by_cable)
     assert [str(brick.address) for brick in found] == ["10.42.0.3", "10.42.0.4", "10.42.0.5"]
     said = []
-    finding.show(found, None, said.append)
+    finding.report(found, None, said.append)
     assert "several bricks have one key, so their cards are copies of one another" in said[-1]
     assert len(said) == 4
     far = FoundBrick("ev3dev-2", BrickAddress("192.168.0.4"), "announces itself", "SHA256:a")

@@ -37,7 +37,7 @@ def test_nothing_strange_in_a_status_gets_through():
 def test_statuses_are_taken_until_they_are_over_and_then_what_is_said():
     told = [json.dumps(TOLD), "", json.dumps(dict(TOLD, stroke=4)), '{"over": true}']
     reader = StatusReader()
-    found = [reader.take(line) for line in [*told, "driver.py: the elbow is blocked"]]
+    found = [reader.handle(line) for line in [*told, "driver.py: the elbow is blocked"]]
     assert [status and status.stroke for status in found] == [3, None, 4, None, None]
     assert reader.said == "driver.py: the elbow is blocked\n"
 
@@ -54,21 +54,21 @@ def test_statuses_are_taken_until_they_are_over_and_then_what_is_said():
 )
 def test_a_line_that_is_no_status_is_left_out(line):
     reader = StatusReader()
-    assert reader.take(line) is None
-    assert reader.take(json.dumps(TOLD)).stroke == 3
+    assert reader.handle(line) is None
+    assert reader.handle(json.dumps(TOLD)).stroke == 3
 
 
 @pytest.mark.parametrize("number", ["1e999", "-1e308", "1" + "0" * 400, "NaN", "1e300"])
 def test_a_number_beyond_all_bounds_is_not_taken(number):
     line = f'{{"state": "drawing", "cm": {number}, "stroke": {number}, "left_s": {number}}}'
-    assert StatusReader().take(line) in (None, BrickJobStatus("drawing"))
+    assert StatusReader().handle(line) in (None, BrickJobStatus("drawing"))
 
 
 def test_what_a_program_says_at_its_end_is_kept_in_part_only():
     reader = StatusReader()
-    reader.take('{"over": true}')
+    reader.handle('{"over": true}')
     for _ in range(1000):
-        reader.take("A" * 1000)
+        reader.handle("A" * 1000)
     assert len(reader.said) <= 4000
 
 
@@ -81,27 +81,27 @@ def keys():
 
 
 def test_ctrl_c_pauses_and_a_second_one_aborts(keys):
-    keys.take(b"\x03")
+    keys.handle(b"\x03")
     assert keys.orders == ["pause"]
-    keys.see(BrickJobStatus("drawing"))  # it has not come to a stop yet
-    keys.take(b"\x03")
+    keys.update(BrickJobStatus("drawing"))  # it has not come to a stop yet
+    keys.handle(b"\x03")
     assert keys.orders == ["pause", "abort"]
 
 
 def test_after_a_pause_that_is_over_ctrl_c_pauses_again(keys):
-    keys.take(b"\x03")
-    keys.see(BrickJobStatus("paused"))
-    keys.take(b" ")
-    keys.see(BrickJobStatus("paused"))  # told before it took the order
-    keys.see(BrickJobStatus("drawing"))
-    keys.take(b"\x03")
+    keys.handle(b"\x03")
+    keys.update(BrickJobStatus("paused"))
+    keys.handle(b" ")
+    keys.update(BrickJobStatus("paused"))  # told before it took the order
+    keys.update(BrickJobStatus("drawing"))
+    keys.handle(b"\x03")
     assert keys.orders == ["pause", "resume", "pause"]
 
 
 def test_space_pauses_and_goes_on(keys):
-    keys.take(b" ")
-    keys.see(BrickJobStatus("paused"))
-    keys.take(b"\r")
+    keys.handle(b" ")
+    keys.update(BrickJobStatus("paused"))
+    keys.handle(b"\r")
     assert keys.orders == ["pause", "resume"]
 
 
@@ -118,14 +118,14 @@ def test_space_pauses_and_goes_on(keys):
     ],
 )
 def test_keys_are_orders(keys, typed, orders):
-    keys.see(BrickJobStatus("drawing", speed=50, pen=1))
-    keys.take(typed)
+    keys.update(BrickJobStatus("drawing", speed=50, pen=1))
+    keys.handle(typed)
     assert keys.orders == orders
 
 
 def test_speed_stays_within_what_the_brick_takes(keys):
-    keys.see(BrickJobStatus("drawing", speed=30))
-    keys.take(b"-")
-    keys.see(BrickJobStatus("drawing", speed=100))
-    keys.take(b"+")
+    keys.update(BrickJobStatus("drawing", speed=30))
+    keys.handle(b"-")
+    keys.update(BrickJobStatus("drawing", speed=100))
+    keys.handle(b"+")
     assert keys.orders == ["speed 25", "speed 100"]

@@ -115,7 +115,7 @@ def test_one_that_answers_word_by_word_is_waited_for_only_so_long(lying, monkeyp
             process.stdout.write(b".")
             await asyncio.sleep(0.05)
 
-    monkeypatch.setattr(answers, "LONGEST", 1.0)
+    monkeypatch.setattr(answers, "MAX_ANSWER_TIME", 1.0)
     with pytest.raises(BrickProblem, match="has not come to its end; is the network so slow"):
         ask_it(lying({"read": drip}), "head -c 10")
 

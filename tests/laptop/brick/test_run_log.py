@@ -6,7 +6,7 @@ import pytest
 
 from laptop.brick import run_log
 from laptop.brick.connection import BrickAddress
-from laptop.brick.run_log import KeptRun, is_of, kept_runs
+from laptop.brick.run_log import BrickRunLog, is_of, stored_runs
 
 BLUE = BrickAddress("10.42.0.3")
 
@@ -21,15 +21,15 @@ def kept(*words, output=(), status=0, error=None):
     """The text that is kept of one run, and what was said."""
     said = []
     try:
-        with KeptRun(BLUE, words, said.append) as log:
+        with BrickRunLog(BLUE, words, said.append) as log:
             for data in output:
-                log.hear(data)
+                log.add(data)
             if error:
                 raise error
             log.status = status
     except type(error):
         pass
-    return kept_runs()[-1].read_text(), said
+    return stored_runs()[-1].read_text(), said
 
 
 def test_a_run_is_kept_with_command_output_and_status():
@@ -41,7 +41,7 @@ def test_a_run_is_kept_with_command_output_and_status():
     assert rest[4].startswith("ended after ")
     assert rest[4].endswith(" s: status 2")
     assert said == []
-    assert kept_runs()[-1].name.endswith("-driver.txt")
+    assert stored_runs()[-1].name.endswith("-driver.txt")
 
 
 def test_what_ended_a_run_is_kept_too():
@@ -60,40 +60,40 @@ def test_the_pairing_code_is_not_kept(words):
 
 def test_of_a_long_run_the_beginning_and_the_end_are_kept():
     text, _ = kept("a.py", output=[b"begin " + bytes(1 << 20), b"x" * (1 << 20), b" end"])
-    assert len(text) < run_log.MOST_FIRST + run_log.MOST_LAST + 1000
+    assert len(text) < run_log.MAX_HEAD + run_log.MAX_TAIL + 1000
     assert "begin" in text
-    left_out = 6 + (1 << 21) + 4 - run_log.MOST_FIRST - run_log.MOST_LAST
+    left_out = 6 + (1 << 21) + 4 - run_log.MAX_HEAD - run_log.MAX_TAIL
     assert f"... {left_out} bytes are left out here ..." in text
     assert " end\nended after " in text
 
 
 def test_the_oldest_run_goes_and_two_in_a_second_are_two():
-    for _ in range(run_log.KEPT + 5):
+    for _ in range(run_log.MAX_RUNS + 5):
         kept("driver.py")
-    assert len(kept_runs()) == run_log.KEPT
+    assert len(stored_runs()) == run_log.MAX_RUNS
 
 
 def test_runs_are_told_apart_by_brick():
     kept("driver.py")
-    assert is_of(kept_runs()[0], BLUE)
-    assert not is_of(kept_runs()[0], BrickAddress("10.42.0.30"))
+    assert is_of(stored_runs()[0], BLUE)
+    assert not is_of(stored_runs()[0], BrickAddress("10.42.0.30"))
 
 
 def test_where_nothing_can_be_kept_it_is_said_and_the_run_goes_on(state):
     (state / "brick-runs").write_text("in the way")
     said = []
-    with KeptRun(BLUE, ("driver.py",), said.append) as log:
-        log.hear(b"output")
+    with BrickRunLog(BLUE, ("driver.py",), said.append) as log:
+        log.add(b"output")
     assert said == [f"no log of this run is kept: File exists: {state / 'brick-runs'}"]
 
 
 def test_a_card_that_gets_full_ends_the_log_and_not_the_run(state):
     said = []
-    with KeptRun(BLUE, ("driver.py",), said.append) as log:
+    with BrickRunLog(BLUE, ("driver.py",), said.append) as log:
         log._file.close()
         log._file = open("/dev/full", "wb", buffering=0)  # noqa: SIM115
-        log.hear(b"more")
-        log.hear(b"and more")
+        log.add(b"more")
+        log.add(b"and more")
     assert [line.partition(os.sep)[0] for line in said] == [
         "no log of this run is kept: No space left on device: "
     ]

@@ -259,13 +259,13 @@ def test_a_watch_ends_its_own_program_though_another_has_begun_since(tmp_path):
         begin(running.PROGRAM, token=token, before="", command="cat")
         for token in ("first", "second")
     ]
-    watch = begin(running.WATCH, timeout=PATIENCE, token="first", asked=running.ASKED)
+    watch = begin(running.WATCH, timeout=PATIENCE, token="first", asked=running.ASKED_STATUS)
     try:
         for program in programs:  # each is what it becomes
             until(lambda number=program.pid: words_of(number) == b"cat\0", "the program")
         watch.stdin.close()
         assert programs[0].wait(PATIENCE) == -signal.SIGHUP
-        assert watch.wait(PATIENCE) == running.ASKED
+        assert watch.wait(PATIENCE) == running.ASKED_STATUS
         assert programs[1].poll() is None
     finally:
         for process in (watch, *programs):

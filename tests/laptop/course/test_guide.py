@@ -12,7 +12,7 @@ from click.testing import CliRunner
 from page_tracker import a_browser
 
 from laptop.brick.diagnosis import judge
-from laptop.brick.finding import NOBODY
+from laptop.brick.finding import NO_BRICK
 from laptop.cli.main import laptop
 from laptop.course import build, drawing, lego, troubles
 from laptop.course.handouts import HANDOUTS
@@ -145,7 +145,7 @@ def test_the_sentences_are_those_of_the_programs(tmp_path):
         "battery 6.20 V", "port A no motor", "port B no motor", "port C no motor",
     ]  # fmt: skip
     assert {told[0], told[2]} <= set(said)
-    assert NOBODY in said
+    assert NO_BRICK in said
     with pytest.raises(NotChecked) as unchecked:
         Checked(the_arm(), str(tmp_path)).confirm(dict)
     assert str(unchecked.value) in said
