@@ -80,7 +80,7 @@ def run(description, clock, take=False, person=None, tracker=None):
 def _seen_by_camera(arm, tracker, clock):
     # type: (RobotArm, ServerAddress, Clock) -> List[Optional[mounting.Observed]]
     """Return mounting.Observed by the camera for each motor, or None where it cannot tell."""
-    # Not above: only who looks through a camera waits for all this to be loaded.
+    # Not above: only a check by camera waits for all this to be loaded.
     from robot.jog_watching import PLACING_ADVICE, JogWatcher
     from robot.motion import jog_views
     from robot.tracking import TrackingClient

@@ -59,7 +59,7 @@ def number_in(lower, upper, unit):
 def _refuse(prog, message):
     # type: (str, str) -> NoReturn
     """End a program with one line: nothing has been done."""
-    from shared.message_fields import printable  # of what was typed, anything may be told
+    from shared.message_fields import printable  # what was typed may be anything
 
     sys.stderr.write("{0}: {1}; see {0} --help\n".format(prog, printable(message)))
     sys.exit(2)
@@ -244,7 +244,7 @@ class Parser(object):
                     value = argument.value(texts)
             except BadArgument as problem:
                 reader.error("argument {}: {}".format(argument.shown, problem))
-            except ValueError:  # argparse will meet the same, and tells it as it does
+            except ValueError:  # argparse will meet the same, and reports it in its own way
                 raise _Unusual from None
             setattr(values, argument.dest, value)
         return values

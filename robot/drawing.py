@@ -62,14 +62,14 @@ class Driver(object):
         """
         every = self.arm.home(here, self.say, seek)
         for found, joint in zip(every, self.arm.description.joints):
-            play = (
+            backlash = (
                 ""
                 if found.backlash is None
                 else ", play {:.1f} deg".format(math.degrees(found.backlash))
             )
             self.say(
                 "{}: zero at {:.1f} counts, touches within {:.0f}{}".format(
-                    found.joint, found.zero, found.spread, play
+                    found.joint, found.zero, found.spread, backlash
                 )
             )
             if (

@@ -98,7 +98,7 @@ def connect(description, clock, take=None, unchecked=False):
     Raises:
         ArmError: this is not the brick, nor an emulated one.
         MotorNotFound: see RobotArm.
-        NotChecked: it is to move something, and nobody has looked yet which motor is where.
+        NotChecked: it is to move something, and nobody has checked yet which motor is where.
         BrickInUse: see `claim`.
     """
     try:
@@ -151,7 +151,7 @@ def parking(arm):
         yield
     except BaseException:
         ignore_signals()
-        with contextlib.suppress(ArmError):  # the first trouble is the one to tell
+        with contextlib.suppress(ArmError):  # the first error is the one to report
             arm.park()
         raise
     ignore_signals()
@@ -173,7 +173,7 @@ def run(name, command):
         print("{}: the reader of the output has gone".format(name), file=sys.stderr)
         return 1
     except (ArmError, OSError, Stopped) as error:
-        from shared.message_fields import printable  # names of files and what is in them are told
+        from shared.message_fields import printable  # it may quote names and contents of files
 
         with contextlib.suppress(OSError):  # its terminal may be what has gone
             print("{}: {}".format(name, printable(str(error))), file=sys.stderr)

@@ -168,7 +168,7 @@ def _run(parser, args):
                 client.close, "the program has ended" if args.wait else "the run has ended"
             )
             if not reached:
-                last.enter_context(contextlib.suppress(ArmError))  # the first trouble is told
+                last.enter_context(contextlib.suppress(ArmError))  # the first error is reported
             arm.park()
     if not reached:
         raise NotReached(verdict_text(verdict))

@@ -143,14 +143,14 @@ class Touching(object):
         # type: (Tuple[float, ...], float) -> None
         """Add the point of joint angles `q` (rad), taken at the time `now` (s)."""
         from robot.motion import kinematics
-        from robot.touching import TouchPoint, describe_points, play_at
+        from robot.touching import TouchPoint, backlash_at, describe_points
 
         arm = self._arm.description
         point = TouchPoint(tuple(kinematics.forward(arm, q)), q, now)
         self.points.append(point)
-        play = play_at(arm, q)
-        self._on_point(point, play)
-        lines = describe_points([one.p for one in self.points[-3:]], play, len(self.points))
+        backlash = backlash_at(arm, q)
+        self._on_point(point, backlash)
+        lines = describe_points([one.p for one in self.points[-3:]], backlash, len(self.points))
         self._say("\n".join(lines))
 
 
@@ -170,13 +170,13 @@ def _sayer():
     return say
 
 
-def _announce(out, point, play):
+def _announce(out, point, backlash):
     # type: (IO[str], TouchPoint, float) -> None
     """Print a point and its backlash (cm) as a line of JSON."""
     import json
 
     fields = {"p": [round(x, 4) for x in point.p], "q": [round(x, 6) for x in point.q],
-              "t": round(point.t, 3), "play": round(play, 4)}  # fmt: skip
+              "t": round(point.t, 3), "play": round(backlash, 4)}  # fmt: skip
     print(json.dumps(fields, sort_keys=True), file=out, flush=True)
 
 
@@ -274,10 +274,10 @@ def main(argv=None):
             if args.json:  # all that is for people, whoever says it, goes elsewhere
                 stack.enter_context(contextlib.redirect_stdout(sys.stderr))
 
-            def on_point(point, play):
+            def on_point(point, backlash):
                 # type: (TouchPoint, float) -> None
                 if args.json:
-                    _announce(out, point, play)
+                    _announce(out, point, backlash)
 
             _touch(args, on_point)
 

@@ -90,7 +90,7 @@ class Lines(object):
         self._select = select.select
         self._file = sys.stdin.fileno()  # type: Optional[int]
         self._rest = b""
-        self._select([self._file], [], [], 0)  # Windows waits for sockets only: told now
+        self._select([self._file], [], [], 0)  # Windows waits for sockets only: raise now
 
     def close(self):
         # type: () -> None
@@ -123,16 +123,18 @@ def hands_of(arm, say):
 
     sensors = TouchSensors(arm)
     found = [sensors]  # type: List[PressSource]
-    ways = ["sensor at " + ", ".join(sensors.ports)] if sensors.ports else []
-    for kind, way in ((Buttons, "CENTRE"), (TouchKeys, "Enter"), (Lines, "")):
-        if kind is Lines and len(ways) > 1 and ways[-1] == "Enter":
+    labels = ["sensor at " + ", ".join(sensors.ports)] if sensors.ports else []
+    for kind, label in ((Buttons, "CENTRE"), (TouchKeys, "Enter"), (Lines, "")):
+        if kind is Lines and len(labels) > 1 and labels[-1] == "Enter":
             break
         try:
             found.append(kind())
         except (ImportError, OSError, ValueError, AttributeError):
             continue  # not on a brick; no terminal
-        if way:
-            ways.append(way)
-    end = "q" if "Enter" in ways and not Person(None).at_brick else "the button DOWN"
-    say("lead the arm by hand;\na press takes a point:\n{}\n{} ends".format(",\n".join(ways), end))
+        if label:
+            labels.append(label)
+    end = "q" if "Enter" in labels and not Person(None).at_brick else "the button DOWN"
+    say(
+        "lead the arm by hand;\na press takes a point:\n{}\n{} ends".format(",\n".join(labels), end)
+    )
     return found

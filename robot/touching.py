@@ -1,8 +1,8 @@
 """Points taken by hand guiding, and what they measure: distance, angle, midpoint.
 
 The motors coast and the encoders count on.  Within its backlash a link turns without its motor.  So
-a joint that is guided by hand is known to half of its backlash only: see `play_at`.  People read
-"play" for it.
+a joint that is guided by hand is known to half of its backlash only: see `backlash_at`.  In texts
+for people backlash is "play".
 """
 
 import math
@@ -96,7 +96,7 @@ class StillWatch(object):
         return tuple([sum(column) / len(column) for column in zip(*self._seen)])
 
 
-def play_at(arm, q):
+def backlash_at(arm, q):
     # type: (Arm, Sequence[float]) -> float
     """Return how far the tip may be from where the encoders have it, cm.
 
@@ -137,18 +137,18 @@ def angle_at(a, b, c):
     return math.atan2(abs(ux * vy - uy * vx), ux * vx + uy * vy)
 
 
-def describe_points(points, play, number):
+def describe_points(points, backlash, number):
     # type: (Sequence[Point], float, int) -> List[str]
     """Return short lines on the last of some points, which fit the brick's screen.
 
     Args:
         points: the last tips, (x, y), cm: up to three.
-        play: see `play_at`, of the last one, cm.
+        backlash: see `backlash_at`, of the last one, cm.
         number: number of the last one, from 1 on.
     """
     lines = ["point {}: {} cm".format(number, _pair(points[-1]))]
-    if play >= 0.05:
-        lines.append("to {:.1f} cm (play)".format(play))
+    if backlash >= 0.05:
+        lines.append("to {:.1f} cm (play)".format(backlash))
     if len(points) > 1:
         a, b = points[-2:]
         lines.append("distance {:.2f} cm".format(kinematics.distance(a, b)))

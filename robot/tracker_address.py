@@ -53,7 +53,7 @@ if MYPY:
 else:
     ServerAddress = record("ServerAddress", "host port code")
 ServerAddress.__doc__ = (
-    """Where the tracker is, and the code that it printed (as pairing.read_code)."""
+    """Address of the tracker, and the code that it printed (as pairing.read_code)."""
 )
 
 
@@ -185,11 +185,11 @@ def find_tracker(
     """
     environ = os.environ if environ is None else environ
     host, port = read_place(place)
-    known = spoilt = None
+    known = invalid = None
     try:
         known = (memory or Memory()).load()
     except InvalidMemory as problem:
-        spoilt = problem  # raised where something of it is needed; else it is written anew
+        invalid = problem  # raised where something of it is needed; else it is written anew
     if code is None and not (known and known.host == host):
         check_is_no_code(place)
     if code is None:
@@ -198,8 +198,8 @@ def find_tracker(
     if not host:
         ssh = (environ.get("SSH_CLIENT") or environ.get("SSH_CONNECTION") or "").split()
         host = ssh[0] if ssh else known and known.host
-    if spoilt and not (host and code):
-        raise spoilt
+    if invalid and not (host and code):
+        raise invalid
     if not host:
         raise NotPaired(
             "where is the tracker? give its address, HOST, as the tracker on the laptop prints it"

@@ -113,7 +113,7 @@ class TrackingClient(object):
         self._select = select
         self._battery = battery
 
-        self._connecting = None  # type: Optional[socket.socket]  # a socket on its way
+        self._connecting = None  # type: Optional[socket.socket]  # a socket that connects
         self._link = None  # type: Optional[Link]
         self._nonces = "", ""  # ours, theirs; "" before they are known
         self._limit = 0.0  # time until which connecting may take, s
@@ -248,7 +248,7 @@ class TrackingClient(object):
             self._connecting.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER)
             self._connecting.connect(address)
         except BlockingIOError:
-            pass  # it is on its way
+            pass  # it goes on connecting
         except OSError as error:
             self._not_connected(error.errno)
 

@@ -1,8 +1,8 @@
 """Answers of a brick to commands, in bounded time and size, whatever is there instead of a brick.
 
-Three bounds hold, for one alone leaves a way to wait for ever. The silence is bounded: a program
-there that hangs. The whole time is: one that sends a byte now and then. And the size is: one that
-sends without end. Sending counts as a sign of life, too, since a slow card is busy with it.
+Three bounds hold, each against another fault. The silence is bounded, against a program that hangs;
+the total time, against one that sends a byte now and then; the size, against one that sends without
+end. What the brick takes counts as a sign of life, too: a slow card is busy with it.
 """
 
 from __future__ import annotations

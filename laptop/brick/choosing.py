@@ -81,12 +81,12 @@ def _is_bare(host: str) -> bool:
 
 def remember(address: BrickAddress, dialogue: Dialogue) -> None:
     """Store an address as that of the last brick; where that cannot be, say so."""
-    spoilt = None
+    invalid = None
     try:
         if last_brick() == address:
             return
     except BrickProblem as problem:
-        spoilt = problem
+        invalid = problem
     file = _file()
     try:
         file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -94,8 +94,8 @@ def remember(address: BrickAddress, dialogue: Dialogue) -> None:
     except OSError as error:
         dialogue.say(f"cannot remember {address}: {error.strerror}: {file}")
         return
-    if spoilt:
-        dialogue.say(f"{spoilt}; now it is replaced")
+    if invalid:
+        dialogue.say(f"{invalid}; now it is replaced")
 
 
 def forget(name: str | None, dialogue: Dialogue, known: KnownHosts | None = None) -> None:

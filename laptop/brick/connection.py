@@ -196,7 +196,7 @@ async def _reach(address: BrickAddress) -> socket.socket:
     """Return a connected socket.
 
     Raises:
-        BrickProblem: there is no way there.
+        BrickProblem: the brick cannot be reached.
     """
     loop = asyncio.get_running_loop()
     try:

@@ -16,7 +16,7 @@ def ssh_folder() -> Path:
     """Return the folder where this user's ssh has its files.
 
     Raises:
-        BrickProblem: the system tells of no home folder of this user.
+        BrickProblem: the system knows no home folder of this user.
     """
     try:
         return Path.home() / ".ssh"

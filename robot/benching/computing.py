@@ -157,7 +157,7 @@ class ModelMotor(JointMotor):
 class _KnownZero(Zero):
     """A zero where the motors are at first; nothing is read or written."""
 
-    file = ""  # nothing is kept
+    file = ""  # nothing is stored
 
     def __init__(self):
         # type: () -> None

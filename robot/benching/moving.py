@@ -66,7 +66,7 @@ LEAVING_DUTY = 15.0
 """Duty with which a motor leaves a stop, %."""
 
 MIN_FREE_COUNTS = 1.5
-"""Least backlash, counts, in which a motor moves alone long enough to tell where it stood."""
+"""Least backlash, counts, in which a motor moves alone long enough for its place to be found."""
 
 
 def describe(description, k):
@@ -143,7 +143,7 @@ class Bench(object):
         """Measure joint `k` of a RobotArm whose zero is known; it ends in its home pose.
 
         Returns:
-            dict, see `figures`, with "backlash_deg" where two stops tell it.
+            dict, see `figures`, with "backlash_deg" where there are two stops.
 
         Raises:
             Stalled, MotorNotFound, stops.Blocked: the caller stops the arm.
@@ -188,14 +188,14 @@ class Bench(object):
         """
         motor = JointMotor("bare motor", port, kind, 1.0, 1)
         fastest = MAX_BARE_SPEED_SHARE * 100 * GAINS[kind].speed_per_duty
-        ways = [(_asked(level * fastest, kind), STIFFNESS) for level in SPEED_LEVELS]
+        passes = [(_asked(level * fastest, kind), STIFFNESS) for level in SPEED_LEVELS]
         try:
             pairs = [
                 [
                     self._pass(motor, 1.0, sign * math.radians(asked), stiffness, None, True)
                     for sign in (1, -1)
                 ]
-                for asked, stiffness in ways + [(MOTOR_SPEEDS[kind], FULL_DUTY_STIFFNESS)]
+                for asked, stiffness in passes + [(MOTOR_SPEEDS[kind], FULL_DUTY_STIFFNESS)]
             ]
         finally:
             motor.brake()
@@ -315,12 +315,12 @@ class Bench(object):
         assert joint.stop_lower is not None  # of joints with two stops alone
         assert joint.stop_upper is not None
         between = joint.stop_upper - joint.stop_lower
-        play, within = fine[1] - fine[0] - between, 0.2
-        if play < MIN_FREE_COUNTS * motor.resolution:
-            # The link was in the way before the motor had told how fast it speeds up.
-            play, within = max(0.0, coarse[1] - coarse[0] - between), 1.0
+        backlash, within = fine[1] - fine[0] - between, 0.2
+        if backlash < MIN_FREE_COUNTS * motor.resolution:
+            # The motor met the link before its acceleration was known.
+            backlash, within = max(0.0, coarse[1] - coarse[0] - between), 1.0
         return {
-            "backlash_deg": round(math.degrees(play), 3),
+            "backlash_deg": round(math.degrees(backlash), 3),
             "backlash_within_deg": round(math.degrees(within * motor.resolution), 3),
         }
 

@@ -52,7 +52,7 @@ Holder.__doc__ = """The program that may move the motors.
 name   of its script
 pid    number of the process
 age    time for which it has been running, s
-begun  a mark of its start, by which it is told from a later process of the same number
+begun  time of its start, clock ticks: it differs from a later process's of the same number
 """
 
 
@@ -141,7 +141,7 @@ class BrickLock(object):
         asked = None  # type: Optional[Holder]
         end = clock.now() + TAKE_TIMEOUT
         while self._path not in _held and not self._taken():
-            holder = self.holder()  # None: it has just ended, or the system does not tell
+            holder = self.holder()  # None: it has just ended, or it is not known
             if holder is not None:
                 if asked is None:
                     asked = holder
@@ -260,7 +260,7 @@ def _holds(pid, there, device):
     try:
         descriptors = os.listdir(folder)
     except PermissionError:
-        # Not so on all file systems, hence the way above; but where the motors are shown.
+        # Not so on all file systems, hence the files above; but where the motors are shown.
         return device == "{:02x}:{:02x}".format(os.major(there.st_dev), os.minor(there.st_dev))
     except OSError:
         return False

@@ -11,7 +11,7 @@ class NoTouchSensor(OSError):
 
 def touch_sensor(port):
     # type: (str) -> Callable[[], bool]
-    """Return a function that tells whether the touch sensor at an input is pressed.
+    """Return a function that returns whether the touch sensor at an input is pressed.
 
     Args:
         port: "in1" .. "in4".

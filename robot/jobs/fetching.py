@@ -25,7 +25,7 @@ class NotFetched(ArmError):
 
 
 class JobFetching(object):
-    """One job on its way from the laptop; what has come survives a lost link.
+    """One transfer of a job from the laptop; what has come survives a lost link.
 
     Args:
         draw: the Draw that offers it.
@@ -35,7 +35,7 @@ class JobFetching(object):
     Attributes:
         draw: as given.
         part: number of the next part, from 0 on.
-        whole: whether all of it is in the file.
+        complete: whether all of it is in the file.
 
     Raises:
         NotFetched: there is no room for it.
@@ -45,7 +45,7 @@ class JobFetching(object):
         # type: (Draw, str, float) -> None
         self.draw = draw
         self.part = 0
-        self.whole = False
+        self.complete = False
         self._file = file
         self._draft = file + ".part"
         self._unpacker = zlib.decompressobj()
@@ -53,7 +53,7 @@ class JobFetching(object):
         self._asked, self._asked_at, self._came_at = None, t, t  # type: Optional[int], float, float
         self._out = None  # type: Optional[IO[bytes]]
         if self._is_there():
-            self.whole = True
+            self.complete = True
             return
         try:
             folder = os.path.dirname(file)
@@ -87,7 +87,7 @@ class JobFetching(object):
         Raises:
             NotFetched: nothing has come for too long.
         """
-        if self.whole:
+        if self.complete:
             return None
         if t - self._came_at > FETCH_TIMEOUT:
             raise NotFetched(
@@ -116,7 +116,7 @@ class JobFetching(object):
             NotFetched: it is not what was offered, or there is no room for it.
         """
         out = self._out
-        if self.whole or out is None or (part.crc, part.part) != (self.draw.crc, self.part):
+        if self.complete or out is None or (part.crc, part.part) != (self.draw.crc, self.part):
             return
         room = self.draw.size - self._size
         try:
@@ -136,14 +136,14 @@ class JobFetching(object):
                 if (self._size, self._crc & 0xFFFFFFFF) != (self.draw.size, self.draw.crc):
                     raise self._changed()
                 os.replace(self._draft, self._file)
-                self.whole = True
+                self.complete = True
         except OSError as error:
             raise self._no_room(error) from None
 
     def close(self):
         # type: () -> None
         """Close the file; an incomplete one is removed."""
-        if self._out is not None and not self.whole:
+        if self._out is not None and not self.complete:
             self._out.close()
             if os.path.exists(self._draft):
                 os.remove(self._draft)

@@ -117,7 +117,7 @@ class LinkedJob(object):
         self._say("fetching '{}': {} parts".format(self._draw.name, self._draw.parts))
         self._send()
         with contextlib.closing(fetching):
-            while not fetching.whole:
+            while not fetching.complete:
                 want = fetching.due(self._clock.now(), self._client.linked)
                 if want:
                     self._client.send(want)

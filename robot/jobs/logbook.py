@@ -1,4 +1,4 @@
-"""The log of a job while it is drawn: kept in memory in motion, written while the pen is up."""
+"""The log of a job while it is drawn: in memory in motion, written while the pen is up."""
 
 import contextlib
 import math

@@ -3,7 +3,7 @@
 The laptop's are lines appended to a file in the state folder, which costs neither side a
 connection: `echo pause >> ~/.brickservo/jobs/orders`.
 
-    pause          the tip slows down on its way, the pen lifts, and all is held
+    pause          the tip slows down on its path, the pen lifts, and all is held
     resume         the pen comes down where it was, and goes on
     abort          the pen lifts, and the job ends
     speed 60       in per cent of what is planned, from 25 to 100

@@ -1,6 +1,6 @@
 """Report of a job that is drawn: lines for people, and a status file for whoever watches.
 
-The file holds one JSON object, replaced as a whole:
+The file holds one JSON object, replaced in one step:
 
     {"state": "drawing", "job": "rose", "crc": 305419896, "pid": 812, "reason": "",
      "stroke": 12, "strokes": 40, "cm": 152.5, "cm_all": 412.3, "left_s": 130, "repeat": 1,
@@ -9,7 +9,7 @@ The file holds one JSON object, replaced as a whole:
 state    drawing, paused; and in the end done, aborted, stopped (by a signal), failed
 cm       drawn of this time
 left_s   by the job's own estimate and the pace so far, s, all repeats; not counting pauses
-tip      cm, as planned; null while it is on its way
+tip      cm, as planned; null between strokes
 speed    per cent; pen: degrees deeper
 """
 

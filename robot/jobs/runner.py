@@ -1,4 +1,4 @@
-"""Draws a job: stroke by stroke, pausing on its path where that is ordered.
+"""Drawing of a job: stroke by stroke, pausing on its path where that is ordered.
 
 All that takes the brick long is done while the pen is up: reading a stroke, planning how its
 backlash is crossed, files. So strokes that join are read ahead, until one does not join or their

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from robot.motion import kinematics
-from robot.touching import StillWatch, angle_at, describe_points, midpoint, play_at
+from robot.touching import StillWatch, angle_at, backlash_at, describe_points, midpoint
 from shared.arm_description import find_arm, read_arm
 
 ARM = read_arm(find_arm("planar"))
@@ -69,7 +69,7 @@ def test_play_at_bounds_what_play_can_do():
         tip = np.array(kinematics.forward(ARM, tuple(q)))
         half = np.array([joint.backlash / 2 for joint in ARM.joints])
         off = np.array(kinematics.forward(ARM, tuple(q + half * draw.choice((-1, 1), 2)))) - tip
-        worst = max(worst, np.linalg.norm(off) / play_at(ARM, q))
+        worst = max(worst, np.linalg.norm(off) / backlash_at(ARM, q))
     assert 0.9 < worst < 1.01
 
 

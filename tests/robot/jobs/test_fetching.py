@@ -24,7 +24,7 @@ def target(tmp_path):
 
 def fetch(fetching, offer, t=0.0, until=None):
     """Ask and take until it is whole, or so many parts are there."""
-    while not fetching.whole and (until is None or fetching.part < until):
+    while not fetching.complete and (until is None or fetching.part < until):
         want = fetching.due(t, True)
         assert want == Want(offer.draw.crc, fetching.part)
         fetching.handle(offer.part(want), t)
@@ -43,12 +43,12 @@ def test_a_job_comes_as_it_was_offered(offer, target, tmp_path):
 
 def test_what_is_there_already_is_not_fetched_again(offer, target):
     fetch(JobFetching(offer.draw, str(target), 0.0), offer)
-    assert JobFetching(offer.draw, str(target), 0.0).whole
+    assert JobFetching(offer.draw, str(target), 0.0).complete
     data = bytearray(target.read_bytes())
     data[len(data) // 2] ^= 1
     target.write_bytes(bytes(data))
     again = JobFetching(offer.draw, str(target), 0.0)
-    assert not again.whole
+    assert not again.complete
     fetch(again, offer)
     assert target.read_bytes() != bytes(data)
 
