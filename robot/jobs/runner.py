@@ -1,9 +1,8 @@
 """Drawing of a job: stroke by stroke, pausing on its path where that is ordered.
 
 All that takes the brick long is done while the pen is up: reading a stroke, planning how its
-backlash is crossed, files. So strokes that join are read ahead, until one does not join or their
-bytes fill MAX_CHAIN_SIZE, and are drawn in one go as a PenPath. The stroke read last, which does
-not join, is kept as the first of the next chain.
+backlash is crossed, files. So strokes that join are read ahead, up to MAX_CHAIN_SIZE, and drawn in
+one go as a PenPath. The one read last, which does not join, is the first of the next chain.
 """
 
 import contextlib
@@ -54,8 +53,7 @@ CHECK_PERIOD = 1.0
 """Period of checking a paused arm for pulled cables, s."""
 
 MIN_RATE = 0.7
-"""Least rate at which a plan is drawn, of 1: where it crosses a backlash the tip stands, the longer
-the lower the rate. Below, it is planned anew."""
+"""Least rate of a plan, of 1; below, it is planned anew: at a backlash the tip would stand long."""
 
 MAX_SHIFT = math.radians(10)
 """Greatest turn of a joint by a nudge, rad."""
@@ -114,9 +112,8 @@ class JobRunner(object):
             ArmError, Stopped: the motors stopped, and the status says why.
         """
         try:
-            if (
-                self._job.header.pens and not self._dry
-            ):  # when it is resumed, that of the stroke before
+            # When it is resumed, the pen of the stroke before is in the holder.
+            if self._job.header.pens and not self._dry:
                 self._pen = self._job.stroke(max(first - 1, 1)).layer
                 self._report.say("the first pen is for {}".format(_quoted(self._pen)))
             for self._repeat in range(repeat, repeats + 1):
@@ -162,12 +159,7 @@ class JobRunner(object):
 
     def _chain(self, k, stroke):
         # type: (int, Stroke) -> Tuple[List[Stroke], Optional[Stroke]]
-        """Return the strokes that are drawn in one go, and the one after them, or None.
-
-        Args:
-            k: number of the first, from 1 on.
-            stroke: the first.
-        """
+        """Return the strokes drawn in one go, the k-th (`stroke`) first; and the next, or None."""
         chain, size = [stroke], self._job.size(k)
         for n in range(k + 1, self._job.header.strokes + 1):
             after = self._job.stroke(n)
@@ -386,8 +378,8 @@ def max_offset(arm, motors, stroke, same_zero):
     # type: (Arm, Sequence[Motor], Stroke, bool) -> float
     """Return the greatest distance of what is drawn now from where it was meant before, cm.
 
-    To first order a joint that is off by d moves the tip by |J_k| d, J_k its column of the Jacobian
-    (a lever, cm/rad). The worst case is their sum; errors of homing have no known distribution.
+    To first order a joint off by d moves the tip by |J_k| d, J_k its Jacobian column, cm/rad.
+    The sum is the worst case: errors of homing have no known distribution.
 
     Args:
         arm: shared.arm_description.Arm.

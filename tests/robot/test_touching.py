@@ -63,7 +63,7 @@ def test_the_angle_is_the_law_of_cosines():
         assert angle_at(tuple(a), tuple(b), tuple(c)) == pytest.approx(np.arccos(cosine))
 
 
-def test_play_at_bounds_what_play_can_do():
+def test_backlash_at_bounds_what_backlash_can_do():
     draw, worst = np.random.default_rng(4), 0.0
     for q in draw.uniform(-1, 1, (100, 2)):
         tip = np.array(kinematics.forward(ARM, tuple(q)))
