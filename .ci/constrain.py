@@ -27,7 +27,7 @@ EXPORT += ["--no-hashes", "--no-header", "--no-annotate", "--format", "requireme
 
 
 def resolved(project: str) -> list[str]:
-    """What uv takes for the text of a pyproject.toml: `NAME==VERSION ; MARKER`, nothing else.
+    """Return what uv takes for the text of a pyproject.toml: `NAME==VERSION ; MARKER` alone.
 
     Raises:
         SystemExit: uv fails, or takes something that has no version.
@@ -49,7 +49,7 @@ def resolved(project: str) -> list[str]:
 
 
 def constrained(project: str, versions: list[str]) -> str:
-    """The text of a pyproject.toml with these constraints for those it has."""
+    """Return the text of a pyproject.toml with these constraints for those it has."""
     lines = "".join(f'    "{version}",\n' for version in versions)
     changed, count = CONSTRAINTS.subn(lambda _: f"constraint-dependencies = [\n{lines}]", project)
     if count != 1:

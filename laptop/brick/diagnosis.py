@@ -84,7 +84,9 @@ async def doctor(
     return not any(finding.advice for finding in findings)
 
 
-async def _facts(process: asyncssh.SSHClientProcess[bytes], output: AsyncIterator[str]) -> dict[str, Any]:
+async def _facts(
+    process: asyncssh.SSHClientProcess[bytes], output: AsyncIterator[str]
+) -> dict[str, Any]:
     """Return the first line of JSON that doctor.py prints.
 
     Raises:

@@ -86,8 +86,6 @@ SPEED_STEP, PEN_STEP = 10, 2.0
 MIN_SPEED = 25
 """Least speed that the brick takes, per cent."""
 
-ABORT_TIMEOUT = 30.0
-"""Longest time in which a job that was aborted is over, s: the arm parks."""
 
 
 @dataclass(frozen=True)

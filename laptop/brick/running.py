@@ -351,7 +351,9 @@ async def _start_on_terminal(
     )
 
 
-async def _show(process: asyncssh.SSHClientProcess[bytes], on_output: Callable[[bytes], None]) -> None:
+async def _show(
+    process: asyncssh.SSHClientProcess[bytes], on_output: Callable[[bytes], None]
+) -> None:
     """Write here what is written there, to its end; `on_output` is called with it."""
     while data := await process.stdout.read(1 << 16):
         on_output(data)

@@ -29,7 +29,7 @@ PLACES = (
     "Three places are yours: they bear the word TODO.",
     "Four places are yours: they bear the word TODO.",
 )
-"""What the head of a skeleton says in the place of SOLVED."""
+"""Sentences in the head of a skeleton, by its number of places; they replace SOLVED."""
 
 
 class NoHandout(ArmError):

@@ -450,7 +450,7 @@ def test_that_it_goes_slower_is_told_and_stands_at_the_end(play, monkeypatch):
     class Slow(demo_run.PaceMeter):
         mean = 0.61
 
-        def look(self):
+        def sample(self):
             return 0.6
 
     set_in_all(monkeypatch, "PaceMeter", Slow)

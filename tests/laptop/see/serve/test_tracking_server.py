@@ -381,7 +381,7 @@ def fetch(fetching, client, clock, parts):
         if want:
             client.send(want)
         for part in client.of_job():
-            fetching.take(part, clock.now())
+            fetching.handle(part, clock.now())
         return fetching.part >= parts
 
     until(look, client)
@@ -406,7 +406,7 @@ def test_a_job_is_offered_and_the_brick_has_what_it_asks_for(server, brick, cloc
     linked(client)
     assert server.state().progress is None
     fetch(fetching, client, clock, draw.parts)
-    assert fetching.whole
+    assert fetching.complete
     assert (tmp_path / "brick" / "linked.job").read_bytes() == (tmp_path / "a.job").read_bytes()
 
 
