@@ -87,7 +87,6 @@ MIN_SPEED = 25
 """Least speed that the brick takes, per cent."""
 
 
-
 @dataclass(frozen=True)
 class BrickJobStatus:
     """The status of a job as the brick reports it; see robot.jobs.report.
