@@ -24,6 +24,7 @@ from places import ROOT, SCRIPTS
 from waiting import PATIENCE, until
 
 from laptop.cli.main import laptop
+from laptop.course.handouts import HANDOUTS
 from laptop.emulator.device.sensor_kinds import KINDS
 from laptop.emulator.device.wheels import CONSTANTS as WHEELS
 from laptop.page import run_states
@@ -178,7 +179,8 @@ def folder(tmp_path, monkeypatch):
     shutil.copy(ROOT / "shared" / "arms" / "geared.ini", tmp_path / "my.ini")
     left(tmp_path / "runs" / "line")
     (tmp_path / "class").mkdir()
-    shutil.copy(ROOT / "laptop" / "course" / "solutions" / "line.py", tmp_path / "class")
+    (line,) = (handout for handout in HANDOUTS if handout.name == "line")
+    (tmp_path / "class" / line.script).write_text(line.skeleton, "utf-8")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("BRICKSERVO_STATE", str(tmp_path / "state"))
     monkeypatch.setenv("PYTHONPATH", str(ROOT))
