@@ -235,7 +235,7 @@ class _Problem:
         k = list(chosen)
         turn, base = nearest_motion(self.tips[k], self.crosses[k])
         state = np.array([turn, *base, 1.0, 0.0, 0.0, self.height])
-        fit = least_squares(self.residuals, state, "3-point", method="lm", xtol=1e-12, args=(k,))
+        fit = least_squares(self.residuals, state, "3-point", x_scale="jac", xtol=1e-12, args=(k,))
         surprise = (fit.fun[:-2].reshape(len(k), 4) ** 2).sum(axis=1)
         return fit.x, surprise, fit.jac.T @ fit.jac
 
