@@ -21,6 +21,7 @@ def test_without_a_name_all_are_listed_with_a_line_each():
         assert re.search(rf"^  {record.name} +{re.escape(record.help)}$", shown.stdout, re.M)
 
 
+@pytest.mark.long
 def test_a_wrong_name_is_told_in_one_line():
     done = subprocess.run(
         [sys.executable, "-m", "tests.claims", "nothing"], cwd=ROOT, capture_output=True, text=True

@@ -145,6 +145,7 @@ def test_it_gives_back_the_emulated_bricks_own_constants(bench, arm, plant):
     assert within(0.1, bare["rotor_inertia"] * torque, own["rotor_inertia"])
 
 
+@pytest.mark.long
 def test_full_duty_of_a_bare_motor_is_what_was_published(bench):
     run = bench("--bare D", plant="cpu=0", extra={"D": "medium"})
     (motor,) = run.figures()["motors"].values()
@@ -215,6 +216,7 @@ def test_a_brick_that_computes_in_no_time_is_one(bench):
     )
 
 
+@pytest.mark.long
 def test_it_tells_how_long_python_and_imports_take(bench):
     starts = []
     for cpu in (1, 2):
@@ -249,7 +251,7 @@ def test_what_cannot_be_measured_is_refused_before_anything_moves(bench, words, 
 # What goes wrong
 
 
-@pytest.mark.short(every=2)
+@pytest.mark.short(every=4)
 @pytest.mark.parametrize(
     ("fault", "status", "told"),
     [
@@ -297,6 +299,7 @@ def test_joints_stay_within_their_limits_but_for_their_stops(moved):
         assert max(speeds) < math.radians(140)
 
 
+@pytest.mark.long
 def test_afterwards_the_arm_knows_where_it_is(moved):
     assert (moved.outcome.status, moved.err) == (0, "")
     assert "tip at 20.80," in moved.out

@@ -57,6 +57,7 @@ def test_the_buttons_pause_and_resume_it(shell, tmp_path):
     assert max(len(line) for line in shown.out.splitlines() if "tick" not in line) < 40
 
 
+@pytest.mark.long
 def test_no_press_is_lost_whatever_the_brick_is_at(shell, tmp_path):
     short = [[(8.0 + 0.4 * k, 2.0 + 0.3 * (k % 5)), (9.0 + 0.4 * k, 6.0)] for k in range(12)]
     keep(tmp_path, strokes=short)

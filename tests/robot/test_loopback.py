@@ -15,6 +15,8 @@ from announced import wait_for_event
 from places import ROOT
 from waiting import PATIENCE
 
+pytestmark = pytest.mark.long  # frames come in real time
+
 START, SPEED, LAP = 40.0, 1.0, 240
 RATES = {"A": 20, "B": 5}  # frames per second of either camera
 LASTS = 60  # s, if nobody ends it: a slow machine needs long to begin

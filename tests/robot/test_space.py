@@ -151,6 +151,7 @@ def test_cameras_in_virtual_time_share_their_rate(tmp_path):
     assert "B.fps" in shown.output
 
 
+@pytest.mark.long
 def test_a_run_in_space_is_shown_from_above_and_from_the_side(tmp_path):
     words = f"simulate --arm spatial --out {tmp_path} {ROOT / 'robot' / 'driver.py'}"
     shown = CliRunner().invoke(laptop, [*words.split(), "line", "14,0,6", "14,0,9"])

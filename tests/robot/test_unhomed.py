@@ -130,6 +130,7 @@ client.close()
 """
 
 
+@pytest.mark.short("look")
 @pytest.mark.parametrize("mode", ["look", "stream"])
 def test_servoing_of_ones_own_does_not_either(simulate, tmp_path, mode):
     path = tmp_path / "own.py"

@@ -268,6 +268,7 @@ def test_a_chase_of_a_standing_goal_does_not_go_on_for_ever(watched):
 # Following
 
 
+@pytest.mark.long
 def test_a_goal_that_moves_is_followed_until_the_budget_is_spent(watched):
     w = watched()
     goal = circling(w, 1.5)

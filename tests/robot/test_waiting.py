@@ -71,6 +71,7 @@ def obeyed(w, runs, tmp_path):
     return orders
 
 
+@pytest.mark.long
 def test_it_does_one_run_after_the_other_as_ordered(watched, tmp_path, capsys):
     w = watched(plant="cpu=0")
     obeyed(w, 3, tmp_path)

@@ -179,6 +179,7 @@ def test_the_bench_computes_as_slowly_as_asked_and_says_so(monkeypatch, words):
     assert f"cpu={cpu:g}," in shown.stdout
 
 
+@pytest.mark.long
 def test_a_line_is_drawn_alike_whatever_this_process_has_drawn_before():
     drawn = [
         draw.DrawCase("planar", method, "", "backlash=2", 2.0, LINES[2][0], "line 1")

@@ -107,6 +107,7 @@ def test_the_arms_measured_are_those_that_come_along(tmp_path, monkeypatch):
     assert not comes_along(read_arm(find_arm("planar"))), "as before"
 
 
+@pytest.mark.long
 def test_large_drawings_are_read_and_ordered_with_all_their_lines(monkeypatch):
     monkeypatch.setattr(shutil, "which", lambda name: None)
     monkeypatch.setitem(plot_speed.SIZES, "spokes", lambda: plot_speed._spokes(12))
@@ -120,6 +121,7 @@ def test_large_drawings_are_read_and_ordered_with_all_their_lines(monkeypatch):
     assert row[2:4] == ["-", "-"]
 
 
+@pytest.mark.long
 def test_vpype_reads_the_same_drawing_beside(tmp_path, monkeypatch):
     program = tmp_path / "vpype"
     program.write_text('#!/bin/sh\n[ "$9" = - ] && cat "$3"\n')  # leaves all as it was

@@ -103,6 +103,7 @@ def test_without_distributed_it_says_how_to_get_it(monkeypatch):
     assert "distributed is not installed; write uv run --group cluster ..." in done.stderr
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "nonsense"])
 def test_an_address_where_nobody_answers_is_told_in_a_line(monkeypatch, address):
     pytest.importorskip("distributed", reason="Dask's distributed is not installed")

@@ -76,6 +76,7 @@ def test_an_answer_without_end_takes_no_more_than_it_may(lying):
     assert most < 16e6
 
 
+@pytest.mark.long
 def test_a_brick_without_a_word_is_waited_for_only_so_long(lying):
     brick = lying({"read": said(b"first", then=silence), "arms": silence})
     for command in ("head -c 10", "ls -1"):
@@ -103,12 +104,14 @@ def test_a_command_that_is_given_up_is_ended_there(lying):
     assert asyncio.run(talk())
 
 
+@pytest.mark.long
 def test_a_brick_that_takes_nothing_is_waited_for_only_so_long(lying):
     brick = lying({"install": silence})
     with pytest.raises(BrickProblem, match="has not said a word for"):
         ask_it(brick, "install.lock", given=bytes(1 << 24), silence=0.5)
 
 
+@pytest.mark.long
 def test_one_that_answers_word_by_word_is_waited_for_only_so_long(lying, monkeypatch):
     async def drip(process):
         while True:

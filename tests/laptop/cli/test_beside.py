@@ -2,12 +2,14 @@
 
 import shutil
 
+import pytest
 from places import ROOT
 from waiting import until
 
 from laptop.cli.track import start_brick
 
 
+@pytest.mark.long
 def test_an_arm_and_a_state_folder_are_those_of_the_folder_one_is_in(tmp_path, monkeypatch):
     """As somebody has them who works in a folder of one's own, which may hold any other file."""
     shutil.copy(ROOT / "shared" / "arms" / "geared.ini", tmp_path / "mine.ini")

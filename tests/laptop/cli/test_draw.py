@@ -119,6 +119,7 @@ def test_texts_and_cards_are_drawn(draw, words):
     draw(*words, "--size", "4", "--to", "a.job")
 
 
+@pytest.mark.long
 def test_it_is_tried_on_the_emulated_brick_with_its_truth_in_mm(draw, tmp_path):
     (tmp_path / "square.svg").write_text(SQUARE)
     done = draw("square.svg", "--size", "4", "--simulate", "--out", "try")

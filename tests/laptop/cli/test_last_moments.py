@@ -29,7 +29,7 @@ HUNG = "threading.Thread(target=threading.Event().wait, daemon=True).start()"
 BUSY = "threading.Timer(0.2, print, ['later']).start()"
 
 
-@pytest.mark.short(every=3)
+@pytest.mark.long
 @pytest.mark.parametrize("end", ["return 3", "sys.exit(3)"])
 @pytest.mark.parametrize(
     ("work", "printed"),

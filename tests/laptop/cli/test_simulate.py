@@ -310,6 +310,7 @@ def test_the_picture_from_the_side_goes_with_the_arm_in_space(simulate):
     assert "picture-side.png" not in os.listdir(result.out)
 
 
+@pytest.mark.long
 def test_without_a_picture_matplotlib_is_not_imported(tmp_path):
     program = (
         "import sys\n"
@@ -532,6 +533,7 @@ def test_a_script_that_is_not_there_is_answered_with_one_that_is(
     assert not simulate(name, status=2).out.exists()
 
 
+@pytest.mark.long
 def test_two_runs_do_not_write_into_one_folder(tmp_path, script):
     """Else one result is lost. A killed one leaves the folder free."""
     out = tmp_path / "out"

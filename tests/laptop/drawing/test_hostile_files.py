@@ -58,17 +58,36 @@ json.dump(said, sys.stdout)
 """
 
 
-@pytest.fixture(scope="module")
-def reading(tmp_path_factory):
+def read_all(folder, is_asked_for):
     """Folder, and by name: drawn or refused, what was said, what was touched."""
     if not sys.platform.startswith("linux"):
         pytest.skip("pipes, devices and a bound on memory, as Linux has them")
-    folder = tmp_path_factory.mktemp("hostile")
-    paths = {name: str(path) for name, path in make_all(folder).items()}
+    paths = {name: str(path) for name, path in make_all(folder).items() if is_asked_for(name)}
     env = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), str(ROOT / "tests/helpers")])}
     done = python("-c", READER, MEMORY, input=json.dumps(paths), env=env)
     assert done.returncode == 0, done.stderr[-3000:]
     return folder, json.loads(done.stdout)
+
+
+SLOW = ("many_rules", "million_moves", "use_laughs", "million_segments", "use_in_a_long_ring")
+"""What a second or more is spent on before it is refused or drawn."""
+
+
+def is_slow(name):
+    """Whether a file is read in the long tests only."""
+    return name.startswith(SLOW)
+
+
+@pytest.fixture(scope="module")
+def quick(tmp_path_factory):
+    """All files but the slow ones, read."""
+    return read_all(tmp_path_factory.mktemp("hostile"), lambda name: not is_slow(name))
+
+
+@pytest.fixture(scope="module")
+def slow(tmp_path_factory):
+    """The slow files, read."""
+    return read_all(tmp_path_factory.mktemp("hostile"), is_slow)
 
 
 CASES = {
@@ -81,10 +100,12 @@ def test_there_are_many_of_them():
     assert len(CASES) >= 30
 
 
-@pytest.mark.short(every=3)
-@pytest.mark.parametrize("name", CASES)
-def test_a_hostile_file_is_answered_in_one_sentence(name, reading):
-    folder, said = reading
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=[pytest.mark.long] * is_slow(name)) for name in CASES],
+)
+def test_a_hostile_file_is_answered_in_one_sentence(name, request):
+    folder, said = request.getfixturevalue("slow" if is_slow(name) else "quick")
     wanted, pattern = CASES[name]
     what, sentence, _ = said[name]
     assert what == wanted, sentence
@@ -95,8 +116,10 @@ def test_a_hostile_file_is_answered_in_one_sentence(name, reading):
         assert sentence.startswith((f"{name}: ", f"{folder / name}: "))
 
 
-def test_nothing_but_the_file_itself_is_opened(reading):
-    folder, said = reading
+@pytest.mark.parametrize("which", ["quick", pytest.param("slow", marks=pytest.mark.long)])
+def test_nothing_but_the_file_itself_is_opened(which, request):
+    folder, said = request.getfixturevalue(which)
+    assert said
     for name, (_, _, touched) in said.items():
         # Decoders write to nowhere what they would print.
         own = ["open", str(folder / name)], ["open", os.devnull]

@@ -117,6 +117,7 @@ def calls_of(act):
     return pstats.Stats(profile).total_calls
 
 
+@pytest.mark.long
 def test_spokes_that_meet_in_a_point_cost_no_more_than_n_log_n():
     def spokes(n):
         angles = np.linspace(0, 2 * np.pi, n, endpoint=False)

@@ -117,6 +117,7 @@ def test_whatever_comes_pieces_join_and_no_points_coincide(seed):
         assert np.hypot(*np.diff(piece, axis=0).T).min() > 1e-4
 
 
+@pytest.mark.long
 def test_a_drawing_of_50000_points_keeps_its_looks():
     """Curves, corners and noise as a tracer leaves them, 25 strokes of 2000 points."""
     dice = np.random.default_rng(3)

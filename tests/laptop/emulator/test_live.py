@@ -492,6 +492,7 @@ time.sleep(50)
 """
 
 
+@pytest.mark.long
 def test_another_process_is_followed_while_it_sleeps_and_missed_when_it_is_killed(tmp_path):
     script = tmp_path / "mover.py"
     script.write_text(MOVER)

@@ -210,6 +210,7 @@ sys.stdin.read()
 """
 
 
+@pytest.mark.long
 def test_who_lives_is_waited_for_and_who_is_killed_is_not(tmp_path):
     clock = PacedClock(str(tmp_path))
     code = CHILD.format(root=str(ROOT), folder=str(tmp_path))

@@ -128,7 +128,7 @@ def usual(tmp_path_factory):
     return left_by(str(tmp_path_factory.mktemp("computer")), {}, QUICK)
 
 
-@pytest.mark.short("process")
+@pytest.mark.long
 @pytest.mark.parametrize("other", list(COMPUTERS))
 def test_the_same_words_leave_the_same_bytes_on_a_computer_with_another(
     usual, tmp_path_factory, other

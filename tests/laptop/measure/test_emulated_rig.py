@@ -74,6 +74,7 @@ def test_the_camera_sees_the_marker_of_the_arm_as_it_was_built(job):
     assert not any(sample.pen for sample in rig.last.record)
 
 
+@pytest.mark.long
 def test_noise_and_the_times_of_pictures_are_drawn_anew_by_seed(job):
     def sights(seed):
         rig = EmulatedRig(ARM, None, "cpu=0", {"A": FromAbove()}, seed=seed)

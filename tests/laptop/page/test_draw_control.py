@@ -150,6 +150,7 @@ def job_of(offered, file):
     return Job(str(file), ARM)
 
 
+@pytest.mark.long
 def test_what_has_several_colours_is_drawn_by_a_pen_for_each_if_that_is_wished(
     scene, drawings, tmp_path
 ):
@@ -409,6 +410,7 @@ class OffsetScene(DrawScene):
             self.show()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("by_board", [False, True])
 def test_of_a_marker_beside_the_pen_the_ink_and_the_drawing_are_the_pens(
     tmp_path, monkeypatch, by_board
@@ -589,6 +591,7 @@ def discs():
     return grey
 
 
+@pytest.mark.long
 def test_a_picture_is_traced_as_the_sliders_say_and_lies_where_it_was(scene, drawings):
     drawings.load("discs.png", png(discs()))
     assert drawings.state().tracing == Tracing()
@@ -633,6 +636,7 @@ def test_a_picture_that_shows_nothing_at_first_can_be_traced_otherwise(scene, dr
     assert drawings.state().trouble == ""
 
 
+@pytest.mark.long
 def test_sliders_that_leave_nothing_say_so_and_what_was_drawn_stays_in_sight(scene, drawings):
     drawings.load("discs.png", png(discs()))
     before = scene.drawn().placed
@@ -676,6 +680,7 @@ def last(answers):
     return answers[-1][1]
 
 
+@pytest.mark.long
 def test_what_a_process_that_is_killed_has_written_goes_with_it(worker):
     worker, answers = worker
     worker.ask(Request(1, Source("gallery", "rose"), Placing(14.0, 0.0, 5.0)))
@@ -712,6 +717,7 @@ def test_a_job_that_cannot_be_offered_is_told(scene, drawings, monkeypatch):
     assert drawings.start() == "the drawing is longer than a job may be"
 
 
+@pytest.mark.long
 def test_the_process_plans_and_one_that_dies_is_replaced(worker):
     worker, answers = worker
     worker.ask(Request(1, Source("gallery", "rose"), Placing(14.0, 0.0, 5.0)))

@@ -52,6 +52,7 @@ def tracker(tmp_path_factory):
 # The gate
 
 
+@pytest.mark.long
 def test_the_printed_address_lets_one_in_and_is_left_at_once(tracker):
     token = tracker.new_token()
     status, headers, _ = tracker.get(f"/?token={token}", Cookie=None)
@@ -259,6 +260,7 @@ def test_a_page_for_the_whole_network_warns(tmp_path):
     assert "others in its network can reach it" in told
 
 
+@pytest.mark.long
 def test_a_port_that_is_taken_is_refused_if_it_was_asked_for():
     with page_process.listen("127.0.0.1", 0) as taken:
         port = taken.getsockname()[1]

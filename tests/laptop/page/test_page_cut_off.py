@@ -368,6 +368,7 @@ def test_many_loads_at_once_are_all_answered(tracker, loads):
         assert set(pool.map(load, range(loads))) == {(200, True)}
 
 
+@pytest.mark.long
 def test_what_is_not_there_is_404(tracker):
     for path in ("/nowhere", "/view", "/view/A/1.png", "/_nicegui/nowhere", "/stop", "/report/1/2"):
         assert tracker.get(path)[0] == 404, path

@@ -116,6 +116,7 @@ def test_where_the_tip_was_not_seen_the_report_has_a_gap(scene):
     assert np.isfinite(errors[[1, -2]]).all()
 
 
+@pytest.mark.long
 def test_a_run_is_kept_where_it_is_asked_for(scene, tmp_path):
     scene.show()
     scene.controller.runs.start("broyden")

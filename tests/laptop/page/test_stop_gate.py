@@ -148,6 +148,7 @@ def unfinished(gate, text=b"GET /stop HT"):
     return sock
 
 
+@pytest.mark.long
 def test_an_unfinished_request_ends_though_more_of_it_trickles_in(gate, monkeypatch):
     monkeypatch.setattr(http_limits, "REQUEST_TIMEOUT", 0.5)
     sock = unfinished(gate)
@@ -171,6 +172,7 @@ def test_an_unfinished_request_ends_though_more_of_it_trickles_in(gate, monkeypa
         ended.close()
 
 
+@pytest.mark.long
 def test_of_unfinished_requests_there_are_few_and_the_oldest_has_to_go(gate):
     socks = [unfinished(gate)]
     until(lambda: len(LimitedHttp._on_their_way) == 1, "the first")
@@ -183,6 +185,7 @@ def test_of_unfinished_requests_there_are_few_and_the_oldest_has_to_go(gate):
     until(lambda: not LimitedHttp._on_their_way, "their end")
 
 
+@pytest.mark.long
 def test_a_connection_that_is_kept_alive_is_none_of_them(gate):
     connection = http.client.HTTPConnection("127.0.0.1", gate.port, timeout=PATIENCE)
     for _ in range(3):

@@ -58,7 +58,7 @@ def board_watch(scene, height):
     return watch
 
 
-@pytest.mark.short(every=4)
+@pytest.mark.short(every=6)
 @pytest.mark.parametrize("camera", CAMERAS)
 @pytest.mark.parametrize(
     ("arm", "height", "has_board"),

@@ -49,6 +49,7 @@ def test_every_command_says_what_it_does(system, command, tmp_path):
     assert f"Usage: python -m laptop {command}" in out
 
 
+@pytest.mark.short("windows")
 @SYSTEMS
 def test_a_line_is_drawn_in_a_folder_of_any_name(system, tmp_path):
     options = "--plant", "cpu=0", "--out", "Linie 1"
@@ -75,6 +76,7 @@ def test_of_two_runs_for_one_folder_the_second_is_refused(system, tmp_path):
     assert first.returncode == 130
 
 
+@pytest.mark.short("macos")
 @SYSTEMS
 def test_a_marker_is_tracked_through_a_folder_of_pictures(system, tmp_path):
     pictures = tmp_path / "Bilder"

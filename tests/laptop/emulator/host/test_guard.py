@@ -121,6 +121,7 @@ def test_who_lets_go_of_the_interpreter_is_left_alone(monkeypatch):
     assert threading.active_count() == before
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only Linux tells")
 def test_time_spent_is_that_of_the_process_alone():
     process = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE)

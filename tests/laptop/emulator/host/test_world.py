@@ -493,6 +493,7 @@ def test_a_host_that_is_too_busy_ends_the_run_for_its_own_reason(paced, monkeypa
     assert paced.awaited.startswith("a tracker (process ")
 
 
+@pytest.mark.long
 def test_that_the_host_is_busy_is_told_now_and_then(paced, monkeypatch):
     told = []
     monkeypatch.setattr(paced.pacer, "pace", pace.PaceMeter(paced.pacer._clock, 0.3))

@@ -279,6 +279,7 @@ def complains(play, fault, words, **orders):
 # The course of it
 
 
+@pytest.mark.long
 def test_a_demo_that_works_leaves_its_report_and_no_process(play):
     status, folder = play()
     assert status == 0, play.said
@@ -297,6 +298,7 @@ def test_a_demo_that_works_leaves_its_report_and_no_process(play):
         assert lines[1].startswith("0.0,"), "on the log's clock"
 
 
+@pytest.mark.long
 def test_a_second_one_in_the_same_folder_works_and_other_runs_there_stay(play):
     _, folder = play()
     left(folder / "mine")
@@ -390,6 +392,7 @@ def test_the_comparison_may_fail(play):
     assert "there is no run of the lab report's method" in run_in(folder)["notes"][-1]
 
 
+@pytest.mark.long
 def test_the_comparison_is_not_waited_for_for_ever(play, monkeypatch):
     set_in_all(monkeypatch, "END_TIMEOUT", 0.3)
     set_in_all(monkeypatch, "REPORT_TIMEOUT", 0.0)
@@ -417,6 +420,7 @@ def test_a_program_that_hangs_ends_the_demo(play, monkeypatch):
     assert complains(play, "servo hangs", r"goal 1 hangs: not done after 0.2 s; see .*goal-1\.txt")
 
 
+@pytest.mark.long
 def test_a_program_that_does_not_listen_is_killed(play, monkeypatch):
     set_in_all(monkeypatch, "END_TIMEOUT", 0.3)
     set_in_all(monkeypatch, "SERVO_TIMEOUT", 0.2)
@@ -632,6 +636,7 @@ def test_a_pixel_is_worth_most_where_the_cameras_tell_least():
 # What the programs leave
 
 
+@pytest.mark.long
 def test_what_the_tracker_announces_is_understood(tmp_path):
     film = write_film(tmp_path / "film.avi", [np.full((120, 160, 3), 130, np.uint8)])
     group = processes.ProcessGroup(tmp_path, {"BRICKSERVO_STATE": str(tmp_path)})

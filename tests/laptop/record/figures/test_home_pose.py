@@ -16,6 +16,7 @@ def picture(tmp_path, arm):
     return matplotlib.image.imread(tmp_path / "home.png")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["planar", "spatial"])
 def test_the_readme_shows_the_arms_as_they_are(tmp_path, name):
     drawn = picture(tmp_path, read_arm(find_arm(name)))
@@ -24,6 +25,7 @@ def test_the_readme_shows_the_arms_as_they_are(tmp_path, name):
     assert np.mean(np.abs(drawn - shown) > 0.3) < 0.01  # fonts may differ
 
 
+@pytest.mark.long
 def test_another_home_is_another_picture(tmp_path):
     arm = read_arm(find_arm("planar"))
     other = arm._replace(joints=(arm.joints[0], arm.joints[1]._replace(home=0.5)))

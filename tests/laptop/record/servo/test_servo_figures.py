@@ -95,6 +95,7 @@ def test_several_goals_have_a_panel_of_joints_each_and_very_many_share_one(tmp_p
     assert len(drawn_in(monkeypatch, figures.draw_joints, runs)) == 1 + 1
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("cameras", ["A", "AB"])
 def test_no_error_at_all_is_drawn_without_a_warning(tmp_path, recwarn, cameras):
     drawn = figures.draw([a_run(tmp_path, 0.0, cameras)], Scenery())

@@ -303,7 +303,7 @@ def test_what_was_learned_of_a_blurred_marker_finds_it_sharp(kind, colour, radiu
     assert sum(bool(one) and one.confidence >= LEAST_CONFIDENCE for one in seen) >= 5
 
 
-@pytest.mark.short(every=5)
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [5, 8, 9, 5003, 5005])
 def test_a_ball_that_shines_in_its_middle_is_not_blurred(seed):
     """Its shine fades all the way to the rim, which is as sharp as any."""

@@ -592,6 +592,7 @@ def test_serving_plays_the_video_in_its_own_time_and_tells_the_brick_what_to_typ
     assert float(table[0]["t"]) > 1, "on the clock, not in the file"
 
 
+@pytest.mark.long
 def test_ctrl_c_ends_a_process_with_130_and_one_line(tmp_path):
     out = tmp_path / "out.csv"
     with a_tracker("--to", str(out)) as tracker:

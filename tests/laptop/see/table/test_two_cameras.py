@@ -109,6 +109,7 @@ def test_a_camera_that_is_not_where_it_was_tells_nothing():
     assert len(cell.pairs) > count + 4
 
 
+@pytest.mark.long
 def test_a_camera_that_sees_no_board_is_known_by_the_tips_own_moves():
     cell = SpaceCell(ABOVE, BESIDE, sees=(True, False))
     cell.run(2.0)
@@ -142,6 +143,7 @@ def test_when_that_camera_is_moved_it_is_learned_anew():
     assert np.median(cell.off()) < 0.5
 
 
+@pytest.mark.long
 def test_when_the_camera_over_the_board_was_moved_both_are_learned_anew():
     cell = SpaceCell(ABOVE, BESIDE, sees=(True, False))
     cell.run(40.0)
