@@ -5,7 +5,7 @@ import os
 
 from robot.motion import kinematics, paths, trajectory
 from shared.arm_description import ArmError
-from shared.small_files import open_to_write
+from shared.config_files import open_to_write
 from shared.state import PLAN
 
 MYPY = False

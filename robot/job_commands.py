@@ -260,7 +260,7 @@ def _status():
     # type: () -> Tuple[Dict[str, Any], bool]
     """Return the contents of the status file (a dict), and whether that job is drawn now."""
     from robot.jobs.report import status_file
-    from shared.small_files import InvalidFile, read_json
+    from shared.config_files import InvalidFile, read_json
 
     try:
         status = read_json(status_file())
@@ -286,7 +286,7 @@ def _is_alive(pid):
 def _order(args):
     # type: (Values) -> int
     from robot.jobs.orders import orders_file, read_order
-    from shared.small_files import open_to_write
+    from shared.config_files import open_to_write
 
     text = " ".join(one.strip() for one in args.words)
     read_order(text)

@@ -244,21 +244,23 @@ class JogWatcher(object):
 def _view(frames):
     # type: (Sequence[Tuple[Pixel, Pixel]]) -> Tuple[Optional[View], str]
     """Return (View of an arm at rest, ""), or (None, what moves, for people), of frames."""
-    places, doubts = [], []
+    places, uncertainties = [], []
     for name, pixels in zip((EFFECTOR, GOAL), zip(*frames)):
         middle, sigma, inliers = robust_mean(pixels)
         # Noise of which a part stays for a while is not to be averaged away.
-        doubt = MAX_SIGMAS * MEDIAN_SIGMA * max(sigma, MIN_SIGMA) / min(inliers, VIEW_FRAMES) ** 0.5
+        uncertainty = (
+            MAX_SIGMAS * MEDIAN_SIGMA * max(sigma, MIN_SIGMA) / min(inliers, VIEW_FRAMES) ** 0.5
+        )
         half = len(pixels) // 2
         early, late = [
             place([median(column) for column in zip(*part)])
             for part in (pixels[:half], pixels[half:])
         ]
         drift = abs(late - early)
-        if drift > min(MIN_SIGNAL_TO_NOISE * doubt, MAX_DRIFT) or sigma > MAX_JITTER:
+        if drift > min(MIN_SIGNAL_TO_NOISE * uncertainty, MAX_DRIFT) or sigma > MAX_JITTER:
             return None, "the marker {} moves by {:.1f} px in the picture,".format(
                 name, max(drift, sigma)
             )
         places.append(place(middle))
-        doubts.append(doubt)
-    return View(places[0], places[1], max(doubts)), ""
+        uncertainties.append(uncertainty)
+    return View(places[0], places[1], max(uncertainties)), ""

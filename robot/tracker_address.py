@@ -15,9 +15,9 @@ import sys
 from shared import message_fields as fields
 from shared import pairing
 from shared.arm_description import ArmError
+from shared.config_files import InvalidFile, number, read_json
 from shared.messages import PORT
 from shared.record import record
-from shared.small_files import InvalidFile, number, read_json
 from shared.state import CODE, TRACKER_FILE, laptop_program, state_folder
 
 MYPY = False  # which a type checker takes for true

@@ -24,9 +24,9 @@ from shared.arm_keys import (  # noqa: F401 (some are for those who have an arm)
     check_joint,
     stops_to_seek,
 )
+from shared.config_files import InvalidFile, read_text
 from shared.ini import BadIni, read_ini
 from shared.record import record
-from shared.small_files import InvalidFile, read_text
 from shared.state import OWN_ARMS_FOLDER, state_folder
 
 MYPY = False
@@ -34,8 +34,8 @@ if MYPY:
     from typing import Any, Dict, List, Mapping, NoReturn, Optional, Sequence, Tuple  # noqa: F401  # noqa: F401
 
     from shared.arm_keys import Keys  # noqa: F401
+    from shared.config_files import AnyPath  # noqa: F401
     from shared.records import Arm, Joint, Pen
-    from shared.small_files import AnyPath  # noqa: F401
 
     Sections = Mapping[str, Mapping[str, str]]  # values by section and key
     __all__ = ["Arm", "Joint", "Pen"]

@@ -20,6 +20,7 @@ import os
 import zlib
 from array import array
 
+from shared.config_files import InvalidFile, check_replaceable, number, open_file, open_to_write
 from shared.job_header import (
     MAX_CM,
     MAX_SECONDS,
@@ -33,7 +34,6 @@ from shared.job_header import (
 )
 from shared.job_pieces import BadJob, check_joined, check_joints, go_on, read_piece
 from shared.record import record
-from shared.small_files import InvalidFile, check_replaceable, number, open_file, open_to_write
 
 MYPY = False
 if MYPY:

@@ -3,10 +3,10 @@
 Lengths are cm, times s.
 """
 
+from shared.config_files import InvalidFile, number
 from shared.job_pieces import BadJob
 from shared.message_fields import printable
 from shared.record import record
-from shared.small_files import InvalidFile, number
 
 MYPY = False
 if MYPY:

@@ -7,15 +7,15 @@ Lines of comma-separated values, written while the pen is up; the first names th
 """
 
 from shared.arm_description import ArmError
+from shared.config_files import InvalidFile, read_text
 from shared.record import record
-from shared.small_files import InvalidFile, read_text
 
 MYPY = False
 if MYPY:
     from typing import List  # noqa: F401
 
+    from shared.config_files import AnyPath  # noqa: F401
     from shared.records import LogRow
-    from shared.small_files import AnyPath  # noqa: F401
 
     __all__ = ["LogRow"]
 else:

@@ -6,7 +6,7 @@ Lengths are cm, angles rad, times s.
 import math
 
 from shared.arm_description import ArmError
-from shared.small_files import InvalidFile, number
+from shared.config_files import InvalidFile, number
 
 MYPY = False
 if MYPY:

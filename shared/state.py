@@ -58,8 +58,8 @@
                                                                             marker sits, how it
                                                                             stands on the board
 
-Those that are read are read by shared.small_files: a regular file of a sensible size, and any error
-in it is a sentence.
+Those that are read are read by shared.config_files: a regular file of a sensible size, and any
+error in it is a sentence.
 
 Between two processes that one starts, standard output and exit status do the rest: see
 laptop.see.serve.announcements.

@@ -23,7 +23,7 @@ import numpy as np
 from laptop.bench.bench import BenchRecord, BenchTable
 from laptop.drawing import merging, ordering, sources
 from laptop.drawing.strokes import PlacedStroke
-from laptop.emulator.own_programs import REPO_ROOT
+from laptop.emulator.bundled_scripts import REPO_ROOT
 
 TIMED_PROGRAM = (
     f"import sys; sys.path[0] = {REPO_ROOT!r}; from laptop.bench.plot_speed import main; main()"

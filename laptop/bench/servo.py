@@ -90,7 +90,7 @@ class TrueJacobian:
         n = len(self._brick.plant.q)
         return [[0.0] * n for _ in range(n)]
 
-    def doubt_all(self) -> None:
+    def inflate_variances(self) -> None:
         """Do nothing, as there is no uncertainty."""
 
 

@@ -9,7 +9,7 @@ from laptop.brick import BrickProblem
 from laptop.brick.connection import BrickAddress, Dialogue, read_address
 from laptop.brick.known_hosts import KnownHosts
 from laptop.system.files import write_whole
-from shared.small_files import InvalidFile, read_text
+from shared.config_files import InvalidFile, read_text
 from shared.state import LAST_BRICK_FILE, state_folder
 
 

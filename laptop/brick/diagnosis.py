@@ -18,8 +18,8 @@ from laptop.brick.install import ASK, parse_installed
 from laptop.brick.program_files import program_files, version_of
 from laptop.system.findings import Finding
 from shared.arm_description import Arm
+from shared.config_files import InvalidFile, parse_json
 from shared.message_fields import printable
-from shared.small_files import InvalidFile, parse_json
 
 OLDEST_PYTHON, OLDEST_LIBRARY = (3, 5), (2, 1)
 """Oldest versions of Python and python-ev3dev2 that the program is made for."""

@@ -26,8 +26,8 @@ from laptop.brick.remote_files import put
 from laptop.brick.terminal import CTRL_C, END_OF_INPUT, on_signal, reading
 from laptop.system import platforms
 from shared import job_messages
+from shared.config_files import InvalidFile, parse_json
 from shared.message_fields import printable
-from shared.small_files import InvalidFile, parse_json
 
 JOBS = ".brickservo/jobs"
 STATUS, ORDERS = f"{JOBS}/status", f"{JOBS}/orders"

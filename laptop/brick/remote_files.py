@@ -9,7 +9,7 @@ import asyncssh
 
 from laptop.brick import BrickProblem
 from laptop.brick.answers import CHUNK_SIZE, ask
-from shared.small_files import MAX_SIZE
+from shared.config_files import MAX_SIZE
 
 
 async def put(

@@ -18,7 +18,7 @@ from laptop.brick.run_log import is_of, stored_runs
 from laptop.brick.running import LOGS, run
 from laptop.system.files import check_new, write_whole
 from shared.arm_description import read_arm
-from shared.small_files import MAX_SIZE
+from shared.config_files import MAX_SIZE
 
 ARMS = ".brickservo/arms"
 """Folder of arm files in the brick's home."""

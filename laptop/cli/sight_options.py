@@ -9,7 +9,7 @@ import click
 
 from laptop.cli.options import SYNTHETIC, FiniteRange, bar_option, listen_port_option, option_group
 from shared.arm_description import Arm
-from shared.small_files import InvalidFile, number
+from shared.config_files import InvalidFile, number
 
 
 @dataclass(frozen=True)

@@ -27,13 +27,13 @@ from laptop.cli.simulate_options import (
     EventOptions,
     Happenings,
 )
+from laptop.emulator.bundled_scripts import BENCH_BRICK, DRIVER, SERVO, find_script
 from laptop.emulator.device.plant_constants import TABLE
 from laptop.emulator.device.sensor_orders import listing
 from laptop.emulator.device.wheels import TABLE as WHEELS
 from laptop.emulator.faults import InvalidSimulationOption
 from laptop.emulator.host import last_line
 from laptop.emulator.host.guard import guarded
-from laptop.emulator.own_programs import BENCH_BRICK, DRIVER, SERVO, find_script
 from laptop.emulator.rig import Plugs, Rig, SimulationResult
 from laptop.record.figures.private_paths import without_folders
 from laptop.record.names import TRACE

@@ -12,7 +12,7 @@ from laptop.cli.options import FiniteRange, arm_option, json_option, option_grou
 from laptop.cli.plugs import NO_ARM, plugged, wheels_of
 from laptop.emulator import measured_brick
 from laptop.emulator.device.buttons import MAX_ORDER_TIME, Press, read_press
-from laptop.emulator.device.leading_hand import HandPlace, read_hand
+from laptop.emulator.device.hand_guiding import HandPlace, read_hand
 from laptop.emulator.device.plant_constants import read_plant
 from laptop.emulator.device.sensor_orders import SensorOrder, read_sensors
 from laptop.emulator.faults import FAULTS, Fault, InvalidSimulationOption, read_fault

@@ -9,7 +9,7 @@ from typing import Any
 
 from laptop.cli.simulate_options import BrickOptions, BrickSetup
 from laptop.emulator import measured_brick
-from laptop.emulator.device.sensor_scene import LINE, line_points
+from laptop.emulator.device.sensor_environment import LINE, line_points
 from laptop.emulator.pace import BUSY_PACE
 from laptop.emulator.rig import SimulationResult
 from laptop.record.drawing_tables import PATHS, paths_table

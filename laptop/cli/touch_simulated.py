@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from laptop.cli.hearing import Hearing
 from laptop.emulator.device.buttons import Press
-from laptop.emulator.device.leading_hand import BadHand, HandPlace
+from laptop.emulator.device.hand_guiding import BadHand, HandPlace
 from laptop.emulator.device.plant_constants import read_plant
 from laptop.emulator.rendered_tracker import marker_specs
 from laptop.emulator.rig import Rig

@@ -29,7 +29,7 @@ from laptop.cli.options import (
     on_the_page,
     replace_option,
 )
-from laptop.emulator.own_programs import REPO_ROOT, SERVO
+from laptop.emulator.bundled_scripts import REPO_ROOT, SERVO
 from laptop.see.markers.kinds import COLOR_KINDS
 from laptop.system import platforms
 from laptop.system.files import check_new

@@ -16,7 +16,7 @@ from laptop.drawing.pictures import Tracing, read_picture
 from laptop.drawing.svg import read_svg
 from laptop.drawing.xml_guard import is_svg
 from laptop.system.picture_heads import MAX_PICTURE_BYTES, is_picture
-from shared.small_files import InvalidFile, open_file
+from shared.config_files import InvalidFile, open_file
 
 OTHER_FORMATS = (
     (b"%PDF", "a PDF", "save it as SVG, for instance with Inkscape"),

@@ -24,7 +24,7 @@ from typing import IO, List, NamedTuple, Optional, Sequence, Tuple
 from laptop.system import platforms
 from robot.motion import kinematics
 from shared.arm_description import ArmError, read_arm
-from shared.small_files import InvalidFile, number, open_file, parse_json
+from shared.config_files import InvalidFile, number, open_file, parse_json
 from shared.state import LIVE_FOLDER, laptop_program, state_folder
 
 MYPY = False

@@ -15,8 +15,8 @@ import statistics
 import tempfile
 from typing import Any, Dict, Iterable, Optional, Tuple
 
+from laptop.emulator.bundled_scripts import BENCH_BRICK
 from laptop.emulator.device.plant_constants import CONSTANTS, MOTORS, TABLE, BadPlant
-from laptop.emulator.own_programs import BENCH_BRICK
 from laptop.emulator.rig import Rig
 from robot.benching.laps import EMPTY_LAP
 from robot.benching.measuring import FORMAT, VERSION

@@ -28,11 +28,12 @@ from typing import (
 from laptop.emulator import temporary_folders
 from laptop.emulator.brick_environment import brick_folders
 from laptop.emulator.brick_home import at_home, prepare_home, read_start, wanted_paths
+from laptop.emulator.bundled_scripts import find_script
 from laptop.emulator.device.brick import EmulatedBrick
 from laptop.emulator.device.motion_record import MotionRecord
 from laptop.emulator.device.peripherals import Peripherals, let_joints_touch
 from laptop.emulator.device.plant_constants import read_plant
-from laptop.emulator.device.sensor_scene import scene_of
+from laptop.emulator.device.sensor_environment import environment_of
 from laptop.emulator.faults import (
     Fault,
     InvalidSimulationOption,
@@ -44,7 +45,6 @@ from laptop.emulator.host import program
 from laptop.emulator.host.runner import Outcome, run_script
 from laptop.emulator.host.world import World
 from laptop.emulator.live import PoseWriter
-from laptop.emulator.own_programs import find_script
 from laptop.emulator.pace import PacedClock
 from robot.motion import chains, kinematics
 from shared.arm_description import find_arm, read_arm
@@ -230,7 +230,7 @@ class Rig(object):
                 brick.sysfs,
                 voltage=lambda: brick.plant.plant["voltage"],
                 sensors=plugs.sensors,
-                scene=scene_of(brick),
+                environment=environment_of(brick),
             )
             let_joints_touch(brick, devices)
             folder = self._given_folder or stack.enter_context(temporary_folders.made("home"))

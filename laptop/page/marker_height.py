@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from laptop.system.files import write_whole
 from shared.arm_description import Arm
-from shared.small_files import InvalidFile, number, read_json
+from shared.config_files import InvalidFile, number, read_json
 
 HEIGHTS_FILE = "heights.json"
 """File in the state folder, of the page alone, so that the brick does not read its name."""

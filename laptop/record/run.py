@@ -15,7 +15,7 @@ import msgspec
 
 from laptop.record.names import RUN
 from shared.arm_description import ArmError
-from shared.small_files import InvalidFile, read_text
+from shared.config_files import InvalidFile, read_text
 from shared.version import VERSION
 
 Cell: TypeAlias = bool | int | float | str | None

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from shared.arm_description import ArmError
-from shared.small_files import InvalidFile, check_replaceable
+from shared.config_files import InvalidFile, check_replaceable
 
 
 class CannotWrite(ArmError, OSError):

@@ -4,8 +4,8 @@ import os
 import zlib
 
 from shared.arm_description import ArmError
+from shared.config_files import open_to_write
 from shared.job_messages import Want, bytes_of
-from shared.small_files import open_to_write
 
 MYPY = False
 if MYPY:

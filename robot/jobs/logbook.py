@@ -5,8 +5,8 @@ import math
 import os
 
 from robot.motion.feed import FeedOverride
+from shared.config_files import open_to_write
 from shared.job_log import BadLog, LogRow, heading, line_of
-from shared.small_files import open_to_write
 
 MYPY = False
 if MYPY:

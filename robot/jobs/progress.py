@@ -21,8 +21,8 @@ import json
 import os
 
 from shared.arm_description import ArmError
+from shared.config_files import InvalidFile, number, open_to_write, read_json
 from shared.record import record
-from shared.small_files import InvalidFile, number, open_to_write, read_json
 from shared.state import JOBS_FOLDER, state_folder
 
 MYPY = False

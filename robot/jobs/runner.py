@@ -13,9 +13,9 @@ from robot.drawing import announce
 from robot.jobs.checking import joined
 from robot.jobs.logbook import LoggingFeed
 from robot.jobs.orders import LOOK_PERIOD
+from robot.jobs.pen_path import PenPath
 from robot.jobs.progress import SavedProgress, forget_progress, save_progress
 from robot.jobs.report import Place
-from robot.jobs.way import PenPath
 from robot.motion import kinematics
 from robot.motion.backlash import APPROACH_ACCELERATION, APPROACH_SPEED, pose_behind
 from robot.motion.feed import FeedOverride

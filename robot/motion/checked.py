@@ -8,7 +8,7 @@ import os
 
 from robot.motion.zero import boot_id
 from shared.arm_description import ArmError
-from shared.small_files import InvalidFile, open_to_write, read_json
+from shared.config_files import InvalidFile, open_to_write, read_json
 
 MYPY = False
 if MYPY:

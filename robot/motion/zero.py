@@ -12,7 +12,7 @@ import math
 import os
 
 from shared.arm_description import ArmError
-from shared.small_files import InvalidFile, number, open_to_write, read_json
+from shared.config_files import InvalidFile, number, open_to_write, read_json
 from shared.state import state_folder
 
 MYPY = False

@@ -8,7 +8,7 @@ This model and local_jacobian's have one interface: `observe` learns from what w
 joint angles; `prepare` does so early, in slices, while the arm is still being measured; `seen_from`
 gives the present knowledge as an image model that later observations do not change; `shape` the
 same but for its offset in the image, which costs less; `covariance` is that of J's rows there;
-`doubt_all` inflates all variances when the world has changed.
+`inflate_variances` inflates all variances when the world has changed.
 """
 
 import math
@@ -294,7 +294,7 @@ class ChainModel(object):
         # type: (Pose, Matrix) -> None
         """Weigh all key-frames by their agreement with W and their distance from q, rad.
 
-        Together: weighed one by one, inliers would be doubted before outliers are.
+        Together: weighed one by one, inliers would lose weight before outliers do.
         """
         for key in self._keys:
             key.weight = self._deserved(key, q, W)
@@ -306,15 +306,15 @@ class ChainModel(object):
     def _deserved(self, key, q, W):
         # type: (_Key, Pose, Matrix) -> float
         """Return the weight of a key-frame by its residual against W, the arm being at q, px^-2."""
-        doubt = key.variance
+        variance = key.variance
         for a, b in zip(key.q, q):
-            doubt += SIGMA_PER_RADIAN**2 * (a - b) * (a - b)
+            variance += SIGMA_PER_RADIAN**2 * (a - b) * (a - b)
         terms, excess = key.terms, 0.0
         for off, w in zip(key.s, W):
             for a, b in zip(w, terms):
                 off -= a * b
             excess += off * off
-        return trust(excess / (doubt * self._rows * RESIDUAL_SCALE**2)) / doubt
+        return trust(excess / (variance * self._rows * RESIDUAL_SCALE**2)) / variance
 
     def covariance(self):
         # type: () -> Matrix
@@ -331,7 +331,7 @@ class ChainModel(object):
         W = self._fit(self._keys[-1].q)
         return [[dot(w, axis) / dot(axis, axis) for axis in self._axes] for w in W]
 
-    def doubt_all(self):
+    def inflate_variances(self):
         # type: () -> None
         """Inflate the variances of all key-frames: the camera has moved, or the like."""
         for key in self._keys:

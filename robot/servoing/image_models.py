@@ -131,11 +131,11 @@ class ImageModels(object):
         """Return the image model as it was known when the arm stood last."""
         return self._images[name, camera]
 
-    def doubt_all(self):
+    def inflate_variances(self):
         # type: () -> None
         """Inflate the variances of all models: the world has changed, or the arm is elsewhere."""
         for model in self._models.values():
-            model.doubt_all()
+            model.inflate_variances()
 
     def best(self):
         # type: () -> str
@@ -229,7 +229,7 @@ class ImageModels(object):
             wrong = min(missed[name] / moved, MAX_STEP_ERROR)
             self.wrong[name] += NEWEST_STEP_WEIGHT * (wrong - self.wrong[name])
         if min(missed.values()) > max(WORLD_CHANGE_ERROR, 0.5 * moved):
-            self.doubt_all()
+            self.inflate_variances()
         return {name: off / moved for name, off in missed.items()}
 
     # Telling

@@ -176,7 +176,7 @@ class LocalJacobian(object):
         """Return the covariance of each row of J, n x n, (px/rad)^2."""
         return [list(row) for row in self._P]
 
-    def doubt_all(self):
+    def inflate_variances(self):
         # type: () -> None
         """Inflate the variances: the camera has moved, or the like; half of J may be wrong."""
         if self._prepared is not None:  # what was learned early is taken back

@@ -1,6 +1,6 @@
 """The loop of visual servoing: receive what the cameras see, let the servo decide, move the arm.
 
-The path of a stop.  What ends a motion is found where messages are received (lookout.py): a stop
+The path of a stop.  What ends a motion is found by the RunReceiver (run_receiver.py): a stop
 or a refusal of the laptop, the end of the time, cameras that see too little.  It comes back as a
 Halt to the control tick (`_watch`, `_steer`), which hands STOP to the arm's control loop: that
 returns at once, and the arm holds every motor.  `_serve` goes by the Halt: an end becomes the
@@ -13,13 +13,13 @@ import math
 
 from robot.motion.online_trajectory import STOP
 from robot.servoing.linear_algebra import distance
-from robot.servoing.lookout import Lookout
 from robot.servoing.loss_of_sight import Halt
 from robot.servoing.motion_learning import LearningInMotion
 from robot.servoing.repeated_pictures import RepeatedPictures
+from robot.servoing.run_receiver import RunReceiver
 from robot.servoing.run_reporter import RunReporter, word_for
 from robot.servoing.sightings import SIGHT_TIMEOUT, Sightings, StandingFrames
-from robot.servoing.stall_witness import explain_stall
+from robot.servoing.stall_diagnosis import explain_stall
 from shared.arm_description import ArmError
 from shared.messages import STATUS_PERIOD
 from shared.verdicts import BUDGET_SPENT, CONVERGED, STOPPED
@@ -132,7 +132,7 @@ class VisualServoing(object):
         self._sightings = Sightings(
             terms.goals, stream is not None, pictures or RepeatedPictures(joints)
         )
-        self._lookout = Lookout(
+        self._receiver = RunReceiver(
             client, clock, servo, self._sightings, len(joints), terms, self._reporter
         )
         self._halt = None  # type: Optional[Halt]  # why the motion is over
@@ -151,14 +151,14 @@ class VisualServoing(object):
         Raises:
             whatever is not the arm's trouble (a signal), after the verdict is on record.
         """
-        self._reporter.began = self._lookout.begin()
+        self._reporter.began = self._receiver.begin()
         try:
             try:
                 end = self._serve()
             except ArmError as error:
                 why = explain_stall(
                     error, self._arm, self._servo, self._sightings, self._clock.now,
-                    self._lookout.receive,
+                    self._receiver.receive,
                 )  # fmt: skip
                 end = Halt(word_for(error), why)
         except BaseException as error:
@@ -178,7 +178,7 @@ class VisualServoing(object):
             began = self._clock.now()
             decision = self._servo.decide(q, measurements, self._chased)
             self._chased = []
-            self._lookout.decided()
+            self._receiver.decided()
             measurements = [m for m in measurements if m.camera in self._servo.cameras]
             now = self._clock.now()
             self._reporter.step(
@@ -192,9 +192,9 @@ class VisualServoing(object):
             if self._reporter.moves == self._most_moves:
                 return Halt(BUDGET_SPENT, "{} moves".format(self._most_moves))
             if (
-                self._clock.now() - self._lookout.received_at > MAX_PAUSE
+                self._clock.now() - self._receiver.received_at > MAX_PAUSE
             ):  # much has piled up meanwhile
-                _, end = self._lookout.receive(0.0)
+                _, end = self._receiver.receive(0.0)
                 if end:
                     return end
             self._reporter.moves += 1
@@ -205,7 +205,7 @@ class VisualServoing(object):
             self._chasing_now = stream is not None
             self._learning.begin(stream)
             if stream is not None:
-                stream.begin(to, self._servo.bound)
+                stream.begin(to, self._servo.detour_pose)
                 self._chaser, self._chased, self._chase_began = stream, [], self._clock.now()
                 self._arm.chase(self._steer, speed, within=LANDING_COUNTS, spare=self._spare)
                 seen = self._chased
@@ -214,7 +214,7 @@ class VisualServoing(object):
                     to, speed, on_tick=self._watch, within=LANDING_COUNTS, spare=self._spare
                 )
             if self._halt is HOLD:
-                self._lookout.report_lost()
+                self._receiver.report_lost()
                 seen = []
             elif self._halt:
                 return self._halt
@@ -241,30 +241,30 @@ class VisualServoing(object):
         while True:
             if preparing is not None:
                 done = done or next(preparing, self) is self
-            elif not self._learning.learn() and self._lookout.suffice(frames.seen):
+            elif not self._learning.learn() and self._receiver.suffice(frames.seen):
                 preparing = self._servo.prepare(q, frames.seen)
-            new, end = self._lookout.receive(
+            new, end = self._receiver.receive(
                 0.0 if not done and (self._learning.waits or preparing) else POLL_TIMEOUT
             )
             if end:
                 return end, q, (), frames.count
-            frames.add(seen + new, self._lookout.received_at)
+            frames.add(seen + new, self._receiver.received_at)
             seen = []
             measurements = None
-            if self._lookout.suffice(frames.seen):
+            if self._receiver.suffice(frames.seen):
                 measurements = self._servo.estimator.measurements(frames.seen)
             if measurements:
-                refusal = None if self._reporter.moves else self._lookout.refusal()
+                refusal = None if self._reporter.moves else self._receiver.refusal()
                 if refusal:
                     return refusal, q, (), 0
                 self._learning.finish()
                 self._reporter.note_measured(frames.count)
                 return None, q, measurements, frames.count
             now = self._clock.now()
-            if self._lookout.is_lost(now):
-                self._lookout.report_lost()
+            if self._receiver.is_lost(now):
+                self._receiver.report_lost()
                 frames = StandingFrames(since)
-                end = self._lookout.give_up(now)
+                end = self._receiver.give_up(now)
                 if end:
                     return end, q, (), 0
 
@@ -273,9 +273,9 @@ class VisualServoing(object):
     def _listen(self):
         # type: () -> Tuple[List[MarkerFrame], Optional[Halt]]
         """Receive what has come in, in motion: (MarkerFrames, Halt or None)."""
-        frames, halt = self._lookout.receive(0.0, moving=True)
+        frames, halt = self._receiver.receive(0.0, moving=True)
         self._learning.handle(frames)
-        if not halt and not self._lookout.goes_on_seeing():
+        if not halt and not self._receiver.goes_on_seeing():
             halt = HOLD
         return frames, halt
 
@@ -302,7 +302,7 @@ class VisualServoing(object):
         What takes a slow brick longer than there is has its turn now and then all the same.
         """
         now = self._clock.now()
-        if now - self._lookout.received_at >= self._pause:
+        if now - self._receiver.received_at >= self._pause:
             frames, self._halt = self._listen()
             took = self._clock.now() - now
             pause = RECEIVE_RATIO * took if frames else 0.0
@@ -313,14 +313,14 @@ class VisualServoing(object):
                 for frame in frames:
                     self._chaser.see(frame, self._sightings.goals.get(frame.camera))
             return
-        if now - self._lookout.reported_at >= STATUS_PERIOD:
-            self._lookout.report()
-            now = self._lookout.reported_at
+        if now - self._receiver.reported_at >= STATUS_PERIOD:
+            self._receiver.report()
+            now = self._receiver.reported_at
         self._learning.work(now, until)
 
     def _conclude(self, end):
         # type: (Halt) -> Verdict
         """Report the end of the run; return its Verdict."""
-        now, q = self._clock.now(), self._lookout.where()
-        self._lookout.report_end(end)
+        now, q = self._clock.now(), self._receiver.where()
+        self._receiver.report_end(end)
         return self._reporter.verdict(now, end, q)

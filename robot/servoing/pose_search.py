@@ -14,14 +14,14 @@ if MYPY:
     from robot.servoing.linear_algebra import Matrix, Vector  # noqa: F401
 
     Walls = Tuple[Pose, Pose]  # least and greatest angle of each joint, rad
-    Course = Tuple[List[float], float]  # where it leads, rad, and what it leaves over, px
+    Target = Tuple[List[float], float]  # where it leads, rad, and what it leaves over, px
 
 MIN_RESIDUAL, MIN_GAIN_SHARE = 0.25, 0.05
 """Residual at which a search ends, px^2; a step that gains no more than it and this share ends
 it."""
 
 MAX_LEFTOVER_SHARE = 0.3
-"""Share of the error that a course may leave over and be taken without a search for another
+"""Share of the error that a target may leave over and be taken without a search for another
 posture, which takes long and finds one where more than a half is left."""
 
 BETTER_POSTURE_SHARE = 0.7
@@ -37,7 +37,7 @@ GLANCE_ITERATIONS, MAX_FINALISTS = 3, 2
 
 
 def best_pose(image, goal, start, walls, here=(), penalty=None, iterations=12):
-    # type: (LinearImageModel, Features, Pose, Walls, Pose, Optional[Matrix], int) -> Course
+    # type: (LinearImageModel, Features, Pose, Walls, Pose, Optional[Matrix], int) -> Target
     """Return the joint angles within the walls at which the goal is expected to be nearest.
 
     Minimizes |s(q) - goal|^2 + (q - here)' penalty (q - here) by Levenberg (1944) and Marquardt
@@ -65,12 +65,12 @@ def best_posture(
     goal,  # type: Features
     q,  # type: Pose
     walls,  # type: Walls
-    best,  # type: Course
+    best,  # type: Target
     left,  # type: float
     tolerance,  # type: float
     penalty=None,  # type: Optional[Matrix]
 ):
-    # type: (...) -> Course
+    # type: (...) -> Target
     """Return the best of `best` and of the poses that are found from all over the box.
 
     Args:
@@ -111,7 +111,7 @@ def descent(
     iterations=12,  # type: int
     sharp=MIN_RESIDUAL,  # type: float
 ):
-    # type: (...) -> Iterator[Course]
+    # type: (...) -> Iterator[Target]
     """Iterate over the steps of `best_pose`: (q, distance that is left, px), from the start on."""
 
     def cost(q):

@@ -31,7 +31,7 @@ IMPROVED_SHARE, STAGNANT_MOVES, STAGNANT_MOVES_NEAR = 0.9, 4, 10
 after which it starts elsewhere."""
 
 STALLED_SHARE, MAX_STALLS = 0.9, 2
-"""Share of the error beyond which what a course leaves over is a stall; number of stalls on the
+"""Share of the error beyond which what a target leaves over is a stall; number of stalls on the
 way to a goal, with a model that is right lately, before all is explored anew. Then the goal is
 out of reach, unless there is another posture to try."""
 
@@ -103,7 +103,7 @@ class Progress(object):
         known: the models need no exploring.
 
     Attributes:
-        bound: where the arm is bound for (rad), as long as that is the best that is known.
+        target_pose: where the arm is going, rad, as long as that is the best that is known.
         postures: joint angles (rad) of the postures that have been tried.
         refined: whether it was within the tolerance before.
         flat: whether the cameras were once found to see the same.
@@ -118,7 +118,7 @@ class Progress(object):
         self._stuck_at = []  # type: List[float]  # the errors at which starts have ended, px
         self._stalled = 0
         self._checked = False  # by exploring anew, that it is out of reach
-        self.bound = None  # type: Optional[Pose]
+        self.target_pose = None  # type: Optional[Pose]
         self.postures = []  # type: List[Pose]
         self.refined = self.flat = self.detours = False
 
@@ -153,12 +153,12 @@ class Progress(object):
 
     def stalls(self, error, left):
         # type: (float, float) -> bool
-        """Return whether a course that leaves over `left` of `error`, px, is a stall."""
+        """Return whether a target that leaves over `left` of `error`, px, is a stall."""
         return left > max(self._tolerance, STALLED_SHARE * error)
 
     def assess_stall(self, left, wrong):
         # type: (float, float) -> str
-        """Return the action that follows from a course that stalls.
+        """Return the action that follows from a target that stalls.
 
         Args:
             left: what it would leave over though all were known, px.
@@ -198,9 +198,9 @@ class Progress(object):
     def begin_elsewhere(self):
         # type: () -> None
         """Start from another posture."""
-        self._best, self._stagnant, self._stalled, self.bound = None, 0, 0, None
+        self._best, self._stagnant, self._stalled, self.target_pose = None, 0, 0, None
 
     def begin_exploring(self):
         # type: () -> None
         """Explore anew."""
-        self._best, self._diverging, self.bound = None, 0, None
+        self._best, self._diverging, self.target_pose = None, 0, None

@@ -39,7 +39,7 @@ class ReportServo(object):
         J: px/rad, its rows those that count; None at first.
         rows: Rows.
         cameras: those that it goes by; none at first.
-        bound: None: it knows no other postures.
+        detour_pose: None: it knows no other postures.
     """
 
     EXPLORING_STEP = math.radians(10)
@@ -54,7 +54,7 @@ class ReportServo(object):
         self.using, self.J = "report", None  # type: Optional[str], Optional[Matrix]
         self.rows = rows or Rows("stereo", len(joints))
         self.estimator = ReportEstimator(robust)
-        self.cameras, self.bound = (), None  # type: Sequence[str], Optional[Pose]
+        self.cameras, self.detour_pose = (), None  # type: Sequence[str], Optional[Pose]
         self._low = [joint.lower for joint in joints]
         self._high = [joint.upper for joint in joints]
         self._tolerance = tolerance

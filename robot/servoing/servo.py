@@ -13,9 +13,7 @@ import math
 from operator import sub
 
 from robot.servoing.camera_selection import CameraSelection
-from robot.servoing.courses import Courses
 from robot.servoing.decision import Decision, end_of_run
-from robot.servoing.doubts import DOES_NOT_MOVE, Doubts
 from robot.servoing.image_models import ImageModels
 from robot.servoing.linear_algebra import distance, length
 from robot.servoing.measurement import MedianEstimator, error_of
@@ -31,7 +29,9 @@ from robot.servoing.progress import (
     uniform_draws,
 )
 from robot.servoing.rows import Rows
-from robot.servoing.stall_witness import ImageKnowledge
+from robot.servoing.stall_diagnosis import ImageKnowledge
+from robot.servoing.target_poses import TargetPoses
+from robot.servoing.tip_verification import DOES_NOT_MOVE, TipVerification
 from shared.verdicts import CONVERGED, SINGULAR, UNREACHABLE
 
 MYPY = False  # which a type checker takes for true
@@ -51,7 +51,7 @@ if MYPY:
     from robot.servoing.image_models import ModelMakers  # noqa: F401
     from robot.servoing.linear_algebra import Matrix  # noqa: F401
     from robot.servoing.measurement import Frames, Measurement  # noqa: F401
-    from robot.servoing.pose_search import Course  # noqa: F401
+    from robot.servoing.pose_search import Target  # noqa: F401
     from robot.servoing.sightings import MarkerFrame  # noqa: F401
     from robot.servoing.stream import Sight  # noqa: F401
     from shared.arm_description import Arm  # noqa: F401
@@ -116,11 +116,11 @@ class Servo(object):
         self.estimator = MedianEstimator(tolerance, self.rows)
         self.models = ImageModels(models, arm.joints, self.estimator.sigma_of)
         self.tolerance, self._known = tolerance, known
-        self._courses = Courses(arm, tolerance)
-        self._box = self._courses.box
+        self._targets = TargetPoses(arm, tolerance)
+        self._box = self._targets.box
         self._selection = CameraSelection(self.rows, len(arm.joints), known)
         self._progress = Progress(tolerance, known)
-        self._doubts = Doubts(tolerance)
+        self._verification = TipVerification(tolerance)
         self._region = FIRST_STEP
         self._uniform = uniform_draws(seed)
         self._last_measurement = None  # type: Optional[LastMeasurement]
@@ -132,10 +132,10 @@ class Servo(object):
         return self._selection.used
 
     @property
-    def bound(self):
+    def detour_pose(self):
         # type: () -> Optional[Pose]
         """Posture that the last move leads to, at first perhaps farther off, rad (n); or None."""
-        return self._progress.bound if self._progress.detours else None
+        return self._progress.target_pose if self._progress.detours else None
 
     def suffices(self, cameras):
         # type: (Iterable[str]) -> bool
@@ -187,11 +187,13 @@ class Servo(object):
                 progress.flat = True  # false sightings may cause that, too: explore anew
                 return self._explore_anew(q, goal, measurements)
             by_model = self.using is not None or self._known
-            if before is not None and self._doubts.arise(used, chase, by_model, before, self.J):
-                return self._ask(q, goal, measurements)
+            if before is not None and self._verification.is_needed(
+                used, chase, by_model, before, self.J
+            ):
+                return self._verify_tip(q, goal, measurements)
             self._progress = Progress(self.tolerance, self._known)  # should the goal move on
             return end_of_run(CONVERGED)
-        self._doubts.note_elsewhere()
+        self._verification.record_elsewhere()
         if not unknown and self.using is None and not self._marker_moved(q):
             return end_of_run(SINGULAR, DOES_NOT_MOVE)
         progress.refined = progress.refined or error < self.tolerance
@@ -210,7 +212,7 @@ class Servo(object):
     def _judge(self, q, seen, q_before, seen_before):
         # type: (Pose, Dict[str, Features], Pose, Dict[str, Features]) -> None
         """Fit the trust region to how well the step that led here was predicted."""
-        self._doubts.missed = 0.0
+        self._verification.missed = 0.0
         both = [c for c in self.cameras if c in seen_before and c in seen]
         before, now = ({c: s[c] for c in both} for s in (seen_before, seen))
         moved = length([x for c in both for x in map(sub, now[c], before[c])])
@@ -219,7 +221,7 @@ class Servo(object):
         wrong = self.models.judge(q, before, now)
         if self.using is None:
             return
-        self._doubts.missed = moved * min(wrong.values())
+        self._verification.missed = moved * min(wrong.values())
         self._region = next_region(self._region, distance(q, q_before), wrong[self.using])
 
     def _choose_cameras(self, q, cameras):
@@ -260,10 +262,10 @@ class Servo(object):
             to, _ = best_pose(image, goal, to, (low, high), to, penalty, LINEAR_ITERATIONS)
         return self._go("explore", to)
 
-    def _ask(self, q, goal, measurements):
+    def _verify_tip(self, q, goal, measurements):
         # type: (List[float], Features, Sequence[Measurement]) -> Decision
         """Turn the joints: what seems to be the tip is at the goal; does it follow them?"""
-        if self._doubts.begin_asking():
+        if self._verification.begin():
             return self._explore_anew(q, goal, measurements)
         if not self._selection.explored:
             return self._explore(q, goal)
@@ -272,7 +274,7 @@ class Servo(object):
     def _explore_anew(self, q, goal, measurements):
         # type: (List[float], Features, Sequence[Measurement]) -> Decision
         """Forget and explore: the models do not lead to the goal, the image may have moved."""
-        self.models.doubt_all()
+        self.models.inflate_variances()
         self.models.update(q, measurements)
         self._selection.forget()
         self._selection.sample([measurement.camera for measurement in measurements])
@@ -285,13 +287,13 @@ class Servo(object):
         self.using, self._region = None, FIRST_STEP
         self._progress.begin_elsewhere()
         self._selection.forget()
-        self.models.doubt_all()
+        self.models.inflate_variances()
         return self._go("restart", q)
 
     def _go(self, action, q):
         # type: (str, Pose) -> Decision
         """Return the Decision to go to q (rad), as far as the limits allow."""
-        return Decision(action, self._courses.inside(q), "", "")
+        return Decision(action, self._targets.inside(q), "", "")
 
     def _move(self, q, goal, error, measurements):
         # type: (List[float], Features, float, Sequence[Measurement]) -> Decision
@@ -303,7 +305,7 @@ class Servo(object):
         penalty = self.models.penalty(name, self._selection, len(q))
         self._progress.detours = False
         if name == "chain":
-            to, left = self._courses.course(image, goal, q, penalty, error, self._progress)
+            to, left = self._targets.choose(image, goal, q, penalty, error, self._progress)
             if self._progress.stalls(error, left):
                 # The penalty keeps it here, or geometry does: what if all were known?
                 here = best_pose(image, goal, q, self._box)
@@ -312,13 +314,13 @@ class Servo(object):
                 if action == EXPLORE_ANEW:
                     return self._explore_anew(q, goal, measurements)
                 if action == TRY_POSTURE:
-                    other = self._courses.other_posture(q, self._progress.postures)
+                    other = self._targets.other_posture(q, self._progress.postures)
                     if other is None:
-                        return end_of_run(*self._courses.out_of_reach(to, left))
+                        return end_of_run(*self._targets.out_of_reach(to, left))
                     return self._start_from(other)
                 if distance(to, q) > FIRST_STEP:
                     self._progress.detour()
-                self._progress.bound = to
+                self._progress.target_pose = to
             greatest = distance(to, q)
             if greatest > self._region:
                 to = [b + (a - b) * self._region / greatest for a, b in zip(to, q)]
@@ -380,7 +382,7 @@ class Servo(object):
         return [[CHASE_UNCERTAINTY_SHARE * value for value in row] for row in penalty]
 
     def nearing(self, image, goal, start, q, penalty):
-        # type: (LinearImageModel, Features, Pose, Pose, Matrix) -> Iterator[Course]
+        # type: (LinearImageModel, Features, Pose, Pose, Matrix) -> Iterator[Target]
         """Iterate over the steps of a search for the joint angles at which the goal is reached.
 
         Args:

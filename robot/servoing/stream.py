@@ -25,7 +25,7 @@ if MYPY:
     from robot.servoing.goal_estimate import GoalEstimate  # noqa: F401
     from robot.servoing.image_model import Features, LinearImageModel, Pixel, Pose  # noqa: F401
     from robot.servoing.linear_algebra import Vector  # noqa: F401
-    from robot.servoing.pose_search import Course  # noqa: F401
+    from robot.servoing.pose_search import Target  # noqa: F401
     from robot.servoing.servo import Servo  # noqa: F401
     from robot.servoing.sightings import MarkerFrame  # noqa: F401
 
@@ -77,12 +77,12 @@ class Stream(object):
         self._servo = servo
         self._still_since = None  # type: Optional[float]
 
-    def begin(self, q, bound=None):
+    def begin(self, q, detour_pose=None):
         # type: (Pose, Optional[Pose]) -> None
-        """Begin with the first aim, rad (n); if it leads to another posture, that is `bound`."""
+        """Begin with the first aim, rad (n); `detour_pose` if it leads to another posture."""
         self._aim, self._aimed_at = tuple(q), 0.0  # type: Pose, float
         self._drift = None  # type: Optional[Vector]
-        self._better = bound or self._aim  # so far; a better one may be found on the path
+        self._better = detour_pose or self._aim  # so far; a better one may be found on the path
         self._uncertainty_penalty = self._servo.uncertainty_penalty(q)
         # Camera: the last frames, [(q, s, shape, what the shape missed, px)].
         self._recent = {}  # type: Dict[str, List[_Recent]]
@@ -156,7 +156,7 @@ class Stream(object):
         self._settle_on(better, image, speed, t)
 
     def _nearing(self, image, wanted, start, q):
-        # type: (LinearImageModel, Features, Pose, Pose) -> Generator[None, None, Course]
+        # type: (LinearImageModel, Features, Pose, Pose) -> Generator[None, None, Target]
         """Take the steps of Servo.nearing, each in a slice of its own; return the last one."""
         steps = self._servo.nearing(image, wanted, start, q, self._uncertainty_penalty)
         for found in steps:  # noqa: B007 - the last one is returned

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from laptop.bench.bench import BenchRecord, BenchTable, silenced
+from laptop.emulator.bundled_scripts import BENCH_BRICK
 from laptop.emulator.host.processor import SECONDS_PER_INSTRUCTION
-from laptop.emulator.own_programs import BENCH_BRICK
 from laptop.emulator.rig import Rig
 from shared.arm_description import find_arm, read_arm
 

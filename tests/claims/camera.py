@@ -14,9 +14,9 @@ import numpy as np
 
 from laptop.emulator.scene.board_photographs import (
     WEBCAM,
+    CameraPose,
     Lens,
     PrintedSheet,
-    Stand,
     draw_lens,
     photograph,
 )
@@ -83,10 +83,10 @@ CONDITIONS = (
 )
 
 
-def draw_stand(lens: Lens, tilt: float, shown: float, luck: np.random.Generator) -> Stand:
+def draw_stand(lens: Lens, tilt: float, shown: float, luck: np.random.Generator) -> CameraPose:
     """Draw where a camera stands, tilted by so many degrees."""
     distance = lens.focal * BOARDS["a4"].height / (shown * lens.size[0])
-    return Stand.looking(
+    return CameraPose.looking(
         distance,
         math.radians(tilt),
         luck.uniform(0, 2 * math.pi),
@@ -160,7 +160,7 @@ class CameraCase:
             tuple(describe(found)),
         )
 
-    def views(self, lens: Lens) -> tuple[list[BoardView | None], Stand]:
+    def views(self, lens: Lens) -> tuple[list[BoardView | None], CameraPose]:
         """Photograph all views, and return where the last one was taken from."""
         views = []
         stretch = STRETCH * np.random.default_rng([self.seed, 28]).standard_normal()
@@ -179,7 +179,7 @@ class CameraCase:
 
 
 def errors_mm(
-    found: Calibration, lens: Lens, stand: Stand, height: float
+    found: Calibration, lens: Lens, stand: CameraPose, height: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Distances between where pixels are said to be and where they are, and their sigmas, mm."""
     width, high = BOARDS["a4"].middle
@@ -208,7 +208,9 @@ def moves(seed: int) -> list[tuple[str, bool, str]]:
     told = []
     for k, (name, move) in enumerate(MOVES.items()):
         after = find_board(
-            photograph(lens, Stand(stand.rotation, move(stand.translation)), seed=[seed, k, 27])
+            photograph(
+                lens, CameraPose(stand.rotation, move(stand.translation)), seed=[seed, k, 27]
+            )
         )
         assert after is not None
         shift = shift_since(found, after)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from laptop.emulator.scene.board_photographs import Lens, Stand, draw_lens, photograph
+from laptop.emulator.scene.board_photographs import CameraPose, Lens, draw_lens, photograph
 from laptop.see.markers.board import CROSSES
 from laptop.see.markers.finders.board import find_board
 from laptop.see.table.camera_fit import calibrate
@@ -57,7 +57,7 @@ class TouchRig:
 
     arm: Arm
     lens: Lens
-    stand: Stand
+    stand: CameraPose
     turn: float
     base: np.ndarray
     offset: np.ndarray

@@ -24,8 +24,8 @@ from typing import Any
 
 from laptop.bench.bench import BenchRecord, BenchTable, grouped, seeds_of, spread
 from laptop.emulator.brick_home import AFTER
+from laptop.emulator.bundled_scripts import SERVO
 from laptop.emulator.device.plant_constants import CPU
-from laptop.emulator.own_programs import SERVO
 from laptop.emulator.pace import PacedClock
 from laptop.emulator.scene.camera_rig import CameraRig
 from laptop.measure.demo.goals import DEMO_SETUPS, Goal, choose_goals, goal_words, postures_at

@@ -15,8 +15,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from laptop.emulator.bundled_scripts import SERVO
 from laptop.emulator.live import PoseReader
-from laptop.emulator.own_programs import SERVO
 from laptop.emulator.pace import PacedClock
 from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.scene_constants import read_scene

@@ -14,7 +14,7 @@ from tests.claims.camera import CONDITIONS, CameraCase, CameraResult, Condition
 def straight():
     """A picture from straight above through a plain lens: 12 px/cm."""
     lens = camera_renders.Lens(600.0, (319.5, 239.5), (0, 0, 0, 0, 0))
-    where = camera_renders.Stand.looking(50, 0.0, 0.0, 0.0, (0, 0))
+    where = camera_renders.CameraPose.looking(50, 0.0, 0.0, 0.0, (0, 0))
     return lens, where, camera_renders.photograph(lens, where, development=Development(noise=0))
 
 
@@ -41,7 +41,7 @@ def test_a_photograph_shows_each_marker_where_geometry_has_it(straight):
 @pytest.mark.long
 def test_a_photograph_shows_a_sheet_that_is_stretched_and_bent_where_it_is():
     lens = camera_renders.Lens(600.0, (319.5, 239.5), (0, 0, 0, 0, 0))
-    where = camera_renders.Stand.looking(45, 0.5, 0.3, 0.0, (0, 0))
+    where = camera_renders.CameraPose.looking(45, 0.5, 0.3, 0.0, (0, 0))
     sheet = camera_renders.PrintedSheet(stretch=0.01, bend=0.2)
     image = camera_renders.photograph(lens, where, sheet, Development(noise=0))
     seen = find_board(image)

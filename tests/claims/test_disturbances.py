@@ -48,7 +48,9 @@ def test_nothing_is_claimed_that_is_not_so_and_nothing_moves_blindly(name, mode)
 
 def test_one_that_claims_what_is_not_so_is_told_from_one_that_does_not(monkeypatch):
     """A servo that believes anything: the claim must see through it."""
-    monkeypatch.setattr("robot.servoing.doubts.Doubts.arise", lambda *told: False)
+    monkeypatch.setattr(
+        "robot.servoing.tip_verification.TipVerification.is_needed", lambda *told: False
+    )
     name = "a thing at the goal taken for the tip"
     result = run_case(DisturbedCase(name, "look", "planar", 1001, 0.0))
     assert (result.verdict, result.false) == ("converged", True)

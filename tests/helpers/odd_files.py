@@ -3,7 +3,7 @@
 import os
 import socket
 
-from shared.small_files import MAX_SIZE
+from shared.config_files import MAX_SIZE
 
 
 def put(path, data):

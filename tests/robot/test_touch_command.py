@@ -7,7 +7,7 @@ import pytest
 from rig import Shell, degrees
 
 from laptop.emulator.device.buttons import read_press
-from laptop.emulator.device.leading_hand import read_hand
+from laptop.emulator.device.hand_guiding import read_hand
 from robot.motion import kinematics
 from shared.arm_description import find_arm, read_arm
 

@@ -4,7 +4,7 @@ import math
 from typing import Dict, List, Optional, Sequence, Tuple, Union
 
 from laptop.emulator.device.buttons import INPUTS
-from laptop.emulator.device.leading_hand import BadHand, LeadingHand
+from laptop.emulator.device.hand_guiding import BadHand, HandGuiding
 from laptop.emulator.device.motion_record import MotionRecord
 from laptop.emulator.device.plant import ArmPlant
 from laptop.emulator.device.plant_constants import at_port, read_plant
@@ -18,7 +18,7 @@ if MYPY:
     from typing import Any, Set  # noqa: F401
 
     from laptop.emulator.device.attribute_devices import DeviceWorld  # noqa: F401
-    from laptop.emulator.device.leading_hand import HandPlace  # noqa: F401
+    from laptop.emulator.device.hand_guiding import HandPlace  # noqa: F401
     from laptop.emulator.device.motor_and_link import Drive, DrivenLink  # noqa: F401
     from laptop.emulator.device.plant_constants import PlantConstants  # noqa: F401
     from laptop.emulator.device.wheels import Wheels  # noqa: F401
@@ -115,7 +115,7 @@ class EmulatedBrick(object):
                 self.motors[joint.port].hold()
         self.record = MotionRecord(_time_of_sample)
         self._steps = 0
-        self._hand = None  # type: Optional[LeadingHand]
+        self._hand = None  # type: Optional[HandGuiding]
         # Links and bare rotors in a hand, and where that takes them, rad.
         self._pushed = []  # type: List[Tuple[Union[DrivenLink, Drive], float]]
         self._tip_at, self._tip = self.plant.q, self.plant.tip()  # joint angles, and the true tip
@@ -229,7 +229,7 @@ class EmulatedBrick(object):
         coasts, now = (lambda k: motors[k].mode == "coast"), self._steps * STEP
         if self._hand is not None:
             self._hand.let_go()
-        self._hand = LeadingHand(arm, self.plant.links, coasts, places, now)
+        self._hand = HandGuiding(arm, self.plant.links, coasts, places, now)
 
     def kill_encoder(self, port: str) -> None:
         """Stop the counts of the encoder at `port`."""

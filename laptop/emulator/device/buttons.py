@@ -141,7 +141,7 @@ class KeyDevice(object):
     Args:
         sysfs: Sysfs, on which accesses are counted.
         panel: ButtonPanel.
-        waiting: a `WaitingLine` for threads that wait for a key.
+        waiting: a `WaitQueue` for threads that wait for a key.
     """
 
     name = "EV3 Brick Buttons"
@@ -189,7 +189,7 @@ class KeyDevice(object):
 
 
 def evdev_module(
-    sysfs: "Sysfs", panel: ButtonPanel, waiting_line: Callable[[], "KeyWaiting"]
+    sysfs: "Sysfs", panel: ButtonPanel, wait_queue: Callable[[], "KeyWaiting"]
 ) -> types.ModuleType:
     """Return a module that stands for `evdev`, as far as python-ev3dev2 and key loops need it.
 
@@ -198,7 +198,7 @@ def evdev_module(
     Args:
         sysfs: Sysfs, on which accesses are counted.
         panel: ButtonPanel.
-        waiting_line: makes a `WaitingLine` for threads that wait for a key.
+        wait_queue: makes a `WaitQueue` for threads that wait for a key.
     """
 
     class InputDevice(KeyDevice):
@@ -209,7 +209,7 @@ def evdev_module(
         """
 
         def __init__(self, path: str = KeyDevice.path) -> None:
-            super(InputDevice, self).__init__(sysfs, panel, waiting_line())
+            super(InputDevice, self).__init__(sysfs, panel, wait_queue())
 
     ecodes = types.ModuleType("evdev.ecodes")
     vars(ecodes).update(EV_SYN=EV_SYN, EV_KEY=EV_KEY)

@@ -27,7 +27,7 @@ if MYPY:
     from laptop.emulator.device.brick import EmulatedBrick  # noqa: F401
     from laptop.emulator.device.buttons import Press  # noqa: F401
     from laptop.emulator.device.sensor_orders import SensorOrder  # noqa: F401
-    from laptop.emulator.device.sensors import Measuring, Scenery, Sensed  # noqa: F401
+    from laptop.emulator.device.sensors import Measuring, Sensed, SensedWorld  # noqa: F401
     from laptop.emulator.device.sysfs import Attribute, Sysfs  # noqa: F401
 
 
@@ -37,7 +37,7 @@ LEDS = ("led0:red:brick-status", "led0:green:brick-status",
 _EVIOCGKEY_NUMBER = ord("E") << 8 | 0x18
 
 
-def _nothing_to_see(word: str, place: Dict[str, float]) -> "Sensed":
+def _no_quantity(word: str, place: Dict[str, float]) -> "Sensed":
     raise BadSensor("sensor: there is no {} for it to see here; write a value".format(word))
 
 
@@ -49,7 +49,7 @@ class Peripherals(object):
         sysfs: where the devices are found and accesses are counted.
         voltage, current: callables giving the battery's V and A.
         sensors: port -> SensorOrder; touch sensors everywhere if None.
-        scene: the emulated world as sensors see it, see `sensors.Measuring`.
+        environment: the emulated world as sensors see it, see `sensors.Measuring`.
 
     Attributes:
         sysfs: as above.
@@ -68,7 +68,7 @@ class Peripherals(object):
         voltage: Callable[[], float] = lambda: 8.0,
         current: Callable[[], float] = lambda: 0.2,
         sensors: Optional[Dict[str, "SensorOrder"]] = None,
-        scene: "Scenery" = _nothing_to_see,
+        environment: "SensedWorld" = _no_quantity,
     ) -> None:
         self._world = world
         self.sysfs = sysfs
@@ -80,7 +80,7 @@ class Peripherals(object):
         self.leds = {}  # type: Dict[str, Led]
         orders = read_sensors(()) if sensors is None else sensors
         for index, port in enumerate(INPUTS):
-            device = self.inputs[port] = InputPort(world, sysfs, orders[port], scene)
+            device = self.inputs[port] = InputPort(world, sysfs, orders[port], environment)
             found = {key: device.constants[key] for key in ("address", "driver_name")}
             sysfs.add("lego-port", "port{}".format(index), found, device)
         for name in LEDS:

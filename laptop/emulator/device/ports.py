@@ -16,7 +16,7 @@ if MYPY:
     from laptop.emulator.device.attribute_devices import DeviceWorld  # noqa: F401
     from laptop.emulator.device.sensor_kinds import Kind  # noqa: F401
     from laptop.emulator.device.sensor_orders import SensorOrder  # noqa: F401
-    from laptop.emulator.device.sensors import Scenery  # noqa: F401
+    from laptop.emulator.device.sensors import SensedWorld  # noqa: F401
     from laptop.emulator.device.sysfs import Sysfs  # noqa: F401
 
 
@@ -88,7 +88,7 @@ class InputPort(_Port):
         world: whose clock the detection takes its time on.
         sysfs: where the sensor is found.
         order: SensorOrder of the plugged sensor.
-        scene: see Measuring.
+        environment: see Measuring.
 
     Attributes:
         kind: a key of KINDS, or "none".
@@ -96,7 +96,7 @@ class InputPort(_Port):
     """
 
     def __init__(
-        self, world: "DeviceWorld", sysfs: "Sysfs", order: "SensorOrder", scene: "Scenery"
+        self, world: "DeviceWorld", sysfs: "Sysfs", order: "SensorOrder", environment: "SensedWorld"
     ) -> None:
         # A sensor that the brick cannot detect has its mode set already.
         preset = order.kind != NONE and KINDS[order.kind].driver in UNKNOWN
@@ -107,7 +107,7 @@ class InputPort(_Port):
         self._sysfs = sysfs
         self._port = order.port
         self.kind = order.kind
-        self.measuring = None if self.kind == NONE else Measuring(world, order, scene)
+        self.measuring = None if self.kind == NONE else Measuring(world, order, environment)
         self._device = None  # type: Optional[Tuple[str, EmulatedSensor]]  # what is loaded
         self._loads = 0
         self._due = None  # type: Any

@@ -53,7 +53,7 @@ Kind = NamedTuple(
         ("connection", str),
         ("quantities", Mapping[str, Constant]),
         ("main", Tuple[str, ...]),
-        ("scene", Mapping[str, Tuple[str, ...]]),
+        ("environment", Mapping[str, Tuple[str, ...]]),
         ("modes", Tuple[Mode, ...]),
         ("volts", Optional[Callable[["Measuring"], float]]),
     ],
@@ -65,7 +65,7 @@ connection  how it talks, as the port's mode has it
 quantities  key -> Constant: all that it can measure, and where it is
 main        keys that a text without a key may mean: the first for words, the last for numbers; each
             says all of it, so that one is given
-scene       key -> words, for what the emulated world itself can give
+environment key -> words, for what the emulated world itself can give
 modes       Modes, the first as it is plugged in
 volts       of an NXT/Analog sensor: m -> V, what the port sees; None for all others
 """
@@ -304,8 +304,8 @@ def _ultrasonic_modes(
 
 def _ultrasonic(driver: str, connection: str, order: str, decimals: int, most_in: float) -> Kind:
     modes = _ultrasonic_modes(order.split(), decimals, NO_ECHO, most_in)
-    scene = {"distance": ("tip", "wall")}
-    return Kind(driver, connection, _DISTANCE, ("distance",), scene, modes, None)
+    environment = {"distance": ("tip", "wall")}
+    return Kind(driver, connection, _DISTANCE, ("distance",), environment, modes, None)
 
 
 def _low_level(m: "Measuring") -> List[float]:

@@ -17,7 +17,7 @@ if MYPY:
 
     from laptop.emulator.device.sensor_values import Value  # noqa: F401
 
-    Quantities = Dict[str, Union[Signal, str]]  # a word names what the scene has
+    Quantities = Dict[str, Union[Signal, str]]  # a word names a quantity of the environment
 
 
 NONE = "none"
@@ -40,7 +40,7 @@ SensorOrder.__doc__ = """A sensor to be plugged in.
 port        "in1" to "in4"
 kind        a key of KINDS, or NONE
 quantities  key (of an infrared sensor's channels with its number and a dot before it) -> Signal, or
-            a word of the kind's scene
+            a word of the kind's environment
 text        as it was written
 """
 
@@ -85,7 +85,7 @@ def _quantities(name: str, text: str, has_main: bool) -> "Quantities":
         given = _of_file(name, table, main)
     elif main:
         written = kind.main[0] if main[0].isalpha() else kind.main[-1]
-        written = next((key for key, words in kind.scene.items() if main in words), written)
+        written = next((key for key, words in kind.environment.items() if main in words), written)
         given = {_channelled(written, ""): table.parse("{}={}".format(written, main))[""][written]}
     else:
         given = {}
@@ -115,7 +115,7 @@ def _table(name: str) -> ConstantTable:
     channels = CHANNELS if name == "infrared" else ()
 
     def read(key: str, text: str, written: str) -> Union[Signal, str]:
-        if text in kind.scene.get(key, ()):
+        if text in kind.environment.get(key, ()):
             return text
 
         def error(message: str) -> BadSensor:

@@ -32,7 +32,7 @@ if MYPY:
         def slope(self, t: float) -> float:
             """Return its rate of change at `t`, 1/s."""
 
-    Scenery = Callable[[str, Dict[str, float]], Sensed]  # of a word and the sensor's place, cm
+    SensedWorld = Callable[[str, Dict[str, float]], Sensed]  # of a word and the sensor's place, cm
 
 
 SWITCH_TIME = {"ev3-uart": 0.02}
@@ -59,14 +59,16 @@ class Measuring(object):
     Args:
         world: whose clock it goes by.
         order: SensorOrder.
-        scene: `scene(word, place)` gives a quantity of the emulated world there, with `value(t)`
-            and `slope(t)`; place: key -> cm.
+        environment: `environment(word, place)` gives a quantity of the emulated world
+            there, with `value(t)` and `slope(t)`; place: key -> cm.
 
     Attributes:
         pressed: whether a hand presses it.
     """
 
-    def __init__(self, world: "DeviceWorld", order: "SensorOrder", scene: "Scenery") -> None:
+    def __init__(
+        self, world: "DeviceWorld", order: "SensorOrder", environment: "SensedWorld"
+    ) -> None:
         self._world = world
         self._name = order.port
         self.pressed = False
@@ -79,7 +81,7 @@ class Measuring(object):
         }
         for key, signal in signals.items():
             if isinstance(signal, str):
-                signals[key] = scene(signal, place)
+                signals[key] = environment(signal, place)
         self._given = set(signals)
         for key, quantity in quantities.items():
             by_channel = [channel + "." + key for channel in CHANNELS]

@@ -5,17 +5,17 @@ So the time of a program is modelled, not measured:
 
     t = CPI / f * sum over basic blocks b of n_b * c_b
 
-with n_b the executions of a block, c_b its price in instructions of the brick's processor, CPI the
+with n_b the executions of a block, c_b its cost in instructions of the brick's processor, CPI the
 cycles per instruction and f the clock rate (processor.py). This is static source-level timing by
 basic blocks, as in Li and Malik, Performance analysis of embedded software using implicit path
 enumeration, DAC 1995; only that here the program itself counts n_b as it runs.
 
-The syntax tree is rewritten: at the head of each straight piece of code stands `_count_ += price`.
+The syntax tree is rewritten: at the head of each straight piece of code stands `_count_ += cost`.
 So the count depends on what the program does and on nothing else, and a run repeats exactly. Host
 time scaled by a factor would vary with the load; sys.settrace would cost a call for each line.
 
-Calls into C cost what `prices` says by name; an unknown one costs a plain call. Of expressions that
-are evaluated conditionally (`a and b`, `a if b else c`) the later parts cost half.
+Calls into C cost what `instruction_costs` says by name; an unknown one costs a plain call. Of
+expressions that are evaluated conditionally (`a and b`, `a if b else c`) the later parts cost half.
 """
 
 import ast
@@ -25,7 +25,7 @@ import sys
 from types import CodeType
 from typing import Iterator, List, Optional, Sequence, Set, Union
 
-from laptop.emulator.host.prices import CALLS, METHODS, PRICES, imports
+from laptop.emulator.host.instruction_costs import CALLS, COSTS, METHODS, imports
 from laptop.emulator.host.syntax_tree import (
     any_whole_number,
     as_run,
@@ -94,36 +94,36 @@ class _Counting(object):
 
     # Statements: what each costs that is always done of it; what is not is counted where it stands.
 
-    def _block(self, body: List[ast.stmt], price: int = 0) -> List[ast.stmt]:
-        """Return statements with their counts; `price` is that of entering them, instructions."""
+    def _block(self, body: List[ast.stmt], cost: int = 0) -> List[ast.stmt]:
+        """Return statements with their counts; `cost` is that of entering them, instructions."""
         out, at = [], first_statement(body)
         out.extend(body[:at])
         for statement in body[at:]:
-            price += self._statement(statement)
+            cost += self._statement(statement)
             if self._scopes and isinstance(statement, (ast.Import, ast.ImportFrom)):
                 out.append(_statement("{}({})".format(LOAD, _asked([statement]))))
             out.append(statement)
             if may_leave(statement):
-                self._count(out, at, price)
-                at, price = len(out), 0
-        self._count(out, at, price)
+                self._count(out, at, cost)
+                at, cost = len(out), 0
+        self._count(out, at, cost)
         return out
 
     @staticmethod
-    def _count(out: List[ast.stmt], at: int, price: int) -> None:
-        if price:
-            out.insert(at, _more(price))
+    def _count(out: List[ast.stmt], at: int, cost: int) -> None:
+        if cost:
+            out.insert(at, _more(cost))
 
     def _statement(self, node: ast.stmt) -> int:
         return getattr(self, "_" + type(node).__name__.lower(), self._other)(node)
 
     def _other(self, node: ast.AST) -> int:
         """Return the cost of the expressions of a node without a rule of its own."""
-        return sum(self._price(child) for child in ast.iter_child_nodes(node))
+        return sum(self._cost(child) for child in ast.iter_child_nodes(node))
 
     def _functiondef(self, node: ast.FunctionDef) -> int:
-        outside = sum(map(self._price, node.decorator_list + default_values(node.args)))
-        outside += PRICES["def"] + PRICES["call"] * len(node.decorator_list)
+        outside = sum(map(self._cost, node.decorator_list + default_values(node.args)))
+        outside += COSTS["def"] + COSTS["call"] * len(node.decorator_list)
         managed = any("contextmanager" in ast.dump(decorator) for decorator in node.decorator_list)
         self._inner(node, parameter_names(node.args) | assigned_names(node.body), managed)
         return outside + self._store(ast.Name(node.name, ast.Store()))
@@ -131,7 +131,7 @@ class _Counting(object):
     _asyncfunctiondef = _functiondef
 
     def _inner(self, node: ast.FunctionDef, names: Set[str], managed: bool) -> None:
-        head = PRICES["function"] + PRICES["context manager"] * managed
+        head = COSTS["function"] + COSTS["context manager"] * managed
         declared = {
             name for s in walk_scope(node.body) if isinstance(s, ast.Global) for name in s.names
         }
@@ -140,51 +140,51 @@ class _Counting(object):
         node.body.insert(first_statement(node.body), ast.Global([COUNT]))
 
     def _classdef(self, node: ast.ClassDef) -> int:
-        outside = sum(map(self._price, node.decorator_list + node.bases)) + PRICES["class"]
+        outside = sum(map(self._cost, node.decorator_list + node.bases)) + COSTS["class"]
         with self._within((), False):
             node.body = self._block(node.body)
         node.body.insert(first_statement(node.body), ast.Global([COUNT]))
         return outside
 
     def _if(self, node: ast.If) -> int:
-        price = self._test(node.test)
+        cost = self._test(node.test)
         node.body = self._block(node.body)
         node.orelse = self._block(node.orelse) if node.orelse else []
-        return price
+        return cost
 
     def _for(self, node: ast.For) -> int:
-        turn = PRICES["turn"] + self._store(node.target)
-        price = PRICES["loop"] + self._price(node.iter)
+        turn = COSTS["turn"] + self._store(node.target)
+        cost = COSTS["loop"] + self._cost(node.iter)
         node.body = self._block(node.body, turn)
         node.orelse = self._block(node.orelse) if node.orelse else []
-        return price
+        return cost
 
     def _while(self, node: ast.While) -> int:
-        test = self._test(node.test) + PRICES["branch"]
+        test = self._test(node.test) + COSTS["branch"]
         node.body = self._block(node.body, test)
         look = _statement("if {} > {}: {}()".format(COUNT, DUE, LOOK))
         for part in ast.walk(look):
             ast.copy_location(part, node)  # who asks where the program is finds the loop
         node.body.insert(0, look)
         node.orelse = self._block(node.orelse) if node.orelse else []
-        return test + PRICES["branch"]
+        return test + COSTS["branch"]
 
     def _try(self, node: ast.Try) -> int:
         node.body = self._block(node.body)
         for handler in node.handlers:
-            kind = self._price(handler.type) if handler.type else 0
-            handler.body = self._block(handler.body, PRICES["handler"] + kind)
+            kind = self._cost(handler.type) if handler.type else 0
+            handler.body = self._block(handler.body, COSTS["handler"] + kind)
         node.orelse = self._block(node.orelse) if node.orelse else []
         node.finalbody = self._block(node.finalbody) if node.finalbody else []
-        return PRICES["try"]
+        return COSTS["try"]
 
     def _with(self, node: ast.With) -> int:
-        price = 0
+        cost = 0
         for item in node.items:
-            price += PRICES["with"] + self._price(item.context_expr)
-            price += self._store(item.optional_vars) if item.optional_vars else PRICES["pop"]
+            cost += COSTS["with"] + self._cost(item.context_expr)
+            cost += self._store(item.optional_vars) if item.optional_vars else COSTS["pop"]
         node.body = self._block(node.body)
-        return price
+        return cost
 
     def _assign(self, node: ast.Assign) -> int:
         if not self._scopes and isinstance(node.value, ast.Call):
@@ -192,30 +192,30 @@ class _Counting(object):
             for target in node.targets:
                 if made and isinstance(target, ast.Name):
                     self._made[target.id] = made
-        return self._price(node.value) + sum(map(self._store, node.targets))
+        return self._cost(node.value) + sum(map(self._store, node.targets))
 
     def _augassign(self, node: ast.AugAssign) -> int:
-        work = self._operation(node.op) + self._price(node.value)
-        return work + self._price(node.target) + self._store(node.target)
+        work = self._operation(node.op) + self._cost(node.value)
+        return work + self._cost(node.target) + self._store(node.target)
 
     def _expr(self, node: ast.Expr) -> int:
-        return self._price(node.value) + PRICES["pop"]
+        return self._cost(node.value) + COSTS["pop"]
 
     def _return(self, node: ast.Return) -> int:
-        return PRICES["return"] + (self._price(node.value) if node.value else 0)
+        return COSTS["return"] + (self._cost(node.value) if node.value else 0)
 
     def _raise(self, node: ast.Raise) -> int:
-        return PRICES["raise"] + self._other(node)
+        return COSTS["raise"] + self._other(node)
 
     def _import(self, node: ast.Import) -> int:
         for alias in node.names:
             self._imports[alias.asname or alias.name] = alias.name
-        return PRICES["import"] * len(node.names)
+        return COSTS["import"] * len(node.names)
 
     def _importfrom(self, node: ast.ImportFrom) -> int:
         for alias in node.names:
             self._imports[alias.asname or alias.name] = "{}.{}".format(node.module, alias.name)
-        return PRICES["import"] + 300 * len(node.names)
+        return COSTS["import"] + 300 * len(node.names)
 
     def _global(self, node: ast.stmt) -> int:
         return 0
@@ -224,136 +224,136 @@ class _Counting(object):
 
     def _store(self, target: ast.expr) -> int:
         if isinstance(target, ast.Name):
-            return PRICES["store" if self._is_local(target.id) else "store global"]
+            return COSTS["store" if self._is_local(target.id) else "store global"]
         if isinstance(target, ast.Attribute):
-            return PRICES["store attribute"] + self._price(target.value)
+            return COSTS["store attribute"] + self._cost(target.value)
         if isinstance(target, ast.Subscript):
-            return PRICES["store item"] + self._price(target.value) + self._price(target.slice)
+            return COSTS["store item"] + self._cost(target.value) + self._cost(target.slice)
         if isinstance(target, ast.Starred):
-            return PRICES["list"] + self._store(target.value)
+            return COSTS["list"] + self._store(target.value)
         assert isinstance(target, (ast.Tuple, ast.List))  # there is nothing else to store into
-        return PRICES["unpack"] + sum(map(self._store, target.elts))
+        return COSTS["unpack"] + sum(map(self._store, target.elts))
 
     # Expressions
 
     def _is_local(self, name: str) -> bool:
         return bool(self._scopes) and name in self._scopes[-1]
 
-    def _price(self, node: ast.AST) -> int:
+    def _cost(self, node: ast.AST) -> int:
         """Return the cost of an expression, with its counts put in where it goes in turns."""
-        price = getattr(self, "_of_" + type(node).__name__.lower(), None)
-        return price(node) if price else self._other(node)
+        cost = getattr(self, "_of_" + type(node).__name__.lower(), None)
+        return cost(node) if cost else self._other(node)
 
     def _of_name(self, node: ast.Name) -> int:
         if self._is_local(node.id):
-            return PRICES["local"]
+            return COSTS["local"]
         if any(node.id in names for names in self._scopes):
-            return PRICES["closure"]
+            return COSTS["closure"]
         known = node.id in self._globals or not hasattr(builtins, node.id)
-        return PRICES["global" if known else "builtin"]
+        return COSTS["global" if known else "builtin"]
 
     def _of_constant(self, node: ast.expr) -> int:
-        return PRICES["constant"]
+        return COSTS["constant"]
 
     _of_num = _of_str = _of_bytes = _of_nameconstant = _of_constant
 
     def _of_attribute(self, node: ast.Attribute) -> int:
         is_module = isinstance(node.value, ast.Name) and node.value.id in self._imports
         kind = "module attribute" if is_module else "attribute"
-        return PRICES[kind] + self._price(node.value)
+        return COSTS[kind] + self._cost(node.value)
 
     def _of_subscript(self, node: ast.Subscript) -> int:
-        price = self._price(node.value) + self._price(node.slice)
-        return price + (0 if isinstance(node.slice, ast.Slice) else PRICES["item"])
+        cost = self._cost(node.value) + self._cost(node.slice)
+        return cost + (0 if isinstance(node.slice, ast.Slice) else COSTS["item"])
 
     def _of_slice(self, node: ast.Slice) -> int:
-        return PRICES["slice"] + self._other(node)
+        return COSTS["slice"] + self._other(node)
 
     def _of_binop(self, node: ast.BinOp) -> int:
-        price = self._price(node.left) + self._price(node.right)
+        cost = self._cost(node.left) + self._cost(node.right)
         text = isinstance(literal_value(node.left), (str, bytes))
         if isinstance(node.op, ast.Mod) and text:
-            return price + PRICES["format"]
+            return cost + COSTS["format"]
         mixed = isinstance(node.op, (ast.Mult, ast.Div)) and any_whole_number(node.left, node.right)
-        return price + self._operation(node.op) + PRICES["mixed"] * mixed
+        return cost + self._operation(node.op) + COSTS["mixed"] * mixed
 
     @staticmethod
     def _operation(op: ast.operator) -> int:
         kinds = {ast.Div: "divide", ast.Pow: "power", ast.Mod: "whole", ast.FloorDiv: "whole"}
-        return PRICES[kinds.get(type(op), "add")]
+        return COSTS[kinds.get(type(op), "add")]
 
     def _of_unaryop(self, node: ast.UnaryOp) -> int:
         if literal_value(node.operand) is not None:
-            return PRICES["constant"]
-        return PRICES["negate"] + self._price(node.operand)
+            return COSTS["constant"]
+        return COSTS["negate"] + self._cost(node.operand)
 
     def _of_compare(self, node: ast.Compare) -> int:
-        price = self._price(node.left) + sum(map(self._price, node.comparators))
+        cost = self._cost(node.left) + sum(map(self._cost, node.comparators))
         kinds = {ast.Is: "is", ast.IsNot: "is", ast.In: "in", ast.NotIn: "in"}
         usual = "compare"
         if any(any_whole_number(other) for other in [node.left, *node.comparators]):
             usual = "compare with zero"
-        return price + sum(PRICES[kinds.get(type(op), usual)] for op in node.ops)
+        return cost + sum(COSTS[kinds.get(type(op), usual)] for op in node.ops)
 
     def _test(self, node: ast.expr) -> int:
         """Return the cost of working out a condition, and of branching by it."""
         plain = not isinstance(node, (ast.Compare, ast.BoolOp))
-        return self._price(node) + PRICES["branch"] + PRICES["truth"] * plain
+        return self._cost(node) + COSTS["branch"] + COSTS["truth"] * plain
 
     def _of_boolop(self, node: ast.BoolOp) -> int:
         first, *others = map(self._test, node.values)
         return first + sum(others) // 2
 
     def _of_ifexp(self, node: ast.IfExp) -> int:
-        return self._test(node.test) + (self._price(node.body) + self._price(node.orelse)) // 2
+        return self._test(node.test) + (self._cost(node.body) + self._cost(node.orelse)) // 2
 
     def _of_tuple(self, node: ast.Tuple) -> int:
-        return PRICES["tuple"] + self._elements(node)
+        return COSTS["tuple"] + self._elements(node)
 
     def _of_list(self, node: ast.List) -> int:
-        return PRICES["list"] + self._elements(node)
+        return COSTS["list"] + self._elements(node)
 
     _of_set = _of_list
 
     def _elements(self, node: Union[ast.Tuple, ast.List]) -> int:
-        return PRICES["per element"] * len(node.elts) + sum(map(self._price, node.elts))
+        return COSTS["per element"] * len(node.elts) + sum(map(self._cost, node.elts))
 
     def _of_dict(self, node: ast.Dict) -> int:
         parts = [key for key in node.keys if key] + node.values
-        return PRICES["dict"] + PRICES["per pair"] * len(node.values) + sum(map(self._price, parts))
+        return COSTS["dict"] + COSTS["per pair"] * len(node.values) + sum(map(self._cost, parts))
 
     def _of_starred(self, node: ast.Starred) -> int:
-        return PRICES["star"] + self._price(node.value)
+        return COSTS["star"] + self._cost(node.value)
 
     def _of_yield(self, node: ast.Yield) -> int:
-        return PRICES["yield"] + (self._price(node.value) if node.value else PRICES["constant"])
+        return COSTS["yield"] + (self._cost(node.value) if node.value else COSTS["constant"])
 
     _of_yieldfrom = _of_yield
 
     def _of_lambda(self, node: ast.Lambda) -> int:
         with self._within(parameter_names(node.args), False):
-            price = self._price(node.body) + PRICES["function"] + PRICES["return"]
-        node.body = _either(price, node.body)
-        return PRICES["lambda"] + sum(map(self._price, default_values(node.args)))
+            cost = self._cost(node.body) + COSTS["function"] + COSTS["return"]
+        node.body = _either(cost, node.body)
+        return COSTS["lambda"] + sum(map(self._cost, default_values(node.args)))
 
     def _of_call(self, node: ast.Call) -> int:
-        price = PRICES["call"]
-        price += sum(PRICES["argument"] + self._price(argument) for argument in node.args)
-        price += sum(PRICES["keyword"] + self._price(keyword.value) for keyword in node.keywords)
+        cost = COSTS["call"]
+        cost += sum(COSTS["argument"] + self._cost(argument) for argument in node.args)
+        cost += sum(COSTS["keyword"] + self._cost(keyword.value) for keyword in node.keywords)
         name = self._name_of(node.func)
         if isinstance(node.func, ast.Attribute) and name is None:
-            price += PRICES["method"] + self._price(node.func.value)
-            return price + METHODS.get(node.func.attr, 0)
-        price += self._price(node.func)
+            cost += COSTS["method"] + self._cost(node.func.value)
+            return cost + METHODS.get(node.func.attr, 0)
+        cost += self._cost(node.func)
         last = (name or "").rpartition(".")[2].lstrip("_")
         if name in CALLS:
-            return price + CALLS[name]
+            return cost + CALLS[name]
         if self._made.get(name) in NAMED_TUPLES:
-            return price + PRICES["named tuple"]
-        return price + (PRICES["create"] if last[:1].isupper() and not last.isupper() else 0)
+            return cost + COSTS["named tuple"]
+        return cost + (COSTS["create"] if last[:1].isupper() and not last.isupper() else 0)
 
     def _name_of(self, func: ast.expr) -> Optional[str]:
-        """Return the name of what is called, as in `prices`; None for a method of an object."""
+        """Return the name of what is called, as in CALLS; None for a method of an object."""
         if isinstance(func, ast.Name):
             return self._imports.get(func.id, func.id)
         if isinstance(func, ast.Attribute) and isinstance(func.value, ast.Attribute):
@@ -380,29 +380,29 @@ class _Counting(object):
     def _comprehension(
         self, node: "Comprehension", elements: List[ast.expr], kind: str, each: str
     ) -> int:
-        price = PRICES[kind] + self._iterated(node.generators[0])
+        cost = COSTS[kind] + self._iterated(node.generators[0])
         names = set().union(*(stored_names(part.target) for part in node.generators))
         with self._within(names, self._walrus_allowed):
             for number, part in enumerate(node.generators):
-                turn = PRICES["turn"] + self._store(part.target)
+                turn = COSTS["turn"] + self._store(part.target)
                 if number:
-                    turn += PRICES["loop"] + self._iterated(part)
+                    turn += COSTS["loop"] + self._iterated(part)
                 turn += sum(map(self._test, part.ifs))
                 if part is node.generators[-1]:
-                    inside = PRICES[each] + sum(map(self._price, elements))
+                    inside = COSTS[each] + sum(map(self._cost, elements))
                     if part.ifs:
                         part.ifs.append(_always(inside, self._walrus_allowed))
                     else:
                         turn += inside
                 part.ifs.insert(0, _always(turn, self._walrus_allowed))
-        return price
+        return cost
 
     def _iterated(self, part: ast.comprehension) -> int:
         # (Python allows no assignment expression in the iterable of a comprehension.)
         walrus, self._walrus_allowed = self._walrus_allowed, False
-        price = self._price(part.iter)
+        cost = self._cost(part.iter)
         self._walrus_allowed = walrus
-        return price
+        return cost
 
     @contextlib.contextmanager
     def _within(self, names: "Collection[str]", walrus: bool) -> Iterator[None]:
@@ -415,7 +415,7 @@ class _Counting(object):
 
 
 def _asked(body: Sequence[ast.stmt]) -> List[str]:
-    """Return the imported modules that have a price, and python-ev3dev2."""
+    """Return the imported modules that have a cost, and python-ev3dev2."""
     return sorted(imported_modules(body) & {EV3DEV2, *imports()})
 
 
@@ -427,20 +427,20 @@ def _expression(text: str) -> ast.expr:
     return ast.parse(text, mode="eval").body
 
 
-def _more(price: int) -> ast.stmt:
-    return _statement("{} += {}".format(COUNT, price))
+def _more(cost: int) -> ast.stmt:
+    return _statement("{} += {}".format(COUNT, cost))
 
 
-def _always(price: int, walrus: bool) -> ast.expr:
-    """Return a condition for a comprehension that is true, and adds `price` to the count."""
+def _always(cost: int, walrus: bool) -> ast.expr:
+    """Return a condition for a comprehension that is true, and adds `cost` to the count."""
     if walrus and _WALRUS:
-        return _expression("({0} := {0} + {1})".format(COUNT, price))
-    return _expression("not {}({})".format(SPEND, price))
+        return _expression("({0} := {0} + {1})".format(COUNT, cost))
+    return _expression("not {}({})".format(SPEND, cost))
 
 
-def _either(price: int, body: ast.expr) -> ast.expr:
-    """Return the body of a lambda, which adds `price` to the count first."""
-    node = _expression("{}({}) or 0".format(SPEND, price))
+def _either(cost: int, body: ast.expr) -> ast.expr:
+    """Return the body of a lambda, which adds `cost` to the count first."""
+    node = _expression("{}({}) or 0".format(SPEND, cost))
     assert isinstance(node, ast.BoolOp)
     node.values[1] = body
     return node

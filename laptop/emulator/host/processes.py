@@ -13,7 +13,7 @@ from laptop.emulator.device.file_programs import Finished
 from laptop.emulator.host.brick_shell import Shell
 from laptop.emulator.host.child_python import ChildPython
 from laptop.emulator.host.linux import Signals
-from laptop.emulator.host.waiting_line import WaitingLine
+from laptop.emulator.host.wait_queue import WaitQueue
 
 MYPY = False
 if MYPY:
@@ -158,7 +158,7 @@ class ProgramPopen(object):
         self.returncode = None  # type: Optional[int]
         self._status = finished.status
         self._end = world.now() + finished.seconds
-        self._waiting = WaitingLine(world)
+        self._waiting = WaitQueue(world)
         output, errors = finished.output, finished.errors
         if stderr == module.STDOUT:
             output, errors = output + errors, b""

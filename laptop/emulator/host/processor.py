@@ -23,9 +23,9 @@ import re
 import sys
 from typing import Callable, Iterator, Optional, Sequence
 
+from laptop.emulator.bundled_scripts import REPO_ROOT
 from laptop.emulator.host.counting import COUNT, DUE, EV3DEV2, LOAD, LOOK, SPEND
-from laptop.emulator.host.linux import HOME
-from laptop.emulator.host.prices import (
+from laptop.emulator.host.instruction_costs import (
     CLEARED,
     COMPILED,
     FOUND,
@@ -36,7 +36,7 @@ from laptop.emulator.host.prices import (
     START,
     imports,
 )
-from laptop.emulator.own_programs import REPO_ROOT
+from laptop.emulator.host.linux import HOME
 
 MYPY = False
 if MYPY:
@@ -108,8 +108,8 @@ class Processor(object):
         """
         names[COUNT] = 0
 
-        def spend(price: float) -> None:
-            names[COUNT] += price
+        def spend(cost: float) -> None:
+            names[COUNT] += cost
 
         def look() -> None:
             """Let others run; every turn of a `while` calls this once the count exceeds DUE."""
@@ -161,12 +161,12 @@ class Processor(object):
             self._beside = before
 
     def _loaded(self, name: str) -> int:
-        """Return the price of importing a module with its imports, thousand instructions."""
+        """Return the cost of importing a module with its imports, thousand instructions."""
         if name in self._imported or name not in imports():
             return 0
         self._imported.add(name)
-        price, others = imports()[name]
-        return price + sum(map(self._loaded, others))
+        cost, others = imports()[name]
+        return cost + sum(map(self._loaded, others))
 
     def _total(self) -> int:
         total = 0

@@ -52,7 +52,7 @@ from laptop.emulator.host.program_os import MENU_CONSOLE, ProgramOs
 from laptop.emulator.host.signals import ProgramSignals
 from laptop.emulator.host.sys_class import SysClass, wrapped
 from laptop.emulator.host.threads import Threads, thread_module
-from laptop.emulator.host.waiting_line import WaitingLine
+from laptop.emulator.host.wait_queue import WaitQueue
 from shared.state import LOCK
 
 MYPY = False
@@ -244,7 +244,7 @@ class Shims(object):
         )
 
     def _evdev_module(self) -> ModuleType:
-        peripherals, line = self.peripherals, functools.partial(WaitingLine, self.world)
+        peripherals, line = self.peripherals, functools.partial(WaitQueue, self.world)
         module = evdev_module(peripherals.sysfs, peripherals.buttons, line)  # type: ModuleType
         return module
 

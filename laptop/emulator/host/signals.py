@@ -13,7 +13,7 @@ from typing import Callable, Tuple
 from laptop.emulator.host.clocks import copy_module
 from laptop.emulator.host.linux import TIMERS, Signals
 from laptop.emulator.host.process_exit import ENDLESS, ProcessExit
-from laptop.emulator.host.waiting_line import WaitingLine
+from laptop.emulator.host.wait_queue import WaitQueue
 
 MYPY = False
 if MYPY:
@@ -37,7 +37,7 @@ class ProgramSignals(object):
     def __init__(self, world: "World", clock: "ProgramClock") -> None:
         self._world = world
         self._clock = clock
-        self._pausing = WaitingLine(world)
+        self._pausing = WaitQueue(world)
         self._timers = ProgramTimers(world, clock, self.post)
         self.pending = set()  # type: Set[int]
         self._handlers = {  # type: Dict[int, Handler]

@@ -1,6 +1,6 @@
 """A program's threads and locks: `_thread` and `threading` on the world's baton.
 
-Rule: one primitive, the world's waiting line, is under every lock; all that the standard library
+Rule: one primitive, the world's wait queue, is under every lock; all that the standard library
 builds on locks (Condition, Event, Semaphore, Barrier, queues, pools) is its own code.
 """
 
@@ -12,7 +12,7 @@ from typing import Any, Callable, Iterable, Mapping, Optional
 
 from laptop.emulator.host import linux
 from laptop.emulator.host.clocks import copy_module
-from laptop.emulator.host.waiting_line import WaitingLine
+from laptop.emulator.host.wait_queue import WaitQueue
 
 MYPY = False
 if MYPY:
@@ -101,7 +101,7 @@ class Lock(object):
         raise NotImplementedError("of the classes that thread_module makes")
 
     def __init__(self) -> None:
-        self._line = WaitingLine(self._world)
+        self._line = WaitQueue(self._world)
         self._taken = False
 
     def acquire(self, blocking: bool = True, timeout: float = -1) -> bool:
@@ -244,7 +244,7 @@ class ProgramThread(object):
             threads.count += 1
             name = "Thread-{}".format(threads.count)
         self._target, self._args, self._kwargs = target, args, kwargs or {}
-        self._own = _ThreadState(str(name), WaitingLine(threads.world))
+        self._own = _ThreadState(str(name), WaitQueue(threads.world))
         current = threads.current() if threads.known else None
         self._own.daemon = daemon if daemon is not None else bool(current and current.daemon)
 
@@ -363,7 +363,7 @@ for _name, _method in _OLD_NAMES.items():
 class _ThreadState(object):
     """State of a Thread, apart from its subclasses' attributes."""
 
-    def __init__(self, name: str, waiting: WaitingLine) -> None:
+    def __init__(self, name: str, waiting: WaitQueue) -> None:
         self.name = name
         self.waiting = waiting
         self.daemon = self.started = self.ended = False

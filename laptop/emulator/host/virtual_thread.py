@@ -9,8 +9,8 @@ MYPY = False
 if MYPY:
     from typing import List
 
-    from laptop.emulator.host.agenda import Due  # noqa: F401
-    from laptop.emulator.host.waiting_line import Ticket  # noqa: F401
+    from laptop.emulator.host.event_queue import QueuedEvent  # noqa: F401
+    from laptop.emulator.host.wait_queue import Waiter  # noqa: F401
     from laptop.emulator.host.world_run import WorldRun
 
     Call = Tuple[str, int, str]  # file, line, function
@@ -27,12 +27,12 @@ class VirtualThread(object):
         ident, native: its numbers in Python and on the host; None before the host has begun it.
         gate: lock that it waits at for the baton.
         entry: its entry among the sleepers; None if nothing wakes it by itself.
-        ticket: its place in a WaitingLine; None if it stands in none.
+        waiter: its place in a WaitQueue; None if it stands in none.
         waiting: it stands at its gate.
         loose: it has lost the baton and runs beside the others.
     """
 
-    __slots__ = ("name", "run", "ident", "native", "gate", "entry", "ticket", "waiting", "loose")
+    __slots__ = ("name", "run", "ident", "native", "gate", "entry", "waiter", "waiting", "loose")
 
     def __init__(self, name: str, run: "WorldRun") -> None:
         self.name = name
@@ -41,8 +41,8 @@ class VirtualThread(object):
         self.native = None  # type: Optional[int]
         self.gate = threading.Lock()
         self.gate.acquire()
-        self.entry = None  # type: Optional[Due[VirtualThread]]
-        self.ticket = None  # type: Optional[Ticket]
+        self.entry = None  # type: Optional[QueuedEvent[VirtualThread]]
+        self.waiter = None  # type: Optional[Waiter]
         self.waiting = True
         self.loose = False
 

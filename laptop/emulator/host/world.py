@@ -25,7 +25,7 @@ import threading
 import time as wall
 from typing import Callable, Optional
 
-from laptop.emulator.host.agenda import Agenda, Due
+from laptop.emulator.host.event_queue import EventQueue, QueuedEvent
 from laptop.emulator.host.pacer import Pacer
 from laptop.emulator.host.process_exit import ENDLESS, ProcessExit
 from laptop.emulator.host.virtual_thread import VirtualThread
@@ -38,11 +38,11 @@ if MYPY:
 
     from laptop.emulator.host.processor import Processor  # noqa: F401
     from laptop.emulator.host.virtual_thread import Call
-    from laptop.emulator.host.waiting_line import Ticket
+    from laptop.emulator.host.wait_queue import Waiter
     from laptop.emulator.pace import PacedClock, PaceMeter
 
     Action = Callable[[], object]
-    Event = Due[Action]
+    Event = QueuedEvent[Action]
     Address = Tuple[str, int]  # host, port
     Files = Sequence[Any]  # descriptors, or what has a fileno()
     Ready = Tuple[List[Any], List[Any], List[Any]]  # to be read, to be written, with an exception
@@ -91,7 +91,7 @@ class World(object):
         self.select = None  # type: Optional[Select]
         self.addresses = {}  # type: Dict[Address, Address]
         self.busy = 0.0
-        self._events = Agenda()  # type: Agenda[Action]
+        self._events = EventQueue()  # type: EventQueue[Action]
         self.pacer = None if clock is None else Pacer(clock)
         self.report = lambda line: None  # type: Callable[[str], object]
         self.typing = False
@@ -367,9 +367,9 @@ class World(object):
         return cost > 0.0
 
     def _wait(
-        self, me: VirtualThread, deadline: Optional[float], ticket: "Optional[Ticket]" = None
+        self, me: VirtualThread, deadline: Optional[float], waiter: "Optional[Waiter]" = None
     ) -> bool:
-        """Wait until `ticket` is called (True) or the deadline has passed (False; None: never)."""
+        """Wait until `waiter` is woken (True) or the deadline has passed (False; None: never)."""
         self.begin()
         while True:
             run = self._run
@@ -377,14 +377,14 @@ class World(object):
                 wall.sleep(self.STEP_PAUSE)
             with self._mutex:
                 self._enter()
-                if ticket is None or not ticket.called:
+                if waiter is None or not waiter.woken:
                     if deadline is not None and self.t >= deadline:
                         return False
                     if not (run.interrupts and me is run.main):  # else it came before the wait
-                        me.ticket = ticket
+                        me.waiter = waiter
                         self._switch(me, deadline)
-                        me.ticket = None
-            if ticket is not None and ticket.called:
+                        me.waiter = None
+            if waiter is not None and waiter.woken:
                 return True
             self._attend(me)
 

@@ -4,7 +4,7 @@ import collections
 import threading
 from typing import Optional
 
-from laptop.emulator.host.agenda import Agenda
+from laptop.emulator.host.event_queue import EventQueue
 from laptop.emulator.host.process_exit import ENDLESS, ProcessExit
 
 MYPY = False
@@ -31,7 +31,7 @@ class WorldRun(object):
         holder: the thread that has the baton; None while time passes.
         alive: its threads that have not ended.
         loose: how many of them have lost the baton and run beside the others.
-        sleepers: Agenda of the threads that are to be woken.
+        sleepers: EventQueue of the threads that are to be woken.
         interrupts: what its main thread is to call next.
         visits: how often a thread has come to the clock.
     """
@@ -47,7 +47,7 @@ class WorldRun(object):
         self.holder = None  # type: Optional[VirtualThread]
         self.alive = []  # type: List[VirtualThread]
         self.loose = 0
-        self.sleepers = Agenda()  # type: Agenda[VirtualThread]
+        self.sleepers = EventQueue()  # type: EventQueue[VirtualThread]
         self.interrupts = collections.deque()  # type: Deque[Callable[[], object]]
         self.visits = 0
 
@@ -67,7 +67,7 @@ class WorldRun(object):
 
     def woken(self, t: float) -> "Optional[VirtualThread]":
         """Take off the next thread that is to be woken by `t`, s; None if there is none."""
-        self.sleepers.skip_taken_back()
+        self.sleepers.drop_cancelled()
         if self.sleepers.first_t > t:
             return None
         thread = self.sleepers.pop().what
@@ -86,7 +86,7 @@ class WorldRun(object):
         self.loose -= 1
 
     def is_awaited(
-        self, events: "Agenda[Callable[[], object]]", holder: "Optional[VirtualThread]" = None
+        self, events: "EventQueue[Callable[[], object]]", holder: "Optional[VirtualThread]" = None
     ) -> bool:
         """Return True if time must go on for a sleeper, or a waiter whom an event may wake.
 
@@ -94,7 +94,7 @@ class WorldRun(object):
             events: of the world.
             holder: a thread that does not count as one who waits.
         """
-        if self.sleepers.holds_any():
+        if self.sleepers.has_pending():
             return True
         waiting = any(not thread.loose and thread is not holder for thread in self.alive)
-        return waiting and events.holds_any()
+        return waiting and events.has_pending()

@@ -68,7 +68,7 @@ class Lens:
 
 
 @dataclass(frozen=True)
-class Stand:
+class CameraPose:
     """The pose of a camera over a board.
 
     rotation     (3, 3), board to camera
@@ -81,7 +81,7 @@ class Stand:
     @classmethod
     def looking(
         cls, distance: float, tilt: float, azimuth: float, roll: float, at: tuple[float, float]
-    ) -> Stand:
+    ) -> CameraPose:
         """Return a camera that looks at a place of the board from a distance, cm; angles in rad."""
         away = np.array(
             [
@@ -178,7 +178,7 @@ class PrintedSheet:
     bend: float = 0.0
     free: tuple[float, float, float, float] | None = None
 
-    def met(self, stand: Stand, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def met(self, stand: CameraPose, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return x and y, cm, where rays (..., 2) of a camera at a stand meet the sheet."""
         rotation = stand.rotation.astype(np.float32)
         position = -stand.rotation.T @ stand.translation
@@ -218,7 +218,7 @@ WEBCAM = Development(jpeg=90)
 
 def photograph(
     lens: Lens,
-    stand: Stand,
+    stand: CameraPose,
     sheet: PrintedSheet = PrintedSheet(),  # noqa: B008 (it does not change)
     development: Development = WEBCAM,
     seed: int | Sequence[int] = 0,

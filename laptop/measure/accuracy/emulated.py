@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from laptop.emulator.scene.board_photographs import Lens, Stand, draw_lens, photograph
+from laptop.emulator.scene.board_photographs import CameraPose, Lens, draw_lens, photograph
 from laptop.measure.accuracy import measurement
 from laptop.measure.accuracy.measurement import AccuracyResult
 from laptop.measure.accuracy.plan import AccuracyPlan, PlannedWay
@@ -56,7 +56,7 @@ class LensCamera:
         on_board: how the arm stands there.
     """
 
-    def __init__(self, lens: Lens, stand: Stand, on_board: ArmOnBoard) -> None:
+    def __init__(self, lens: Lens, stand: CameraPose, on_board: ArmOnBoard) -> None:
         self._lens, self._stand, self._on_board = lens, stand, on_board
 
     def project(self, points: np.ndarray) -> np.ndarray:
@@ -87,7 +87,7 @@ def look_at_cube(
         lens = draw_lens(seed + number)
         azimuth += rng.uniform(-8, 8)
         stands = [
-            Stand.looking(
+            CameraPose.looking(
                 CAMERA_DISTANCE[d] * lens.focal / FOCAL_LENGTH,
                 math.radians(tilt + (more if tilt + more <= MAX_BOARD_TILT else -more)),
                 turn + math.radians(azimuth + aside),

@@ -22,8 +22,8 @@ from rich.console import Console
 
 from laptop.emulator import temporary_folders
 from laptop.emulator.brick_home import AFTER
+from laptop.emulator.bundled_scripts import DRIVER, SERVO
 from laptop.emulator.live import PoseReader
-from laptop.emulator.own_programs import DRIVER, SERVO
 from laptop.emulator.pace import PacedClock, PaceMeter
 from laptop.emulator.scene.camera_rig import CameraRig
 from laptop.measure.demo import results

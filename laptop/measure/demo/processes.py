@@ -19,8 +19,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
+from laptop.emulator.bundled_scripts import REPO_ROOT
 from laptop.emulator.host.process_exit import BUSY as TOO_BUSY
-from laptop.emulator.own_programs import REPO_ROOT
 from laptop.emulator.pace import PacedClock
 from laptop.see.serve import announcements
 from laptop.see.serve.process_signals import killed_by, signals_ignored

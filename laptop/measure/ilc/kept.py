@@ -20,7 +20,7 @@ from laptop.measure.ilc.learning import Offsets
 from laptop.measure.ilc.rehearsal import DrawingOffsets, Learned, Lessons
 from laptop.system.files import write_whole
 from shared.arm_description import Arm
-from shared.small_files import InvalidFile, number, read_text
+from shared.config_files import InvalidFile, number, read_text
 from shared.state import LEARNED_FOLDER, state_folder
 
 MAX_FILE_BYTES = 16_000_000

@@ -14,7 +14,7 @@ from laptop.record.report.find_runs import CONTENTS, read_runs
 from laptop.record.report.run_files import is_plain
 from laptop.system.files import written
 from shared.arm_description import ArmError
-from shared.small_files import InvalidFile, read_text
+from shared.config_files import InvalidFile, read_text
 
 TITLE = "Lab report: a robot arm"
 """Default title."""

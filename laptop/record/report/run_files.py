@@ -16,7 +16,7 @@ import numpy as np
 from matplotlib.image import imread
 
 from laptop.record.run import MAX_NUMBER, DamagedRun
-from shared.small_files import InvalidFile, open_file
+from shared.config_files import InvalidFile, open_file
 
 MAX_PICTURE, MAX_CSV = 40_000_000, 20_000_000
 """Greatest size of a picture and of a CSV, bytes."""

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from laptop.record.run import MAX_NUMBER, DamagedRun
-from shared.small_files import InvalidFile, read_text
+from shared.config_files import InvalidFile, read_text
 
 MAX_BYTES = 20_000_000
 """Greatest size of a log, bytes."""

@@ -21,8 +21,8 @@ import numpy as np
 from laptop.see.camera.containers import why_undecoded, why_unreadable
 from laptop.see.camera.frames import Capture, Frame, MakeCapture, NoCamera, bgr, size_of
 from laptop.system.picture_heads import MAX_PICTURE_BYTES, SpoiltPicture, picture_size
+from shared.config_files import InvalidFile, open_file
 from shared.message_fields import printable
-from shared.small_files import InvalidFile, open_file
 
 PICTURE_FPS = 30.0
 """Frames per second of a folder of pictures."""

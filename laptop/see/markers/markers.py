@@ -21,8 +21,8 @@ import numpy as np
 from laptop.see.markers.kinds import COLOR_KINDS, KINDS
 from laptop.system.files import write_whole
 from shared.arm_description import ArmError
+from shared.config_files import InvalidFile, read_text
 from shared.message_fields import one_line, printable
-from shared.small_files import InvalidFile, read_text
 
 ARUCO_IDS = 50
 """Number of markers in DICT_4X4_50."""

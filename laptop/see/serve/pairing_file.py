@@ -10,7 +10,7 @@ from typing import NamedTuple
 from laptop.system.files import write_whole
 from shared import message_fields, pairing
 from shared.arm_description import ArmError
-from shared.small_files import InvalidFile, read_text
+from shared.config_files import InvalidFile, read_text
 from shared.state import PAIRING_FILE, state_folder
 
 

@@ -21,8 +21,8 @@ from laptop.see.table.camera_fit import (
 )
 from laptop.see.table.camera_model import LENS, CameraModel
 from laptop.system.files import write_whole
+from shared.config_files import InvalidFile, read_text
 from shared.message_fields import printable
-from shared.small_files import InvalidFile, read_text
 
 SHAPES = {"lens": (8,), "rotation": (3,), "translation": (3,), "covariance": (14, 14)}
 NUMBERS = {"rms": MAX_RMS, "rms_mm": 100.0, "blur": 100.0}

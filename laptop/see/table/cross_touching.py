@@ -15,8 +15,8 @@ from laptop.see.table.cross_sampling import CrossSample
 from laptop.see.table.marker_offset import JOINTS_SIGMA, BadTouches, MarkerFit, Touch, fit_marker
 from robot.motion import kinematics
 from shared.arm_description import PULLED_DOWN, Arm
+from shared.config_files import InvalidFile, number, parse_json
 from shared.message_fields import printable
-from shared.small_files import InvalidFile, number, parse_json
 
 CROSS_NAMES = (
     *("top left", "top middle", "top right"),

@@ -13,8 +13,8 @@ import numpy as np
 from laptop.see.markers.board import BOARDS
 from laptop.see.table.camera_file import write_json
 from laptop.see.table.marker_offset import BadTouches, MarkerFit
+from shared.config_files import InvalidFile, number, read_json
 from shared.message_fields import printable
-from shared.small_files import InvalidFile, number, read_json
 from shared.state import TOUCHED_FOLDER, state_folder
 
 SHAPES = {"offset": (2,), "base": (2,), "covariance": (7, 7)}

@@ -10,8 +10,8 @@ import pytest
 from places import SCRIPTS
 
 from laptop.emulator.device.buttons import read_press
+from laptop.emulator.device.sensor_environment import line_distance
 from laptop.emulator.device.sensor_orders import read_sensors
-from laptop.emulator.device.sensor_scene import line_distance
 from laptop.emulator.device.wheels import read_wheels
 from laptop.emulator.rig import Plugs, Rig
 

@@ -209,7 +209,7 @@ def test_the_covariance_stays_symmetric_positive_and_bounded(noise_aware):
         s = [y + luck.gauss(0, 1) for y in linear(q, J)]
         model.observe(q, s, 2.0)
         if k % 50 == 49:
-            model.doubt_all()
+            model.inflate_variances()
         P = [list(row) for row in model.covariance()]
         assert is_positive(P)
         for i in range(3):
@@ -224,7 +224,7 @@ def test_the_filter_never_freezes():
         q = [luck.uniform(-0.3, 0.3) for _ in range(2)]
         model.observe(q, linear(q), 0.1)
     turned = ((340.0, 100.0), (210.0, 520.0))
-    model.doubt_all()
+    model.inflate_variances()
     for _ in range(12):
         q = [luck.uniform(-0.3, 0.3) for _ in range(2)]
         model.observe(q, linear(q, turned), 0.1)
@@ -249,7 +249,7 @@ def test_after_all_was_doubted_the_step_across_the_change_is_not_learned():
     for noise_aware in (True, False):
         model, q = explored(noise_aware)
         before = model.J
-        model.doubt_all()
+        model.inflate_variances()
         to = [q[0] + 0.2, q[1] + 0.1]
         model.observe(to, [a + 80 for a in linear(to)], 0.1)
         assert before == model.J
@@ -263,7 +263,7 @@ def test_doubt_makes_the_filter_believe_a_new_step_more():
             q = [q[0] + 0.02, q[1]]
             model.observe(q, linear(q), 4.0)
         if doubted:
-            model.doubt_all()
+            model.inflate_variances()
         model.observe(q, linear(q), 4.0)
         to = [q[0] + 0.05, q[1]]
         model.observe(to, [a + 8 for a in linear(to)], 4.0)
@@ -288,7 +288,7 @@ def test_a_local_picture_does_not_change_when_the_model_learns(noise_aware):
     picture = model.seen_from(q, linear(q))
     before = picture.predict((0.5, 0.5)), picture.jacobian((0.5, 0.5))
     model.observe((1.0, -1.0), (0.0, 0.0), 0.01)
-    model.doubt_all()
+    model.inflate_variances()
     model.observe((0.0, 1.0), (900.0, 20.0), 0.01)
     assert before[1] != model.J
     assert (picture.predict((0.5, 0.5)), picture.jacobian((0.5, 0.5))) == before
@@ -456,7 +456,7 @@ def test_after_all_was_doubted_a_few_new_key_frames_win():
         model = taught(affine, scattered(10, seed=11))
         model.seen_from(here, affine(here))
         if doubted:
-            model.doubt_all()
+            model.inflate_variances()
         for q in scattered(6, seed=13, low=-0.8, high=0.8):
             model.observe(q, turned(q), 0.05)
         for _ in range(4):
@@ -473,7 +473,7 @@ def test_a_chains_picture_does_not_change_when_the_model_learns():
     before = picture.predict(there), picture.jacobian(there)
     for q in scattered(30, seed=9):
         model.observe(q, (0.0, 0.0), 0.01)
-    model.doubt_all()
+    model.inflate_variances()
     assert distance(model.seen_from(here, affine(here)).predict(there), before[0]) > 20
     assert (picture.predict(there), picture.jacobian(there)) == before
 

@@ -39,25 +39,25 @@ ERRORS = [
     ("errors", "action"), [row[1:] for row in ERRORS], ids=[r[0] for r in ERRORS]
 )
 def test_what_is_done_by_the_errors_of_a_course(errors, action):
-    course = Progress(TOLERANCE)
+    progress = Progress(TOLERANCE)
     for off in errors[:-1]:
-        assert course.assess(off) == GO_ON
-    assert course.assess(errors[-1]) == action
+        assert progress.assess(off) == GO_ON
+    assert progress.assess(errors[-1]) == action
 
 
 def test_who_knows_the_image_has_nothing_to_explore_anew():
-    course = Progress(TOLERANCE, known=True)
-    assert [course.assess(off) for off in [50] + [90.1] * DIVERGING_MOVES] == [GO_ON] * (
+    progress = Progress(TOLERANCE, known=True)
+    assert [progress.assess(off) for off in [50] + [90.1] * DIVERGING_MOVES] == [GO_ON] * (
         1 + DIVERGING_MOVES
     )
 
 
-def stuck(course, off):
+def stuck(progress, off):
     """The action when a start has ended so far off, px."""
     for _ in range(STAGNANT_MOVES):
-        assert course.assess(off) == GO_ON
-    action = course.assess(off)
-    course.begin_elsewhere()
+        assert progress.assess(off) == GO_ON
+    action = progress.assess(off)
+    progress.begin_elsewhere()
     return action
 
 
@@ -72,25 +72,25 @@ def stuck(course, off):
     ],
 )
 def test_when_starts_from_elsewhere_end(ends, actions):
-    course = Progress(TOLERANCE)
-    assert [stuck(course, off) for off in ends] == actions
-    assert course.nearest == min(ends)
+    progress = Progress(TOLERANCE)
+    assert [stuck(progress, off) for off in ends] == actions
+    assert progress.nearest == min(ends)
 
 
 def test_a_course_that_stalls_is_checked_by_exploring_before_another_posture_is_tried():
-    course = Progress(TOLERANCE)
-    actions = [course.assess_stall(40.0, 0.1) for _ in range(MAX_STALLS + 2)]
+    progress = Progress(TOLERANCE)
+    actions = [progress.assess_stall(40.0, 0.1) for _ in range(MAX_STALLS + 2)]
     assert actions == [GO_ON] * MAX_STALLS + [EXPLORE_ANEW, TRY_POSTURE]
-    course.begin_elsewhere()
-    assert course.assess_stall(40.0, 0.1) == GO_ON
+    progress.begin_elsewhere()
+    assert progress.assess_stall(40.0, 0.1) == GO_ON
     known = Progress(TOLERANCE, known=True)
     assert [known.assess_stall(40.0, 0.1) for _ in range(MAX_STALLS + 1)][-1] == TRY_POSTURE
 
 
 @pytest.mark.parametrize(("left", "wrong"), [(TOLERANCE, 0.1), (40.0, progress.RIGHT_SHARE)])
 def test_no_course_is_given_up_by_a_model_that_was_wrong_or_that_comes_near_enough(left, wrong):
-    course = Progress(TOLERANCE)
-    assert {course.assess_stall(left, wrong) for _ in range(20)} == {GO_ON}
+    progress = Progress(TOLERANCE)
+    assert {progress.assess_stall(left, wrong) for _ in range(20)} == {GO_ON}
 
 
 @pytest.mark.parametrize(
@@ -102,11 +102,11 @@ def test_when_a_course_is_none(off, left, stalls):
 
 
 def test_near_the_goal_steps_get_shorter_if_they_lead_nowhere():
-    course = Progress(TOLERANCE)
+    progress = Progress(TOLERANCE)
     gains = []
     for _ in range(4):
-        course.assess(10.0)
-        gains.append(course.gain)
+        progress.assess(10.0)
+        gains.append(progress.gain)
     assert gains == pytest.approx([1, 1 / 1.5, 1 / 2, 1 / 2.5])
     far = Progress(TOLERANCE)
     for _ in range(4):
@@ -115,13 +115,13 @@ def test_near_the_goal_steps_get_shorter_if_they_lead_nowhere():
 
 
 def test_a_detour_and_exploring_begin_the_count_anew():
-    course = Progress(TOLERANCE)
+    progress = Progress(TOLERANCE)
     for off in [50] + [90.1] * (DIVERGING_MOVES - 1):
-        course.assess(off)
-    course.detour()
-    assert course.assess(300.0) == GO_ON
-    course.bound = (1.0, 2.0)
-    course.begin_exploring()
-    assert course.bound is None
-    assert course.assess(500.0 + DIVERGED_ERROR) == GO_ON
+        progress.assess(off)
+    progress.detour()
+    assert progress.assess(300.0) == GO_ON
+    progress.target_pose = (1.0, 2.0)
+    progress.begin_exploring()
+    assert progress.target_pose is None
+    assert progress.assess(500.0 + DIVERGED_ERROR) == GO_ON
     assert IMPROVED_SHARE < 1

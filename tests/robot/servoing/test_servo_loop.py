@@ -74,7 +74,7 @@ class World:
 class NotingServo:
     """One move, then the end; to learn from a frame takes it as long as three frames."""
 
-    using = J = bound = None
+    using = J = detour_pose = None
 
     def __init__(self, world):
         self.world, self.cameras, self.estimator = world, tuple(world.cameras), self
@@ -110,8 +110,8 @@ class NotingServo:
 class NotingStream:
     """It has something to do after each frame, and aims where it went anyway."""
 
-    def begin(self, q, bound=None):
-        self.began, self.news = (q, bound), False
+    def begin(self, q, detour_pose=None):
+        self.began, self.news = (q, detour_pose), False
 
     def see(self, frame, goal):
         self.news = True
@@ -125,11 +125,11 @@ class NotingStream:
         return THERE
 
 
-def servo(way, cameras="A", bound=None):
+def servo(way, cameras="A", detour_pose=None):
     """(servo, stream) after a run of one chase that goes a way."""
     world, stream = World(way, cameras), NotingStream()
     noting = NotingServo(world)
-    noting.bound = bound
+    noting.detour_pose = detour_pose
     reporter = RunReporter(say=lambda line: None)
     loop = VisualServoing(world, world, world, noting, stream=stream, reporter=reporter)
     assert loop.run().word == "converged"
@@ -166,10 +166,10 @@ def test_in_a_chase_it_learns_from_each_camera_in_its_turn(cameras):
     assert max(times) - min(times) <= 1 < min(times)
 
 
-@pytest.mark.parametrize("bound", [None, BOUND])
-def test_a_chase_for_another_posture_seeks_its_aim_there(bound):
-    _, stream = servo(swing, bound=bound)
-    assert stream.began == (THERE, bound)
+@pytest.mark.parametrize("detour_pose", [None, BOUND])
+def test_a_chase_for_another_posture_seeks_its_aim_there(detour_pose):
+    _, stream = servo(swing, detour_pose=detour_pose)
+    assert stream.began == (THERE, detour_pose)
 
 
 def test_the_history_knows_since_when_joints_stand():

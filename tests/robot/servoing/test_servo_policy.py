@@ -7,8 +7,8 @@ import math
 
 import pytest
 
-from robot.servoing import courses
 from robot.servoing import servo as servo_module
+from robot.servoing import target_poses
 from robot.servoing.image_model import straight
 from robot.servoing.measurement import Measurement
 from robot.servoing.servo import Servo
@@ -44,7 +44,7 @@ class Known:
         """There is no doubt."""
         return [[0.0, 0.0], [0.0, 0.0]]
 
-    def doubt_all(self):
+    def inflate_variances(self):
         """There is no doubt."""
 
 
@@ -148,10 +148,10 @@ def test_another_posture_is_looked_for_where_three_tenths_would_be_left(
         looked.append(left)
         return best if other is None else (list(other), 0.0)
 
-    for module in (courses, servo_module):
+    for module in (target_poses, servo_module):
         monkeypatch.setattr(module, "best_posture", best_posture)
     most = ARM.joints[0].upper - DEG
     beyond = 60 * DEG * share / (1 - share)  # what a goal beyond the limit leaves over
     look(one, (most - 60 * DEG, 0.4), (SCALE * (most + beyond), SCALE * 0.4))
     assert bool(looked) is looks
-    assert one.bound == (list(other) if looks and other else None)
+    assert one.detour_pose == (list(other) if looks and other else None)

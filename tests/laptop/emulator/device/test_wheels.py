@@ -5,8 +5,8 @@ import math
 import pytest
 
 from laptop.emulator.device.plant_constants import read_plant
+from laptop.emulator.device.sensor_environment import line_distance, line_points
 from laptop.emulator.device.sensor_orders import read_sensors
-from laptop.emulator.device.sensor_scene import line_distance, line_points
 from laptop.emulator.device.wheels import BadWheels, BarePlant, read_wheels
 from laptop.emulator.rig import Plugs, Rig
 

@@ -7,9 +7,9 @@ import pytest
 from places import ROOT
 
 from laptop.emulator.host import counting
-from laptop.emulator.host.prices import CALLS, PRICES, imports
+from laptop.emulator.host.instruction_costs import CALLS, COSTS, imports
 
-P = PRICES
+P = COSTS
 
 
 def counted(source, monkeypatch, names=()):

@@ -9,7 +9,7 @@ from places import SCRIPTS
 from laptop.emulator.device.brick import ACCESS_TIME, EmulatedBrick
 from laptop.emulator.device.plant_constants import read_plant
 from laptop.emulator.host import processor, program
-from laptop.emulator.host.prices import START
+from laptop.emulator.host.instruction_costs import START
 from laptop.emulator.host.processor import HOME, REPO_ROOT, SECONDS_PER_INSTRUCTION, Processor
 from laptop.emulator.host.runner import run_script
 from laptop.emulator.host.world import World

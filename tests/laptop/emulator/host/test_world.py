@@ -9,7 +9,7 @@ from waiting import PATIENCE
 
 from laptop.emulator import pace
 from laptop.emulator.host.process_exit import ProcessExit
-from laptop.emulator.host.waiting_line import WaitingLine
+from laptop.emulator.host.wait_queue import WaitQueue
 from laptop.emulator.host.world import World
 from laptop.emulator.pace import PacedClock
 
@@ -135,8 +135,8 @@ def test_touch_is_not_cut_short_by_another_wake_up(world):
     assert log == [(1.1, "other"), (1.1, "main")]
 
 
-def test_waiting_line_is_first_come_first_served(world):
-    line = WaitingLine(world)
+def test_wait_queue_is_first_come_first_served(world):
+    line = WaitQueue(world)
 
     def main(say):
         world.sleep(1)
@@ -157,8 +157,8 @@ def test_waiting_line_is_first_come_first_served(world):
     assert log == [(1, "early", True), (2, "late", True)]
 
 
-def test_waiting_line_times_out_at_its_time(world):
-    line = WaitingLine(world)
+def test_wait_queue_times_out_at_its_time(world):
+    line = WaitQueue(world)
 
     def main(say):
         say(line.wait(0.25))
@@ -169,7 +169,7 @@ def test_waiting_line_times_out_at_its_time(world):
 
 
 def test_an_event_can_wake_a_thread_while_all_sleep(world):
-    line = WaitingLine(world)
+    line = WaitQueue(world)
     world.at(3, line.wake)
 
     def main(say):
@@ -205,7 +205,7 @@ def test_run_repeats_exactly():
 
 
 def test_all_waiting_for_ever_is_a_deadlock(world):
-    lines = [WaitingLine(world), WaitingLine(world)]
+    lines = [WaitQueue(world), WaitQueue(world)]
     verdict, _ = play(world, lambda say: lines[0].wait(), lambda say: lines[1].wait())
     assert verdict == ProcessExit(124, "deadlock")
 
@@ -293,7 +293,7 @@ def test_interrupt_reaches_a_sleeping_main_thread_and_the_sleep_goes_on(world):
 
 
 def test_an_interrupt_that_raises_ends_the_wait(world):
-    line = WaitingLine(world)
+    line = WaitQueue(world)
 
     def main(say):
         def raise_it():
@@ -311,7 +311,7 @@ def test_an_interrupt_that_raises_ends_the_wait(world):
 
 def test_an_interrupt_that_comes_just_before_a_wait_is_heard_before_it(world):
     """From outside, as Ctrl-C comes: while the main thread computes."""
-    line = WaitingLine(world)
+    line = WaitQueue(world)
 
     def main(say):
         def out_of_it():
@@ -374,7 +374,7 @@ def test_a_thread_that_lost_the_baton_does_not_act_after_the_verdict(world):
 
 
 def test_a_thread_that_lost_the_baton_may_end_without_it(world):
-    line = WaitingLine(world)
+    line = WaitQueue(world)
     until = wall.monotonic() + 0.4
 
     def main(say):

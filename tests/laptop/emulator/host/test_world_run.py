@@ -2,7 +2,7 @@
 
 import pytest
 
-from laptop.emulator.host.agenda import Agenda
+from laptop.emulator.host.event_queue import EventQueue
 from laptop.emulator.host.process_exit import ENDLESS, ProcessExit
 from laptop.emulator.host.virtual_thread import VirtualThread
 from laptop.emulator.host.world_run import WorldRun
@@ -47,7 +47,7 @@ def test_the_first_end_stands(run):
 
 def test_time_goes_on_for_sleepers_and_for_whom_an_event_may_wake(run, threads):
     a, b = threads
-    events = Agenda()
+    events = EventQueue()
     assert not run.is_awaited(events)
     event = events.add(1.0, print)
     assert run.is_awaited(events)

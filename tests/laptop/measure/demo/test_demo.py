@@ -29,7 +29,7 @@ from servo_log import log_text
 from waiting import PATIENCE
 
 from laptop.cli.main import laptop
-from laptop.emulator import own_programs, temporary_folders
+from laptop.emulator import bundled_scripts, temporary_folders
 from laptop.emulator.scene import camera_rig, servo_truth
 from laptop.emulator.scene.camera_rig import CameraRig, solve
 from laptop.emulator.scene.scene import Scene
@@ -725,7 +725,7 @@ client.close()
 def test_a_script_in_virtual_time_is_served_with_what_a_camera_would_see(tmp_path, monkeypatch):
     monkeypatch.setenv("SSH_CLIENT", "192.0.2.1 1 22")
     script = tmp_path / "sees.py"
-    script.write_text(SEES.format(root=own_programs.REPO_ROOT))
+    script.write_text(SEES.format(root=bundled_scripts.REPO_ROOT))
     words = ["simulate", "--scene", TILTED, "--start", "30,45", "--out", str(tmp_path / "out")]
     result = CliRunner().invoke(laptop, [*words, str(script)])
     assert result.exit_code == 0, result.output
@@ -736,7 +736,15 @@ def test_a_script_in_virtual_time_is_served_with_what_a_camera_would_see(tmp_pat
 
 
 def test_a_scene_is_for_virtual_time(tmp_path):
-    words = ["simulate", "--realtime", "--scene", "", "--out", str(tmp_path), own_programs.DRIVER]
+    words = [
+        "simulate",
+        "--realtime",
+        "--scene",
+        "",
+        "--out",
+        str(tmp_path),
+        bundled_scripts.DRIVER,
+    ]
     result = CliRunner().invoke(laptop, words)
     assert result.exit_code == 1
     assert "a scene is for virtual time" in result.output

@@ -10,7 +10,7 @@ MYPY = False
 if MYPY:
     from laptop.emulator.device.brick import EmulatedBrick  # noqa: F401
     from laptop.emulator.device.motor_and_link import DrivenLink  # noqa: F401
-    from laptop.emulator.device.sensors import Scenery  # noqa: F401
+    from laptop.emulator.device.sensors import SensedWorld  # noqa: F401
     from laptop.emulator.device.wheels import BarePlant  # noqa: F401
 
     SensorPlace = Dict[str, float]  # x, y and z, where they are, cm
@@ -53,13 +53,13 @@ class _WorldQuantity(object):
         return self._slope()
 
 
-def scene_of(brick: "EmulatedBrick") -> "Scenery":
-    """Return `scene(word, place)` for the sensors of an EmulatedBrick, see `sensors.Measuring`.
+def environment_of(brick: "EmulatedBrick") -> "SensedWorld":
+    """Return `environment(word, place)` for an EmulatedBrick, see `sensors.Measuring`.
 
     It raises BadSensor for what this brick does not have.
     """
 
-    def scene(word: str, place: "SensorPlace") -> _WorldQuantity:
+    def environment(word: str, place: "SensorPlace") -> _WorldQuantity:
         plant = brick.plant
         known = []  # type: List[str]
         if isinstance(plant, ArmPlant):
@@ -83,7 +83,7 @@ def scene_of(brick: "EmulatedBrick") -> "Scenery":
             )
         )
 
-    return scene
+    return environment
 
 
 def _tip(plant: ArmPlant, place: "SensorPlace") -> _WorldQuantity:

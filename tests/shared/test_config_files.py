@@ -10,7 +10,7 @@ from odd_files import ODD, put
 from robot.motion.zero import NotHomed, Zero
 from robot.tracker_address import InvalidMemory, Memory, SaltedKey, ServerAddress
 from shared.arm_description import ArmError, BadArmFile, find_arm, read_arm
-from shared.small_files import (
+from shared.config_files import (
     MAX_SIZE,
     InvalidFile,
     check_replaceable,

@@ -77,7 +77,7 @@ def _eased(share: float) -> float:
     return share * share * share * (10 + share * (6 * share - 15))
 
 
-class LeadingHand(object):
+class HandGuiding(object):
     """The hand that guides one arm.
 
     Args:

@@ -1,4 +1,4 @@
-"""Cameras as witnesses of a stall: a motor that does not count cannot tell whether its joint turns.
+"""Diagnosis of a stall by cameras: is the joint blocked, or is its encoder dead?
 
 Of what a camera saw since the joint's last count, the counts of all joints explain a part.  If the
 rest is what this joint would do to the image, its encoder is dead; if it is less than that, the
@@ -71,13 +71,13 @@ sigma       noise of a frame, px
 
 if MYPY:
     Residual = NamedTuple(
-        "Residual", [("off", Vector), ("doubt", float), ("column", Optional[Vector])]
+        "Residual", [("off", Vector), ("uncertainty", float), ("column", Optional[Vector])]
     )
 else:
-    Residual = record("Residual", "off doubt column")
+    Residual = record("Residual", "off uncertainty column")
 Residual.__doc__ = """Residual of what a camera saw, px: what the counts do not explain.
 
-off     u and v;  doubt  how much of it may be chance
+off     u and v;  uncertainty  how much of it may be chance
 column  of J, what the joint does to the image, px/rad; None where that is not known
 """
 
@@ -102,12 +102,12 @@ def residual_motion(known, frames, moving, q, s, k, backlash):
     before = list(frames[-1][0])
     turned = list(map(sub, q, before))
     columns = list(zip(*image.jacobian(q)))
-    doubt = NOISE_SIGMAS * known.sigma + MOTION_ERROR * moving
-    doubt += MODEL_ERROR_SHARE * length(list(map(sub, predicted, image.predict(before))))
-    doubt += math.sqrt(max(0.0, dot(turned, [sum(map(mul, row, turned)) for row in P])))
-    doubt += BACKLASH_ERROR_SHARE * length([length(c) * b for c, b in zip(columns, backlash)])
+    uncertainty = NOISE_SIGMAS * known.sigma + MOTION_ERROR * moving
+    uncertainty += MODEL_ERROR_SHARE * length(list(map(sub, predicted, image.predict(before))))
+    uncertainty += math.sqrt(max(0.0, dot(turned, [sum(map(mul, row, turned)) for row in P])))
+    uncertainty += BACKLASH_ERROR_SHARE * length([length(c) * b for c, b in zip(columns, backlash)])
     is_known = length(columns[k]) > math.sqrt(P[k][k])
-    return Residual(off, doubt, columns[k] if is_known else None)
+    return Residual(off, uncertainty, columns[k] if is_known else None)
 
 
 def observed_turn(residuals, least):
@@ -126,19 +126,26 @@ def observed_turn(residuals, least):
     ]
     if not informative:
         return None
-    weight = sum([dot(column, column) / residual.doubt**2 for residual, column in informative])
+    weight = sum(
+        [dot(column, column) / residual.uncertainty**2 for residual, column in informative]
+    )
     turn = (
-        sum([dot(residual.off, column) / residual.doubt**2 for residual, column in informative])
+        sum(
+            [
+                dot(residual.off, column) / residual.uncertainty**2
+                for residual, column in informative
+            ]
+        )
         / weight
     )
-    doubt = 1 / math.sqrt(weight)
+    uncertainty = 1 / math.sqrt(weight)
     for residual, column in informative:
         misfit = length([o - turn * c for o, c in zip(residual.off, column)])
-        if misfit > residual.doubt * max(1.0, MAX_MISFIT_SHARE * abs(turn) / doubt):
+        if misfit > residual.uncertainty * max(1.0, MAX_MISFIT_SHARE * abs(turn) / uncertainty):
             return None
-    if abs(turn) > max(doubt, least):
+    if abs(turn) > max(uncertainty, least):
         return turn
-    return 0.0 if MIN_TURN_RATIO * least - abs(turn) > doubt else None
+    return 0.0 if MIN_TURN_RATIO * least - abs(turn) > uncertainty else None
 
 
 def explain_stall(
@@ -192,7 +199,7 @@ def explain_stall(
             for moving, frames in _anchors(seen, camera, history, counted_at)
         ]
         if residuals:
-            by_camera[camera] = min(residuals, key=lambda residual: residual.doubt)
+            by_camera[camera] = min(residuals, key=lambda residual: residual.uncertainty)
     turn = observed_turn(list(by_camera.values()), min(error.angle, MAX_DETECTION_ANGLE))
     return str(error) if turn is None else _stall_text(error, turn, sorted(by_camera))
 

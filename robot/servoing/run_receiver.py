@@ -1,4 +1,4 @@
-"""Intake of a run while the arm servoes: sightings, orders, and the Halts that come of either."""
+"""Receiver of a run: sightings, orders, and the Halts that come of either."""
 
 import math
 
@@ -20,7 +20,7 @@ if MYPY:
     from robot.servoing.sightings import MarkerFrame, Sightings  # noqa: F401
 
 
-class Lookout(object):
+class RunReceiver(object):
     """Receiver of one run's messages, which reports its progress to the laptop.
 
     Args:

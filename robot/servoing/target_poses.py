@@ -1,4 +1,4 @@
-"""Courses: where a model of the image says that joints should go, within their limits.  Pure."""
+"""Target poses of the joints by a model of the image, within the limits.  Pure."""
 
 import math
 
@@ -14,7 +14,7 @@ if MYPY:
 
     from robot.servoing.image_model import Features, LinearImageModel, Pose  # noqa: F401
     from robot.servoing.linear_algebra import Matrix  # noqa: F401
-    from robot.servoing.pose_search import Course, Walls  # noqa: F401
+    from robot.servoing.pose_search import Target, Walls  # noqa: F401
     from robot.servoing.progress import Progress  # noqa: F401
     from shared.arm_description import Arm  # noqa: F401
 
@@ -22,8 +22,8 @@ LIMIT_MARGIN = math.radians(1)
 """Distance kept from joint limits, rad: nobody knows the backlash exactly."""
 
 
-class Courses(object):
-    """The courses of one arm.
+class TargetPoses(object):
+    """The target poses of one arm.
 
     Args:
         arm: shared.arm_description.Arm.
@@ -47,9 +47,9 @@ class Courses(object):
         low, high = self.box
         return list(map(min, map(max, q, low), high))
 
-    def course(self, image, goal, q, penalty, error, progress):
-        # type: (LinearImageModel, Features, List[float], Matrix, float, Progress) -> Course
-        """Return the course straight to the goal, or on to where it is bound, or elsewhere.
+    def choose(self, image, goal, q, penalty, error, progress):
+        # type: (LinearImageModel, Features, List[float], Matrix, float, Progress) -> Target
+        """Return the target straight to the goal, the one under way, or another posture.
 
         Args:
             image: as for best_pose.
@@ -57,27 +57,29 @@ class Courses(object):
             q: where the joints are, rad (n).
             penalty: as for best_pose.
             error: length of e there, px.
-            progress: Progress, which stores where the arm is bound for, and whether by a detour.
+            progress: Progress, which stores the target under way, and whether it is a detour.
 
         Returns:
             (q, px left over)
         """
         straight = best_pose(image, goal, q, self.box, q, penalty)
         left = straight[1]
-        bound = progress.bound
-        if left <= (self._tolerance if bound else max(self._tolerance, MAX_LEFTOVER_SHARE * error)):
+        target_pose = progress.target_pose
+        if left <= (
+            self._tolerance if target_pose else max(self._tolerance, MAX_LEFTOVER_SHARE * error)
+        ):
             return straight
-        if bound is None:
-            course = best_posture(
+        if target_pose is None:
+            target = best_posture(
                 image, goal, q, self.box, straight, left, self._tolerance, penalty
             )
         else:
-            course = best_pose(image, goal, bound, self.box, q, penalty)
-            if course[1] >= left - 1:
-                course = straight
-        progress.bound = course[0]
-        progress.detours = course is not straight
-        return course
+            target = best_pose(image, goal, target_pose, self.box, q, penalty)
+            if target[1] >= left - 1:
+                target = straight
+        progress.target_pose = target[0]
+        progress.detours = target is not straight
+        return target
 
     def other_posture(self, q, tried):
         # type: (Pose, List[Pose]) -> Optional[Pose]
@@ -101,7 +103,7 @@ class Courses(object):
 
     def out_of_reach(self, q, left):
         # type: (Pose, float) -> Tuple[str, str]
-        """Return (verdict, reason) where the best course, to q (rad), leaves over `left` (px)."""
+        """Return (verdict, reason) where the best target, q (rad), leaves over `left` (px)."""
         for joint, a, low, high in zip(self._arm.joints, q, *self.box):
             if min(a - low, high - a) < LIMIT_MARGIN:
                 return LIMIT, "the {} is at its limit, {:.0f} px short".format(joint.name, left)

@@ -1,4 +1,4 @@
-"""Doubts whether what is taken for the tip is the tip, before anything is claimed.  Pure.
+"""Verification that what is taken for the tip is the tip, before success is reported.  Pure.
 
 Something else of its colour may lie at the goal.  Then the tip seems to get there by a jump: to
 where the models did not have it, or, seen in motion, away from its own track.  To turn the joints
@@ -50,7 +50,7 @@ DOES_NOT_MOVE = (
 """Reason of a run that ends since what is taken for the tip follows no joint."""
 
 
-def jumped(frames, size):
+def has_jumped(frames, size):
     # type: (Sequence[TrackFrame], float) -> bool
     """Return whether the tip has left its track for good.
 
@@ -74,12 +74,12 @@ def jumped(frames, size):
     return False
 
 
-def stayed(frames):
+def has_stayed(frames):
     # type: (Sequence[TrackFrame]) -> bool
     """Return whether the supposed tip has stood at its end while the joints still turned.
 
     Args:
-        frames: as for `jumped`.
+        frames: as for `has_jumped`.
     """
     _, q, end = frames[-1]
     turned = 0.0
@@ -113,8 +113,8 @@ def _leaves(track, frame, size):
     return deviation > MIN_JUMP + JUMP_SHARE * math.hypot(*expected)
 
 
-class Doubts(object):
-    """The questions that a servo asks before it says that the tip is at the goal.
+class TipVerification(object):
+    """Verification of the tip, before a servo reports that it is at the goal.
 
     Args:
         tolerance: px.
@@ -126,22 +126,22 @@ class Doubts(object):
     def __init__(self, tolerance):
         # type: (float) -> None
         self.missed = 0.0
-        self._asked = self._answered = False
+        self._begun = self._answered = False
         self._limit = max(SURPRISE_TOLERANCES * tolerance, MIN_SURPRISE)
 
-    def begin_asking(self):
+    def begin(self):
         # type: () -> bool
         """Begin to turn the joints; return whether that is the first time."""
-        first, self._asked = not self._asked, True
+        first, self._begun = not self._begun, True
         return first
 
-    def note_elsewhere(self):
+    def record_elsewhere(self):
         # type: () -> None
         """Record that the supposed tip is not at the goal."""
-        self._answered = self._answered or self._asked
-        self._asked = False
+        self._answered = self._answered or self._begun
+        self._begun = False
 
-    def arise(
+    def is_needed(
         self,
         measurements,  # type: Sequence[Measurement]
         chase,  # type: Sequence[MarkerFrame]
@@ -150,16 +150,16 @@ class Doubts(object):
         J,  # type: Optional[Matrix]
     ):
         # type: (...) -> bool
-        """Return whether to ask if what is at the goal is the tip, or to go on asking.
+        """Return whether to verify that what is at the goal is the tip, or to go on with that.
 
         Args:
             measurements: one for each camera.
             chase: MarkerFrames of the chase that led here; none if the joints went to a pose.
-            by_model: whether a model led here.  Exploring is asked once, then believed.
+            by_model: whether a model led here.  Exploring is verified once, then believed.
             before: (q, {camera: s}) of the last measurement, rad and px.
             J: by which the last move was made, px/rad; None if by none.
         """
-        if self._asked:
+        if self._begun:
             return True
         if not by_model:
             return not self._answered
@@ -184,7 +184,7 @@ class Doubts(object):
                 frames.insert(0, (frames[0][0], q, seen[camera]))
                 for k in range(1, 1 + STANDING_FRAMES):
                     frames.append((t + 0.03 * k, here, measurement.s))
-                if jumped(frames, size):
+                if has_jumped(frames, size):
                     return True
-                still.append(stayed(frames))  # along the line of sight of one, any tip does
+                still.append(has_stayed(frames))  # along the line of sight of one, any tip does
         return bool(still) and all(still)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from laptop.emulator.device.brick import EmulatedBrick
-from laptop.emulator.device.leading_hand import BadHand, read_hand
+from laptop.emulator.device.hand_guiding import BadHand, read_hand
 from laptop.emulator.device.plant_constants import read_plant
 from laptop.emulator.host.world import World
 from shared.arm_description import find_arm, read_arm

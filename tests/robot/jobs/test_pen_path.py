@@ -5,7 +5,7 @@ import math
 import jobs
 import pytest
 
-from robot.jobs.way import PenPath
+from robot.jobs.pen_path import PenPath
 from robot.motion.backlash import BacklashCompensation
 from robot.motion.feed import slowed
 from robot.motion.trajectory import Trajectory

@@ -1,4 +1,4 @@
-"""Prices of the brick's Python, in thousands of instructions or single ones, counted on it.
+"""Costs of the brick's Python, in thousands of instructions or single ones, counted on it.
 
 Counted on CPython 3.5.3, built soft-float for an ARM926, in an emulated processor that counts; each
 by itself, many times over.  `python -m tests.claims brick` holds what comes out of them against
@@ -8,7 +8,7 @@ counts of whole ticks, decisions and starts.
 import functools
 from typing import Dict, List, Tuple
 
-PRICES = {
+COSTS = {
     "local": 31,
     "closure": 42,
     "global": 112,
@@ -69,7 +69,7 @@ PRICES = {
     "with": 1700,
     "delete": 60,
 }
-"""Prices of Python's steps, instructions."""
+"""Costs of Python's steps, instructions."""
 
 CALLS = {
     "abs": 50, "len": 30, "min": 1050, "max": 1050, "sum": 1350, "zip": 1450, "range": 1500,
@@ -90,7 +90,7 @@ CALLS = {
     "collections.deque": 900, "hashlib.pbkdf2_hmac": 40600000, "hashlib.sha256": 5000,
     "hmac.new": 38000,
 }  # fmt: skip
-"""Price of a call of these beside `call`, instructions."""
+"""Cost of a call of these beside `call`, instructions."""
 
 METHODS = {
     "append": 0, "pop": 300, "popleft": 100, "get": 350, "items": 200, "keys": 200, "values": 200,
@@ -101,7 +101,7 @@ METHODS = {
     "digest": 7500, "hexdigest": 3500,  # with the blocks of a message of usual length before it
     "seek": 900, "read": 1500, "write": 1500, "flush": 300, "add_subparsers": 140000,
 }  # fmt: skip
-"""Price of a method of whatever object beside `call`, instructions."""
+"""Cost of a method of whatever object beside `call`, instructions."""
 
 LIBRARY = {
     "argparse:ArgumentParser.__init__": (520, 0),
@@ -117,25 +117,25 @@ LIBRARY = {
     "json.decoder:JSONDecoder.raw_decode": (2.5, 0.2),
     "json.encoder:JSONEncoder.encode": (18, 0.5),
 }
-"""Prices of functions of the library that are written in Python, thousand instructions: of each
+"""Costs of functions of the library that are written in Python, thousand instructions: of each
 call, and of each character of the text that it takes or gives."""
 
 PATTERN = (150, 12)
-"""Price of a regular expression that is new, and of each of its characters, thousand
+"""Cost of a regular expression that is new, and of each of its characters, thousand
 instructions."""
 
 PROGRAM_FACTOR = 1.11
-"""Factor of all prices in a whole program, beside those of single steps: fitted to ticks."""
+"""Factor of all costs in a whole program, beside those of single steps: fitted to ticks."""
 
 START = 52000
-"""Price of the start of Python itself, thousand instructions."""
+"""Cost of the start of Python itself, thousand instructions."""
 
 FOUND, LOADED = 180, 0.065
-"""Price of finding a module that is not of the library, and of loading each byte of its source,
+"""Cost of finding a module that is not of the library, and of loading each byte of its source,
 compiled, thousand instructions."""
 
 COMPILED = 0.93
-"""Price of a byte of the script itself, which is compiled in every run, thousand instructions."""
+"""Cost of a byte of the script itself, which is compiled in every run, thousand instructions."""
 
 CLEARED = 0.12
 """Cost of clearing all modules at the end, as a share of the cost of loading them."""
@@ -199,4 +199,4 @@ thousand instructions, and what it imports."""
 def imports() -> Dict[str, Tuple[int, List[str]]]:
     """Return {module: (thousand instructions, names that it imports)}."""
     rows = (row.split() for row in _IMPORTS.split(";"))
-    return {name: (int(price), others) for name, price, *others in rows}
+    return {name: (int(cost), others) for name, cost, *others in rows}

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from robot.servoing.image_model import straight
-from robot.servoing.stall_witness import ImageKnowledge, Residual, observed_turn, residual_motion
+from robot.servoing.stall_diagnosis import ImageKnowledge, Residual, observed_turn, residual_motion
 
 J = np.array([[200.0, -80.0], [60.0, 150.0]])
 """px/rad"""
@@ -30,8 +30,8 @@ def test_what_the_counts_explain_is_left_out_and_the_rest_is_the_joints():
     left = rest(0.2)
     assert left.off == pytest.approx(J[:, 1] * 0.2, abs=0.11)
     assert left.column == pytest.approx(J[:, 1])
-    assert rest(0.2, moving=True).doubt > left.doubt
-    assert rest(0.2, moved=(0.3, 0.0)).doubt > left.doubt
+    assert rest(0.2, moving=True).uncertainty > left.uncertainty
+    assert rest(0.2, moved=(0.3, 0.0)).uncertainty > left.uncertainty
     assert rest(0.2, variance=UNSURE).column is None
 
 

@@ -1,7 +1,7 @@
-"""Reading and writing of the small files that programs keep.
+"""Reading and writing of files of settings and state.
 
 Only a regular file of a sensible size is read: a pipe would block, a device would never end. Any
-error in its contents is a `InvalidFile`, which says what is wrong; the caller adds the file's name
+error in its contents is an `InvalidFile`, which says what is wrong; the caller adds the file's name
 and the next step.
 """
 
@@ -16,7 +16,7 @@ if MYPY:
     AnyPath = Union[str, os.PathLike[str]]
 
 MAX_SIZE = 65536
-"""Greatest size of a small file, bytes; most have some hundred."""
+"""Greatest size of a file, bytes; most have some hundred."""
 
 KINDS = (
     (stat.S_ISDIR, "is a folder"),
