@@ -33,14 +33,14 @@ class NotWritten(ArmError, OSError):
     """The arm's file cannot be changed; the message says what to write there."""
 
 
-def run(description, clock, take=False, person=None, tracker=None):
+def run(description, clock, take_over=False, person=None, tracker=None):
     # type: (Arm, Clock, bool, Optional[Person], Optional[ServerAddress]) -> None
     """Turn each joint a little, find out what moved, correct the arm's file, store the answer.
 
     Args:
         description: shared.arm_description.Arm.
         clock: has `now()` and `sleep(seconds)`.
-        take: see program.claim.
+        take_over: see program.claim.
         person: asking.Person; whoever started the program if None.
         tracker: tracker_address.ServerAddress of the tracker that sees the arm; None: only the
             person does.
@@ -50,7 +50,7 @@ def run(description, clock, take=False, person=None, tracker=None):
         what RobotArm raises: after stopping.
     """
     person = person or Person(clock)
-    arm = program.connect(description, clock, take, unchecked=True)
+    arm = program.connect(description, clock, take_over, unchecked=True)
     battery.check(clock)
     with contextlib.suppress(NotHomed):
         arm.load_zero()  # if it is known, it stays so
@@ -66,9 +66,9 @@ def run(description, clock, take=False, person=None, tracker=None):
             seen = [one or _seen(arm, k, person) for k, one in enumerate(seen)]
     program.raise_on_signals()
     found = mounting.as_mounted(description, [one for one in seen if one])
-    said, values = mounting.differences(description, found)
+    differences, values = mounting.differences(description, found)
     if values:
-        description = _corrected(description, said, values)
+        description = _corrected(description, differences, values)
     Checked(description, os.path.dirname(arm.zero.file)).save(arm.motors.devices())
     print(
         "checked: {}; next: driver.py home".format(
@@ -134,13 +134,13 @@ def _seen(arm, k, person):
     return mounting.Observed(part, direction == "left")
 
 
-def _corrected(arm, said, values):
+def _corrected(arm, differences, values):
     # type: (Arm, Sequence[str], Dict[Tuple[str, str], str]) -> Arm
     """Write what was seen into the arm's file, or a copy of one that came along; return the Arm.
 
     Args:
         arm: Arm as its file says.
-        said: lines for people about the differences.
+        differences: lines for people about the differences.
         values: new texts by (section, key).
 
     Raises:
@@ -155,7 +155,9 @@ def _corrected(arm, said, values):
     def refused(why):
         # type: (object) -> NotWritten
         return NotWritten(
-            "{}: {} is not changed, {}; write there: {}".format("; ".join(said), shown, why, lines)
+            "{}: {} is not changed, {}; write there: {}".format(
+                "; ".join(differences), shown, why, lines
+            )
         )
 
     if comes_along(arm) and os.path.exists(path):
@@ -175,5 +177,5 @@ def _corrected(arm, said, values):
     except BadIni as error:
         raise refused("[{}] {} {}".format(error.section, error.key, error)) from None
     copied = ", a copy that --arm {} means from now on".format(arm.name) if comes_along(arm) else ""
-    print("{}: {} written to {}{}".format("; ".join(said), lines, shown, copied))
+    print("{}: {} written to {}{}".format("; ".join(differences), lines, shown, copied))
     return read_arm(path)

@@ -226,11 +226,11 @@ def _home(arm, driver):
     driver.home()
 
 
-def _check(description, take, tracker=None):
+def _check(description, take_over, tracker=None):
     # type: (Arm, bool, Optional[ServerAddress]) -> None
     from robot import check_command  # not above: it is seldom needed
 
-    check_command.run(description, Clock(), take, tracker=tracker)
+    check_command.run(description, Clock(), take_over, tracker=tracker)
 
 
 def _tracker(parser, args):
@@ -271,9 +271,9 @@ def _run(parser, args):
         return
     drawings = _drawings(parser, args, description)
     plans = [trajectory.plan(description, s, args.speed, args.elbow) for s in drawings]
-    take = None if args.command == "where" else args.take
+    take_over = None if args.command == "where" else args.take
     try:
-        arm = program.connect(description, Clock(), take)
+        arm = program.connect(description, Clock(), take_over)
     except NotChecked as problem:
         if args.command or not _from_menu():
             raise

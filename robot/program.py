@@ -85,14 +85,14 @@ def add_take(parser):
     )  # fmt: skip
 
 
-def connect(description, clock, take=None, unchecked=False):
+def connect(description, clock, take_over=None, unchecked=False):
     # type: (Arm, Clock, Optional[bool], bool) -> RobotArm
     """Return the RobotArm of a description; only here python-ev3dev2 is needed, slow to import.
 
     Args:
         description: shared.arm_description.Arm.
         clock: has `now()` and `sleep(seconds)`.
-        take: None for a program that moves nothing; else see `claim`.
+        take_over: None for a program that moves nothing; else see `claim`.
         unchecked: whether it is to move though nobody has checked yet which motor is where.
 
     Raises:
@@ -113,25 +113,25 @@ def connect(description, clock, take=None, unchecked=False):
         raise ArmError(missing + " ...") from None
     arm = RobotArm(description, clock)
     arm.checked.needed = not unchecked
-    if take is not None:
+    if take_over is not None:
         arm.confirm_checked()
-        claim(arm.motors.lock, clock, take)
+        claim(arm.motors.lock, clock, take_over)
     return arm
 
 
-def claim(lock, clock, take):
+def claim(lock, clock, take_over):
     # type: (BrickLock, Clock, bool) -> None
     """Make sure that no other program moves the motors until this one has ended.
 
     Args:
         lock: robot.ev3.brick_lock.BrickLock.
         clock: has `now()` and `sleep(seconds)`.
-        take: whether one that may is asked to stop.
+        take_over: whether one that may is asked to stop.
 
     Raises:
         BrickInUse: another one may, and has not been asked or does not stop.
     """
-    if take:
+    if take_over:
         lock.take_over(clock)
     else:
         lock.acquire("; or take over with " + TAKE)

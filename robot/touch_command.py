@@ -111,7 +111,7 @@ class Touching(object):
         self._say, self._on_point = say, on_point
         self.points = []  # type: List[TouchPoint]
 
-    def take(self, most=None):
+    def collect(self, most=None):
         # type: (Optional[int]) -> bool
         """Take points until somebody ends it, or there are `most`; return whether there are."""
         from robot.touching import StillWatch
@@ -240,7 +240,7 @@ def _touch(args, on_point):
             with arm.lend_motors():
                 for motor in arm.joints:
                     motor.let_go()
-                touching.take(args.points)
+                touching.collect(args.points)
                 arm.motors.hold(arm.joints)
             if args.go:
                 _go(arm, touching, args.go, say)

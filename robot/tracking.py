@@ -109,7 +109,7 @@ class TrackingClient(object):
         self._key = self._memory.load_key(code)  # a SaltedKey
         self._is_key_checked = False  # against the salt that the tracker has today
         self._say = say
-        self._said = None  # type: Optional[str]
+        self._announced = None  # type: Optional[str]
         self._select = select
         self._battery = battery
 
@@ -393,6 +393,6 @@ class TrackingClient(object):
 
     def _announce(self, line):
         # type: (str) -> None
-        if line != self._said:
-            self._said = line
+        if line != self._announced:
+            self._announced = line
             self._say(line)

@@ -71,12 +71,12 @@ def _number(low, high, scale=1.0):
     return read
 
 
-def _one_of(words):
+def _one_of(choices):
     # type: (Sequence[str]) -> Callable[[str], str]
     def read(text):
         # type: (str) -> str
-        if text not in words:
-            raise ValueError("must be one of {}".format(", ".join(words)))
+        if text not in choices:
+            raise ValueError("must be one of {}".format(", ".join(choices)))
         return text
 
     return read

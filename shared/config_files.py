@@ -81,8 +81,8 @@ def check_replaceable(path):
 def _check_regular(found):
     # type: (os.stat_result) -> None
     if not stat.S_ISREG(found.st_mode):
-        words = [words for is_kind, words in KINDS if is_kind(found.st_mode)]
-        raise InvalidFile("{}, not a file".format((words or ["is a device"])[0]))
+        texts = [text for is_kind, text in KINDS if is_kind(found.st_mode)]
+        raise InvalidFile("{}, not a file".format((texts or ["is a device"])[0]))
 
 
 def read_text(path, most=MAX_SIZE, encoding="utf-8"):

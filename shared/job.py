@@ -297,7 +297,7 @@ def _length(line):
 
 def _object(line):
     # type: (bytes) -> Dict[str, Any]
-    value = json.loads(line.decode("ascii"), parse_constant=_refuse, parse_int=_whole)
+    value = json.loads(line.decode("ascii"), parse_constant=_refuse, parse_int=_integer)
     if not isinstance(value, dict):
         raise InvalidFile("holds something else")
     return value
@@ -308,7 +308,7 @@ def _refuse(word):
     raise InvalidFile("holds " + word)
 
 
-def _whole(digits):
+def _integer(digits):
     # type: (str) -> int
     if len(digits) > MAX_DIGITS:
         raise InvalidFile("has a number beyond all bounds")

@@ -115,12 +115,12 @@ def _name(value):
     return name
 
 
-def _one_of(words):
+def _one_of(choices):
     # type: (Sequence[str]) -> Callable[[object], str]
     def check(value):
         # type: (object) -> str
-        if not isinstance(value, str) or value not in words:
-            raise fields.WrongValue("one of {}".format(", ".join(words)))
+        if not isinstance(value, str) or value not in choices:
+            raise fields.WrongValue("one of {}".format(", ".join(choices)))
         return value
 
     return check

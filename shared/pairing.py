@@ -131,9 +131,9 @@ def is_proof(given, key, role, brick_nonce, laptop_nonce):
 def session_keys(key, brick_nonce, laptop_nonce):
     # type: (bytes, str, str) -> Tuple[bytes, ...]
     """Return the session's keys for the brick's lines and the laptop's; 32 bytes each."""
-    session = _keyed(key, "session", brick_nonce, laptop_nonce).digest()
+    session_key = _keyed(key, "session", brick_nonce, laptop_nonce).digest()
     return tuple(
-        _keyed(session, role, brick_nonce, laptop_nonce).digest() for role in (BRICK, LAPTOP)
+        _keyed(session_key, role, brick_nonce, laptop_nonce).digest() for role in (BRICK, LAPTOP)
     )
 
 

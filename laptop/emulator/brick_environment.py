@@ -22,13 +22,13 @@ def brick_environment(variables: Mapping[str, str]) -> Iterator[None]:
         variables: name -> value, beside or instead of those that every program finds.
     """
     before = dict(os.environ)
-    kept = {
+    inherited = {
         key: value
         for key, value in before.items()
         if key.startswith(OWN_VARIABLES) or key in linux.NEEDED
     }
     try:
-        _set(dict(linux.ENVIRONMENT, **dict(kept, **variables)))
+        _set(dict(linux.ENVIRONMENT, **dict(inherited, **variables)))
         yield
     finally:
         _set(before)

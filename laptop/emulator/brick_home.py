@@ -176,14 +176,14 @@ def at_home(
 
 def _copy_own_arms(folder: str) -> None:
     """Let the brick with its state in `folder` know the arms of one's own; it keeps no others."""
-    here, there = (os.path.join(place, OWN_ARMS_FOLDER) for place in (state_folder(), folder))
-    os.makedirs(there, 0o700, exist_ok=True)
-    if not os.path.isdir(here):
+    source, target = (os.path.join(place, OWN_ARMS_FOLDER) for place in (state_folder(), folder))
+    os.makedirs(target, 0o700, exist_ok=True)
+    if not os.path.isdir(source):
         return
-    for name in os.listdir(here):
-        file = os.path.join(here, name)
+    for name in os.listdir(source):
+        file = os.path.join(source, name)
         if name.endswith(".ini") and os.path.isfile(file) and os.access(file, os.R_OK):
-            shutil.copyfile(file, os.path.join(there, name))
+            shutil.copyfile(file, os.path.join(target, name))
 
 
 def wanted_paths(file: str) -> List[List[Tuple[float, ...]]]:

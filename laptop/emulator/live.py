@@ -107,15 +107,15 @@ class History(object):
 
     Args:
         arm: Arm.
-        kept: poses older than this (s, before the newest) are forgotten; None keeps all.
+        window: poses older than this (s, before the newest) are forgotten; None: none is.
         ink: what is on the paper from the beginning, segments as in Pose.
     """
 
     def __init__(
-        self, arm: "Arm", kept: Optional[float] = None, ink: Sequence["Segment"] = ()
+        self, arm: "Arm", window: Optional[float] = None, ink: Sequence["Segment"] = ()
     ) -> None:
         self.arm = arm
-        self._kept = kept
+        self._window = window
         self._times = []  # type: List[float]
         self._poses = []  # type: List[Tuple[float, ...]]
         self._ink = list(ink)
@@ -136,8 +136,8 @@ class History(object):
         """Append the pose at t (s), which is not before the newest."""
         self._times.append(t)
         self._poses.append(tuple(q))
-        if self._kept is not None and self._times[0] < t - 2 * self._kept:
-            old = bisect.bisect_left(self._times, t - self._kept)
+        if self._window is not None and self._times[0] < t - 2 * self._window:
+            old = bisect.bisect_left(self._times, t - self._window)
             del self._times[:old]
             del self._poses[:old]
         x, y, *height = kinematics.forward(self.arm, q)
@@ -380,7 +380,7 @@ class PoseReader(object):
         locked = platforms.is_locked(self._file.fileno())
         *lines, self._rest = (self._rest + self._file.read()).split(b"\n")
         for line in lines:
-            self._take(line, history)
+            self._handle(line, history)
         self.alive = locked
 
     def at(self, t: float) -> Optional[Pose]:
@@ -401,9 +401,9 @@ class PoseReader(object):
             try:
                 if self._file is not None and platforms.is_named(self._file.fileno(), path):
                     return
-                there = os.stat(path)
+                found = os.stat(path)
                 # A file that was refused stays so; its name may come back with another one.
-                identity = there.st_dev, there.st_ino, there.st_mtime, there.st_size
+                identity = found.st_dev, found.st_ino, found.st_mtime, found.st_size
                 if self._refused.get(path) == identity:
                     continue
                 self._refused[path] = identity
@@ -439,7 +439,7 @@ class PoseReader(object):
         self._rest = rest
         return True
 
-    def _take(self, line: bytes, history: History) -> None:
+    def _handle(self, line: bytes, history: History) -> None:
         """Add one line's pose; what is not one is left out."""
         try:
             t, *q, pen = (float(word) for word in line.split())

@@ -51,6 +51,6 @@ class Onlooker(io.TextIOBase):
         arm = self._brick.arm
         assert arm is not None, "a person looks on while an arm moves"
         joint = arm.joints[turns.index(most)]
-        ways = "lr" if arm.chain == "planar" or joint.name == "base" else "ud"
-        self._direction = ways[most < 0] + "\n"
+        directions = "lr" if arm.chain == "planar" or joint.name == "base" else "ud"
+        self._direction = directions[most < 0] + "\n"
         return joint.name[0] + "\n"

@@ -114,10 +114,10 @@ class _File(object):
     @staticmethod
     def _key(path: str) -> Optional[Tuple[int, int]]:
         try:
-            there = os.stat(path)
+            found = os.stat(path)
         except OSError:
             return None
-        return there.st_dev, there.st_ino
+        return found.st_dev, found.st_ino
 
     def drop(self) -> None:
         """Close it if nobody in this process uses it any more."""

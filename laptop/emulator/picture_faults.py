@@ -15,7 +15,7 @@ if MYPY:
 
 
 MAX_LOOP = 120
-"""Greatest number of pictures in a loop, which are kept for each camera."""
+"""Greatest number of pictures in a loop, which are stored for each camera."""
 
 
 class PictureFaults(object):
@@ -23,7 +23,7 @@ class PictureFaults(object):
 
     def __init__(self) -> None:
         # By camera: its last true pictures, and how often the last one was shown.
-        self._kept = {}  # type: Dict[str, Deque[Any]]
+        self._stored = {}  # type: Dict[str, Deque[Any]]
         self._shown = {}  # type: Dict[str, int]
         # By camera, or None for all: pictures of the loop, and how often each picture is shown.
         self._loops = {}  # type: Dict[Optional[str], int]
@@ -56,26 +56,26 @@ class PictureFaults(object):
         """Whether any camera shows what it has shown before."""
         return bool(self._loops)
 
-    def shown(self, camera: str, take: Callable[[], "Picture"]) -> "Picture":
+    def shown(self, camera: str, capture: Callable[[], "Picture"]) -> "Picture":
         """Return the picture that a camera gives now.
 
         Args:
             camera: name.
-            take: returns the true picture; not called where another one is shown.
+            capture: returns the true picture; not called where another one is shown.
         """
-        kept = self._kept.setdefault(camera, deque(maxlen=MAX_LOOP))  # type: Deque[Picture]
+        stored = self._stored.setdefault(camera, deque(maxlen=MAX_LOOP))  # type: Deque[Picture]
         frames = self._loops.get(camera, self._loops.get(None))
-        if frames is not None and kept:
+        if frames is not None and stored:
             # The oldest of the loop comes next, and goes to its end.
-            picture = kept[-min(frames, len(kept))]
-            del kept[len(kept) - min(frames, len(kept))]
-            kept.append(picture)
+            picture = stored[-min(frames, len(stored))]
+            del stored[len(stored) - min(frames, len(stored))]
+            stored.append(picture)
             return picture
         times = self._times.get(camera, self._times.get(None, 1))
         count = self._shown.get(camera, times)
-        if count < times and kept:
+        if count < times and stored:
             self._shown[camera] = count + 1
-            return kept[-1]
+            return stored[-1]
         self._shown[camera] = 1
-        kept.append(take())
-        return kept[-1]
+        stored.append(capture())
+        return stored[-1]

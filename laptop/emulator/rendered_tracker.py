@@ -37,7 +37,7 @@ def rendered(
     """
     pictures = pictures or PictureFaults()
     trackers = {
-        name: Tracker([read_spec(*look) for look in marker_specs(scene.constants).items()])
+        name: Tracker([read_spec(*spec) for spec in marker_specs(scene.constants).items()])
         for name, scene in scenes.items()
     }
     cameras: dict[str, SyntheticCamera] = {}

@@ -219,7 +219,7 @@ class Rig(object):
             if clock:
                 stack.callback(clock.close)
             world = World(clock)
-            world.report = _tell
+            world.report = _report
             brick = EmulatedBrick(
                 world, self.built, self._plant, self._q, plugs.motors, plugs.wheels, plugs.stops
             )
@@ -274,7 +274,7 @@ class Rig(object):
         return self._open.state_folder
 
     def run(
-        self, script: Any, *words: Any, faults: "Faults" = (), presses: Iterable["Press"] = (),
+        self, script: Any, *args: Any, faults: "Faults" = (), presses: Iterable["Press"] = (),
         meanwhile: "Meanwhile" = (), person: Optional["Person"] = None,
         keyboard: Optional["Keyboard"] = None, timeout: float = 600.0, patience: float = 10.0
     ) -> SimulationResult:  # fmt: skip
@@ -285,7 +285,7 @@ class Rig(object):
         Args:
             script: path of a Python file, or the name of one of the brick's own programs
                 (driver.py, visual_servoing.py, tracking_client.py, bench_brick.py).
-            words: for the script.
+            *args: arguments of the script.
             faults: texts as `simulate --fault` takes them, such as "stall:B@1.5", or
                 laptop.emulator.faults.Fault values.  Their times, and all others here, count from
                 now, s.  What they break stays so for the runs that follow.
@@ -323,7 +323,7 @@ class Rig(object):
             outcome = run_script(
                 brick,
                 path,
-                [str(word) for word in words],
+                [str(word) for word in args],
                 self.devices,
                 [press._replace(t=press.t + begun) for press in presses],
                 timeout=timeout,
@@ -334,9 +334,9 @@ class Rig(object):
             wanted = wanted_paths(plan)[before:]
         return self._result(outcome, wanted, begun)
 
-    def job(self, file: Any, *words: Any, **options: Any) -> SimulationResult:
+    def job(self, file: Any, *args: Any, **options: Any) -> SimulationResult:
         """Let driver.py draw a job file; as `run`."""
-        return self.run("driver.py", "job", str(file), *words, **options)
+        return self.run("driver.py", "job", str(file), *args, **options)
 
     def program(self) -> "ContextManager[program.Program]":
         """Compute in this process at the brick's pace, for a `with` block.
@@ -490,5 +490,5 @@ def _arm_of(arm: Union[str, "Arm", None]) -> Optional["Arm"]:
     return read_arm(find_arm(arm)) if isinstance(arm, str) else arm
 
 
-def _tell(line: str) -> None:
+def _report(line: str) -> None:
     sys.stderr.write(line + "\n")

@@ -137,7 +137,7 @@ class VirtualTracker:
     ) -> None:
         self.world = world
         self.pictures = pictures or PictureFaults()
-        self._whole = pictures is None  # the picture is what `see` gives
+        self._see_is_picture = pictures is None  # the picture is what `see` gives
         self.see = see
         self.fps = chain.fps
         late = chain.latency
@@ -275,7 +275,7 @@ class VirtualTracker:
         index = self.frames[camera]
         t = first + index / self.fps
 
-        def take() -> None:
+        def expose() -> None:
             if self._closed:
                 return
             self.frames[camera] = index + 1
@@ -288,10 +288,10 @@ class VirtualTracker:
                 observation = Observation(index, camera, t + LAPTOP_CLOCK_LEAD, dict(markers))
                 self._at(when, lambda: self._publish(observation))
 
-        self.world.at(t, take)
+        self.world.at(t, expose)
 
     def _seen(self, camera: str, index: int, t: float) -> Markers | None:
-        if not self._whole:
+        if not self._see_is_picture:
             return self.see(camera, index, t)
         return self.pictures.shown(camera, lambda: self.see(camera, index, t))
 

@@ -123,11 +123,11 @@ def _lap(laps, name):
 def _check_room(file):
     # type: (str) -> None
     """Refuse a file that cannot be written before three minutes have gone by."""
-    there = os.path.exists(file)
+    exists = os.path.exists(file)
     try:
         with open(file, "a"):
             pass
-        if not there:
+        if not exists:
             os.remove(file)
     except OSError as error:
         raise CannotMeasure(

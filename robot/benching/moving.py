@@ -349,7 +349,7 @@ class Bench(object):
         motor.disengage()
         if len(times) < 2:
             raise Stalled(motor, "it does not leave its stop")
-        first, second = (_gone(t, GAINS[joint.motor].lag) for t in times)
+        first, second = (_travelled(t, GAINS[joint.motor].lag) for t in times)
         return nearest + sign * motor.resolution * min(1.0, first / (second - first))
 
 
@@ -360,7 +360,7 @@ def _asked(speed, kind):
     return speed + (speed / gains.speed_per_duty + gains.friction) / STIFFNESS
 
 
-def _gone(t, lag):
+def _travelled(t, lag):
     # type: (float, float) -> float
     """Return how far a motor of first-order lag (s) gets in `t` s from rest, over its speed, s."""
     return t - lag * (1 - math.exp(-t / lag))

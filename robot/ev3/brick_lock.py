@@ -184,7 +184,7 @@ class BrickLock(object):
         if self._path in _held:
             return None
         try:
-            there = os.stat(self._path)
+            lock = os.stat(self._path)
             with open("/proc/locks") as locks:
                 lines = locks.read().split("\n")
         except OSError:
@@ -194,7 +194,7 @@ class BrickLock(object):
             fields = line.split()
             if fields[1:2] == ["FLOCK"] and fields[3] == "WRITE":
                 pid, device = int(fields[4]), fields[5].rsplit(":", 1)
-                if device[1] == str(there.st_ino) and _holds(pid, there, device[0]):
+                if device[1] == str(lock.st_ino) and _holds(pid, lock, device[0]):
                     return _holder(pid)
         return None
 
@@ -253,7 +253,7 @@ def _span(seconds):
 # Facts of a process, from /proc
 
 
-def _holds(pid, there, device):
+def _holds(pid, lock, device):
     # type: (int, os.stat_result, str) -> bool
     """Return whether a process has the file open; of another user's, whether the device is its."""
     folder = "/proc/{}/fd".format(pid)
@@ -261,12 +261,12 @@ def _holds(pid, there, device):
         descriptors = os.listdir(folder)
     except PermissionError:
         # Not so on all file systems, hence the files above; but where the motors are shown.
-        return device == "{:02x}:{:02x}".format(os.major(there.st_dev), os.minor(there.st_dev))
+        return device == "{:02x}:{:02x}".format(os.major(lock.st_dev), os.minor(lock.st_dev))
     except OSError:
         return False
     for name in descriptors:
         try:
-            if os.path.samestat(os.stat(os.path.join(folder, name)), there):
+            if os.path.samestat(os.stat(os.path.join(folder, name)), lock):
                 return True
         except OSError:
             continue  # closed meanwhile

@@ -62,14 +62,14 @@ def read_order(text):
     Raises:
         BadOrder: it is none.
     """
-    words = text.split()
-    if not words or words[0] not in ORDER_NUMBERS:
+    parts = text.split()
+    if not parts or parts[0] not in ORDER_NUMBERS:
         raise BadOrder(
             "'{}' is no order; write one of {}".format(
                 printable(text.strip()[:40]), ", ".join(sorted(ORDER_NUMBERS))
             )
         )
-    word, texts = words[0], words[1:]
+    word, texts = parts[0], parts[1:]
     low, high, unit = {
         "speed": SPEED_BOUNDS + ("per cent",),
         "pen": (-MAX_PEN_TRIM, MAX_PEN_TRIM, "degrees"),

@@ -70,9 +70,9 @@ def _planar_jacobian(arm, q):
     if len(q) == 2:
         upper, fore = arm.joints
         heading, (first, second) = q[0], q
-        ahead, aside = fore.link * math.cos(first + second), fore.link * math.sin(first + second)
-        x, y = upper.link * math.cos(heading) + ahead, upper.link * math.sin(heading) + aside
-        return (-y, -aside), (x, ahead)
+        fore_x, fore_y = fore.link * math.cos(first + second), fore.link * math.sin(first + second)
+        x, y = upper.link * math.cos(heading) + fore_x, upper.link * math.sin(heading) + fore_y
+        return (-y, -fore_y), (x, fore_x)
     positions = _planar_positions(arm, q)
     x, y = positions.pop()
     return (
@@ -160,20 +160,20 @@ def _spatial_profile(arm, q):
 def _spatial_positions(arm, q):
     # type: (Arm, Pose) -> List[Tuple[float, float, float]]
     """Return (x, y, z) of every joint and the tip, cm."""
-    ahead, aside = math.cos(q[0]), math.sin(q[0])
-    return [(out * ahead, out * aside, height) for out, height in _spatial_profile(arm, q)]
+    cos, sin = math.cos(q[0]), math.sin(q[0])
+    return [(out * cos, out * sin, height) for out, height in _spatial_profile(arm, q)]
 
 
 def _spatial_jacobian(arm, q):
     # type: (Arm, Pose) -> Matrix
     """Return J, cm/rad: each joint moves the tip across its lever arm (geometric Jacobian)."""
-    ahead, aside = math.cos(q[0]), math.sin(q[0])
+    cos, sin = math.cos(q[0]), math.sin(q[0])
     profile = _spatial_profile(arm, q)
     out, height = profile.pop()
-    columns = [(-out * aside, out * ahead, 0.0)]
+    columns = [(-out * sin, out * cos, 0.0)]
     for joint_out, joint_height in profile[1:]:
         outwards = joint_height - height
-        columns.append((outwards * ahead, outwards * aside, out - joint_out))
+        columns.append((outwards * cos, outwards * sin, out - joint_out))
     return tuple(zip(*columns))
 
 

@@ -64,17 +64,17 @@ PLACE_MARKER = "put the marker goal to the left of the {}'s axle, a hand's width
 
 if MYPY:
     View = NamedTuple("View", [("tip", complex), ("base", complex), ("noise", float)])
-    Jog = NamedTuple("Jog", [("before", View), ("there", View), ("back", View), ("turn", float)])
+    Jog = NamedTuple("Jog", [("before", View), ("away", View), ("back", View), ("turn", float)])
 else:
     View = record("View", "tip base noise")
-    Jog = record("Jog", "before there back turn")
+    Jog = record("Jog", "before away back turn")
 View.__doc__ = """An arm at rest, as seen by the camera.
 
 tip, base  places of the markers effector and goal, px
 noise      of each, px
 """
 
-Jog.__doc__ = """One motor's jog: Views before, between and after; the angle of its return.
+Jog.__doc__ = """One motor's jog: Views before, away and back; the angle of its return.
 
 turn  angle of the return of the joint that the motor should turn, rad
 """
@@ -122,9 +122,9 @@ def has_moved(jog):
     Raises:
         NotSeen: the marker on the table moved, too.
     """
-    noise = jog.there.noise + jog.back.noise
-    moved = abs(jog.back.tip - jog.there.tip) > noise
-    bases = [view.base for view in (jog.before, jog.there, jog.back)]
+    noise = jog.away.noise + jog.back.noise
+    moved = abs(jog.back.tip - jog.away.tip) > noise
+    bases = [view.base for view in (jog.before, jog.away, jog.back)]
     shift = max([abs(a - b) for a, b in itertools.combinations(bases, 2)])
     if shift > noise + MAX_SHAKE:
         if not moved:
@@ -142,7 +142,7 @@ def has_moved(jog):
 def check_return(jog, joint):
     # type: (Jog, Joint) -> None
     """Raise NotSeen for a tip that has not come back, apart from the `joint`'s backlash."""
-    went, came = jog.there.tip - jog.before.tip, jog.back.tip - jog.there.tip
+    went, came = jog.away.tip - jog.before.tip, jog.back.tip - jog.away.tip
     backlash = min(joint.backlash / max(abs(jog.turn) - joint.backlash, MIN_TURN), 1.0)
     missing = abs(went + came)
     if missing > (backlash + MAX_SLIP) * abs(came) + jog.before.noise + jog.back.noise:
@@ -167,8 +167,8 @@ def lever(jog, backlash):
     if not has_moved(jog):
         return None
     turn = jog.turn - math.copysign(min(backlash, abs(jog.turn) - MIN_TURN), jog.turn)
-    chord = jog.back.tip - jog.there.tip
-    middle = (jog.back.tip + jog.there.tip) / 2
+    chord = jog.back.tip - jog.away.tip
+    middle = (jog.back.tip + jog.away.tip) / 2
     return chord / (2j * math.sin(turn / 2)) / (middle - jog.back.base)
 
 

@@ -166,16 +166,16 @@ def nearest(arm, p, q):
     best, least = None, math.pi / 2
     for poses in _solutions(arm, p, q).values():
         for pose in poses:
-            there, greatest = [], 0.0
+            candidate, greatest = [], 0.0
             for angle, last in zip(pose, q):
                 travel = angle - last
                 if not -math.pi < travel < math.pi:
                     travel -= TURN * round(travel / TURN)
-                there.append(last + travel)
+                candidate.append(last + travel)
                 if travel > greatest or -travel > greatest:
                     greatest = abs(travel)
             if greatest < least:
-                best, least = there, greatest
+                best, least = candidate, greatest
     for joint, angle in zip(arm.joints, best or ()):
         if not joint.lower <= angle <= joint.upper:
             best = None

@@ -50,8 +50,8 @@ MAX_JOINT_JUMP = math.radians(45)
 def next_pose(arm, p, q):
     # type: (Arm, Point, Pose) -> FixedPose
     """Return the pose at `p` (cm) nearest to `q` (rad); raise Unreachable if a joint jumps."""
-    there = kinematics.nearest(arm, p, q)
-    jump = max([abs(a - b) for a, b in zip(there, q)])
+    pose = kinematics.nearest(arm, p, q)
+    jump = max([abs(a - b) for a, b in zip(pose, q)])
     if jump > MAX_JOINT_JUMP:
         raise kinematics.Unreachable(
             "at ({}) cm the arm would have to swing a joint by {:.0f} deg to stay within its "
@@ -59,7 +59,7 @@ def next_pose(arm, p, q):
                 ", ".join("{:.2f}".format(value) for value in p), math.degrees(jump)
             )
         )
-    return there
+    return pose
 
 
 def stations_of(piece):
@@ -123,15 +123,15 @@ def knots_through(arm, stations, q):
             step = left / max(pieces, 1)
             x = (done + step) / length
             if pieces <= 1:
-                there, tangent = p_end, t_end  # type: Point, Vector
+                p_knot, tangent = p_end, t_end  # type: Point, Vector
             else:
-                there = [u + x * (k + x * (m + x * n)) for u, k, m, n in zip(p, a, b, c)]
+                p_knot = [u + x * (k + x * (m + x * n)) for u, k, m, n in zip(p, a, b, c)]
                 tangent = [(k + x * (2 * m + 3 * x * n)) / length for k, m, n in zip(a, b, c)]
-            q_there = next_pose(arm, there, q)
-            span = min(KNOT_SPACING, KNOT_SCALE_SHARE * kinematics.scale(arm, q_there))
+            q_knot = next_pose(arm, p_knot, q)
+            span = min(KNOT_SPACING, KNOT_SCALE_SHARE * kinematics.scale(arm, q_knot))
             if step > 2 * span and step > MIN_KNOT_SPACING:
                 continue  # q bends more there than here
-            q, done = q_there, s_end - s if pieces <= 1 else done + step
+            q, done = q_knot, s_end - s if pieces <= 1 else done + step
             knots.append((s + done, q) + _slopes(arm, q, tangent))
     return knots
 

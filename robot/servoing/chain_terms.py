@@ -48,11 +48,11 @@ def _planar_jacobian(terms, W):
 def _planar_axes(links):
     # type: (Vector) -> Matrix
     """Return the tip's coordinates in space as coefficients of the terms, cm: a row per axis."""
-    ahead, aside = [0.0], [0.0]
+    x_terms, y_terms = [0.0], [0.0]
     for link in links:
-        ahead += [link, 0.0]
-        aside += [0.0, link]
-    return [ahead, aside]
+        x_terms += [link, 0.0]
+        y_terms += [0.0, link]
+    return [x_terms, y_terms]
 
 
 def _spatial_terms(q):
@@ -71,11 +71,11 @@ def _spatial_terms(q):
 def _spatial_slopes(terms):
     # type: (Vector) -> Matrix
     """Return d terms / dq, a list for each joint: the yaw turns all that reaches out."""
-    _, cos, sin, up1, ahead1, aside1, up2, ahead2, aside2 = terms
-    forearm = [ahead2 * cos + aside2 * sin, -up2 * cos, -up2 * sin]
+    _, cos, sin, z1, x1, y1, z2, x2, y2 = terms
+    forearm = [x2 * cos + y2 * sin, -z2 * cos, -z2 * sin]
     return (
-        [0.0, -sin, cos, 0.0, -aside1, ahead1, 0.0, -aside2, ahead2],
-        [0.0, 0.0, 0.0, ahead1 * cos + aside1 * sin, -up1 * cos, -up1 * sin] + forearm,
+        [0.0, -sin, cos, 0.0, -y1, x1, 0.0, -y2, x2],
+        [0.0, 0.0, 0.0, x1 * cos + y1 * sin, -z1 * cos, -z1 * sin] + forearm,
         [0.0] * 6 + forearm,
     )
 
@@ -83,13 +83,13 @@ def _spatial_slopes(terms):
 def _spatial_jacobian(terms, W):
     # type: (Vector, Matrix) -> Matrix
     """Return W d terms / dq, without its zeros."""
-    _, cos, sin, up1, ahead1, aside1, up2, ahead2, aside2 = terms
-    out1, out2 = ahead1 * cos + aside1 * sin, ahead2 * cos + aside2 * sin
+    _, cos, sin, z1, x1, y1, z2, x2, y2 = terms
+    out1, out2 = x1 * cos + y1 * sin, x2 * cos + y2 * sin
     J = []
     for _, a, b, c, d, e, f, g, h in W:
-        forearm = f * out2 - (g * cos + h * sin) * up2
-        both = c * out1 - (d * cos + e * sin) * up1 + forearm
-        yawed = b * cos - a * sin + e * ahead1 - d * aside1 + h * ahead2 - g * aside2
+        forearm = f * out2 - (g * cos + h * sin) * z2
+        both = c * out1 - (d * cos + e * sin) * z1 + forearm
+        yawed = b * cos - a * sin + e * x1 - d * y1 + h * x2 - g * y2
         J.append([yawed, both, forearm])
     return J
 
@@ -97,12 +97,12 @@ def _spatial_jacobian(terms, W):
 def _spatial_axes(links):
     # type: (Vector) -> Matrix
     """Return what _planar_axes does: out from the base's axis, ahead and aside; and upwards."""
-    ahead, aside, up = [0.0] * 3, [0.0] * 3, [0.0] * 3
+    x_terms, y_terms, z_terms = [0.0] * 3, [0.0] * 3, [0.0] * 3
     for link in links[1:]:
-        up += link, 0.0, 0.0
-        ahead += 0.0, link, 0.0
-        aside += 0.0, 0.0, link
-    return [ahead, aside, up]
+        z_terms += link, 0.0, 0.0
+        x_terms += 0.0, link, 0.0
+        y_terms += 0.0, 0.0, link
+    return [x_terms, y_terms, z_terms]
 
 
 CHAINS = {  # type: Dict[str, Tuple[Chain, _Found, _Found]]

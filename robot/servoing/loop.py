@@ -304,8 +304,8 @@ class VisualServoing(object):
         now = self._clock.now()
         if now - self._receiver.received_at >= self._pause:
             frames, self._halt = self._listen()
-            took = self._clock.now() - now
-            pause = RECEIVE_RATIO * took if frames else 0.0
+            elapsed = self._clock.now() - now
+            pause = RECEIVE_RATIO * elapsed if frames else 0.0
             self._pause = min(max(MIN_PAUSE, pause), MAX_PAUSE)
             if self._chasing_now:
                 self._chased += frames

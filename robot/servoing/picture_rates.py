@@ -46,6 +46,9 @@ class PictureRates(object):
                 continue
             times = [t for t, _ in lately]
             if min([b - a for a, b in zip(times, times[1:])]) > self._gap:
-                took = times[-1] - times[0]
-                found[camera] = (len(lately) - 1) / took, (lately[-1][1] - lately[0][1]) / took
+                duration = times[-1] - times[0]
+                found[camera] = (
+                    (len(lately) - 1) / duration,
+                    (lately[-1][1] - lately[0][1]) / duration,
+                )
         return found

@@ -109,8 +109,8 @@ class FilePrograms(object):
                 whose = {"u": 0o700, "g": 0o070, "o": 0o007}
                 mask = sum(whose[letter] for letter in set(who) if letter != "a") or 0o777
                 bits = sum({"r": 0o444, "w": 0o222, "x": 0o111}[letter] for letter in set(what))
-                kept = 0 if how == "-" else bits & mask
-                mode = mode & ~(mask if how == "=" else bits & mask) | kept
+                kept_bits = 0 if how == "-" else bits & mask
+                mode = mode & ~(mask if how == "=" else bits & mask) | kept_bits
             os.chmod(name, mode)
             return ""
 

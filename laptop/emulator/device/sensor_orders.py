@@ -85,7 +85,7 @@ def _quantities(name: str, text: str, has_main: bool) -> "Quantities":
         given = _of_file(name, table, main)
     elif main:
         written = kind.main[0] if main[0].isalpha() else kind.main[-1]
-        written = next((key for key, words in kind.environment.items() if main in words), written)
+        written = next((key for key, names in kind.environment.items() if main in names), written)
         given = {_channelled(written, ""): table.parse("{}={}".format(written, main))[""][written]}
     else:
         given = {}

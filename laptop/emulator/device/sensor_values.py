@@ -145,14 +145,14 @@ def read_signal(text: str, read_value: "ReadValue", jumps: bool, error: "ToError
         return read_column(text, None, read_value, jumps, error)
     pieces = []  # type: List[Tuple[float, _Piece]]
     for number, part in enumerate(text.split(":")):
-        words, at, when = part.partition("@")
+        value, at, when = part.partition("@")
         start = _time(when, part, error) if at else 0.0
         if bool(number) != bool(at) or pieces and start <= pieces[-1][0]:
             raise error(
                 "'{}': write VALUE:VALUE@SECONDS:VALUE@SECONDS, the first without a time and the "
                 "others in order".format(text)
             )
-        pieces.append((start, _piece(words, read_value, jumps, error)))
+        pieces.append((start, _piece(value, read_value, jumps, error)))
     return Signal(pieces)
 
 

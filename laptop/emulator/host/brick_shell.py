@@ -21,11 +21,11 @@ if MYPY:
     Run = Callable[[List[str], bytes, Captured], Optional[Finished]]
 
 Command = NamedTuple(
-    "Command", [("words", List[str]), ("end", str), ("redirected", Dict[int, Tuple[str, str]])]
+    "Command", [("args", List[str]), ("end", str), ("redirected", Dict[int, Tuple[str, str]])]
 )
 Command.__doc__ = """A simple command of a line.
 
-words       with quotes taken off
+args        with quotes removed
 end         what stands behind it: `;`, `&&`, `||`, `&` or `|`
 redirected  stream (0, 1, 2) -> (`<`, `>` or `>>`, name of a file), or (`>&`, `1`)
 """
@@ -48,15 +48,15 @@ def split_line(line: str) -> List[Command]:
     """
     parts = _PART.findall(line)
     commands = []  # type: List[Command]
-    words, redirected = [], {}  # type: List[str], Dict[int, Sent]
+    args, redirected = [], {}  # type: List[str], Dict[int, Sent]
     waiting = None  # type: Optional[str]
     for part in parts + [";"]:
         if part in ("&&", "||", ";", "&", "|", "\n"):
             if waiting:
                 raise ValueError("the name of a file is missing behind {}".format(waiting))
-            if words or redirected:
-                commands.append(Command(words, ";" if part == "\n" else part, redirected))
-            words, redirected = [], {}
+            if args or redirected:
+                commands.append(Command(args, ";" if part == "\n" else part, redirected))
+            args, redirected = [], {}
         elif re.match("[012]?[<>]|&>", part):
             waiting = part
         elif waiting == "&>":
@@ -66,19 +66,19 @@ def split_line(line: str) -> List[Command]:
             stream = waiting[: -len(how)] or ("0" if how == "<" else "1")
             redirected[int(stream)], waiting = (how, shlex.split(part)[0]), None
         else:
-            words.extend(_expanded(part))
+            args.extend(_expanded(part))
     for command in commands:
-        if command.words and command.words[0] in LOOPS:
+        if command.args and command.args[0] in LOOPS:
             raise ValueError(
                 "{}: not done: the emulated brick's shell takes one command after another".format(
-                    command.words[0]
+                    command.args[0]
                 )
             )
     return commands
 
 
 def _expanded(part: str) -> List[str]:
-    """Return the words that one word of a line expands to."""
+    """Return the arguments that one word of a line expands to."""
     if "$" in part and "'" not in part:
         part = os.path.expandvars(part)
     if re.search("[*?]", part) and not re.search("[\"'\\\\]", part):
@@ -102,7 +102,7 @@ class Shell(object):
     """Shell that runs lines.
 
     Args:
-        run: `run(words, piped, captured)` gives Finished, None if there is no such program; piped
+        run: `run(args, piped, captured)` gives Finished, None if there is no such program; piped
             is the standard input, bytes, and captured says whether output and errors are to be in
             there, two bools.
     """
@@ -149,21 +149,21 @@ class Shell(object):
             if 0 in command.redirected and command.redirected[0][1] != NOWHERE:
                 with open(command.redirected[0][1], "rb") as file:
                     piped = file.read()
-            finished = self._started(command.words, piped, captured)
+            finished = self._started(command.args, piped, captured)
             return self._sent(finished, into)
         except OSError as error:
             message = "sh: 1: cannot open {}: {}\n".format(error.filename, error.strerror)
             return Finished(2, b"", message.encode(), 0.0)
 
-    def _started(self, words: List[str], piped: bytes, captured: "Captured") -> Finished:
-        if not words:
+    def _started(self, args: List[str], piped: bytes, captured: "Captured") -> Finished:
+        if not args:
             return Finished(0, b"", b"", 0.0)
-        if words[0] == "cd":
-            os.chdir(words[1] if words[1:] else os.path.expanduser("~"))
+        if args[0] == "cd":
+            os.chdir(args[1] if args[1:] else os.path.expanduser("~"))
             return Finished(0, b"", b"", 0.0)
-        finished = self._run(words, piped, captured)
+        finished = self._run(args, piped, captured)
         if finished is None:
-            message = "sh: 1: {}: not found\n".format(words[0])
+            message = "sh: 1: {}: not found\n".format(args[0])
             return Finished(127, b"", message.encode(), 0.0)
         return finished
 

@@ -37,46 +37,46 @@ class ChildPython(object):
         self._depth = 0
 
     @staticmethod
-    def is_meant(words: Sequence[str]) -> bool:
+    def is_meant(args: Sequence[str]) -> bool:
         """Return True if a command line starts Python, or a script of it by its path."""
-        path = words[0]
+        path = args[0]
         return bool(re.match(r"python(3(\.\d+)?)?$", os.path.basename(path))) or (
             path.endswith(".py") and os.path.dirname(path) != "" and os.path.isfile(path)
         )
 
-    def start(self, words: Sequence[str], captured: "Captured") -> Finished:
+    def start(self, args: Sequence[str], captured: "Captured") -> Finished:
         """Run a command line that `is_meant`.
 
         Args:
-            words: of the command line.
+            args: the command line, with `python3` first, or a path to a script.
             captured: whether output and errors are to be in what it returns, two bools.
 
         Returns:
             Finished.
         """
-        words = list(words if words[0].endswith(".py") else words[1:])
-        while words and words[0] in ("-u", "-B", "-E", "-s", "-O"):
-            words.pop(0)
-        if words and words[0] in ("-V", "--version"):
+        args = list(args if args[0].endswith(".py") else args[1:])
+        while args and args[0] in ("-u", "-B", "-E", "-s", "-O"):
+            args.pop(0)
+        if args and args[0] in ("-V", "--version"):
             return Finished(0, b"Python 3.5.3\n", b"", 0.0)
-        if not words or words[0].startswith("-") and words[0] != "-c":
+        if not args or args[0].startswith("-") and args[0] != "-c":
             why = "{}: not done on the emulated brick; give a script, or -c\n"
-            asked = " ".join(["python3"] + words[:1])
+            asked = " ".join(["python3"] + args[:1])
             return Finished(2, b"", why.format(asked).encode(), 0.0)
         if self._depth >= MAX_DEPTH:
             why = "python3: not done: {} programs have started one another\n".format(MAX_DEPTH)
             return Finished(1, b"", why.encode(), 0.0)
-        if words[0] == "-c":
-            return self._in_place("-c", " ".join(words[1:2]).encode(), words[2:], captured)
+        if args[0] == "-c":
+            return self._in_place("-c", " ".join(args[1:2]).encode(), args[2:], captured)
         try:
-            with open(words[0], "rb") as file:
+            with open(args[0], "rb") as file:
                 source = file.read()
         except OSError as error:
             why = "python3: can't open file '{}': [Errno {}] {}\n".format(
-                words[0], error.errno, error.strerror
+                args[0], error.errno, error.strerror
             )
             return Finished(2, b"", why.encode(), 0.0)
-        return self._in_place(words[0], source, words[1:], captured)
+        return self._in_place(args[0], source, args[1:], captured)
 
     def _in_place(
         self, script: str, source: bytes, args: List[str], captured: "Captured"

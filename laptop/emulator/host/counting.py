@@ -162,10 +162,10 @@ class _Counting(object):
     def _while(self, node: ast.While) -> int:
         test = self._test(node.test) + COSTS["branch"]
         node.body = self._block(node.body, test)
-        look = _statement("if {} > {}: {}()".format(COUNT, DUE, LOOK))
-        for part in ast.walk(look):
+        check = _statement("if {} > {}: {}()".format(COUNT, DUE, LOOK))
+        for part in ast.walk(check):
             ast.copy_location(part, node)  # who asks where the program is finds the loop
-        node.body.insert(0, look)
+        node.body.insert(0, check)
         node.orelse = self._block(node.orelse) if node.orelse else []
         return test + COSTS["branch"]
 

@@ -194,19 +194,19 @@ def _watch_all(
 ) -> "Ready":
     """Return what `select` finds of these until `timeout` s (None: never) have passed."""
 
-    def look() -> "List[Ready]":
+    def poll() -> "List[Ready]":
         found = real_select.select(rlist, wlist, xlist, 0)
         return [found] if any(found) else []
 
-    found = _watch(world, look, timeout)
+    found = _watch(world, poll, timeout)
     return found[0] if found else ([], [], [])
 
 
-def _watch(world: "World", look: "Callable[[], Value]", timeout: Optional[float]) -> "Value":
+def _watch(world: "World", poll: "Callable[[], Value]", timeout: Optional[float]) -> "Value":
     """Return what `look()` finds, asked until `timeout` s (None: never) have passed."""
     deadline = None if timeout is None else world.now() + timeout
     while True:
-        found = look()
+        found = poll()
         left = FD_POLL_PERIOD if deadline is None else deadline - world.now()
         if found or left <= 0:
             return found

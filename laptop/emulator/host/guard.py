@@ -30,10 +30,10 @@ def guarded(name: str) -> Iterator[None]:
     Args:
         name: of the script, for people.
     """
-    words = [guard_process.__file__, os.getpid(), name, PATIENCE, SIGNAL_TIMEOUT]
+    args = [guard_process.__file__, os.getpid(), name, PATIENCE, SIGNAL_TIMEOUT]
     try:
         process = subprocess.Popen(
-            [sys.executable, "-I", "-S", *map(str, words)],
+            [sys.executable, "-I", "-S", *map(str, args)],
             stdin=subprocess.PIPE,
             stdout=subprocess.DEVNULL,
             bufsize=0,

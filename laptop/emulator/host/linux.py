@@ -77,15 +77,15 @@ TERMINAL = (80, 24)
 """Size of a terminal over ssh, characters."""
 
 
-def system_files(words: Sequence[str], started: float) -> Dict[str, str]:
+def system_files(argv: Sequence[str], started: float) -> Dict[str, str]:
     """Return the files that tell of the system and its processes: path -> text.
 
     Args:
-        words: the program's command line.
+        argv: the program's command line.
         started: when, s since the system was.
     """
     own = {
-        "cmdline": "\0".join(words) + "\0",
+        "cmdline": "\0".join(argv) + "\0",
         "comm": "python3\n",
         "stat": stat_of(PID, started),
         "status": "Name:\tpython3\nPid:\t{}\nPPid:\t{}\nUid:\t{}\n".format(

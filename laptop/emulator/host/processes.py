@@ -56,7 +56,7 @@ class Processes(object):
         """Run a command.
 
         Args:
-            args: its words, or a line for the shell.
+            args: its arguments, or a line for the shell.
             shell: whether the shell runs it.
             piped: its standard input, bytes.
             captured: whether its output and errors are to be in what it returns, two bools.
@@ -67,39 +67,39 @@ class Processes(object):
         if shell:
             line = args if isinstance(args, str) else args[0]
             return self._shell.line(line, piped, captured)
-        words = [str(word) for word in (args if isinstance(args, (list, tuple)) else [args])]
-        finished = self._run(words, piped, captured)
+        argv = [str(word) for word in (args if isinstance(args, (list, tuple)) else [args])]
+        finished = self._run(argv, piped, captured)
         if finished is None:
             raise FileNotFoundError(
                 2,
                 "No such program on the emulated brick, which starts none of the laptop's",
-                words[0],
+                argv[0],
             )
         return finished
 
-    def _run(self, words: List[str], piped: bytes, captured: "Captured") -> Optional[Finished]:
-        """Run a program by its words; Finished, or None if there is no such program."""
-        name = os.path.basename(words[0])
+    def _run(self, argv: List[str], piped: bytes, captured: "Captured") -> Optional[Finished]:
+        """Run a program by its argv; Finished, or None if there is no such program."""
+        name = os.path.basename(argv[0])
         if name in ("sudo", "nohup"):
-            left = [k for k, word in enumerate(words) if k and not word.startswith("-")]
+            left = [k for k, word in enumerate(argv) if k and not word.startswith("-")]
             if not left:
                 return Finished(1, b"", (name + ": a command is missing\n").encode(), 0.0)
-            return self._run(words[left[0] :], piped, captured) or Finished(
-                127, b"", "{}: {}: command not found\n".format(name, words[left[0]]).encode(), 0.0
+            return self._run(argv[left[0] :], piped, captured) or Finished(
+                127, b"", "{}: {}: command not found\n".format(name, argv[left[0]]).encode(), 0.0
             )
         if name in ("sh", "bash", "dash"):
-            return self._run_shell(name, words[1:], piped, captured)
-        if self.python is not None and ChildPython.is_meant(words):
-            return self.python.start(words, captured)
-        return self._programs.run(words, piped)
+            return self._run_shell(name, argv[1:], piped, captured)
+        if self.python is not None and ChildPython.is_meant(argv):
+            return self.python.start(argv, captured)
+        return self._programs.run(argv, piped)
 
     def _run_shell(
-        self, name: str, words: List[str], piped: bytes, captured: "Captured"
+        self, name: str, argv: List[str], piped: bytes, captured: "Captured"
     ) -> Finished:
-        if words[:1] == ["-c"]:
-            return self._shell.line(" ".join(words[1:2]), piped, captured)
+        if argv[:1] == ["-c"]:
+            return self._shell.line(" ".join(argv[1:2]), piped, captured)
         try:
-            with open(words[0]) as file:
+            with open(argv[0]) as file:
                 lines = [line for line in file if not line.lstrip().startswith("#")]
         except (IndexError, OSError):
             message = "{}: not done: give a script that is there, or -c\n".format(name)

@@ -66,7 +66,7 @@ class Processor(object):
 
     Args:
         slowness: time of a computation, as a multiple of the real brick's.
-        look: called by a thread that has gone round for a SWITCH_INTERVAL without looking at the
+        check_clock: called by a thread that has computed for a SWITCH_INTERVAL without reading the
             clock; None where there is one thread only.
         late: called when it has computed for MAX_START and not had to do with the world.
 
@@ -78,11 +78,11 @@ class Processor(object):
     def __init__(
         self,
         slowness: float = 1.0,
-        look: Optional[Callable[[], object]] = None,
+        check_clock: Optional[Callable[[], object]] = None,
         late: Callable[[], object] = lambda: None,
     ) -> None:
         self.slowness = slowness
-        self._look = look
+        self._check_clock = check_clock
         self._late = late
         self.start = None  # type: Optional[float]
         self._starting = 0.0
@@ -111,17 +111,17 @@ class Processor(object):
         def spend(cost: float) -> None:
             names[COUNT] += cost
 
-        def look() -> None:
+        def check_clock() -> None:
             """Let others run; every turn of a `while` calls this once the count exceeds DUE."""
             left = self._slice - (self._total() - self._taken + self._beside)
-            if left <= 0 and self._look:
-                self._look()
+            if left <= 0 and self._check_clock:
+                self._check_clock()
                 left = self._slice
             names[DUE] = names[COUNT] + left
 
-        names[SPEND], names[LOOK] = spend, look
+        names[SPEND], names[LOOK] = spend, check_clock
         names[LOAD] = self._import
-        names[DUE] = self._slice if self._look else math.inf
+        names[DUE] = self._slice if self._check_clock else math.inf
         self._modules.append(names)
         if names["__name__"] == "__main__":
             self._running = True

@@ -141,7 +141,7 @@ def run_script(
         run.end_at(freeze_at, ProcessExit(ENDLESS, "frozen"))
     if kill_at is not None:
         run.end_at(kill_at, ProcessExit(128 + Signals.SIGKILL, "killed"))
-    run.tell_of_modules()
+    run.report_modules()
     return run.outcome(args, timeout, patience, aftermath)
 
 
@@ -192,7 +192,7 @@ class _ScriptRun(object):
         """Order an end, s."""
         self._world.at(t, functools.partial(self._world.halt, process_exit))
 
-    def tell_of_modules(self) -> None:
+    def report_modules(self) -> None:
         """Tell which modules it imports that a brick has not."""
         for name in advice.only_here(self._source, self._folder):
             _complain(
@@ -208,18 +208,18 @@ class _ScriptRun(object):
         """Do it."""
         world, sysfs, shims = self._world, self._brick.sysfs, self._shims
         start, accesses = world.now(), sysfs.accesses
-        words = [self._script] + list(args)
-        shimmed = shims.installed(self._folder, ["python3"] + words)
+        argv = [self._script] + list(args)
+        shimmed = shims.installed(self._folder, ["python3"] + argv)
         with shimmed, sysfs.installed(), _Forwarding(world, shims.signals) as came:
             sys.excepthook = sys.__excepthook__
-            sys.argv = words
+            sys.argv = argv
             sys.path.insert(0, self._folder)
             main = functools.partial(_main, shims, self._script, self._source)
             ended = world.run(main, start + timeout, patience)
             sys.stdout.flush()
             end, stack = world.now(), self._cut_at()
             if ended.reason in _WHY:
-                self._tell_why(_WHY[ended.reason], stack, timeout, patience)
+                self._report_why(_WHY[ended.reason], stack, timeout, patience)
             began = world.processor.behind if world.processor else None
             accesses = sysfs.accesses - accesses
             world.processor = None
@@ -236,11 +236,11 @@ class _ScriptRun(object):
             if os.path.dirname(os.path.realpath(file)) == self._folder
         )
 
-    def _tell_why(
-        self, words: str, stack: "Tuple[Call, ...]", timeout: float, patience: float
+    def _report_why(
+        self, reason: str, stack: "Tuple[Call, ...]", timeout: float, patience: float
     ) -> None:
         """Tell why it was cut off, by _WHY, and where it was."""
-        why = words.format(
+        why = reason.format(
             t=self._world.now(),
             limit=timeout,
             patience=patience,
@@ -330,9 +330,9 @@ def _interpreted(
 
 def _let_go(names: Dict[str, Any]) -> None:
     """Delete objects while the world still listens, as Python does at its end for `__del__`."""
-    kept = (type, types.ModuleType, types.FunctionType)
+    lasting = (type, types.ModuleType, types.FunctionType)
     counts = counting.COUNT, counting.DUE  # what `__del__` computes, it counts
-    for name in [name for name in names if not isinstance(names[name], kept)]:
+    for name in [name for name in names if not isinstance(names[name], lasting)]:
         if not name.startswith("__") and name not in counts:
             del names[name]
 

@@ -125,16 +125,16 @@ class Shims(object):
         self._own = set()  # type: Set[str]
 
     @contextlib.contextmanager
-    def installed(self, folder: str, words: Sequence[str] = ("python3",)) -> "Iterator[Shims]":
+    def installed(self, folder: str, argv: Sequence[str] = ("python3",)) -> "Iterator[Shims]":
         """Replace the modules for a `with` block.
 
         Args:
             folder: where the script is; what it may import from there is imported afresh.
-            words: the program's command line.
+            argv: the program's command line.
         """
-        kept, within = HostState(), contextlib.ExitStack()
+        host_state, within = HostState(), contextlib.ExitStack()
         alone = LOCK not in os.environ  # else others may move the same motors
-        system_files = linux.system_files(words, self._started) if alone else {}
+        system_files = linux.system_files(argv, self._started) if alone else {}
         self._files = BrickFiles(self._folders, system_files)
         read_by = importlib.machinery.SourceFileLoader
         setattr(read_by, "get_code", self._loader())  # noqa: B010 (another's method, for mypy)
@@ -159,7 +159,7 @@ class Shims(object):
         finally:
             del read_by.get_code  # it is inherited
             within.close()
-            kept.restore()
+            host_state.restore()
             for descriptor in self._screens:
                 os.close(descriptor)
             self._screens.clear()

@@ -24,17 +24,17 @@ _IMPORTING = "<frozen importlib"
 
 def _without_emulator(stack: traceback.StackSummary) -> traceback.StackSummary:
     """Take out the emulator's frames, those of the library that it calls, and its imports'."""
-    kept, inside = [], False  # type: List[traceback.FrameSummary], bool
+    frames, inside = [], False  # type: List[traceback.FrameSummary], bool
     for frame in stack:
         file = frame.filename
         if file.startswith(_EMULATOR):
             inside = True
-            while kept and kept[-1].filename.startswith(_IMPORTING):
-                kept.pop()
+            while frames and frames[-1].filename.startswith(_IMPORTING):
+                frames.pop()
         elif not (inside and _is_library(file)):
             inside = False
-            kept.append(frame)
-    stack[:] = kept
+            frames.append(frame)
+    stack[:] = frames
     return stack
 
 
@@ -49,31 +49,34 @@ def of_the_program() -> Iterator[None]:
 
     That Python itself tells of an exception in `__del__` goes the same way.
     """
-    whole, extracting = traceback.TracebackException, vars(traceback.StackSummary)["extract"]
-    of_exception, of_frames = whole.__init__, traceback.StackSummary.extract
+    exception_class, extracting = (
+        traceback.TracebackException,
+        vars(traceback.StackSummary)["extract"],
+    )
+    of_exception, of_frames = exception_class.__init__, traceback.StackSummary.extract
     unraisable = vars(sys).get("unraisablehook")  # Python 3.8
 
     def init(self: traceback.TracebackException, *args: Any, **kwargs: Any) -> None:
         of_exception(self, *args, **kwargs)
         _without_emulator(self.stack)
 
-    def tell(ignored: "Unraisable") -> None:
+    def report(ignored: "Unraisable") -> None:
         what = ignored.err_msg or "Exception ignored in"
         sys.stderr.write("{}: {!r}\n".format(what, ignored.object))
         traceback.print_exception(ignored.exc_type, ignored.exc_value, ignored.exc_traceback)
 
-    setattr(whole, "__init__", init)  # noqa: B010 (no method of its own, for mypy)
+    setattr(exception_class, "__init__", init)  # noqa: B010 (no method of its own, for mypy)
     setattr(  # noqa: B010
         traceback.StackSummary,
         "extract",
         staticmethod(lambda *args, **kwargs: _without_emulator(of_frames(*args, **kwargs))),
     )
     if unraisable is not None:
-        vars(sys)["unraisablehook"] = tell
+        vars(sys)["unraisablehook"] = report
     try:
         yield
     finally:
-        setattr(whole, "__init__", of_exception)  # noqa: B010
+        setattr(exception_class, "__init__", of_exception)  # noqa: B010
         setattr(traceback.StackSummary, "extract", extracting)  # noqa: B010
         if unraisable is not None:
             vars(sys)["unraisablehook"] = unraisable

@@ -69,7 +69,7 @@ class World(object):
         typing: whether a thread waits for a person at the keyboard, who may take all the time.
         on_timeout: called when the program's main thread does not look at an `interrupt`.
         processor: processor.Processor that the program computes on; None: it computes in no time.
-        awaited: whom the clock waited for when it was given up, in words.
+        awaited: whom the clock waited for when it was given up, for people.
         select: stands for the program's select.select where the other end of its sockets lives in
             this world, too; None where it does not.
         addresses: where a program calls -> where that is on this computer, if elsewhere.

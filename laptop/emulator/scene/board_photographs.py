@@ -178,10 +178,10 @@ class PrintedSheet:
     bend: float = 0.0
     free: tuple[float, float, float, float] | None = None
 
-    def met(self, stand: CameraPose, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def met(self, camera: CameraPose, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return x and y, cm, where rays (..., 2) of a camera at a stand meet the sheet."""
-        rotation = stand.rotation.astype(np.float32)
-        position = -stand.rotation.T @ stand.translation
+        rotation = camera.rotation.astype(np.float32)
+        position = -camera.rotation.T @ camera.translation
         directions = (
             rays[..., 0, None] * rotation[0] + rays[..., 1, None] * rotation[1] + rotation[2]
         )
@@ -218,7 +218,7 @@ WEBCAM = Development(jpeg=90)
 
 def photograph(
     lens: Lens,
-    stand: CameraPose,
+    camera: CameraPose,
     sheet: PrintedSheet = PrintedSheet(),  # noqa: B008 (it does not change)
     development: Development = WEBCAM,
     seed: int | Sequence[int] = 0,
@@ -227,11 +227,11 @@ def photograph(
 
     Args:
         lens: of the camera.
-        stand: its pose over the board.
+        camera: its pose over the board.
         sheet: the print of the board on the table.
         development: of the picture.
         seed: of the noise.
     """
-    light = sheet.light(*sheet.met(stand, _rays(lens)))
+    light = sheet.light(*sheet.met(camera, _rays(lens)))
     small = cv2.resize(light, lens.size, interpolation=cv2.INTER_AREA)
     return development.picture(np.asarray(small), seed)

@@ -195,8 +195,8 @@ class SyntheticCamera:
         """Return joint angles, rad, spread evenly over the exposure around t, as many as needed."""
         exposure = self.constants["exposure"]
         first, last = (self._poses(t + share * exposure).q for share in (-0.5, 0.5))
-        here, there = (self.scene.truth(q)["effector"] for q in (first, last))
-        distance = math.dist(here, there)
+        start, end = (self.scene.truth(q)["effector"] for q in (first, last))
+        distance = math.dist(start, end)
         if distance < MAX_POSE_SPACING / 4:
             return [self._poses(t).q]
         count = min(1 + math.ceil(distance / MAX_POSE_SPACING), MAX_POSES)

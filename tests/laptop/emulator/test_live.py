@@ -142,7 +142,7 @@ def test_lifting_the_pen_leaves_a_gap_in_the_ink():
 
 
 def test_poses_of_long_ago_are_forgotten_but_not_the_ink():
-    history = History(ARM, kept=10.0)
+    history = History(ARM, window=10.0)
     for k in range(1000):
         history.append(0.1 * k, (math.sin(0.1 * k), 0.5), 1)
     assert len(history._times) < 300
