@@ -60,9 +60,9 @@ def names_for_checkers():
 
 def test_a_type_checker_finds_every_name_where_it_lives():
     lives = {(room, name) for room, names in api.MODULES.items() for name in names}
-    told = list(names_for_checkers())
-    assert set(told) == lives
-    assert len(told) == len(lives)
+    declared = list(names_for_checkers())
+    assert set(declared) == lives
+    assert len(declared) == len(lives)
 
 
 @pytest.mark.parametrize("name", [name for name in api.__all__ if name != "STOP"])
@@ -85,14 +85,14 @@ def test_a_type_checker_believes_what_is_installed(room):
 def test_mypy_finds_wrong_calls_and_no_others(tmp_path):
     lines = [*RIGHT.splitlines(), "from robot.api import Rows", *WRONG]
     (tmp_path / "mine.py").write_text("".join(f"{line}\n" for line in lines))
-    words = ["-m", "mypy", "--no-error-summary", "--hide-error-context", "--follow-imports=silent"]
+    argv = ["-m", "mypy", "--no-error-summary", "--hide-error-context", "--follow-imports=silent"]
     done = subprocess.run(
-        [sys.executable, *words, f"--cache-dir={tmp_path / 'cache'}", str(tmp_path / "mine.py")],
+        [sys.executable, *argv, f"--cache-dir={tmp_path / 'cache'}", str(tmp_path / "mine.py")],
         cwd=str(ROOT),
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
     )
-    said = re.findall(r"mine\.py:(\d+): error: (.*)", done.stdout.decode())
-    assert [lines[int(number) - 1] for number, _ in said] == [*WRONG], said
-    for (_, words), wanted in zip(said, WRONG.values()):
-        assert wanted in words
+    errors = re.findall(r"mine\.py:(\d+): error: (.*)", done.stdout.decode())
+    assert [lines[int(number) - 1] for number, _ in errors] == [*WRONG], errors
+    for (_, argv), wanted in zip(errors, WRONG.values()):
+        assert wanted in argv

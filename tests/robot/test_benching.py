@@ -32,7 +32,7 @@ if hasattr(pytest, "PytestUnraisableExceptionWarning"):  # not the last pytest f
 class Shown:
     """A run of the script: outcome, motors, record, what it said, its file."""
 
-    def __init__(self, folder, words, arm="planar", plant="", extra=None, script=SCRIPT, **options):
+    def __init__(self, folder, args, arm="planar", plant="", extra=None, script=SCRIPT, **options):
         self.arm = read_arm(find_arm(arm))
         self.file = os.path.join(str(folder), "brick.json")
         out, err = io.StringIO(), io.StringIO()
@@ -40,7 +40,7 @@ class Shown:
             run = one_run(
                 self.arm,
                 script,
-                ["planar", "--json", self.file] + words.split(),
+                ["planar", "--json", self.file] + args.split(),
                 plant=plant,
                 plugs=Plugs(extra),
                 **options,
@@ -52,19 +52,19 @@ class Shown:
         with open(self.file) as file:
             return json.load(file)
 
-    def is_refused(self, status, *words):
+    def is_refused(self, status, *args):
         assert self.outcome.status == status
         assert self.err.count("\n") == 1
         assert "Traceback" not in self.err
-        assert all(word in self.err for word in words), self.err
+        assert all(word in self.err for word in args), self.err
         assert not any(motor["driven"] for motor in self.motors.values())
         return True
 
 
 @pytest.fixture
 def bench(tmp_path):
-    def run(words="", **options):
-        return Shown(tmp_path, words, **options)
+    def run(args="", **options):
+        return Shown(tmp_path, args, **options)
 
     return run
 
@@ -157,8 +157,8 @@ def test_full_duty_of_a_bare_motor_is_what_was_published(bench):
     # The braked motor's own equation, integrated to the standstill.
     rubs = free * (8.0 - volts) / volts
     time = nominal.inertia * nominal.resistance / nominal.torque_constant / nominal.emf_constant
-    way = time * (free - rubs * math.log(1 + free / rubs))
-    assert within(0.05, motor["brake_deg"], way)
+    distance = time * (free - rubs * math.log(1 + free / rubs))
+    assert within(0.05, motor["brake_deg"], distance)
     assert within(0.05, motor["brake_time_s"], time)
     assert max(max(map(abs, sample.q)) for sample in run.record) < 1e-9  # the arm stays
 
@@ -231,7 +231,7 @@ def test_it_tells_how_long_python_and_imports_take(bench):
 
 
 @pytest.mark.parametrize(
-    ("words", "options", "told"),
+    ("args", "options", "message"),
     [
         ("--move", {"start": "lost"}, ["has not been homed", "home it first"]),
         ("--bare A", {}, ["port A is one of the planar arm's"]),
@@ -240,9 +240,9 @@ def test_it_tells_how_long_python_and_imports_take(bench):
         ("--move --arm nosuch", {}, ["nosuch"]),
     ],
 )
-def test_what_cannot_be_measured_is_refused_before_anything_moves(bench, words, options, told):
-    run = bench(words, **options)
-    assert run.is_refused(1, *told)
+def test_what_cannot_be_measured_is_refused_before_anything_moves(bench, args, options, message):
+    run = bench(args, **options)
+    assert run.is_refused(1, *message)
     assert run.outcome.t < 1
     assert len({sample.q for sample in run.record}) == 1
     assert not os.path.exists(run.file)
@@ -253,7 +253,7 @@ def test_what_cannot_be_measured_is_refused_before_anything_moves(bench, words, 
 
 @pytest.mark.short(every=4)
 @pytest.mark.parametrize(
-    ("fault", "status", "told"),
+    ("fault", "status", "message"),
     [
         ("int@30", 130, "SIGINT"),
         ("term@60", 143, "SIGTERM"),
@@ -268,10 +268,10 @@ def test_what_cannot_be_measured_is_refused_before_anything_moves(bench, words, 
         ("kill@100", 137, "killed"),
     ],
 )
-def test_it_always_stops(bench, fault, status, told):
+def test_it_always_stops(bench, fault, status, message):
     faults = [read_fault(fault)]
     run = bench("--move --bare D", plant="cpu=0", extra={"D": "large"}, faults=faults)
-    assert run.is_refused(status, told)
+    assert run.is_refused(status, message)
     at = float(fault.partition("@")[2])
     assert run.outcome.t < at + (0.5 if status != 124 else 0.01)
     late = [sample.q for sample in run.record if sample.t > at + 0.8]
@@ -465,7 +465,7 @@ def motor_with(**changes):
 
 
 @pytest.mark.parametrize(
-    ("content", "told"),
+    ("content", "message"),
     [
         ("", "was not written by robot/bench_brick.py"),
         ("[1, 2]", "was not written by"),
@@ -487,11 +487,11 @@ def motor_with(**changes):
         (motor_with(backlash_deg=45), "backlash = 45.0"),
     ],
 )
-def test_a_bad_file_is_refused_in_one_line(read, content, told):
+def test_a_bad_file_is_refused_in_one_line(read, content, message):
     with pytest.raises(BadPlant) as refusal:
         read(content)
     text = str(refusal.value)
-    assert told in text
+    assert message in text
     assert "brick.json" in text
     assert "\n" not in text
 

@@ -82,7 +82,7 @@ def test_what_is_mounted_otherwise_is_named_and_corrected(shell, name, ports, re
     sh = shell(name, built)
     shown = sh.run("check")
     assert (shown.status, shown.err) == (0, "")
-    assert all(words in shown.out for words in says), shown.out
+    assert all(expected in shown.out for expected in says), shown.out
     assert turned(sh) < MOST
     found = read_arm(find_arm(name))
     assert found.file == os.path.join(sh.state_folder, "arms", name + ".ini")
@@ -108,14 +108,14 @@ def test_an_arm_that_is_as_described_passes_and_no_file_is_written(shell, name):
 
 
 @pytest.mark.parametrize(
-    "words",
+    "expected",
     [("home",), ("home", "--here"), ("line", "10,0", "5,10"), ("move", "12,6"), ()],
-    ids=lambda words: " ".join(words) or "nothing",
+    ids=lambda expected: " ".join(expected) or "nothing",
 )
 @pytest.mark.parametrize("homed", [False, True])
-def test_until_then_nothing_moves(shell, words, homed):
+def test_until_then_nothing_moves(shell, expected, homed):
     sh = shell(homed=homed)
-    shown = sh.run(*words)
+    shown = sh.run(*expected)
     assert shown.status == 1
     assert in_one_line(shown.err, "was never checked", "type driver.py check")
     assert sh.writes == []

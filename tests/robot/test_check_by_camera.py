@@ -74,22 +74,22 @@ def looked(tmp_path, monkeypatch, capsys):
     """Build a Looked whose arm is `built` otherwise than the file that the program reads."""
 
     def build(arm="planar", ports=None, reverse=(), **options):
-        told = read_arm(find_arm(arm))
+        reported = read_arm(find_arm(arm))
         joints = [
             joint._replace(
                 port=port, direction=-joint.direction if k in reverse else joint.direction
             )
             for k, (joint, port) in enumerate(
-                zip(told.joints, ports or [j.port for j in told.joints])
+                zip(reported.joints, ports or [j.port for j in reported.joints])
             )
         ]
         options.setdefault("goal", LEFT_OF_AXLE)
         options.setdefault("homed", False)
         w = Looked(
-            tmp_path / "state", monkeypatch, capsys, arm=told,
-            built=told._replace(joints=tuple(joints)), checked=False, **options,
+            tmp_path / "state", monkeypatch, capsys, arm=reported,
+            built=reported._replace(joints=tuple(joints)), checked=False, **options,
         )  # fmt: skip
-        monkeypatch.setenv("BRICKSERVO_ARM", told.file if os.path.sep in arm else arm)
+        monkeypatch.setenv("BRICKSERVO_ARM", reported.file if os.path.sep in arm else arm)
         monkeypatch.setattr("sys.stdin", io.StringIO())
         at_the_end.callback(w.tracker.close)
         return w
@@ -376,8 +376,8 @@ def test_where_nobody_can_answer_nothing_is_written(looked):
 
 def test_who_is_asked_does_not_wait_for_the_link_to_be_loaded():
     words = "import sys, robot.driver, robot.check_command as c; print(*sys.modules)"
-    told = subprocess.run([sys.executable, "-c", words], cwd=str(ROOT), stdout=subprocess.PIPE)
-    loaded = told.stdout.decode().split()
+    reported = subprocess.run([sys.executable, "-c", words], cwd=str(ROOT), stdout=subprocess.PIPE)
+    loaded = reported.stdout.decode().split()
     assert "robot.motion.mounting" in loaded
     assert [n for n in loaded if "servoing" in n or "track" in n or "jog" in n or "link" in n] == []
 

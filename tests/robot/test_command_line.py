@@ -75,34 +75,32 @@ def outcome(read, argv, capsys):
     return values
 
 
-def made_up(parser, luck):
+def made_up(parser, rng):
     """A command line, right as often as not."""
     argv = []
     commands = [command for command, _ in parser._commands]
     arguments = list(parser._arguments)
-    for _ in range(luck.randrange(4)):
-        if commands and luck.random() < 0.5:
-            command = luck.choice(commands)
+    for _ in range(rng.randrange(4)):
+        if commands and rng.random() < 0.5:
+            command = rng.choice(commands)
             argv.append(command.name)
             arguments, commands = arguments + command._arguments, []
-        one = luck.choice(arguments or [None])
+        one = rng.choice(arguments or [None])
         if one and one.is_option:
-            argv.append(luck.choice(one.flags))
-        if one is None or one.takes_value or luck.random() < 0.1:
-            argv.append(
-                luck.choice(WORDS + tuple(one.options.get("choices", ())) if one else WORDS)
-            )
-        if one and not one.is_option and luck.random() < 0.5:
-            argv.append(luck.choice(WORDS))
+            argv.append(rng.choice(one.flags))
+        if one is None or one.takes_value or rng.random() < 0.1:
+            argv.append(rng.choice(WORDS + tuple(one.options.get("choices", ())) if one else WORDS))
+        if one and not one.is_option and rng.random() < 0.5:
+            argv.append(rng.choice(WORDS))
     return argv
 
 
 def test_it_reads_what_argparse_reads(parser, capsys):
-    luck = random.Random(1)
+    rng = random.Random(1)
     argparse = parser.with_argparse()
     here, refused = 0, 0
     for _ in range(400):
-        argv = made_up(parser, luck)
+        argv = made_up(parser, rng)
         expected = outcome(argparse.parse_args, argv, capsys)
         values = outcome(lambda argv, _: parser.parse_args(argv), argv, capsys)
         assert values == expected, argv

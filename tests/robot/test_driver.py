@@ -35,7 +35,7 @@ def greatest(ink, path):
     return 10 * max(off_path((sample.x, sample.y), path) for sample in ink)
 
 
-def apart(sample, p):
+def distance(sample, p):
     """Distance of a sample from a point, mm."""
     return 10 * math.hypot(sample.x - p[0], sample.y - p[1])
 
@@ -84,8 +84,8 @@ def test_a_line_is_straight_to_one_and_a_half_floors(tmp_path, line, play):
         rig.driver().draw_line(*line)
     (ink,) = rig.ink()
     assert greatest(ink, line) < 1.5 * floor(rig.arm, line) + SLACK
-    assert apart(ink[-1], line[1]) < 2.0
-    assert apart(ink[0], line[0]) < 3.0
+    assert distance(ink[-1], line[1]) < 2.0
+    assert distance(ink[0], line[0]) < 3.0
     assert ink[-1].t - ink[0].t < 3.0
 
 
@@ -96,7 +96,7 @@ def test_the_geared_arm_is_straight_to_half_a_millimetre(tmp_path, line):
         rig.driver().draw_line(*line)
     (ink,) = rig.ink()
     assert greatest(ink, line) < 0.5
-    assert apart(ink[-1], line[1]) < 0.5
+    assert distance(ink[-1], line[1]) < 0.5
 
 
 @pytest.mark.short("planar-down", "geared-up")
@@ -122,7 +122,7 @@ def test_on_plants_that_are_not_the_nominal_one(tmp_path, seed):
         rig.driver().draw_line(*line)
     (ink,) = rig.ink()
     assert greatest(ink, line) < 2.5 * floor(rig.arm, line)
-    assert apart(ink[-1], line[1]) < 3.0
+    assert distance(ink[-1], line[1]) < 3.0
 
 
 def test_a_degree_more_play_than_described_does_not_spoil_it(tmp_path):
@@ -142,8 +142,8 @@ def test_the_speed_asked_for_is_the_speed_of_the_tip(tmp_path, speed):
     (ink,) = rig.ink()
     length = math.hypot(6, 10)
     middle = [s for s in ink if 0.3 < math.hypot(s.x - 14, s.y) / length < 0.7]
-    way = math.hypot(middle[-1].x - middle[0].x, middle[-1].y - middle[0].y)
-    assert way / (middle[-1].t - middle[0].t) == pytest.approx(speed, rel=0.1)
+    approach = math.hypot(middle[-1].x - middle[0].x, middle[-1].y - middle[0].y)
+    assert approach / (middle[-1].t - middle[0].t) == pytest.approx(speed, rel=0.1)
 
 
 # Other shapes
@@ -172,7 +172,7 @@ def test_shapes_are_drawn_in_one_go(tmp_path, name, pieces, method):
         near, missed = 1.0, 1.0
     assert greatest(ink, path) < near
     for p in path[:: max(1, len(path) // 40)]:
-        assert min(apart(sample, p) for sample in ink) < missed
+        assert min(distance(sample, p) for sample in ink) < missed
 
 
 def test_the_pen_lifts_between_strokes_but_not_where_they_join(tmp_path):
@@ -185,7 +185,7 @@ def test_the_pen_lifts_between_strokes_but_not_where_they_join(tmp_path):
     assert greatest(second, bow) < 3.0
     for ink, path in ((first, joined), (second, bow)):
         for p in path:
-            assert min(apart(sample, p) for sample in ink) < 3.5
+            assert min(distance(sample, p) for sample in ink) < 3.5
 
 
 @pytest.mark.parametrize("method", ["smooth", "steps"])
@@ -210,11 +210,11 @@ def test_the_pen_is_on_the_paper_along_the_line_only(tmp_path, name, method):
     with switched_on(tmp_path, name) as rig:
         rig.driver().draw_line(*line, method=method)
     (ink,) = rig.ink()
-    assert apart(ink[0], line[0]) < 4.0, "down before the start"
+    assert distance(ink[0], line[0]) < 4.0, "down before the start"
     assert greatest(ink, line) < (4.0 if method == "smooth" else 20.0)
     assert not rig.brick.plant.pen_down
-    way = [s for s in rig.brick.record if s.t < ink[0].t]
-    travelled = sum(math.hypot(b.x - a.x, b.y - a.y) for a, b in zip(way, way[1:]))
+    approach = [s for s in rig.brick.record if s.t < ink[0].t]
+    travelled = sum(math.hypot(b.x - a.x, b.y - a.y) for a, b in zip(approach, approach[1:]))
     assert travelled > 10, "it was on its way with the pen up"
     assert ink[-1].t - ink[0].t < 20
 
@@ -240,7 +240,7 @@ def test_a_pen_left_on_the_paper_is_lifted_before_anything_moves(tmp_path):
         first.arm.park()
         rig.driver().draw_line(*line)
     blot, ink = rig.ink()
-    assert max(apart(sample, (20.8, 0)) for sample in blot) < 1.0
+    assert max(distance(sample, (20.8, 0)) for sample in blot) < 1.0
     assert greatest(ink, line) < 4.0
 
 
@@ -250,7 +250,7 @@ def test_an_arm_without_a_pen_motor_draws_all_the_same(tmp_path):
         driver = rig.driver()
         driver.pen_down()
         driver.draw_line(*line)
-    assert apart(rig.brick.record[-1], line[1]) < 2.0
+    assert distance(rig.brick.record[-1], line[1]) < 2.0
 
 
 # Going somewhere
@@ -263,7 +263,7 @@ def test_move_to_goes_there_with_the_pen_up(tmp_path, name, p):
     with switched_on(tmp_path, name) as rig:
         driver = rig.driver()
         driver.move_to(p)
-        assert apart(rig.brick.record[-1], p) < (2.0 if name == "geared" else 5.0)
+        assert distance(rig.brick.record[-1], p) < (2.0 if name == "geared" else 5.0)
         assert rig.ink() == []
         x, y = driver.position()
         assert math.hypot(x - rig.tip[0], y - rig.tip[1]) < 0.4, "half the play at full reach"
@@ -340,7 +340,7 @@ def test_steps_are_the_reports(tmp_path, name, line):
     end = ink[-1]
     left = (bx - end.x) * (bx - ax) + (by - end.y) * (by - ay)
     play = 0.3
-    assert apart(end, line[1]) < 10 * (1.0 + play) or left < play * math.hypot(bx - ax, by - ay)
+    assert distance(end, line[1]) < 10 * (1.0 + play) or left < play * math.hypot(bx - ax, by - ay)
     commands = [(t, port) for t, port, _, text in rig.writes if text == "run-to-abs-pos"]
     assert len(commands) == 2 * len(steps)
     for (t, port), (later, other) in zip(commands[::2], commands[1::2]):
@@ -423,9 +423,9 @@ BAD = [
 
 
 @pytest.mark.short(every=8)
-@pytest.mark.parametrize(("words", "says"), BAD, ids=[words for words, _ in BAD])
-def test_bad_arguments_are_refused_in_one_line(shell, words, says):
-    shown = shell.run(*words.split(), aftermath=0.1)
+@pytest.mark.parametrize(("args", "says"), BAD, ids=[args for args, _ in BAD])
+def test_bad_arguments_are_refused_in_one_line(shell, args, says):
+    shown = shell.run(*args.split(), aftermath=0.1)
     assert shown.status in (1, 2)
     assert shown.err.count("\n") == 1
     assert says in shown.err
@@ -485,25 +485,25 @@ GOOD = [
 
 
 @pytest.mark.short("line 10,-3 5,-10 --elbow down", "line 10,0 --length 5 --angle -30")
-@pytest.mark.parametrize(("words", "path"), GOOD, ids=[words for words, _ in GOOD])
-def test_what_was_ordered_is_drawn(shell, words, path):
-    shown = shell.run(*words.split())
+@pytest.mark.parametrize(("args", "path"), GOOD, ids=[args for args, _ in GOOD])
+def test_what_was_ordered_is_drawn(shell, args, path):
+    shown = shell.run(*args.split())
     assert (shown.status, shown.err) == (0, "")
     (ink,) = shell.ink()
     assert greatest(ink, path) < 4.0
     for p in path:
-        assert min(apart(sample, p) for sample in ink) < 4.0
-    assert apart(ink[0], path[0]) < 4.0
+        assert min(distance(sample, p) for sample in ink) < 4.0
+    assert distance(ink[0], path[0]) < 4.0
     assert math.hypot(*(a - b for a, b in zip(tip_told(shown.out), shell.tip))) < 0.6  # the play
     assert shell.on_file()["parked"] is not None
 
 
 @pytest.mark.short("circle 11,5 --radius 3-18.84955592153876")
 @pytest.mark.parametrize(
-    ("words", "n"), [("circle 11,5 --radius 3", 2 * math.pi * 3), ("arc 12,-3 14,3 9,9", 14.5)]
+    ("args", "n"), [("circle 11,5 --radius 3", 2 * math.pi * 3), ("arc 12,-3 14,3 9,9", 14.5)]
 )
-def test_round_things_are_drawn(shell, words, n):
-    shown = shell.run(*words.split())
+def test_round_things_are_drawn(shell, args, n):
+    shown = shell.run(*args.split())
     assert (shown.status, shown.err) == (0, "")
     (ink,) = shell.ink()
     length = sum(math.hypot(b.x - a.x, b.y - a.y) for a, b in zip(ink, ink[1:]))
@@ -514,17 +514,17 @@ def test_round_things_are_drawn(shell, words, n):
 def test_options_count_before_and_after_the_command_and_the_later_wins(
     tmp_path, monkeypatch, capsys
 ):
-    took = {}
-    for words in (
+    seconds = {}
+    for args in (
         "--speed 3 line 12,0 9,6",
         "line 12,0 9,6 --speed 3",
         "--speed 9 line 12,0 9,6 --speed 3",
     ):
         sh = Shell(tmp_path, monkeypatch, capsys)
-        assert sh.run(*words.split()).status == 0
-        took[words] = sh.ink()[0][-1].t - sh.ink()[0][0].t
-    assert max(took.values()) - min(took.values()) < 0.05
-    assert min(took.values()) > math.hypot(3, 6) / 3
+        assert sh.run(*args.split()).status == 0
+        seconds[args] = sh.ink()[0][-1].t - sh.ink()[0][0].t
+    assert max(seconds.values()) - min(seconds.values()) < 0.05
+    assert min(seconds.values()) > math.hypot(3, 6) / 3
 
 
 def test_steps_by_command(shell):
@@ -535,7 +535,7 @@ def test_steps_by_command(shell):
 def test_move_by_command(shell):
     shown = shell.run("move", "-6,9")
     assert shown.status == 0
-    assert apart(shell.brick.record[-1], (-6, 9)) < 5
+    assert distance(shell.brick.record[-1], (-6, 9)) < 5
     assert shell.ink() == []
 
 
@@ -648,22 +648,22 @@ def test_inverse_shows_three_ways_to_the_same_pose(shell):
         assert "-52.545,  123.321 deg, 0.000000 cm off" in trace[-1]
 
 
-@pytest.mark.parametrize("words", [("line", "10,0", "10.02,0"), ("rectangle", "8,4", "8.02,9")])
-def test_a_line_shorter_than_its_set_points_are_apart(shell, words):
-    shown = shell.run(*words)
+@pytest.mark.parametrize("args", [("line", "10,0", "10.02,0"), ("rectangle", "8,4", "8.02,9")])
+def test_a_line_shorter_than_its_set_points_are_apart(shell, args):
+    shown = shell.run(*args)
     assert (shown.status, shown.err) == (0, "")
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("args", "told"),
     [
         (("line", "10,0", "999,0"), "out of reach"),
         (("arc", "10,0", "12,0.000001", "11,0"), "points in order"),
     ],
     ids=["to the moon", "an arc all but straight, the wrong way round"],
 )
-def test_what_would_not_fit_the_bricks_memory_is_refused_first(shell, words, told):
-    shown = shell.run(*words)
+def test_what_would_not_fit_the_bricks_memory_is_refused_first(shell, args, told):
+    shown = shell.run(*args)
     assert shown.status == 1
     assert told in shown.err
     assert "Traceback" not in shown.err

@@ -31,8 +31,8 @@ STEPS = ("--method", "steps")
 def shell(tmp_path, monkeypatch, capsys):
     """Build a Shell; its arm is looked up in the words of the command line."""
 
-    def build(words=(), **options):
-        options.setdefault("arm", "geared" if "geared" in words else "planar")
+    def build(args=(), **options):
+        options.setdefault("arm", "geared" if "geared" in args else "planar")
         return Shell(tmp_path, monkeypatch, capsys, **options)
 
     return build
@@ -45,14 +45,14 @@ UNDISTURBED = {}
 def moment(tmp_path_factory, monkeypatch, capsys):
     """When (s) a run that nothing disturbs has got somewhere; see Shell.when."""
 
-    def look_up(words, part, share=0.5):
-        if words not in UNDISTURBED:
+    def look_up(args, part, share=0.5):
+        if args not in UNDISTURBED:
             folder = tmp_path_factory.mktemp("undisturbed")
-            arm = "geared" if "geared" in words else "planar"
+            arm = "geared" if "geared" in args else "planar"
             with monkeypatch.context() as patch:  # the state of the test's own Shell comes back
-                UNDISTURBED[words] = Shell(folder, patch, capsys, arm=arm)
-                assert UNDISTURBED[words].run(*words).status == 0
-        return UNDISTURBED[words].when(part, share)
+                UNDISTURBED[args] = Shell(folder, patch, capsys, arm=arm)
+                assert UNDISTURBED[args].run(*args).status == 0
+        return UNDISTURBED[args].when(part, share)
 
     return look_up
 
@@ -182,17 +182,17 @@ def test_a_fault_while_it_runs(shell, moment, it):
 
 
 @pytest.mark.parametrize(
-    ("port", "t", "words", "least", "most"),
+    ("port", "t", "args", "least", "most"),
     [
         # The shoulder turned to -98 and the elbow by 164 deg when only the gap to the plan told.
         ("A", 3.208, ("polyline", "8,4", "12,4", "12,8"), -55, 40),
         ("B", 2.081, ("rectangle", "8,4", "12,8"), -20, 150),
     ],
 )
-def test_a_dead_encoder_does_not_run_away(shell, port, t, words, least, most):
+def test_a_dead_encoder_does_not_run_away(shell, port, t, args, least, most):
     sh = shell(plant="cpu=0")
     sh.world.at(t, lambda: sh.brick.kill_encoder(port))
-    shown = sh.run(*words)
+    shown = sh.run(*args)
     assert shown.status == 1
     assert in_one_line(shown.err, "its encoder is dead")
     turned = [math.degrees(sample.q["AB".index(port)]) for sample in sh.brick.record]
@@ -216,7 +216,7 @@ def test_homing_takes_no_dead_encoder_for_a_stop(shell, moment, share):
 
 @pytest.mark.short("SIGINT", "SIGTERM", "SIGHUP", "homing")
 @pytest.mark.parametrize(
-    ("name", "words", "part"),
+    ("name", "args", "part"),
     [
         ("SIGINT", LINE, "ink"),
         ("SIGTERM", LINE, "ink"),
@@ -228,11 +228,11 @@ def test_homing_takes_no_dead_encoder_for_a_stop(shell, moment, share):
     ],
     ids=["SIGINT", "SIGTERM", "SIGHUP", "on the way", "steps", "geared", "homing"],
 )
-def test_a_signal_stops_at_once(shell, moment, name, words, part):
+def test_a_signal_stops_at_once(shell, moment, name, args, part):
     number = getattr(signal, name)
-    t = moment(words, part, 0.3)
-    sh = shell(words)
-    shown = sh.run(*words, signals=[(t, number)])
+    t = moment(args, part, 0.3)
+    sh = shell(args)
+    shown = sh.run(*args, signals=[(t, number)])
     assert (shown.status, shown.reason) == (128 + number, "ended")
     assert in_one_line(shown.err, "stopped by " + name)
     assert max(sh.busy.values()) <= t + 0.1
@@ -262,7 +262,7 @@ def test_a_second_signal_does_not_disturb_the_stopping(shell, moment, later):
 @pytest.mark.short("in mid-line-freeze_at", "steps-kill_at", "homing-freeze_at")
 @pytest.mark.parametrize("how", ["freeze_at", "kill_at"])
 @pytest.mark.parametrize(
-    ("words", "part", "share"),
+    ("args", "part", "share"),
     [
         (LINE, "ink", 0.4),
         (LINE, "way", 0.15),
@@ -282,10 +282,10 @@ def test_a_second_signal_does_not_disturb_the_stopping(shell, moment, later):
         "geared steps, on the way",
     ],
 )
-def test_a_frozen_or_killed_program_leaves_no_joint_driven(shell, moment, words, part, share, how):
-    t = moment(words, part, share)
-    sh = shell(words)
-    shown = sh.run(*words, **{how: t})
+def test_a_frozen_or_killed_program_leaves_no_joint_driven(shell, moment, args, part, share, how):
+    t = moment(args, part, share)
+    sh = shell(args)
+    shown = sh.run(*args, **{how: t})
     assert (shown.status, shown.reason) == {
         "freeze_at": (124, "frozen"),
         "kill_at": (137, "killed"),
@@ -352,11 +352,11 @@ def test_a_flat_battery_is_told_from_all_else(shell, plant, fault, says, not_sai
     assert not sh.brick.driven()
 
 
-@pytest.mark.parametrize("words", [("home",), ("check",)])
-def test_with_a_flat_battery_nothing_is_begun(shell, words, monkeypatch):
+@pytest.mark.parametrize("args", [("home",), ("check",)])
+def test_with_a_flat_battery_nothing_is_begun(shell, args, monkeypatch):
     monkeypatch.setattr("sys.stdin", io.StringIO("\n" * 9))
     sh = shell(plant="voltage=5.5")
-    shown = sh.run(*words)
+    shown = sh.run(*args)
     assert shown.status == 1
     assert in_one_line(shown.err, "the battery is flat, 5.5 V; charge it, then start again")
     assert sh.busy == {}
@@ -381,11 +381,11 @@ def test_a_motor_that_another_program_left_turned_round_is_as_described_again(sh
 def test_status_0_means_that_the_line_was_drawn(shell, moment, fault, port, share):
     """And as soon as it can be seen that something is wrong, all stops."""
     line = ((10, 0), (5, 10))
-    words = ("line", "10,0", "5,10")
-    t = moment(words, "ink", share)
+    args = ("line", "10,0", "5,10")
+    t = moment(args, "ink", share)
     sh = shell()
     sh.world.at(t, lambda: fault(port)(sh.brick))
-    shown = sh.run(*words)
+    shown = sh.run(*args)
     ink = sh.ink()[0]
     missed = math.hypot(ink[-1].x - line[1][0], ink[-1].y - line[1][1])
     off = [sample.t for sample in ink if from_line((sample.x, sample.y), line) > 0.3]
@@ -399,11 +399,11 @@ def test_status_0_means_that_the_line_was_drawn(shell, moment, fault, port, shar
 @pytest.mark.parametrize("port", "AB")
 def test_a_joint_with_a_dead_encoder_does_not_run_away(shell, moment, port, share):
     """Also between two motions, where the joint is only kept in its place or turns a little."""
-    words = ("line", "10,0", "5,10")
+    args = ("line", "10,0", "5,10")
     sh = shell()
-    sh.world.at(moment(words, "way", share), lambda: sh.brick.kill_encoder(port))
-    shown = sh.run(*words)
-    wanted = [angles["AB".index(port)] for angles in (s.q for s in UNDISTURBED[words].brick.record)]
+    sh.world.at(moment(args, "way", share), lambda: sh.brick.kill_encoder(port))
+    shown = sh.run(*args)
+    wanted = [angles["AB".index(port)] for angles in (s.q for s in UNDISTURBED[args].brick.record)]
     really = [angles["AB".index(port)] for angles in (s.q for s in sh.brick.record)]
     beyond = max(max(really) - max(wanted), min(wanted) - min(really))
     assert shown.status == 1
@@ -436,11 +436,11 @@ REFUSED = [
 
 @pytest.mark.short(every=3)
 @pytest.mark.parametrize(
-    ("words", "says"), [row[1:] for row in REFUSED], ids=[row[0] for row in REFUSED]
+    ("args", "says"), [row[1:] for row in REFUSED], ids=[row[0] for row in REFUSED]
 )
-def test_what_cannot_be_drawn_is_refused_before_anything_moves(shell, words, says):
+def test_what_cannot_be_drawn_is_refused_before_anything_moves(shell, args, says):
     sh = shell()
-    shown = sh.run(*words)
+    shown = sh.run(*args)
     assert shown.status in (1, 2)
     assert in_one_line(shown.err, says)
     assert sh.writes == []
@@ -514,11 +514,11 @@ def test_a_motor_of_the_wrong_kind(shell):
 
 
 @pytest.mark.parametrize(
-    "words", [LINE, ("where",), ("move", "10,5"), ("circle", "12,0", "--radius", "2")]
+    "args", [LINE, ("where",), ("move", "10,5"), ("circle", "12,0", "--radius", "2")]
 )
-def test_an_unhomed_arm_does_not_move(shell, words):
+def test_an_unhomed_arm_does_not_move(shell, args):
     sh = shell(homed=False)
-    shown = sh.run(*words)
+    shown = sh.run(*args)
     assert shown.status == 1
     assert in_one_line(shown.err, "home")
     assert sh.writes == []
@@ -619,9 +619,9 @@ def test_a_brick_that_is_slow_to_push_is_not_taken_for_a_blocked_joint(name, cos
     fault = Fault("slow-sysfs", cost, 7.0)
     plant = read_plant("cpu=1,seed=1")
     out = one_run(arm, DRIVER, ["home", "--seek"], plant=plant, start="lost", faults=[fault])
-    said = capsys.readouterr().err
-    assert out.outcome.status == status, said
-    assert ("the brick is too slow" in said) == (status == 1)
+    lines = capsys.readouterr().err
+    assert out.outcome.status == status, lines
+    assert ("the brick is too slow" in lines) == (status == 1)
 
 
 @pytest.mark.short("dead encoder")

@@ -47,14 +47,14 @@ def changed(arm, k, **fields):
 def homed(tmp_path, monkeypatch, capsys):
     """Run `driver.py home` where somebody confirms; its Shell, and what was shown."""
 
-    def go(told, built=None, put=None, words=("home",), plant="", typed="\n\n"):
-        put = put or [math.degrees(joint.home) for joint in told.joints]
+    def go(wanted, built=None, put=None, args=("home",), plant="", typed="\n\n"):
+        put = put or [math.degrees(joint.home) for joint in wanted.joints]
         sh = Shell(
-            tmp_path, monkeypatch, capsys, arm=told, built=built, start=degrees(*put), homed=False,
-            plant=plant,
+            tmp_path, monkeypatch, capsys, arm=wanted, built=built, start=degrees(*put),
+            homed=False, plant=plant,
         )  # fmt: skip
         monkeypatch.setattr("sys.stdin", io.StringIO(typed))
-        return sh, sh.run(*words)
+        return sh, sh.run(*args)
 
     return go
 
@@ -80,7 +80,7 @@ def off(sh, put):
 
 @pytest.mark.short("planar-both-put1", "planar-lower-put4", "spatial-seek-put6")
 @pytest.mark.parametrize(
-    ("name", "way", "put"),
+    ("name", "method", "put"),
     [
         ("planar", "both", (0, 0)),
         ("planar", "both", (14, -14)),
@@ -91,10 +91,10 @@ def off(sh, put):
         ("spatial", "seek", (0, 45, -60)),
     ],
 )
-def test_stops_that_are_there_are_found_from_about_home(tmp_path, homed, name, way, put):
-    lines = {} if way == "seek" else {"find_home": way}
+def test_stops_that_are_there_are_found_from_about_home(tmp_path, homed, name, method, put):
+    lines = {} if method == "seek" else {"find_home": method}
     arm = arm_file(tmp_path, name, **lines)
-    if way == "seek":
+    if method == "seek":
         arm = read_arm(find_arm(name))
         with open(arm.file) as file:
             text = file.read().replace("find_home = here\nseek", "find_home")
@@ -108,14 +108,14 @@ def test_stops_that_are_there_are_found_from_about_home(tmp_path, homed, name, w
 
 
 @pytest.mark.short("seek")
-@pytest.mark.parametrize("way", ["seek", "both"])
-def test_an_arm_at_an_unknown_pose_draws_once_its_stops_are_found(tmp_path, homed, way):
+@pytest.mark.parametrize("method", ["seek", "both"])
+def test_an_arm_at_an_unknown_pose_draws_once_its_stops_are_found(tmp_path, homed, method):
     """Sought from anywhere, or, as the arm's file says, from where somebody has put it."""
-    arm = arm_file(tmp_path, find_home="both" if way == "both" else "here")
+    arm = arm_file(tmp_path, find_home="both" if method == "both" else "here")
     lost = [math.degrees(angle) for angle in read_start("lost", arm)[0]]
     assert max(map(abs, lost)) > 30
-    put = lost if way == "seek" else (13, -12)
-    sh, shown = homed(arm, put=put, words=("home", "--seek") if way == "seek" else ("home",))
+    put = lost if method == "seek" else (13, -12)
+    sh, shown = homed(arm, put=put, args=("home", "--seek") if method == "seek" else ("home",))
     assert (shown.status, shown.err) == (0, "")
     shown = sh.run()
     assert (shown.status, shown.err) == (0, "")
@@ -130,9 +130,9 @@ def test_an_arm_at_an_unknown_pose_draws_once_its_stops_are_found(tmp_path, home
 
 @pytest.mark.short("both-planar")
 @pytest.mark.parametrize("name", ["planar", "geared"])
-@pytest.mark.parametrize("way", ["both", "lower", "upper"])
-def test_without_stops_no_joint_goes_far(tmp_path, homed, name, way):
-    arm = arm_file(tmp_path, name, find_home=way)
+@pytest.mark.parametrize("method", ["both", "lower", "upper"])
+def test_without_stops_no_joint_goes_far(tmp_path, homed, name, method):
+    arm = arm_file(tmp_path, name, find_home=method)
     sh, shown = homed(arm, changed(arm, 1, stop_lower=None, stop_upper=None))
     assert shown.status == 1
     assert in_one_line(
@@ -171,7 +171,7 @@ def test_stops_tell_what_is_mounted_otherwise(tmp_path, homed, build, says, put)
 
 def test_more_play_than_described_is_told(tmp_path, homed):
     arm = arm_file(tmp_path)
-    _, shown = homed(arm, plant="backlash=12", words=("home", "--seek"))
+    _, shown = homed(arm, plant="backlash=12", args=("home", "--seek"))
     assert in_one_line(shown.err, "its play, which by that is 1", "backlash in [elbow]", "mine.ini")
 
 
@@ -264,9 +264,9 @@ def test_where_to_put_the_arm_is_said_and_waited_for(tmp_path, homed):
     assert off(sh, (0, 0)) < 8
 
 
-@pytest.mark.parametrize("words", [("home",), ()])
-def test_where_nobody_confirms_nothing_is_believed(tmp_path, homed, words):
-    sh, shown = homed(arm_file(tmp_path), words=words, typed="")
+@pytest.mark.parametrize("args", [("home",), ()])
+def test_where_nobody_confirms_nothing_is_believed(tmp_path, homed, args):
+    sh, shown = homed(arm_file(tmp_path), args=args, typed="")
     assert shown.status == 1
     assert in_one_line(shown.err, "nobody answers", "home --here")
     assert not sh.brick.driven()
@@ -294,6 +294,6 @@ def test_from_the_bricks_menu_a_button_confirms_it(tmp_path, homed, monkeypatch)
 
 
 def test_here_and_seek_exclude_each_other(tmp_path, homed):
-    _, shown = homed(arm_file(tmp_path), words=("home", "--here", "--seek"))
+    _, shown = homed(arm_file(tmp_path), args=("home", "--here", "--seek"))
     assert shown.status == 2
     assert in_one_line(shown.err, "--here means that nothing is sought")

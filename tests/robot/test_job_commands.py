@@ -22,7 +22,7 @@ def shell(tmp_path, monkeypatch, capsys):
     return Shell(tmp_path, monkeypatch, capsys)
 
 
-def keep(tmp_path, name="two", strokes=TWO):
+def store(tmp_path, name="two", strokes=TWO):
     """Put a job where a laptop puts it."""
     (tmp_path / "jobs").mkdir(exist_ok=True)
     return jobs.write(tmp_path / "jobs", strokes, name=name)
@@ -33,22 +33,22 @@ def status(tmp_path):
 
 
 def test_a_job_is_drawn_by_its_name(shell, tmp_path):
-    path = keep(tmp_path)
+    path = store(tmp_path)
     shown = shell.run("job", "two")
     assert (shown.status, shown.err) == (0, "")
     assert shown.out.startswith("two: 2 strokes, 10 cm, 0:")
     assert shown.out.splitlines()[-1] == "done at 100 %, stroke 2 of 2"
     assert len(shell.ink()) == 2
-    told = status(tmp_path)
-    assert told["state"] == "done"
-    assert told["crc"] == Job(path).crc
-    assert told["volts"] == pytest.approx(8.0, abs=0.5)
+    stored = status(tmp_path)
+    assert stored["state"] == "done"
+    assert stored["crc"] == Job(path).crc
+    assert stored["volts"] == pytest.approx(8.0, abs=0.5)
     assert shell.on_file()["parked"], "its place is on record for the next program"
     assert not [name for name in os.listdir(str(tmp_path / "jobs")) if name.endswith(".progress")]
 
 
 def test_the_buttons_pause_and_resume_it(shell, tmp_path):
-    keep(tmp_path)
+    store(tmp_path)
     presses = [read_press("enter@5"), read_press("enter@8")]
     shown = shell.run("job", "two", presses=presses)
     assert shown.status == 0
@@ -60,7 +60,7 @@ def test_the_buttons_pause_and_resume_it(shell, tmp_path):
 @pytest.mark.long
 def test_no_press_is_lost_whatever_the_brick_is_at(shell, tmp_path):
     short = [[(8.0 + 0.4 * k, 2.0 + 0.3 * (k % 5)), (9.0 + 0.4 * k, 6.0)] for k in range(12)]
-    keep(tmp_path, strokes=short)
+    store(tmp_path, strokes=short)
     times = [3.0 + 2.57 * k for k in range(30)]
     shown = shell.run("job", "two", presses=[read_press(f"enter@{t:.2f}+0.04") for t in times])
     assert shown.status == 0
@@ -69,7 +69,7 @@ def test_no_press_is_lost_whatever_the_brick_is_at(shell, tmp_path):
 
 
 def test_what_is_left_is_resumed_after_a_signal(shell, tmp_path):
-    keep(tmp_path, strokes=TWO + [[(10.0, 8.0), (12.0, 8.0)]])
+    store(tmp_path, strokes=TWO + [[(10.0, 8.0), (12.0, 8.0)]])
     shown = shell.run("job", "two", signals=[(9.0, 15)])
     assert shown.status == 143
     assert "stopped by SIGTERM" in shown.err
@@ -88,7 +88,7 @@ def test_what_is_left_is_resumed_after_a_signal(shell, tmp_path):
 
 
 def test_a_crash_between_two_times_goes_on_with_the_next_time(shell, tmp_path):
-    job = Job(keep(tmp_path))
+    job = Job(store(tmp_path))
     save_progress(job.crc, SavedProgress(3, 1, {}, 0.0))
     shown = shell.run("job", "two", "--resume", "--repeat", "2")
     assert shown.status == 0, shown.err
@@ -98,7 +98,7 @@ def test_a_crash_between_two_times_goes_on_with_the_next_time(shell, tmp_path):
 
 
 def test_it_begins_where_it_is_told_to(shell, tmp_path):
-    keep(tmp_path)
+    store(tmp_path)
     shown = shell.run("job", "two", "--from", "60%", "--speed-percent", "50", "--repeat", "2")
     assert shown.status == 0, shown.err
     assert "begins with stroke 2 of 2" in shown.out
@@ -108,7 +108,7 @@ def test_it_begins_where_it_is_told_to(shell, tmp_path):
 
 @pytest.mark.short(every=4)
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("args", "message"),
     [
         (["job"], "required: FILE"),
         (["job", "lily"], "there is no job lily"),
@@ -128,26 +128,28 @@ def test_it_begins_where_it_is_told_to(shell, tmp_path):
         (["jobs", "lily", "--remove"], "there is no job lily"),
     ],
 )
-def test_what_cannot_be_done_is_refused_in_one_line_and_nothing_moves(shell, tmp_path, words, told):
-    keep(tmp_path)
+def test_what_cannot_be_done_is_refused_in_one_line_and_nothing_moves(
+    shell, tmp_path, args, message
+):
+    store(tmp_path)
     (tmp_path / "jobs" / "junk.job").write_text("{}")
-    shown = shell.run(*words)
+    shown = shell.run(*args)
     assert shown.status in (1, 2)
-    assert told in shown.err
+    assert message in shown.err
     assert len(shown.err.splitlines()) == 1
     assert shell.writes == []
 
 
 def test_without_a_zero_nothing_moves(tmp_path, monkeypatch, capsys):
     shell = Shell(tmp_path, monkeypatch, capsys, homed=False)
-    keep(tmp_path)
+    store(tmp_path)
     shown = shell.run("job", "two")
     assert shown.status == 1
     assert "has not been homed" in shown.err
 
 
 def test_orders_come_through_the_file(shell, tmp_path):
-    keep(tmp_path)
+    store(tmp_path)
 
     def say(line):
         with open(str(tmp_path / "jobs" / "orders"), "a") as file:
@@ -176,15 +178,15 @@ def test_an_order_is_appended_while_a_job_runs(shell, tmp_path):
 
 def test_jobs_are_listed_for_people_and_programs_and_removed(shell, tmp_path):
     assert shell.run("jobs").out.startswith("no jobs in ")
-    path = keep(tmp_path)
+    path = store(tmp_path)
     (tmp_path / "jobs" / "junk.job").write_text("{}")
     lines = shell.run("jobs").out.splitlines()
     assert lines[0].startswith("junk: ")
     assert "damaged" in lines[0]
     assert lines[1].startswith("two: 2 strokes, 10 cm, 0:")
-    spoilt, told = map(json.loads, shell.run("jobs", "--json").out.splitlines())
+    spoilt, listed = map(json.loads, shell.run("jobs", "--json").out.splitlines())
     assert spoilt["state"] == "spoilt"
-    assert (told["crc"], told["state"], told["next"]) == (Job(path).crc, "", 1)
+    assert (listed["crc"], listed["state"], listed["next"]) == (Job(path).crc, "", 1)
     shown = shell.run("jobs", "two", "--remove")
     assert shown.status == 0, shown.err
     assert not os.path.exists(path)
@@ -194,7 +196,7 @@ def test_jobs_are_listed_for_people_and_programs_and_removed(shell, tmp_path):
 
 
 def test_a_share_within_the_first_stroke_is_told_to_begin_there(shell, tmp_path):
-    keep(tmp_path, strokes=TWO[:1])
+    store(tmp_path, strokes=TWO[:1])
     shown = shell.run("job", "two", "--from", "60%")
     assert shown.status == 0, shown.err
     assert "begins with stroke 1 of 1" in shown.out
@@ -210,7 +212,7 @@ def test_a_time_is_told_in_minutes():
 
 
 @pytest.mark.parametrize(
-    ("ways", "offsets", "told"),
+    ("stations", "offsets", "message"),
     [
         ([0.0, math.sqrt(32)], [0.0, 1.0], "a joint is moved by 57.3 deg, and 20 are the most"),
         ([0.0, 99.0], [0.0, 0.0], "they are of 99.00 cm"),
@@ -222,13 +224,15 @@ def test_a_time_is_told_in_minutes():
         ([0.0, 2.0], [0.0], "offsets of another arm"),
     ],
 )
-def test_a_hostile_offset_is_refused_before_anything_moves(shell, tmp_path, ways, offsets, told):
-    path = keep(tmp_path, strokes=TWO[:1])
+def test_a_hostile_offset_is_refused_before_anything_moves(
+    shell, tmp_path, stations, offsets, message
+):
+    path = store(tmp_path, strokes=TWO[:1])
     job = Job(path)
-    learned = job.stroke(1)._replace(offsets=[(ways, [offsets, offsets])])
+    learned = job.stroke(1)._replace(offsets=[(stations, [offsets, offsets])])
     write_job(path, job.header, [learned])
     shown = shell.run("job", "two")
     assert shown.status != 0
-    assert told in shown.err
+    assert message in shown.err
     assert len(shown.err.strip().splitlines()) == 1
     assert not shell.ink()

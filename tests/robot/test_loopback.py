@@ -141,13 +141,13 @@ def test_the_position_received_is_that_of_its_frame(received):
 
 
 def test_the_capture_time_received_is_true_to_half_a_round_trip_on_the_receivers_clock(both):
-    for name, (observations, told) in both.items():
-        first = told[min(told)] - min(told) / RATES[name]
+    for name, (observations, reported) in both.items():
+        first = reported[min(reported)] - min(reported) / RATES[name]
         assert len(observations) > 4
         for _, round_trip, seq, t, now, _ in observations:
-            assert told[seq] == pytest.approx(first + seq / RATES[name], abs=1e-5)
+            assert reported[seq] == pytest.approx(first + seq / RATES[name], abs=1e-5)
             within = round_trip / 2 + 0.001  # for the drift that is allowed for
-            assert t == pytest.approx(told[seq], abs=within)
+            assert t == pytest.approx(reported[seq], abs=within)
             assert t < now + within
 
 

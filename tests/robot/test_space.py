@@ -49,20 +49,20 @@ def test_the_preferred_elbow_is_above_or_below_whichever_way_the_arm_faces():
 
 
 @pytest.mark.parametrize(
-    ("words", "says"),
+    ("args", "says"),
     [
         ("--arm spatial inverse 14,0 --height 4", "analytic        0.000,    5.548,  -78.703 deg"),
         ("--arm spatial inverse 14,0,4", "analytic        0.000,    5.548,  -78.703 deg"),
     ],
 )
-def test_a_height_completes_a_point(words, says, capsys):
-    assert main(words.split()) == 0
+def test_a_height_completes_a_point(args, says, capsys):
+    assert main(args.split()) == 0
     assert says in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("words", ["inverse 10,0,3", "inverse 10,0 --height 3"])
-def test_an_arm_in_the_plane_has_no_height(words, capsys):
-    assert main(words.split()) == 1
+@pytest.mark.parametrize("args", ["inverse 10,0,3", "inverse 10,0 --height 3"])
+def test_an_arm_in_the_plane_has_no_height(args, capsys):
+    assert main(args.split()) == 1
     err = capsys.readouterr().err
     assert err.count("\n") == 1
     assert "is no point for planar" in err
@@ -83,7 +83,7 @@ def test_shapes_lie_at_one_height():
 
 
 def test_the_image_of_an_arm_in_space_is_learned_from_a_few_looks():
-    luck = np.random.default_rng(4)
+    rng = np.random.default_rng(4)
     camera = np.array([[20, 3, 1], [2, -18, 4.0]])
 
     def see(q):
@@ -91,11 +91,11 @@ def test_the_image_of_an_arm_in_space_is_learned_from_a_few_looks():
 
     low, high = (0.6 * np.array([getattr(j, s) for j in ARM.joints]) for s in ("lower", "upper"))
     model = ChainModel(2, "spatial", [joint.link for joint in ARM.joints])
-    for q in luck.uniform(low, high, (16, 3)).tolist():
+    for q in rng.uniform(low, high, (16, 3)).tolist():
         model.observe(q, see(q), 0.1)
     off = []
-    for q in luck.uniform(low, high, (20, 3)):
-        there = q + luck.uniform(-0.3, 0.3, 3)
+    for q in rng.uniform(low, high, (20, 3)):
+        there = q + rng.uniform(-0.3, 0.3, 3)
         picture = model.seen_from(q.tolist(), see(q))
         off.append(math.dist(picture.predict(there.tolist()), see(there)))
         J = np.array(picture.jacobian(there.tolist()))
@@ -130,9 +130,9 @@ def test_scripts_in_virtual_time_are_served_by_all_cameras(tmp_path, monkeypatch
     monkeypatch.setenv("SSH_CLIENT", "192.0.2.1 1 22")
     script = tmp_path / "sees.py"
     script.write_text(SEES.format(root=str(ROOT), count=len(names)))
-    words = ["simulate", "--arm", "spatial", "--scene", scene, "--start", "30,45,-60"]
-    words += ["--plant", "gravity=0"]  # or the arm would sink within its play
-    result = CliRunner().invoke(laptop, [*words, "--out", str(tmp_path / "out"), str(script)])
+    args = ["simulate", "--arm", "spatial", "--scene", scene, "--start", "30,45,-60"]
+    args += ["--plant", "gravity=0"]  # or the arm would sink within its play
+    result = CliRunner().invoke(laptop, [*args, "--out", str(tmp_path / "out"), str(script)])
     assert result.exit_code == 0, result.output
     found = dict(re.findall(r"camera (\w): (.*)", result.output))
     q = tuple(map(math.radians, (30, 45, -60)))
@@ -144,8 +144,8 @@ def test_scripts_in_virtual_time_are_served_by_all_cameras(tmp_path, monkeypatch
 
 
 def test_cameras_in_virtual_time_share_their_rate(tmp_path):
-    words = ["simulate", "--arm", "spatial", "--scene", "B.fps=20", "--out", str(tmp_path)]
-    shown = CliRunner().invoke(laptop, [*words, str(ROOT / "robot" / "driver.py")])
+    args = ["simulate", "--arm", "spatial", "--scene", "B.fps=20", "--out", str(tmp_path)]
+    shown = CliRunner().invoke(laptop, [*args, str(ROOT / "robot" / "driver.py")])
     assert shown.exit_code == 1
     assert shown.output.count("\n") == 1
     assert "B.fps" in shown.output
@@ -153,8 +153,8 @@ def test_cameras_in_virtual_time_share_their_rate(tmp_path):
 
 @pytest.mark.long
 def test_a_run_in_space_is_shown_from_above_and_from_the_side(tmp_path):
-    words = f"simulate --arm spatial --out {tmp_path} {ROOT / 'robot' / 'driver.py'}"
-    shown = CliRunner().invoke(laptop, [*words.split(), "line", "14,0,6", "14,0,9"])
+    args = f"simulate --arm spatial --out {tmp_path} {ROOT / 'robot' / 'driver.py'}"
+    shown = CliRunner().invoke(laptop, [*args.split(), "line", "14,0,6", "14,0,9"])
     assert shown.exit_code == 0, shown.output
     assert "path 1: 3.0 cm" in shown.output
     assert (tmp_path / "picture.png").stat().st_size > 20_000

@@ -43,8 +43,8 @@ def test_points_their_distance_angle_and_midpoint_are_told(shell):
     taken = [line for line in lines if line.startswith("point ")]
     assert len(taken) == 3
     for line, place in zip(taken, PLACES):
-        told = tuple(float(x) for x in line.split()[2].split(","))
-        assert kinematics.distance(told, place) < 0.45, "to what its play leaves open"
+        message = tuple(float(x) for x in line.split()[2].split(","))
+        assert kinematics.distance(message, place) < 0.45, "to what its play leaves open"
     distance = float(lines[-3].split()[1])
     angle = float(lines[-2].split()[1])
     assert distance == pytest.approx(8, abs=0.6)
@@ -146,7 +146,7 @@ def test_an_arm_in_space_is_never_let_go(shell):
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("args", "message"),
     [
         (("--points", "0"), "'0' must be a whole number from 1 to 10000"),
         (("--points", "x"), "'x' must be a whole number"),
@@ -154,10 +154,10 @@ def test_an_arm_in_space_is_never_let_go(shell):
         (("--pen", "sideways"), "invalid choice: 'sideways'"),
     ],
 )
-def test_what_makes_no_sense_is_refused(shell, words, told):
-    shown = shell().run("touch", *words)
+def test_what_makes_no_sense_is_refused(shell, args, message):
+    shown = shell().run("touch", *args)
     assert shown.status == 2
-    assert told in shown.err
+    assert message in shown.err
     assert shown.err.count("\n") == 1
 
 

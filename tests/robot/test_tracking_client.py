@@ -137,18 +137,18 @@ def memory(tmp_path):
 
 
 @pytest.fixture
-def said():
+def output():
     return []
 
 
 @pytest.fixture
-def make(clock, memory, said):
+def make(clock, memory, output):
     """Makes trackers and clients, and closes them in the end."""
     made = []
 
     def make_one(kind, *args, **options):
         if kind is TrackingClient:
-            options = dict({"memory": memory, "say": said.append}, **options)
+            options = dict({"memory": memory, "say": output.append}, **options)
             one = TrackingClient("127.0.0.1", args[0], CODE, clock, **options)
         else:
             one = FakeTracker(clock, *args, **options)
@@ -234,9 +234,9 @@ def test_a_reason_is_cut_to_one_line_and_the_rest_is_told_as_it_is(make):
     client, tracker = linked(make, battery=lambda: 7.4)
     client.report((0.5,), 5.0, "limit", "a\n" * 200, {"A.u": -3.0}, 12.5, moves=7, run=3)
     until(lambda: tracker.heard, client, tracker)
-    ((_, *told),) = tracker.heard
-    reason = told.pop(3)
-    assert told == [(0.5,), 5.0, "limit", {"A.u": -3.0}, 12.5, 7, 3, 7.4]
+    ((_, *reported),) = tracker.heard
+    reason = reported.pop(3)
+    assert reported == [(0.5,), 5.0, "limit", {"A.u": -3.0}, 12.5, 7, 3, 7.4]
     assert reason.startswith("a a a")
     assert len(reason) == MAX_TEXT
 
@@ -256,8 +256,8 @@ def test_a_report_of_what_is_no_number_still_tells_the_verdict(make, q, error):
     client, tracker = linked(make)
     client.report(q, error, "singular", "why", {"A.u": 3.0}, 9.0, moves=4, run=2)
     until(lambda: tracker.heard, client, tracker)
-    ((_, *told),) = tracker.heard
-    assert told == [(), None, "singular", "why", {}, None, 4, 2, None]
+    ((_, *reported),) = tracker.heard
+    assert reported == [(), None, "singular", "why", {}, None, 4, 2, None]
 
 
 def test_it_waits_only_as_it_is_told_to(make, clock):
@@ -299,13 +299,13 @@ def test_orders_that_nobody_takes_are_bounded(make):
     assert len(client._commands) == tracking.MAX_COMMANDS
 
 
-def test_a_lost_link_is_told_and_dated(make, clock, said):
+def test_a_lost_link_is_told_and_dated(make, clock, output):
     client, tracker = linked(make)
     tracker.vanish()
     until(lambda: not client.linked, client)
     assert client.lost_since == pytest.approx(clock.t, abs=0.1)
     assert "closed the connection" in client.why
-    assert said[-1] == "not linked: " + client.why
+    assert output[-1] == "not linked: " + client.why
 
 
 def test_a_tracker_that_falls_silent_is_lost_after_two_seconds(make, clock):
@@ -318,7 +318,7 @@ def test_a_tracker_that_falls_silent_is_lost_after_two_seconds(make, clock):
     assert "nothing heard" in client.why
 
 
-def test_a_restart_of_the_tracker_is_survived(make, clock, said):
+def test_a_restart_of_the_tracker_is_survived(make, clock, output):
     client, tracker = linked(make)
     tracker.link.send(Observation(1000, "A", tracker.now(), {}))
     until(lambda: client.age("A") < 1, client)
@@ -334,7 +334,7 @@ def test_a_restart_of_the_tracker_is_survived(make, clock, said):
         if seen:
             break
     assert seen["A"].seq == 1
-    assert [line.split(":")[0] for line in said] == [
+    assert [line.split(":")[0] for line in output] == [
         "pairing with 127.0.0.1",
         "linked to 127.0.0.1",
         "not linked",
@@ -372,16 +372,16 @@ def test_no_observation_is_older_than_the_one_before_it_though_the_offset_was_co
     assert got == [10.0, 10.05, 10.06, 3.0]
 
 
-def test_nothing_listening_is_said_once_and_tried_ever_more_slowly(make, clock, said):
+def test_nothing_listening_is_said_once_and_tried_ever_more_slowly(make, clock, output):
     client = make(TrackingClient, free_port())
     tries = []
     original = client._connect
     client._connect = lambda: (tries.append(clock.t), original())
     while clock.t < 115.0:
         client.poll(0.1)
-    assert len(said) == 1
-    assert "refused" in said[0]
-    assert said[0].endswith("brickservo track, or check the port that it prints")
+    assert len(output) == 1
+    assert "refused" in output[0]
+    assert output[0].endswith("brickservo track, or check the port that it prints")
     pauses = [late - early for early, late in zip(tries, tries[1:])]
     assert pauses[:3] == pytest.approx([0.25, 0.5, 1.0], abs=0.15)
     assert all(pause <= MAX_PAUSE + 0.15 for pause in pauses)
@@ -404,7 +404,7 @@ def test_after_a_success_it_tries_quickly_again(make, clock):
     assert clock.t - begin < 0.5
 
 
-def test_a_machine_that_does_not_answer_costs_no_waiting(make, clock, said):
+def test_a_machine_that_does_not_answer_costs_no_waiting(make, clock, output):
     """A full queue of connections that nobody accepts does not answer the next one."""
     listener = socket.socket()
     listener.bind(("127.0.0.1", 0))
@@ -446,12 +446,12 @@ def test_another_version_ends_the_trying(make):
     assert "version 1 against 2" in client.why
 
 
-def test_a_busy_tracker_is_tried_again(make, said):
+def test_a_busy_tracker_is_tried_again(make, output):
     tracker = make(FakeTracker, answer=Refused("busy", "the tracker serves 192.168.0.9", 0.0))
     client = make(TrackingClient, tracker.port)
     until(lambda: tracker.calls == 3, client, tracker)
     assert not client.refused
-    assert len(said) == 1
+    assert len(output) == 1
     tracker.answer = None
     until(lambda: client.linked, client, tracker)
 
@@ -538,7 +538,7 @@ def test_host_and_code_are_remembered_once_they_have_proven_right(make, memory):
     assert os.listdir(os.path.dirname(memory.file)) == ["tracker"]
 
 
-def test_the_key_is_worked_out_once_per_pairing_and_kept(make, memory, monkeypatch, said):
+def test_the_key_is_worked_out_once_per_pairing_and_kept(make, memory, monkeypatch, output):
     worked_out = []
 
     def key_of(code, salt):
@@ -550,7 +550,7 @@ def test_the_key_is_worked_out_once_per_pairing_and_kept(make, memory, monkeypat
     first = make(TrackingClient, tracker.port)
     until(lambda: first.linked, first, tracker)
     assert worked_out == [(CODE, SALT)]
-    assert said[0].startswith("pairing with 127.0.0.1:")
+    assert output[0].startswith("pairing with 127.0.0.1:")
     first.close()
     tracker.vanish()
     second = make(TrackingClient, tracker.port)  # as another program on the brick, later
@@ -597,20 +597,20 @@ def test_a_salt_that_changes_later_is_worth_no_waiting_arm(make, memory, monkeyp
 @pytest.mark.parametrize(
     "change",
     [
-        lambda kept: kept.pop("key"),
-        lambda kept: kept.update(key=7),
-        lambda kept: kept.update(key="ab"),
-        lambda kept: kept.update(salt="x" * 32),
-        lambda kept: kept.update(salt=None),
+        lambda stored: stored.pop("key"),
+        lambda stored: stored.update(key=7),
+        lambda stored: stored.update(key="ab"),
+        lambda stored: stored.update(salt="x" * 32),
+        lambda stored: stored.update(salt=None),
     ],
 )
 def test_a_key_that_cannot_be_is_worked_out_again(make, memory, change):
     memory.save(ServerAddress("127.0.0.1", 1, CODE), SALTED)
     with open(memory.file) as file:
-        kept = json.load(file)
-    change(kept)
+        stored = json.load(file)
+    change(stored)
     with open(memory.file, "w") as file:
-        json.dump(kept, file)
+        json.dump(stored, file)
     assert memory.load_key(CODE) is None
     tracker = make(FakeTracker)
     client = make(TrackingClient, tracker.port)
@@ -658,13 +658,13 @@ def test_a_line_that_was_changed_on_the_way_is_told_on_both_sides(make, clock):
     until(lambda: client.linked, client, tracker)
 
 
-def test_a_full_disk_costs_the_memory_but_not_the_link(make, said, tmp_path):
+def test_a_full_disk_costs_the_memory_but_not_the_link(make, output, tmp_path):
     (tmp_path / "file").write_text("")
     tracker = make(FakeTracker)
     client = make(TrackingClient, tracker.port, memory=Memory(str(tmp_path / "file")))
     until(lambda: client.linked, client, tracker)
-    assert "cannot be written" in said[-1]
-    assert "\n" not in said[-1]
+    assert "cannot be written" in output[-1]
+    assert "\n" not in output[-1]
 
 
 def test_a_name_that_nobody_has_is_refused_at_once(clock, memory):
@@ -749,9 +749,9 @@ def test_what_is_not_said_is_remembered(memory):
     ssh = {"SSH_CLIENT": "192.168.0.6 50000 22"}
     assert find_tracker("", None, ssh, memory) == ServerAddress("192.168.0.6", PORT, CODE)
     assert find_tracker("", "JKMN-PQRS-TUVW", {}, memory).code == "JKMNPQRSTUVW"
-    told = {"BRICKSERVO_CODE": "JKMN-PQRS-TUVW"}
-    assert find_tracker("", None, told, memory).code == "JKMNPQRSTUVW"
-    assert find_tracker("", "abcd-efgh-jkmn", told, memory).code == CODE
+    reported = {"BRICKSERVO_CODE": "JKMN-PQRS-TUVW"}
+    assert find_tracker("", None, reported, memory).code == "JKMNPQRSTUVW"
+    assert find_tracker("", "abcd-efgh-jkmn", reported, memory).code == CODE
     assert find_tracker("", None, {"BRICKSERVO_CODE": ""}, memory).code == CODE
 
 

@@ -166,7 +166,7 @@ def test_its_speed_is_a_share_of_the_arms(turtle, drawn):
 
 
 @pytest.mark.parametrize(
-    ("act", "words"),
+    ("act", "message"),
     [
         (lambda t: t.forward("x"), "forward takes a number, not 'x'"),
         (lambda t: t.left(math.nan), "left takes a number"),
@@ -182,8 +182,8 @@ def test_its_speed_is_a_share_of_the_arms(turtle, drawn):
         (lambda t: Turtle(Drawn(), origin=(1, 2, 3)), "origin takes"),
     ],
 )
-def test_what_it_cannot_do_is_refused_with_the_line(turtle, act, words):
-    with pytest.raises((BadTurtle, NoTurtleCommand), match=words) as error:
+def test_what_it_cannot_do_is_refused_with_the_line(turtle, act, message):
+    with pytest.raises((BadTurtle, NoTurtleCommand), match=message) as error:
         act(turtle)
     assert "\n" not in str(error.value)
 
@@ -205,9 +205,9 @@ def test_what_cannot_be_reached_is_told_with_its_command_and_nothing_is_drawn(tu
     turtle.forward(10)
     with pytest.raises(kinematics.Unreachable) as error:
         turtle.penup()
-    told = str(error.value)
-    assert told.startswith(f"test_turtle.py, line {line}: forward(1000): ")
-    assert "out of reach" in told
+    printed = str(error.value)
+    assert printed.startswith(f"test_turtle.py, line {line}: forward(1000): ")
+    assert "out of reach" in printed
     assert drawn.strokes == []
     turtle.penup()  # it is not told twice
 
@@ -246,7 +246,7 @@ turtle = Turtle()
 
 
 @pytest.mark.parametrize(
-    ("body", "status", "strokes", "told"),
+    ("body", "status", "strokes", "printed"),
     [
         ("turtle.forward(40)", 0, 1, ""),
         ("turtle.forward(900)", 1, 0, "script.py, line 4: forward(900): "),
@@ -254,12 +254,12 @@ turtle = Turtle()
         ("turtle.fd(40); 1 / 0", 1, 0, "ZeroDivisionError"),
     ],
 )
-def test_a_program_ends_well(tmp_path, monkeypatch, capsys, body, status, strokes, told):
+def test_a_program_ends_well(tmp_path, monkeypatch, capsys, body, status, strokes, printed):
     rig = Terminal(tmp_path, monkeypatch, capsys)
     (tmp_path / "script.py").write_text(SCRIPT.format(body))
     outcome, _, err = rig.type(str(tmp_path / "script.py"))
     assert (outcome.status, outcome.reason) == (status, "ended")
-    assert told in err
+    assert printed in err
     assert len(err.splitlines()) <= 1 or "Traceback" in err
     assert len(rig.ink()) == strokes
     assert not rig.brick.driven()

@@ -39,16 +39,16 @@ def stood(shell, before):
 
 
 @pytest.mark.short(every=5)
-@pytest.mark.parametrize("words", MOVING, ids=lambda words: " ".join(words) or "nothing")
-def test_the_second_says_who_may_move_and_moves_nothing(shell, other, words):
+@pytest.mark.parametrize("args", MOVING, ids=lambda args: " ".join(args) or "nothing")
+def test_the_second_says_who_may_move_and_moves_nothing(shell, other, args):
     before = shell.on_file()
-    shown = shell.run(*words)
+    shown = shell.run(*args)
     assert shown.status == 1
     assert in_one_line(shown.err, "driver.py: " + NAME, str(other.pid), "running for", "--take")
     assert stood(shell, before)
     other.kill()
     other.wait(PATIENCE)
-    assert shell.run(*words).status == 0
+    assert shell.run(*args).status == 0
 
 
 def test_what_moves_nothing_is_free_to_look(shell, other):
@@ -70,8 +70,8 @@ def test_where_an_arm_stands_that_another_program_moves_is_said_to_be_its(shell,
 
 
 def test_an_order_that_makes_no_sense_takes_nothing_over(shell, other):
-    for words in (("--take", "line", "10,0", "99,0"), ("--take", "fly"), ("--take", "where")):
-        shell.run(*words)
+    for args in (("--take", "line", "10,0", "99,0"), ("--take", "fly"), ("--take", "where")):
+        shell.run(*args)
     assert other.poll() is None
 
 
@@ -123,12 +123,12 @@ def test_a_script_of_ones_own_need_not_know(shell, other, tmp_path, moves):
 
 def test_bench_and_servo_are_refused_likewise(shell, other, tmp_path):
     before = shell.on_file()
-    for script, words in (
+    for script, args in (
         ("bench_brick.py", ["planar", "--move", "--json", str(tmp_path / "brick.json")]),
         ("visual_servoing.py", ["127.0.0.1:9", "--code", "ABCDEFGHJKMN"]),
         ("visual_servoing.py", ["127.0.0.1:9", "--code", "ABCDEFGHJKMN", "--wait"]),
     ):
-        outcome, _, err = shell.type(str(ROBOT / script), *words)
+        outcome, _, err = shell.type(str(ROBOT / script), *args)
         assert outcome.status == 1
         assert in_one_line(err, script + ": " + NAME, str(other.pid), "--take")
     assert stood(shell, before)

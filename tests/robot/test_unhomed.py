@@ -75,10 +75,10 @@ def turned(out):
 def simulate(tmp_path):
     """Run `simulate --start lost WORDS`: (exit status, stdout, stderr, degrees turned)."""
 
-    def run(*words, start="lost"):
+    def run(*args, start="lost"):
         out = tmp_path / "out"
         options = ["simulate", "--out", str(out), "--no-picture", "--start", start]
-        result = CliRunner().invoke(laptop, [*options, *map(str, words)])
+        result = CliRunner().invoke(laptop, [*options, *map(str, args)])
         assert result.exception is None or isinstance(result.exception, SystemExit)
         return result.exit_code, result.stdout, result.stderr, turned(out)
 
@@ -101,8 +101,8 @@ def script(tmp_path):
 @pytest.mark.parametrize("moves", BY_THE_ARM)
 def test_a_program_of_ones_own_does_not_move_an_arm_that_was_never_homed(simulate, script, moves):
     _, out, err, degrees = simulate(script(moves))
-    said = "".join(line for line in out.splitlines(True) if "NotHomed" in line)
-    assert in_one_line(said, "NotHomed: " + NEVER, NEXT), (out, err)
+    lines = "".join(line for line in out.splitlines(True) if "NotHomed" in line)
+    assert in_one_line(lines, "NotHomed: " + NEVER, NEXT), (out, err)
     assert degrees == 0
 
 
@@ -148,7 +148,7 @@ def job(tmp_path):
 
 @pytest.mark.short(every=4)
 @pytest.mark.parametrize(
-    "words",
+    "args",
     [
         ["driver.py", "line", "10,0", "5,10"],
         ["driver.py", "line", "10,0", "5,10", "--method", "steps"],
@@ -165,10 +165,10 @@ def job(tmp_path):
     ],
     ids=" ".join,
 )
-def test_nor_does_a_command_on_the_brick(simulate, job, words):
-    script, *words = [str(job) if word == "JOB" else word for word in words]
+def test_nor_does_a_command_on_the_brick(simulate, job, args):
+    script, *args = [str(job) if word == "JOB" else word for word in args]
     scene = ["--scene", ""] if script == "visual_servoing.py" else []
-    status, out, err, degrees = simulate(*scene, ROBOT / script, *words)
+    status, out, err, degrees = simulate(*scene, ROBOT / script, *args)
     assert status == 1, out
     assert in_one_line(err, script, NEVER, NEXT)
     assert degrees == 0
@@ -197,8 +197,8 @@ def test_in_what_they_borrow_nothing_else_moves_either(simulate, script):
 def test_the_zero_on_file_is_not_loaded_unasked(simulate, script):
     """Where a program of one's own has planned from would be counted from elsewhere."""
     _, out, _, degrees = simulate(script("arm.go_to([0.5, 0.5])"), start="20,30")
-    said = [line for line in out.splitlines(True) if "NotHomed" in line]
-    assert in_one_line("".join(said), "is on file", "has not loaded it", "call load_zero()")
+    lines = [line for line in out.splitlines(True) if "NotHomed" in line]
+    assert in_one_line("".join(lines), "is on file", "has not loaded it", "call load_zero()")
     assert degrees == 0
 
 

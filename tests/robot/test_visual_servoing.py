@@ -74,11 +74,11 @@ REFUSED = [
 
 @pytest.mark.short(every=2)
 @pytest.mark.parametrize(
-    ("words", "status", "says"), [row[1:] for row in REFUSED], ids=[row[0] for row in REFUSED]
+    ("args", "status", "says"), [row[1:] for row in REFUSED], ids=[row[0] for row in REFUSED]
 )
-def test_what_cannot_be_is_refused_in_one_line_and_nothing_moves(watched, words, status, says):
+def test_what_cannot_be_is_refused_in_one_line_and_nothing_moves(watched, args, status, says):
     w = watched()
-    shown = w.run(*words, aftermath=0.1)
+    shown = w.run(*args, aftermath=0.1)
     assert shown.status == status
     assert shown.err.count("\n") == 1
     assert shown.err.startswith("visual_servoing.py: ")
@@ -178,14 +178,14 @@ def test_before_two_cameras_nothing_starts_with_a_goal_in_one(watched):
     one = watched().cameras["A"]
     w = watched(cameras={"A": one, "B": type(one)(roll=-0.4)})
     goals = {name: camera.pixel((-6.0, 10.0)) for name, camera in w.cameras.items()}
-    words = ["{}:{:.1f},{:.1f}".format(name, *pixel) for name, pixel in goals.items()]
-    shown = w.run("--goal", words[0])
+    args = ["{}:{:.1f},{:.1f}".format(name, *pixel) for name, pixel in goals.items()]
+    shown = w.run("--goal", args[0])
     assert shown.log[-1]["verdict"] == "refused"
     assert "camera B watches, too, and no goal is given in its picture" in shown.err
     assert not w.moved()
     w.tracker.close()
     w = watched(cameras=w.cameras)
-    shown = w.run("--goal", words[0], "--goal", words[1])
+    shown = w.run("--goal", args[0], "--goal", args[1])
     assert shown.log[-1]["verdict"] == "converged"
     assert math.dist(w.tip, (-6.0, 10.0)) < 1
 
@@ -467,6 +467,6 @@ def test_a_log_of_a_killed_program_has_all_steps_but_the_last(watched, tmp_path)
     w = watched()
     shown = w.run(kill_at=4.4)
     assert shown.status == 137
-    told = shown.out.count("\nmove ")
+    reported = shown.out.count("\nmove ")
     text = (tmp_path / "log.jsonl").read_text()
-    assert [json.loads(line)["kind"] for line in text.splitlines()].count("step") == told
+    assert [json.loads(line)["kind"] for line in text.splitlines()].count("step") == reported

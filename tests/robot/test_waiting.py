@@ -75,9 +75,9 @@ def obeyed(w, runs, tmp_path):
 def test_it_does_one_run_after_the_other_as_ordered(watched, tmp_path, capsys):
     w = watched(plant="cpu=0")
     obeyed(w, 3, tmp_path)
-    said = capsys.readouterr().out.splitlines()
-    assert said.count("waiting for the laptop to say start") == 1
-    assert sum(line.startswith("converged") for line in said) == 3
+    lines = capsys.readouterr().out.splitlines()
+    assert lines.count("waiting for the laptop to say start") == 1
+    assert sum(line.startswith("converged") for line in lines) == 3
     assert w.on_file()["parked"], "each run ends with the arm parked"
 
 

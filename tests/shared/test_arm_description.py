@@ -496,7 +496,7 @@ def test_without_any_of_it_the_arm_weighs_nothing_and_rests_nowhere(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("before", "after", "words"),
+    ("before", "after", "reason"),
     [
         ("mass = 106", "mass = 0", ["[shoulder]", "mass = 0", "from 1 to 2000"]),
         ("mass = 106", "mass = heavy", ["[shoulder]", "mass = heavy", "from 1 to 2000"]),
@@ -508,11 +508,11 @@ def test_without_any_of_it_the_arm_weighs_nothing_and_rests_nowhere(tmp_path):
         ("rest = -15", "rest = low", ["[shoulder]", "rest = low"]),
     ],
 )
-def test_a_weight_that_is_wrong_is_refused_in_one_line(tmp_path, before, after, words):
+def test_a_weight_that_is_wrong_is_refused_in_one_line(tmp_path, before, after, reason):
     with pytest.raises(BadArmFile) as error:
         read_arm(spatial(tmp_path, (before, after)))
     assert "\n" not in str(error.value)
-    for word in words:
+    for word in reason:
         assert word in str(error.value)
 
 
@@ -523,7 +523,7 @@ def test_an_arm_in_the_plane_is_not_weighed(tmp_path, line):
 
 
 @pytest.mark.parametrize(
-    ("line", "way", "port", "at", "seek"),
+    ("line", "method", "port", "at", "seek"),
     [
         (None, "here", None, None, "both"),
         ("find_home = here", "here", None, None, "both"),
@@ -533,11 +533,11 @@ def test_an_arm_in_the_plane_is_not_weighed(tmp_path, line):
         ("find_home = touch in1\ntouch_at = 150", "touch", "in1", 150, "both"),
     ],
 )
-def test_how_the_zero_is_found(tmp_path, line, way, port, at, seek):
+def test_how_the_zero_is_found(tmp_path, line, method, port, at, seek):
     file = tmp_path / "mine.ini"
     file.write_text(changed("elbow", "find_home", line))
     elbow = read_arm(str(file)).joints[1]
-    assert (elbow.find_home, elbow.touch_port, elbow.seek) == (way, port, seek)
+    assert (elbow.find_home, elbow.touch_port, elbow.seek) == (method, port, seek)
     assert elbow.touch_at == (at and pytest.approx(math.radians(at)))
 
 

@@ -24,12 +24,12 @@ from shared.config_files import (
 
 @pytest.mark.parametrize("kind", sorted(ODD))
 def test_what_is_no_such_file_is_refused_at_once(tmp_path, kind):
-    make, words = ODD[kind]
+    make, message = ODD[kind]
     path = str(tmp_path / "file")
     make(path)
     with pytest.raises(InvalidFile) as error:
         read_json(path)
-    assert words in str(error.value)
+    assert message in str(error.value)
 
 
 def test_what_is_not_there_is_not_spoilt(tmp_path):
@@ -126,13 +126,13 @@ def arm_in(folder):
     return path, lambda: read_arm(path), BadArmFile
 
 
-KEPT = [zero_in, memory_in, arm_in]
+SAVERS = [zero_in, memory_in, arm_in]
 
 
-@pytest.mark.parametrize("keep", KEPT, ids=lambda keep: keep.__name__[:-3])
+@pytest.mark.parametrize("save", SAVERS, ids=lambda save: save.__name__[:-3])
 @pytest.mark.parametrize("kind", sorted(ODD))
-def test_whoever_keeps_one_says_in_a_sentence_what_is_wrong(tmp_path, keep, kind):
-    file, read, error_class = keep(str(tmp_path))
+def test_whoever_keeps_one_says_in_a_sentence_what_is_wrong(tmp_path, save, kind):
+    file, read, error_class = save(str(tmp_path))
     read()
     os.remove(file)
     ODD[kind][0](file)
@@ -161,15 +161,15 @@ def mutated(data, dice):
     return data
 
 
-@pytest.mark.parametrize("keep", KEPT, ids=lambda keep: keep.__name__[:-3])
-def test_no_mutation_gets_past_them(tmp_path, keep):
+@pytest.mark.parametrize("save", SAVERS, ids=lambda save: save.__name__[:-3])
+def test_no_mutation_gets_past_them(tmp_path, save):
     """A thousand of each; 10^6 were tried once."""
-    file, read, error_class = keep(str(tmp_path))
+    file, read, error_class = save(str(tmp_path))
     with open(file, "rb") as there:
-        good = there.read()
+        content = there.read()
     refused = read_after_all = 0
     for seed in range(1000):
-        put(file, mutated(good, random.Random(seed)))
+        put(file, mutated(content, random.Random(seed)))
         try:
             read()
         except error_class as error:
@@ -181,7 +181,7 @@ def test_no_mutation_gets_past_them(tmp_path, keep):
 
 
 def test_the_good_ones_are_read(tmp_path):
-    for keep in KEPT:
-        (tmp_path / keep.__name__).mkdir()
-        keep(str(tmp_path / keep.__name__))[1]()
+    for save in SAVERS:
+        (tmp_path / save.__name__).mkdir()
+        save(str(tmp_path / save.__name__))[1]()
     assert json.loads(read_text(zero_in(str(tmp_path))[0]))["version"] == 2

@@ -91,7 +91,7 @@ def lines_of(path):
 def test_a_file_that_was_cut_off_or_changed_is_no_job(tmp_path):
     path = written(tmp_path)
     lines = lines_of(path)
-    for text, words in (
+    for text, message in (
         ("\n".join(lines[:2]), "is cut off"),
         ("", "does not hold"),
         ("\n".join(lines).replace('"cm":5.0', '"cm":6.0', 1), "was changed on its way"),
@@ -100,16 +100,16 @@ def test_a_file_that_was_cut_off_or_changed_is_no_job(tmp_path):
     ):
         with open(path, "w") as file:
             file.write(text)
-        assert words in refusal(path)
+        assert message in refusal(path)
     assert "give a job's file" in refusal(str(tmp_path / "none"))
     assert "is a folder" in refusal(str(tmp_path))
 
 
 def test_a_job_for_other_links_is_refused(tmp_path):
     other = PLANAR._replace(joints=(PLANAR.joints[0]._replace(link=12.0), PLANAR.joints[1]))
-    words = refusal(written(tmp_path), other)
-    assert "links 11.3, 9.5 cm" in words
-    assert "links 12, 9.5 cm" in words
+    message = refusal(written(tmp_path), other)
+    assert "links 11.3, 9.5 cm" in message
+    assert "links 12, 9.5 cm" in message
 
 
 def changed(stroke, change):
@@ -146,7 +146,7 @@ def too_fast(pieces):
 
 
 @pytest.mark.parametrize(
-    ("change", "words"),
+    ("change", "message"),
     [
         (jump, "jumps by 5.7 deg"),
         (not_a_number, "holds NaN"),
@@ -159,10 +159,10 @@ def too_fast(pieces):
     ],
     ids=lambda x: getattr(x, "__name__", "")[:12],
 )
-def test_a_stroke_that_the_arm_cannot_follow_is_refused(tmp_path, change, words):
+def test_a_stroke_that_the_arm_cannot_follow_is_refused(tmp_path, change, message):
     strokes = planned()
     strokes[1] = changed(strokes[1], change)
-    assert words in refusal(written(tmp_path, strokes))
+    assert message in refusal(written(tmp_path, strokes))
 
 
 def test_a_stroke_too_long_for_the_brick_is_not_written(tmp_path):
@@ -221,14 +221,14 @@ def one_segment(tmp_path, v, a, dt, shoulder, elbow=(1.5, 0.0, 0.0, 0.0)):
 
 def test_a_joint_that_is_too_fast_between_two_knots_at_which_it_stands_is_refused(tmp_path):
     turn = math.radians(30)
-    for dt, words in (
+    for dt, message in (
         (0.2, "needs the shoulder at 225 deg/s, beyond its 180"),
         (0.3, "needs the shoulder accelerated by 2000 deg/s^2, beyond 240"),
         (0.9, ""),
     ):
         path = one_segment(tmp_path, 1 / dt, 0.0, dt, (0.0, 0.0, 3 * turn, -2 * turn))
-        if words:
-            assert words in refusal(path)
+        if message:
+            assert message in refusal(path)
         else:
             read_all(path, PLANAR)
 
@@ -250,13 +250,13 @@ def test_what_turns_back_at_its_very_end_is_looked_at_as_far_as_it_goes(tmp_path
 
 
 def test_many_small_jumps_are_as_bad_as_a_large_one(tmp_path):
-    for step, words in ((0.009, "jumps by 1.0 deg"), (1e-6, "")):
+    for step, message in ((0.009, "jumps by 1.0 deg"), (1e-6, "")):
         angles = [k * step for k in range(20)]
         segments = [(1.0, 0.0, [[q, 0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]], None) for q in angles]
         piece = ([0.01 * k for k in range(21)], segments, [angles[-1], 1.0])
         path = written(tmp_path, [Stroke("", 0.2, 1.0, [piece])])
-        if words:
-            assert words in refusal(path)
+        if message:
+            assert message in refusal(path)
         else:
             read_all(path, PLANAR)
 
@@ -286,11 +286,11 @@ def test_a_file_of_very_many_lines_is_refused_before_it_fills_the_memory(tmp_pat
     put(path, b"{}\n", line * (15900000 // len(line)))
     tracemalloc.start()
     try:
-        words = refusal(path)
+        message = refusal(path)
         most = tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()
-    assert "does not begin with its length" in words or "is longer than a job may be" in words
+    assert "does not begin with its length" in message or "is longer than a job may be" in message
     assert most < 10e6
 
 
@@ -326,7 +326,7 @@ def rewritten(path, change):
 
 
 @pytest.mark.parametrize(
-    ("change", "words"),
+    ("change", "message"),
     [
         (lambda lines: lines[0].update(job="x" * 90000), "another format than 1"),
         (lambda lines: lines[0].update(links=[9.0] * 50000), "has 50000 links, and 10 are the"),
@@ -339,10 +339,10 @@ def rewritten(path, change):
         (lambda lines: lines[1].update(layer=7), "a name that is no text"),
     ],
 )
-def test_a_number_or_a_name_that_no_job_has_is_refused_in_a_line(tmp_path, change, words):
-    said = refusal(rewritten(written(tmp_path), change))
-    assert words in said
-    assert len(said) < 300 + len(str(tmp_path))
+def test_a_number_or_a_name_that_no_job_has_is_refused_in_a_line(tmp_path, change, message):
+    problem = refusal(rewritten(written(tmp_path), change))
+    assert message in problem
+    assert len(problem) < 300 + len(str(tmp_path))
 
 
 def test_a_checksum_that_is_no_whole_number_is_none(tmp_path):

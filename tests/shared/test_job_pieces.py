@@ -25,8 +25,8 @@ def test_the_least_and_greatest_angle_and_speed_of_a_segment_are_found(v, a, dt,
     a *= v / dt  # it never runs backwards
     t = np.linspace(0.0, dt, 2001)
     s = t * (v + 0.5 * a * t)
-    whole = float(s[-1])
-    c2, c3 = c2 / whole, c3 / whole**2
+    length = float(s[-1])
+    c2, c3 = c2 / length, c3 / length**2
     angle = q + s * (c1 + s * (c2 + s * c3))
     speed = np.abs((v + a * t) * (c1 + s * (2 * c2 + 3 * c3 * s)))
     harder = np.abs(a * (c1 + s * (2 * c2 + 3 * c3 * s)) + (v + a * t) ** 2 * (2 * c2 + 6 * c3 * s))
@@ -52,12 +52,12 @@ def test_the_least_and_greatest_angle_and_speed_of_a_segment_are_found(v, a, dt,
         assert is_refused(joint, harder.max() + scale * (1 + harder.max())) == (sign < 0)
 
 
-@pytest.mark.parametrize(("v", "words"), [(1.0, "its speed by 20 deg/s at once"), (0.2, "")])
-def test_a_joint_that_would_start_at_once_is_refused(v, words):
+@pytest.mark.parametrize(("v", "message"), [(1.0, "its speed by 20 deg/s at once"), (0.2, "")])
+def test_a_joint_that_would_start_at_once_is_refused(v, message):
     slope = math.radians(20)
     pieces = [([0.0, 1.0], [(v, 0.0, [(0.0, slope, 0.0, 0.0)], None)], (slope,))]
-    if words:
-        with pytest.raises(BadJob, match="stroke 3 needs the shoulder to change " + words):
+    if message:
+        with pytest.raises(BadJob, match="stroke 3 needs the shoulder to change " + message):
             check_joints("a.job", 3, pieces, PLANAR.joints[:1])
     else:
         check_joints("a.job", 3, pieces, PLANAR.joints[:1])

@@ -179,7 +179,7 @@ def test_the_longest_message_fits_into_a_line(message):
 
 
 @pytest.mark.parametrize(
-    ("changes", "words"),
+    ("changes", "reason"),
     [
         ({"t": "NaN"}, "NaN is not a number"),
         ({"t": "Infinity"}, "Infinity is not a number"),
@@ -219,8 +219,8 @@ def test_the_longest_message_fits_into_a_line(message):
     ],
     ids=str,
 )  # fmt: skip
-def test_a_wrong_value_is_refused_in_one_line_that_says_what_is_allowed(changes, words):
-    assert words in refused(line(**changes))
+def test_a_wrong_value_is_refused_in_one_line_that_says_what_is_allowed(changes, reason):
+    assert reason in refused(line(**changes))
 
 
 def test_too_many_markers_or_joints():
@@ -235,12 +235,12 @@ def changed(message, **changes):
     """The line of a message with some values changed; ... leaves one out."""
     values = json.loads(encode(message).decode())
     values.update(changes)
-    kept = {key: value for key, value in values.items() if value is not ...}
-    return json.dumps(kept).encode()
+    stored = {key: value for key, value in values.items() if value is not ...}
+    return json.dumps(stored).encode()
 
 
 @pytest.mark.parametrize(
-    ("changes", "words"),
+    ("changes", "reason"),
     [
         ({"method": ...}, "method is missing"),
         ({"method": "Chain"}, "method is 'Chain'; it must be 1 to 16 of a-z -"),
@@ -261,12 +261,12 @@ def changed(message, **changes):
     ],
     ids=str,
 )
-def test_orders_that_no_laptop_may_give_are_refused(changes, words):
-    assert words in refused(changed(Start(), **changes))
+def test_orders_that_no_laptop_may_give_are_refused(changes, reason):
+    assert reason in refused(changed(Start(), **changes))
 
 
 @pytest.mark.parametrize(
-    ("changes", "words"),
+    ("changes", "reason"),
     [
         ({"verdict": "x" * 33}, "at most 32 of a-z and spaces"),
         ({"verdict": "<b>"}, "at most 32 of a-z and spaces"),
@@ -284,12 +284,12 @@ def test_orders_that_no_laptop_may_give_are_refused(changes, words):
     ],
     ids=str,
 )
-def test_a_status_that_no_brick_may_send_is_refused(changes, words):
-    assert words in refused(changed(Status(1.0, (), None, ""), **changes))
+def test_a_status_that_no_brick_may_send_is_refused(changes, reason):
+    assert reason in refused(changed(Status(1.0, (), None, ""), **changes))
 
 
 @pytest.mark.parametrize(
-    ("message", "changes", "words"),
+    ("message", "changes", "reason"),
     [
         (Draw("a", 1, 1, 1), {"name": "x" * 61}, "at most 60 printable characters"),
         (Draw("a", 1, 1, 1), {"name": "two\nlines"}, "printable characters"),
@@ -310,8 +310,8 @@ def test_a_status_that_no_brick_may_send_is_refused(changes, words):
     ],
     ids=str,
 )  # fmt: skip
-def test_what_nobody_may_say_of_a_job_is_refused(message, changes, words):
-    assert words in refused(changed(message, **changes))
+def test_what_nobody_may_say_of_a_job_is_refused(message, changes, reason):
+    assert reason in refused(changed(message, **changes))
 
 
 def test_progress_that_cannot_be_is_refused():
@@ -333,15 +333,15 @@ def test_the_parts_of_a_job_are_the_job():
 
 
 @pytest.mark.parametrize(
-    ("order", "words"),
+    ("order", "reason"),
     [
         (Order("speed", None), "speed None: give a number from 25 to 100 %$"),
         (Order("speed", 101.0), "speed 101.0: give a number from 25 to 100 %$"),
         (Order("pen", 31.0), "pen 31.0: give a number from -30 to 30 deg"),
     ],
 )
-def test_an_order_that_makes_no_sense_is_refused(order, words):
-    with pytest.raises(InvalidOrder, match=words):
+def test_an_order_that_makes_no_sense_is_refused(order, reason):
+    with pytest.raises(InvalidOrder, match=reason):
         check_order(order)
 
 

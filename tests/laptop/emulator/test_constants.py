@@ -38,7 +38,7 @@ def test_values_are_of_all_or_of_one_owner():
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("volts=3", "lamp: no 'volts' in 'volts=3'; known: power, bulbs, colour"),
         ("power", "lamp 'power': write power=VALUE"),
@@ -52,10 +52,10 @@ def test_values_are_of_all_or_of_one_owner():
         ("A.colour=cold", "lamp 'A.colour': all lamps see the same colour; write colour=VALUE"),
     ],
 )
-def test_what_is_not_allowed_is_refused_in_one_line(text, said):
+def test_what_is_not_allowed_is_refused_in_one_line(text, message):
     with pytest.raises(BadLamp) as refused:
         LAMP.parse(text)
-    assert str(refused.value) == said
+    assert str(refused.value) == message
 
 
 def test_the_listing_has_every_constant_with_default_unit_and_meaning():

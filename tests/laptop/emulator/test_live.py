@@ -124,13 +124,13 @@ def test_who_comes_late_sees_the_same_as_who_was_there(run):
 def test_in_space_ink_lies_on_the_table_where_the_tip_touches_it():
     arm = read_arm(find_arm("spatial"))
     history = History(arm)
-    way = [(10.0 + 0.05 * k, 2.0, 0.0 if k < 40 else 0.2 * (k - 40)) for k in range(60)]
-    for k, p in enumerate(way):
+    poses = [(10.0 + 0.05 * k, 2.0, 0.0 if k < 40 else 0.2 * (k - 40)) for k in range(60)]
+    for k, p in enumerate(poses):
         history.append(k, kinematics.inverse(arm, p), True)
     ink = history.at(99).ink
     assert ink[0][:2] == pytest.approx((10.0, 2.0))
     assert all(abs(y) == pytest.approx(2.0) for segment in ink for y in segment[1::2])
-    assert ink[-1][2] == pytest.approx(way[42][0], abs=0.01), "0.4 cm up, it still touches"
+    assert ink[-1][2] == pytest.approx(poses[42][0], abs=0.01), "0.4 cm up, it still touches"
     assert length(ink) == pytest.approx(2.1, abs=0.01)
 
 
@@ -417,9 +417,9 @@ def test_a_full_disk_costs_the_live_picture_not_the_run(run, capsys):
     run.publisher._file = os.fdopen(os.open("/dev/full", os.O_WRONLY), "wb", 0)
     run.draw((10, 0), (5, 10))
     assert run.rig.tip == pytest.approx((5, 10), abs=0.3)
-    told = capsys.readouterr().err
-    assert told.count("\n") == 1
-    assert "No space left" in told
+    reported = capsys.readouterr().err
+    assert reported.count("\n") == 1
+    assert "No space left" in reported
 
 
 def test_a_folder_that_cannot_be_made_costs_the_live_picture_only(tmp_path, capsys):
@@ -497,8 +497,8 @@ def test_another_process_is_followed_while_it_sleeps_and_missed_when_it_is_kille
     script = tmp_path / "mover.py"
     script.write_text(MOVER)
     code = CHILD.format(root=ROOT, script=str(script))
-    told = dict(os.environ, BRICKSERVO_STATE=str(tmp_path / "state"))
-    child = subprocess.Popen([sys.executable, "-c", code], env=told)
+    reported = dict(os.environ, BRICKSERVO_STATE=str(tmp_path / "state"))
+    child = subprocess.Popen([sys.executable, "-c", code], env=reported)
     follower = PoseReader(str(tmp_path / "state"))
 
     clock = PacedClock(str(tmp_path / "state"))

@@ -14,11 +14,11 @@ def time_of(number):
 @pytest.fixture(params=[1, 2, 3])
 def both(request):
     """A record, and the same samples as a list."""
-    luck = random.Random(request.param)
+    rng = random.Random(request.param)
     record, samples, place = MotionRecord(time_of), [], ((0.0, 0.0), 1.0, 2.0, None, 0)
     for number in range(300):
-        if luck.random() < 0.2:
-            place = ((luck.choice([0.0, 1.0]), 0.0), 1.0, 2.0, None, luck.choice([0, 1]))
+        if rng.random() < 0.2:
+            place = ((rng.choice([0.0, 1.0]), 0.0), 1.0, 2.0, None, rng.choice([0, 1]))
         record.append(*place)
         samples.append(MotionSample(time_of(number), *place))
     return record, samples

@@ -82,7 +82,7 @@ def test_a_brick_without_an_arm(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("options", "words"),
+    ("options", "message"),
     [
         ({"built": "spatial"}, ["planar", "spatial", "one chain"]),
         ({"arm": None, "built": "planar"}, ["planar is built", "told of no arm"]),
@@ -90,14 +90,14 @@ def test_a_brick_without_an_arm(tmp_path):
         ({"arm": None, "start": "lost"}, ["there is no arm"]),
     ],
 )
-def test_what_makes_no_sense_is_refused_in_one_line(options, words):
+def test_what_makes_no_sense_is_refused_in_one_line(options, message):
     with pytest.raises(InvalidSimulationOption) as error:
         Rig(**options)
-    assert refused(error, *words)
+    assert refused(error, *message)
 
 
 @pytest.mark.parametrize(
-    ("ask", "words"),
+    ("ask", "message"),
     [
         (lambda rig: rig.run("drver.py"), ["drver.py", "no such script", "visual_servoing.py"]),
         (lambda rig: rig.run(*MOVE, "9,9", faults="melt@1"), ["'melt@1'", "unplug:PORT"]),
@@ -105,10 +105,10 @@ def test_what_makes_no_sense_is_refused_in_one_line(options, words):
         (lambda rig: rig.run(*MOVE, "9,9", faults=["stall:D@1"]), ["no motor at port D"]),
     ],
 )
-def test_a_run_that_makes_no_sense_is_refused_in_one_line(ask, words):
+def test_a_run_that_makes_no_sense_is_refused_in_one_line(ask, message):
     with Rig("planar") as rig, pytest.raises(InvalidSimulationOption) as error:
         ask(rig)
-    assert refused(error, *words)
+    assert refused(error, *message)
 
 
 @pytest.mark.parametrize(
@@ -130,8 +130,8 @@ def test_nothing_of_it_is_left(tmp_path, monkeypatch):
     with Rig("planar") as rig:
         home = rig.state_folder
     assert not os.path.exists(home)
-    kept = tmp_path / "home"
-    kept.mkdir()
-    with Rig("planar", state_folder=str(kept), plant="cpu=0") as rig:
+    folder = tmp_path / "home"
+    folder.mkdir()
+    with Rig("planar", state_folder=str(folder), plant="cpu=0") as rig:
         rig.run(*MOVE, "12,6")
-    assert (kept / "planar.json").exists()
+    assert (folder / "planar.json").exists()

@@ -94,8 +94,8 @@ def left_by(place, computer, commands):
     folder = Path(place, computer["folder"])
     folder.mkdir(parents=True)
     (folder / "sets.py").write_text(SCRIPT)
-    words = ("draw", "--line", "10,0 9,3", "--to", str(folder / "drawing.job"))
-    assert CliRunner().invoke(laptop, words).exit_code == 0
+    args = ("draw", "--line", "10,0 9,3", "--to", str(folder / "drawing.job"))
+    assert CliRunner().invoke(laptop, args).exit_code == 0
     environment = {key: os.environ[key] for key in ("PATH", "TMPDIR") if key in os.environ}
     environment.update(
         computer["environment"],

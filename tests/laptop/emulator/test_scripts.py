@@ -208,7 +208,7 @@ def test_tank(run):
 
 def test_steering(run):
     lines, _ = run("move2_steering")
-    turned = {" ".join(words[:-2]): [int(word) for word in words[-2:]] for words in lines}
+    turned = {" ".join(fields[:-2]): [int(word) for word in fields[-2:]] for fields in lines}
     assert turned["straight"] == pytest.approx([720, 720], abs=3)
     assert turned["curve"] == pytest.approx([400, 200], abs=3)  # 25 of 50 to one wheel alone
     assert turned["one wheel"] == pytest.approx([0, 360], abs=3)
@@ -219,14 +219,14 @@ def test_steering(run):
 def test_joystick(run):
     lines, _ = run("move3_joystick")
     # A quarter ahead and to the left is 35 % of the right wheel, and none of the left.
-    assert [[float(word) for word in words[2:]] for words in lines] == [
+    assert [[float(word) for word in fields[2:]] for fields in lines] == [
         [50, 50], [50, -50], [-50, -50], [0, 40],
     ]  # fmt: skip
 
 
 def test_differential(run):
     lines, brick = run("move4_differential")
-    at = {words[0]: [float(word) for word in words[1:]] for words in lines}
+    at = {fields[0]: [float(word) for word in fields[1:]] for fields in lines}
     assert at["ahead"] == pytest.approx([0, 20, 90], abs=1)
     # A quarter of a circle of 15 cm to the right.
     assert at["arc"][:2] == pytest.approx([15, 35], abs=1)

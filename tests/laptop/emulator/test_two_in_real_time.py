@@ -12,9 +12,9 @@ from run_json import run_in
 from waiting import PATIENCE
 
 
-def simulated(out, *words):
+def simulated(out, *args):
     return [sys.executable, "-m", "laptop", "simulate", "--realtime", "--no-picture", "--out",
-            str(out), str(ROBOT / "driver.py"), *words]  # fmt: skip
+            str(out), str(ROBOT / "driver.py"), *args]  # fmt: skip
 
 
 LONG = ("--speed", "0.1", "polyline", "10,0", "5,10", "10,0", "5,10")
@@ -26,9 +26,9 @@ LONG = ("--speed", "0.1", "polyline", "10,0", "5,10", "10,0", "5,10")
 def test_in_real_time_two_programs_share_one_brick(tmp_path, end):
     environment = {**os.environ, "BRICKSERVO_STATE": str(tmp_path), "PYTHONUNBUFFERED": "1"}
 
-    def run(*words):
+    def run(*args):
         return subprocess.run(
-            simulated(tmp_path / "second", *words),
+            simulated(tmp_path / "second", *args),
             cwd=ROOT,
             env=environment,
             capture_output=True,

@@ -244,8 +244,8 @@ def test_the_client_on_the_brick_runs_as_it_is_and_heeds_a_signal(run):
 
 def test_a_cut_link_is_noticed_at_once_and_comes_back(watched):
     world = watched()
-    said = []
-    client = world.tracker.client(say=said.append)
+    printed = []
+    client = world.tracker.client(say=printed.append)
     world.look(client, 0.5)
     world.world.sleep(0.02)  # nothing is on its way to the tracker
     world.tracker.cut()
@@ -253,7 +253,7 @@ def test_a_cut_link_is_noticed_at_once_and_comes_back(watched):
     assert client.poll(1.0) == {}
     assert not client.linked
     assert world.world.now() - cut < 0.001
-    assert "reset" in said[-1]
+    assert "reset" in printed[-1]
     back = until(lambda: client.linked, client, world.world, 1.0)
     assert MIN_PAUSE <= back < MIN_PAUSE + 0.05
     assert len(world.look(client, 0.5)) >= 12

@@ -32,8 +32,8 @@ def test_what_its_docstring_and_the_readme_show_works(capsys, monkeypatch, tmp_p
     in_readme = readme.partition("```py\n")[2].partition("```")[0]
     for source in ("from laptop.emulator.rig import Rig\n" + shown, in_readme):
         exec(compile(source, "shown", "exec"), {})
-    said = capsys.readouterr()
-    assert "converged" in said.out + said.err or "stalled" in said.out + said.err
+    output = capsys.readouterr()
+    assert "converged" in output.out + output.err or "stalled" in output.out + output.err
 
 
 def test_cameras_in_virtual_time_share_their_pace():

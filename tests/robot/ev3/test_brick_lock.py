@@ -230,7 +230,7 @@ def test_where_the_system_has_no_locks_nothing_is_locked(folder, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("words", "name"),
+    ("args", "name"),
     [
         (["python3", "robot/driver.py", "line", ""], "driver.py"),
         (["/usr/bin/python3", "-m", "robot.driver", "home", ""], "robot.driver"),
@@ -238,8 +238,8 @@ def test_where_the_system_has_no_locks_nothing_is_locked(folder, monkeypatch):
         (["/usr/bin/python3", ""], "python3"),
     ],
 )
-def test_a_program_is_named_as_people_call_it(words, name):
-    assert brick_lock._script(words) == name
+def test_a_program_is_named_as_people_call_it(args, name):
+    assert brick_lock._script(args) == name
 
 
 def test_how_long_is_said_in_a_fitting_unit():

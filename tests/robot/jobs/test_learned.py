@@ -19,8 +19,8 @@ def stroke(tmp_path):
     return Job(jobs.write(tmp_path, [[(9.0, 2.0), (13.0, 6.0)]]), ARM).stroke(1)
 
 
-def learned(stroke, shoulder, ways=(0.0, 2.0, 4.0, LENGTH)):
-    return stroke._replace(offsets=[(list(ways), [list(shoulder), [0.0] * len(ways)])])
+def learned(stroke, shoulder, stations=(0.0, 2.0, 4.0, LENGTH)):
+    return stroke._replace(offsets=[(list(stations), [list(shoulder), [0.0] * len(stations)])])
 
 
 def test_a_stroke_without_offsets_stays_what_it_is(stroke):
@@ -43,7 +43,7 @@ def test_each_joint_goes_by_its_offset_beside_its_plan(stroke):
 
 
 @pytest.mark.parametrize(
-    ("shoulder", "ways", "what"),
+    ("shoulder", "stations", "what"),
     [
         ((0.0, 1.1 * MAX_OFFSET), (0.0, LENGTH), "a joint is moved by 22.0 deg"),
         ((0.0, 0.0), (0.0, 9.0), "they are of 9.00 cm, and a piece has 5.66"),
@@ -52,9 +52,9 @@ def test_each_joint_goes_by_its_offset_beside_its_plan(stroke):
         ((0.0, 0.0, 0.2, 0.0, 0.0), (0.0, 2.5, 2.8, 3.1, LENGTH), "deg/s.2 of a joint"),
     ],
 )
-def test_what_does_not_fit_is_refused(stroke, shoulder, ways, what):
+def test_what_does_not_fit_is_refused(stroke, shoulder, stations, what):
     with pytest.raises(BadJob, match=what):
-        merged("job", 1, learned(stroke, shoulder, ways), ARM.joints)
+        merged("job", 1, learned(stroke, shoulder, stations), ARM.joints)
 
 
 def test_limits_hold_for_what_is_learned(stroke):

@@ -227,8 +227,8 @@ def test_its_speed_and_pen_can_be_ordered_and_nonsense_is_told(watched, offer, c
 
     slow = drawn(w, Laptop(w, offer(w), react))
     assert "speed 500.0: give a number from 25 to 100 %" in capsys.readouterr().out
-    took = slow.down[-1][0] - slow.down[0][0]
-    assert took > 6.0
+    duration = slow.down[-1][0] - slow.down[0][0]
+    assert duration > 6.0
 
 
 @pytest.mark.long

@@ -48,7 +48,7 @@ def test_an_order_is_read(text, order):
 
 
 @pytest.mark.parametrize(
-    ("text", "words"),
+    ("text", "message"),
     [
         ("", "is no order; write one of abort, nudge, pause, pen, resume, speed"),
         ("Pause", "'Pause' is no order"),
@@ -67,14 +67,14 @@ def test_an_order_is_read(text, order):
         ("\x1b[2J", "is no order"),
     ],
 )
-def test_what_is_no_order_is_refused_in_one_line(text, words):
+def test_what_is_no_order_is_refused_in_one_line(text, message):
     with pytest.raises(BadOrder) as error:
         read_order(text)
-    told = str(error.value)
-    assert words in told
-    assert len(told) < 200
-    assert "\x1b" not in told
-    assert "\n" not in told
+    printed = str(error.value)
+    assert message in printed
+    assert len(printed) < 200
+    assert "\x1b" not in printed
+    assert "\n" not in printed
 
 
 def test_orders_come_from_lines_that_are_appended_to_a_file(tmp_path):
@@ -83,26 +83,26 @@ def test_orders_come_from_lines_that_are_appended_to_a_file(tmp_path):
     orders = JobOrders(path=str(path))
     now = iter(range(5000))
 
-    def told(text, how="a"):
+    def speed_after(text, how="a"):
         with open(str(path), how) as file:
             file.write(text)
         return orders.sample(next(now))
 
     assert orders.sample(next(now)) == 1.0
     assert not orders.aborted
-    assert told("pause\n") == 0.0
-    assert told("res") == 0.0  # the rest is to come
-    assert told("ume\nspeed 60\n") == 0.6
-    assert told("spe ed\n\xe9\x00\n") == 0.6
+    assert speed_after("pause\n") == 0.0
+    assert speed_after("res") == 0.0  # the rest is to come
+    assert speed_after("ume\nspeed 60\n") == 0.6
+    assert speed_after("spe ed\n\xe9\x00\n") == 0.6
     assert len(orders.notes) == 2
-    assert told("speed 30\n", "w") == 0.3  # begun anew
+    assert speed_after("speed 30\n", "w") == 0.3  # begun anew
     for k in range(2000):
-        told(f"pen {k % 30}\n")
+        speed_after(f"pen {k % 30}\n")
     assert orders.pen == pytest.approx(math.radians(1999 % 30))
-    assert told("x" * 20000) == 0.3
+    assert speed_after("x" * 20000) == 0.3
     for _ in range(10):
         orders.sample(next(now))
-    assert told("\nabort\n") == 0.0
+    assert speed_after("\nabort\n") == 0.0
     assert orders.aborted
     orders.close()
     orders.close()

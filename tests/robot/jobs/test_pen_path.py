@@ -23,16 +23,16 @@ def stroke(tmp_path):
 
 
 @pytest.fixture
-def way(tmp_path, stroke):
+def path(tmp_path, stroke):
     length = math.hypot(*[b - a for a, b in zip(*TURNING)])
     by_joint = [[0.0, 0.03, -0.02, 0.01], [0.02, -0.03, 0.03, 0.0]]
     learned = stroke._replace(offsets=[([0.0, 5.0, 9.0, length], by_joint)])
     return PenPath(Job(jobs.write(tmp_path, [TURNING]), ARM), 1, [learned], 1, ARM.joints)
 
 
-def test_joints_turn_round_where_the_plan_does_at_whatever_speed(way, stroke):
+def test_joints_turn_round_where_the_plan_does_at_whatever_speed(path, stroke):
     for share in (1.0, 0.5, 0.3):
-        (motion,) = way.motions(share)
+        (motion,) = path.motions(share)
         plain = slowed(stroke.pieces[0], share) if share < 1 else stroke.pieces[0]
         wished = Trajectory(*plain)
         assert any(wished.reversals)
@@ -40,18 +40,18 @@ def test_joints_turn_round_where_the_plan_does_at_whatever_speed(way, stroke):
             assert turns == pytest.approx(own, abs=1e-6)
 
 
-def test_joints_turn_round_where_the_plan_does_after_pauses(way, stroke):
+def test_joints_turn_round_where_the_plan_does_after_pauses(path, stroke):
     (plan,) = [Trajectory(*piece) for piece in stroke.pieces]
     (elbow,) = plan.reversals[1]
     there = plan.at(elbow)[0]
     for cm in (1.0, 2.5):  # beyond where it was, each time
-        (motion,) = way.motions(1.0)
-        way.cut(0, _time_at(way.pieces[0], cm))
-    (motion,) = way.motions(1.0)
+        (motion,) = path.motions(1.0)
+        path.cut(0, _time_at(path.pieces[0], cm))
+    (motion,) = path.motions(1.0)
     (turn,) = motion.reversals[1]
     # What was learned moves the joints by 2 degrees at the most.
     assert motion.at(turn)[0] == pytest.approx(there, abs=0.04)
-    back = Trajectory(*way._planned[0])
+    back = Trajectory(*path._planned[0])
     assert back.at(turn)[0] == pytest.approx(there, abs=1e-3)
     BacklashCompensation(ARM.joints, motion, (0, 0))
 

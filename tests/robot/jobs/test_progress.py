@@ -49,11 +49,11 @@ def test_a_spoilt_file_is_told_with_what_to_do(text):
 
 
 def test_a_job_is_found_by_its_name_or_path(tmp_path):
-    kept = tmp_path / "jobs" / "rose.job"
-    kept.parent.mkdir()
-    kept.write_text("x")
-    assert str(kept.parent) == jobs_folder()
-    for name in ("rose", "rose.job", str(kept)):
-        assert find_job(name) == str(kept)
+    stored = tmp_path / "jobs" / "rose.job"
+    stored.parent.mkdir()
+    stored.write_text("x")
+    assert str(stored.parent) == jobs_folder()
+    for name in ("rose", "rose.job", str(stored)):
+        assert find_job(name) == str(stored)
     with pytest.raises(NoJob, match="no job lily"):
         find_job("lily")

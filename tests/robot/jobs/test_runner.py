@@ -385,19 +385,19 @@ def test_the_status_tells_how_it_goes_also_in_motion(tmp_path):
     look()
     assert seen[-1]["state"] == "done"
     assert seen[-1]["cm"] == seen[-1]["cm_all"] == pytest.approx(41.7, abs=0.5)
-    lengths = [told["cm"] for told in seen]
+    lengths = [reported["cm"] for reported in seen]
     assert lengths == sorted(lengths)
-    moving = [told for told in seen if told["tip"]]
+    moving = [reported for reported in seen if reported["tip"]]
     assert moving
-    for told in moving:
-        assert 6 <= told["tip"][0] <= 13
-        assert 0 <= told["cm"] < told["cm_all"]
-        assert told["left_s"] <= seen[0]["left_s"]
+    for reported in moving:
+        assert 6 <= reported["tip"][0] <= 13
+        assert 0 <= reported["cm"] < reported["cm_all"]
+        assert reported["left_s"] <= seen[0]["left_s"]
 
 
 def test_no_tick_comes_late_for_what_is_told_in_motion(tmp_path):
     path = jobs.write(tmp_path, [LONG + [(6.0, 10.1)]])
-    ticks, told = [], []
+    ticks, reported = [], []
     with switched_on(tmp_path) as rig:
         drawn = Drawn(rig, path, status=str(tmp_path / "status"))
         pace, report = drawn.robot.motors.loop.pace, drawn.report.update
@@ -408,12 +408,12 @@ def test_no_tick_comes_late_for_what_is_told_in_motion(tmp_path):
             note(t, since, computing)
 
         def updating(*args, **options):
-            told.append(options.get("moving", False))
+            reported.append(options.get("moving", False))
             report(*args, **options)
 
         pace.update, drawn.report.update = noted, updating
         drawn.run()
-    assert sum(told) >= 2
+    assert sum(reported) >= 2
     assert max(ticks) < 0.022
 
 
@@ -423,9 +423,9 @@ def test_the_wanted_path_is_told_to_whoever_watches(tmp_path, monkeypatch):
     path = jobs.write(tmp_path, [SQUARE, LONG])
     with switched_on(tmp_path) as rig:
         Drawn(rig, path).run()
-    told = [json.loads(line)["path"] for line in plan.read_text().splitlines()]
-    assert len(told) == 2
-    for points, wanted in zip(told, (SQUARE, LONG)):
+    reported = [json.loads(line)["path"] for line in plan.read_text().splitlines()]
+    assert len(reported) == 2
+    for points, wanted in zip(reported, (SQUARE, LONG)):
         assert points[0] == pytest.approx(wanted[0], abs=1e-3)
         assert points[-1] == pytest.approx(wanted[-1], abs=1e-3)
         assert jobs.length(points) == pytest.approx(jobs.length(wanted), rel=1e-3)

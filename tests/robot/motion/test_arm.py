@@ -217,11 +217,11 @@ def chased(rig, robot, aim, seconds):
     begin = rig.world.now()
     rows = []
 
-    def told(t, q):
+    def reported(t, q):
         rows.append((t - begin, q, rig.q, rig.brick.sysfs.accesses))
         return in_radians(rig, aim(t - begin)) if t - begin < seconds else None
 
-    robot.chase(told)
+    robot.chase(reported)
     return rows
 
 

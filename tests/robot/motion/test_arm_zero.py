@@ -27,13 +27,13 @@ def driven(rig):
     return sum(text.startswith("run") for _, _, _, text in rig.writes)
 
 
-def refuses(rig, kind, act, *words):
+def refuses(rig, kind, act, *messages):
     """Return True if `act()` is refused as told, nothing being driven."""
     before, q = driven(rig), rig.q
     with pytest.raises(rig.its(kind)) as error:
         act()
     assert "\n" not in str(error.value)
-    assert all(word in str(error.value) for word in words), error.value
+    assert all(word in str(error.value) for word in messages), error.value
     return driven(rig) == before and far(rig.q, q) < 0.01
 
 
@@ -52,11 +52,15 @@ def stalled(rig):
 @each_move
 def test_after_a_stall_nothing_moves_and_the_stall_is_the_cause(rig, move):
     robot = stalled(rig)
-    words = "the elbow (port B) does not turn", "since then the zero is in doubt", "home it first"
-    assert refuses(rig, NotHomed, lambda: move(robot), *words)
-    assert refuses(rig, NotHomed, robot.load_zero, *words)
+    messages = (
+        "the elbow (port B) does not turn",
+        "since then the zero is in doubt",
+        "home it first",
+    )
+    assert refuses(rig, NotHomed, lambda: move(robot), *messages)
+    assert refuses(rig, NotHomed, robot.load_zero, *messages)
     robot.park()
-    assert refuses(rig, NotHomed, robot.load_zero, *words)
+    assert refuses(rig, NotHomed, robot.load_zero, *messages)
 
 
 def test_homed_after_a_stall_it_moves_again(rig):
@@ -102,14 +106,14 @@ def test_while_one_arm_of_a_program_is_not_parked_no_other_one_moves(rig, move):
     first, second = rig.robot(), rig.robot()
     first.go_to(degrees(20, 30))
     rig.world.sleep(0.5)  # held, it may still turn by a hair
-    words = "another RobotArm of this program", "call its park()"
-    assert refuses(rig, BrickInUse, lambda: move(second), *words)
-    assert refuses(rig, BrickInUse, second.load_zero, *words)
+    messages = "another RobotArm of this program", "call its park()"
+    assert refuses(rig, BrickInUse, lambda: move(second), *messages)
+    assert refuses(rig, BrickInUse, second.load_zero, *messages)
     first.park()
     second.load_zero()
     second.go_to(degrees(10, 10))
     assert far(rig.q, degrees(10, 10)) < 2.1
-    assert refuses(rig, BrickInUse, lambda: move(first), *words)
+    assert refuses(rig, BrickInUse, lambda: move(first), *messages)
 
 
 def test_nor_in_the_midst_of_its_motion(rig):

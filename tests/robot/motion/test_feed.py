@@ -147,19 +147,19 @@ def off(p, points):
 @pytest.mark.parametrize("share", [0.03, 0.31, 0.5, 0.77, 0.93, 0.975])
 def test_what_is_left_is_the_same_way_begun_at_rest(points, share):
     piece, _ = planned(points)
-    whole = trajectory.Trajectory(*piece)
-    tau = share * whole.duration
+    full = trajectory.Trajectory(*piece)
+    tau = share * full.duration
     rest = trajectory.Trajectory(*rest_of(piece, tau))
     # (Where next to nothing is left before a knot, it begins there.)
-    begin = kinematics.forward(ARM, rest.start), kinematics.forward(ARM, whole.at(tau)[0])
+    begin = kinematics.forward(ARM, rest.start), kinematics.forward(ARM, full.at(tau)[0])
     assert kinematics.distance(*begin) <= 0.0051
-    assert rest.end == whole.end
+    assert rest.end == full.end
     assert max(map(abs, rest.speeds(1e-4))) < math.radians(0.2)
     fine = [q for t, q in zip(range(4001), way(piece, 4000)) if t / 4000 >= share - 0.001]
     for p in way(rest.numbers(), 60):
         assert off(p, fine) < 0.012
     # No faster than it was anywhere, but that it speeds up where it did not.
-    fastest = max(max(map(abs, whole.speeds(k / 200 * whole.duration))) for k in range(200))
+    fastest = max(max(map(abs, full.speeds(k / 200 * full.duration))) for k in range(200))
     for k in range(1, 300):
         t = k / 300 * rest.duration
         assert max(map(abs, rest.speeds(t))) <= fastest * 1.001
@@ -188,18 +188,18 @@ def test_a_piece_whose_speeds_do_not_fit_is_slowed_all_the_same():
 def test_a_slowed_piece_is_the_same_way_and_speeds_up_as_hard(points, share):
     piece, _ = planned(points)
     slow = slowed(piece, share)
-    whole, motion = trajectory.Trajectory(*piece), trajectory.Trajectory(*slow)
-    assert motion.start == whole.start
-    assert motion.end == whole.end
-    assert whole.duration < motion.duration < whole.duration / share + 1e-9
+    full, motion = trajectory.Trajectory(*piece), trajectory.Trajectory(*slow)
+    assert motion.start == full.start
+    assert motion.end == full.end
+    assert full.duration < motion.duration < full.duration / share + 1e-9
     top = max(v for v, _, _, _ in piece[1])
     for k in range(1, 200):
         t = k / 200 * motion.duration
         raw = same_place(piece, slow, t)
-        assert motion.at(t)[0] == pytest.approx(whole.at(raw)[0], abs=1e-6)
+        assert motion.at(t)[0] == pytest.approx(full.at(raw)[0], abs=1e-6)
         h = 1e-3
         tip = [kinematics.forward(ARM, motion.at(x)[0]) for x in (t - h, t + h)]
         assert kinematics.distance(*tip) / (2 * h) < share * top * 1.02
-    assert same_place(piece, slow, motion.duration) == pytest.approx(whole.duration)
+    assert same_place(piece, slow, motion.duration) == pytest.approx(full.duration)
     assert same_place(piece, slow, -0.1) == -0.1
     assert slowed(piece, 1.0)[0] == pytest.approx(piece[0], rel=1e-4)

@@ -22,13 +22,13 @@ def potential_energy(arm, q):
 
 @pytest.mark.parametrize("seed", range(20))
 def test_torques_are_minus_the_slope_of_the_potential_energy(seed):
-    luck = random.Random(seed)
+    rng = random.Random(seed)
     joints = tuple(
-        joint._replace(mass=luck.uniform(0, 0.2), centre=luck.uniform(0.1, 20))
+        joint._replace(mass=rng.uniform(0, 0.2), centre=rng.uniform(0.1, 20))
         for joint in ARM.joints
     )
     arm = ARM._replace(joints=joints)
-    q = [luck.uniform(-3, 3) for _ in joints]
+    q = [rng.uniform(-3, 3) for _ in joints]
     torques = Gravity(arm).torques(q)
     for k in range(3):
         ahead, behind = (q[:k] + [q[k] + e] + q[k + 1 :] for e in (1e-5, -1e-5))

@@ -34,7 +34,7 @@ def held(rig):
 
 @pytest.mark.short("go_to-lowered", "reach-over the top", "go_to-hanging")
 @pytest.mark.parametrize(
-    ("way", "sides"),
+    ("direction", "sides"),
     [
         (((0, 60, -40), (0, 20, -80)), (0, 1, 1)),  # down again: it lies as it lay
         (((30, 60, -60), (10, 125, -110)), (-1, -1, 1)),  # over the top it falls backwards
@@ -43,10 +43,10 @@ def held(rig):
     ids=["lowered", "over the top", "hanging"],
 )
 @pytest.mark.parametrize("move", ["go_to", "reach"])
-def test_gravity_says_where_the_play_lies(tmp_path, move, way, sides):
+def test_gravity_says_where_the_play_lies(tmp_path, move, direction, sides):
     with switched_on(tmp_path, described("spatial", 4)) as rig:
         robot = rig.robot()
-        for q in way:
+        for q in direction:
             getattr(robot, move)(degrees(*q))
             assert far(rig.q, degrees(*q)) < 0.8, "half the play is 2 deg"
             assert far(robot.angles(), rig.q) < 0.5
@@ -236,13 +236,13 @@ def low(sh):
 
 @pytest.mark.short("a line")
 @pytest.mark.parametrize(
-    ("words", "goes"),
+    ("args", "goes"),
     [(LINE, True), ((*LINE, "--stay"), False), (("move", "14,0,10"), False)],
     ids=["a line", "told to stay", "a move"],
 )
-def test_after_a_drawing_it_goes_low_and_says_so(shell, words, goes):
+def test_after_a_drawing_it_goes_low_and_says_so(shell, args, goes):
     sh = shell()
-    shown = sh.run(*words)
+    shown = sh.run(*args)
     assert shown.status == 0
     assert ("gone low" in shown.out) is goes
     assert low(sh) is goes

@@ -61,11 +61,11 @@ def test_from_one_stop_the_described_play_is_allowed_for(tmp_path, name, side):
     start = degrees(20, -30)
     arm = described(name, 4, seek=side)
     with switched_on(tmp_path, arm, start=start, homed=False) as rig:
-        said = []
-        found = rig.robot(awake=False).home(say=said.append, seek=True)
+        lines = []
+        found = rig.robot(awake=False).home(say=lines.append, seek=True)
         assert max(off(found, rig, start).values()) < 1.3
         assert [f.backlash for f in found] == [None, None]
-        assert all(side in line for line in said)
+        assert all(side in line for line in lines)
 
 
 @pytest.mark.short("seed=4,backlash=3")
@@ -109,12 +109,18 @@ def test_afterwards_the_zero_is_on_file_and_the_arm_draws(tmp_path):
 
 def test_progress_is_told(tmp_path):
     with switched_on(tmp_path, homed=False) as rig:
-        said = []
-        driver = rig.driver(awake=False, say=said.append)
+        lines = []
+        driver = rig.driver(awake=False, say=lines.append)
         driver.home(seek=True)
-    text = "\n".join(said)
-    for words in ("shoulder, lower", "shoulder, upper", "elbow, lower", "elbow, upper", "play 2."):
-        assert words in text
+    text = "\n".join(lines)
+    for name in (
+        "shoulder, lower",
+        "shoulder, upper",
+        "elbow, lower",
+        "elbow, upper",
+        "play 2.",
+    ):
+        assert name in text
 
 
 def test_here_takes_the_arm_as_it_stands_and_nothing_moves(tmp_path):
@@ -149,10 +155,10 @@ def homed_as(rig, **changes):
         robot.park()
 
 
-def refused(rig, error, *words):
+def refused(rig, error, *messages):
     text = str(error.value)
     assert "\n" not in text
-    assert all(word in text for word in words), text
+    assert all(word in text for word in messages), text
     assert rig.brick.driven() == []
     with pytest.raises(rig.its(NotHomed)):
         rig.robot()
@@ -208,15 +214,15 @@ def test_an_arm_that_had_a_zero_loses_it_when_homing_fails(tmp_path):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(("play", "told"), [(2, False), (3, False), (5, True)])
-def test_play_that_is_not_the_described_is_told(tmp_path, play, told):
+@pytest.mark.parametrize(("play", "message"), [(2, False), (3, False), (5, True)])
+def test_play_that_is_not_the_described_is_told(tmp_path, play, message):
     with switched_on(tmp_path, "planar", f"backlash={play}", homed=False) as rig:
-        said = []
+        lines = []
         driver = rig.driver(awake=False)
-        driver.say = said.append
+        driver.say = lines.append
         driver.home(seek=True)
-    assert [line for line in said if "says 2.0 deg of play" in line] == [
+    assert [line for line in lines if "says 2.0 deg of play" in line] == [
         f"{name}: the arm file says 2.0 deg of play; correct it, or the stops"
         for name in ("shoulder", "elbow")
-        if told
+        if message
     ]

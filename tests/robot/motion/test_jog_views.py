@@ -44,10 +44,14 @@ def test_a_place_points_upwards():
     assert place((3, 4)) == 3 - 4j
 
 
-@pytest.mark.parametrize(("way", "sign"), [(60, 1), (-60, -1)])
-def test_a_lever_is_that_of_the_chord_over_the_way_to_its_middle(way, sign):
+@pytest.mark.parametrize(("side", "sign"), [(60, 1), (-60, -1)])
+def test_a_lever_is_that_of_the_chord_over_the_way_to_its_middle(side, sign):
     # An equilateral triangle: the chord's middle is cos(30 deg) of the way to its ends.
-    views = [View(100 + 0j, 0j, DOUBT), View(turned(0, way, 100), 0j, DOUBT), View(100, 0j, DOUBT)]
+    views = [
+        View(100 + 0j, 0j, DOUBT),
+        View(turned(0, side, 100), 0j, DOUBT),
+        View(100, 0j, DOUBT),
+    ]
     found = lever(Jog(*views + [-math.radians(60)]), 0.0)
     assert found == pytest.approx(sign * 2 / math.sqrt(3))
 
@@ -113,7 +117,7 @@ def test_motions_that_fit_in_no_order_are_left_to_a_person():
 
 
 @pytest.mark.parametrize(
-    ("base", "mirrored", "words"),
+    ("base", "mirrored", "message"),
     [
         (LEFT, True, ["right of the arm", "mirrored"]),
         (-LEFT, False, ["right of the arm", "the marker lies there"]),
@@ -122,11 +126,11 @@ def test_motions_that_fit_in_no_order_are_left_to_a_person():
         (110 + 40j, False, ["2.2 times as far"]),  # 20.8 / 9.8
     ],
 )
-def test_a_marker_that_does_not_lie_on_the_left_is_refused(base, mirrored, words):
+def test_a_marker_that_does_not_lie_on_the_left_is_refused(base, mirrored, message):
     jogs = [jog(0j, 8, base, mirrored=mirrored), jog(ELBOW, 8, base, mirrored=mirrored)]
     with pytest.raises(NotSeen) as error:
         recognised(arm(), jogs)
-    assert refused(error, *words)
+    assert refused(error, *message)
 
 
 def test_one_that_moves_nothing_is_named_and_all_of_them_are_the_markers_fault():
@@ -170,14 +174,14 @@ def upright(along):
 
 
 @pytest.mark.parametrize("place_of_base", [0, 1, 2])
-@pytest.mark.parametrize("way", [1, -1])
-def test_in_space_what_goes_round_is_the_base(place_of_base, way):
+@pytest.mark.parametrize("direction", [1, -1])
+def test_in_space_what_goes_round_is_the_base(place_of_base, direction):
     one = arm("spatial", (4, 4, 4))
     jogs = [upright(-12), upright(20)]
-    jogs.insert(place_of_base, jog(0j, 8 * way))
+    jogs.insert(place_of_base, jog(0j, 8 * direction))
     seen, why = recognised(one, jogs)
     wanted = [None, None, None]
-    wanted[place_of_base] = Observed("base", way > 0)
+    wanted[place_of_base] = Observed("base", direction > 0)
     assert seen == wanted
     assert "shoulder and elbow move the tip in one upright plane" in why
 

@@ -130,7 +130,7 @@ def test_friction_is_pushed_against_in_the_direction_of_the_motion_only():
 def test_a_weight_that_is_told_is_carried_from_the_start():
     """A weight of 6 % of duty: 0.024 Nm at a large motor."""
 
-    def sunk(told):
+    def sunk(reported):
         motor = Motor(load=6.0)
         motor.angle = 0.5
         gains = GAINS["large"]
@@ -138,14 +138,14 @@ def test_a_weight_that_is_told_is_carried_from_the_start():
         least = 0.0
         for k in range(100):
             controller.observe(k * TICK, *[math.radians(angle) for angle in motor.bounds()])
-            controller.carry(-6.0 * gains.torque_per_duty if told else 0.0)
+            controller.carry(-6.0 * gains.torque_per_duty if reported else 0.0)
             error = math.radians(0.5) - controller.angle
             motor.run(math.degrees(controller.command(error, 0.0, 0.0)), TICK)
             least = min(least, motor.angle - 0.5)
         return least
 
-    assert sunk(told=False) < -0.4
-    assert sunk(told=True) > -0.1
+    assert sunk(reported=False) < -0.4
+    assert sunk(reported=True) > -0.1
 
 
 @pytest.mark.parametrize("gear", [1.0, 5.0])

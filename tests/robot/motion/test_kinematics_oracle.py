@@ -58,13 +58,13 @@ def minimised(arm, p, q, rounds=40):
 )
 def test_inverse_and_jacobian_agree_with_numerical_minimisation(name, count):
     arm = read_arm(find_arm(name))
-    luck = np.random.default_rng(5)
+    rng = np.random.default_rng(5)
     low, high = (
         np.array([getattr(joint, side) for joint in arm.joints]) for side in ("lower", "upper")
     )
-    truth = luck.uniform(low, high, (count, len(arm.joints)))
+    truth = rng.uniform(low, high, (count, len(arm.joints)))
     p = tips(arm, truth)
-    found, off = minimised(arm, p, luck.uniform(low, high, truth.shape))
+    found, off = minimised(arm, p, rng.uniform(low, high, truth.shape))
     inside = ((found >= low) & (found <= high)).all(axis=1) & (off < 1e-9)
     assert inside.mean() > 0.4
     size = len(kinematics.forward(arm, truth[0].tolist()))
@@ -93,18 +93,18 @@ def test_inverse_and_jacobian_agree_with_numerical_minimisation(name, count):
 def test_the_nearest_pose_is_the_nearest_of_all_close_to_the_axis_too(name):
     """From many starts about a pose no other one is found that is nearer."""
     arm, starts = read_arm(find_arm(name)), 12
-    luck = np.random.default_rng(3)
+    rng = np.random.default_rng(3)
     low, high = (
         np.array([getattr(joint, side) for joint in arm.joints]) for side in ("lower", "upper")
     )
     size = kinematics.coordinates(arm)
-    poses = luck.uniform(low, high, (60_000, len(low)))
+    poses = rng.uniform(low, high, (60_000, len(low)))
     poses = poses[np.argsort(np.linalg.norm(tips(arm, poses)[:, :2], axis=1))[:250]]
     wanted = tips(arm, poses)
-    wanted[:, :size] += luck.uniform(-0.5, 0.5, (len(poses), size))
+    wanted[:, :size] += rng.uniform(-0.5, 0.5, (len(poses), size))
     begin = poses.repeat(starts, axis=0)
     found, off = minimised(
-        arm, wanted.repeat(starts, axis=0), begin + luck.normal(0, 0.4, begin.shape)
+        arm, wanted.repeat(starts, axis=0), begin + rng.normal(0, 0.4, begin.shape)
     )
     usable = ((found >= low) & (found <= high)).all(axis=1) & (off < 1e-9)
     ways = np.where(usable, np.abs(found - begin).max(axis=1), np.inf).reshape(-1, starts)

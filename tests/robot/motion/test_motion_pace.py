@@ -24,24 +24,24 @@ from robot.motion.pace import AVERAGED_TICKS, MAX_PERIOD, MIN_PERIOD, LoopTiming
 
 def paced(*computing):
     """A LoopTiming after dozens of ticks that took so long each (s), and what it has said."""
-    said = []
-    pace = LoopTiming(said.append)
+    lines = []
+    pace = LoopTiming(lines.append)
     t = 0.0
     for seconds in computing:
         for _ in range(AVERAGED_TICKS):
             since = max(pace.period, seconds)
             t += since
             pace.update(t, since, seconds)
-    return pace, said
+    return pace, lines
 
 
 @pytest.mark.parametrize(("computing", "period"), [(0.005, 0.02), (0.02, 0.025), (0.036, 0.045)])
 def test_the_period_is_what_ticks_take_and_a_quarter_more(computing, period):
-    pace, said = paced(computing)
+    pace, lines = paced(computing)
     assert pace.period == pytest.approx(period)
     assert pace.rate == 1.0
-    assert len(said) == 1
-    assert f"{1000 * computing:.0f} ms of this brick" in said[0]
+    assert len(lines) == 1
+    assert f"{1000 * computing:.0f} ms of this brick" in lines[0]
 
 
 def test_a_later_command_is_fed_forward_earlier_and_by_a_softer_hand():
@@ -61,17 +61,17 @@ def test_where_no_period_will_do_the_plan_goes_slower_than_the_clock_and_not_by_
 
 
 def test_that_the_brick_becomes_slower_is_told_once_with_what_to_do():
-    pace, said = paced(0.01, 0.01, 0.04, 0.045, 0.01, 0.045)
-    assert len(said) == 2
-    assert "has become slower" in said[1]
-    assert "end other programs on the brick" in said[1]
-    assert "cable" not in said[1]
+    pace, lines = paced(0.01, 0.01, 0.04, 0.045, 0.01, 0.045)
+    assert len(lines) == 2
+    assert "has become slower" in lines[1]
+    assert "end other programs on the brick" in lines[1]
+    assert "cable" not in lines[1]
 
 
 def test_ticks_that_take_longer_but_find_room_are_no_news():
-    pace, said = paced(0.01, 0.01, 0.03, 0.039)
+    pace, lines = paced(0.01, 0.01, 0.03, 0.039)
     assert pace.rate == 1.0
-    assert len(said) == 1
+    assert len(lines) == 1
 
 
 def test_a_late_tick_is_late_for_a_while():
@@ -220,26 +220,26 @@ def test_what_is_fed_forward_goes_at_the_plan_s_rate_from_the_first_tick_on():
 @pytest.mark.parametrize("period", [0.02, 0.05])
 def test_spare_time_is_what_is_left_of_a_tick_when_its_motors_are_driven(period):
     """None at the start; and the system keeps its share."""
-    world, told = World(), []
+    world, calls = World(), []
     joint = Lagging(world, 0.0)
     loop = ControlLoop(world, {joint: joint}, lambda: None, lambda line: None)
     loop.pace.period = period
     loop.pace.update = lambda *args: None
 
     def watch(t, now, angles):
-        told.append(("read", now))
+        calls.append(("read", now))
         world.sleep(0.004)
         return STOP if t > 1 else None
 
     def spare(until):
-        told.append(("spare", world.now(), until))
+        calls.append(("spare", world.now(), until))
 
     assert not loop.run([joint], Even(), on_tick=watch, spare=spare)
-    for (_, read, *_), (name, *times), (_, next_one, *_) in zip(told, told[1:], told[2:]):
+    for (_, read, *_), (name, *times), (_, next_one, *_) in zip(calls, calls[1:], calls[2:]):
         if name == "spare":
             assert times == pytest.approx([read + 0.004, read + period * (1 - IDLE_SHARE)])
             assert next_one == pytest.approx(read + period)
-    assert min(entry[1] for entry in told if entry[0] == "spare") > START_TIME
+    assert min(entry[1] for entry in calls if entry[0] == "spare") > START_TIME
 
 
 def test_who_needs_more_than_the_spare_time_makes_the_period_longer():

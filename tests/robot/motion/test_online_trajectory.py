@@ -59,10 +59,10 @@ def run(aim, seconds, name="planar", sides=(1, 1), speed=None):
 
 @pytest.mark.parametrize("seed", range(50))
 def test_a_way_is_within_its_limits_never_backwards_and_ends_with_the_aim(seed):
-    luck = random.Random(seed)
-    up, down = luck.uniform(1, 5), luck.uniform(0.3, 5)
-    v, u = luck.uniform(0, 1), luck.choice([0.0, luck.uniform(0, 0.9)])
-    e = luck.uniform(-2, 3)
+    rng = random.Random(seed)
+    up, down = rng.uniform(1, 5), rng.uniform(0.3, 5)
+    v, u = rng.uniform(0, 1), rng.choice([0.0, rng.uniform(0, 0.9)])
+    e = rng.uniform(-2, 3)
     x, speed, t = 0.0, v, 0.0
     for duration, a in time_optimal_profile(e, v, u, 1.0, up, down):
         assert duration >= 0
@@ -138,30 +138,30 @@ def test_a_tick_that_comes_very_late_does_not_carry_a_joint_past_its_limit():
 @pytest.mark.parametrize("least", [40, 1])
 def test_what_the_control_law_was_told_ahead_stands(least):
     """Whatever the aim does: also where one crossing of the play follows another at once."""
-    luck = random.Random(7)
+    rng = random.Random(7)
     chase, _ = pursuit()
-    told = []
+    reported = []
     for k in range(1000):
         t = k * TICK
-        chase.steer(t, [luck.choice([-1, 1]) * luck.uniform(0, least) * DEG] * 2)
-        for then, (q, _), speeds in told:
+        chase.steer(t, [rng.choice([-1, 1]) * rng.uniform(0, least) * DEG] * 2)
+        for then, (q, _), speeds in reported:
             assert chase.at(then)[0] == pytest.approx(q, abs=1e-9)
             assert chase.speeds(then) == pytest.approx(speeds, abs=1e-9)
-        told = [
+        reported = [
             (t + a, chase.at(t + a), chase.speeds(t + a)) for a in (TICK, 1.5 * TICK, LEAD - 1e-9)
         ]
 
 
 def test_speed_acceleration_and_limits_are_kept_whatever_the_aim():
-    luck = random.Random(3)
+    rng = random.Random(3)
     chase, joints = pursuit()
     aim = [0.0, 0.0]
     before = None
     for k in range(2000):
         t = k * TICK
-        if luck.random() < 0.1:
-            aim = [luck.uniform(-300, 300) * DEG for _ in joints]
-        aim = [a + luck.uniform(-1, 1) * DEG for a in aim]
+        if rng.random() < 0.1:
+            aim = [rng.uniform(-300, 300) * DEG for _ in joints]
+        aim = [a + rng.uniform(-1, 1) * DEG for a in aim]
         chase.steer(t, aim)
         q = links(chase, joints, t)
         for angle, joint in zip(q, joints):
@@ -185,8 +185,8 @@ def test_turning_round_the_link_stands_while_the_play_is_crossed():
 
 
 def test_noise_in_the_aim_does_not_cross_the_play_to_and_fro():
-    luck = random.Random(1)
-    rows = run(lambda t: 10 + luck.gauss(0, 0.15), 20.0)
+    rng = random.Random(1)
+    rows = run(lambda t: 10 + rng.gauss(0, 0.15), 20.0)
     assert {side for _, _, side in rows} == {1}
     late = [q for t, q, _ in rows if t > 5]
     assert max(late) - min(late) < 0.5, "and at rest it stays"

@@ -104,9 +104,9 @@ def test_speeds_stay_within_the_limits(arm, line):
     """By differences of the set-points, which are not trusted to say how fast they are."""
     (motion,) = plan(arm, polyline(line), arm.speed)
     for t in times(motion):
-        for speed, told, joint in zip(speed_at(motion, t), speeds_of(motion, t), arm.joints):
+        for speed, expected, joint in zip(speed_at(motion, t), speeds_of(motion, t), arm.joints):
             assert abs(speed) <= 1.001 * joint.max_speed
-            assert speed == pytest.approx(told, abs=0.05)
+            assert speed == pytest.approx(expected, abs=0.05)
         a, b = forward(arm, angles(motion, t - H)), forward(arm, angles(motion, t + H))
         assert math.hypot(b[0] - a[0], b[1] - a[1]) / (2 * H) <= 1.01 * arm.speed
 
@@ -361,8 +361,10 @@ def test_a_joint_move_is_smooth_and_within_its_limits(fastest):
         accelerations = smoothest(speeds, step)
         assert max(map(abs, speeds)) <= 1.001 * fastest[k]
         assert max(map(abs, accelerations)) <= 1.001 * 6.0
-        told = [speeds_of(move, t)[k] for t in times(move, step)]
-        assert speeds == pytest.approx([(a + b) / 2 for a, b in zip(told, told[1:])], abs=1e-3)
+        speeds_at = [speeds_of(move, t)[k] for t in times(move, step)]
+        assert speeds == pytest.approx(
+            [(a + b) / 2 for a, b in zip(speeds_at, speeds_at[1:])], abs=1e-3
+        )
     # And not needlessly slow: one limit or the other is met.
     swift = [1.875 * abs(b - a) / move.duration / top for a, b, top in zip(start, end, fastest)]
     hard = [5.7735 * abs(b - a) / move.duration**2 / 6.0 for a, b in zip(start, end)]

@@ -258,8 +258,8 @@ def test_an_angle_beyond_a_stop_is_refused(zero):
             angles[k] = stop + sign * (joint.backlash + math.radians(10) + slack)
             with pytest.raises(NotHomed) as error:
                 zero.check_angles(angles)
-            told = "{} stands at {:.1f} deg".format(joint.name, math.degrees(angles[k]))  # noqa: UP032
-            assert refused(error, told, zero.file, "driver.py home")
+            reported = "{} stands at {:.1f} deg".format(joint.name, math.degrees(angles[k]))  # noqa: UP032
+            assert refused(error, reported, zero.file, "driver.py home")
     with pytest.raises(NotHomed) as error:
         zero.check_angles(home, ARM.pen.up + math.radians(100) * (1 if ARM.pen.up else -1))
     assert refused(error, "pen stands at")
@@ -277,8 +277,8 @@ def test_no_zero_of_millions_of_degrees_is_said_or_driven_by(tmp_path, monkeypat
     shell = Shell(tmp_path, monkeypatch, capsys)
     far = dict(shell.on_file()["zero"], A=1e6)
     shell.state.save(far, dict.fromkeys(far, 0))
-    for words in (("where",), ("move", "12,6")):
-        shown = shell.run(*words)
+    for args in (("where",), ("move", "12,6")):
+        shown = shell.run(*args)
         assert shown.status == 1
         assert in_one_line(shown.err, "shoulder stands at -1000000", "driver.py home")
     assert not shell.busy

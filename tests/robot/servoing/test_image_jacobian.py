@@ -109,8 +109,8 @@ def taught(see, poses, links=LINKS, variance=0.05):
 
 
 def scattered(count, seed=1, joints=2, low=-1.2, high=1.2):
-    luck = random.Random(seed)
-    return [tuple(luck.uniform(low, high) for _ in range(joints)) for _ in range(count)]
+    rng = random.Random(seed)
+    return [tuple(rng.uniform(low, high) for _ in range(joints)) for _ in range(count)]
 
 
 # ---- Broyden
@@ -199,14 +199,14 @@ def test_what_was_seen_in_motion_teaches_the_filter_less():
 
 @pytest.mark.parametrize("noise_aware", [False, True])
 def test_the_covariance_stays_symmetric_positive_and_bounded(noise_aware):
-    luck = random.Random(3)
+    rng = random.Random(3)
     model = LocalJacobian(2, 3, noise_aware)
     J = ((300.0, -40.0, 70.0), (20.0, 150.0, -90.0))
     unknown = model.covariance()[0][0]
     for k in range(300):
-        step = 10 ** luck.uniform(-4, 0)
-        q = [luck.uniform(-step, step) for _ in range(3)]
-        s = [y + luck.gauss(0, 1) for y in linear(q, J)]
+        step = 10 ** rng.uniform(-4, 0)
+        q = [rng.uniform(-step, step) for _ in range(3)]
+        s = [y + rng.gauss(0, 1) for y in linear(q, J)]
         model.observe(q, s, 2.0)
         if k % 50 == 49:
             model.inflate_variances()
@@ -219,14 +219,14 @@ def test_the_covariance_stays_symmetric_positive_and_bounded(noise_aware):
 def test_the_filter_never_freezes():
     """After a long stay at one camera, another one is learned within a few moves."""
     model, q = explored(True)
-    luck = random.Random(5)
+    rng = random.Random(5)
     for _ in range(200):
-        q = [luck.uniform(-0.3, 0.3) for _ in range(2)]
+        q = [rng.uniform(-0.3, 0.3) for _ in range(2)]
         model.observe(q, linear(q), 0.1)
     turned = ((340.0, 100.0), (210.0, 520.0))
     model.inflate_variances()
     for _ in range(12):
-        q = [luck.uniform(-0.3, 0.3) for _ in range(2)]
+        q = [rng.uniform(-0.3, 0.3) for _ in range(2)]
         model.observe(q, linear(q, turned), 0.1)
     assert flat(model.J) == pytest.approx(flat(turned), abs=25)
 

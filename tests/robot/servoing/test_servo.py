@@ -297,11 +297,11 @@ def test_the_report_needs_twenty_points_of_every_camera():
 
 
 def frames_of(count, noise=0.0, goal=(400.0, 300.0), at=(100.0, 100.0), outliers=(), seed=1):
-    luck = random.Random(seed)
+    rng = random.Random(seed)
     return [
         (
             0.03 * k,
-            (5.0, 470.0) if k in outliers else tuple(x + luck.gauss(0, noise) for x in at),
+            (5.0, 470.0) if k in outliers else tuple(x + rng.gauss(0, noise) for x in at),
             goal,
         )
         for k in range(count)
@@ -375,9 +375,9 @@ def test_errors_of_several_cameras_stand_in_a_row():
 
 def test_a_robust_mean_leaves_the_far_off_frames_out():
     near = [(10.0, 20.0), (11.0, 20.0), (12.0, 21.0), (11.0, 19.0), (11.0, 20.0)]
-    s, sigma, kept = robust_mean(near + [(300.0, 20.0), (11.0, -90.0)])
+    s, sigma, inliers = robust_mean(near + [(300.0, 20.0), (11.0, -90.0)])
     assert s == (11.0, 20.0)
-    assert kept == 5
+    assert inliers == 5
     assert 0 <= sigma < 2
     assert robust_mean([(3.0, 4.0)]) == ((3.0, 4.0), 0.0, 1)
     assert robust_mean([(0.0, 0.0)] * 2 + [(90.0, 90.0)] * 2)[2] >= 1
@@ -427,13 +427,13 @@ def test_one_iteration_is_enough_for_a_plane_with_a_wall():
 
 
 def test_the_best_pose_never_leaves_the_box():
-    luck = random.Random(2)
+    rng = random.Random(2)
     for _ in range(60):
-        J = tuple(tuple(luck.uniform(-200, 200) for _ in range(3)) for _ in range(4))
-        low = [luck.uniform(-1, 0) for _ in range(3)]
-        high = [wall + luck.uniform(0, 1) for wall in low]
-        goal = [luck.uniform(-500, 500) for _ in range(4)]
-        start = [luck.uniform(-2, 2) for _ in range(3)]
+        J = tuple(tuple(rng.uniform(-200, 200) for _ in range(3)) for _ in range(4))
+        low = [rng.uniform(-1, 0) for _ in range(3)]
+        high = [wall + rng.uniform(0, 1) for wall in low]
+        goal = [rng.uniform(-500, 500) for _ in range(4)]
+        start = [rng.uniform(-2, 2) for _ in range(3)]
         caution = [[0.0] * 3 for _ in range(3)]
         q, left = best_pose(straight(J, (0,) * 4), goal, start, (low, high), start, caution)
         assert all(least <= a <= most for least, a, most in zip(low, q, high))
@@ -818,12 +818,12 @@ def test_the_history_keeps_its_own_copy():
 
 
 def watched(path, count=60, noise=0.0, outliers=0.0, seed=1, tip=(0.0, 0.0), confidence=1.0):
-    goal, luck = GoalEstimate(), random.Random(seed)
+    goal, rng = GoalEstimate(), random.Random(seed)
     for k in range(count):
         t = k / 30
-        g = tuple(x + luck.gauss(0, noise) for x in path(t))
-        if luck.random() < outliers:
-            g = (luck.uniform(0, 640), luck.uniform(0, 480))
+        g = tuple(x + rng.gauss(0, noise) for x in path(t))
+        if rng.random() < outliers:
+            g = (rng.uniform(0, 640), rng.uniform(0, 480))
         goal.add(t, g, confidence, tip)
     return goal
 

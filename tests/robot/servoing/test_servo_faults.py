@@ -26,12 +26,12 @@ def midst(tmp_path_factory, monkeypatch, capsys):
     By the words of the command line: others take another time, and the arm then goes another way.
     """
 
-    def found(mode, *words):
-        key = (mode, *words)
+    def found(mode, *args):
+        key = (mode, *args)
         if key not in UNDISTURBED:
             with monkeypatch.context() as patch:
                 w = Watched(tmp_path_factory.mktemp(mode), patch, capsys)
-                UNDISTURBED["began"] = w.run("--mode", mode, *words).began
+                UNDISTURBED["began"] = w.run("--mode", mode, *args).began
                 w.tracker.close()
             fast, begun = [], None
             for m in w.moments:
@@ -307,9 +307,9 @@ def test_a_marker_that_is_never_seen_is_named_and_nothing_moves(watched, name):
 @pytest.mark.parametrize("seed", range(84))
 def test_a_marker_that_no_joint_moves_is_told_with_what_may_be_loose(watched, seed):
     w = watched()
-    see, luck = w.tracker.see, random.Random(seed)
+    see, rng = w.tracker.see, random.Random(seed)
     w.tracker.see = lambda *frame: dict(
-        see(*frame), effector=(300 + luck.gauss(0, 0.3), 200 + luck.gauss(0, 0.3), 1.0)
+        see(*frame), effector=(300 + rng.gauss(0, 0.3), 200 + rng.gauss(0, 0.3), 1.0)
     )
     shown = w.run()
     assert judge(w, shown, "singular", "not on the tip")
@@ -383,9 +383,9 @@ def test_the_camera_names_a_dead_encoder_and_no_other_joint_so(watched, fault, i
     assert judge(w, shown, "stalled")
     assert any(text in shown.err for text in says)
     if TURNS in says:
-        told = float(shown.err.split("by about ")[1].split(" deg")[0])
+        reported = float(shown.err.split("by about ")[1].split(" deg")[0])
         struck = next(m for m in w.moments if m.t >= w.struck)
-        assert told == pytest.approx(math.degrees(abs(w.q[0] - struck.q[0])), rel=0.3)
+        assert reported == pytest.approx(math.degrees(abs(w.q[0] - struck.q[0])), rel=0.3)
 
 
 @pytest.mark.parametrize("blind", ["A", "B"])

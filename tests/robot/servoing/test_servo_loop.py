@@ -27,8 +27,8 @@ class World:
         cameras: names.
     """
 
-    def __init__(self, way, cameras="A"):
-        self.t, self.way, self.cameras, self.q = 100.0, way, cameras, START
+    def __init__(self, path, cameras="A"):
+        self.t, self.way, self.cameras, self.q = 100.0, path, cameras, START
         self.description = SimpleNamespace(
             joints=[SimpleNamespace(max_speed=1.0, backlash=0.0)] * 2
         )
@@ -125,9 +125,9 @@ class NotingStream:
         return THERE
 
 
-def servo(way, cameras="A", detour_pose=None):
+def servo(path, cameras="A", detour_pose=None):
     """(servo, stream) after a run of one chase that goes a way."""
-    world, stream = World(way, cameras), NotingStream()
+    world, stream = World(path, cameras), NotingStream()
     noting = NotingServo(world)
     noting.detour_pose = detour_pose
     reporter = RunReporter(say=lambda line: None)
@@ -145,10 +145,10 @@ def swing(t):
 def test_what_was_seen_before_the_last_small_move_is_not_of_the_arm_as_it_stands(off):
     """An arm that lands may stand near its end for a while, and then go the last bit."""
 
-    def way(t):
+    def path(t):
         return swing(t) if t < 1.4 else THERE if t < 1.5 else (THERE[0] + off * DEG, 0.0)
 
-    noting, _ = servo(lambda t: way(t) if t < 1.6 else None)
+    noting, _ = servo(lambda t: path(t) if t < 1.6 else None)
     end = 1000 * (THERE[0] + off * DEG)
     assert {round(s[0], 6) for _, s, _ in noting.measured[-1]["A"]} == {round(end, 6)}
 

@@ -20,19 +20,19 @@ from robot.servoing.pose_search import best_pose
 
 def test_the_filter_is_the_textbooks():
     """Kalman's equations with the state vec(J), as matrices, on steps without outliers."""
-    luck = np.random.default_rng(7)
+    rng = np.random.default_rng(7)
     m, n = 2, 3
-    true = luck.normal(0, 300, (m, n))
+    true = rng.normal(0, 300, (m, n))
     model = LocalJacobian(m, n)
     x, P = np.zeros(m * n), np.eye(m * n) * local_jacobian.FIRST_SIGMA**2
     q = np.zeros(n)
     s, variance = true @ q, 1.0
     model.observe(q.tolist(), s.tolist(), variance)
     for _ in range(40):
-        dq = luck.normal(0, 0.15, n)
+        dq = rng.normal(0, 0.15, n)
         # Noise well below the variance that is claimed: nothing here is an outlier.
-        ds = true @ dq + luck.normal(0, 0.5, m)
-        new_variance = float(luck.uniform(1, 3))
+        ds = true @ dq + rng.normal(0, 0.5, m)
+        new_variance = float(rng.uniform(1, 3))
         q, s = q + dq, s + ds
         model.observe(q.tolist(), s.tolist(), new_variance)
 
@@ -64,17 +64,17 @@ def test_the_chains_fit_is_numpys_weighted_ridge():
 
     Some fits weigh the key-frames for the place that they are seen from.
     """
-    luck = np.random.default_rng(3)
+    rng = np.random.default_rng(3)
     links, n, m = (11.3, 9.5), 2, 3
-    poses = luck.uniform(-1.2, 1.2, (10, n))
-    variances = luck.uniform(0.1, 4, 10)
-    true = luck.normal(0, 100, (m, 2 * n + 1))
-    noise = luck.normal(0, 1, (10, m)) * np.sqrt(variances)[:, None]
+    poses = rng.uniform(-1.2, 1.2, (10, n))
+    variances = rng.uniform(0.1, 4, 10)
+    true = rng.normal(0, 100, (m, 2 * n + 1))
+    noise = rng.normal(0, 1, (10, m)) * np.sqrt(variances)[:, None]
     seen = np.array([true @ planar_terms(q) for q in poses]) + noise
     model = ChainModel(m, "planar", links)
     for q, s, variance in zip(poses, seen, variances, strict=True):
         model.observe(q.tolist(), s.tolist(), float(variance))
-    here, s_here = luck.uniform(-1, 1, n), luck.normal(0, 100, m)
+    here, s_here = rng.uniform(-1, 1, n), rng.normal(0, 100, m)
     for _ in range(chain_model.REWEIGH_PERIOD + 1):
         picture = model.seen_from(here.tolist(), s_here.tolist())
 
@@ -86,13 +86,13 @@ def test_the_chains_fit_is_numpys_weighted_ridge():
     ) + chain_model.LINK_ERROR_SIGMA**2 * np.eye(n)
     spread[1:, 1:] = np.kron(of_links, np.eye(2))
     whiten = np.linalg.cholesky(np.linalg.inv(spread)).T
-    apart = ((poses - here) ** 2).sum(axis=1)
-    sd = np.sqrt(variances + chain_model.SIGMA_PER_RADIAN**2 * apart)
+    distances = ((poses - here) ** 2).sum(axis=1)
+    sd = np.sqrt(variances + chain_model.SIGMA_PER_RADIAN**2 * distances)
     A = np.vstack([np.array([planar_terms(q) for q in poses]) / sd[:, None], whiten])
     b = np.vstack([seen / sd[:, None], np.zeros((2 * n + 1, m))])
     W = np.linalg.lstsq(A, b, rcond=None)[0].T
 
-    for there in luck.uniform(-2, 2, (5, n)):
+    for there in rng.uniform(-2, 2, (5, n)):
         expected = s_here + W @ (planar_terms(there) - planar_terms(here))
         assert np.allclose(picture.predict(there.tolist()), expected, atol=1e-3)
 
@@ -108,25 +108,25 @@ def test_the_chains_fit_is_numpys_weighted_ridge():
 
 @pytest.mark.parametrize("shape", [(2, 2), (3, 3), (4, 2), (4, 3), (6, 3)])
 def test_conditions_are_numpys(shape):
-    luck = np.random.default_rng(1)
+    rng = np.random.default_rng(1)
     for _ in range(20):
-        J = luck.normal(0, 100, shape)
+        J = rng.normal(0, 100, shape)
         assert condition(J.tolist()) == pytest.approx(np.linalg.cond(J), rel=1e-6)
-    J[:, 1] = J[:, 0] * 2 + 1e-3 * luck.normal(0, 1, shape[0])
+    J[:, 1] = J[:, 0] * 2 + 1e-3 * rng.normal(0, 1, shape[0])
     assert condition(J.tolist()) == pytest.approx(np.linalg.cond(J), rel=1e-3)
 
 
 @pytest.mark.parametrize("joints", [2, 3])
 def test_the_best_pose_is_that_of_every_set_of_walls_tried(joints):
     """The least cost of a quadratic in a box, by solving for every choice of joints at walls."""
-    luck = np.random.default_rng(5)
+    rng = np.random.default_rng(5)
     for _ in range(25):
-        J = luck.normal(0, 150, (4, joints))
-        goal = luck.normal(0, 150, 4)
-        root = luck.normal(0, 30, (joints, joints))
+        J = rng.normal(0, 150, (4, joints))
+        goal = rng.normal(0, 150, 4)
+        root = rng.normal(0, 30, (joints, joints))
         caution = root.T @ root
-        here = luck.uniform(-0.5, 0.5, joints)
-        low, high = here - luck.uniform(0, 0.8, joints), here + luck.uniform(0, 0.8, joints)
+        here = rng.uniform(-0.5, 0.5, joints)
+        low, high = here - rng.uniform(0, 0.8, joints), here + rng.uniform(0, 0.8, joints)
 
         def cost(q, J=J, goal=goal, caution=caution, here=here):
             e, x = J @ q - goal, q - here

@@ -108,10 +108,10 @@ def test_in_space_a_pixel_of_each_camera_is_a_goal(space):
     w = space(goal=GOAL)
     w.hidden.add("goal")
     pixels = {name: camera.pixel(GOAL) for name, camera in w.cameras.items()}
-    words = [
+    args = [
         w for name, p in pixels.items() for w in ("--goal", "{}:{:.1f},{:.1f}".format(name, *p))
     ]
-    shown = w.run(*words)
+    shown = w.run(*args)
     assert judge(w, shown, "converged")
 
 
@@ -271,15 +271,15 @@ def test_a_planar_arm_goes_on_with_the_camera_that_is_left(watched):
 
 
 @pytest.mark.parametrize(
-    ("words", "says"),
+    ("args", "says"),
     [
         (["--third", "u"], "--third is the second camera's row with --rows xyz"),
         (["--arm", "planar", "--low"], "--low: planar does not say where it rests"),
     ],
 )
-def test_an_option_that_would_do_nothing_is_refused(space, words, says):
+def test_an_option_that_would_do_nothing_is_refused(space, args, says):
     w = space()
-    shown = w.run(*words)
+    shown = w.run(*args)
     assert shown.status == 2
     assert says in shown.err
     assert not w.moved()
@@ -309,7 +309,7 @@ def test_a_camera_that_is_not_gone_by_is_none_to_go_on_with(watched):
 @pytest.mark.long
 def test_the_camera_that_is_left_counts_in_full_however_noisy(watched):
     w = watched(plant=NOT_YET, **twice())  # at cpu=1 it takes 11 s
-    luck = random.Random(3)
+    rng = random.Random(3)
     see = w.tracker.see
 
     def noisy(camera, index, t):
@@ -317,7 +317,7 @@ def test_the_camera_that_is_left_counts_in_full_however_noisy(watched):
         if camera == "B":
             for name, marker in seen.items():
                 if marker:
-                    seen[name] = (*(x + luck.gauss(0, 4) for x in marker[:2]), 1.0)
+                    seen[name] = (*(x + rng.gauss(0, 4) for x in marker[:2]), 1.0)
         return seen
 
     w.tracker.see = noisy

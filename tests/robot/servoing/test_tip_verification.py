@@ -14,13 +14,13 @@ SIZE = 300.0
 
 def chase(turn, steps=12, noise=0.5, outliers=0.0, seed=1):
     """Frames of a tip that goes with joint 1, and then stands."""
-    luck = random.Random(seed)
+    rng = random.Random(seed)
     frames = []
     for k in range(steps + 4):
         angle = turn * min(k, steps) / steps
-        s = [SIZE * angle + luck.gauss(0, noise), 100 + luck.gauss(0, noise)]
-        if luck.random() < outliers:
-            s = [luck.uniform(0, 640), luck.uniform(0, 480)]
+        s = [SIZE * angle + rng.gauss(0, noise), 100 + rng.gauss(0, noise)]
+        if rng.random() < outliers:
+            s = [rng.uniform(0, 640), rng.uniform(0, 480)]
         frames.append((0.1 * k, (angle, 0.0), tuple(s)))
     return frames
 

@@ -86,7 +86,7 @@ def test_the_same_hand_gives_the_same_run():
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         ("", "no place; write X,Y@SECONDS"),
         ("10,5", "hand '10,5': write X,Y@SECONDS"),
@@ -99,22 +99,22 @@ def test_the_same_hand_gives_the_same_run():
         ("10,5@2e6", "up to 1e+06 s"),
     ],
 )
-def test_what_is_no_way_is_refused(text, told):
+def test_what_is_no_way_is_refused(text, message):
     with pytest.raises(BadHand) as problem:
         read_hand(text)
-    assert told in str(problem.value)
+    assert message in str(problem.value)
 
 
 @pytest.mark.parametrize(
-    ("text", "arm", "told"),
+    ("text", "arm", "message"),
     [
         ("30,5@3", PLANAR, "hand 30,5@3: .*the links reach"),
         ("10,5@0.2", PLANAR, "hand 10,5@0.2: it cannot be there before 1"),
         ("10,5@3", SPATIAL, "spatial is in space"),
     ],
 )
-def test_where_it_cannot_lead_it_says_so(text, arm, told):
-    with pytest.raises(BadHand, match=told):
+def test_where_it_cannot_lead_it_says_so(text, arm, message):
+    with pytest.raises(BadHand, match=message):
         led(text, arm)
 
 

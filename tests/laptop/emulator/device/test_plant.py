@@ -475,10 +475,10 @@ def test_inertias_in_space_are_those_of_the_masses():
 
 
 def test_the_arm_file_in_space_says_what_the_plain_plant_weighs():
-    for said, true in zip(SPATIAL.joints, weighed(SPATIAL, read_plant()).joints):
-        assert said.mass == pytest.approx(true.mass, abs=5e-4)
-        assert said.centre == pytest.approx(true.centre, abs=0.05)
-        assert said.mass == 0 or said.friction == pytest.approx(true.friction)
+    for lines, true in zip(SPATIAL.joints, weighed(SPATIAL, read_plant()).joints):
+        assert lines.mass == pytest.approx(true.mass, abs=5e-4)
+        assert lines.centre == pytest.approx(true.centre, abs=0.05)
+        assert lines.mass == 0 or lines.friction == pytest.approx(true.friction)
 
 
 def fallen(text, duty, pose=(0.0, 0.0, 0.0)):

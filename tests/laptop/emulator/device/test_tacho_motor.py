@@ -241,12 +241,12 @@ STATES = {
 
 @pytest.mark.parametrize("name", sorted(STATES))
 def test_state_words_and_their_order(bench, name):
-    act, words = STATES[name]
+    act, states = STATES[name]
     bench = bench()
     motor = bench.motor("D")
     act(motor, bench)
     bench.sleep(0.5)
-    assert motor.state == words.split()
+    assert motor.state == states.split()
 
 
 # Stall and speed

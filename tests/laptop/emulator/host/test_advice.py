@@ -24,14 +24,14 @@ def run(tmp_path, capsys):
         brick = EmulatedBrick(World(), None, extra={"A": "large"})
         status = run_script(brick, str(script)).status
         out, err = capsys.readouterr()
-        told = [line for line in err.splitlines() if line.startswith("simulate: ")]
-        return status, out.splitlines(), told
+        reported = [line for line in err.splitlines() if line.startswith("simulate: ")]
+        return status, out.splitlines(), reported
 
     return run
 
 
 @pytest.mark.parametrize(
-    ("source", "said"),
+    ("source", "message"),
     [
         ("from pybricks.hubs import EV3Brick", "this script is for Pybricks, another firmware"),
         ("#!/usr/bin/env pybricks-micropython\nimport media", "this script is for Pybricks"),
@@ -48,12 +48,12 @@ def run(tmp_path, capsys):
          "see --plug"),
     ],
 )  # fmt: skip
-def test_the_cause_is_said_in_one_sentence(run, monkeypatch, source, said):
+def test_the_cause_is_said_in_one_sentence(run, monkeypatch, source, message):
     for name in ("serial", "rpyc"):
         monkeypatch.setitem(sys.modules, name, None)
-    status, _, told = run(source)
+    status, _, reported = run(source)
     assert status == 1
-    assert [line[: len("simulate: " + said)] for line in told] == ["simulate: " + said]
+    assert [line[: len("simulate: " + message)] for line in reported] == ["simulate: " + message]
 
 
 @pytest.mark.parametrize(
@@ -73,8 +73,8 @@ def test_the_cause_is_said_in_one_sentence(run, monkeypatch, source, said):
 )
 def test_of_other_errors_nothing_is_said(run, monkeypatch, source):
     monkeypatch.setitem(sys.modules, "serial", type(sys)("serial"))
-    status, _, told = run(source)
-    assert (status, told) == (1, [])
+    status, _, reported = run(source)
+    assert (status, reported) == (1, [])
 
 
 def test_the_older_library_is_named_where_it_is_not_installed(run, monkeypatch):
@@ -84,9 +84,9 @@ def test_the_older_library_is_named_where_it_is_not_installed(run, monkeypatch):
 
 @pytest.mark.skipif(sys.version_info < (3, 10), reason="it is told by sys.stdlib_module_names")
 def test_what_only_this_computer_has_is_said_and_imported(run, tmp_path, monkeypatch):
-    status, out, told = run("import numpy, json, ev3dev2.motor\nprint(numpy.sqrt(4.0) == 2)\n")
+    status, out, reported = run("import numpy, json, ev3dev2.motor\nprint(numpy.sqrt(4.0) == 2)\n")
     assert (status, out) == (0, ["True"])
-    assert told == [
+    assert reported == [
         "simulate: mine.py imports numpy, which this computer has and a brick has not: there the "
         "import fails"
     ]

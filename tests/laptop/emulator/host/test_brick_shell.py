@@ -120,14 +120,14 @@ def test_the_folder_is_that_of_the_script_and_stays(run, tmp_path):
 
 @pytest.mark.skipif(os.name == "nt", reason="there are no such rights")
 @pytest.mark.parametrize(
-    ("words", "before", "after"),
+    ("args", "before", "after"),
     [("+x", 0o640, 0o751), ("u+x", 0o640, 0o740), ("755", 0, 0o755), ("a-w", 0o666, 0o444),
      ("go=r", 0o777, 0o744)],
 )  # fmt: skip
-def test_chmod(shell, tmp_path, words, before, after):
+def test_chmod(shell, tmp_path, args, before, after):
     (tmp_path / "x").touch()
     (tmp_path / "x").chmod(before)
-    assert shell(f"chmod {words} x") == (0, [], "")
+    assert shell(f"chmod {args} x") == (0, [], "")
     assert (tmp_path / "x").stat().st_mode & 0o777 == after
 
 

@@ -16,18 +16,18 @@ def counted(source, monkeypatch, names=()):
     """The namespace of a counted module after its run, and what it asked for."""
     import builtins
 
-    told = []
+    reported = []
 
     def enrol(space, length, asked):
         space["_count_"] = 0
         space["_spend_"] = lambda price: space.__setitem__("_count_", space["_count_"] + price)
-        space["_load_"] = lambda asked: told.append((0, asked))
-        told.append((length, asked))
+        space["_load_"] = lambda asked: reported.append((0, asked))
+        reported.append((length, asked))
 
     monkeypatch.setattr(builtins, counting.ENROL, enrol, raising=False)
     space = {"__name__": "script", **dict(names)}
     exec(counting.compiled(source.encode(), "script.py"), space)
-    return space, told
+    return space, reported
 
 
 BEHAVIOURS = """
@@ -216,8 +216,8 @@ def test_what_type_checkers_alone_read_costs_nothing(monkeypatch):
     typed = typed.replace("B = f(1)", "B = f(1)  # type: Bs")
     counts = []
     for source in (plain, typed):
-        space, told = counted(source, monkeypatch)
-        counts.append((space["_count_"], told))
+        space, reported = counted(source, monkeypatch)
+        counts.append((space["_count_"], reported))
     assert counts[0] == counts[1]
     assert counts[0][1][0][1] == ["json"]
 

@@ -49,9 +49,9 @@ def hanging(tmp_path):
     def begin(source, patience, hearing=0.3, options=()):
         script = tmp_path / "mine.py"
         script.write_text("begun()\n" + source)
-        words = ["simulate", "--arm", "none", "--out", str(tmp_path / "out"), *options, str(script)]
+        args = ["simulate", "--arm", "none", "--out", str(tmp_path / "out"), *options, str(script)]
         process = subprocess.Popen(
-            [sys.executable, "-c", PROGRAM, str(patience), str(hearing), *words],
+            [sys.executable, "-c", PROGRAM, str(patience), str(hearing), *args],
             cwd=ROOT,
             env={**os.environ, "BRICKSERVO_STATE": str(tmp_path / "state")},
             start_new_session=True,
@@ -73,7 +73,7 @@ def hanging(tmp_path):
 @pytest.mark.skipif(not hasattr(os, "killpg"), reason="there are no groups of processes")
 @pytest.mark.short(every=5)
 @pytest.mark.parametrize(
-    ("source", "status", "told"),
+    ("source", "status", "message"),
     [
         (SUM, -signal.SIGKILL, "simulate: mine.py: it did not hear SIGINT inside one call of a"),
         (LOOP, 130, "simulate: mine.py: ended at 0.000 s by a signal that it did not hear"),
@@ -83,18 +83,18 @@ def hanging(tmp_path):
     ],
     ids=["C", "loop", "pattern", "read", "call"],
 )
-def test_one_ctrl_c_ends_a_script_that_hangs(hanging, source, status, told):
+def test_one_ctrl_c_ends_a_script_that_hangs(hanging, source, status, message):
     process = hanging(source, LEFT)
     os.killpg(process.pid, signal.SIGINT)
     _, err = process.communicate(timeout=PATIENCE)
-    assert err.startswith(told)
+    assert err.startswith(message)
     assert err.count("\n") == 1
     assert process.returncode == status
 
 
 @pytest.mark.short(every=3)
 @pytest.mark.parametrize(
-    ("source", "status", "told"),
+    ("source", "status", "message"),
     [
         (SUM, -signal.SIGKILL, "simulate: mine.py: it computed for [0-9]+ s inside one call of a"),
         (LOOP, 124, "simulate: mine.py: at 0.000 s it computed for 0.5 s without looking at the"),
@@ -102,10 +102,10 @@ def test_one_ctrl_c_ends_a_script_that_hangs(hanging, source, status, told):
     ],
     ids=["C", "loop", "read"],
 )
-def test_a_script_that_hangs_is_ended_and_told_why(hanging, source, status, told):
+def test_a_script_that_hangs_is_ended_and_told_why(hanging, source, status, message):
     process = hanging(source, 0.5, options=("--timeout", "1"))
     _, err = process.communicate(timeout=PATIENCE)
-    assert re.match(told, err)
+    assert re.match(message, err)
     assert err.count("\n") == 1
     assert process.returncode == status
 

@@ -24,15 +24,15 @@ def terminal():
 
 
 def test_the_terminal_treats_keys_as_before(terminal):
-    kept = HostState()
+    host_state = HostState()
     modes = termios.tcgetattr(0)
     termios.tcsetattr(0, termios.TCSADRAIN, [*modes[:ECHO], 0, *modes[ECHO + 1 :]])
-    kept.restore()
+    host_state.restore()
     assert termios.tcgetattr(0) == modes
     os.close(terminal)
 
 
 def test_a_terminal_that_was_closed_meanwhile_is_left_alone(terminal):
-    kept = HostState()
+    host_state = HostState()
     os.close(terminal)
-    kept.restore()
+    host_state.restore()

@@ -115,7 +115,7 @@ ERRING = {
 
 @pytest.mark.parametrize("erring", ERRING.values(), ids=ERRING)
 @pytest.mark.parametrize(
-    "told",
+    "message",
     [
         "{}",
         "try: {}\nexcept Exception: traceback.print_exc()",
@@ -137,12 +137,12 @@ ERRING = {
     ],
 )  # fmt: skip
 @pytest.mark.short(every=7)
-def test_no_frame_of_the_emulator_stands_in_a_traceback(run, erring, told):
+def test_no_frame_of_the_emulator_stands_in_a_traceback(run, erring, message):
     source = (
         "import _thread, atexit, logging, os, subprocess, sys, threading, time, traceback\n"
         "from ev3dev2.motor import LargeMotor\n"
     )
-    _, _, err = run(source + told.format(erring))
+    _, _, err = run(source + message.format(erring))
     assert "script.py" in err
     assert "Error: " in err
     assert os.path.join("laptop", "emulator") not in err
@@ -459,9 +459,9 @@ def test_lock_barrier_and_condition_among_threads(run):
         "for t in ts: t.join()\n"
         "print(*log)\n"
     )
-    words = out[0].split()
-    assert words[-3:] == ["b"] * 3
-    pairs = list(zip(words[:-3:2], words[1:-3:2]))
+    columns = out[0].split()
+    assert columns[-3:] == ["b"] * 3
+    pairs = list(zip(columns[:-3:2], columns[1:-3:2]))
     # Nobody gets between two entries of one, and nobody is kept out by another's hurry.
     assert all(a == b for a, b in pairs)
     assert [a for a, _ in pairs] == ["0", "1", "2", "0", "1", "2"]

@@ -46,9 +46,9 @@ class Laptop:
         """Do `act()` so long (s) after the end of a run has been told."""
 
         def look():
-            told = [s for s in self.w.statuses if s.run == run and s.verdict]
+            reported = [s for s in self.w.statuses if s.run == run and s.verdict]
             t = self.w.world.t
-            self.w.world.at(*((t + pause, act) if told else (t + 0.02, look)))
+            self.w.world.at(*((t + pause, act) if reported else (t + 0.02, look)))
 
         look()
 
@@ -59,7 +59,7 @@ class Laptop:
         """
         signal.getsignal(number)(number, None)
 
-    def told(self, run):
+    def reported(self, run):
         """The last Status of a run."""
         return [status for status in self.w.statuses if status.run == run][-1]
 
@@ -261,9 +261,9 @@ def test_the_battery_is_looked_at_seldom_and_stops_nobody(waiting, tells):
         return
     assert len(looks) > 2
     assert all(10.0 <= b - a < 10.5 for a, b in zip(looks, looks[1:]))
-    told = [status.battery for status in w.statuses]
-    assert told[0] == 7.3
-    assert sorted(set(told), reverse=True) == pytest.approx(
+    reported = [status.battery for status in w.statuses]
+    assert reported[0] == 7.3
+    assert sorted(set(reported), reverse=True) == pytest.approx(
         [7.4 - 0.1 * k for k in range(1, len(looks) + 1)]
     )
 
@@ -472,16 +472,16 @@ def test_a_log_that_cannot_be_written_is_told_and_nothing_moves(waiting):
 
 @pytest.mark.short(every=3)
 @pytest.mark.parametrize(
-    "words",
+    "args",
     [
         ("--goal", "400,200"), ("--method", "report"), ("--mode", "stream"), ("--rows", "xyz"),
         ("--tolerance", "6"), ("--budget", "10"), ("--follow", "--mode", "stream"), ("--low",),
     ],
-    ids=lambda words: words[0],
+    ids=lambda args: args[0],
 )  # fmt: skip
-def test_what_the_laptop_orders_is_not_to_be_said_beside_wait(waiting, words):
+def test_what_the_laptop_orders_is_not_to_be_said_beside_wait(waiting, args):
     w, _ = waiting()
-    shown = w.run("--wait", *words, aftermath=0.1)
+    shown = w.run("--wait", *args, aftermath=0.1)
     assert shown.status == 2
     assert shown.err.count("\n") == 1
     assert "with --wait the laptop orders each run" in shown.err

@@ -495,14 +495,14 @@ def test_a_host_that_is_too_busy_ends_the_run_for_its_own_reason(paced, monkeypa
 
 @pytest.mark.long
 def test_that_the_host_is_busy_is_told_now_and_then(paced, monkeypatch):
-    told = []
+    reported = []
     monkeypatch.setattr(paced.pacer, "pace", pace.PaceMeter(paced.pacer._clock, 0.3))
     monkeypatch.setattr(paced.pacer, "long_pace", pace.PaceMeter(paced.pacer._clock, 0.6))
-    monkeypatch.setattr(paced, "report", told.append)
+    monkeypatch.setattr(paced, "report", reported.append)
     other = paced.pacer._clock.join("a tracker")
     play(paced, lambda say: paced.sleep(3600))
     other.leave()
-    assert set(told) == {"this computer is busy: running at 0 x"}
+    assert set(reported) == {"this computer is busy: running at 0 x"}
 
 
 def test_an_access_is_cheap(world):

@@ -597,10 +597,10 @@ def test_the_goal_behind_the_arm_is_hidden_and_before_it_is_not():
 def test_who_reaches_the_goal_is_seen_over_it_and_hidden_only_from_farther_away(camera):
     q = (0.3, 0.8, -0.9)
     tip = np.array(kinematics.forward(SPATIAL, q))
-    way = tip - in_space("", camera).camera.position
-    way = way / np.linalg.norm(way)
+    direction = tip - in_space("", camera).camera.position
+    direction = direction / np.linalg.norm(direction)
     for before, least, most in ((0.3, 0.9, 1.01), (2.1, 0.9, 1.01), (2.3, 0.0, 0.1)):
-        x, y, z = tip - before * way
+        x, y, z = tip - before * direction
         scene = in_space(f"goal_x={x},goal_y={y},goal_z={z}", camera)
         assert least <= scene.visible(q)["effector"] <= most
 
@@ -667,7 +667,7 @@ def test_there_are_as_many_cameras_as_the_arm_needs_and_the_text_names():
 
 
 @pytest.mark.parametrize(
-    ("arm", "text", "words"),
+    ("arm", "text", "reason"),
     [
         (SPATIAL, "marker=disc", ["marker = disc", "not seen from the side", "marker=ball"]),
         (SPATIAL, "marker=aruco", ["marker = aruco", "not seen from the side"]),
@@ -676,12 +676,12 @@ def test_there_are_as_many_cameras_as_the_arm_needs_and_the_text_names():
         (ARM, "tilt=90", ["tilt = 90", "at most 85", "planar"]),
     ],
 )
-def test_what_an_arm_cannot_be_shown_with_is_refused_in_one_line(arm, text, words):
+def test_what_an_arm_cannot_be_shown_with_is_refused_in_one_line(arm, text, reason):
     with pytest.raises(BadScene) as caught:
         place_camera(arm, read_scene(text))
     message = str(caught.value)
     assert "\n" not in message
-    for word in words:
+    for word in reason:
         assert word in message
 
 
@@ -693,7 +693,7 @@ def test_the_constants_are_the_defaults_with_what_is_given():
 
 
 @pytest.mark.parametrize(
-    ("text", "words"),
+    ("text", "reason"),
     [
         ("tlit=3", ["tlit", "known:", "tilt"]),
         ("tilt", ["tilt", "write tilt=VALUE"]),
@@ -713,12 +713,12 @@ def test_the_constants_are_the_defaults_with_what_is_given():
         ("B.tilt", ["B.tilt", "write B.tilt=VALUE"]),
     ],
 )
-def test_a_wrong_constant_is_refused_in_one_line(text, words):
+def test_a_wrong_constant_is_refused_in_one_line(text, reason):
     with pytest.raises(BadScene) as caught:
         read_scene(text)
     message = str(caught.value)
     assert "\n" not in message
-    for word in words:
+    for word in reason:
         assert word in message
 
 

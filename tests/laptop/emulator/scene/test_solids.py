@@ -118,9 +118,9 @@ def test_the_part_of_a_ball_that_is_visible_is_what_rays_say(camera, text):
             rays = rays_through(view.camera, middle + disc * spread * 0.999)
             depths = [met(body, view.camera.position, rays) for body in every]
             own = next(k for k, body in enumerate(every) if body is balls[name])
-            kept = (np.argmin(depths, axis=0) == own)[np.isfinite(depths[own])].mean()
-            assert visible[name] == pytest.approx(kept, abs=0.04), (name, q)
-            hidden += kept < 0.9
+            visible_share = (np.argmin(depths, axis=0) == own)[np.isfinite(depths[own])].mean()
+            assert visible[name] == pytest.approx(visible_share, abs=0.04), (name, q)
+            hidden += visible_share < 0.9
     assert hidden
 
 

@@ -65,8 +65,8 @@ def light_moments(image, place, radius):
     alpha = (part - ground) @ (marker - ground) / ((marker - ground) @ (marker - ground))
     y, x = np.mgrid[v - r : v + r + 1, u - r : u + r + 1]
     centre = np.array([(alpha * x).sum(), (alpha * y).sum()]) / alpha.sum()
-    apart = (x - centre[0]) ** 2 + (y - centre[1]) ** 2
-    return centre, (alpha * apart).sum() / alpha.sum()
+    squared = (x - centre[0]) ** 2 + (y - centre[1]) ** 2
+    return centre, (alpha * squared).sum() / alpha.sum()
 
 
 def light_centroid(image, place, radius):
@@ -162,10 +162,10 @@ def test_lamps_flicker_unless_the_exposure_spans_their_period():
         made = camera(CLEAN + "width=160,height=120,focal=160,flicker=0.5,fps=47," + text)
         return np.array([to_linear(made.capture(k).image).mean() for k in range(12)])
 
-    short, whole = brightness("exposure=0.001"), brightness("exposure=0.01")
+    short, full = brightness("exposure=0.001"), brightness("exposure=0.01")
     assert np.ptp(short) / short.mean() > 0.6
-    assert np.ptp(whole) / whole.mean() < 0.01
-    assert short.mean() == pytest.approx(whole.mean(), rel=0.15)
+    assert np.ptp(full) / full.mean() < 0.01
+    assert short.mean() == pytest.approx(full.mean(), rel=0.15)
 
 
 def test_the_same_seed_gives_the_same_bytes_whatever_came_before():
@@ -184,15 +184,15 @@ def test_a_moving_marker_is_drawn_out_around_where_it_is_in_the_middle_of_the_ex
     made = camera(text, SWINGING)
     place = made.truth(3)["effector"]
     first, last = (made.scene.truth(SWINGING(made.time_of(3) + s).q) for s in (-0.015, 0.015))
-    way = math.dist(first["effector"], last["effector"])
-    assert way > 5
+    distance = math.dist(first["effector"], last["effector"])
+    assert distance > 5
     found, spread = light_moments(made.capture(3).image, place, 19)
     # On its circle the middle of an arc lies outside of its mean, by way^2 / 24 radii.
     assert found == pytest.approx(place, abs=0.05)
     resting = camera(text, posed(0.6 + made.time_of(3), 1.0))
     _, spread_at_rest = light_moments(resting.capture(3).image, place, 19)
     # The variance of an even motion.
-    assert spread - spread_at_rest == pytest.approx(way**2 / 12, rel=0.1)
+    assert spread - spread_at_rest == pytest.approx(distance**2 / 12, rel=0.1)
 
 
 def test_a_rolling_shutter_takes_the_marker_at_its_row():
