@@ -26,7 +26,7 @@ BUTTONS = ("left", "right", "up", "down", "enter")
 BUTTON_LABELS = {"enter": "CENTRE"}
 """Labels of buttons where that is not their name."""
 
-LOOK_PERIOD = 0.05
+POLL_PERIOD = 0.05
 """Period of sampling the buttons, s."""
 
 CTRL_D = "\x04"
@@ -122,12 +122,12 @@ class Person(object):
         assert clock is not None  # who asks by buttons has one
         before = self._down()  # a button that is down already was meant for something else
         while True:
-            clock.sleep(LOOK_PERIOD)
+            clock.sleep(POLL_PERIOD)
             down = self._down()
             for button in down:
                 if button in wanted and button not in before:
                     while button in self._down():
-                        clock.sleep(LOOK_PERIOD)
+                        clock.sleep(POLL_PERIOD)
                     return button
             before = down
 

@@ -32,7 +32,7 @@ EXAMPLES = """\
   driver.py touch --json --points 9"""
 """Examples in the help."""
 
-LOOK_PERIOD = 0.03
+POLL_PERIOD = 0.03
 """Period of sampling encoders and buttons, s."""
 
 MAX_POINTS = 10000
@@ -134,8 +134,8 @@ class Touching(object):
 
     def presses(self):
         # type: () -> List[str]
-        """Wait LOOK_PERIOD, and return the presses; a pulled cable or a slipping pen raises."""
-        self._clock.sleep(LOOK_PERIOD)
+        """Wait POLL_PERIOD, and return the presses; a pulled cable or a slipping pen raises."""
+        self._clock.sleep(POLL_PERIOD)
         self._arm.motors.check()
         return [one for hand in self._hands for one in hand.pressed() if one in (TAKE, END)]
 

@@ -32,7 +32,7 @@ from laptop.emulator.device.plant_constants import TABLE
 from laptop.emulator.device.sensor_orders import listing
 from laptop.emulator.device.wheels import TABLE as WHEELS
 from laptop.emulator.faults import InvalidSimulationOption
-from laptop.emulator.host import last_line
+from laptop.emulator.host import output_lines
 from laptop.emulator.host.guard import guarded
 from laptop.emulator.rig import Plugs, Rig, SimulationResult
 from laptop.record.figures.private_paths import without_folders
@@ -152,7 +152,7 @@ def _run(
     hand = due.hand
     with (
         guarded(Path(script).name),
-        last_line.finished(),
+        output_lines.complete(),
         _paired(events.realtime),
         Rig(
             *(setup.arm, setup.built, setup.plant, due.cameras, events.start),

@@ -1,15 +1,14 @@
-"""The true pose of an arm that runs in real time, for cameras in other processes.
+"""Pose stream of an arm that runs in real time, for cameras in other processes.
 
 Each `simulate --realtime` writes a file of its own in the folder `live` of the state folder
 ($BRICKSERVO_STATE or ~/.brickservo), `1.txt`, `2.txt`, ...:
 a header in JSON, then a line `t q1 q2 ... pen` (s of the world, rad, 0 or 1) per 5 ms in which
-something moved, and at least two a second.  It only grows, so that a camera that comes late gets
-all the ink; the ink of runs that it has seen stays on its paper.  The writer keeps it locked: that
-is how others know that it lives.  Of two runs cameras see the one that drove its motors last, which
-has the higher number; one that only looks, or is refused because the other may move, has no file.
+something moved, and at least two a second.  It is append-only, so that a camera that starts late
+gets all the ink; the ink of earlier runs stays on the paper.  The writer holds a lock on the file,
+by which readers know that it is alive.  Of two runs cameras see the one that drove its motors last,
+which has the higher number.  A run that drives no motor, or may not, has no file.
 
-No file is ever renamed, and one that cannot be removed is left: Windows allows neither while it is
-open somewhere.
+No file is renamed, and one that cannot be removed is left: Windows allows neither for open files.
 """
 
 import bisect
@@ -84,7 +83,7 @@ MAX_INK_HEIGHT = 0.5
 MIN_INK_LENGTH = 0.02
 """Least length of a segment of ink, cm."""
 HISTORY_LENGTH = 30.0
-"""Time for which the poses of a run in another process are kept, s; its ink stays."""
+"""Time for which the poses of a run in another process are stored, s; its ink stays."""
 
 NO_RUN = (
     "no emulated arm is running in real time, so it is shown at home; "
@@ -206,22 +205,22 @@ class PoseWriter(object):
         self._script = script
         self._file = None  # type: Optional[IO[bytes]]
         self._over = False
-        self._taken = 0
+        self._written = 0
         self._last = None  # type: Optional[PoseSample]
         self._skipped = None  # type: Optional[PoseSample]
-        self._next_look = -math.inf
+        self._next_check = -math.inf
 
     def advance(self, t: float) -> None:
-        """Write what the brick's record has gained by world time t, s."""
+        """Write the new samples of the brick's record up to world time t, s."""
         if self._over:
             return
         try:
             file = self._file
             if file is None:
-                if not self._is_to_be_seen(t):
+                if not self._is_to_publish(t):
                     return
                 file = self._open()
-            lines = self._news()
+            lines = self._new_lines()
             if lines:
                 file.write("".join(lines).encode("ascii"))
         except OSError as error:
@@ -233,16 +232,16 @@ class PoseWriter(object):
             self._drop()
 
     def close(self) -> None:
-        """End the file: cameras that follow see its end, later ones find nothing."""
+        """End the file: cameras that follow it see its end, later ones find no file."""
         self._drop()
 
-    def _is_to_be_seen(self, t: float) -> bool:
-        """Return True if it drives a motor, or the cameras see no other run that lives."""
+    def _is_to_publish(self, t: float) -> bool:
+        """Return True if it drives a motor, or the cameras see no other live run."""
         if self._brick.driven():
             return True
-        if t < self._next_look:
+        if t < self._next_check:
             return False
-        self._next_look = t + HEARTBEAT_PERIOD
+        self._next_check = t + HEARTBEAT_PERIOD
         return not any(map(_is_alive, run_files(self._folder)))
 
     def _open(self) -> IO[bytes]:
@@ -265,7 +264,7 @@ class PoseWriter(object):
         return file
 
     def _take_number(self, others: Sequence[str]) -> IO[bytes]:
-        """Make a file that is newer than these, lock it, and return it."""
+        """Create a file with a higher number than these, lock it, and return it."""
         newest = os.path.basename(others[0]) if others else "0.txt"
         number = int(newest[:-4])
         while True:
@@ -281,11 +280,11 @@ class PoseWriter(object):
                 return file
             file.close()
 
-    def _news(self) -> List[str]:
+    def _new_lines(self) -> List[str]:
         """Return a line per SAMPLE_PERIOD of motion, with its start; else a heartbeat."""
         lines = []
         record = self._brick.record
-        for sample in record[self._taken :]:
+        for sample in record[self._written :]:
             last = self._last
             if last is not None and sample.t - last.t < SAMPLE_PERIOD - 1e-9:
                 continue
@@ -297,11 +296,11 @@ class PoseWriter(object):
                 self._last, self._skipped = sample, None
             else:
                 self._skipped = sample
-        self._taken = len(record)
+        self._written = len(record)
         return lines
 
     def _drop(self) -> None:
-        """Let go of the file, which without its lock counts for nothing, and remove it."""
+        """Unlock the file, which makes it invalid, and remove it."""
         self._over = True
         file, self._file = self._file, None
         if file is not None and self.path is not None:
@@ -325,7 +324,7 @@ def _sweep(path: str) -> None:
 
 
 def _is_alive(path: str) -> bool:
-    """Return True if the file is of a run that lives."""
+    """Return True if the file is that of a live run."""
     try:
         with open(open_file(path), "rb") as file:
             return platforms.is_locked(file.fileno())
@@ -371,7 +370,7 @@ class PoseReader(object):
         return self._history.newest + self.header["zero"]
 
     def poll(self) -> None:
-        """Read what is new; go over to a newer run if there is one."""
+        """Read new lines; switch to a newer run if there is one."""
         self._switch()
         history = self._history
         if self._file is None or history is None or not self.alive:
@@ -396,7 +395,7 @@ class PoseReader(object):
             self._file = None
 
     def _switch(self) -> None:
-        """Follow the newest run that lives, if it is not the one that is followed."""
+        """Follow the newest live run, unless it is followed already."""
         for path in run_files(self._folder):
             try:
                 if self._file is not None and platforms.is_named(self._file.fileno(), path):
@@ -417,7 +416,7 @@ class PoseReader(object):
                 self.refused = "{}: {}".format(path, error.strerror)
 
     def _follow(self, path: str) -> bool:
-        """Follow this file, and return True, if it is of a run that lives and has begun it."""
+        """Follow this file and return True if it is that of a live run and has a header."""
         file = open(open_file(path), "rb", buffering=0)  # noqa: SIM115 (read on and on)
         try:
             begun = _start(file)
@@ -440,7 +439,7 @@ class PoseReader(object):
         return True
 
     def _handle(self, line: bytes, history: History) -> None:
-        """Add one line's pose; what is not one is left out."""
+        """Add the pose of a line; an invalid one is skipped."""
         try:
             t, *q, pen = (float(word) for word in line.split())
         except ValueError:
@@ -454,7 +453,7 @@ class PoseReader(object):
 
 
 def _start(file: IO[bytes]) -> Optional[Tuple["Header", "Arm", bytes]]:
-    """Read what a file begins with: header (dict), Arm, the bytes behind it.
+    """Read the head of a file: header (dict), Arm, the bytes after it.
 
     Returns:
         None if its run has not written all of the header yet.

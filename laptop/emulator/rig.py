@@ -1,11 +1,11 @@
-"""An emulated arm, the one way to have one: programs run on it, cameras watch, the truth is known.
+"""Rig with an emulated arm: programs run on it, cameras watch, the ground truth is known.
 
     with Rig("planar", plant="backlash=3,seed=4", cameras="tilt=20") as rig:
         run = rig.run("driver.py", "line", "10,0", "5,10")
         print(run.outcome.status, rig.tip)
         image = rig.see()["A"].image
 
-In virtual time what comes out is a function of what was said, whatever the computer does meanwhile.
+In virtual time the results depend on the arguments alone, not on the load of the computer.
 """
 
 import contextlib
@@ -87,17 +87,17 @@ SimulationResult = NamedTuple(
 SimulationResult.__doc__ = """Result of a run.
 
 outcome   laptop.emulator.host.runner.Outcome: status, and reason: "ended" by itself, or what ended
-          it; why a program failed it says itself, on stderr.  Its times are of the rig's world, s
+          it; a program that fails says why on stderr.  Its times are of the rig's world, s
 record    laptop.emulator.device.motion_record.MotionRecord of this run alone: the true links and
           tip, one sample per 5 ms
 wanted    the paths (cm) that the script reported as wanted
-motors    per port what its motor does at the end: dict(mode, driven, position)
-names     what the angles in the record are of; None: of the arm's joints
-skeleton  where the arm's joints and its tip ended, cm; empty without an arm
+motors    port -> state of its motor at the end: dict(mode, driven, position)
+names     names of the angles in the record; None: the arm's joints
+skeleton  final positions of the arm's joints and its tip, cm; empty without an arm
 reach     least and greatest distance of the tip from the base, cm; None without an arm
 pace      emulated seconds per second of this computer's clock; None in virtual time
-asked     ports of the motors that were asked to turn
-began     when the run began, by the rig's world, s
+asked     ports of the motors that were commanded to turn
+began     start of the run on the clock of the rig's world, s
 """
 
 
@@ -131,7 +131,7 @@ class Plugs(
         sensors: Optional[Dict[str, "SensorOrder"]] = None,
         wheels: Optional["Wheels"] = None,
     ) -> "Plugs":
-        """Plug in what is given."""
+        """Return the Plugs."""
         return super(Plugs, cls).__new__(cls, motors, stops, sensors, wheels)
 
 
@@ -151,29 +151,28 @@ _Parts = NamedTuple(
 class Rig(object):
     """An arm on an emulated brick, for a `with` block.
 
-    Its runs follow one another on the same brick: what one homes the next one knows, and the arm
-    stands where the one before has left it.
+    Its runs follow one another on the same brick: the zero that one finds is stored for the next,
+    and the arm stays where a run has left it.
 
     Args:
-        arm: a name ("planar", "geared", "spatial"), a file or a shared.arm_description.Arm: what
-            programs are told; None for a brick without one.
-        built: the arm as it was built, where that differs: the truth of motors, ports, stops and
-            links; like `arm`.
+        arm: nominal arm, which programs get: a name ("planar", "geared", "spatial"), a file or a
+            shared.arm_description.Arm; None for a brick without one.
+        built: true arm, where motors, ports, stops or links differ; like `arm`.
         plant: the plant's constants, a text as `simulate --plant` takes it, such as
             "cpu=0,backlash=3" (`brickservo simulate --help` lists them), or what
             laptop.emulator.device.plant_constants.read_plant gives.  A `seed` in it draws the
             scattered constants.
         cameras: the scene, a text as `simulate --scene` takes it, such as "tilt=20" ("" for the
-            usual one; laptop.emulator.scene.scene_constants lists the keys): cameras that watch
-            the arm as it was built, and a tracker that the programs find.  None: nobody watches.
+            default one; laptop.emulator.scene.scene_constants lists the keys): cameras that watch
+            the true arm, and a tracker that the programs find.  None: no camera.
             Or `cameras(brick)`, which gives a context manager for a tracker: its `port`
             on this machine, `code`, `key`, and `pictures` (PictureFaults) by camera in `frames`.
         start: "home", "lost", "unchecked", "after:FOLDER" or one angle in degrees a joint, see
             `simulate --start`; or joint angles, rad, of an arm whose zero is known.
-        state_folder: of the brick's memory (zero, tracker, jobs), which stays, and may be that of
-            an earlier rig; one for this rig alone if None.
-        realtime: keep pace with the wall's clock; cameras in other processes see the arm then.
-        plugs: Plugs, what else there is.
+        state_folder: persistent state of the brick (zero, tracker, jobs), which may be that of an
+            earlier rig; a temporary one if None.
+        realtime: run in real time; cameras in other processes see the arm then.
+        plugs: Plugs, the devices beside the arm.
 
     Attributes:
         arm, built: Arm, or None.
@@ -209,7 +208,7 @@ class Rig(object):
         self._parts = None  # type: Optional[_Parts]
         self._tracker = None  # type: Optional[WatchingTracker]
         self._writer = None  # type: Optional[PoseWriter]
-        self._begun = 0  # samples of the record that are of earlier runs
+        self._begun = 0  # number of samples of earlier runs in the record
 
     def __enter__(self) -> "Rig":
         stack, plugs = contextlib.ExitStack(), self._plugs
@@ -270,7 +269,7 @@ class Rig(object):
 
     @property
     def state_folder(self) -> str:
-        """Folder of the brick's memory."""
+        """Folder of the brick's persistent state."""
         return self._open.state_folder
 
     def run(
@@ -278,48 +277,48 @@ class Rig(object):
         meanwhile: "Meanwhile" = (), person: Optional["Person"] = None,
         keyboard: Optional["Keyboard"] = None, timeout: float = 600.0, patience: float = 10.0
     ) -> SimulationResult:  # fmt: skip
-        """Run a script on the brick until it ends, and let the world go on a little.
+        """Run a script on the brick until it ends, and simulate a little longer.
 
         What it prints goes to this process's standard output and error.
 
         Args:
-            script: path of a Python file, or the name of one of the brick's own programs
+            script: path of a Python file, or the name of a bundled script
                 (driver.py, visual_servoing.py, tracking_client.py, bench_brick.py).
             *args: arguments of the script.
             faults: texts as `simulate --fault` takes them, such as "stall:B@1.5", or
                 laptop.emulator.faults.Fault values.  Their times, and all others here, count from
-                now, s.  What they break stays so for the runs that follow.
+                now, s.  Faults last through the runs that follow.
             presses: laptop.emulator.device.buttons.Press values.
             meanwhile: pairs of a time and a function without arguments, called then.
-            person: `person(brick, devices)` is called before the script starts: somebody at the
-                brick, who presses and leads when the time comes.
+            person: `person(brick, devices)` is called before the script starts; it models a user,
+                who presses buttons and guides the arm by hand.
             keyboard: `keyboard(brick)` gives the text file that the script has for standard input;
                 this process's if None.
-            timeout: virtual seconds that it may take.
-            patience: seconds of this computer that it may compute without looking at the clock.
+            timeout: greatest duration of the run, virtual s.
+            patience: greatest time of this computer without a read of the clock, s.
 
         Returns:
             SimulationResult.
 
         Raises:
-            InvalidSimulationOption: no such script, or a fault that is none, or for a port or a
-                camera that is not there.
+            InvalidSimulationOption: there is no such script, or a fault is invalid, or its port or
+                camera does not exist.
             BadPress: no touch sensor to press.
         """
         brick, world, path = self.brick, self.world, _existing(str(script))
         world.name = os.path.basename(path)
         begun = world.now()
-        happening = [read_fault(one) if isinstance(one, str) else one for one in _listed(faults)]
-        ordered = schedule_faults(brick, self.devices, happening)
+        read_faults = [read_fault(one) if isinstance(one, str) else one for one in _listed(faults)]
+        ordered = schedule_faults(brick, self.devices, read_faults)
         for t, act in meanwhile:
             world.at(begun + t, act)
         plan = os.path.join(self.state_folder, "plan")
         before = len(wanted_paths(plan))  # of earlier runs
         self._publish(world.name)
         tracker = self._watch()
-        schedule_pictures(world, tracker, happening)
+        schedule_pictures(world, tracker, read_faults)
         home = at_home(self.state_folder, world, self.arm, tracker)
-        with home, self._attended(person, keyboard):
+        with home, self._with_user(person, keyboard):
             outcome = run_script(
                 brick,
                 path,
@@ -335,11 +334,11 @@ class Rig(object):
         return self._result(outcome, wanted, begun)
 
     def job(self, file: Any, *args: Any, **options: Any) -> SimulationResult:
-        """Let driver.py draw a job file; as `run`."""
+        """Draw a job file by driver.py; options as for `run`."""
         return self.run("driver.py", "job", str(file), *args, **options)
 
     def program(self) -> "ContextManager[program.Program]":
-        """Compute in this process at the brick's pace, for a `with` block.
+        """Compute in this process at the brick's speed, for a `with` block.
 
         Gives a laptop.emulator.host.program.Program: its modules by name, and its `clock`.  Its
         state is in `state_folder`.
@@ -352,7 +351,7 @@ class Rig(object):
         Each is a laptop.see.camera.frames.Frame: `image`, BGR, and `t`, when it was taken, s.
 
         Raises:
-            InvalidSimulationOption: nobody watches.
+            InvalidSimulationOption: there is no camera.
         """
         brick, watched = self.brick, self._cameras
         if not isinstance(watched, str):
@@ -381,7 +380,7 @@ class Rig(object):
 
     @property
     def _true_arm(self) -> "Arm":
-        """The arm as it was built.
+        """The true arm.
 
         Raises:
             InvalidSimulationOption: there is none.
@@ -391,10 +390,10 @@ class Rig(object):
         return self.built
 
     @contextlib.contextmanager
-    def _attended(
+    def _with_user(
         self, person: Optional["Person"], keyboard: Optional["Keyboard"]
     ) -> Iterator[None]:
-        """Have somebody at the brick, and at the keyboard of its script, for a `with` block."""
+        """Model a user at the brick and at its script's keyboard, for a `with` block."""
         if person:
             person(self.brick, self.devices)
         before = sys.stdin
@@ -406,7 +405,7 @@ class Rig(object):
             sys.stdin = before
 
     def _watch(self) -> Optional["WatchingTracker"]:
-        """Return the tracker before the cameras, from the first run on."""
+        """Return the tracker of the cameras, which starts with the first run."""
         if self._tracker is None and self._cameras is not None:
             watched = self._cameras
             if isinstance(watched, str):
@@ -458,7 +457,7 @@ def _listed(faults: "Faults") -> Iterable[Union[str, Fault]]:
 
 
 def _check_chain(built: "Arm", arm: Optional["Arm"]) -> None:
-    """Refuse an arm that is built of other joints than programs are told of."""
+    """Refuse a true arm whose joints differ in kind from the nominal ones."""
     if arm is None:
         raise InvalidSimulationOption(
             "{} is built, but programs are told of no arm; give that, too".format(built.name)
@@ -472,7 +471,7 @@ def _check_chain(built: "Arm", arm: Optional["Arm"]) -> None:
 
 
 def _existing(script: str) -> str:
-    """Path of a script as one names it.
+    """Return the path of a script as typed.
 
     Raises:
         InvalidSimulationOption: there is none.

@@ -31,7 +31,7 @@ if MYPY:
             """Return the names of the buttons that were pressed since the last call, in turn."""
 
 
-LOOK_PERIOD = 0.06
+POLL_PERIOD = 0.06
 """Period of sampling the buttons and the file, s."""
 
 SPEED_BOUNDS, MAX_PEN_TRIM, MAX_NUDGE = (25.0, 100.0), 30.0, 10.0
@@ -136,10 +136,10 @@ class JobOrders(object):
         """Handle the orders that have come; return the wanted rate, 0 where it is to stand.
 
         Args:
-            now: the clock's time, s; nothing is read more often than every LOOK_PERIOD.
+            now: the clock's time, s; nothing is read more often than every POLL_PERIOD.
         """
         if now >= self._due:
-            self._due = now + LOOK_PERIOD
+            self._due = now + POLL_PERIOD
             for source in self._presses:
                 for button in source.pressed():
                     self._press(button)

@@ -12,7 +12,7 @@ import os
 from robot.drawing import announce
 from robot.jobs.checking import joined
 from robot.jobs.logbook import LoggingFeed
-from robot.jobs.orders import LOOK_PERIOD
+from robot.jobs.orders import POLL_PERIOD
 from robot.jobs.pen_path import PenPath
 from robot.jobs.progress import SavedProgress, forget_progress, save_progress
 from robot.jobs.report import Place
@@ -203,7 +203,7 @@ class JobRunner(object):
         rest, clock = self._job.header.rest, self._clock
         until = clock.now() + rest
         while rest and clock.now() < until:
-            clock.sleep(min(LOOK_PERIOD, max(0.0, until - clock.now())))
+            clock.sleep(min(POLL_PERIOD, max(0.0, until - clock.now())))
             self._orders.sample(clock.now())
             if self._orders.aborted:
                 return
@@ -298,7 +298,7 @@ class JobRunner(object):
             del orders.notes[:]
             if orders.aborted or not orders.paused:
                 return is_there
-            clock.sleep(LOOK_PERIOD)
+            clock.sleep(POLL_PERIOD)
             now = clock.now()
             orders.sample(now)
             if now >= check_at:

@@ -1,6 +1,6 @@
-"""Advice about an error that ended a script, where the error itself gives none.
+"""Advice on errors that end a script, where the message itself gives none.
 
-Each sentence is for one cause: a module that is merely misspelled has none.
+Each sentence is for one cause; a misspelled module has none.
 """
 
 import ast
@@ -138,7 +138,7 @@ def only_here(source: bytes, folder: str) -> List[str]:
 
 
 def _is_installed(name: str) -> bool:
-    """Return True for a module that was installed, and is no file of somebody's own."""
+    """Return True for an installed module, False for a file of the user's own."""
     try:
         found = importlib.util.find_spec(name)
     except (ImportError, ValueError):

@@ -1,7 +1,6 @@
 """Paths of the brick's own folders on this computer, for all functions of `os` that take one.
 
-Rule: a program is told of them by the brick's paths alone, also in errors; what lies elsewhere is
-this computer's.
+Rule: a program sees the brick's paths alone, also in errors; all other paths are this computer's.
 """
 
 import functools
@@ -25,7 +24,7 @@ TWO_PATHS = ("link", "rename", "replace", "symlink")
 
 
 class BrickFiles(object):
-    """The brick's folders, and its system's files, which are made when a program looks for one.
+    """Folders and system files of the brick; the files are made at the first access.
 
     Args:
         folders: the brick's path -> path on this computer.
@@ -40,7 +39,7 @@ class BrickFiles(object):
         self._made = None  # type: Optional[str]
 
     def here(self, path: object) -> object:
-        """Return where a file is on this computer; `path` itself where it is no path of ours."""
+        """Return the path of a file on this computer; `path` itself for any other path."""
         text = path.__fspath__() if hasattr(path, "__fspath__") else path
         if not isinstance(text, str) or not text.startswith("/"):
             return path
@@ -70,7 +69,7 @@ class BrickFiles(object):
         return on_the_brick
 
     def close(self) -> None:
-        """Remove what was made."""
+        """Remove the files that were made."""
         if self._made:
             temporary_folders.remove(self._made)
             self._made = None
@@ -98,7 +97,7 @@ class Entries(object):
         return next(self._left)
 
     def close(self) -> None:
-        """Nothing to let go of."""
+        """Do nothing: there is nothing to release."""
 
     def __enter__(self) -> "Entries":
         return self

@@ -1,6 +1,6 @@
-"""The brick's shell: one line at a time, of what scripts hand to `os.system`.
+"""Shell of the brick, for lines that scripts pass to `os.system`.
 
-It knows quotes, `;`, `&&`, `||`, `&`, `|`, `>`, `>>`, `<`, `2>&1`, `*` and `$NAME`, and no loops.
+It has quotes, `;`, `&&`, `||`, `&`, `|`, `>`, `>>`, `<`, `2>&1`, `*` and `$NAME`, and no loops.
 """
 
 import glob
@@ -26,13 +26,13 @@ Command = NamedTuple(
 Command.__doc__ = """A simple command of a line.
 
 args        with quotes removed
-end         what stands behind it: `;`, `&&`, `||`, `&` or `|`
+end         separator after it: `;`, `&&`, `||`, `&` or `|`
 redirected  stream (0, 1, 2) -> (`<`, `>` or `>>`, name of a file), or (`>&`, `1`)
 """
 
 NOWHERE = "/dev/null"
 LOOPS = "for", "while", "until", "if", "case"
-"""Words that begin what this shell does not know."""
+"""Keywords of constructs that this shell does not support."""
 
 _PART = re.compile(
     r"""&>|(?<![^\s;&|])[012]?(?:>>|>&|>|<)|[<>]|&&|\|\||[;&|\n]"""
@@ -111,7 +111,7 @@ class Shell(object):
         self._run = run
 
     def line(self, text: str, piped: bytes, captured: "Captured") -> Finished:
-        """Run a line, which changes no folder for others; returns Finished."""
+        """Run a line, which leaves the current folder as it was; return Finished."""
         try:
             commands = split_line(text)
         except ValueError as error:

@@ -1,8 +1,7 @@
 """A Python program that another one starts: `python3 other.py`, on the same emulated brick.
 
-It runs to its end before the one that starts it goes on, in the same process of the host: it has
-`__main__`, arguments, modules of its folder and things to do at its end of its own, and shares what
-else it imports.
+It runs to its end before its parent goes on, in the same process of the host.  `__main__`,
+arguments, modules of its folder and exit handlers are its own; all other imports are shared.
 """
 
 import contextlib
@@ -20,7 +19,7 @@ if MYPY:
     from laptop.emulator.host.shims import Shims
 
 MAX_DEPTH = 8
-"""Greatest number of programs that have started one another."""
+"""Greatest depth of nested programs."""
 
 
 class ChildPython(object):
@@ -101,7 +100,7 @@ class ChildPython(object):
 
     @contextlib.contextmanager
     def _isolated(self, folder: str) -> Iterator[None]:
-        """Keep what is the starting program's own for a `with` block."""
+        """Store the parent program's own state for a `with` block."""
         argv, path, modules = sys.argv, list(sys.path), dict(sys.modules)
         excepthook, calls = sys.excepthook, self._shims.exit_calls
         own = [

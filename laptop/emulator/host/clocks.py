@@ -1,7 +1,6 @@
 """The modules `time` and `datetime` on the world's clock, for a program.
 
-Rule: whoever looks at the clock spends a moment, so that loops that poll come to an end; who is not
-of the program pays nothing.
+Rule: a read of the clock costs time, so that polling loops end; it is free outside the program.
 """
 
 import datetime as real_datetime
@@ -35,13 +34,13 @@ def copy_module(module: types.ModuleType, **others: object) -> types.ModuleType:
 
 
 class ProgramClock(object):
-    """Readings of the world's clock by a program.  Who is not of the program pays nothing."""
+    """Readings of the world's clock by a program.  They are free for other callers."""
 
     def __init__(self, world: "World") -> None:
         self._world = world
 
     def step(self, cost: float = CLOCK_COST) -> None:
-        """Spend a moment, s."""
+        """Spend time, s."""
         if self._world.current() is not None:
             self._world.touch(cost)
 
@@ -68,7 +67,7 @@ class ProgramClock(object):
         return self._world.now() + self._behind()
 
     def _behind(self) -> float:
-        """Return the duration of its start, which is not on the world's clock, s."""
+        """Return the duration of its start, which the world's clock leaves out, s."""
         return self._world.processor.behind if self._world.processor else 0.0
 
 
@@ -94,7 +93,7 @@ def time_module(clock: ProgramClock) -> types.ModuleType:
         return clock.time() if clk_id == real_time.CLOCK_REALTIME else clock.monotonic()
 
     def localtime(secs: Optional[float] = None) -> real_time.struct_time:
-        """Parts of a time where we are, of now if none is given."""
+        """Parts of a local time, of now if none is given."""
         return real_time.localtime(clock.time() if secs is None else secs)
 
     def gmtime(secs: Optional[float] = None) -> real_time.struct_time:
@@ -142,7 +141,7 @@ def time_module(clock: ProgramClock) -> types.ModuleType:
 
 
 class Builtin(object):
-    """A function that, as those of C, stays itself as an attribute of a class."""
+    """A function that, like those of C, is not bound as an attribute of a class."""
 
     def __init__(self, function: Callable[..., "Any"]) -> None:
         self._function = function
@@ -155,7 +154,7 @@ class Builtin(object):
 
 
 class _StandingFor(type):
-    """A class of these is one of all instances and subclasses of what it stands for, too."""
+    """Metaclass: instances and subclasses of the replaced class count as those of its class."""
 
     def __instancecheck__(cls, value: object) -> bool:
         real = vars(cls).get("_stands_for")

@@ -1,6 +1,6 @@
-"""Instrumentation that makes a program count what it computes.
+"""Instrumentation by which a program counts its own instructions.
 
-The emulated brick is far slower than the laptop, and a control loop must feel that.
+The emulated brick is far slower than the laptop, which matters to a control loop.
 So the time of a program is modelled, not measured:
 
     t = CPI / f * sum over basic blocks b of n_b * c_b
@@ -8,10 +8,10 @@ So the time of a program is modelled, not measured:
 with n_b the executions of a block, c_b its cost in instructions of the brick's processor, CPI the
 cycles per instruction and f the clock rate (processor.py). This is static source-level timing by
 basic blocks, as in Li and Malik, Performance analysis of embedded software using implicit path
-enumeration, DAC 1995; only that here the program itself counts n_b as it runs.
+enumeration, DAC 1995; except that here the program itself counts n_b as it runs.
 
-The syntax tree is rewritten: at the head of each straight piece of code stands `_count_ += cost`.
-So the count depends on what the program does and on nothing else, and a run repeats exactly. Host
+The syntax tree is rewritten: each basic block begins with `_count_ += cost`.
+So the count depends on the program alone, and a run is reproducible. Host
 time scaled by a factor would vary with the load; sys.settrace would cost a call for each line.
 
 Calls into C cost what `instruction_costs` says by name; an unknown one costs a plain call. Of
@@ -55,7 +55,7 @@ processor.Processor.enrol."""
 
 DUE, LOOK = "_due_", "_look_"
 """Names of a threshold, and of the function that each turn of a `while` calls once the count is
-beyond it: a long loop lets other threads run, and signals be handled."""
+beyond it: in a long loop other threads run, and signals are handled."""
 
 EV3DEV2 = "ev3dev2"
 
@@ -72,7 +72,7 @@ def compiled(source: bytes, file: str) -> CodeType:
 
 
 class _Counting(object):
-    """Rewriter that puts the counts into one module."""
+    """Rewriter that inserts the counts into one module."""
 
     def __init__(self) -> None:
         self._globals = set()  # type: Set[str]
@@ -83,7 +83,7 @@ class _Counting(object):
         self._walrus_allowed = True  # whether an assignment expression may stand there
 
     def module(self, tree: ast.Module, length: int) -> ast.Module:
-        """Put the counts into the tree of a module; `length` is that of its source, bytes."""
+        """Insert the counts into the tree of a module; `length` is that of its source, bytes."""
         self._globals = assigned_names(tree.body) | {COUNT, SPEND, LOAD, DUE, LOOK}
         body = self._block(tree.body)
         at = first_statement(body)
@@ -92,7 +92,7 @@ class _Counting(object):
         tree.body = body
         return ast.fix_missing_locations(tree)
 
-    # Statements: what each costs that is always done of it; what is not is counted where it stands.
+    # Statements: the cost of the part that is always executed; other parts count themselves.
 
     def _block(self, body: List[ast.stmt], cost: int = 0) -> List[ast.stmt]:
         """Return statements with their counts; `cost` is that of entering them, instructions."""
@@ -240,7 +240,7 @@ class _Counting(object):
         return bool(self._scopes) and name in self._scopes[-1]
 
     def _cost(self, node: ast.AST) -> int:
-        """Return the cost of an expression, with its counts put in where it goes in turns."""
+        """Return the cost of an expression; counts are inserted where it iterates."""
         cost = getattr(self, "_of_" + type(node).__name__.lower(), None)
         return cost(node) if cost else self._other(node)
 
@@ -296,7 +296,7 @@ class _Counting(object):
         return cost + sum(COSTS[kinds.get(type(op), usual)] for op in node.ops)
 
     def _test(self, node: ast.expr) -> int:
-        """Return the cost of working out a condition, and of branching by it."""
+        """Return the cost of evaluating a condition, and of the branch."""
         plain = not isinstance(node, (ast.Compare, ast.BoolOp))
         return self._cost(node) + COSTS["branch"] + COSTS["truth"] * plain
 

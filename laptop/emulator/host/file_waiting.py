@@ -18,10 +18,10 @@ if MYPY:
     Value = TypeVar("Value")
 
 FD_POLL_PERIOD = 0.01
-"""Period at which files of the host are looked at by those that wait, s."""
+"""Period at which waiting threads poll files of the host, s."""
 
 PERSON_POLL_PERIOD = 0.05
-"""Period at which signals are looked for while somebody is waited for who types, wall s."""
+"""Period at which signals are polled during keyboard input, wall s."""
 
 
 def select_module(world: "World") -> ModuleType:
@@ -52,7 +52,7 @@ class WatchedFiles(object):
         self._files = real_select.poll() if hasattr(real_select, "poll") else _Selecting()
 
     def register(self, fd: Any, eventmask: int = POLL["POLLIN"] | POLL["POLLPRI"]) -> None:
-        """Watch one; what it is watched for makes no difference of a device."""
+        """Register a file; the events make no difference for a device."""
         device = _device_file(fd)
         if device is None:
             self._files.register(fd, eventmask)
@@ -60,10 +60,10 @@ class WatchedFiles(object):
             self._devices.append(device)
 
     def unregister(self, fd: Any) -> None:
-        """Watch one no more.
+        """Unregister a file.
 
         Raises:
-            KeyError: it is not watched.
+            KeyError: it is not registered.
         """
         device = _device_file(fd)
         if device is None:
@@ -74,12 +74,12 @@ class WatchedFiles(object):
             raise KeyError(fd)
 
     def modify(self, fd: Any, eventmask: int) -> None:
-        """Watch one for something else."""
+        """Change the events of a file."""
         if _device_file(fd) is None:
             self._files.modify(fd, eventmask)
 
     def poll(self, timeout: Optional[float] = None) -> List[Tuple[Any, int]]:
-        """Wait at most `timeout` ms; those that are ready, and for what."""
+        """Wait at most `timeout` ms; those that are ready, with their events."""
         if timeout is not None and timeout < 0:
             timeout = None
         if self._devices:
@@ -92,7 +92,7 @@ class WatchedFiles(object):
 
 
 def _device_file(file: Any) -> Any:
-    """Return what is a file of a device, behind its buffers; None for a file of the host."""
+    """Return a device's file beneath its buffers; None for a file of the host."""
     binary = getattr(file, "buffer", file)
     for one in (file, binary, getattr(binary, "raw", None)):
         if hasattr(one, "device"):
@@ -111,7 +111,7 @@ class WatchedEpoll(object):
         return getattr(self._real, name)
 
     def poll(self, timeout: Optional[float] = None, maxevents: int = -1) -> List[Tuple[int, int]]:
-        """Wait at most `timeout` s; descriptors that are ready, and for what."""
+        """Wait at most `timeout` s; descriptors that are ready, with their events."""
         seconds = None if timeout is None or timeout < 0 else timeout
         return _watch(self._world, lambda: self._looked(maxevents), seconds)
 
@@ -137,7 +137,7 @@ class _Selecting(object):
         del self._events[fd if isinstance(fd, int) else fd.fileno()]
 
     def poll(self, timeout: float) -> List[Tuple[int, int]]:
-        """(descriptor, event) for all that can be had at once."""
+        """Return (descriptor, event) of all that are ready."""
         events = [POLL[kind] for kind in self._KINDS]
         asked = [[fd for fd, mask in self._events.items() if mask & event] for event in events]
         if not any(asked):  # Windows takes no three empty lists
@@ -150,7 +150,7 @@ class _Selecting(object):
 
 
 def time_out_sockets(world: "World", module: ModuleType) -> None:
-    """Let sockets with a timeout wait in virtual time; a program that calls has started.
+    """Let sockets with a timeout wait in virtual time; a connect ends a program's start.
 
     Args:
         world: World, whose clock they wait on.
@@ -181,12 +181,12 @@ def time_out_sockets(world: "World", module: ModuleType) -> None:
 
 
 def _wait_for_person(world: "World", rlist: "Files", wlist: "Files", xlist: "Files") -> "Ready":
-    """Return what `select` finds of these in the end; the emulated clock stands meanwhile."""
+    """Return what `select` finds of these in the end; the emulated clock stops meanwhile."""
     while True:
         found = real_select.select(rlist, wlist, xlist, PERSON_POLL_PERIOD)
         if any(found):
             return found
-        world.touch(0.0)  # signals are heard
+        world.touch(0.0)  # signals are handled
 
 
 def _watch_all(
@@ -203,7 +203,7 @@ def _watch_all(
 
 
 def _watch(world: "World", poll: "Callable[[], Value]", timeout: Optional[float]) -> "Value":
-    """Return what `look()` finds, asked until `timeout` s (None: never) have passed."""
+    """Return what `poll()` finds, called until `timeout` s (None: never) have passed."""
     deadline = None if timeout is None else world.now() + timeout
     while True:
         found = poll()

@@ -11,11 +11,11 @@ from typing import Iterator
 from laptop.emulator.host import guard_process
 
 BEAT_PERIOD = 0.25
-"""Period of the signs of life, s."""
+"""Period of the heartbeats, s."""
 
 PATIENCE = 12.0
 """Greatest time for which the script may hold the interpreter, s of computing; longer than the
-watchdog's patience, which ends what it can itself."""
+watchdog's patience, which ends whatever it can."""
 
 SIGNAL_TIMEOUT = 3.0
 """Greatest time until the script handles a signal, s of computing."""
@@ -38,7 +38,7 @@ def guarded(name: str) -> Iterator[None]:
             stdout=subprocess.DEVNULL,
             bufsize=0,
         )
-    except OSError:  # no room for another process: the run goes without
+    except OSError:  # no resources for another process: the run goes on without it
         yield
         return
     assert process.stdin is not None  # a pipe
@@ -49,7 +49,7 @@ def guarded(name: str) -> Iterator[None]:
     if hasattr(os, "set_blocking") and os.name != "nt":
         os.set_blocking(pipe, False)
     if main:
-        # From C, as the signal comes: no matter who holds the interpreter.
+        # From C, as the signal comes, whichever thread holds the interpreter.
         before = signal.set_wakeup_fd(pipe, **_QUIET)
     beating.start()
     try:
@@ -67,7 +67,7 @@ def _beat(pipe: int, over: threading.Event) -> None:
     while not over.wait(BEAT_PERIOD):
         try:
             os.write(pipe, b"\0")
-        except BlockingIOError:  # it has not looked for long, as when all are stopped
+        except BlockingIOError:  # it has not polled for long, as when all are stopped
             continue
-        except OSError:  # somebody has ended it
+        except OSError:  # it has been ended from outside
             return

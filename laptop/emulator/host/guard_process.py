@@ -1,9 +1,9 @@
 """Guard process: ends another one that can no longer end itself.
 
-Who computes inside a library written in C may hold the interpreter: then no thread of that process
-gets on, nor does it look at a signal.  Run by `guard`, with nothing imported that it does not need.
+Code inside a C library may hold the interpreter lock: then no thread of that process runs, and no
+signal is handled.  Run by `guard`, with as few imports as possible.
 
-Standard input: a 0 as long as the interpreter is free now and then; the number of each signal that
+Standard input: a 0 at each heartbeat, which needs the interpreter; the number of each signal that
 comes.  Arguments: number of the process, name of the script, seconds that it may hold the
 interpreter, and seconds after a signal.
 """
@@ -20,14 +20,14 @@ if MYPY:
     import io
     from typing import Optional  # noqa: F401
 
-LOOK_PERIOD = 0.1
+POLL_PERIOD = 0.1
 """Period of the checks, s."""
 
 
 def spent(pid: int) -> float:
-    """Return a time (s) that goes on as the process computes; as the clock does if unknown.
+    """Return the CPU time of the process, s; the wall time where that is unknown.
 
-    A computer that is busy with others is no reason to end it.
+    A computer that is busy with other processes is no reason to end it.
     """
     try:
         with open("/proc/{}/stat".format(pid), "rb") as file:
@@ -38,10 +38,10 @@ def spent(pid: int) -> float:
 
 
 class Guard(object):
-    """Listens to the process `pid`, and says what it has spent since.
+    """Monitor of the process `pid` and of the time that it has spent since its last message.
 
     Attributes:
-        asked: the signal that it has not looked at yet; None without one.
+        asked: the signal that it has not handled yet; None without one.
     """
 
     def __init__(self, pid: int) -> None:
@@ -50,7 +50,7 @@ class Guard(object):
         self.asked = None  # type: Optional[int]
 
     def listen(self, stream: "io.RawIOBase") -> None:
-        """Take what comes of a stream of bytes, until its end."""
+        """Read a stream of bytes until its end."""
         while True:
             received = stream.read(1)
             if not received:
@@ -64,20 +64,20 @@ class Guard(object):
             self._since = spent(self._pid)
 
     def held(self) -> float:
-        """Seconds for which the interpreter has been held, or since a signal came then."""
+        """Time for which the interpreter has been held, or since a signal came then, s."""
         return spent(self._pid) - self._since
 
 
 def main(pid: int, name: str, patience: float, hearing: float) -> None:
-    """Listen and look until the process ends, or is ended."""
+    """Monitor the process until it ends, or is ended."""
     for number in ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK"):
-        if hasattr(signal, number):  # the terminal tells all of a group
+        if hasattr(signal, number):  # the terminal signals a whole group
             signal.signal(getattr(signal, number), signal.SIG_IGN)
     guard = Guard(pid)
     pipe = io.FileIO(sys.stdin.fileno(), closefd=False)
     threading.Thread(target=guard.listen, args=(pipe,)).start()
     while True:
-        time.sleep(LOOK_PERIOD)
+        time.sleep(POLL_PERIOD)
         asked, held = guard.asked, guard.held()
         if asked is not None and held > hearing:
             why = "it did not hear {}".format(signal.Signals(asked).name)

@@ -1,4 +1,4 @@
-"""State of this process that a program may change, kept over a run."""
+"""State of this process that a program may change, stored during a run."""
 
 import builtins
 import contextlib
@@ -27,7 +27,7 @@ def _terminal_settings() -> Optional[List[Any]]:
 
 
 class HostState(object):
-    """Everything of the host that a run may change, to be put back by `restore`."""
+    """State of the host that a run may change; `restore` sets it again."""
 
     def __init__(self) -> None:
         self._modules = dict(sys.modules)
@@ -49,7 +49,7 @@ class HostState(object):
         self._terminal = _terminal_settings()
 
     def restore(self) -> None:
-        """Put all back."""
+        """Restore all."""
         for namespace, before in self._namespaces:
             for name in [name for name in namespace if name not in before]:
                 del namespace[name]

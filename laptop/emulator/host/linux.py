@@ -1,4 +1,4 @@
-"""Names and numbers of the brick's Linux, which the host's system may lack, or have otherwise."""
+"""Names and numbers of the brick's Linux, where the host's system has none or others."""
 
 import enum
 import errno
@@ -18,7 +18,7 @@ if MYPY:
     from laptop.emulator.host.clocks import ProgramClock
 
     class HasFileno(Protocol):
-        """A file, socket, or what else can be waited for."""
+        """A file, socket, or other object with a descriptor."""
 
         def fileno(self) -> int:
             """Return its descriptor."""
@@ -78,11 +78,11 @@ TERMINAL = (80, 24)
 
 
 def system_files(argv: Sequence[str], started: float) -> Dict[str, str]:
-    """Return the files that tell of the system and its processes: path -> text.
+    """Return the files on the system and its processes: path -> text.
 
     Args:
         argv: the program's command line.
-        started: when, s since the system was.
+        started: time of its start since that of the system, s.
     """
     own = {
         "cmdline": "\0".join(argv) + "\0",
@@ -137,7 +137,7 @@ USERS = (
 
 
 def own_os(clock: "ProgramClock") -> Dict[str, Callable[..., object]]:
-    """Return what `os` tells of the one process on a brick, instead of the host's.
+    """Return substitutes for functions of `os` on processes: the brick has one.
 
     Args:
         clock: clocks.ProgramClock.
@@ -231,7 +231,7 @@ def fcntl_module(ioctl: Callable[[Any, int, Any], bool]) -> types.ModuleType:
     """Return a `fcntl` module.
 
     Args:
-        ioctl: (fd, request, arg) -> whether the brick's own devices have taken it.
+        ioctl: (fd, request, arg) -> whether a device of the brick has handled it.
     """
     real = vars(platforms)["fcntl"]  # type: Any  # None where the host has none
 

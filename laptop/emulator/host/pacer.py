@@ -9,7 +9,7 @@ if MYPY:
     from laptop.emulator.pace import Member, PacedClock  # noqa: F401
 
 LONG_PACE_WINDOW = 60.0
-"""Window of the pace that decides whether a run goes on in real time, wall s."""
+"""Window of the pace by which a run in real time is ended, wall s."""
 
 
 class Pacer(object):
@@ -21,8 +21,8 @@ class Pacer(object):
     Attributes:
         zero: time of the clock at the virtual time 0, s.
         pace, long_pace: PaceMeter of the clock over seconds, and over a minute.
-        waiting: whether the world waits until the clock has come so far.
-        drifting: whether its time goes on beside a program that waits for something of the host.
+        waiting: whether the world waits for the clock.
+        drifting: whether its time goes on while a program waits for the host.
     """
 
     def __init__(self, clock: "PacedClock") -> None:
@@ -35,7 +35,7 @@ class Pacer(object):
         self._member = None  # type: Optional[Member]
 
     def join(self, t: float, name: str) -> None:
-        """Let the clock's others wait for this world, whose time is `t` now, until it leaves.
+        """Join the clock, whose members then wait for this world, from its time `t` on.
 
         Args:
             t: virtual time now, s.
@@ -46,7 +46,7 @@ class Pacer(object):
             self._member = self._clock.join(name)
 
     def leave(self) -> None:
-        """Let nobody wait for this world any more."""
+        """Leave the clock, whose members wait for this world no longer."""
         if self._member is not None:
             self._member.leave()
             self._member = None
@@ -71,10 +71,10 @@ class Pacer(object):
         return self._clock.now() - self.zero
 
     def worth_waiting(self, t: float) -> float:
-        """Return the wall seconds that it takes at least until the clock lets us go on to `t`."""
+        """Return the least wall time until the clock lets us go on to `t`, s."""
         return self._clock.worth_waiting(self.zero + t)
 
     @property
     def latest(self) -> str:
-        """Name of whom the clock waits for just now; "" for nobody."""
+        """Name of the member that the clock waits for; "" for none."""
         return self._clock.latest

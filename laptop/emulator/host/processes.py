@@ -1,6 +1,6 @@
 """Programs that a script starts: `subprocess` and `os.system` on the world's clock.
 
-Rule: no process is started; `BrickPrograms.run` does what a program of the brick would have done.
+Rule: no process is started; `BrickPrograms.run` emulates the programs of the brick.
 """
 
 import io
@@ -24,7 +24,7 @@ if MYPY:
     from laptop.emulator.host.clocks import ProgramClock
     from laptop.emulator.host.world import World
 
-#: What starting a process costs, s.
+#: Cost of starting a process, s.
 START_COST = 0.03
 
 
@@ -35,10 +35,10 @@ class _Output(io.BytesIO):
 
 
 class Processes(object):
-    """Stands for the shell and the programs of the brick; nothing is started.
+    """Substitute for the shell and the programs of the brick; nothing is started.
 
     Attributes:
-        world, clock: World and ProgramClock, on which its programs take their time.
+        world, clock: World and ProgramClock, on which its programs run.
         python: ChildPython; None on one without Python.
     """
 
@@ -195,7 +195,7 @@ class ProgramPopen(object):
         return tuple(None if file is None else file.read() for file in files)
 
     def send_signal(self, sig: int) -> None:
-        """End it, by whatever signal."""
+        """End it, whatever the signal."""
         if self.poll() is None:
             self._end = self._processes.world.now()
             self._status = -sig
@@ -227,7 +227,7 @@ def _piped_from(stdin: object) -> Sound:
 def _handed_over(
     data: bytes, target: Any, own: "TextIO", text: bool
 ) -> "Union[_Output, io.StringIO, None]":
-    """Let what a process has written go where Popen's argument says; a file where that is a pipe.
+    """Write a process's output to the target by Popen's argument; return a file for a pipe.
 
     Args:
         data: bytes.

@@ -1,12 +1,11 @@
-"""Processor of the emulated brick: the counts of programs become seconds of its clock.
+"""Processor of the emulated brick: converts counts of instructions into seconds.
 
     seconds = instructions * PROGRAM_FACTOR * slowness * CYCLES_PER_INSTRUCTION / CYCLES_PER_SECOND
 
-A program does not stop at each count. Its debt is charged when it comes to the clock: it reads the
-time, sleeps, touches a device, or has gone round a `while` for a SWITCH_INTERVAL. So the program
-runs at the host's speed, and events between two such points are late by one piece of computing at
-most. What it computes before it first touches the world is its start, which the bodies of the world
-need not be moved for.
+A program does not stop at each count. Counts are charged at synchronisation points: it reads
+the time, sleeps, accesses a device, or has spent a SWITCH_INTERVAL in a `while`. Between them the
+program runs at the host's speed, and events are late by at most one such piece. The computation
+before the first access to the world is the program's start, during which the world's bodies rest.
 
 The cycles per instruction are a mean over Python's interpreter with its cache misses (Hennessy and
 Patterson, Computer Architecture, 1.9). A model of each cache access
@@ -54,11 +53,11 @@ SECONDS_PER_INSTRUCTION = CYCLES_PER_INSTRUCTION / CYCLES_PER_SECOND
 """Time of an instruction, s."""
 
 MAX_START = 60.0
-"""Greatest time of a program's start, s, before it first touches the world; more passes on the
+"""Greatest time of a program's start, before its first access to the world, s; more passes on the
 world's clock, so that an endless program reaches its time limit."""
 
 SWITCH_INTERVAL = 5e-3
-"""Time after which Python lets another thread have its turn, s (`sys.getswitchinterval`)."""
+"""Time after which Python switches threads, s (`sys.getswitchinterval`)."""
 
 
 class Processor(object):
@@ -68,11 +67,10 @@ class Processor(object):
         slowness: time of a computation, as a multiple of the real brick's.
         check_clock: called by a thread that has computed for a SWITCH_INTERVAL without reading the
             clock; None where there is one thread only.
-        late: called when it has computed for MAX_START and not had to do with the world.
+        late: called when it has computed for MAX_START without an access to the world.
 
     Attributes:
-        start: time that the program took before it first touched the world, see World.begin, s;
-            None: it has not yet.
+        start: duration of the program's start, see World.begin, s; None before it ends.
     """
 
     def __init__(
@@ -96,10 +94,10 @@ class Processor(object):
         self._early = []  # type: List[Tuple[Names, int, Sequence[str]]]
 
     def enrol(self, names: "Names", length: int, asked: Sequence[str]) -> None:
-        """Register a counted module that begins.
+        """Register a counted module at its begin.
 
-        What the emulator itself imports of `ev3dev2` before the script begins is charged when the
-        script imports it.
+        Modules of `ev3dev2` that the emulator has imported before are charged when the script
+        imports them.
 
         Args:
             names: its namespace.
@@ -112,7 +110,7 @@ class Processor(object):
             names[COUNT] += cost
 
         def check_clock() -> None:
-            """Let others run; every turn of a `while` calls this once the count exceeds DUE."""
+            """Let others run; each pass of a `while` calls this once the count exceeds DUE."""
             left = self._slice - (self._total() - self._taken + self._beside)
             if left <= 0 and self._check_clock:
                 self._check_clock()
@@ -125,7 +123,7 @@ class Processor(object):
         self._modules.append(names)
         if names["__name__"] == "__main__":
             self._running = True
-            self.instructions()  # of nobody yet
+            self.instructions()  # charged to none
             self.spend(START + COMPILED * length)
         if not self._running:
             self._early.append((names, length, asked))
@@ -147,12 +145,12 @@ class Processor(object):
                 self._beside += names[COUNT]
 
     def spend(self, thousands: float) -> None:
-        """Charge so many thousand instructions beside those of counted code."""
+        """Charge thousands of instructions beside those of counted code."""
         self._beside += 1000 * thousands / PROGRAM_FACTOR
 
     @contextlib.contextmanager
     def idle(self) -> Iterator[None]:
-        """Charge nothing for what is computed within a `with` block."""
+        """Charge nothing for computations within a `with` block."""
         before = self.instructions()
         try:
             yield
@@ -193,14 +191,14 @@ class Processor(object):
         return seconds
 
     def begin(self) -> None:
-        """End the start: the program first touches the world."""
+        """End the start, at the program's first access to the world."""
         self._running = True
         self.charge()
         self.start = self._starting
 
     @property
     def behind(self) -> float:
-        """Time of its computing that has not passed on the world's clock, s."""
+        """Computing time that has not yet passed on the world's clock, s."""
         return self._starting
 
 

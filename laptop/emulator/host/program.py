@@ -1,6 +1,6 @@
 """Import of the brick's own modules into this process, as on the emulated brick.
 
-For what is measured piece by piece; whole scripts run under `runner.run_script`.
+For measurements of single functions; whole scripts run under `runner.run_script`.
 """
 
 import builtins
@@ -29,7 +29,7 @@ if MYPY:
 
 
 class Program(object):
-    """A program that begins on a brick.
+    """A program that runs on a brick.
 
     Attributes:
         clock: has `now()` and `sleep(seconds)`.
@@ -49,7 +49,7 @@ class Program(object):
 
 
 class _ChargedClock(object):
-    """The world's, on which computing takes time."""
+    """The world's clock, on which computing takes time."""
 
     def __init__(self, world: "World") -> None:
         self._world = world
@@ -82,10 +82,10 @@ def on(brick: "EmulatedBrick") -> Iterator[Program]:
 def _counted(processor: Processor) -> Iterator[None]:
     """Load the program's modules anew, with counts for `processor`, for a `with` block.
 
-    So a module that is imported in the midst of its work costs each program the same, as each is a
-    process of its own on the brick.
+    So a module that is imported late costs each program the same: on the brick each is a process of
+    its own.
     """
-    before = _taken_out()
+    before = _remove_modules()
     setattr(builtins, counting.ENROL, processor.enrol)
     read_by = importlib.machinery.SourceFileLoader
     setattr(read_by, "get_code", _get_code)  # noqa: B010 (another's method, for mypy)
@@ -95,12 +95,12 @@ def _counted(processor: Processor) -> Iterator[None]:
     finally:
         del read_by.get_code  # it is inherited
         delattr(builtins, counting.ENROL)
-        _taken_out()
+        _remove_modules()
         sys.modules.update(before)
 
 
-def _taken_out() -> Dict[str, ModuleType]:
-    """Take the program's modules out of sys.modules, and return them."""
+def _remove_modules() -> Dict[str, ModuleType]:
+    """Remove the program's modules from sys.modules, and return them."""
     names = [name for name in sys.modules if top_of(name) in PROGRAM]
     return {name: sys.modules.pop(name) for name in names}
 

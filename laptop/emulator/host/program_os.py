@@ -1,4 +1,4 @@
-"""`os` as a program on the brick has it: its files and screen, and no process but its own."""
+"""`os` of a program on the brick: its files and screen, and a single process."""
 
 import errno
 import os
@@ -32,7 +32,7 @@ MENU_CONSOLE = "/dev/tty1"
 """The console on which the brick's menu shows a program."""
 
 _STARTING = ("fork", "exec", "spawn", "posix_spawn")
-"""Prefixes of the functions that start a process, or become one."""
+"""Prefixes of the functions that start or replace a process."""
 
 
 class ProgramOs(object):
@@ -106,7 +106,7 @@ class ProgramOs(object):
         self.leave(128 + linux.Signals.SIGABRT)
 
     def kill(self, pid: int, sig: int) -> None:
-        """Signal the program itself; nobody else is there but who may move the motors."""
+        """Signal the program itself, or another one that may move the motors."""
         if pid not in (os.getpid(), 0):
             if LOCK in os.environ and pid == getattr(BrickLock("").holder(), "pid", None):
                 self._kill(pid, sig)
@@ -154,7 +154,7 @@ class ProgramOs(object):
         return re.sub(r"^/dev/tty\d+$", "/dev/pts/0", self._ttyname(fd))
 
     def close_screens(self) -> None:
-        """Close what the program has left open of the screen."""
+        """Close the descriptors of the screen that the program has left open."""
         for descriptor in self.screens:
             os.close(descriptor)
         self.screens.clear()

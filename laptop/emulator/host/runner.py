@@ -1,12 +1,11 @@
 """Runs an ev3dev2 script, unmodified, on an emulated brick, as `python3 SCRIPT ARGS` would there.
 
-Rule: what is asked of the brick is its clock, its sysfs and a way to reset its motors; what comes
-out is what a shell would see.  Exit statuses beyond the program's own:
+Rule: it uses the brick's clock, its sysfs and the reset of its motors alone; the outcome is what a
+shell would see.  Exit statuses beyond the program's own:
 
     2    there is no such script, as Python says it
-    75   this computer is too busy to go on in real time: try again later
-    124  it would never end: past the time limit, frozen, all threads waiting for each other or
-         one for the host, or computing without end
+    75   this computer is too busy for real time: try again later
+    124  it does not end: time limit, frozen, deadlock, a wait for the host, or endless computing
     130  an unhandled KeyboardInterrupt
     137  killed: `kill_at`, or the Back button, after which every motor is reset
     128 + n  ended by signal n
@@ -23,7 +22,7 @@ from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Seq
 
 from laptop.emulator.device.buttons import BUTTONS
 from laptop.emulator.device.peripherals import Peripherals
-from laptop.emulator.host import advice, counting, last_line
+from laptop.emulator.host import advice, counting, output_lines
 from laptop.emulator.host.child_python import ChildPython
 from laptop.emulator.host.linux import Signals
 from laptop.emulator.host.process_exit import ENDLESS, ProcessExit
@@ -58,14 +57,14 @@ Outcome.__doc__ = """End of a run.
 
 status    exit status
 reason    "ended" (by itself, whatever the status), or what ended it: "timeout", "frozen", "killed",
-          "back button", "deadlock", "stuck", "waiting", "unheard" (for a signal that it did not
-          look at), a signal's name, "no script"
+          "back button", "deadlock", "stuck", "waiting", "unheard" (a signal that it has not
+          handled), a signal's name, "no script"
 t         virtual time at its end, s
 accesses  sysfs accesses it made
-start     what Python, imports and all else took before it first used the brick, waited, began a
-          thread or called somebody, s; None on one that computes in no time
-stack     where it was when it was cut off, in files of its own folder: (name, line, function) of
-          each call, the innermost first; () if it has ended
+start     duration of its start: Python, imports and all else before it used the brick, waited,
+          began a thread or connected, s; None on a brick that computes in no time
+stack     call stack at which it was cut off, in files of its own folder: (name, line, function),
+          the innermost first; () if it has ended
 signals   numbers of those that reached this process meanwhile, in order; see platforms.obey
 """
 
@@ -85,7 +84,7 @@ _WHY = {
 }
 
 _MODULE = "<module>"
-"""Python's name for what stands in no function."""
+"""Python's name for code outside functions."""
 
 
 def run_script(
@@ -102,7 +101,7 @@ def run_script(
     patience: float = 10.0,
     folders: Optional[Mapping[str, str]] = None,
 ) -> Outcome:
-    """Run `script` on `brick` until it ends, and let the world go on a little.
+    """Run `script` on `brick` until it ends, and simulate a little longer.
 
     Signals that reach this process meanwhile go to the script.
 
@@ -114,12 +113,12 @@ def run_script(
         presses: Press values, see `buttons.read_press`; one of a button says that the script was
             started from the brick's menu.
         signals: (s, signal number) pairs, to be delivered to the script.
-        freeze_at: the script never acts again from then on, s; the motors keep their last command.
-        kill_at: SIGKILL, s; brickrun is not there, so the motors keep their last command.
-        timeout: virtual seconds the script may take.
-        aftermath: virtual seconds the world goes on after its end.
-        patience: seconds of the host that it may compute without looking at the clock.
-        folders: the brick's path of what is elsewhere on this computer -> its path here.
+        freeze_at: time at which the script freezes, s; the motors keep their last command.
+        kill_at: time of SIGKILL, s; without brickrun the motors keep their last command.
+        timeout: greatest duration of the script, virtual s.
+        aftermath: time simulated after its end, virtual s.
+        patience: greatest time of the host without a read of the clock, s.
+        folders: path of a folder on the brick -> its path on this computer.
 
     Returns:
         Outcome
@@ -146,7 +145,7 @@ def run_script(
 
 
 class _ScriptRun(object):
-    """One run of a script on a brick, as `run_script` has it, to be ordered and then done."""
+    """One run of a script on a brick; events are scheduled first, then it is run."""
 
     def __init__(
         self,
@@ -178,22 +177,22 @@ class _ScriptRun(object):
         self._world.halt(ProcessExit(128 + number, "unheard"))
 
     def press(self, presses: "Sequence[Press]") -> None:
-        """Order presses; who presses a button has started the script from the menu."""
+        """Schedule presses; one of a button means that the script was started from the menu."""
         self._shims.from_menu = any(press.button in BUTTONS for press in presses)
         for press in presses:
             self._peripherals.press(press)
 
     def signal(self, signals: Sequence[Tuple[float, int]]) -> None:
-        """Order signals: (s, number) pairs."""
+        """Schedule signals: (s, number) pairs."""
         for t, number in signals:
             self._world.at(t, functools.partial(self._shims.signals.post, number))
 
     def end_at(self, t: float, process_exit: ProcessExit) -> None:
-        """Order an end, s."""
+        """Schedule an end, s."""
         self._world.at(t, functools.partial(self._world.halt, process_exit))
 
     def report_modules(self) -> None:
-        """Tell which modules it imports that a brick has not."""
+        """Report the modules that it imports and a brick lacks."""
         for name in advice.only_here(self._source, self._folder):
             _complain(
                 "{} imports {}, which this computer has and a brick has not: "
@@ -205,7 +204,7 @@ class _ScriptRun(object):
     def outcome(
         self, args: Sequence[str], timeout: float, patience: float, aftermath: float
     ) -> Outcome:
-        """Do it."""
+        """Run the script."""
         world, sysfs, shims = self._world, self._brick.sysfs, self._shims
         start, accesses = world.now(), sysfs.accesses
         argv = [self._script] + list(args)
@@ -224,7 +223,7 @@ class _ScriptRun(object):
             accesses = sysfs.accesses - accesses
             world.processor = None
             self._peripherals.on_back = None
-            world.realtime = False  # nobody waits for what comes after the end
+            world.realtime = False  # no world waits for the time after its end
             world.advance(end + aftermath)
         return Outcome(ended.status, ended.reason, end, accesses, began, stack, tuple(came))
 
@@ -239,7 +238,7 @@ class _ScriptRun(object):
     def _report_why(
         self, reason: str, stack: "Tuple[Call, ...]", timeout: float, patience: float
     ) -> None:
-        """Tell why it was cut off, by _WHY, and where it was."""
+        """Report why it was cut off, by _WHY, and where it was."""
         why = reason.format(
             t=self._world.now(),
             limit=timeout,
@@ -251,7 +250,7 @@ class _ScriptRun(object):
 
 
 def in_words(stack: "Sequence[Call]") -> str:
-    """Return for people where a script was cut off: of Outcome.stack the innermost two calls."""
+    """Return the innermost two calls of Outcome.stack for people."""
     main = stack[-1][0]
     calls = [call for call in stack if call[2] != _MODULE] or stack
     return ", called at ".join(
@@ -280,20 +279,20 @@ def _processor(brick: "EmulatedBrick", name: str) -> Optional[Processor]:
 
 
 def _complain(message: str, *values: object) -> None:
-    last_line.finish()
+    output_lines.end_lines()
     sys.stderr.write("simulate: " + message.format(*values) + "\n")
 
 
 @functools.lru_cache(maxsize=16)
 def _compiled(source: bytes, script: str, counts: bool) -> "CodeType":
-    """Return the script's code; the same for all runs."""
+    """Return the script's code, compiled once for all runs."""
     if counts:
         return counting.compiled(source, script)
     return compile(source, script, "exec", dont_inherit=True)
 
 
 def _main(shims: Shims, script: str, source: bytes) -> int:
-    """Be the interpreter of the script; the exit status."""
+    """Interpret the script; return the exit status."""
     shims.begin()
     return _interpreted(shims, script, source, shims.finish)
 
@@ -301,7 +300,7 @@ def _main(shims: Shims, script: str, source: bytes) -> int:
 def _interpreted(
     shims: Shims, script: str, source: bytes, finish: Optional[Callable[[], None]] = None
 ) -> int:
-    """Run `source` as `__main__`, and what Python does at its end; the exit status."""
+    """Run `source` as `__main__`, with Python's exit procedure; return the exit status."""
     module = types.ModuleType("__main__")
     vars(module).update(__file__=script, __builtins__=__builtins__, __cached__=None)
     sys.modules["__main__"] = module
@@ -324,21 +323,21 @@ def _interpreted(
             status = _status_of(error)
     finally:
         sys.stdout.flush()
-    _let_go(vars(module))
+    _delete_objects(vars(module))
     return status
 
 
-def _let_go(names: Dict[str, Any]) -> None:
-    """Delete objects while the world still listens, as Python does at its end for `__del__`."""
+def _delete_objects(names: Dict[str, Any]) -> None:
+    """Delete objects while the world is still open, as Python does at its end for `__del__`."""
     lasting = (type, types.ModuleType, types.FunctionType)
-    counts = counting.COUNT, counting.DUE  # what `__del__` computes, it counts
+    counts = counting.COUNT, counting.DUE  # `__del__` counts its instructions
     for name in [name for name in names if not isinstance(names[name], lasting)]:
         if not name.startswith("__") and name not in counts:
             del names[name]
 
 
 def _status_of(value: BaseException) -> int:
-    """Return the exit status that an exception ends a script with, having told of it."""
+    """Report an exception that ends a script; return the exit status."""
     if isinstance(value, SystemExit):
         code = value.code
         if code is None:
@@ -360,9 +359,9 @@ def _status_of(value: BaseException) -> int:
 
 
 class _Forwarding(object):
-    """Signals to this process go to the script; only the host's main thread can arrange that.
+    """Forwarding of this process's signals to the script; needs the host's main thread.
 
-    A second one that finds the first not yet looked at ends the run.
+    A second signal before the first is handled ends the run.
     """
 
     def __init__(self, world: "World", signals: "ProgramSignals") -> None:

@@ -1,18 +1,18 @@
-"""Everything a program could measure or pass time with, put on an emulated world for one run.
+"""Shims of the standard library: put a program on an emulated world for one run.
 
 For the length of a run the standard library's modules of time, threads, signals and processes are
-replaced, and everything that had bound their names is imported afresh; afterwards all is as before.
+replaced, and modules that have bound their names are imported afresh; then all is restored.
 So a script runs unmodified, and so does python-ev3dev2 under it.
 
-Rule: nothing gets out of the emulation.  No process is started or forked, none is signalled but the
+Rule: nothing leaves the emulation.  No process is started or forked, none is signalled but the
 other program that may move the same emulated motors in real time, and no signal handler of the host
 is changed.
 
-In virtual time a program also finds one process, user, host and card, those of a brick:
-what it does hangs on nothing of this computer.  In real time, where programs may meet each other,
-numbers of processes and what `os` tells of the system are this computer's.
+In virtual time a program also finds one process, user, host and card, those of a brick, so its
+results do not depend on this computer.  In real time, where several programs run, process numbers
+and what `os` returns on the system are this computer's.
 
-Left as they are: sockets (a blocking call blocks the wall clock, and the valve lets other threads
+Unchanged are: sockets (a blocking call blocks the wall clock, and the valve lets other threads
 run), standard input, and where the script and the folder that it was started in are.
 """
 
@@ -72,7 +72,7 @@ PRINT_COST = 0.5e-3
 OWN_STAT, UPTIME_FILE = "/proc/self/stat", "/proc/uptime"
 """Files with the start time of a program, and the uptime of the brick."""
 
-#: What a program finds as Python starts it, whatever another has set; not how texts are encoded.
+#: Locale at the start of a program, whatever another has set, without the encoding.
 _LOCALE = [
     name
     for name in ("LC_COLLATE", "LC_MESSAGES", "LC_MONETARY", "LC_NUMERIC", "LC_TIME")
@@ -96,7 +96,7 @@ class Shims(object):
 
     Args:
         world: World.  peripherals: Peripherals.
-        folders: the brick's path of what is elsewhere on this computer -> its path here.
+        folders: path of a folder on the brick -> its path on this computer.
 
     Attributes:
         from_menu: whether the script was started from the brick's own menu, and so has its screen
@@ -129,7 +129,7 @@ class Shims(object):
         """Replace the modules for a `with` block.
 
         Args:
-            folder: where the script is; what it may import from there is imported afresh.
+            folder: that of the script; modules in it are imported afresh.
             argv: the program's command line.
         """
         host_state, within = HostState(), contextlib.ExitStack()
@@ -139,7 +139,7 @@ class Shims(object):
         read_by = importlib.machinery.SourceFileLoader
         setattr(read_by, "get_code", self._loader())  # noqa: B010 (another's method, for mypy)
         try:
-            within.enter_context(tracebacks.of_the_program())
+            within.enter_context(tracebacks.program_tracebacks())
             within.enter_context(warnings.catch_warnings())
             for category in _LOCALE:
                 locale.setlocale(getattr(locale, category), "C")
@@ -167,7 +167,7 @@ class Shims(object):
             self.peripherals.screen.close()
 
     def _loader(self) -> "Read":
-        """Return how modules are read: those of the program with counts, where it is charged."""
+        """Return the loader of modules: those of the program are counted, where it is charged."""
 
         def get_code(
             loader: importlib.machinery.SourceFileLoader, name: str
@@ -183,18 +183,18 @@ class Shims(object):
             self.world.processor.spend(thousands)
 
     def begin(self) -> None:
-        """Let the caller be the program's main thread."""
+        """Make the caller the program's main thread."""
         if self.threads is not None:
             self.threads.enter_main()
 
     def finish(self) -> None:
-        """Do what Python does at the end of the main module; called in its thread."""
+        """Run Python's exit procedure after the main module; called in its thread."""
         if self.threads is not None:
             self.threads.join_all()
         self.call_at_exit()
 
     def call_at_exit(self) -> None:
-        """Call what the program has registered with `atexit`."""
+        """Call the functions registered with `atexit`."""
         while self.exit_calls:
             function, args, kwargs = self.exit_calls.pop()
             try:
@@ -205,7 +205,7 @@ class Shims(object):
     # Modules
 
     def _make_modules(self) -> None:
-        """Put modules of the program's own in the places of those of the host."""
+        """Replace modules of the host by the program's own."""
         modules, clock = sys.modules, self.clock
         modules["time"] = time_module(clock)
         modules["_thread"] = low = thread_module(self.world, clock)
@@ -233,7 +233,7 @@ class Shims(object):
             return func
 
         def unregister(func: Callable[..., object]) -> None:
-            """Take `func` back."""
+            """Unregister `func`."""
             self.exit_calls[:] = [call for call in self.exit_calls if call[0] != func]
 
         return copy_module(
@@ -312,20 +312,20 @@ def siblings(folder: str) -> Set[str]:
 
 
 def forget(afresh: Set[str]) -> None:
-    """Have these modules imported anew, and all that is in them.
+    """Have these modules and their submodules imported anew.
 
-    Two would wait in C, where no baton is passed: Python's own versions step in.
+    Two would block in C, where no baton is passed: Python's own versions replace them.
     """
     modules = sys.modules  # type: Dict[str, Any]
     for name in list(modules):
-        # Of the emulator's own package the head alone: what is in it works here.
+        # Of the emulator's own package only the head: its modules work here.
         if name in afresh or (top_of(name) in afresh and top_of(name) != "laptop"):
             del modules[name]
     modules["_queue"] = modules["_asyncio"] = None
 
 
 def complete_library() -> None:
-    """Import ev3dev2, which is on an EV3 then, with the fonts that it has there."""
+    """Import ev3dev2 as on an EV3, with the fonts that it has there."""
     library = importlib.import_module("ev3dev2")
     vars(library)["get_current_platform"] = lambda: "ev3"
     if not has_fonts(library):
@@ -333,7 +333,7 @@ def complete_library() -> None:
 
 
 def seed(module: ModuleType) -> None:
-    """Let all of a new `random` begin as it always does, also where a program asks for chance."""
+    """Seed a new `random` alike in each run, also where a program asks for the system's entropy."""
     seed_by = module.Random.seed
 
     def seeded(self: Any, a: Any = None, version: int = 2) -> None:
@@ -345,7 +345,7 @@ def seed(module: ModuleType) -> None:
 
 
 def name_host(module: ModuleType) -> None:
-    """Let a new `socket` know the brick by its name, and itself by that."""
+    """Have a new `socket` resolve the brick's name, as its own host name."""
     resolve = module.gethostbyname
     module.setdefaulttimeout(None)
     vars(module).update(

@@ -29,7 +29,7 @@ if MYPY:
 class ProgramSignals(object):
     """The program's signal handlers; signals arrive by `post`, never by the host's kernel.
 
-    `pending` holds the numbers of those the program has not looked at yet.
+    `pending` holds the numbers of those the program has not handled yet.
     """
 
     _HARMLESS = (Signals.SIGCHLD, Signals.SIGCONT, Signals.SIGURG, Signals.SIGWINCH)
@@ -93,7 +93,7 @@ class ProgramSignals(object):
     # Functions of the module
 
     def signal(self, signalnum: int, handler: "Handler") -> "Handler":
-        """Set the program's handler; returns the one before."""
+        """Set the program's handler; return the previous one."""
         if not self._world.is_main():
             raise ValueError("signal only works in main thread")
         if signalnum in (Signals.SIGKILL, Signals.SIGSTOP):
@@ -153,7 +153,7 @@ class ProgramTimers(object):
         return (max(0.0, event.t - self._world.now()), interval)
 
     def alarm(self, seconds: float) -> int:
-        """Send SIGALRM after `seconds`; returns what was left of the last alarm."""
+        """Send SIGALRM after `seconds`; return the time left of the previous alarm."""
         return int(round(self.setitimer(TIMERS["ITIMER_REAL"], seconds)[0]))
 
     def _start(self, which: int, seconds: float, interval: float) -> None:

@@ -1,4 +1,4 @@
-"""Questions about the syntax tree of a module: scopes, names, imports, constants."""
+"""Queries on the syntax tree of a module: scopes, names, imports, constants."""
 
 import ast
 import re
@@ -13,7 +13,7 @@ _TYPE_COMMENT = re.compile(
 
 
 def first_statement(body: List[ast.stmt]) -> int:
-    """Return the index of a body's first statement behind docstring and future imports."""
+    """Return the index of a body's first statement after docstring and future imports."""
     at = int(ast.get_docstring(ast.Module(body=body), clean=False) is not None)
     while at < len(body) and getattr(body[at], "module", "") == "__future__":
         at += 1
@@ -21,7 +21,7 @@ def first_statement(body: List[ast.stmt]) -> int:
 
 
 def walk_scope(body: Iterable[ast.AST]) -> Iterator[ast.AST]:
-    """Yield all nodes of statements but what is inside of other functions and classes."""
+    """Yield all nodes of statements, except those inside of other functions and classes."""
     left = list(body)
     while left:
         node = left.pop()
@@ -31,7 +31,7 @@ def walk_scope(body: Iterable[ast.AST]) -> Iterator[ast.AST]:
 
 
 def as_run(tree: ast.Module) -> ast.Module:
-    """Take out of a module's tree what stands under `if MYPY:`, which is never done; return it."""
+    """Remove the bodies of `if MYPY:`, which never run, from a module's tree; return it."""
     for node in tree.body:
         if isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "MYPY":
             node.body = [ast.copy_location(ast.Pass(), node.body[0])]
@@ -39,12 +39,12 @@ def as_run(tree: ast.Module) -> ast.Module:
 
 
 def without_types(source: bytes) -> bytes:
-    """Return a module's source (bytes) without what type checkers alone read: it is not loaded."""
+    """Return a module's source (bytes) without the parts that only type checkers read."""
     return _TYPE_COMMENT.sub(b"", _FOR_CHECKERS.sub(b"", source))
 
 
 def may_leave(statement: ast.stmt) -> bool:
-    """Return True if what follows may not be reached although the statement was."""
+    """Return True if the statement may leave its block early."""
     return not isinstance(statement, _SCOPES + _LEAVES) and any(
         isinstance(node, _LEAVES) for node in walk_scope([statement])
     )
@@ -71,7 +71,7 @@ def assigned_names(body: Iterable[ast.AST]) -> Set[str]:
 
 
 def imported_modules(body: Iterable[ast.AST]) -> Set[str]:
-    """Return the names of the modules that statements import, and of those above them."""
+    """Return the names of the modules that statements import, and of their packages."""
     names = set()
     for node in walk_scope(body):
         if isinstance(node, ast.Import):
@@ -97,12 +97,12 @@ _LITERALS = ("Constant", "Num", "Str", "Bytes", "NameConstant")  # all but the f
 
 
 def literal_value(node: ast.AST) -> object:
-    """Return the value of a constant as it stands there; None of everything else."""
+    """Return the value of a literal constant; None for any other node."""
     if type(node).__name__ not in _LITERALS:
         return None
     return next(getattr(node, field) for field in ("value", "n", "s") if hasattr(node, field))
 
 
 def any_whole_number(*nodes: ast.AST) -> bool:
-    """Return True if one of them is a whole number as it stands there."""
+    """Return True if one of them is a literal integer."""
     return any(type(literal_value(node)) is int for node in nodes)

@@ -1,7 +1,7 @@
-"""/sys/class as scripts see it that read and write the brick's devices as files themselves.
+"""Virtual /sys/class, for scripts that read and write the brick's devices as files themselves.
 
-Folders and files there are none: what `os`, `os.path` and `open` tell of them is made up from the
-devices that are plugged in.  What is no device's goes to the host.
+There are no real folders or files: `os`, `os.path` and `open` get their results from the devices
+that are plugged in.  All other paths go to the host.
 """
 
 import contextlib
@@ -43,10 +43,10 @@ ATTRIBUTES = {
 WRITTEN = ("brightness", "delay_off", "delay_on", "direct", "duty_cycle_sp", "mode", "polarity",
            "poll_ms", "position", "position_sp", "ramp_down_sp", "ramp_up_sp", "speed_sp",
            "stop_action", "time_sp", "trigger")  # fmt: skip
-"""Files that can be written as well as read, beside those of the regulators."""
+"""Readable and writable files, beside those of the regulators."""
 
 ONLY_WRITTEN = "command", "set_device"
-"""Files that can be written but not read."""
+"""Write-only files."""
 
 
 def _parts(path: "Path") -> Optional[List[str]]:
@@ -68,7 +68,7 @@ def _mode(parts: Sequence[str]) -> int:
 
 
 class DeviceFile(io.RawIOBase):
-    """The open file of one attribute; each read from its beginning asks the device anew.
+    """The open file of one attribute; each read from its beginning samples the device.
 
     Args:
         attribute: sysfs.Attribute.
@@ -109,7 +109,7 @@ class DeviceFile(io.RawIOBase):
         return len(piece)
 
     def write(self, data: Any) -> int:
-        """Store the text by one access; do nothing once the program is over."""
+        """Write the text by one access; do nothing once the program is over."""
         if not self.writable():
             raise io.UnsupportedOperation("not writable")
         if self._attribute.sysfs.world.exit is None:
@@ -117,14 +117,14 @@ class DeviceFile(io.RawIOBase):
         return len(data)
 
     def seek(self, offset: int, whence: int = 0) -> int:
-        """Go to a place, and return it."""
+        """Set the position, and return it."""
         if whence == 2:
             raise OSError(errno.EINVAL, os.strerror(errno.EINVAL))
         self._at = offset + (self._at if whence else 0)
         return self._at
 
     def truncate(self, size: Optional[int] = None) -> int:
-        """Do nothing: no contents are kept."""
+        """Do nothing: no contents are stored."""
         return self._at
 
 
@@ -148,7 +148,7 @@ def wrapped(
 
 
 class _Entry(object):
-    """os.DirEntry of what is in ROOT; folder and name are both texts, or both bytes."""
+    """os.DirEntry of an entry in ROOT; folder and name are both texts, or both bytes."""
 
     def __init__(self, folder: Any, name: Any, parts: List[str], tree: "SysClass") -> None:
         self.name = name
@@ -195,7 +195,7 @@ class SysClass(object):
         self._sysfs = sysfs
 
     def names(self, parts: List[str]) -> Optional[List[str]]:
-        """Return the names in a folder; None for what is no folder."""
+        """Return the names in a folder; None for any other path."""
         if not parts:
             return sorted(ATTRIBUTES)
         if parts[0] not in ATTRIBUTES:
@@ -216,7 +216,7 @@ class SysClass(object):
         """Return the result of os.stat.
 
         Raises:
-            FileNotFoundError: there is no such thing.
+            FileNotFoundError: there is no such path.
         """
         if self.names(parts) is not None:
             mode = stat.S_IFDIR | 0o755
@@ -231,7 +231,7 @@ class SysClass(object):
         """Open a device's file; return None for any other file.
 
         Raises:
-            OSError: there is none, it is a folder, or not to be read or written.
+            OSError: there is none, it is a folder, or access is denied.
         """
         parts = _parts(file)
         if parts is None:
@@ -247,7 +247,7 @@ class SysClass(object):
 
     @contextlib.contextmanager
     def installed(self, opener: Callable[..., Any]) -> Iterator[None]:
-        """Let `os`, `os.path` and `io` know the tree, for a `with` block.
+        """Install the tree in `os`, `os.path` and `io`, for a `with` block.
 
         Args:
             opener: becomes io.open.
@@ -281,7 +281,7 @@ class SysClass(object):
 
 
 class _Seeing(object):
-    """Functions of `os` and `os.path` that see the tree, and all other files as before.
+    """Functions of `os` and `os.path` on the tree; all other files are the host's.
 
     Args:
         tree: SysClass.

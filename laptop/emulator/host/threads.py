@@ -22,7 +22,7 @@ if MYPY:
     from laptop.emulator.host.virtual_thread import VirtualThread
     from laptop.emulator.host.world import World
 
-#: What starting a thread costs, s.
+#: Cost of starting a thread, s.
 START_COST = 0.2e-3
 
 
@@ -50,7 +50,7 @@ def thread_module(world: "World", clock: "ProgramClock") -> ModuleType:
         args: Iterable[Any],
         kwargs: Optional[Mapping[str, Any]] = None,
     ) -> int:
-        """Run `function` in a new thread that nobody waits for; returns its identifier."""
+        """Run `function` in a new thread that is never joined; return its identifier."""
 
         def body() -> None:
             try:
@@ -78,7 +78,7 @@ def thread_module(world: "World", clock: "ProgramClock") -> ModuleType:
         allocate=kind,
         lock=kind,
         LockType=kind,
-        # Bound to the calling thread by the real ones, and of no use to ours.
+        # The real ones bind them to the calling thread; ours do not use them.
         _set_sentinel=real_thread.allocate_lock,
     )
     vars(shim).pop("RLock", None)
@@ -88,8 +88,8 @@ def thread_module(world: "World", clock: "ProgramClock") -> ModuleType:
 class Lock(object):
     """_thread.lock for the program's threads: first come, first served.
 
-    A thread of the host that meets one (a module imported during a run may keep it) gets it when
-    it is free.
+    A thread of the host may hold one, too (a module imported during a run may store it), when it is
+    free.
     """
 
     @property
@@ -105,7 +105,7 @@ class Lock(object):
         self._taken = False
 
     def acquire(self, blocking: bool = True, timeout: float = -1) -> bool:
-        """Take it, waiting `timeout` s at most (-1: for ever); False if that failed."""
+        """Acquire it, waiting `timeout` s at most (-1: for ever); False if that failed."""
         if not blocking and timeout != -1:
             raise ValueError("can't specify a timeout for a non-blocking call")
         if timeout < 0 and timeout != -1:
@@ -119,17 +119,17 @@ class Lock(object):
         return self._line.wait(None if timeout == -1 else timeout)
 
     def release(self) -> None:
-        """Hand it to the first in line."""
+        """Pass it to the first that waits."""
         try:
             self._clock.step(0.0)
-        finally:  # a handler that raises there does so after the lock is let go
+        finally:  # a handler that raises there does so after the release
             if not self._taken:
                 raise RuntimeError("release unlocked lock")
             if not self._line.wake():
                 self._taken = False
 
     def locked(self) -> bool:
-        """Return True while somebody has it."""
+        """Return True while it is held."""
         self._clock.step()
         return self._taken
 
@@ -260,7 +260,7 @@ class ProgramThread(object):
         threads.clock.step(START_COST)
 
     def run(self) -> None:
-        """Do the thread's work; for subclasses to replace."""
+        """Do the thread's work; subclasses override it."""
         if self._target is not None:
             self._target(*self._args, **self._kwargs)
 

@@ -1,6 +1,6 @@
 """Tracebacks as Python on the brick prints them: the program's frames, and none of the emulator's.
 
-What stands in the emulator's Python is C or the kernel there, and has no frames.
+The emulator's Python code stands for C code or the kernel, which have no frames.
 """
 
 import contextlib
@@ -23,7 +23,7 @@ _IMPORTING = "<frozen importlib"
 
 
 def _without_emulator(stack: traceback.StackSummary) -> traceback.StackSummary:
-    """Take out the emulator's frames, those of the library that it calls, and its imports'."""
+    """Remove the emulator's frames, those of the library that it calls, and its imports'."""
     frames, inside = [], False  # type: List[traceback.FrameSummary], bool
     for frame in stack:
         file = frame.filename
@@ -44,10 +44,10 @@ def _is_library(file: str) -> bool:
 
 
 @contextlib.contextmanager
-def of_the_program() -> Iterator[None]:
+def program_tracebacks() -> Iterator[None]:
     """Have `traceback` print, format and extract so, for a `with` block.
 
-    That Python itself tells of an exception in `__del__` goes the same way.
+    Python's own report of an exception in `__del__` is changed alike.
     """
     exception_class, extracting = (
         traceback.TracebackException,

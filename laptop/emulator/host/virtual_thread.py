@@ -1,4 +1,4 @@
-"""Threads of a program under test, and their effort between two visits to the clock."""
+"""Threads of a program, and their computing time between two reads of the clock."""
 
 import sys
 import threading
@@ -19,20 +19,20 @@ _open = open  # of the host
 
 
 class VirtualThread(object):
-    """One thread of the program under test.
+    """One thread of the program.
 
     Attributes:
         name: for people.
         run: WorldRun that it belongs to.
         ident, native: its numbers in Python and on the host; None before the host has begun it.
-        gate: lock that it waits at for the baton.
-        entry: its entry among the sleepers; None if nothing wakes it by itself.
-        waiter: its place in a WaitQueue; None if it stands in none.
-        waiting: it stands at its gate.
-        loose: it has lost the baton and runs beside the others.
+        gate: lock at which it waits for the baton.
+        entry: its event among the sleepers; None if no time wakes it.
+        waiter: its Waiter in a WaitQueue; None if it is in none.
+        waiting: it waits at its gate.
+        detached: it has lost the baton and runs beside the others.
     """
 
-    __slots__ = ("name", "run", "ident", "native", "gate", "entry", "waiter", "waiting", "loose")
+    __slots__ = ("name", "run", "ident", "native", "gate", "entry", "waiter", "waiting", "detached")
 
     def __init__(self, name: str, run: "WorldRun") -> None:
         self.name = name
@@ -44,10 +44,10 @@ class VirtualThread(object):
         self.entry = None  # type: Optional[QueuedEvent[VirtualThread]]
         self.waiter = None  # type: Optional[Waiter]
         self.waiting = True
-        self.loose = False
+        self.detached = False
 
     def stack(self) -> "List[Call]":
-        """Return where it is now: (file, line, function) of each call, the innermost first."""
+        """Return its call stack: (file, line, function), the innermost first."""
         found = []  # type: List[Call]
         if self.ident is None:
             return found
@@ -61,8 +61,8 @@ class VirtualThread(object):
 class ThreadEffort(object):
     """Time that a thread spends between two visits to the clock.
 
-    That it waits for the host's processor does not count: a computer that is busy changes nothing.
-    (Where the host does not tell all that, each second counts as one of waiting.)
+    Waiting for the host's processor does not count, so a busy computer changes nothing.
+    (Where the host has no such figures, each second counts as one of waiting.)
 
     Args:
         thread: VirtualThread; None spends nothing.
@@ -74,10 +74,10 @@ class ThreadEffort(object):
         self._before = None  # type: Optional[Tuple[float, float, bool]]
 
     def sample(self) -> Tuple[float, float]:
-        """Return the seconds that it has computed since the first look, and waited for the host.
+        """Return (computing, waiting) time since the first sample, s; waiting for the host.
 
-        It waits if it sleeps now, did so at the last look, and has not computed in between; who has
-        waits no longer.  (Who waits for the interpreter sleeps, too, so only a long wait is one.)
+        It waits if it sleeps now and at the last sample, and has not computed in between; computing
+        resets that.  (A wait for the interpreter is a sleep, too, so only a long one counts.)
         """
         if self.thread is None or self.thread.ident is None:  # the host has not begun it yet
             return 0.0, 0.0
@@ -92,7 +92,7 @@ class ThreadEffort(object):
 
 
 def _computed(ident: int) -> float:
-    """Return the time that a thread has computed, s; 0 where the host does not tell."""
+    """Return the CPU time of a thread, s; 0 where it is unknown."""
     try:
         own = getattr(wall, "pthread_getcpuclockid")(ident)  # noqa: B009 Python 3.7
         return wall.clock_gettime(own)
@@ -101,7 +101,7 @@ def _computed(ident: int) -> float:
 
 
 def _sleeps(native: Optional[int]) -> bool:
-    """Return True if a thread sleeps, or if the host does not tell."""
+    """Return True if a thread sleeps, or if that is unknown."""
     try:
         with _open("/proc/self/task/{}/stat".format(native), "rb") as file:
             return file.read().rpartition(b")")[2].split()[0] == b"S"

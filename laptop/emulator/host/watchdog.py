@@ -1,4 +1,4 @@
-"""Watchdog over a running program: does it come to the clock, is the host too busy?"""
+"""Watchdog over a running program: does it read the clock, is the host too busy?"""
 
 import ctypes
 import time as wall
@@ -24,15 +24,15 @@ BUSY_NOTICE_PERIOD = 10.0
 """Least time between two notices that the host is busy, wall s."""
 
 STRAY_TIMEOUT = 0.5
-"""Time that a thread which computes after the end, or waits for the host, is waited for, s."""
+"""Time to wait for a thread that computes after the end, or waits for the host, s."""
 
 
 class Over(BaseException):
-    """Thrown at a thread that still computes after the end; never at one in the world."""
+    """Raised in a thread that still computes after the end; never in one inside the world."""
 
 
 class Watchdog(object):
-    """Watches the program of a world from a thread of the host.
+    """Watchdog of a world's program, in a thread of the host.
 
     Args:
         world: World, whose mutex it takes and whose threads it knows.
@@ -41,12 +41,12 @@ class Watchdog(object):
     YIELD_TIMEOUT = 0.25
     """Time that a thread may compute away from the clock while others could run, wall s."""
     YIELD_TIMEOUT_REALTIME = 0.02
-    """Time that it may where the world keeps pace with the wall's clock, wall s."""
+    """The same in real time, wall s."""
     WAIT_TIMEOUT = 60.0
-    """Time that all may wait for a thread which waits for the host, wall s, if the program is
-    allowed so much."""
+    """Time for which all may wait for a thread that waits for the host, if the program's patience
+    is as long, wall s."""
     HEARING_TIMEOUT = 2.0
-    """Time after which the main thread is to look at an interrupt, computing or waiting, s."""
+    """Time within which the main thread must handle an interrupt, computing or waiting, s."""
 
     def __init__(self, world: "World") -> None:
         self._world = world
@@ -66,31 +66,31 @@ class Watchdog(object):
         pacer = world.pacer if world.realtime else None
         while not run.over.wait(0.05 if pacer is None else 0.01):
             with world._mutex:
-                loose = (thread for thread in run.alive if thread.loose)
-                working = run.holder or next(loose, None)
+                detached = (thread for thread in run.alive if thread.detached)
+                working = run.holder or next(detached, None)
                 paced = pacer is not None and pacer.waiting
                 if run.visits != seen or paced or working is not effort.thread:
                     seen, effort = run.visits, ThreadEffort(working)
                 else:
-                    self._let_others_on(run, working, effort.sample(), patience)
-                self._look_at_interrupts(run)
+                    self._yield_to_others(run, working, effort.sample(), patience)
+                self._check_interrupts(run)
             if pacer is not None:
-                self._look_at_pace(pacer)
-        self._wind_up(run)
+                self._check_pace(pacer)
+        self._stop_strays(run)
 
-    def _let_others_on(
+    def _yield_to_others(
         self,
         run: "WorldRun",
         thread: "Optional[VirtualThread]",
         effort: Tuple[float, float],
         patience: float,
     ) -> None:
-        """Let the others, or in real time the world, go on beside a thread that does not come.
+        """Let other threads, or in real time the world, go on beside a thread that does not come.
 
         Args:
             run: WorldRun.
-            thread: the one that does not come to the clock; None: nobody has the baton.
-            effort: (computed, waited) since it was at the clock last, s, see ThreadEffort.sample.
+            thread: the one that does not come to the clock; None: no thread has the baton.
+            effort: (computing, waiting) time since its last visit to the clock, s.
             patience: greatest computing time without a visit to the clock, s of the host.
         """
         world, pacer = self._world, self._world.pacer
@@ -110,8 +110,8 @@ class Watchdog(object):
         elif pacer is not None and pacer.joined and waited >= self.YIELD_TIMEOUT:
             world._drift(pacer)
 
-    def _look_at_interrupts(self, run: "WorldRun") -> None:
-        """Tell of an interrupt that the program's main thread does not look at."""
+    def _check_interrupts(self, run: "WorldRun") -> None:
+        """Report an interrupt that the program's main thread does not handle."""
         main = run.main
         if not run.interrupts or main is None or main.waiting:
             self._hearing = None
@@ -120,8 +120,8 @@ class Watchdog(object):
         elif sum(self._hearing.sample()) >= self.HEARING_TIMEOUT:
             self._world.on_timeout()
 
-    def _look_at_pace(self, pacer: "Pacer") -> None:
-        """Tell that the host is busy; end where that is too much."""
+    def _check_pace(self, pacer: "Pacer") -> None:
+        """Report that the host is busy; end the run where it is far too busy."""
         world = self._world
         if pacer.long_pace.sample() < CRAWL_PACE:
             world.awaited = pacer.latest
@@ -131,8 +131,8 @@ class Watchdog(object):
             self._noticed = now
             world.report(in_words(pacer.pace.latest))
 
-    def _wind_up(self, run: "WorldRun") -> None:
-        """Get hold of threads that were computing when the program ended."""
+    def _stop_strays(self, run: "WorldRun") -> None:
+        """Stop threads that were computing when the program ended."""
         world = self._world
         throw = ctypes.pythonapi.PyThreadState_SetAsyncExc
         for attempt in range(2):

@@ -1,22 +1,22 @@
-"""Virtual time of the emulated world: a clock that only moves when somebody waits or works.
+"""Virtual time of the emulated world: a clock that advances by waits and computing alone.
 
 This is discrete-event simulation (Law, Simulation Modeling and Analysis, ch. 1): the clock jumps to
-the next thing due, a thread's wake-up or an event. Between two of them the bodies integrate their
-physics. Host time plays no part, so a run repeats, and a minute of waiting takes no time. With a
+the next event or thread's wake-up. Between two of them the bodies integrate their physics. Host
+time plays no part, so a run is reproducible, and a minute of waiting takes no time. With a
 `pacer` the same clock waits for the paced clock of laptop.emulator.pace before each step.
 
 Rules:
-1. Physics is brought up to the present before anything may look at it, and timed events happen
-   exactly at their time, before any program code that runs later.
+1. Physics is integrated up to the present before any read of it, and events happen exactly at
+   their time, before any program code that runs later.
 2. A program's threads are real threads that pass one baton: exactly one runs.  It changes hands
-   only when its holder waits, ends, or spends time past another's wake-up; so a run repeats.
-3. When the program is over, no thread of the program ever gets out of the world again: a killed
+   only when its holder waits, ends, or spends time past another's wake-up; runs are reproducible.
+3. When the program is over, none of its threads ever leaves the world again: a killed
    program runs no `finally`, prints nothing and writes no file.
 
 The one exception to rule 2: a thread that computes for `Watchdog.YIELD_TIMEOUT` of wall time
 without touching the clock, while others could run, loses the baton and runs beside them until it
 touches the clock again (`while not flag: pass`, where another thread sets the flag).  Where
-computing takes time, whoever goes round in a `while` touches it by itself, see counting.LOOK.
+computing takes time, each `while` touches it by itself, see counting.LOOK.
 """
 
 import gc
@@ -54,34 +54,34 @@ class _Local(threading.local):
 
 
 class World(object):
-    """Virtual time (s), the bodies that live in it, the events due and the threads of a program.
+    """Virtual time (s), the bodies that live in it, its events and the threads of a program.
 
     Args:
-        clock: pace.PacedClock that virtual time keeps pace with, shared with others; None: it goes
-            as fast as it can.
-        name: for people, of those who wait for it.
+        clock: pace.PacedClock that virtual time follows, shared with others; None: it runs as fast
+            as it can.
+        name: for the messages of those that wait for it.
 
     Attributes:
         t: virtual time, s.
-        realtime: whether it keeps pace with the clock.
+        realtime: whether it follows the clock.
         pacer: Pacer of the clock; None without one.
         report: called with a line for people while the host is busy.
-        typing: whether a thread waits for a person at the keyboard, who may take all the time.
-        on_timeout: called when the program's main thread does not look at an `interrupt`.
+        typing: whether a thread waits for keyboard input, without a limit of time.
+        on_timeout: called when the program's main thread does not handle an `interrupt`.
         processor: processor.Processor that the program computes on; None: it computes in no time.
-        awaited: whom the clock waited for when it was given up, for people.
-        select: stands for the program's select.select where the other end of its sockets lives in
-            this world, too; None where it does not.
-        addresses: where a program calls -> where that is on this computer, if elsewhere.
+        awaited: name of the member that the clock waited for when it gave up.
+        select: substitute for the program's select.select where the peer of its sockets lives in
+            this world, too; else None.
+        addresses: address that a program connects to -> address on this computer, if another.
     """
 
     STEP_PAUSE = 0.001
-    """Pause before each step beside a thread that lost the baton, wall s: it sees what the others
-    did before time goes on."""
+    """Pause before each step beside a detached thread, wall s: it sees the work of others before
+    time goes on."""
     REALTIME_STEP = 0.005
     """Longest step of the bodies in real time, s."""
     DRIFT = 0.05
-    """Step of the time beside a program that waits for something of the host, s."""
+    """Step of the time while a program waits for the host, s."""
 
     def __init__(self, clock: "Optional[PacedClock]" = None, name: str = "brick") -> None:
         self.name = name
@@ -147,10 +147,10 @@ class World(object):
     def touch(self, cost: float) -> None:
         """Spend `cost` seconds of virtual time on one access to the outside.
 
-        The brick has one core: nobody else computes meanwhile.
+        The brick has one core: no other thread computes meanwhile.
         """
         run = self._run
-        if run.loose:
+        if run.detached:
             wall.sleep(self.STEP_PAUSE)
         with self._mutex:
             me = self._enter()
@@ -167,9 +167,9 @@ class World(object):
             self._attend(me)
 
     def begin(self) -> None:
-        """Let what the program computes take its time from now on.
+        """End the program's start: from now on its computing takes time.
 
-        It has to do with the world: it uses the brick, waits, begins a thread, or calls somebody.
+        It accesses the world: it uses the brick, waits, begins a thread, or connects to a peer.
         """
         if self.processor and self.processor.start is None:
             self.processor.begin()
@@ -184,7 +184,7 @@ class World(object):
             return self._events.add(t, action)
 
     def cancel(self, event: "Event") -> None:
-        """Take back what `at` returned; nothing happens when it is past."""
+        """Cancel an event that `at` returned; a past one makes no difference."""
         event.what = None
 
     def advance(self, t: float) -> None:
@@ -231,7 +231,7 @@ class World(object):
         return run.exit
 
     def spawn(self, function: "Action", name: str) -> VirtualThread:
-        """Start `function()` as a further thread of the program; it runs when its turn comes."""
+        """Start `function()` as a further thread of the program."""
         with self._mutex:
             self._enter()
             thread = VirtualThread(name, self._run)
@@ -257,12 +257,12 @@ class World(object):
             self._news.notify_all()
 
     def interrupt(self, action: "Action") -> None:
-        """Have the program's main thread call `action()` at once, out of any wait it is in."""
+        """Have the program's main thread call `action()` at once; this ends its wait."""
         with self._mutex:
             run = self._run
             run.interrupts.append(action)
             main = run.main
-            if main in run.alive and main is not run.holder and not main.loose:
+            if main in run.alive and main is not run.holder and not main.detached:
                 run.wake_at(main, self.t)
             self._hurry = True
             self._news.notify_all()
@@ -272,7 +272,7 @@ class World(object):
     # Time passing
 
     def _advance(self, t: float) -> None:
-        """Go towards `t`; stop at the program's end, the limit, or when the wall has news."""
+        """Advance towards `t`; stop at the program's end, the limit, or a change from outside."""
         run = self._run
         before = run.exit
         limit = run.limit if before is None and run.limit is not None else math.inf
@@ -300,18 +300,18 @@ class World(object):
             self._fail(error)
 
     def _move(self, t: float, before: Optional[ProcessExit]) -> bool:
-        """Go to `t`; return True when it is reached, False if the program ended since `before`."""
+        """Advance to `t`; return True there, False if the program ended since `before`."""
         if t <= self.t:
             return True
         pacer = self.pacer if self.realtime else None
         while pacer is not None:
-            # In steps, so that whoever looks on from outside sees it move.
+            # In steps, so that an observer from outside sees it move.
             step = min(t, self.t + self.REALTIME_STEP)
             pacer.join(self.t, self.name)
             if pacer.reached(step):
                 if step == t:
                     break
-                self._carry(step)
+                self._integrate(step)
                 continue
             if self._hurry or self.exit is not before:
                 return False
@@ -320,10 +320,10 @@ class World(object):
             pacer.waiting = False
             if t <= self.t:
                 return True
-        self._carry(t)
+        self._integrate(t)
         return True
 
-    def _carry(self, t: float) -> None:
+    def _integrate(self, t: float) -> None:
         self.t = t
         for advance in self.bodies:
             advance(t)
@@ -353,7 +353,7 @@ class World(object):
                 run.wake_at(me, self.t)
                 self._hurry = True
                 self._news.notify_all()
-                self._stand_by(me)
+                self._wait_for_baton(me)
         if self._charge() and self.exit is not None:
             self._park(me)
         return me
@@ -373,7 +373,7 @@ class World(object):
         self.begin()
         while True:
             run = self._run
-            if run.loose:
+            if run.detached:
                 wall.sleep(self.STEP_PAUSE)
             with self._mutex:
                 self._enter()
@@ -398,9 +398,9 @@ class World(object):
         run.wake_at(me, wake)
         self._dispatch(me)
         if run.holder is not me:
-            self._stand_by(me)
+            self._wait_for_baton(me)
 
-    def _stand_by(self, me: VirtualThread) -> None:
+    def _wait_for_baton(self, me: VirtualThread) -> None:
         me.waiting = True
         self._mutex.release()
         me.gate.acquire()
@@ -416,7 +416,7 @@ class World(object):
             me.gate.acquire()
 
     def _dispatch(self, caller: Optional[VirtualThread]) -> None:
-        """Give the baton to whoever is due next, letting time pass until somebody is."""
+        """Pass the baton to the next thread that is due; advance the time up to its wake-up."""
         run = self._run
         run.holder = None
         self._dispatching = True
@@ -427,7 +427,7 @@ class World(object):
                 if run.holder is not caller:
                     run.holder.gate.release()
                 break
-            if not run.sleepers and run.loose and not run.is_awaited(self._events):
+            if not run.sleepers and run.detached and not run.is_awaited(self._events):
                 break
             if not run.sleepers and not self._events:
                 self.halt(ProcessExit(ENDLESS, "deadlock"))
@@ -451,13 +451,13 @@ class World(object):
                 run = me.run
                 run.alive.remove(me)
                 if run is self._run and run.exit is None:
-                    if me.loose:
+                    if me.detached:
                         run.find(me)
                     if run.holder is me or (run.holder is None and not self._dispatching):
                         self._dispatch(None)
 
     def _drift(self, pacer: Pacer) -> None:
-        """Let time go on with the clock, beside a program that waits for something of the host."""
+        """Let time follow the clock while a program waits for the host."""
         pacer.drifting = True
         self._advance(max(self.t, pacer.now()))
         pacer.promise(self.t + self.DRIFT)

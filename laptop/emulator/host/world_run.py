@@ -1,4 +1,4 @@
-"""One run of a program in a world: its threads, who of them has the baton, and its end."""
+"""One run of a program in a world: its threads, the holder of the baton, and its end."""
 
 import collections
 import threading
@@ -15,25 +15,25 @@ if MYPY:
 
 
 class WorldRun(object):
-    """A run from its beginning on; whoever asks or changes it has the world's mutex.
+    """A run of a program; callers hold the world's mutex.
 
     Args:
         limit: the run is cut off at this virtual time, s.
-        begun: False for what stands for none before the first one.
+        begun: False for the placeholder before the first run.
 
     Attributes:
         limit, begun: as above.
         exit: ProcessExit; None while it runs.
-        cut_at: where its main thread was if it was cut off, see VirtualThread.stack.
-        failure: what the emulator itself has failed by; None if it has not.
+        cut_at: call stack of its main thread if it was cut off, see VirtualThread.stack.
+        failure: exception of the emulator itself; None without one.
         over: whether it has ended, a threading.Event.
-        main: its main thread; None before it is there.
+        main: its main thread; None before it starts.
         holder: the thread that has the baton; None while time passes.
         alive: its threads that have not ended.
-        loose: how many of them have lost the baton and run beside the others.
+        detached: number of threads that have lost the baton and run beside the others.
         sleepers: EventQueue of the threads that are to be woken.
-        interrupts: what its main thread is to call next.
-        visits: how often a thread has come to the clock.
+        interrupts: functions that its main thread is to call next.
+        visits: number of visits of threads to the clock.
     """
 
     def __init__(self, limit: Optional[float] = None, begun: bool = True) -> None:
@@ -46,7 +46,7 @@ class WorldRun(object):
         self.main = None  # type: Optional[VirtualThread]
         self.holder = None  # type: Optional[VirtualThread]
         self.alive = []  # type: List[VirtualThread]
-        self.loose = 0
+        self.detached = 0
         self.sleepers = EventQueue()  # type: EventQueue[VirtualThread]
         self.interrupts = collections.deque()  # type: Deque[Callable[[], object]]
         self.visits = 0
@@ -60,13 +60,13 @@ class WorldRun(object):
             self.over.set()
 
     def wake_at(self, thread: "VirtualThread", t: Optional[float]) -> None:
-        """Have a thread woken at `t` (s; None: never), in place of any earlier arrangement."""
+        """Schedule the wake-up of a thread at `t` (s; None: never), in place of an earlier one."""
         if thread.entry is not None:
             thread.entry.what = None
         thread.entry = None if t is None else self.sleepers.add(t, thread)
 
     def woken(self, t: float) -> "Optional[VirtualThread]":
-        """Take off the next thread that is to be woken by `t`, s; None if there is none."""
+        """Remove and return the next thread that is to be woken by `t`, s; None without one."""
         self.sleepers.drop_cancelled()
         if self.sleepers.first_t > t:
             return None
@@ -76,19 +76,19 @@ class WorldRun(object):
         return thread
 
     def lose(self, thread: "VirtualThread") -> None:
-        """Let a thread go on beside the others, without the baton."""
-        thread.loose = True
-        self.loose += 1
+        """Detach a thread: it runs beside the others, without the baton."""
+        thread.detached = True
+        self.detached += 1
 
     def find(self, thread: "VirtualThread") -> None:
-        """Let one that has lost the baton do so no more."""
-        thread.loose = False
-        self.loose -= 1
+        """End the detachment of a thread."""
+        thread.detached = False
+        self.detached -= 1
 
     def is_awaited(
         self, events: "EventQueue[Callable[[], object]]", holder: "Optional[VirtualThread]" = None
     ) -> bool:
-        """Return True if time must go on for a sleeper, or a waiter whom an event may wake.
+        """Return True if time must go on for a sleeper, or for a waiter that an event may wake.
 
         Args:
             events: of the world.
@@ -96,5 +96,5 @@ class WorldRun(object):
         """
         if self.sleepers.has_pending():
             return True
-        waiting = any(not thread.loose and thread is not holder for thread in self.alive)
+        waiting = any(not thread.detached and thread is not holder for thread in self.alive)
         return waiting and events.has_pending()

@@ -6,8 +6,8 @@ import os
 import pytest
 
 from robot.jobs.orders import (
-    LOOK_PERIOD,
     MAX_PEN_TRIM,
+    POLL_PERIOD,
     SPEED_BOUNDS,
     BadOrder,
     JobOrders,
@@ -29,7 +29,7 @@ class Pressed:
 
 def looked(orders, times):
     """The rates that so many looks give."""
-    return [orders.sample(k * 1.01 * LOOK_PERIOD) for k in range(times)]
+    return [orders.sample(k * 1.01 * POLL_PERIOD) for k in range(times)]
 
 
 @pytest.mark.parametrize(
@@ -118,7 +118,7 @@ def test_between_looks_nothing_costs_anything():
 
     orders = JobOrders(presses=[Counting()])
     for k in range(100):
-        orders.sample(k * LOOK_PERIOD / 10)
+        orders.sample(k * POLL_PERIOD / 10)
     assert len(asked) == pytest.approx(10, abs=1)
 
 

@@ -1,4 +1,4 @@
-"""The last line of what a program writes, that others may begin one of their own behind it."""
+"""Completion of the last line of a program's output, so that other output starts on a new line."""
 
 import contextlib
 import io
@@ -10,15 +10,15 @@ if MYPY:
     from typing import Any, BinaryIO, TextIO
 
 
-class _Noted(io.BufferedIOBase):
-    """Bytes on their way to a stream of this process.
+class _LineTracker(io.BufferedIOBase):
+    """Buffer that passes bytes on to a stream of this process.
 
     Attributes:
-        unfinished: whether the last of them ended no line.
+        unfinished: whether the last line is incomplete.
     """
 
     def __init__(self, buffer: "BinaryIO") -> None:
-        super(_Noted, self).__init__()
+        super(_LineTracker, self).__init__()
         self.unfinished = False
         self._buffer = buffer
 
@@ -27,67 +27,67 @@ class _Noted(io.BufferedIOBase):
         return True
 
     def write(self, data: "Any") -> int:
-        """Hand `data` on; return the number of its bytes."""
+        """Pass `data` on; return the number of its bytes."""
         if data:
             self.unfinished = bytes(data)[-1:] != b"\n"
         return self._buffer.write(data)
 
     def flush(self) -> None:
-        """Flush the stream itself, which others may have closed by now."""
+        """Flush the stream, unless it is closed."""
         if not self._buffer.closed:
             self._buffer.flush()
 
     def close(self) -> None:
-        """Leave the stream open: it is not ours."""
+        """Leave the stream open: others use it."""
 
     def __getattr__(self, name: str) -> object:
         return getattr(self._buffer, name)
 
     def fileno(self) -> int:
-        """Return that of the stream itself."""
+        """Return that of the stream."""
         return self._buffer.fileno()
 
     def isatty(self) -> bool:
-        """Return that of the stream itself."""
+        """Return that of the stream."""
         return self._buffer.isatty()
 
 
 @contextlib.contextmanager
-def finished() -> Iterator[None]:
-    """Watch standard output and error for a `with` block; both end with a complete line.
+def complete() -> Iterator[None]:
+    """Wrap standard output and error for a `with` block; both end with a complete line.
 
     A stream that holds text alone, in a notebook, is left as it is.
     """
     before = sys.stdout, sys.stderr
-    sys.stdout, sys.stderr = (_noted(stream) for stream in before)
+    sys.stdout, sys.stderr = (_tracked(stream) for stream in before)
     try:
         yield
     finally:
-        finish()
+        end_lines()
         sys.stdout, sys.stderr = before
 
 
-def _noted(stream: "TextIO") -> "TextIO":
+def _tracked(stream: "TextIO") -> "TextIO":
     if not hasattr(stream, "buffer"):
         return stream
     stream.flush()
-    noted = io.TextIOWrapper(
-        _Noted(stream.buffer),
+    tracker = io.TextIOWrapper(
+        _LineTracker(stream.buffer),
         encoding=stream.encoding,
         errors=stream.errors,
         line_buffering=bool(stream.line_buffering),
         write_through=getattr(stream, "write_through", False),  # Python 3.7
     )
-    setattr(noted, "mode", getattr(stream, "mode", "w"))  # noqa: B010 (to read alone, for mypy)
-    return noted
+    setattr(tracker, "mode", getattr(stream, "mode", "w"))  # noqa: B010 (to read alone, for mypy)
+    return tracker
 
 
-def finish() -> None:
-    """End the lines that are not, within `finished`; nothing where nobody is left to read them."""
+def end_lines() -> None:
+    """End incomplete lines, within `complete`; ignore closed pipes."""
     for stream in (sys.stdout, sys.stderr):
-        noted = getattr(stream, "buffer", None)
+        tracker = getattr(stream, "buffer", None)
         with contextlib.suppress(OSError):
             stream.flush()
-            if isinstance(noted, _Noted) and noted.unfinished:
+            if isinstance(tracker, _LineTracker) and tracker.unfinished:
                 stream.write("\n")
                 stream.flush()
