@@ -26,7 +26,7 @@ BEGUN = Clock().now()
 from robot import program  # noqa: E402
 
 if __name__ == "__main__":
-    program.let_signals_end()
+    program.use_default_signals()
 
 from robot.command_line import Parser  # noqa: E402
 from shared.state import default_arm  # noqa: E402

@@ -13,7 +13,7 @@ from robot.ev3 import battery
 from robot.motion import mounting
 from robot.motion.checked import Checked
 from robot.motion.zero import NotHomed
-from shared.arm_description import ArmError, comes_along, read_arm, users_file
+from shared.arm_description import ArmError, is_bundled, read_arm, user_arm_file
 from shared.arm_keys import PULLED_DOWN
 from shared.ini import BadIni, with_values
 
@@ -149,7 +149,7 @@ def _corrected(arm, differences, values):
     lines = ", ".join(
         "[{}] {} = {}".format(section, key, text) for (section, key), text in sorted(values.items())
     )
-    path = users_file(arm.name) if comes_along(arm) else os.path.realpath(arm.file)
+    path = user_arm_file(arm.name) if is_bundled(arm) else os.path.realpath(arm.file)
     shown = path.replace(os.path.expanduser("~") + os.sep, "~" + os.sep, 1)
 
     def refused(why):
@@ -160,7 +160,7 @@ def _corrected(arm, differences, values):
             )
         )
 
-    if comes_along(arm) and os.path.exists(path):
+    if is_bundled(arm) and os.path.exists(path):
         raise refused("for it is yours, and {} was checked".format(arm.file))
     draft = path + ".new"
     try:
@@ -176,6 +176,6 @@ def _corrected(arm, differences, values):
         raise refused(error.strerror) from None
     except BadIni as error:
         raise refused("[{}] {} {}".format(error.section, error.key, error)) from None
-    copied = ", a copy that --arm {} means from now on".format(arm.name) if comes_along(arm) else ""
+    copied = ", a copy that --arm {} means from now on".format(arm.name) if is_bundled(arm) else ""
     print("{}: {} written to {}{}".format("; ".join(differences), lines, shown, copied))
     return read_arm(path)

@@ -61,7 +61,7 @@ def memory():
     return int(found.group(1)) / 1024 if found else None
 
 
-def others():
+def python_processes():
     # type: () -> List[Tuple[int, str]]
     """Return other programs of Python: (process number, command line)."""
     found = []
@@ -74,7 +74,7 @@ def others():
     return sorted(found)
 
 
-def room():
+def free_space():
     # type: () -> float
     """Return the room that is left on the card, MB."""
     left = os.statvfs(os.path.expanduser("~"))
@@ -124,8 +124,8 @@ def facts(found, problem):
         "memory": memory(),
         "load": os.getloadavg()[0],
         "cores": os.cpu_count() or 1,
-        "others": others(),
-        "room": room(),
+        "others": python_processes(),
+        "room": free_space(),
         "battery": battery(),
         "time": now.timestamp(),
         "host": socket.gethostname(),

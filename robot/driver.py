@@ -28,7 +28,7 @@ if MYPY:
     from typing import List  # noqa: F401
 
 if __name__ == "__main__":
-    program.let_signals_end()
+    program.use_default_signals()
 
 
 def _command(args):

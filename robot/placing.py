@@ -51,7 +51,7 @@ def place(arm, clock, person=None):
         if arm.description.chain in PULLED_DOWN:
             person.confirm("Take the arm in your hand: the motors let go of it.", HERE_ADVICE)
         for motor in arm.joints:
-            motor.let_go()
+            motor.coast()
         person.confirm(
             "Put the arm by hand in its home pose, to {:.0f} degrees: {}.".format(
                 math.degrees(SEEK_BEYOND), home_pose(arm.description)

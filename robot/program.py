@@ -1,7 +1,7 @@
 """Beginning and end of every script on the brick.
 
     if __name__ == "__main__":
-        program.let_signals_end()   # before the imports that take seconds
+        program.use_default_signals()   # before the imports that take seconds
     ...
     status = program.run("name.py", command)
 
@@ -39,7 +39,7 @@ class Stopped(BaseException):
         self.status = 128 + number
 
 
-def let_signals_end():
+def use_default_signals():
     # type: () -> None
     """Let signals just end the program: imports take the brick seconds, and nothing turns yet."""
     for number in SIGNALS:

@@ -6,7 +6,7 @@ import sys
 
 from robot import program
 from robot.command_line import BadArgument, Parser
-from robot.touch_presses import END, TAKE, hands_of
+from robot.touch_presses import END, TAKE, press_sources
 from shared.arm_description import ArmError
 from shared.arm_keys import PULLED_DOWN
 from shared.state import default_arm
@@ -97,7 +97,7 @@ class Touching(object):
     Args:
         arm: robot.motion.arm.RobotArm, whose motors coast.
         clock: has `now()` and `sleep(seconds)`.
-        hands: sources whose `pressed()` gives TAKE and END for presses since the last call.
+        sources: objects whose `pressed()` gives TAKE and END for presses since the last call.
         say: called with lines for people.
         on_point: called with each touching.TouchPoint and its backlash, cm.
 
@@ -105,19 +105,19 @@ class Touching(object):
         points: touching.TouchPoints.
     """
 
-    def __init__(self, arm, clock, hands, say, on_point):
+    def __init__(self, arm, clock, sources, say, on_point):
         # type: (RobotArm, Clock, Sequence[PressSource], _Say, _OnPoint) -> None
-        self._arm, self._clock, self._hands = arm, clock, hands
+        self._arm, self._clock, self._sources = arm, clock, sources
         self._say, self._on_point = say, on_point
         self.points = []  # type: List[TouchPoint]
 
     def collect(self, most=None):
         # type: (Optional[int]) -> bool
         """Take points until somebody ends it, or there are `most`; return whether there are."""
-        from robot.touching import StillWatch
+        from robot.touching import StandstillDetector
 
         joints = self._arm.joints
-        watch = StillWatch([motor.resolution for motor in joints])
+        watch = StandstillDetector([motor.resolution for motor in joints])
         while most is None or len(self.points) < most:
             presses = self.presses()
             now = self._clock.now()
@@ -137,7 +137,7 @@ class Touching(object):
         """Wait POLL_PERIOD, and return the presses; a pulled cable or a slipping pen raises."""
         self._clock.sleep(POLL_PERIOD)
         self._arm.motors.check()
-        return [one for hand in self._hands for one in hand.pressed() if one in (TAKE, END)]
+        return [one for hand in self._sources for one in hand.pressed() if one in (TAKE, END)]
 
     def _add(self, q, now):
         # type: (Tuple[float, ...], float) -> None
@@ -234,12 +234,12 @@ def _touch(args, on_point):
         arm.load_zero()
         if description.pen and args.pen:
             _put_pen(arm, args.pen)
-        hands = hands_of(description, say)
+        hands = press_sources(description, say)
         touching = Touching(arm, clock, hands, say, on_point)
         try:
             with arm.lend_motors():
                 for motor in arm.joints:
-                    motor.let_go()
+                    motor.coast()
                 touching.collect(args.points)
                 arm.motors.hold(arm.joints)
             if args.go:

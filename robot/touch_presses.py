@@ -111,9 +111,9 @@ class Lines(object):
                 if line == LINE_TAKES or line in LINE_ENDS]  # fmt: skip
 
 
-def hands_of(arm, say):
+def press_sources(arm, say):
     # type: (Arm, Callable[[str], object]) -> List[PressSource]
-    """Return the sources of presses for an arm, and say a line on how to press."""
+    """Return the sources of presses for an arm, and report how to press."""
     from robot.asking import Person
     from robot.jobs.orders import KEYS, Buttons, Keys
 

@@ -51,7 +51,7 @@ t   time, s on the brick's clock
 """
 
 
-class StillWatch(object):
+class StandstillDetector(object):
     """Detector of joints that stand still under hand guiding, from readings one after the other.
 
     Args:

@@ -352,7 +352,7 @@ class TrackingClient(object):
 
     def _welcome(self, link, key):
         # type: (Link, SaltedKey) -> None
-        link.trust(*pairing.session_keys(key.key, *self._nonces))
+        link.activate(*pairing.session_keys(key.key, *self._nonces))
         self.linked = True
         self.why = ""
         self.lost_since = None

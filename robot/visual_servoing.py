@@ -23,7 +23,7 @@ sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.realpath(__file__))))
 from robot import program  # noqa: E402
 
 if __name__ == "__main__":
-    program.let_signals_end()
+    program.use_default_signals()
 
 # All else is imported: Python keeps what it has compiled of a module, but of a script nothing.
 from robot.servoing_commands import main  # noqa: E402, F401

@@ -128,13 +128,13 @@ def find_arm(name_or_path):
     raise _no_such_file(name_or_path)
 
 
-def users_file(name):
+def user_arm_file(name):
     # type: (str) -> str
     """Return the path of the user's own file of an arm of this name; it need not exist."""
     return os.path.join(_own_arms(), name + ".ini")
 
 
-def comes_along(arm):
+def is_bundled(arm):
     # type: (Arm) -> bool
     """Return whether an Arm was read from one of the files that come with the programs."""
     return os.path.dirname(os.path.realpath(arm.file)) == os.path.realpath(ARMS_FOLDER)

@@ -76,13 +76,13 @@ class Link(Connection):
     """One connection; it ends by itself when the other side is silent or sends bad lines.
 
     As long as it is not known who is there only the handshake passes, message by message, and one
-    bad line ends it. `trust` opens it; from then on every line is signed, and the first one that
+    bad line ends it. `activate` opens it; from then on every line is signed, and the first one that
     was changed, repeated, left out or put in on the way ends it.
 
     Args:
         sock: a connected stream socket; the link closes it.
         now: gives the time, s.
-        keys: as for `trust`, where it is known already who is there.
+        keys: as for `activate`, where it is known already who is there.
         patience: time that `poll` waits for the answer to its ping, whatever its timeout, s (and
             UNDATED_PATIENCE times that where nothing can be dated yet): a pong that lay unread
             does not show when it arrived.
@@ -126,7 +126,7 @@ class Link(Connection):
         self._pings = Pings(self._polled)
         self._newest = NewestObservations(self._pings, self.counters)
         if keys is not None:
-            self.trust(*keys)
+            self.activate(*keys)
 
     @property
     def clock(self):
@@ -141,7 +141,7 @@ class Link(Connection):
         return self._newest.late
 
     @property
-    def held(self):
+    def buffer_sizes(self):
         # type: () -> Dict[str, int]
         """Amounts kept in memory, by name; all are bounded, whatever the other side sends."""
         return {
@@ -151,7 +151,7 @@ class Link(Connection):
             "unsent bytes": self._outgoing.size,
         }  # fmt: skip
 
-    def trust(self, own_key, their_key):
+    def activate(self, own_key, their_key):
         # type: (bytes, bytes) -> None
         """Open the link after the handshake: from here on all messages pass, and pings go out.
 
@@ -227,7 +227,7 @@ class Link(Connection):
     def newest(self):
         # type: () -> Dict[str, Observation]
         """Return {camera: its newest Observation}, each only once; their t is on the own clock."""
-        return self._newest.hand_over(self._now(), self._max_age)
+        return self._newest.pop_fresh(self._now(), self._max_age)
 
     def _read(self):
         # type: () -> None
@@ -348,7 +348,7 @@ class Link(Connection):
             return
         number = self._pings.begin(t)
         self.send(Ping(number))
-        end = t + self._patience * (1 if self._pings.can_date(t) else UNDATED_PATIENCE)
+        end = t + self._patience * (1 if self._pings.can_convert(t) else UNDATED_PATIENCE)
         for _ in range(MAX_PING_WAITS):
             left = end - self._now()
             if left <= 0 or not self._pings.awaits(number) or self.closed:

@@ -77,7 +77,7 @@ class NewestObservations(object):
         self._slots.clear()
         self._latest = {camera: (seq, 0.0) for camera, (seq, _) in self._latest.items()}
 
-    def hand_over(self, now, max_age):
+    def pop_fresh(self, now, max_age):
         # type: (float, float) -> Dict[str, Observation]
         """Return {camera: Observation} of those not older than max_age (s) at `now` (s), once."""
         fresh = {camera: seen for camera, seen in self._slots.items() if now - seen.t <= max_age}
@@ -106,16 +106,16 @@ class NewestObservations(object):
         if seen.seq <= seq:
             self._counters["out_of_sequence"] += 1
             return False
-        if not self._pings.can_date(t):
+        if not self._pings.can_convert(t):
             self._counters["undated"] += 1
             return False
         age = t - (seen.t - self._pings.clock.offset)
         if seen.t < last:
             self._counters["out_of_sequence"] += 1
-            self._pings.doubt(t)
+            self._pings.invalidate(t)
         elif age < -FUTURE_SLACK and age < -FUTURE_SLACK - self._pings.clock.uncertainty(t):
             self._counters["future"] += 1
-            self._pings.doubt(t)
+            self._pings.invalidate(t)
         else:
             self._latest[seen.camera] = seen.seq, seen.t
             self._slots[seen.camera] = Observation(seen.seq, seen.camera, t - age, seen.markers)

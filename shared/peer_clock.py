@@ -159,7 +159,7 @@ class Pings(object):
             self._doubted_at = None
         return True
 
-    def can_date(self, t):
+    def can_convert(self, t):
         # type: (float) -> bool
         """Return whether at `t` (s) the other side's times can be converted to ours."""
         return (
@@ -168,7 +168,7 @@ class Pings(object):
             and self.clock.uncertainty(t) <= MAX_UNCERTAINTY
         )
 
-    def doubt(self, t):
+    def invalidate(self, t):
         # type: (float) -> None
         """Doubt the clocks after an impossible time at `t` (s): no dates until a new pong."""
         self._doubted_at = self._sent

@@ -164,7 +164,7 @@ def _run(
             *(script, *args),
             faults=due.faults,
             presses=due.presses,
-            person=None if hand is None else lambda brick, devices: brick.lead(hand),
+            person=None if hand is None else lambda brick, devices: brick.guide(hand),
             timeout=events.timeout,
         )
 

@@ -157,7 +157,7 @@ class SimulatedTouching:
             x, y = (float(one) + self._luck.gauss(0, PLACING_SIGMA) for one in (x, y))
             t = now + after + LEADING_TIME
             try:
-                self._brick.lead([HandPlace((x, y), t)])
+                self._brick.guide([HandPlace((x, y), t)])
             except BadHand as problem:
                 self._say(str(problem))
                 touching.skip()

@@ -14,7 +14,7 @@ from laptop.course import drawing, lego
 from laptop.course.troubles import troubles
 from laptop.record.figures.document import render_report
 from robot.motion.mounting import jog_angles
-from shared.arm_description import SEEK_BEYOND, Arm, Joint, comes_along
+from shared.arm_description import SEEK_BEYOND, Arm, Joint, is_bundled
 from shared.state import laptop_program
 from shared.version import VERSION
 
@@ -44,7 +44,7 @@ def render_guide(arm: Arm, arm_file: str) -> str:
         arm: the arm to be built.
         arm_file: path of its file, as people write it.
     """
-    is_own = not comes_along(arm)
+    is_own = not is_bundled(arm)
     links = [(joint.name, lego.link_of(joint.link)) for joint in moving(arm)]
     pairs = [(joint.name, joint.gear, lego.gear_pairs(joint.gear)) for joint in arm.joints]
     return render_report(

@@ -148,10 +148,10 @@ def _read(path: Path) -> tuple[bytes, Path]:
     here = _one_line(str(path))
     if path.parts[:1] in (("http:",), ("https:",)) and not path.exists():
         raise BadArtwork(f"{here}: nothing is fetched from addresses; save it, and give the file")
-    comes_along = GALLERY / f"{path.name.removesuffix('.svg')}.svg"
+    is_bundled = GALLERY / f"{path.name.removesuffix('.svg')}.svg"
     try:
-        if not path.exists() and path.parent == Path() and comes_along.exists():
-            path = comes_along
+        if not path.exists() and path.parent == Path() and is_bundled.exists():
+            path = is_bundled
         with open(open_file(str(path)), "rb") as file:
             data = file.read(MAX_PICTURE_BYTES + 1)
     except InvalidFile as error:

@@ -157,7 +157,10 @@ class Bench(object):
         for level in SPEED_LEVELS:
             speed = level * fastest_of(description, k)
             room = speed * SLOW_DOWN_TIME
-            asked = math.radians(_asked(math.degrees(speed) * joint.gear, joint.motor)) / joint.gear
+            asked = (
+                math.radians(_setpoint_for(math.degrees(speed) * joint.gear, joint.motor))
+                / joint.gear
+            )
             pair = []
             for sign, start, end in ((1, lower, upper - room), (-1, upper, lower + room)):
                 for begin in (start, start + sign * TAKE_UP_ANGLE):
@@ -188,7 +191,7 @@ class Bench(object):
         """
         motor = JointMotor("bare motor", port, kind, 1.0, 1)
         fastest = MAX_BARE_SPEED_SHARE * 100 * GAINS[kind].speed_per_duty
-        passes = [(_asked(level * fastest, kind), STIFFNESS) for level in SPEED_LEVELS]
+        passes = [(_setpoint_for(level * fastest, kind), STIFFNESS) for level in SPEED_LEVELS]
         try:
             pairs = [
                 [
@@ -353,7 +356,7 @@ class Bench(object):
         return nearest + sign * motor.resolution * min(1.0, first / (second - first))
 
 
-def _asked(speed, kind):
+def _setpoint_for(speed, kind):
     # type: (float, str) -> float
     """Return the set-point at which a motor turns with a speed, both deg/s: the driver lags."""
     gains = GAINS[kind]

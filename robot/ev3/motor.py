@@ -113,7 +113,7 @@ class Motor(Protocol):
         """Hold where it is, once it was braked."""
         raise NotImplementedError
 
-    def let_go(self):
+    def coast(self):
         # type: () -> None
         """Let somebody turn it by hand."""
         raise NotImplementedError

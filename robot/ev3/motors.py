@@ -266,7 +266,7 @@ class JointMotor(object):
         """Hold where a braked motor is."""
         self._stop("hold")
 
-    def let_go(self):
+    def coast(self):
         # type: () -> None
         """Let somebody turn it by hand."""
         self._stop("coast")

@@ -13,7 +13,7 @@ is crossed. Both are cut together, so that they stay in step.
 from robot.jobs.learned import check_continuity, merged
 from robot.jobs.report import Place
 from robot.motion import kinematics
-from robot.motion.feed import rest_of, same_place, slowed
+from robot.motion.feed import remaining, time_at_same_place, with_speed_limit
 from robot.motion.trajectory import Trajectory
 
 MYPY = False
@@ -67,7 +67,7 @@ class PenPath(object):
     def motions(self, share):
         # type: (float) -> List[Trajectory]
         """Return Trajectories of what is not drawn yet, at a share of the planned speed."""
-        drawn = [slowed(p, share) for p in self.pieces] if share < 1.0 else self.pieces
+        drawn = [with_speed_limit(p, share) for p in self.pieces] if share < 1.0 else self.pieces
         self._drawn = drawn  # type: List[Piece]
         return [
             Trajectory(*drawn, turning=None if planned is piece else _in_time_of(drawn, planned)[1])
@@ -78,7 +78,7 @@ class PenPath(object):
         # type: (int, float) -> Place
         """Return the Place at the time `tau` (s) of the motion of that index."""
         n, planned, cm, speed = self._starts[index]
-        tau = max(same_place(self.pieces[index], self._drawn[index], tau), 0.0)
+        tau = max(time_at_same_place(self.pieces[index], self._drawn[index], tau), 0.0)
         return Place(self._repeat, n, cm + speed * tau, planned + tau)
 
     def end(self):
@@ -89,16 +89,16 @@ class PenPath(object):
     def cut(self, index, tau):
         # type: (int, float) -> None
         """Cut off what is drawn: all before the time `tau` (s) of the motion of that index."""
-        tau = same_place(self.pieces[index], self._drawn[index], tau)
+        tau = time_at_same_place(self.pieces[index], self._drawn[index], tau)
         piece, planned = self.pieces[index], self._planned[index]
-        rest = rest_of(piece, tau)  # type: Optional[Piece]
+        rest = remaining(piece, tau)  # type: Optional[Piece]
         n, seconds, cm, speed = self._starts[index]
         self._starts = self._starts[index + 1 :]
         self.pieces = self.pieces[index + 1 :]
         self._planned = self._planned[index + 1 :]
         if rest is None:
             return
-        planned_rest = None if planned is piece else rest_of(planned, tau)  # type: Optional[Piece]
+        planned_rest = None if planned is piece else remaining(planned, tau)  # type: Optional[Piece]
         tau = max(tau, 0.0)
         self._starts.insert(0, (n, seconds + tau, cm + speed * tau, speed))
         self.pieces.insert(0, rest)

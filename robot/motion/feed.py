@@ -205,7 +205,7 @@ class FeedOverride(object):
 # ---- a piece drawn slower, and what is left of one
 
 
-def slowed(piece, share):
+def with_speed_limit(piece, share):
     # type: (TimedPiece, float) -> TimedPiece
     """Return a piece with its speed limited to this share of its maximum, at its accelerations.
 
@@ -227,7 +227,7 @@ def slowed(piece, share):
     return new, out, end
 
 
-def same_place(piece, other, tau):
+def time_at_same_place(piece, other, tau):
     # type: (TimedPiece, TimedPiece, float) -> float
     """Return the time (s) at which a piece is where `other`, of the same path, is at `tau` (s)."""
     if piece is other or tau <= 0:
@@ -242,7 +242,7 @@ def same_place(piece, other, tau):
     return min(piece[0][k] + (2 * s / fast if fast else 0.0), piece[0][k + 1])
 
 
-def rest_of(piece, tau):
+def remaining(piece, tau):
     # type: (TimedPiece, float) -> Optional[TimedPiece]
     """Return the rest of a piece, begun at rest; None if it is shorter than MIN_REST_LENGTH.
 

@@ -23,7 +23,7 @@ from robot.servoing.linear_algebra import (
     dot,
     forward_substituted,
 )
-from robot.servoing.robust import RESIDUAL_SCALE, agrees, trust
+from robot.servoing.robust import RESIDUAL_SCALE, agrees, robust_weight
 
 MYPY = False  # which a type checker takes for true
 if MYPY:
@@ -123,7 +123,7 @@ class _Key(object):
 # squares in information form.  The usual form, an update of the inverse, costs more where frames
 # are replaced.  Gauss-Newton on camera and lengths needs a start near the truth and iterations;
 # this fit needs neither, and the lengths of the description enter no more than as the prior.
-# The weight is w = trust / (variance + (SIGMA_PER_RADIAN distance)^2): trust is robust.py's, by the
+# The weight is w = robust_weight / (variance + (SIGMA_PER_RADIAN distance)^2): robust by the
 # residual of the fit before (iteratively reweighted least squares); the distance from the arm makes
 # it a locally weighted regression (Atkeson, Moore and Schaal 1997), which takes up perspective and
 # lens.
@@ -210,18 +210,18 @@ class ChainModel(object):
         yield
         self._fit(q)
         yield
-        self._stand_at(q)
+        self._linearize_at(q)
         self.covariance()
 
     def seen_from(self, q, s):
         # type: (Pose, Features) -> LinearImageModel
         """Return the image model of an arm that is at q (rad), where s (px) is seen."""
         W = self._fit(q)
-        self._stand_at(q)
+        self._linearize_at(q)
         offset = [y - sum(map(mul, w, self._terms)) for y, w in zip(s, W)]
         return LinearImageModel(self._chain, W, offset)
 
-    def _stand_at(self, q):
+    def _linearize_at(self, q):
         # type: (Pose) -> None
         """Evaluate the terms and their derivatives at q (rad), unless they are of there."""
         if self._here != tuple(q):
@@ -242,7 +242,7 @@ class ChainModel(object):
         deserved = []
         for key in self._keys:
             yield
-            deserved.append((key, self._deserved(key, q, W)))
+            deserved.append((key, self._weight_for(key, q, W)))
         for key, weight in deserved:
             yield
             if key.weight:  # it has not been left out meanwhile
@@ -297,13 +297,13 @@ class ChainModel(object):
         Together: weighed one by one, inliers would lose weight before outliers do.
         """
         for key in self._keys:
-            key.weight = self._deserved(key, q, W)
+            key.weight = self._weight_for(key, q, W)
         weights = [key.weight for key in self._keys]
         columns = zip(*[key.products for key in self._keys])
         self._fitted = None
         self._sums = [p + sum(map(mul, weights, column)) for p, column in zip(self._prior, columns)]
 
-    def _deserved(self, key, q, W):
+    def _weight_for(self, key, q, W):
         # type: (_Key, Pose, Matrix) -> float
         """Return the weight of a key-frame by its residual against W, the arm being at q, px^-2."""
         variance = key.variance
@@ -314,7 +314,7 @@ class ChainModel(object):
             for a, b in zip(w, terms):
                 off -= a * b
             excess += off * off
-        return trust(excess / (variance * self._rows * RESIDUAL_SCALE**2)) / variance
+        return robust_weight(excess / (variance * self._rows * RESIDUAL_SCALE**2)) / variance
 
     def covariance(self):
         # type: () -> Matrix

@@ -10,7 +10,7 @@ from operator import mul, sub
 from robot.motion.linear_systems import broyden_update
 from robot.servoing.image_model import straight
 from robot.servoing.linear_algebra import dot
-from robot.servoing.robust import RESIDUAL_SCALE, agrees, trust
+from robot.servoing.robust import RESIDUAL_SCALE, agrees, robust_weight
 
 MYPY = False  # which a type checker takes for true
 if MYPY:
@@ -92,11 +92,13 @@ class LocalJacobian(object):
         if self._last is not None:
             q_before, s_before, variance_before = self._last
             dq, ds = list(map(sub, q, q_before)), list(map(sub, s, s_before))
-            if any(dq) and (self._noise_aware or self._tells(dq, ds, variance + variance_before)):
+            if any(dq) and (
+                self._noise_aware or self._is_significant(dq, ds, variance + variance_before)
+            ):
                 self._update(dq, ds, variance + variance_before)
         self._last = tuple(q), tuple(s), variance
 
-    def _tells(self, dq, ds, variance):
+    def _is_significant(self, dq, ds, variance):
         # type: (Vector, Vector, float) -> bool
         """Return whether a step is long enough for plain Broyden, which takes noise for truth."""
         expected = [dot(row, dq) for row in self.J]
@@ -124,7 +126,7 @@ class LocalJacobian(object):
             expected = dot(dq, along) + variance
             missed = [moved - dot(row, dq) for row, moved in zip(self.J, ds)]
             excess = dot(missed, missed) / (len(missed) * expected * RESIDUAL_SCALE**2)
-            weight = trust(excess)
+            weight = robust_weight(excess)
             gain = [weight * a / expected for a in along]
             self.J = tuple(
                 [tuple([a + r * g for a, g in zip(row, gain)]) for row, r in zip(self.J, missed)]

@@ -178,7 +178,7 @@ class VisualServoing(object):
             began = self._clock.now()
             decision = self._servo.decide(q, measurements, self._chased)
             self._chased = []
-            self._receiver.decided()
+            self._receiver.on_decision()
             measurements = [m for m in measurements if m.camera in self._servo.cameras]
             now = self._clock.now()
             self._reporter.step(
@@ -275,7 +275,7 @@ class VisualServoing(object):
         """Receive what has come in, in motion: (MarkerFrames, Halt or None)."""
         frames, halt = self._receiver.receive(0.0, moving=True)
         self._learning.handle(frames)
-        if not halt and not self._receiver.goes_on_seeing():
+        if not halt and not self._receiver.still_sees():
             halt = HOLD
         return frames, halt
 

@@ -26,7 +26,7 @@ MAX_DISAGREEMENT = 3.0
 # must begin near the truth.  Its prior, and the fit before, see to that.
 
 
-def trust(excess):
+def robust_weight(excess):
     # type: (float) -> float
     """Return the weight, 0 to 1, of a residual whose square is `excess` times that of the scale."""
     return 1.0 if excess <= 1 else (1.0 + excess) ** -2

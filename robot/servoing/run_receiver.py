@@ -112,7 +112,7 @@ class RunReceiver(object):
         """Return the Halt that is due whatever is seen; None if none is."""
         for command in self._client.commands():
             if isinstance(command, Stop):
-                return self._end_from_outside(STOPPED, command.reason or "by the laptop")
+                return self._external_end(STOPPED, command.reason or "by the laptop")
             self._report_line(
                 "a start of the laptop is ignored: this run is not over; stop it first"
             )
@@ -123,7 +123,7 @@ class RunReceiver(object):
                 self._frames_received / (now - self._began) / max(1, len(self._sightings.seen_by))
             )
             why = "{:g} s{}".format(self._budget, self._loss.too_few(rate))
-            return self._end_from_outside(BUDGET_SPENT, why)
+            return self._external_end(BUDGET_SPENT, why)
         if not self._client.linked:
             self._unlinked_at = now
         return None
@@ -158,7 +158,7 @@ class RunReceiver(object):
         for camera in found:
             self._report_line("camera {}: marker seen again".format(camera))
 
-    def _end_from_outside(self, word, reason):
+    def _external_end(self, word, reason):
         # type: (str, str) -> Halt
         """Return the Halt of an end that the servo has not decided.
 
@@ -173,12 +173,12 @@ class RunReceiver(object):
                 word = CONVERGED
         return Halt(word, reason)
 
-    def decided(self):
+    def on_decision(self):
         # type: () -> None
         """Forget which cameras suffice: the servo has decided, it may be otherwise now."""
         self._enough = {}
 
-    def goes_on_seeing(self):
+    def still_sees(self):
         # type: () -> bool
         """Return whether the cameras that the servo goes by see enough."""
         seeing = self._sightings.seeing(self.received_at)

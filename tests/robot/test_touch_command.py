@@ -20,7 +20,7 @@ def shell(tmp_path, monkeypatch, capsys):
     def make(hand="", **others):
         sh = Shell(tmp_path, monkeypatch, capsys, **others)
         if hand:
-            sh.brick.lead(read_hand(hand))
+            sh.brick.guide(read_hand(hand))
         return sh
 
     return make

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from robot.motion import kinematics
-from robot.touching import StillWatch, angle_at, backlash_at, describe_points, midpoint
+from robot.touching import StandstillDetector, angle_at, backlash_at, describe_points, midpoint
 from shared.arm_description import find_arm, read_arm
 
 ARM = read_arm(find_arm("planar"))
@@ -15,7 +15,7 @@ COUNT = math.radians(1)
 
 def watched(readings, press=0.0):
     """What a watch says to readings every 0.1 s after a press."""
-    watch = StillWatch([COUNT, COUNT])
+    watch = StandstillDetector([COUNT, COUNT])
     watch.press(press)
     return [watch.see(0.1 * k, angles) for k, angles in enumerate(readings)]
 
@@ -31,7 +31,7 @@ def test_an_arm_that_moves_gives_no_point():
 
 
 def test_without_a_press_there_is_none_and_a_second_press_changes_nothing():
-    watch = StillWatch([COUNT])
+    watch = StandstillDetector([COUNT])
     assert watch.see(0.0, (0.1,)) is None
     watch.press(0.1)
     assert watch.see(0.1, (0.1,)) is None

@@ -102,7 +102,7 @@ class FakeTracker:
                 assert pairing.is_proof(message.proof, KEY, BRICK, *self.nonces)
                 self.link.send(Welcome(pairing.proof(self.key, LAPTOP, *self.nonces)))
                 brick_key, laptop_key = pairing.session_keys(self.key, *self.nonces)
-                self.link.trust(laptop_key, brick_key)
+                self.link.activate(laptop_key, brick_key)
             else:
                 self.heard.append(message)
             message = self.link.receive()

@@ -12,8 +12,8 @@ from shared.arm_description import (
     ArmError,
     BadArmFile,
     Pen,
-    comes_along,
     find_arm,
+    is_bundled,
     read_arm,
 )
 
@@ -547,7 +547,7 @@ def test_ones_own_arm_of_a_name_comes_before_that_which_comes_along(tmp_path, mo
     own = tmp_path / "arms" / "planar.ini"
     own.write_text(GOOD)
     assert find_arm("planar") == find_arm("planar.ini") == str(own)
-    assert not comes_along(read_arm(find_arm("planar")))
-    assert comes_along(read_arm(find_arm("geared")))
+    assert not is_bundled(read_arm(find_arm("planar")))
+    assert is_bundled(read_arm(find_arm("geared")))
     with pytest.raises(BadArmFile):
         find_arm("../arms/planar")

@@ -371,7 +371,7 @@ def test_a_line_without_end_takes_no_memory_and_ends_the_connection(raw):
     say(other.sock, link, b"x" * (MAX_LINE + TAG_LENGTH))
     assert not link.closed
     say(other.sock, link, b"x")
-    assert link.held["unfinished bytes"] == link.held["lines"] == 0
+    assert link.buffer_sizes["unfinished bytes"] == link.buffer_sizes["lines"] == 0
     assert link.reason == FORGED
 
 
@@ -381,7 +381,7 @@ def test_a_line_that_grows_slowly_ends_by_silence(raw):
         clock.t += 0.1
         if not link.closed:
             say(other.sock, link, b"x" * 60)
-            assert link.held["lines"] == 0
+            assert link.buffer_sizes["lines"] == 0
     assert "nothing heard" in link.reason
 
 
@@ -391,7 +391,7 @@ def test_more_cameras_than_there_may_be_are_refused(raw):
     for number in range(MAX_CAMERAS + 5):
         say(other, link, Observation(1, f"c{number}", AHEAD + clock.t, {}))
     assert sorted(link.newest()) == [f"c{number}" for number in range(MAX_CAMERAS)]
-    assert link.held["cameras"] == MAX_CAMERAS
+    assert link.buffer_sizes["cameras"] == MAX_CAMERAS
     assert link.counters["bad"] == 5
 
 
@@ -449,7 +449,7 @@ def test_pings_are_fast_at_first_and_slow_later(raw):
             clock.t += 0.01
             say(other, link, Start())
             link.receive()
-            assert link.held["pings"] <= MAX_SAMPLES  # nobody answers
+            assert link.buffer_sizes["pings"] <= MAX_SAMPLES  # nobody answers
             count += other.recv(65536).count(b"ping") if select.select([other], [], [], 0)[0] else 0
         counts.append(count)
     assert 28 <= counts[0] <= 32  # 20 in 5 s, 10 in 5 s
@@ -667,7 +667,9 @@ def test_a_receiver_that_never_reads_costs_no_memory_and_is_cut_off(wire):
     else:
         pytest.fail("it never fills")
     # One of each camera, and the rest of one that has begun to go out.
-    assert wire.laptop.held["unsent bytes"] <= 3 * (len(encode(wire.observation())) + TAG_LENGTH)
+    assert wire.laptop.buffer_sizes["unsent bytes"] <= 3 * (
+        len(encode(wire.observation())) + TAG_LENGTH
+    )
     for _ in range(21):
         wire.laptop_clock.t += 0.1
         wire.laptop.poll()
@@ -688,12 +690,12 @@ def test_one_that_talks_but_never_reads_is_cut_off_too(wire):
 def test_pings_of_one_that_does_not_read_are_not_answered(wire):
     """Late, an answer is worth nothing, and many would fill the queue for orders."""
     fill(wire)
-    unsent = wire.laptop.held["unsent bytes"]
+    unsent = wire.laptop.buffer_sizes["unsent bytes"]
     for number in range(3 * MAX_QUEUE):
         wire.brick_says(Ping(1000 + number))
     select.select([wire.laptop], [], [], PATIENCE)
     wire.laptop.poll()
-    assert wire.laptop.held["unsent bytes"] == unsent
+    assert wire.laptop.buffer_sizes["unsent bytes"] == unsent
     assert not wire.laptop.closed
 
 
@@ -874,7 +876,7 @@ def test_a_stranger_is_heard_one_message_at_a_time():
     say(other, link, *first, signed.sign(encode(Ping(1))), signed.sign(encode(Start())))
     assert isinstance(link.receive(), Challenge)
     assert isinstance(link.receive(), Welcome)
-    link.trust(*KEYS)
+    link.activate(*KEYS)
     assert isinstance(link.receive(), Start)
     link.poll()
     assert [type(decode(line)) for line in signed.recv(65536).splitlines()] == [Pong, Ping]
@@ -887,7 +889,7 @@ def test_what_a_stranger_said_in_advance_must_be_signed_too():
     link = Link(sock, FakeClock(100.0).now)
     say(other, link, Welcome("1" * 64), Start())
     assert isinstance(link.receive(), Welcome)
-    link.trust(*KEYS)
+    link.activate(*KEYS)
     assert link.receive() is None
     assert link.reason == FORGED
     link.close()
@@ -903,7 +905,7 @@ def test_what_was_said_before_the_trust_goes_out_without_a_signature():
         while True:
             sent += sock.send(b"x" * 4096)
     link.send(Welcome("1" * 64))
-    link.trust(*KEYS)
+    link.activate(*KEYS)
     link.send(Stop("enough"))
     assert link.blocked
     received = b""
@@ -947,8 +949,8 @@ def test_a_stranger_that_floods_is_not_read_ahead():
         except BlockingIOError:
             break
         link.poll()
-    assert link.held["line bytes"] + link.held["unfinished bytes"] <= 2 * MAX_LINE
-    assert link.held["messages"] == 1
+    assert link.buffer_sizes["line bytes"] + link.buffer_sizes["unfinished bytes"] <= 2 * MAX_LINE
+    assert link.buffer_sizes["messages"] == 1
     link.close()
     other.close()
 

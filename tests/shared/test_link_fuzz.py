@@ -162,12 +162,12 @@ def fuzzed_link(proven, batches):
             received += message is not None
             for seen in link.newest().values():
                 check(seen, clock.t)
-        assert link.held["lines"] <= len(batch)
-        assert link.held["unfinished bytes"] <= MAX_LINE
-        assert link.held["messages"] <= MAX_QUEUE
-        assert link.held["cameras"] <= MAX_CAMERAS
-        assert link.held["pings"] <= 16
-        assert link.held["unsent bytes"] <= (MAX_QUEUE + MAX_CAMERAS + 1) * MAX_LINE
+        assert link.buffer_sizes["lines"] <= len(batch)
+        assert link.buffer_sizes["unfinished bytes"] <= MAX_LINE
+        assert link.buffer_sizes["messages"] <= MAX_QUEUE
+        assert link.buffer_sizes["cameras"] <= MAX_CAMERAS
+        assert link.buffer_sizes["pings"] <= 16
+        assert link.buffer_sizes["unsent bytes"] <= (MAX_QUEUE + MAX_CAMERAS + 1) * MAX_LINE
         assert set(link.counters) == set(COUNTERS)
         try:
             while getattr(other, "sock", other).recv(65536):

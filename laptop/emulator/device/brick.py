@@ -156,7 +156,7 @@ class EmulatedBrick(object):
         step, motors = self.plant.step, self.motors.values()
         while (self._steps + 1) * STEP <= t + 1e-9:
             if self._hand is not None:
-                self._hand.lead((self._steps + 1) * STEP, STEP)
+                self._hand.guide((self._steps + 1) * STEP, STEP)
             step(STEP)
             for moved, end in self._pushed:
                 moved.angle = max(end, moved.angle - PUSH_SPEED * STEP)
@@ -216,7 +216,7 @@ class EmulatedBrick(object):
         moved = self._moved(port)
         self._pushed.append((moved, moved.angle - PUSH_ANGLE))
 
-    def lead(self, places: Sequence["HandPlace"]) -> None:
+    def guide(self, places: Sequence["HandPlace"]) -> None:
         """Let a hand lead the tip through HandPlaces.
 
         Raises:
@@ -228,7 +228,7 @@ class EmulatedBrick(object):
         motors = [self.motors[joint.port] for joint in arm.joints]
         coasts, now = (lambda k: motors[k].mode == "coast"), self._steps * STEP
         if self._hand is not None:
-            self._hand.let_go()
+            self._hand.release()
         self._hand = HandGuiding(arm, self.plant.links, coasts, places, now)
 
     def kill_encoder(self, port: str) -> None:

@@ -55,9 +55,9 @@ class Encoder(object):
                 self._append(t, edge)
             self.edges = edges
         elif t - self.updated_at >= self.STANDSTILL_TIME:
-            self.stand(t)
+            self.add_standstill(t)
 
-    def stand(self, t: float) -> None:
+    def add_standstill(self, t: float) -> None:
         """Enter that there was no edge for `STANDSTILL_TIME` s since `updated_at`."""
         self._append(t, self.edges)
 

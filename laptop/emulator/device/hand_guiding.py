@@ -143,7 +143,7 @@ class HandGuiding(object):
         share = _eased((t - begin) / (end - begin))
         return tuple([a + share * (b - a) for a, b in zip(start, goal)])
 
-    def lead(self, t: float, h: float) -> None:
+    def guide(self, t: float, h: float) -> None:
         """Set the speeds of the links that it leads, for a step of `h` s that ends at `t`."""
         leads = t > self._moves[0][0]
         for k, (link, wanted) in enumerate(zip(self._links, self.pose(t))):
@@ -157,7 +157,7 @@ class HandGuiding(object):
                 link.imposed = None
                 self._led.discard(k)
 
-    def let_go(self) -> None:
+    def release(self) -> None:
         """Stop leading."""
         for k in self._led:
             if not self._links[k].jammed:

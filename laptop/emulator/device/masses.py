@@ -25,7 +25,7 @@ ELBOW_MOTOR_CENTRE, TIP_MOTOR_CENTRE = 5.5, 5.0
 link, its shaft at the far end."""
 
 
-def _carried(arm: "Arm", plant: "PlantConstants") -> Tuple["Masses", "Masses", "Masses"]:
+def _masses_on_joints(arm: "Arm", plant: "PlantConstants") -> Tuple["Masses", "Masses", "Masses"]:
     """List the masses that hang on each joint of an arm in space.
 
     Returns:
@@ -51,7 +51,7 @@ def weighed(arm: "Arm", plant: "PlantConstants") -> "Arm":
     if arm.chain not in PULLED_DOWN:
         return arm
     joints = []
-    for joint, parts in zip(arm.joints, _carried(arm, plant)):
+    for joint, parts in zip(arm.joints, _masses_on_joints(arm, plant)):
         mass = sum(grams for grams, _ in parts)
         centre = sum(grams * at for grams, at in parts) / mass if mass else 0.0
         friction = at_port(plant, joint.port)["link_friction"]
@@ -63,7 +63,7 @@ def inertias(arm: "Arm", plant: "PlantConstants") -> List[float]:
     """Return the inertia that each joint moves, kg m2; of an arm in space, stretched out level."""
     if arm.chain not in PULLED_DOWN:
         return [plant["shoulder_inertia"], plant["elbow_inertia"]]
-    _, on_upper, on_fore = _carried(arm, plant)
+    _, on_upper, on_fore = _masses_on_joints(arm, plant)
     reach = arm.joints[1].link
     elbow, shoulder = (
         1e-7 * sum(grams * at * at for grams, at in parts)

@@ -399,7 +399,7 @@ class TachoMotor(object):
             self._sensed_at = angle
             encoder.update(t, self.drive.shaft)
         elif t - encoder.updated_at >= encoder.STANDSTILL_TIME:
-            encoder.stand(t)
+            encoder.add_standstill(t)
 
     def tick(self, t: float) -> None:
         """Regulate once, at 500 Hz; `t` is the time, s."""

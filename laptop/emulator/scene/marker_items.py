@@ -9,7 +9,14 @@ from typing import Any
 import numpy as np
 
 from laptop.emulator.scene.items import Item, place_outline
-from laptop.emulator.scene.optics import Pinhole, alike, bit_rings, circle, light_of, rectangle
+from laptop.emulator.scene.optics import (
+    Pinhole,
+    bit_rings,
+    circle,
+    light_of,
+    rectangle,
+    similar_hues,
+)
 from shared.arm_description import Arm
 
 ARUCO_IDS = {"effector": 0, "goal": 1}
@@ -48,7 +55,7 @@ def outer_radius(constants: dict[str, Any]) -> float:
 
 def beam_light(constants: dict[str, Any]) -> np.ndarray:
     """Return the light (3,) of the arm's beams: yellow, unless a marker looks like that."""
-    near = any(alike("yellow", constants[name]) for name in shown_markers(constants))
+    near = any(similar_hues("yellow", constants[name]) for name in shown_markers(constants))
     return light_of("grey" if near else "yellow")
 
 

@@ -64,7 +64,7 @@ def light_of(colour: str) -> np.ndarray:
     return to_linear([int(code[i : i + 2], 16) for i in (4, 2, 0)])
 
 
-def alike(one: str, other: str) -> bool:
+def similar_hues(one: str, other: str) -> bool:
     """Return True if two colours could be taken for one another by their hue."""
     pixels = np.array([[to_srgb(light_of(word)) for word in (one, other)]])
     (h1, s1, _), (h2, s2, _) = cv2.cvtColor(pixels.astype(np.float32) / 255, cv2.COLOR_BGR2HSV)[0]

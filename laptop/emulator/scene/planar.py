@@ -166,7 +166,7 @@ class PlanarWorkcell:
 
     # What is painted
 
-    def still_items(self, camera: Pinhole) -> list[Item]:
+    def static_items(self, camera: Pinhole) -> list[Item]:
         """Return the items of the marker on the paper, which is painted once."""
         if "goal" not in shown_markers(self.constants):
             return []

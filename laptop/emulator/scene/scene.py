@@ -97,7 +97,7 @@ class Scene:
             q: joint angles, rad.
             t: s, when (for the hand).
         """
-        items = self.cell.still_items(self.camera) + self.cell.moving_items(q, t, self.camera)
+        items = self.cell.static_items(self.camera) + self.cell.moving_items(q, t, self.camera)
         outlines = self.painter.outlines(items)
         seen = {}
         for name in self.centres(q):

@@ -161,7 +161,7 @@ class SpatialWorkcell:
 
     # What is painted
 
-    def still_items(self, camera: Pinhole) -> list[Item]:
+    def static_items(self, camera: Pinhole) -> list[Item]:
         """Return nothing: arm and goal may hide one another, so both are painted anew."""
         return []
 

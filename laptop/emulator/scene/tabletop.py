@@ -12,7 +12,7 @@ import numpy as np
 from laptop.emulator.scene.board_items import board_items
 from laptop.emulator.scene.items import SIDE_SHARE, Item, block, place_outline
 from laptop.emulator.scene.marker_items import shown_markers
-from laptop.emulator.scene.optics import alike, circle, light_of, rectangle
+from laptop.emulator.scene.optics import circle, light_of, rectangle, similar_hues
 from laptop.emulator.scene.painter import Painter
 from laptop.emulator.scene.workcell import Workcell
 
@@ -41,7 +41,7 @@ def paint_ground(cell: Workcell, painter: Painter) -> np.ndarray:
     """Paint all that stands still: float32 (height, width, 3), light."""
     constants, camera = cell.constants, painter.camera
     ground = _table(cell, painter).astype(np.float32)
-    flat = [*_paper(cell.reach), *board_items(constants), *cell.still_items(camera)]
+    flat = [*_paper(cell.reach), *board_items(constants), *cell.static_items(camera)]
     painter.paint(ground, flat)
     blocks = _bricks(cell, np.random.default_rng([constants["seed"], 1]))
     if constants["clutter"]:
@@ -131,7 +131,7 @@ def _brick_colours(constants: dict[str, Any], draw: np.random.Generator) -> list
     markers = [constants[name] for name in shown_markers(constants)]
     if constants["marker"] == "aruco":
         markers = []
-    plain = [word for word in BRICKS if not any(alike(word, other) for other in markers)]
+    plain = [word for word in BRICKS if not any(similar_hues(word, other) for other in markers)]
     colours = [plain[draw.integers(len(plain))] for _ in range(constants["clutter"])]
     decoys = constants["decoys"] if markers else 0
     return colours + [markers[k % len(markers)] for k in range(decoys)]

@@ -366,7 +366,7 @@ class TrackingServer:
                 return
             caller.link.send(Welcome(pairing.proof(self._key, LAPTOP, *nonces)))
             brick_key, laptop_key = pairing.session_keys(self._key, *nonces)
-            caller.link.trust(laptop_key, brick_key)
+            caller.link.activate(laptop_key, brick_key)
             self._callers.remove(caller)
             self._served = caller
             self._status = self._progress = None

@@ -15,9 +15,9 @@ from shared.arm_description import (
     Arm,
     ArmError,
     BadArmFile,
-    comes_along,
+    is_bundled,
     read_arm,
-    users_file,
+    user_arm_file,
 )
 from shared.ini import BadIni, read_ini, with_values
 
@@ -42,7 +42,7 @@ class WrittenArm(NamedTuple):
 
 def own_file(arm: Arm) -> Path:
     """Return the path of the file for an arm's own numbers, never a bundled one."""
-    return Path(users_file(arm.name) if comes_along(arm) else os.path.realpath(arm.file))
+    return Path(user_arm_file(arm.name) if is_bundled(arm) else os.path.realpath(arm.file))
 
 
 def write_values(
@@ -72,7 +72,7 @@ def write_values(
     def refused(why: str) -> ArmNotWritten:
         return ArmNotWritten(f"{_short(path)} is not changed: {why}; write there: {lines}")
 
-    if file is None and comes_along(arm) and path.exists():
+    if file is None and is_bundled(arm) and path.exists():
         raise refused(f"it is yours, and {arm.file} was measured (--arm {arm.name} means yours)")
     before = None
     try:

@@ -15,7 +15,7 @@ from laptop.cli.main import laptop
 from laptop.drawing.artwork import Artwork
 from laptop.drawing.options import DrawingOptions
 from laptop.drawing.preparing import prepare
-from shared.arm_description import comes_along, find_arm, read_arm
+from shared.arm_description import find_arm, is_bundled, read_arm
 from shared.state import STATE
 
 LENGTHS = {
@@ -103,8 +103,8 @@ def test_the_arms_measured_are_those_that_come_along(tmp_path, monkeypatch):
     monkeypatch.setattr(plot, "BENCH", replace(plot.BENCH, in_turn=drawn))
     done = CliRunner().invoke(laptop, ["bench", "plot", "--arm", "planar", "--json", "rose"])
     assert done.exit_code == 0, done.output
-    assert comes_along(taken[0])
-    assert not comes_along(read_arm(find_arm("planar"))), "as before"
+    assert is_bundled(taken[0])
+    assert not is_bundled(read_arm(find_arm("planar"))), "as before"
 
 
 @pytest.mark.long

@@ -7,7 +7,7 @@ import pytest
 
 from robot.jobs.pen_path import PenPath
 from robot.motion.backlash import BacklashCompensation
-from robot.motion.feed import slowed
+from robot.motion.feed import with_speed_limit
 from robot.motion.trajectory import Trajectory
 from shared.arm_description import find_arm, read_arm
 from shared.job import Job
@@ -33,7 +33,7 @@ def path(tmp_path, stroke):
 def test_joints_turn_round_where_the_plan_does_at_whatever_speed(path, stroke):
     for share in (1.0, 0.5, 0.3):
         (motion,) = path.motions(share)
-        plain = slowed(stroke.pieces[0], share) if share < 1 else stroke.pieces[0]
+        plain = with_speed_limit(stroke.pieces[0], share) if share < 1 else stroke.pieces[0]
         wished = Trajectory(*plain)
         assert any(wished.reversals)
         for turns, own in zip(motion.reversals, wished.reversals):

@@ -12,9 +12,9 @@ from robot.motion.feed import (
     MIN_RAMP_TIME,
     RATE_PERIOD,
     FeedOverride,
-    rest_of,
-    same_place,
-    slowed,
+    remaining,
+    time_at_same_place,
+    with_speed_limit,
 )
 from robot.motion.online_trajectory import STOP
 from shared.arm_description import find_arm, read_arm
@@ -149,7 +149,7 @@ def test_what_is_left_is_the_same_way_begun_at_rest(points, share):
     piece, _ = planned(points)
     full = trajectory.Trajectory(*piece)
     tau = share * full.duration
-    rest = trajectory.Trajectory(*rest_of(piece, tau))
+    rest = trajectory.Trajectory(*remaining(piece, tau))
     # (Where next to nothing is left before a knot, it begins there.)
     begin = kinematics.forward(ARM, rest.start), kinematics.forward(ARM, full.at(tau)[0])
     assert kinematics.distance(*begin) <= 0.0051
@@ -170,16 +170,16 @@ def test_what_is_left_is_the_same_way_begun_at_rest(points, share):
 
 def test_before_the_start_all_is_left_and_at_the_end_nothing():
     piece, plan = planned(LINE)
-    assert rest_of(piece, -0.1) == piece
-    assert rest_of(piece, plan.duration) is None
-    assert rest_of(piece, plan.duration - 1e-3) is None
+    assert remaining(piece, -0.1) == piece
+    assert remaining(piece, plan.duration) is None
+    assert remaining(piece, plan.duration - 1e-3) is None
 
 
 def test_a_piece_whose_speeds_do_not_fit_is_slowed_all_the_same():
     still = [(0.0, 0.0, 0.0, 0.0)] * 2
     ends = [(1.0, -1.0, still, None), (1.0, -1.0, still, None)]  # it stands where the next begins
     for piece in (([0.0, 1.0], [(0.0, 1.0, still, None)], (0, 0)), ([0.0, 1.0, 2.0], ends, (0, 0))):
-        times = slowed(piece, 0.25)[0]
+        times = with_speed_limit(piece, 0.25)[0]
         assert all(b > a for a, b in zip(times, times[1:]))
 
 
@@ -187,7 +187,7 @@ def test_a_piece_whose_speeds_do_not_fit_is_slowed_all_the_same():
 @pytest.mark.parametrize("share", [0.1, 0.5])
 def test_a_slowed_piece_is_the_same_way_and_speeds_up_as_hard(points, share):
     piece, _ = planned(points)
-    slow = slowed(piece, share)
+    slow = with_speed_limit(piece, share)
     full, motion = trajectory.Trajectory(*piece), trajectory.Trajectory(*slow)
     assert motion.start == full.start
     assert motion.end == full.end
@@ -195,11 +195,11 @@ def test_a_slowed_piece_is_the_same_way_and_speeds_up_as_hard(points, share):
     top = max(v for v, _, _, _ in piece[1])
     for k in range(1, 200):
         t = k / 200 * motion.duration
-        raw = same_place(piece, slow, t)
+        raw = time_at_same_place(piece, slow, t)
         assert motion.at(t)[0] == pytest.approx(full.at(raw)[0], abs=1e-6)
         h = 1e-3
         tip = [kinematics.forward(ARM, motion.at(x)[0]) for x in (t - h, t + h)]
         assert kinematics.distance(*tip) / (2 * h) < share * top * 1.02
-    assert same_place(piece, slow, motion.duration) == pytest.approx(full.duration)
-    assert same_place(piece, slow, -0.1) == -0.1
-    assert slowed(piece, 1.0)[0] == pytest.approx(piece[0], rel=1e-4)
+    assert time_at_same_place(piece, slow, motion.duration) == pytest.approx(full.duration)
+    assert time_at_same_place(piece, slow, -0.1) == -0.1
+    assert with_speed_limit(piece, 1.0)[0] == pytest.approx(piece[0], rel=1e-4)

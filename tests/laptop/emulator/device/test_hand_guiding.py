@@ -17,7 +17,7 @@ PLANAR, GEARED, SPATIAL = (read_arm(find_arm(name)) for name in ("planar", "gear
 def led(text, arm=PLANAR, plant=""):
     """A brick whose arm a hand leads."""
     brick = EmulatedBrick(World(), arm, read_plant(plant))
-    brick.lead(read_hand(text))
+    brick.guide(read_hand(text))
     return brick
 
 
@@ -121,4 +121,4 @@ def test_where_it_cannot_lead_it_says_so(text, arm, message):
 def test_a_brick_without_an_arm_has_none_to_lead():
     brick = EmulatedBrick(World(), None, read_plant(""))
     with pytest.raises(BadHand, match="leave --hand out"):
-        brick.lead(read_hand("10,5@2"))
+        brick.guide(read_hand("10,5@2"))

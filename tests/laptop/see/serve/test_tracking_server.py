@@ -275,7 +275,7 @@ def test_a_brick_that_never_reads_costs_no_memory_and_is_cut_off(server, call, c
         clock.t += 0.02
         for _ in range(50):
             observe(server, clock, next(numbers))
-        waiting = link.held["unsent bytes"]
+        waiting = link.buffer_sizes["unsent bytes"]
         assert waiting < 4096
         if server.state().client is not None:
             caller.say(Status(1.0, (), None, ""))  # it talks on

@@ -8,7 +8,7 @@ import pytest
 
 from laptop.see.table.arm_file import ArmNotWritten, check_writable, own_file, write_values
 from laptop.system.files import CannotWrite
-from shared.arm_description import find_arm, read_arm, users_file
+from shared.arm_description import find_arm, read_arm, user_arm_file
 
 OFFSET = {("arm", "marker_offset"): "0.350 -0.200"}
 
@@ -113,7 +113,7 @@ def test_an_arm_that_comes_along_is_copied_and_never_changed():
     before = Path(shipped).read_bytes()
     arm = read_arm(shipped)
     path = write_values(arm, OFFSET).file
-    assert path == own_file(arm) == Path(users_file("planar"))
+    assert path == own_file(arm) == Path(user_arm_file("planar"))
     assert find_arm("planar") == str(path), "its name means the copy from now on"
     assert read_arm(path).marker_offset == (0.35, -0.2)
     assert Path(shipped).read_bytes() == before
