@@ -68,11 +68,11 @@ class Person(object):
 
     def confirm(self, request, otherwise=""):
         # type: (str, str) -> None
-        """Wait until somebody confirms that something is done: by Enter, or the centre button.
+        """Wait until a person confirms by Enter or the centre button.
 
         Args:
             request: text of what is to be done.
-            otherwise: text of what else may be done where nobody can answer; "" for nothing.
+            otherwise: advice where no person can answer; "" for none.
 
         Raises:
             NobodyAnswers: nor will anybody.
@@ -174,7 +174,7 @@ def _key(prompt):
             return _line(prompt)
         import termios
         import tty
-    except (ImportError, OSError, ValueError):  # Windows; a file that is none of the system's
+    except (ImportError, OSError, ValueError):  # Windows; a file without a descriptor
         return _line(prompt)
     before = termios.tcgetattr(descriptor)
     try:

@@ -104,7 +104,7 @@ def _seen_by_camera(arm, tracker, clock):
 
 def _say(line):
     # type: (str) -> None
-    print(line, flush=True)  # what is printed late is of no use to who waits
+    print(line, flush=True)  # late output is of no use
 
 
 def _seen(arm, k, person):

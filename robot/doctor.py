@@ -89,7 +89,7 @@ def battery():
 
         volts = PowerSupply().measured_volts  # type: float
         return volts
-    except Exception:  # whatever a driver may have
+    except Exception:  # any error of a driver
         return None
 
 
@@ -100,7 +100,7 @@ def motors():
         from ev3dev2.motor import list_motors
 
         return {motor.address[-1:]: motor for motor in list_motors()}, None
-    except Exception as error:  # whatever that library, or a driver, may have
+    except Exception as error:  # any error of that library, or of a driver
         return {}, "{}: {}".format(type(error).__name__, error)
 
 
@@ -150,7 +150,7 @@ def watch(found):
         for port, motor in sorted(present.items()):
             try:
                 position = motor.position
-            except Exception:  # whatever that library, or a driver, may have
+            except Exception:  # any error of that library, or of a driver
                 announce({"port": port, "gone": True})
                 del present[port]
                 continue

@@ -28,7 +28,7 @@ MAX_STEPS = 200
 
 
 class NotAnnounced(ArmError, OSError):
-    """The file for whoever watches cannot be written."""
+    """The file of the wanted path cannot be written."""
 
 
 class Driver(object):
@@ -235,7 +235,7 @@ def _direction(piece):
 
 def announce(pieces):
     # type: (Sequence[Piece]) -> None
-    """Append the wanted path to the file $BRICKSERVO_PLAN, for whoever watches; one JSON line."""
+    """Append the wanted path to the file $BRICKSERVO_PLAN, for observers; one JSON line."""
     file = os.environ.get(PLAN)
     if file:
         points = [pieces[0][0]] + [p for piece in pieces for p in piece[1:]]

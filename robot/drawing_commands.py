@@ -219,7 +219,7 @@ def _drawings(parser, args, description):
 
 def _home(arm, driver):
     # type: (RobotArm, Driver) -> None
-    """Let whoever is there put the arm in its home pose, then find the zero from there."""
+    """Have a person put the arm in its home pose, then find the zero from there."""
     from robot import placing  # not above: it is seldom needed
 
     placing.place(arm, Clock())

@@ -16,7 +16,7 @@ if MYPY:
     from shared.arm_description import Arm  # noqa: F401
 
 HERE_ADVICE = "; or say home --here if the arm stands in its home pose"
-"""Advice where nobody can answer."""
+"""Advice where no person can answer."""
 
 
 def home_pose(description):
@@ -34,7 +34,7 @@ def home_pose(description):
 
 def place(arm, clock, person=None):
     # type: (RobotArm, Clock, Optional[Person]) -> None
-    """Let go of the joints, wait until somebody has put them at home; then they are held.
+    """Release the joints, wait until a person has put them at home, and hold them.
 
     Args:
         arm: robot.motion.arm.RobotArm.

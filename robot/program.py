@@ -93,12 +93,12 @@ def connect(description, clock, take_over=None, unchecked=False):
         description: shared.arm_description.Arm.
         clock: has `now()` and `sleep(seconds)`.
         take_over: None for a program that moves nothing; else see `claim`.
-        unchecked: whether it is to move though nobody has checked yet which motor is where.
+        unchecked: whether it may move though the mounting of the motors is unchecked.
 
     Raises:
         ArmError: this is not the brick, nor an emulated one.
         MotorNotFound: see RobotArm.
-        NotChecked: it is to move something, and nobody has checked yet which motor is where.
+        NotChecked: it moves something, and the mounting of the motors is unchecked.
         BrickInUse: see `claim`.
     """
     try:
@@ -175,7 +175,7 @@ def run(name, command):
     except (ArmError, OSError, Stopped) as error:
         from shared.message_fields import printable  # it may quote names and contents of files
 
-        with contextlib.suppress(OSError):  # its terminal may be what has gone
+        with contextlib.suppress(OSError):  # its terminal may be closed
             print("{}: {}".format(name, printable(str(error))), file=sys.stderr)
         return getattr(error, "status", 1)
     return 0

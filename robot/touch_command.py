@@ -92,7 +92,7 @@ def _parser():
 
 
 class Touching(object):
-    """The points that somebody takes with one arm.
+    """The points that a person collects with one arm.
 
     Args:
         arm: robot.motion.arm.RobotArm, whose motors coast.
@@ -113,7 +113,7 @@ class Touching(object):
 
     def collect(self, most=None):
         # type: (Optional[int]) -> bool
-        """Take points until somebody ends it, or there are `most`; return whether there are."""
+        """Collect points until a person ends it, or there are `most`; return whether there are."""
         from robot.touching import StandstillDetector
 
         joints = self._arm.joints
@@ -182,7 +182,7 @@ def _announce(out, point, backlash):
 
 def _go(arm, touching, go, say):
     # type: (RobotArm, Touching, str, _Say) -> None
-    """Go to the last point or the midpoint, once somebody has pressed."""
+    """Go to the last point or the midpoint, after a press."""
     from robot.drawing import Driver
     from robot.touching import midpoint
 
@@ -271,7 +271,7 @@ def main(argv=None):
         # type: () -> None
         with contextlib.ExitStack() as stack:
             out = sys.stdout
-            if args.json:  # all that is for people, whoever says it, goes elsewhere
+            if args.json:  # all output for people goes to the standard error
                 stack.enter_context(contextlib.redirect_stdout(sys.stderr))
 
             def on_point(point, backlash):

@@ -125,7 +125,7 @@ class Memory(object):
         draft = self.file + ".new"
         os.makedirs(os.path.dirname(self.file), exist_ok=True)
         with contextlib.suppress(FileNotFoundError):
-            os.remove(draft)  # whoever may read an old one could read the new one
+            os.remove(draft)  # readers of an old one could read the new one
         descriptor = os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
         with open(descriptor, "w") as file:
             file.write(text)
@@ -136,7 +136,7 @@ class Memory(object):
 
 def read_place(text, port=None):
     # type: (str, Optional[int]) -> Tuple[Optional[str], Optional[int]]
-    """Return host and port of a text; None for what it does not say.
+    """Return host and port of a text; None for a missing one.
 
     Args:
         text: HOST, HOST:PORT, [IPV6]:PORT or :PORT.
@@ -218,7 +218,7 @@ def find_tracker(
 
 def addresses_of(host, port):
     # type: (str, int) -> List[Tuple[int, _Address]]
-    """Return what a host's name stands for: a list of (family, address), as sockets take them.
+    """Resolve a host's name: a list of (family, address), as sockets take them.
 
     Raises:
         NotPaired: nothing is known of such a host.
@@ -242,7 +242,7 @@ def why_unreachable(place, port, number, waited):
     Args:
         place: HOST:PORT.
         port: the same port, for people.
-        number: number of the system's error; None: nobody has answered.
+        number: number of the system's error; None: no answer.
         waited: time that it was waited, s.
     """
     if number is None:
@@ -258,7 +258,7 @@ def why_unreachable(place, port, number, waited):
 
 def at_terminal():
     # type: () -> Optional[Callable[[str], str]]
-    """Return a function that asks a question in this terminal; None where nobody is there."""
+    """Return a function that asks a question in this terminal; None without one."""
     if not (sys.stdin and sys.stdin.isatty() and sys.stderr and sys.stderr.isatty()):
         return None
     return _typed

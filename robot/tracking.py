@@ -187,7 +187,7 @@ class TrackingClient(object):
 
     def report(self, q, error, verdict="", reason="", e=None, condition=None, moves=0, run=1):
         # type: (Sequence[float], _OrNone, str, str, _Errors, _OrNone, int, int) -> None
-        """Report to the laptop how it goes; more often than every STATUS_PERIOD, only new verdicts.
+        """Report progress to the laptop; more often than every STATUS_PERIOD, only new verdicts.
 
         What is not finite, or too large for a message, is sent as not known: no angles, no error.
         `q` are joint angles, rad; `error` is px or None; `verdict` is "" while the run goes on;

@@ -40,7 +40,7 @@ class Connection(object):
         if sock.family in (socket.AF_INET, socket.AF_INET6):
             try:
                 sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            except OSError as error:  # it has gone already
+            except OSError as error:  # it is closed already
                 self._fail(error.strerror or str(error))
 
     @property
@@ -74,7 +74,7 @@ class Connection(object):
         if not self._is_open:
             return
         self._is_open = False
-        with contextlib.suppress(OSError):  # it has gone, or there is nothing to read
+        with contextlib.suppress(OSError):  # it is closed, or there is nothing to read
             # What lies unread would make TCP throw away what we have just sent.
             self._sock.shutdown(socket.SHUT_WR)
             for _ in range(MAX_READS):

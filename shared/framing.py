@@ -85,7 +85,7 @@ class SendQueue(object):
     @property
     def waits(self):
         # type: () -> bool
-        """Whether something has not gone out yet."""
+        """Whether something is still unsent."""
         return bool(self._unsent or self._queue or self._newest)
 
     @property

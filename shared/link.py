@@ -75,14 +75,14 @@ _HANDSHAKE = (Hello, Challenge, Proof, Welcome, Refused)
 class Link(Connection):
     """One connection; it ends by itself when the other side is silent or sends bad lines.
 
-    As long as it is not known who is there only the handshake passes, message by message, and one
+    Before authentication only the handshake passes, message by message, and one
     bad line ends it. `activate` opens it; from then on every line is signed, and the first one that
     was changed, repeated, left out or put in on the way ends it.
 
     Args:
         sock: a connected stream socket; the link closes it.
         now: gives the time, s.
-        keys: as for `activate`, where it is known already who is there.
+        keys: as for `activate`, if the other side is authenticated already.
         patience: time that `poll` waits for the answer to its ping, whatever its timeout, s (and
             UNDATED_PATIENCE times that where nothing can be dated yet): a pong that lay unread
             does not show when it arrived.
@@ -143,7 +143,7 @@ class Link(Connection):
     @property
     def buffer_sizes(self):
         # type: () -> Dict[str, int]
-        """Amounts kept in memory, by name; all are bounded, whatever the other side sends."""
+        """Amounts in memory, by name; all are bounded, whatever the other side sends."""
         return {
             "unfinished bytes": self._buffer.size, "lines": len(self._lines),
             "line bytes": sum([len(line) for line, _ in self._lines]),
@@ -191,7 +191,7 @@ class Link(Connection):
             try:
                 self._outgoing.write(self._now)
             except OSError as error:
-                self._read()  # it may have said why it went
+                self._read()  # it may have sent a reason
                 self._fail(error.strerror or str(error))
 
     # Receiving

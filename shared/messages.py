@@ -164,7 +164,7 @@ Bye.__doc__ = """Last line before the sender closes the connection, and why."""
 
 
 # Each kind's class and fields, in the order of the line: (key, check). An observation's camera
-# comes first, so that a reader in a hurry can tell the lines apart without parsing them.
+# comes first, so that a fast reader can distinguish the lines without parsing them.
 _KINDS = {
     "hello": (
         Hello,

@@ -20,7 +20,7 @@ FUTURE_SLACK = 0.01
 """Tolerance of an observation from the future, s, beyond the uncertainty of the clock offset."""
 
 MAX_NAMES = 64
-"""Greatest number of names of cameras and markers that are kept."""
+"""Greatest number of names of cameras and markers that are stored."""
 
 
 def by_camera(lines):

@@ -136,7 +136,7 @@ class Pings(object):
 
     def begin(self, t):
         # type: (float) -> int
-        """Record that a ping goes out at `t` (s); return its number."""
+        """Record that a ping is sent at `t` (s); return its number."""
         self._sent += 1
         self.next_at = t + (FAST_PING if self._sent <= FIRST_PINGS else SLOW_PING)
         self._in_flight[self._sent] = t

@@ -241,7 +241,7 @@ class SyntheticCameras(object):
 
     def report(self, *args, **more):
         # type: (*object, **object) -> None
-        """Report to nobody."""
+        """Do nothing."""
 
 
 def models(arm):

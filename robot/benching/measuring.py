@@ -122,7 +122,7 @@ def _lap(laps, name):
 
 def _check_room(file):
     # type: (str) -> None
-    """Refuse a file that cannot be written before three minutes have gone by."""
+    """Refuse a file that cannot be written, before the measurement of three minutes."""
     exists = os.path.exists(file)
     try:
         with open(file, "a"):
@@ -173,7 +173,7 @@ def _volts():
         supply = power_supply()
         if supply.measured_volts > 0:
             return lambda: supply.measured_volts
-    except Exception as error:  # whatever a driver may have
+    except Exception as error:  # any error of a driver
         why = str(error)
     else:
         why = "0 V"

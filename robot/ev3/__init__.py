@@ -7,6 +7,6 @@ motors        JointMotor: radians at the joint <-> motor counts, and what stops 
 motor         the interface of such a motor, for other kinds of motors
 brick_lock    the right to move the motors, for one program at a time
 battery       its voltage, and whether it is flat
-buttons, touch_sensor   what somebody presses
+buttons, touch_sensor   switches that a person presses
 library       whether python-ev3dev2 is there, and where it finds motors
 """

@@ -79,7 +79,7 @@ class Battery(object):
 
     def volts(self):
         # type: () -> Optional[float]
-        """Return its voltage up to READ_PERIOD ago, V; None if not known, which stops nobody."""
+        """Return its voltage up to READ_PERIOD ago, V; None if unknown, which is no error."""
         if self._supply is not None and self._clock.now() - self._read_at >= READ_PERIOD:
             self._read()
         return self._volts
@@ -91,5 +91,5 @@ class Battery(object):
             if self._supply is None:
                 self._supply = power_supply()
             self._volts = self._supply.measured_volts  # type: Optional[float]
-        except Exception:  # whatever a driver may have: it is for show only
+        except Exception:  # any error of a driver: the voltage is informative only
             self._volts = None

@@ -225,7 +225,7 @@ def release():
 
 def _in_use(holder):
     # type: (Optional[Holder]) -> str
-    """Return words for people about who holds it."""
+    """Return text for people about its holder."""
     if holder is None:
         return (
             "another program may be moving the motors, and the system does not tell which; "

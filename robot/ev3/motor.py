@@ -115,10 +115,10 @@ class Motor(Protocol):
 
     def coast(self):
         # type: () -> None
-        """Let somebody turn it by hand."""
+        """Release it: it can be turned by hand."""
         raise NotImplementedError
 
     def check_plugged_in(self):
         # type: () -> None
-        """Raise MotorNotFound if it is gone; without asking it, for this is done every tick."""
+        """Raise MotorNotFound if it is unplugged, without an access: it is called every tick."""
         raise NotImplementedError

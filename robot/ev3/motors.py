@@ -268,7 +268,7 @@ class JointMotor(object):
 
     def coast(self):
         # type: () -> None
-        """Let somebody turn it by hand."""
+        """Release it: it can be turned by hand."""
         self._stop("coast")
 
     def _stop(self, action):
@@ -287,7 +287,7 @@ class JointMotor(object):
         """Notice a pulled cable without an access.
 
         Raises:
-            MotorNotFound: the motor is gone.
+            MotorNotFound: the motor is unplugged.
         """
         # Not by device_index: the library takes only the last digit of "motor12" for it.
         if not os.path.isdir(self._motor._path):

@@ -141,7 +141,7 @@ class LinkedLog(object):
 
 
 class WatchedFeed(LoggingFeed):
-    """A LoggingFeed that keeps what the control loop saw last.
+    """A LoggingFeed that stores the last reading of the control loop.
 
     Attributes:
         seen: (the loop's time, s, the motors' angles, rad); None before the first tick.

@@ -24,7 +24,7 @@ if MYPY:
     from typing import Dict, List, Optional, Protocol, Sequence, Tuple  # noqa: F401
 
     class Presses(Protocol):
-        """Buttons, or what stands for them."""
+        """Buttons, or a substitute."""
 
         def pressed(self):
             # type: () -> List[str]
@@ -149,7 +149,7 @@ class JobOrders(object):
 
     def handle(self, line):
         # type: (str) -> None
-        """Handle one order; what is none goes to the notes."""
+        """Handle one order; an invalid one is noted."""
         try:
             word, numbers = read_order(line)
         except BadOrder as problem:
@@ -191,7 +191,7 @@ class JobOrders(object):
         data = os.read(file, MAX_READ)
         if data == self._read:
             return
-        # Who writes by ">" and not by ">>" begins the file anew.
+        # A writer that uses ">" and not ">>" truncates the file.
         fresh = data[len(self._read) :] if data.startswith(self._read) else data
         end = len(data) - len(fresh) + fresh.rfind(b"\n") + 1
         lines = data[len(data) - len(fresh) : end]

@@ -6,7 +6,7 @@ comes down on the very point that it left, and speeds up from there. To plan the
 move it off its path by rounding, and take the brick seconds.
 
 Offsets that a camera has taught are part of the pieces; `planned` holds the pieces without, for two
-uses: the path as it is wished, for whoever watches, and the joints' turning points, where backlash
+uses: the wanted path, for observers, and the joints' turning points, where backlash
 is crossed. Both are cut together, so that they stay in step.
 """
 

@@ -39,7 +39,7 @@ else:
 SUFFIX = ".job"
 """Ending of the names of files in the folder of jobs."""
 
-SavedProgress.__doc__ = """Place that a job has come to.
+SavedProgress.__doc__ = """Place that a job has reached.
 
 stroke  number of the next one to draw, from 1 on; one more than there are: all of this repeat's
         are drawn
@@ -74,7 +74,7 @@ def find_job(name):
         if os.path.isfile(path):
             return path
     if os.path.exists(name):
-        return name  # whoever reads it says what it is
+        return name  # its readers validate it
     raise NoJob("there is no job {}, here or in {}; see driver.py jobs".format(name, jobs_folder()))
 
 

@@ -1,4 +1,4 @@
-"""Report of a job that is drawn: lines for people, and a status file for whoever watches.
+"""Report of a job that is drawn: lines for people, and a status file for observers.
 
 The file holds one JSON object, replaced in one step:
 
@@ -73,7 +73,7 @@ class JobReport(object):
         clock: has `now()`.
         repeats: number of times it is drawn.
         say: called with each line for people.
-        path: of the status file; None: nobody watches.
+        path: of the status file; None: no file.
 
     Attributes:
         say: as given.

@@ -71,7 +71,7 @@ class JobRunner(object):
         job: shared.job.Job, for this arm.
         orders: robot.jobs.orders.JobOrders.
         report: robot.jobs.report.JobReport.
-        log: receiver, by `add`, of the LogRows that the job asks for; None: nobody wants them.
+        log: receiver, by `add`, of the LogRows that the job asks for; None: no log.
         dry: whether the pen stays up.
     """
 
@@ -128,7 +128,7 @@ class JobRunner(object):
             stopped = not isinstance(error, Exception)
             if stopped:
                 ignore_signals()
-            with contextlib.suppress(OSError):  # its terminal may be what has gone
+            with contextlib.suppress(OSError):  # its terminal may be closed
                 self._update("stopped" if stopped else "failed", str(error))
             raise
 

@@ -111,7 +111,7 @@ class RobotArm(object):
 
     def confirm_checked(self):
         # type: () -> None
-        """Raise NotChecked if nobody has confirmed which motor turns which joint."""
+        """Raise NotChecked if it is unconfirmed which motor turns which joint."""
         self.checked.confirm(self.motors.devices)
 
     def load_zero(self):
@@ -387,4 +387,4 @@ class RobotArm(object):
             self.clock.sleep(0.1)
             self.zero.save(self.motors.zeros(), self.motors.at_rest())
         self.motors.lock.end()
-        self._engaged = False  # only now: whoever is stopped meanwhile parks again
+        self._engaged = False  # only now: a program stopped meanwhile parks again

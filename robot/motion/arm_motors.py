@@ -59,7 +59,7 @@ class ArmMotors(object):
         loop: ControlLoop of them all.
         controllers: motor -> JointController.
         homed: whether the counts at joint angle zero are known.
-        lock: BrickLock, the right to move them; whoever moves them takes it.
+        lock: BrickLock, held by the program that moves them.
 
     Raises:
         MotorNotFound: a motor of the description is not there.

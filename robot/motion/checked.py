@@ -25,7 +25,7 @@ ADVICE = "; nothing moves until then: type driver.py check"
 
 
 class NotChecked(ArmError):
-    """An arm whose mounting nobody has confirmed: which motor turns what, and which way."""
+    """An arm whose mounting is unconfirmed: which motor turns what, and which way."""
 
 
 class CheckNotSaved(ArmError, OSError):

@@ -125,7 +125,7 @@ class ControlLoop(object):
     Args:
         clock: has `now()` and `sleep(seconds)`.
         controllers: JointMotor -> JointController.
-        check: called every CHECK_PERIOD; raises if a motor is gone or the pen displaced.
+        check: called every CHECK_PERIOD; raises if a motor is unplugged or the pen displaced.
         report: called with a line for people on its timing.
 
     Attributes:

@@ -31,7 +31,7 @@ def go_and_settle(motors, q, q_before, clock, check):
         q: joint angles wanted, rad.
         q_before: joint angles now, rad.
         clock: has `now()` and `sleep(seconds)`.
-        check: called once; raises if a motor is gone or the pen displaced.
+        check: called once; raises if a motor is unplugged or the pen displaced.
 
     Raises:
         Stalled: a joint does not get there in time; the motors are driven still.

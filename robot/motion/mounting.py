@@ -1,4 +1,4 @@
-"""Check of which motor turns which joint, and which way: each is jogged while somebody watches.
+"""Check of which motor turns which joint, and which way: each is jogged while a person watches.
 
 An encoder sits on its motor and shows nothing of the joint that this turns.
 """

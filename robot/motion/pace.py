@@ -44,7 +44,7 @@ HOPELESS_TICK_TIME, HOPELESS_TICKS = 0.1, 4
 
 
 class LoopTiming(object):
-    """The timing of one arm's control loop, kept from motion to motion.
+    """The timing of one arm's control loop, stored from motion to motion.
 
     Args:
         report: called with a line for people.

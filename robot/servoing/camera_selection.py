@@ -1,4 +1,4 @@
-"""Selection of cameras: which the servo goes by, how much each counts, which saw which joints move.
+"""Selection of cameras: which the servo uses, the weight of each, which saw which joints move.
 
 Pure.
 """
@@ -26,8 +26,8 @@ class CameraSelection(object):
         known: the models need no exploring.
 
     Attributes:
-        used: the cameras that it goes by.
-        weights: {camera: by how much what it sees counts}: of unequal ones, each by its noise.
+        used: the cameras in use.
+        weights: {camera: weight}: of unequal ones, each by its noise.
     """
 
     def __init__(self, rows, joints, known=False):

@@ -95,7 +95,7 @@ class RunReceiver(object):
 
     def report(self):
         # type: () -> None
-        """Report to the laptop how it goes, now and then."""
+        """Report the progress to the laptop, now and then."""
         self._client.report(
             self.where() or (), reason=self._held_for or "", **self._reporter.progress()
         )
@@ -180,7 +180,7 @@ class RunReceiver(object):
 
     def still_sees(self):
         # type: () -> bool
-        """Return whether the cameras that the servo goes by see enough."""
+        """Return whether the cameras in use see enough."""
         seeing = self._sightings.seeing(self.received_at)
         going_by = [camera for camera in seeing if camera in self._servo.cameras]
         return bool(going_by) and self.suffice(going_by)

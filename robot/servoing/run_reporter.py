@@ -123,7 +123,7 @@ class RunReporter(object):
             t: when it was decided, s.
             servo: that decided.
             q: joint angles, rad (n).
-            measurements: of the cameras that the servo goes by.
+            measurements: of the cameras in use.
             decision: Decision.
             frames: how many the measurement took.
             computing: how long the decision took, s.

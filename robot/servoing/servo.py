@@ -71,7 +71,7 @@ FLAT_VIEW = "seen by {}, the tip may be off along the line of sight; look from a
 """Reason of a run that ends since its cameras leave the depth untold."""
 
 WAYPOINT_DISTANCE = 150.0
-"""Distance of a goal beyond which a local J goes by way-points, px."""
+"""Distance of a goal beyond which a local J uses way-points, px."""
 
 MIN_STEP_SIGMAS = 6.0
 """Least motion of the marker by which a step judges the models, standard deviations."""
@@ -96,7 +96,7 @@ class Servo(object):
         arm: shared.arm_description.Arm.
         models: makers of the models, as models_of gives them.
         tolerance: px.
-        seed: of the generator that draws where to start anew.
+        seed: of the generator that draws restarts.
         known: the models need no exploring.
         rows: Rows; all if None.
 
@@ -128,7 +128,7 @@ class Servo(object):
     @property
     def cameras(self):
         # type: () -> Sequence[str]
-        """The cameras that it goes by."""
+        """The cameras in use."""
         return self._selection.used
 
     @property
@@ -334,11 +334,11 @@ class Servo(object):
         gain = self._progress.gain
         return self._go("move", [a + gain * (b - a) for a, b in zip(q, to)])
 
-    # For those that go by the models, too
+    # For other users of the models, too
 
     def _in_use(self):
         # type: () -> str
-        """Return the name of the model that others go by."""
+        """Return the name of the model that others use."""
         return "chain" if "chain" in self.models else self.using or self.models.names[0]
 
     def known(self, camera):

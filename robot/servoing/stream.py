@@ -70,7 +70,7 @@ class Stream(object):
     """Distance from the aim within which the arm has arrived, rad, after this number of aims, and
     standing for this time, s: a joint that passes by goes on beyond."""
     SIGHT_MAX_AGE = 0.3
-    """Longest silence of a camera before it is not gone by, s."""
+    """Longest silence of a camera in use, s."""
 
     def __init__(self, servo):
         # type: (Servo) -> None

@@ -19,7 +19,7 @@ if MYPY:
     from shared.arm_description import Arm  # noqa: F401
 
 LIMIT_MARGIN = math.radians(1)
-"""Distance kept from joint limits, rad: nobody knows the backlash exactly."""
+"""Distance kept from joint limits, rad: the backlash is not exactly known."""
 
 
 class TargetPoses(object):
