@@ -119,7 +119,7 @@ def sibling(name: str, folder: str) -> Optional[str]:
     return None
 
 
-def only_here(source: bytes, folder: str) -> List[str]:
+def missing_on_brick(source: bytes, folder: str) -> List[str]:
     """Return the modules that a script imports, this computer has and a brick has not, sorted.
 
     Args:

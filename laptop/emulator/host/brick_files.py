@@ -38,7 +38,7 @@ class BrickFiles(object):
         self._tops = {"/" + path.split("/")[1] for path in texts}
         self._made = None  # type: Optional[str]
 
-    def here(self, path: object) -> object:
+    def host_path(self, path: object) -> object:
         """Return the path of a file on this computer; `path` itself for any other path."""
         text = path.__fspath__() if hasattr(path, "__fspath__") else path
         if not isinstance(text, str) or not text.startswith("/"):
@@ -50,16 +50,16 @@ class BrickFiles(object):
             return self._system() + text
         return path
 
-    def taking(self, function: "Callable[..., Value]", paths: int) -> "Callable[..., Value]":
-        """Return a function of `os`, whose first `paths` arguments are paths, as one of these."""
+    def wrapping(self, function: "Callable[..., Value]", paths: int) -> "Callable[..., Value]":
+        """Wrap a function of `os`, whose first `paths` arguments are paths of the brick."""
 
         @functools.wraps(function)
         def on_the_brick(*args: "Any", **kwargs: "Any") -> "Value":
-            here = tuple(map(self.here, args[:paths]))
-            if here == args[:paths]:
+            host_paths = tuple(map(self.host_path, args[:paths]))
+            if host_paths == args[:paths]:
                 return function(*args, **kwargs)
             try:
-                return function(*(here + args[paths:]), **kwargs)
+                return function(*(host_paths + args[paths:]), **kwargs)
             except OSError as error:
                 error.filename = args[0]
                 if paths == 2:

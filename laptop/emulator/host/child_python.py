@@ -36,7 +36,7 @@ class ChildPython(object):
         self._depth = 0
 
     @staticmethod
-    def is_meant(args: Sequence[str]) -> bool:
+    def is_python(args: Sequence[str]) -> bool:
         """Return True if a command line starts Python, or a script of it by its path."""
         path = args[0]
         return bool(re.match(r"python(3(\.\d+)?)?$", os.path.basename(path))) or (
@@ -44,7 +44,7 @@ class ChildPython(object):
         )
 
     def start(self, args: Sequence[str], captured: "Captured") -> Finished:
-        """Run a command line that `is_meant`.
+        """Run a command line that `is_python`.
 
         Args:
             args: the command line, with `python3` first, or a path to a script.

@@ -153,7 +153,7 @@ class Builtin(object):
         return self._function(*args, **kwargs)
 
 
-class _StandingFor(type):
+class _SubstituteMeta(type):
     """Metaclass: instances and subclasses of the replaced class count as those of its class."""
 
     def __instancecheck__(cls, value: object) -> bool:
@@ -168,7 +168,7 @@ class _StandingFor(type):
 def datetime_module(clock: ProgramClock) -> types.ModuleType:
     """Make a `datetime` module."""
 
-    class datetime(real_datetime.datetime, metaclass=_StandingFor):  # noqa: N801 its name
+    class datetime(real_datetime.datetime, metaclass=_SubstituteMeta):  # noqa: N801 its name
         """datetime.datetime on virtual time."""
 
         _stands_for = real_datetime.datetime
@@ -185,7 +185,7 @@ def datetime_module(clock: ProgramClock) -> types.ModuleType:
         def today(cls) -> "datetime":
             return cls.now()
 
-    class date(real_datetime.date, metaclass=_StandingFor):  # noqa: N801 its name
+    class date(real_datetime.date, metaclass=_SubstituteMeta):  # noqa: N801 its name
         """datetime.date on virtual time."""
 
         _stands_for = real_datetime.date

@@ -136,7 +136,7 @@ USERS = (
 """Rows of /etc/passwd."""
 
 
-def own_os(clock: "ProgramClock") -> Dict[str, Callable[..., object]]:
+def os_functions(clock: "ProgramClock") -> Dict[str, Callable[..., object]]:
     """Return substitutes for functions of `os` on processes: the brick has one.
 
     Args:

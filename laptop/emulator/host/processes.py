@@ -89,7 +89,7 @@ class Processes(object):
             )
         if name in ("sh", "bash", "dash"):
             return self._run_shell(name, argv[1:], piped, captured)
-        if self.python is not None and ChildPython.is_meant(argv):
+        if self.python is not None and ChildPython.is_python(argv):
             return self.python.start(argv, captured)
         return self._programs.run(argv, piped)
 
@@ -152,7 +152,7 @@ class ProgramPopen(object):
             args,
             options.get("shell", False),
             options.get("cwd"),
-            _piped_from(stdin),
+            _standard_input(stdin),
             (stdout is not None, stderr is not None),
         )
         self.returncode = None  # type: Optional[int]
@@ -162,8 +162,8 @@ class ProgramPopen(object):
         output, errors = finished.output, finished.errors
         if stderr == module.STDOUT:
             output, errors = output + errors, b""
-        self.stdout = _handed_over(output, stdout, sys.stdout, text)
-        self.stderr = _handed_over(errors, stderr, sys.stderr, text)
+        self.stdout = _written(output, stdout, sys.stdout, text)
+        self.stderr = _written(errors, stderr, sys.stderr, text)
         self.stdin = None  # type: Union[io.StringIO, io.BytesIO, None]
         if stdin == module.PIPE:
             self.stdin = io.StringIO() if text else io.BytesIO()
@@ -217,14 +217,14 @@ class ProgramPopen(object):
         self.wait()
 
 
-def _piped_from(stdin: object) -> Sound:
+def _standard_input(stdin: object) -> Sound:
     """Return the standard input of a process by Popen's argument."""
     piped = Sound(stdin.getvalue() if isinstance(stdin, _Output) else b"")
     piped.seconds = getattr(stdin, "seconds", 0.0)
     return piped
 
 
-def _handed_over(
+def _written(
     data: bytes, target: Any, own: "TextIO", text: bool
 ) -> "Union[_Output, io.StringIO, None]":
     """Write a process's output to the target by Popen's argument; return a file for a pipe.

@@ -68,7 +68,7 @@ def on(brick: "EmulatedBrick") -> Iterator[Program]:
             yield Program(brick.world, None)
         return
     processor = Processor(brick.slowness)
-    with _counted(processor), brick.sysfs.installed():
+    with _counting_modules(processor), brick.sysfs.installed():
         processor.instructions()  # of the library's import
         processor.begin()
         brick.world.processor = processor
@@ -79,7 +79,7 @@ def on(brick: "EmulatedBrick") -> Iterator[Program]:
 
 
 @contextlib.contextmanager
-def _counted(processor: Processor) -> Iterator[None]:
+def _counting_modules(processor: Processor) -> Iterator[None]:
     """Load the program's modules anew, with counts for `processor`, for a `with` block.
 
     So a module that is imported late costs each program the same: on the brick each is a process of

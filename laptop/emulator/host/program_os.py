@@ -68,7 +68,7 @@ class ProgramOs(object):
         self._console = console
         self.screens = set()  # type: Set[int]
         self._on_the_brick = {
-            name: files.taking(getattr(os, name), paths)
+            name: files.wrapping(getattr(os, name), paths)
             for names, paths in ((ONE_PATH, 1), (TWO_PATHS, 2))
             for name in names
             if hasattr(os, name)
@@ -124,7 +124,7 @@ class ProgramOs(object):
         """Scan a folder in that order, too."""
         with self._on_the_brick["scandir"](path) as entries:
             found = sorted(entries, key=lambda entry: _natural(entry.name))
-        if self._files.here(path) != path:
+        if self._files.host_path(path) != path:
             found = [MovedEntry(entry, os.path.join(path, entry.name)) for entry in found]
         return Entries(found)
 

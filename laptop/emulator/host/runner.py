@@ -166,9 +166,9 @@ class _ScriptRun(object):
         self._shims = Shims(self._world, peripherals, folders)
         self._shims.processes.python = ChildPython(self._shims, _interpreted)
         self._world.on_timeout = self._end_unheard
-        peripherals.on_back = self._end_by_back
+        peripherals.on_back = self._end_by_back_button
 
-    def _end_by_back(self) -> None:
+    def _end_by_back_button(self) -> None:
         self._world.halt(ProcessExit(128 + Signals.SIGKILL, "back button"))
         self._brick.reset_motors()
 
@@ -193,7 +193,7 @@ class _ScriptRun(object):
 
     def report_modules(self) -> None:
         """Report the modules that it imports and a brick lacks."""
-        for name in advice.only_here(self._source, self._folder):
+        for name in advice.missing_on_brick(self._source, self._folder):
             _complain(
                 "{} imports {}, which this computer has and a brick has not: "
                 "there the import fails",

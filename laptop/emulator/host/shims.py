@@ -154,7 +154,7 @@ class Shims(object):
             self._make_modules()
             sys.executable = linux.EXECUTABLE
             vars(builtins).update(print=self._print, open=self._open, input=self._input)
-            complete_library()
+            import_library()
             yield self
         finally:
             del read_by.get_code  # it is inherited
@@ -219,7 +219,7 @@ class Shims(object):
         modules["evdev"] = self._evdev_module()
         modules["evdev.ecodes"] = modules["evdev"].ecodes
         vars(importlib.import_module("subprocess"))["Popen"] = self.processes.popen()
-        name_host(importlib.import_module("socket"))
+        set_host_name(importlib.import_module("socket"))
         time_out_sockets(self.world, importlib.import_module("socket"))
         seed(importlib.import_module("random"))
         modules["pwd"] = linux.users_module()
@@ -256,7 +256,7 @@ class Shims(object):
     def _replace_os(self, alone: bool) -> None:
         names = vars(os)
         if alone:
-            names.update(linux.own_os(self.clock))
+            names.update(linux.os_functions(self.clock))
         program_os = ProgramOs(
             self.world,
             self.clock,
@@ -294,7 +294,7 @@ class Shims(object):
         if attribute is None:
             if "b" not in mode and len(args) < 2 and kwargs.get("encoding") is None:
                 kwargs["encoding"] = "utf-8"  # the brick's
-            return self._files.taking(_REAL_OPEN, 1)(file, mode, *args, **kwargs)
+            return self._files.wrapping(_REAL_OPEN, 1)(file, mode, *args, **kwargs)
         return attribute if isinstance(attribute, EventFile) else wrapped(attribute, mode, *args)
 
 
@@ -324,7 +324,7 @@ def forget(afresh: Set[str]) -> None:
     modules["_queue"] = modules["_asyncio"] = None
 
 
-def complete_library() -> None:
+def import_library() -> None:
     """Import ev3dev2 as on an EV3, with the fonts that it has there."""
     library = importlib.import_module("ev3dev2")
     vars(library)["get_current_platform"] = lambda: "ev3"
@@ -344,7 +344,7 @@ def seed(module: ModuleType) -> None:
     module.seed(0)
 
 
-def name_host(module: ModuleType) -> None:
+def set_host_name(module: ModuleType) -> None:
     """Have a new `socket` resolve the brick's name, as its own host name."""
     resolve = module.gethostbyname
     module.setdefaulttimeout(None)

@@ -252,10 +252,10 @@ class SysClass(object):
         Args:
             opener: becomes io.open.
         """
-        seeing = _Seeing(self)
+        functions = _TreeFunctions(self)
         replaced = (
-            (vars(os), seeing.of_os()),
-            (vars(os.path), seeing.of_paths()),
+            (vars(os), functions.os_functions()),
+            (vars(os.path), functions.path_functions()),
             (vars(io), {"open": opener, "FileIO": _file_io(self)}),
         )
         before = [{name: names[name] for name in ours} for names, ours in replaced]
@@ -280,7 +280,7 @@ class SysClass(object):
         return names
 
 
-class _Seeing(object):
+class _TreeFunctions(object):
     """Functions of `os` and `os.path` on the tree; all other files are the host's.
 
     Args:
@@ -294,12 +294,12 @@ class _Seeing(object):
         self._exists, self._lexists = os.path.exists, os.path.lexists
         self._isdir, self._isfile = os.path.isdir, os.path.isfile
 
-    def of_os(self) -> Dict[str, Builtin]:
+    def os_functions(self) -> Dict[str, Builtin]:
         """Return them, by their names in `os`."""
-        seeing = (self.listdir, self.scandir, self.stat, self.lstat, self.access)
-        return {function.__name__: Builtin(function) for function in seeing}
+        functions = (self.listdir, self.scandir, self.stat, self.lstat, self.access)
+        return {function.__name__: Builtin(function) for function in functions}
 
-    def of_paths(self) -> Dict[str, Callable[["Path"], bool]]:
+    def path_functions(self) -> Dict[str, Callable[["Path"], bool]]:
         """Return them, by their names in `os.path`."""
         return {
             "exists": self.exists,

@@ -105,7 +105,7 @@ class Watchdog(object):
         elif thread is None or thread is not run.holder or not late:
             return
         elif run.is_awaited(world._events, thread):
-            run.lose(thread)
+            run.detach(thread)
             world._dispatch(None)
         elif pacer is not None and pacer.joined and waited >= self.YIELD_TIMEOUT:
             world._drift(pacer)

@@ -346,7 +346,7 @@ class World(object):
         if run.exit is not None or me.run is not run:
             self._park(me)
         if run.holder is not me:
-            run.find(me)
+            run.reattach(me)
             if run.holder is None and not self._dispatching:
                 run.holder = me
             else:
@@ -422,7 +422,7 @@ class World(object):
         self._dispatching = True
         while run.exit is None:
             self._hurry = False
-            run.holder = run.woken(self.t)
+            run.holder = run.pop_due(self.t)
             if run.holder is not None:
                 if run.holder is not caller:
                     run.holder.gate.release()
@@ -452,7 +452,7 @@ class World(object):
                 run.alive.remove(me)
                 if run is self._run and run.exit is None:
                     if me.detached:
-                        run.find(me)
+                        run.reattach(me)
                     if run.holder is me or (run.holder is None and not self._dispatching):
                         self._dispatch(None)
 

@@ -65,7 +65,7 @@ class WorldRun(object):
             thread.entry.what = None
         thread.entry = None if t is None else self.sleepers.add(t, thread)
 
-    def woken(self, t: float) -> "Optional[VirtualThread]":
+    def pop_due(self, t: float) -> "Optional[VirtualThread]":
         """Remove and return the next thread that is to be woken by `t`, s; None without one."""
         self.sleepers.drop_cancelled()
         if self.sleepers.first_t > t:
@@ -75,12 +75,12 @@ class WorldRun(object):
             thread.entry = None
         return thread
 
-    def lose(self, thread: "VirtualThread") -> None:
+    def detach(self, thread: "VirtualThread") -> None:
         """Detach a thread: it runs beside the others, without the baton."""
         thread.detached = True
         self.detached += 1
 
-    def find(self, thread: "VirtualThread") -> None:
+    def reattach(self, thread: "VirtualThread") -> None:
         """End the detachment of a thread."""
         thread.detached = False
         self.detached -= 1

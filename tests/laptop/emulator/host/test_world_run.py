@@ -24,7 +24,7 @@ def test_threads_are_woken_by_time_and_each_once(run, threads):
     a, b = threads
     run.wake_at(a, 2.0)
     run.wake_at(b, 1.0)
-    assert [run.woken(t) for t in (0.5, 1.5, 1.5, 2.0, 3.0)] == [None, b, None, a, None]
+    assert [run.pop_due(t) for t in (0.5, 1.5, 1.5, 2.0, 3.0)] == [None, b, None, a, None]
     assert (a.entry, b.entry) == (None, None)
 
 
@@ -34,8 +34,8 @@ def test_a_later_arrangement_takes_the_place_of_an_earlier_one(run, threads):
     run.wake_at(a, 5.0)
     run.wake_at(b, 1.0)
     run.wake_at(b, None)
-    assert run.woken(4.0) is None
-    assert run.woken(5.0) is a
+    assert run.pop_due(4.0) is None
+    assert run.pop_due(5.0) is a
 
 
 def test_the_first_end_stands(run):
@@ -51,9 +51,9 @@ def test_time_goes_on_for_sleepers_and_for_whom_an_event_may_wake(run, threads):
     assert not run.is_awaited(events)
     event = events.add(1.0, print)
     assert run.is_awaited(events)
-    run.lose(b)
+    run.detach(b)
     assert not run.is_awaited(events, holder=a)
-    run.find(b)
+    run.reattach(b)
     event.what = None
     assert not run.is_awaited(events)
     run.wake_at(b, 1.0)
