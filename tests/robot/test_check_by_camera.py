@@ -44,9 +44,9 @@ class FromAbove:
 class Looked(Watched):
     """An arm of which nobody has looked which motor is where, under a camera."""
 
-    def check(self, *words, **options):
+    def check(self, *args, **options):
         """Run `driver.py check --camera WORDS`; (status, what it wrote to stdout, to stderr)."""
-        outcome, out, err = self.type(DRIVER, "check", "--camera", *words, **options)
+        outcome, out, err = self.type(DRIVER, "check", "--camera", *args, **options)
         return outcome.status, out, err
 
     def at_a_jog(self, act):
@@ -116,7 +116,7 @@ def test_the_camera_alone_finds_what_is_mounted_otherwise(looked, name, ports, r
     w = looked(name, ports, reverse)
     status, out, err = w.check()
     assert (status, err) == (0, "")
-    assert all(words in out for words in says)
+    assert all(text in out for text in says)
     assert ("written to" in out) == bool(says)
     assert 3 < w.turned() < MOST
     found = read_arm(find_arm(name))
@@ -181,7 +181,7 @@ def test_pictures_of_a_while_ago_are_not_taken_for_what_a_jog_has_done(looked):
 
 @pytest.mark.short(every=6)
 @pytest.mark.parametrize(
-    ("camera", "goal", "words"),
+    ("camera", "goal", "messages"),
     [
         (FromAbove(mirrored=True), LEFT_OF_AXLE, ["right of the arm", "picture is mirrored"]),
         (FromAbove(), (0.0, -8.0), ["right of the arm", "the marker lies there"]),
@@ -192,11 +192,11 @@ def test_pictures_of_a_while_ago_are_not_taken_for_what_a_jog_has_done(looked):
     ],
 )
 @pytest.mark.parametrize("reverse", [(), (0, 1), (1,)])
-def test_a_picture_that_would_mislead_changes_nothing(looked, camera, goal, words, reverse):
+def test_a_picture_that_would_mislead_changes_nothing(looked, camera, goal, messages, reverse):
     w = looked(reverse=reverse, cameras={"A": camera}, goal=goal, noise=0.2)
     status, out, err = w.check()
     assert status == 1
-    assert in_one_line(err, *words)
+    assert in_one_line(err, *messages)
     assert "written" not in out
     assert not w.brick.driven()
     assert w.turned() < MOST
@@ -302,30 +302,30 @@ LOST = [
 
 
 @pytest.mark.short(every=2)
-@pytest.mark.parametrize(("act", "words"), LOST)
-def test_what_turns_stops_when_it_is_not_seen(looked, act, words):
+@pytest.mark.parametrize(("act", "messages"), LOST)
+def test_what_turns_stops_when_it_is_not_seen(looked, act, messages):
     w = looked()
     w.at_a_jog(lambda: act(w))
     status, out, err = w.check(aftermath=1.0)
     assert status == 1
-    assert in_one_line(err, *words)
+    assert in_one_line(err, *messages)
     assert w.stands(w.struck + 0.7)
     assert w.turned() < 6.8  # 0.3 s at 15 deg/s, and what comes of stopping; not all of the jog
     assert "written" not in out
 
 
 @pytest.mark.parametrize(
-    ("tracker", "words"),
+    ("tracker", "messages"),
     [
         ({"fps": 2.0}, ["camera slow", "gives only 2 pictures a second"]),
         ({"latency": 1.5}, ["camera late", "1.5 s late"]),
     ],
 )
-def test_a_camera_that_is_too_slow_moves_nothing(looked, tracker, words):
+def test_a_camera_that_is_too_slow_moves_nothing(looked, tracker, messages):
     w = looked(tracker=tracker)
     status, _, err = w.check()
     assert status == 1
-    assert in_one_line(err, *words)
+    assert in_one_line(err, *messages)
     assert w.writes == []
 
 
@@ -375,17 +375,17 @@ def test_where_nobody_can_answer_nothing_is_written(looked):
 
 
 def test_who_is_asked_does_not_wait_for_the_link_to_be_loaded():
-    words = "import sys, robot.driver, robot.check_command as c; print(*sys.modules)"
-    reported = subprocess.run([sys.executable, "-c", words], cwd=str(ROOT), stdout=subprocess.PIPE)
+    script = "import sys, robot.driver, robot.check_command as c; print(*sys.modules)"
+    reported = subprocess.run([sys.executable, "-c", script], cwd=str(ROOT), stdout=subprocess.PIPE)
     loaded = reported.stdout.decode().split()
     assert "robot.motion.mounting" in loaded
     assert [n for n in loaded if "servoing" in n or "track" in n or "jog" in n or "link" in n] == []
 
 
-@pytest.mark.parametrize("words", [("--code", "ABCD-EFGH-JKMN"), ("192.168.0.5",)])
-def test_a_tracker_without_a_camera_is_refused(looked, words):
+@pytest.mark.parametrize("args", [("--code", "ABCD-EFGH-JKMN"), ("192.168.0.5",)])
+def test_a_tracker_without_a_camera_is_refused(looked, args):
     w = looked()
-    outcome, _, err = w.type(DRIVER, "check", *words)
+    outcome, _, err = w.type(DRIVER, "check", *args)
     assert outcome.status == 2
     assert "add --camera" in err
     assert w.writes == []

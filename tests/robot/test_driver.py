@@ -304,7 +304,7 @@ def noted(robot):
     known, steps = [], []
     angles, step_to = robot.angles, robot.step_to
 
-    def told():
+    def on_plan():
         known.append(angles())
         return known[-1]
 
@@ -312,7 +312,7 @@ def noted(robot):
         steps.append((known[-1], tuple(q)))
         step_to(q)
 
-    robot.angles, robot.step_to = told, step
+    robot.angles, robot.step_to = on_plan, step
     return steps
 
 
@@ -655,15 +655,15 @@ def test_a_line_shorter_than_its_set_points_are_apart(shell, args):
 
 
 @pytest.mark.parametrize(
-    ("args", "told"),
+    ("args", "on_plan"),
     [
         (("line", "10,0", "999,0"), "out of reach"),
         (("arc", "10,0", "12,0.000001", "11,0"), "points in order"),
     ],
     ids=["to the moon", "an arc all but straight, the wrong way round"],
 )
-def test_what_would_not_fit_the_bricks_memory_is_refused_first(shell, args, told):
+def test_what_would_not_fit_the_bricks_memory_is_refused_first(shell, args, on_plan):
     shown = shell.run(*args)
     assert shown.status == 1
-    assert told in shown.err
+    assert on_plan in shown.err
     assert "Traceback" not in shown.err

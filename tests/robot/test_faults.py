@@ -80,8 +80,8 @@ def slow(cost):
     return lambda brick: setattr(brick.sysfs, "access_cost", cost)
 
 
-# A row: words, what happens, at what share of which part, what the line on stderr says.
-Case = namedtuple("Case", "words fault part share says")
+# A row: args, what happens, at what share of which part, what the line on stderr says.
+Case = namedtuple("Case", "args fault part share says")
 
 
 def case(name, *row):
@@ -169,10 +169,10 @@ def stopped(brick, port):
 )
 @pytest.mark.parametrize("it", WHILE_IT_RUNS)
 def test_a_fault_while_it_runs(shell, moment, it):
-    t = moment(it.words, it.part, it.share)
-    sh = shell(it.words)
+    t = moment(it.args, it.part, it.share)
+    sh = shell(it.args)
     sh.world.at(t, lambda: it.fault(sh.brick))
-    shown = sh.run(*it.words)
+    shown = sh.run(*it.args)
     assert (shown.status, shown.reason) == (1, "ended")
     assert in_one_line(shown.err, it.says)
     assert max(sh.busy.values()) <= t + 1.0, "still driven"

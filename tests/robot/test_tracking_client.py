@@ -770,11 +770,11 @@ def test_what_is_missing_is_asked_for(memory):
         find_tracker("192.168.0.5", None, {}, memory)
     asked = []
     found = find_tracker(
-        "a", None, {}, memory, lambda words: asked.append(words) or "abcd-efghjkmn"
+        "a", None, {}, memory, lambda prompt: asked.append(prompt) or "abcd-efghjkmn"
     )
     assert (found.code, asked) == (CODE, ["pairing code, as the tracker on the laptop prints it: "])
     with pytest.raises(pairing.BadCode):
-        find_tracker("192.168.0.5", None, {}, memory, lambda words: "")
+        find_tracker("192.168.0.5", None, {}, memory, lambda prompt: "")
     with pytest.raises(pairing.BadCode):
         find_tracker("192.168.0.5", "abc", {}, memory)
 
@@ -915,7 +915,7 @@ def test_the_command_says_once_that_nothing_listens_and_gives_up_in_time(monkeyp
 
 
 @pytest.mark.parametrize(
-    ("argv", "words"),
+    ("argv", "prompt"),
     [
         (["127.0.0.1:99999", "--code", "ABCDEFGHJKMN"], "has no port from 1 to 65535"),
         (["127.0.0.1", "--code", "ABCD"], "is no pairing code"),
@@ -938,7 +938,7 @@ def test_the_command_says_once_that_nothing_listens_and_gives_up_in_time(monkeyp
         ),
     ],
 )
-def test_a_wrong_command_is_answered_in_one_line(argv, words, monkeypatch, capsys, tmp_path):
+def test_a_wrong_command_is_answered_in_one_line(argv, prompt, monkeypatch, capsys, tmp_path):
     monkeypatch.setattr(program.signal, "signal", lambda number, handler: None)
     monkeypatch.setenv("BRICKSERVO_STATE", str(tmp_path))
     monkeypatch.delenv("SSH_CLIENT", raising=False)
@@ -951,7 +951,7 @@ def test_a_wrong_command_is_answered_in_one_line(argv, words, monkeypatch, capsy
     assert status in (1, 2)
     assert out == ""
     assert err.startswith("tracking_client.py: ")
-    assert words in err
+    assert prompt in err
     assert err.count("\n") == 1
 
 

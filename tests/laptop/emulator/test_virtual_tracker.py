@@ -303,8 +303,8 @@ def test_a_tracker_that_is_restarted_is_found_again(watched):
     client = world.tracker.client()
     before = world.tracker.server
     world.tracker.restart(1.5)
-    gone = until(lambda: not client.linked, client, world.world, 0.1)
-    assert gone < 0.01
+    is_unlinked = until(lambda: not client.linked, client, world.world, 0.1)
+    assert is_unlinked < 0.01
     assert "the tracker has ended" in client.why
     world.look(client, 1.0)
     assert "cannot reach" in client.why

@@ -52,8 +52,8 @@ def test_the_last_stroke_is_looked_at_before_the_first_is_drawn(tmp_path, monkey
 
 
 def test_what_was_learned_of_a_later_stroke_is_looked_at_too(tmp_path):
-    (stations, angles), way = ([0.0, 1.0], [[0.0, 0.5], [0.0, 0.0]]), GOOD[1]
-    path = written(tmp_path, [GOOD[0], way._replace(offsets=[(stations, angles)])])
+    (stations, angles), stroke = ([0.0, 1.0], [[0.0, 0.5], [0.0, 0.0]]), GOOD[1]
+    path = written(tmp_path, [GOOD[0], stroke._replace(offsets=[(stations, angles)])])
     assert "what was learned of stroke 2 does not fit" in refusal(path)
 
 

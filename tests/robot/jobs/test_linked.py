@@ -32,7 +32,7 @@ class Laptop:
         after: s after the job's end at which the program is ended.
 
     Attributes:
-        told: every JobStatus that came, in order.
+        reported: every JobStatus that came, in order.
         statuses: every Status.
         down: true times at which the pen was found on the paper, with the true tip.
         off: how far the joints truly were from where they were told to be, whenever that came, rad.
@@ -40,7 +40,7 @@ class Laptop:
 
     def __init__(self, w, offer, react=lambda laptop, progress: None, after=1.0):
         self.w, self._offer, self._react, self._after = w, offer, react, after
-        self.told, self.statuses, self.down, self.off = [], [], [], []
+        self.reported, self.statuses, self.down, self.off = [], [], [], []
         self._over_at = None
         w.world.at(1.0, self._begin)
 
@@ -60,8 +60,8 @@ class Laptop:
             self.statuses.append(state.status)
             self.off.append(max(abs(a - b) for a, b in zip(state.status.q, w.q, strict=True)))
         progress = state.progress
-        if progress and (not self.told or progress != self.told[-1]):
-            self.told.append(progress)
+        if progress and (not self.reported or progress != self.reported[-1]):
+            self.reported.append(progress)
             self._react(self, progress)
         if progress and progress.state in ENDED and self._over_at is None:
             self._over_at = w.world.t + self._after
@@ -91,7 +91,7 @@ def drawn(w, laptop):
 
 def states(laptop):
     """What was told of it, one after the other, but for its being fetched."""
-    seen = [progress.state for progress in laptop.told if progress.state != "fetching"]
+    seen = [progress.state for progress in laptop.reported if progress.state != "fetching"]
     return [state for k, state in enumerate(seen) if k == 0 or state != seen[k - 1]]
 
 
@@ -100,10 +100,10 @@ def off(point, lines=LINES):
     nearest = math.inf
     for line in lines:
         for (x0, y0), (x1, y1) in zip(line, line[1:], strict=False):
-            way = x1 - x0, y1 - y0
-            share = ((point[0] - x0) * way[0] + (point[1] - y0) * way[1]) / math.hypot(*way) ** 2
+            d = x1 - x0, y1 - y0
+            share = ((point[0] - x0) * d[0] + (point[1] - y0) * d[1]) / math.hypot(*d) ** 2
             share = min(max(share, 0.0), 1.0)
-            nearest = min(nearest, math.dist(point, (x0 + share * way[0], y0 + share * way[1])))
+            nearest = min(nearest, math.dist(point, (x0 + share * d[0], y0 + share * d[1])))
     return nearest
 
 
@@ -111,16 +111,16 @@ def test_it_draws_what_is_offered_and_tells_how_it_goes(watched, offer, capsys):
     w = watched(plant="cpu=0")
     laptop = drawn(w, Laptop(w, offer(w)))
     assert states(laptop) == ["drawing", "done"]
-    last = laptop.told[-1]
+    last = laptop.reported[-1]
     assert (last.stroke, last.strokes, last.name, last.down) == (2, 2, "lines", False)
     assert last.cm == last.cm_all == pytest.approx(2 * math.sqrt(20) + 8, abs=0.01)
     assert max(off(tip) for _, tip in laptop.down) < 0.3
     ends = [min(math.dist(tip, end) for _, tip in laptop.down) for line in LINES for end in line]
     assert max(ends) < 0.3
     # The pen is told as it is: down twice, and only then.
-    downs = [progress.down for progress in laptop.told]
+    downs = [progress.down for progress in laptop.reported]
     assert sum(b and not a for a, b in zip([False, *downs], downs, strict=False)) == 2
-    seconds = [p.seconds for p in laptop.told if p.state == "drawing" and p.seconds is not None]
+    seconds = [p.seconds for p in laptop.reported if p.state == "drawing" and p.seconds is not None]
     assert seconds[0] > seconds[-1]
     assert "'lines': done" not in capsys.readouterr().err
     assert w.on_file()["parked"]
@@ -190,7 +190,7 @@ def test_an_abort_and_a_stop_end_it_with_the_pen_up(watched, offer, how):
 
     laptop = drawn(w, Laptop(w, offer(w), react))
     assert states(laptop) == ["drawing", "aborted"]
-    assert laptop.told[-1].reason == ("" if how == "abort" else "stopped from the page")
+    assert laptop.reported[-1].reason == ("" if how == "abort" else "stopped from the page")
     assert max(t for t, _ in laptop.down) < ordered[0] + 0.6
     assert w.on_file()["parked"]
 
@@ -237,7 +237,7 @@ def test_without_a_pen_it_goes_the_same_way(watched, offer):
     laptop = drawn(w, Laptop(w, offer(w, dry=True)))
     assert states(laptop) == ["drawing", "done"]
     assert laptop.down == []
-    assert not any(progress.down for progress in laptop.told)
+    assert not any(progress.down for progress in laptop.reported)
     placed = [kinematics.forward(w.arm, status.q) for status in laptop.statuses]
     assert len([p for p in placed if off(p) < 0.3]) > 10
 
@@ -267,7 +267,7 @@ def test_alone_it_goes_on_without_a_link(watched, offer):
     w = watched(plant="cpu=0")
     laptop = drawn(w, Laptop(w, offer(w, alone=True), Cutter(w, 20.0)))
     assert states(laptop) == ["drawing", "done"]
-    assert laptop.told[-1].cm == laptop.told[-1].cm_all
+    assert laptop.reported[-1].cm == laptop.reported[-1].cm_all
 
 
 @pytest.mark.long
@@ -276,7 +276,7 @@ def test_without_a_link_for_long_it_is_given_up(watched, offer):
     cutter = Cutter(w, linked.LINK_TIMEOUT + 10)
     laptop = drawn(w, Laptop(w, offer(w, [[(12.0, -8.0), (12.0, 8.0)]] * 3), cutter))
     assert states(laptop)[-1] == "aborted"
-    assert f"no link for {linked.LINK_TIMEOUT:.0f} s" in laptop.told[-1].reason
+    assert f"no link for {linked.LINK_TIMEOUT:.0f} s" in laptop.reported[-1].reason
     assert max(t for t, _ in laptop.down) < cutter.cut + linked.LINK_PATIENCE + 1
 
 
@@ -292,8 +292,8 @@ def test_one_of_many_parts_tells_how_far_it_has_come(watched, offer):
             laptop.server.send(Stop("enough"))
 
     laptop = drawn(w, Laptop(w, one, react))
-    assert laptop.told[0].state == "fetching"
-    assert laptop.told[0].cm_all in (0.0, 1.0)
+    assert laptop.reported[0].state == "fetching"
+    assert laptop.reported[0].cm_all in (0.0, 1.0)
     assert states(laptop)[-1] == "aborted"
 
 
@@ -336,15 +336,15 @@ def test_a_job_of_another_arm_is_refused_and_says_why(watched, tmp_path):
     path.write_bytes(b"".join(body) + json.dumps(end).encode() + b"\n")
     laptop = drawn(w, Laptop(w, JobOffer(path)))
     assert states(laptop) == ["failed"]
-    assert "was planned for planar (planar, links 12.3, 9.5 cm)" in laptop.told[-1].reason
+    assert "was planned for planar (planar, links 12.3, 9.5 cm)" in laptop.reported[-1].reason
     assert laptop.down == []
 
 
 def test_a_first_stroke_that_is_not_there_is_refused(watched, offer):
     w = watched(plant="cpu=0")
     laptop = drawn(w, Laptop(w, offer(w, first=3)))
-    assert laptop.told[-1].state == "failed"
-    assert "'lines' has 2 strokes" in laptop.told[-1].reason
+    assert laptop.reported[-1].state == "failed"
+    assert "'lines' has 2 strokes" in laptop.reported[-1].reason
 
 
 @pytest.mark.long

@@ -17,7 +17,7 @@ class Noted:
     name, port, resolution = "elbow", "B", math.radians(1)
 
     def __init__(self):
-        self.told, self.at = [], 0.0
+        self.reported, self.at = [], 0.0
 
     def bounds(self):
         """What its encoder allows, rad."""
@@ -25,15 +25,15 @@ class Noted:
 
     def drive(self, speed):
         """To this speed, rad/s."""
-        self.told.append(speed)
+        self.reported.append(speed)
 
     def brake(self):
         """Stop."""
-        self.told.append("brake")
+        self.reported.append("brake")
 
     def clamp(self):
         """Hold."""
-        self.told.append("clamp")
+        self.reported.append("clamp")
 
 
 def axis(bounds=UNBOUNDED, **tolerances):
@@ -60,10 +60,10 @@ def test_a_motor_is_stopped_by_a_step_each_tick_and_stays_so():
     one.settling.over = True
     for _ in range(STOP_STEPS + 3):
         control._drive([one], MOVE, 0.5, [0.5], [0.0], [1.0], [1.0], 0.02)
-    assert one.motor.told == ["brake", "clamp"]
+    assert one.motor.reported == ["brake", "clamp"]
     one.settling.over = False
     control._drive([one], MOVE, 0.5, [0.5], [0.0], [1.0], [1.0], 0.02)
-    assert len(one.motor.told) == 3
+    assert len(one.motor.reported) == 3
     assert one.held == 0
 
 
@@ -94,4 +94,4 @@ def test_nothing_is_driven_beyond_its_bounds(wanted, speed):
     one = axis(bounds=(0.0, 1.0, 1.05))
     with pytest.raises(OutOfBounds):
         loop()._drive([one], MOVE, 0.5, [wanted], [0.0], [speed], [speed], 0.02)
-    assert one.motor.told == []
+    assert one.motor.reported == []

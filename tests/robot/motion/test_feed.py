@@ -132,7 +132,7 @@ def test_after_a_hold_no_further_plan_is_taken():
 # What is left
 
 
-def way(piece, n=400):
+def length(piece, n=400):
     """Places of the tip, cm, at equal times."""
     motion = trajectory.Trajectory(*piece)
     return [kinematics.forward(ARM, motion.at(k / n * motion.duration)[0]) for k in range(n + 1)]
@@ -155,8 +155,8 @@ def test_what_is_left_is_the_same_way_begun_at_rest(points, share):
     assert kinematics.distance(*begin) <= 0.0051
     assert rest.end == full.end
     assert max(map(abs, rest.speeds(1e-4))) < math.radians(0.2)
-    fine = [q for t, q in zip(range(4001), way(piece, 4000)) if t / 4000 >= share - 0.001]
-    for p in way(rest.numbers(), 60):
+    fine = [q for t, q in zip(range(4001), length(piece, 4000)) if t / 4000 >= share - 0.001]
+    for p in length(rest.numbers(), 60):
         assert off(p, fine) < 0.012
     # No faster than it was anywhere, but that it speeds up where it did not.
     fastest = max(max(map(abs, full.speeds(k / 200 * full.duration))) for k in range(200))

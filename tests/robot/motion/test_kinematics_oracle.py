@@ -107,12 +107,12 @@ def test_the_nearest_pose_is_the_nearest_of_all_close_to_the_axis_too(name):
         arm, wanted.repeat(starts, axis=0), begin + rng.normal(0, 0.4, begin.shape)
     )
     usable = ((found >= low) & (found <= high)).all(axis=1) & (off < 1e-9)
-    ways = np.where(usable, np.abs(found - begin).max(axis=1), np.inf).reshape(-1, starts)
+    errors = np.where(usable, np.abs(found - begin).max(axis=1), np.inf).reshape(-1, starts)
     compared = 0
-    for q, p, way in zip(poses.tolist(), wanted, ways.min(axis=1), strict=True):
-        if way < np.inf:
+    for q, p, error in zip(poses.tolist(), wanted, errors.min(axis=1), strict=True):
+        if error < np.inf:
             given = kinematics.nearest(arm, p[:size].tolist(), q)
             assert np.allclose(tips(arm, np.array([given]))[0], p, atol=1e-6)
-            assert max(map(abs, map(sub, given, q))) < way + 1e-6, (q, p)
+            assert max(map(abs, map(sub, given, q))) < error + 1e-6, (q, p)
             compared += 1
     assert compared > 50

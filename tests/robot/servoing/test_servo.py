@@ -74,13 +74,13 @@ class Rig:
     ):
         self.servo, self.cameras, self.goals = servo, cameras, goals
         self.q, self.joints = tuple(q), joints
-        self.noise, self.outliers, self.luck = noise, outliers, random.Random(seed)
+        self.noise, self.outliers, self.rng = noise, outliers, random.Random(seed)
         self.decisions, self.poses = [], [self.q]
 
     def frame(self, camera):
-        if self.luck.random() < self.outliers:
-            return (self.luck.uniform(0, 640), self.luck.uniform(0, 480))
-        return tuple(x + self.luck.gauss(0, self.noise) for x in self.cameras[camera](self.q))
+        if self.rng.random() < self.outliers:
+            return (self.rng.uniform(0, 640), self.rng.uniform(0, 480))
+        return tuple(x + self.rng.gauss(0, self.noise) for x in self.cameras[camera](self.q))
 
     def measurements(self):
         frames = {camera: [] for camera in self.cameras}

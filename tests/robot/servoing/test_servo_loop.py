@@ -28,7 +28,7 @@ class World:
     """
 
     def __init__(self, path, cameras="A"):
-        self.t, self.way, self.cameras, self.q = 100.0, path, cameras, START
+        self.t, self.path, self.cameras, self.q = 100.0, path, cameras, START
         self.description = SimpleNamespace(
             joints=[SimpleNamespace(max_speed=1.0, backlash=0.0)] * 2
         )
@@ -45,8 +45,8 @@ class World:
 
     def chase(self, steer, speed, within, spare):
         began = self.t
-        while self.way(self.t - began) is not None:
-            self.q = self.way(self.t - began)
+        while self.path(self.t - began) is not None:
+            self.q = self.path(self.t - began)
             steer(self.t, self.q)
             spare(self.t + TICK)
             self.t += TICK

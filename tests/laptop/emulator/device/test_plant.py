@@ -647,8 +647,8 @@ def test_a_bad_constant_is_refused_in_one_line(text, named):
     with pytest.raises(BadPlant) as caught:
         read_plant(text)
     assert "\n" not in str(caught.value)
-    for words in named:
-        assert words in str(caught.value)
+    for pair in named:
+        assert pair in str(caught.value)
 
 
 # The record

@@ -181,8 +181,8 @@ def test_an_outputs_mode_takes_its_motor_away_and_brings_it_back(run):
         "print(m.position)\nm.on_for_degrees(20, 90)\ntime.sleep(0.5)\nprint(m.position)\n",
         wheels=None,
     )
-    *words, position = lines
-    assert words == [
+    *names, position = lines
+    assert names == [
         "ev3-output-port tacho-motor no-motor",
         "dc-motor dc-motor",
         "none",

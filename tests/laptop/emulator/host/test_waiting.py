@@ -108,7 +108,7 @@ def test_without_a_start_nothing_moves_until_a_signal_ends_it(waiting, number):
     assert not w.moved()
     assert laptop.verdicts() == [(0, "ready")]
     assert len(w.statuses) > 15
-    assert laptop.told(0).q == pytest.approx(w.q, abs=math.radians(2))
+    assert laptop.reported(0).q == pytest.approx(w.q, abs=math.radians(2))
     assert shown.log == []
 
 
@@ -171,7 +171,7 @@ def test_it_does_what_is_ordered(waiting, orders):
     laptop.at(1.0, orders)
     laptop.after(1, laptop.end)
     shown = w.run("--wait")
-    assert laptop.told(1).verdict == "converged"
+    assert laptop.reported(1).verdict == "converged"
     assert w.error(orders.goals.get("A")) < orders.tolerance + 2
     run = shown.log[0]
     assert {key: run[key] for key in ("method", "mode", "rows", "tolerance", "budget")} == {
@@ -191,7 +191,7 @@ def test_who_has_just_arrived_explores_no_more_on_the_way_to_the_next_point(wait
     laptop.after(1, lambda: laptop.send(Start(goals={"A": OTHER})), 0.1)
     laptop.after(2, laptop.end)
     shown = w.run("--wait")
-    assert laptop.told(2).verdict == "converged"
+    assert laptop.reported(2).verdict == "converged"
     assert w.error(OTHER) < 7
     assert {line["action"] for line in shown.log if line["kind"] == "step"} == {"move", "hold"}
 
@@ -203,7 +203,7 @@ def test_what_it_has_learned_does_not_outlive_a_change_of_method_or_a_failure(wa
     laptop.after(1, lambda: laptop.send(Start("kalman", goals={"A": OTHER})))
     laptop.after(2, laptop.end)
     shown = w.run("--wait")
-    assert laptop.told(2).verdict == "converged"
+    assert laptop.reported(2).verdict == "converged"
     assert "explore" in {line.get("action") for line in shown.log}
 
 
@@ -214,7 +214,7 @@ def test_a_goal_that_moves_is_followed_until_the_laptop_says_stop(waiting):
     laptop.at(15.0, Stop("enough"))
     laptop.after(1, laptop.end)
     shown = w.run("--wait")
-    assert laptop.told(1).verdict == "converged"
+    assert laptop.reported(1).verdict == "converged"
     assert w.error() < 12
     assert w.stands(15.5, shown.t)
 
@@ -255,7 +255,7 @@ def test_the_battery_is_looked_at_seldom_and_stops_nobody(waiting, tells):
     laptop.at(1.0, Start())
     laptop.after(1, laptop.end, 14.0 if tells else 0.0)
     w.run("--wait", peripherals=Peripherals(w.world, w.brick.sysfs, voltage))
-    assert laptop.told(1).verdict == "converged"
+    assert laptop.reported(1).verdict == "converged"
     if not tells:
         assert {status.battery for status in w.statuses} == {None}
         return
@@ -281,7 +281,7 @@ def test_in_space_it_goes_where_the_pixels_of_two_cameras_say(waiting):
     shown = w.run("--wait")
     assert ended(w, shown)
     assert laptop.verdicts() == [(0, "ready"), (1, "converged")]
-    assert sorted(laptop.told(1).e) == ["A.u", "A.v", "B.v"]
+    assert sorted(laptop.reported(1).e) == ["A.u", "A.v", "B.v"]
     assert w.error() < 7
     assert w.stands(shown.t - 2.0, shown.t), "it is held against gravity"
 
@@ -298,7 +298,7 @@ def test_stop_ends_a_run_at_once_and_it_waits_again(waiting):
     shown = w.run("--wait")
     assert ended(w, shown)
     assert laptop.verdicts() == [(0, "ready"), (1, "stopped"), (2, "converged")]
-    assert laptop.told(1).reason == "the red button"
+    assert laptop.reported(1).reason == "the red button"
     assert w.stands(w.struck + 0.5, laptop.sent[-1])
     assert w.error() < 7
 
@@ -341,7 +341,7 @@ def test_a_link_that_stays_away_ends_the_run_and_nothing_moves_when_it_is_back(w
     shown = w.run("--wait")
     assert ended(w, shown)
     assert laptop.verdicts() == [(0, "ready"), (1, "link lost"), (2, "converged")]
-    assert "start the tracker there" in laptop.told(1).reason
+    assert "start the tracker there" in laptop.reported(1).reason
     assert w.stands(w.struck + 0.5, laptop.sent[-1])
     assert w.error() < 7
 
@@ -361,7 +361,7 @@ def test_a_marker_that_is_lost_is_told_and_nothing_moves_when_it_is_back(waiting
     shown = w.run("--wait")
     assert ended(w, shown)
     assert laptop.verdicts() == [(0, "ready"), (1, "marker lost"), (2, "converged")]
-    assert laptop.told(1).reason.startswith("the effector has not been seen for 10 s")
+    assert laptop.reported(1).reason.startswith("the effector has not been seen for 10 s")
     held = [status for status in w.statuses if status.run == 1 and status.reason == "marker lost"]
     assert len(held) > 4 * SIGHT_PATIENCE
     assert {status.verdict for status in held} == {""}
@@ -381,7 +381,7 @@ def test_a_signal_in_mid_run_stops_the_arm_and_ends_the_program(waiting, number)
     assert w.stands(w.struck + 0.2)
     assert ended(w, shown, number)
     assert laptop.verdicts() == [(0, "ready"), (1, "stopped")]
-    assert laptop.told(1).reason == f"stopped by {signal.Signals(number).name}"
+    assert laptop.reported(1).reason == f"stopped by {signal.Signals(number).name}"
     assert shown.log[-1]["verdict"] == "stopped"
 
 
@@ -416,8 +416,8 @@ def test_orders_without_sense_are_refused_in_one_line_and_nothing_moves(waiting,
     shown = w.run("--wait", signals=[(3.0, signal.SIGTERM)])
     assert shown.status == 128 + signal.SIGTERM
     assert laptop.verdicts() == [(0, "ready"), (1, "refused")]
-    assert says in laptop.told(1).reason
-    assert "--" not in laptop.told(1).reason, "the laptop's page shows it, too"
+    assert says in laptop.reported(1).reason
+    assert "--" not in laptop.reported(1).reason, "the laptop's page shows it, too"
     assert shown.out.count("refused: ") == 1
     assert shown.log == []
     assert not w.moved()
@@ -453,7 +453,7 @@ def test_after_a_stall_no_start_moves_the_arm_and_it_says_what_to_do(waiting, ha
     shown = w.run("--wait")
     assert shown.status == 128 + signal.SIGTERM
     assert laptop.verdicts() == [(0, "ready"), (1, "stalled"), (2, verdict)]
-    assert says in laptop.told(2).reason
+    assert says in laptop.reported(2).reason
     assert w.stands(w.struck + 0.5)
     assert "Traceback" not in shown.out + shown.err
 
@@ -463,7 +463,7 @@ def test_a_log_that_cannot_be_written_is_told_and_nothing_moves(waiting):
     laptop.at(1.0, Start())
     w.run("--wait", "--log", "/nowhere/log", signals=[(3.0, signal.SIGTERM)])
     assert laptop.verdicts() == [(0, "ready"), (1, "refused")]
-    assert "cannot write /nowhere/log" in laptop.told(1).reason
+    assert "cannot write /nowhere/log" in laptop.reported(1).reason
     assert not w.moved()
 
 

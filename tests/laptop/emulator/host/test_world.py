@@ -23,8 +23,8 @@ def play(world, *programs, **options):
     """Run the first of `programs` as the main thread, the others started by it at once."""
     log = []
 
-    def say(*words):
-        log.append((round(world.now(), 6),) + words)
+    def say(*parts):
+        log.append((round(world.now(), 6),) + parts)
 
     def main():
         for number, program in enumerate(programs[1:], 2):
