@@ -53,7 +53,7 @@
                                                                             robot.jobs.orders
     learned/          draw --by-sight              the same                 what a camera has taught
                                                                             of a path: see
-                                                                            laptop.measure.ilc.kept
+                                                                            laptop.measure.ilc
     touched/          touch                        whoever places markers   ARM.json: where its
                                                                             marker sits, how it
                                                                             stands on the board

@@ -26,7 +26,7 @@ from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.scene_constants import read_scene
 from laptop.measure.emulated_rig import EmulatedRig, RenderedRig
 from laptop.measure.ilc.emulated_view import view_of
-from laptop.measure.ilc.rehearsal import Lessons, rehearse
+from laptop.measure.ilc.trials import DrawingLearner, run_trials
 from laptop.measure.ilc.view import TipView
 from laptop.measure.measured_run import MeasuredRun
 from laptop.record.figures.line_accuracy import distances, pen_down_runs, place, refined
@@ -221,7 +221,7 @@ def run_case(case: IlcCase) -> IlcResult:
     """Draw a path after none, one, ... trials."""
     rig = AgeingRig(case)
     plan = plan_of(rig.arm, case.path)
-    wished = np.concatenate([piece.p for stroke in Lessons(plan).paths for piece in stroke])
+    desired = np.concatenate([piece.p for stroke in DrawingLearner(plan).paths for piece in stroke])
     inks: list[np.ndarray] = []
 
     class Watched:
@@ -236,7 +236,7 @@ def run_case(case: IlcCase) -> IlcResult:
 
     try:
         with silenced():
-            learned = rehearse(plan, Watched(), rig.view, TRIALS)
+            learned = run_trials(plan, Watched(), rig.view, TRIALS)
             rig.rendered = False  # learning is over
             twice = _drawn(plan, learned.numbers(), rig, 2)
             means: tuple[float, ...] = ()
@@ -244,7 +244,7 @@ def run_case(case: IlcCase) -> IlcResult:
                 without = _drawn(plan, [], rig, REPEATED_DRAWINGS)
                 learned_inks = twice + _drawn(plan, learned.numbers(), rig, REPEATED_DRAWINGS - 2)
                 means = tuple(
-                    float(np.mean([10 * distances(ink, wished).max() for ink in every]))
+                    float(np.mean([10 * distances(ink, desired).max() for ink in every]))
                     for every in (without, learned_inks)
                 )
     except ArmError as error:
@@ -252,14 +252,16 @@ def run_case(case: IlcCase) -> IlcResult:
     inks.append(twice[0])
     # Where learning ended early, the final offsets count for the rest.
     inks += [twice[1]] * (TRIALS + 1 - len(inks))
-    off = [10 * distances(ink, wished) for ink in inks]
-    ends = [10 * max(math.dist(ink[0], wished[0]), math.dist(ink[-1], wished[-1])) for ink in inks]
+    errors = [10 * distances(ink, desired) for ink in inks]
+    ends = [
+        10 * max(math.dist(ink[0], desired[0]), math.dist(ink[-1], desired[-1])) for ink in inks
+    ]
     greatest = max(piece.greatest for stroke in learned.offsets for piece in stroke)
     return IlcResult(
         case,
-        tuple(float(one.max()) for one in off),
+        tuple(float(error.max()) for error in errors),
         tuple(ends),
-        tuple(float(np.sqrt((one**2).mean())) for one in off),
+        tuple(float(np.sqrt((error**2).mean())) for error in errors),
         tuple(step.rms_mm for step in learned.steps),
         math.degrees(greatest),
         float(10 * distances(twice[0], twice[1]).max()),
@@ -277,12 +279,12 @@ HEADINGS = (
 def table(results: Sequence[IlcResult]) -> list[list[str]]:
     """Return one row per arm, path and whether it is as described; after 0, 1, ... trials."""
     groups: dict[tuple[str, bool, str], list[IlcResult]] = {}
-    for one in results:
-        case = one.case
+    for result in results:
+        case = result.case
         kind = "lines" if case.path in LINES else "curves"
         rows = [case.path, f"all {kind}"] + [f"{kind}, rendered"] * case.rendered
         for path in rows:
-            groups.setdefault((case.arm, case.wrong, path), []).append(one)
+            groups.setdefault((case.arm, case.wrong, path), []).append(result)
     order = [*LINES, *CURVES, "all lines", "all curves", "lines, rendered", "curves, rendered"]
     keys = sorted(groups, key=lambda key: (-ARMS.index(key[0]), key[1], -order.index(key[2])))
     return [_row(key, groups[key]) for key in reversed(keys)]
@@ -290,18 +292,18 @@ def table(results: Sequence[IlcResult]) -> list[list[str]]:
 
 def _row(key: tuple[str, bool, str], every: Sequence[IlcResult]) -> list[str]:
     arm, wrong, path = key
-    drawn = [one for one in every if not one.failed]
+    drawn = [result for result in every if not result.failed]
     row = [arm, path, "otherwise" if wrong else "as described", f"{len(drawn)} of {len(every)}"]
     if drawn:
-        greatest = np.array([one.greatest_mm for one in drawn])
-        ends = np.array([one.end_mm for one in drawn])
+        greatest = np.array([result.greatest_mm for result in drawn])
+        ends = np.array([result.end_mm for result in drawn])
         columns = [
             np.median(greatest, axis=0),
             np.percentile(greatest, 95, axis=0),
             np.median(ends, axis=0),
-            np.array([np.median([one.repeats_mm for one in drawn])]),
+            np.array([np.median([result.repeats_mm for result in drawn])]),
         ]
-        means = [one.means_mm for one in drawn if one.means_mm]
+        means = [result.means_mm for result in drawn if result.means_mm]
         if means:
             columns.append(np.mean(means, axis=0))
         row += [" ".join(f"{value:.2f}" for value in column) for column in columns]

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from laptop.cli.draw_simulated import DrawnOn, Taught, draw_simulated
-from laptop.measure.ilc import kept
-from laptop.measure.ilc.rehearsal import LOG_PERIOD, Learned, Step, rehearse
+from laptop.measure.ilc import stored_offsets
+from laptop.measure.ilc.trials import LOG_PERIOD, LearningResult, TrialResult, run_trials
 
 if TYPE_CHECKING:
     from laptop.cli.draw_options import DrawOrders
@@ -50,7 +50,7 @@ def simulate_by_sight(
     rig = EmulatedRig(plan.arm, brick.built, brick.plant, {"A": scene}, height, NOISE_PX)
     watched = _Watched(rig)
     with contextlib.redirect_stdout(io.StringIO()):
-        learned = _rehearsed(plan, asked, watched, view_of(scene, plan.arm), before)
+        learned = _run_trials(plan, asked, watched, view_of(scene, plan.arm), before)
     taught = Taught(learned.numbers(), watched.records, asked.scene)
     return draw_simulated(plan, folder, brick, orders, taught)
 
@@ -78,7 +78,7 @@ def offsets_on_file(plan: DrawingPlan, asked: SightOptions) -> list[Any]:
     return _offsets_of(_before(plan, asked))
 
 
-def _offsets_of(before: kept.StoredOffsets | None) -> list[Any]:
+def _offsets_of(before: stored_offsets.StoredOffsets | None) -> list[Any]:
     if before is None or before.offsets is None:
         why = "for this arm as it is described now" if before else "of this path"
         raise click.ClickException(
@@ -92,7 +92,7 @@ def draw_by_sight(plan: DrawingPlan, asked: SightOptions, arm: str) -> int:
     """Rehearse before a real camera, and let the brick that waits draw; return the exit status."""
     before = _before(plan, asked)
     with _live(plan, asked, arm) as (rig, still, view):
-        learned = _rehearsed(plan, asked, still, view, before)
+        learned = _run_trials(plan, asked, still, view, before)
         if sys.stdin.isatty():
             click.prompt("put the good sheet there, then press Enter", "", show_default=False)
         with tempfile.TemporaryDirectory() as folder:
@@ -145,31 +145,31 @@ def _live(
         yield rig, still, TipView(known.camera, height, offset, turn, (x, y), to_align)
 
 
-def _before(plan: DrawingPlan, asked: SightOptions) -> kept.StoredOffsets | None:
+def _before(plan: DrawingPlan, asked: SightOptions) -> stored_offsets.StoredOffsets | None:
     """Return what was learned before, if it is wanted."""
     if asked.forget:
         return None
     notes: list[str] = []
-    before = kept.find(plan, asked.emulated, notes)
+    before = stored_offsets.find(plan, asked.emulated, notes)
     for note in notes:
         click.echo(note, err=True)
     return before
 
 
-def _gained(before: kept.StoredOffsets) -> str:
-    if before.rehearsals == 1:
+def _gained(before: stored_offsets.StoredOffsets) -> str:
+    if before.trials == 1:
         return f"1 rehearsal has taught: {before.without_mm:.1f} mm were missed in it (rms)"
     missed = f"{before.without_mm:.1f} mm were missed before, {before.left_mm:.1f} after (rms)"
-    return f"{before.rehearsals} rehearsals have taught: {missed}"
+    return f"{before.trials} rehearsals have taught: {missed}"
 
 
-def _rehearsed(
+def _run_trials(
     plan: DrawingPlan,
     asked: SightOptions,
     rig: Any,
     view: TipView,
-    before: kept.StoredOffsets | None,
-) -> Learned:
+    before: stored_offsets.StoredOffsets | None,
+) -> LearningResult:
     """Rehearse, say what each time has brought, and keep that."""
     first = before.offsets if before else None
     if before and first is not None:
@@ -177,9 +177,9 @@ def _rehearsed(
             f"begins with what {_gained(before)}; --forget begins anew",
             err=True,
         )
-    steps: list[Step] = []
+    steps: list[TrialResult] = []
 
-    def tell(step: Step) -> None:
+    def on_trial(step: TrialResult) -> None:
         gain = ""
         if steps:
             less = steps[-1].rms_mm - step.rms_mm
@@ -191,7 +191,7 @@ def _rehearsed(
             err=True,
         )
 
-    learned = rehearse(plan, rig, view, asked.times, first, tell=tell)
+    learned = run_trials(plan, rig, view, asked.times, first, on_trial=on_trial)
     if before and first is None:
         less = before.without_mm - learned.steps[0].rms_mm
         click.echo(
@@ -201,9 +201,9 @@ def _rehearsed(
         )
     if learned.why:
         click.echo(f"{learned.why} (about {learned.floor_mm:.1f} mm rms)", err=True)
-    if not learned.in_vain and any(piece.greatest for own in learned.offsets for piece in own):
+    if not learned.no_gain and any(piece.greatest for own in learned.offsets for piece in own):
         try:
-            file = kept.keep(plan, learned, asked.emulated, before)
+            file = stored_offsets.store(plan, learned, asked.emulated, before)
             click.echo(f"what was learned is kept in {file}", err=True)
         except OSError as error:
             click.echo(f"what was learned cannot be kept: {error.strerror}", err=True)

@@ -123,7 +123,7 @@ def draw_simulated(
         ),
     }
     if taught.records and accuracy.inks:
-        every = _rehearsed(taught.records, run.record)
+        every = _trial_records(taught.records, run.record)
         files[LEARNING_FILE] = (
             lambda path: write_learning_plot(path, every, wished, plan.name),
             LEARNING_CAPTION,
@@ -175,13 +175,13 @@ def _record(
         tables=[drawing_table(plan.arm.name, name, accuracy, took)],
     )
     cpu = read_plant(brick.plant)["cpu"]
-    rehearsed = {} if taught.scene is None else {"rehearsals": len(taught.records)}
+    trials = {} if taught.scene is None else {"rehearsals": len(taught.records)}
     camera = camera_of(taught.scene)
-    reported.on_emulated_brick(brick.plant, taught.scene, cpu=cpu, **camera, **rehearsed)
+    reported.on_emulated_brick(brick.plant, taught.scene, cpu=cpu, **camera, **trials)
     return reported
 
 
-def _rehearsed(
+def _trial_records(
     records: Sequence[Sequence[Any]], last: Sequence[Any]
 ) -> list[tuple[str, Sequence[Any]]]:
     """Return the first records of rehearsals and the last one, with what they are called."""

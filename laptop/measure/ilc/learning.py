@@ -23,8 +23,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from laptop.measure.ilc.piece_path import PiecePath
 from laptop.measure.ilc.tracks import PieceTrack
-from laptop.measure.ilc.way import PiecePath
 from robot.jobs.learned import MAX_ACCELERATION
 
 KNOT_SPACING, KNOT_COUNTS = 0.2, (9, 120)
@@ -55,7 +55,7 @@ smoothing until they do."""
 INITIAL_NOISE = 0.05
 """Noise of sights before anything is known of it, cm (standard deviation)."""
 
-SLACK_SIGMA = np.radians(1.0)
+BACKLASH_SIGMA = np.radians(1.0)
 """Error of half a described backlash, rad (standard deviation)."""
 
 MAD_TO_SIGMA = 1.4826
@@ -63,29 +63,29 @@ MAD_TO_SIGMA = 1.4826
 
 
 @dataclass(frozen=True, eq=False)
-class PathMiss:
+class TrajectoryError:
     """Error of the tip on a piece, at as many places as there are offsets.
 
     Attributes:
         s: arc length along the path, cm, (n,).
         across: to the left of the path, smoothed, cm, (n,).
         along: ahead on it, smoothed more, cm, (n,).
-        slack: of that, what each joint's backlash makes by which it is wrongly described: half of
-            the difference, rad, (joints,).
+        backlash_error: error of each joint's described backlash, half of the difference, rad,
+            (joints,).
         noise: standard deviation of single sights about that, cm.
-        unsure: standard deviation of `across` by that noise, cm.
+        sigma: standard deviation of `across` by that noise, cm.
     """
 
     s: np.ndarray
     across: np.ndarray
     along: np.ndarray
-    slack: np.ndarray
+    backlash_error: np.ndarray
     noise: float
-    unsure: float
+    sigma: float
 
     @property
     def mean_square(self) -> float:
-        """Mean square of what was missed, over its length and its ends, cm^2."""
+        """Mean square of the error, over its length and its ends, cm^2."""
         ends = float((self.along[[0, -1]] ** 2).mean())
         return float((self.across**2).mean()) + ends * min(1.0, END_LENGTH / self.s[-1])
 
@@ -106,76 +106,80 @@ class PathMiss:
 # tools (Y. Koren, 1980).
 
 
-def missed(piece: PiecePath, track: PieceTrack) -> PathMiss:
-    """Return by how much a track missed its piece."""
+def trajectory_error(piece: PiecePath, track: PieceTrack) -> TrajectoryError:
+    """Return the trajectory error of a track on its piece."""
     knots = none(piece).s
-    off = track.p - piece.at(track.s, piece.p)
-    ahead = (off * piece.at(track.s, piece.ahead)).sum(axis=1)
+    error = track.p - piece.at(track.s, piece.p)
+    ahead = (error * piece.at(track.s, piece.ahead)).sum(axis=1)
     along, *_ = _smoothed(knots, track.s, ahead, np.zeros((len(ahead), 0)), ALONG_WAVELENGTH)
     # A tip that is late or early was farther back or ahead on its path, not beside it.
-    late = ahead - np.interp(track.s, knots, along)
-    there = np.clip(track.s + np.where(track.stands == 0, late, 0.0), 0.0, piece.length)
-    off = track.p - piece.at(there, piece.p)
-    left = piece.at(there, piece.left)
+    delay = ahead - np.interp(track.s, knots, along)
+    contour = np.clip(track.s + np.where(track.standing == 0, delay, 0.0), 0.0, piece.length)
+    error = track.p - piece.at(contour, piece.p)
+    left = piece.at(contour, piece.left)
     # What a joint's backlash makes that is wider or narrower than described.
-    slack = np.einsum(
-        "nk,nkj,nj->nj", left, *(piece.at(there, x) for x in (piece.turns, piece.sides))
+    backlash_error = np.einsum(
+        "nk,nkj,nj->nj", left, *(piece.at(contour, x) for x in (piece.turns, piece.sides))
     )
-    smooth, wide, noise, unsure = _smoothed(
-        knots, there, (off * left).sum(axis=1), slack, ACROSS_WAVELENGTH
+    smooth, wide, noise, sigma = _smoothed(
+        knots, contour, (error * left).sum(axis=1), backlash_error, ACROSS_WAVELENGTH
     )
-    turned = _by_slack(piece, knots, wide)
+    turned = _by_backlash_error(piece, knots, wide)
     across = smooth + (turned * _units(piece.at(knots, piece.left))).sum(axis=1)
-    return PathMiss(knots, across, along, wide, noise, unsure)
+    return TrajectoryError(knots, across, along, wide, noise, sigma)
 
 
-def _by_slack(piece: PiecePath, s: np.ndarray, slack: np.ndarray) -> np.ndarray:
+def _by_backlash_error(piece: PiecePath, s: np.ndarray, backlash_error: np.ndarray) -> np.ndarray:
     """Return what backlash that is wrongly described makes of the tip's place, (n, 2), cm."""
-    return np.einsum("nkj,nj->nk", piece.at(s, piece.turns), piece.at(s, piece.sides) * slack)
+    return np.einsum(
+        "nkj,nj->nk", piece.at(s, piece.turns), piece.at(s, piece.sides) * backlash_error
+    )
 
 
-def missed_of(pieces: Sequence[PiecePath], seen: Sequence[PieceTrack]) -> list[PathMiss] | None:
-    """Return by how much a stroke's pieces were missed; None if too little was seen of them.
+def stroke_errors(
+    pieces: Sequence[PiecePath], seen: Sequence[PieceTrack]
+) -> list[TrajectoryError] | None:
+    """Return the trajectory errors of a stroke's pieces; None if too little was seen of them.
 
     A piece of which too little was seen was missed as its neighbours were where they meet it.
     """
-    sure = {
-        k: missed(piece, track)
+    known = {
+        k: trajectory_error(piece, track)
         for k, (piece, track) in enumerate(zip(pieces, seen, strict=True))
         if len(track.s) >= MIN_SIGHTS
     }
-    if not sure:
+    if not known:
         return None
-    unsure = max(one.unsure for one in sure.values())
+    sigma = max(error.sigma for error in known.values())
     out = []
     for k, piece in enumerate(pieces):
-        if k in sure:
-            out.append(sure[k])
+        if k in known:
+            out.append(known[k])
             continue
-        before = max((n for n in sure if n < k), default=None)
-        after = min((n for n in sure if n > k), default=None)
+        before = max((n for n in known if n < k), default=None)
+        after = min((n for n in known if n > k), default=None)
         ends = [
-            _vector(pieces[n], sure[n], end)
+            _vector(pieces[n], known[n], end)
             for n, end in ((before, -1), (after, 0))
             if n is not None
         ]
-        out.append(_bridged(piece, ends[0], ends[-1], unsure))
+        out.append(_bridged(piece, ends[0], ends[-1], sigma))
     return out
 
 
-def _vector(piece: PiecePath, miss: PathMiss, end: int) -> np.ndarray:
-    """Return what was missed at an end, 0 or -1, (2,), cm."""
-    return np.asarray(miss.across[end] * piece.left[end] + miss.along[end] * piece.ahead[end])
+def _vector(piece: PiecePath, error: TrajectoryError, end: int) -> np.ndarray:
+    """Return the trajectory error at an end, 0 or -1, (2,), cm."""
+    return np.asarray(error.across[end] * piece.left[end] + error.along[end] * piece.ahead[end])
 
 
-def _bridged(piece: PiecePath, begin: np.ndarray, end: np.ndarray, unsure: float) -> PathMiss:
-    """Return what was missed where that goes from one vector to another."""
+def _bridged(piece: PiecePath, begin: np.ndarray, end: np.ndarray, sigma: float) -> TrajectoryError:
+    """Return a trajectory error that goes from one vector to another."""
     knots = none(piece).s
     share = (knots / piece.length)[:, None]
-    off = begin * (1 - share) + end * share
-    across = (off * _units(piece.at(knots, piece.left))).sum(axis=1)
-    along = (off * _units(piece.at(knots, piece.ahead))).sum(axis=1)
-    return PathMiss(knots, across, along, np.zeros(piece.turns.shape[2]), 0.0, unsure)
+    error = begin * (1 - share) + end * share
+    across = (error * _units(piece.at(knots, piece.left))).sum(axis=1)
+    along = (error * _units(piece.at(knots, piece.ahead))).sum(axis=1)
+    return TrajectoryError(knots, across, along, np.zeros(piece.turns.shape[2]), 0.0, sigma)
 
 
 def _smoothed(
@@ -209,15 +213,15 @@ def _smoothed(
     ] * spacing + 1e-9 * np.eye(count)
     weights, noise = np.ones(len(s)), INITIAL_NOISE
     for _ in range(REWEIGHTINGS):
-        stiff[range(count, len(stiff)), range(count, len(stiff))] = (noise / SLACK_SIGMA) ** 2
+        stiff[range(count, len(stiff)), range(count, len(stiff))] = (noise / BACKLASH_SIGMA) ** 2
         inverse = np.linalg.inv(design.T @ (weights[:, None] * design) + stiff)
         found = inverse @ (design.T @ (weights * values))
         left = values - design @ found
         noise = max(MAD_TO_SIGMA * float(np.median(np.abs(left))), 1e-4)
         weights = np.clip(1 - (left / (TUKEY_LIMIT * noise)) ** 2, 0.0, None) ** 2
     spread = (inverse @ (design.T * weights))[:count]
-    unsure = float(np.sqrt((spread**2).sum(axis=1).mean())) * noise
-    return found[:count], found[count:], noise, unsure
+    sigma = float(np.sqrt((spread**2).sum(axis=1).mean())) * noise
+    return found[:count], found[count:], noise, sigma
 
 
 def _stiffness(knots: np.ndarray, wave: float) -> np.ndarray:
@@ -225,8 +229,8 @@ def _stiffness(knots: np.ndarray, wave: float) -> np.ndarray:
 
     A wave sin(k s) bends by k^2: to leave it as it is costs as much as to leave it out.
     """
-    bends = np.diff(np.eye(len(knots)), 2, axis=0) / knots[1] ** 2
-    return (wave / (2 * np.pi)) ** 4 * bends.T @ bends
+    curvature = np.diff(np.eye(len(knots)), 2, axis=0) / knots[1] ** 2
+    return (wave / (2 * np.pi)) ** 4 * curvature.T @ curvature
 
 
 @dataclass(frozen=True, eq=False)
@@ -257,16 +261,16 @@ def none(piece: PiecePath) -> Offsets:
     return Offsets(np.linspace(0.0, piece.length, count), np.zeros((count, piece.turns.shape[2])))
 
 
-def corrected(piece: PiecePath, offsets: Offsets, miss: PathMiss) -> Offsets:
-    """Return offsets that take off what was missed."""
+def corrected(piece: PiecePath, offsets: Offsets, error: TrajectoryError) -> Offsets:
+    """Return offsets that take off a trajectory error."""
     # Backlash is taken off the joints' angles as it makes them wrong, the rest as a place is.
-    slack = _by_slack(piece, miss.s, miss.slack)
-    left, ahead = (_units(piece.at(miss.s, units)) for units in (piece.left, piece.ahead))
-    along = miss.along - (slack * ahead).sum(axis=1)
-    off = (miss.across - (slack * left).sum(axis=1))[:, None] * left
-    off += along[:, None] * ahead
-    turned = np.einsum("njk,nk->nj", piece.at(miss.s, piece.back), off)
-    turned += piece.at(miss.s, piece.sides) * miss.slack
+    backlash_error = _by_backlash_error(piece, error.s, error.backlash_error)
+    left, ahead = (_units(piece.at(error.s, units)) for units in (piece.left, piece.ahead))
+    along = error.along - (backlash_error * ahead).sum(axis=1)
+    correction = (error.across - (backlash_error * left).sum(axis=1))[:, None] * left
+    correction += along[:, None] * ahead
+    turned = np.einsum("njk,nk->nj", piece.at(error.s, piece.back), correction)
+    turned += piece.at(error.s, piece.sides) * error.backlash_error
     return Offsets(offsets.s, offsets.q - turned)
 
 
@@ -275,24 +279,24 @@ def _units(vectors: np.ndarray) -> np.ndarray:
 
 
 def softened(
-    piece: PiecePath, offsets: Offsets, most: float = ACCELERATION_SHARE * MAX_ACCELERATION
+    piece: PiecePath, offsets: Offsets, limit: float = ACCELERATION_SHARE * MAX_ACCELERATION
 ) -> Offsets:
     """Return offsets smoothed until they ask no joint for more acceleration, rad/s^2."""
     speed = np.gradient(piece.s, piece.t)
-    fast, gains = (
+    speeds, accelerations = (
         piece.at(offsets.s, speed),
         np.abs(piece.at(offsets.s, speed * np.gradient(speed, piece.s))),
     )
     q, wave = offsets.q, ACROSS_WAVELENGTH
     for _ in range(MAX_SOFTENINGS):
         slopes = np.gradient(q, offsets.s, axis=0)
-        bends = np.abs(np.gradient(slopes, offsets.s, axis=0))
+        curvatures = np.abs(np.gradient(slopes, offsets.s, axis=0))
         # (A cubic between two knots may bend half as much again as the points do.)
-        asked = 1.5 * bends * fast[:, None] ** 2 + np.abs(slopes) * gains[:, None]
-        if asked.max() <= most:
+        needed = 1.5 * curvatures * speeds[:, None] ** 2 + np.abs(slopes) * accelerations[:, None]
+        if needed.max() <= limit:
             break
-        kept = np.eye(len(q)) + _stiffness(offsets.s, wave)
-        q, wave = np.linalg.solve(kept, offsets.q), 1.3 * wave
+        smoother = np.eye(len(q)) + _stiffness(offsets.s, wave)
+        q, wave = np.linalg.solve(smoother, offsets.q), 1.3 * wave
     return Offsets(offsets.s, q)
 
 
@@ -303,11 +307,11 @@ def joined(pieces: Sequence[Offsets], spread: float = 1.0) -> list[Offsets]:
         pieces: in order.
         spread: so far from where they meet what they differ by is shared out, cm.
     """
-    out = [Offsets(one.s, one.q.copy()) for one in pieces]
+    out = [Offsets(piece.s, piece.q.copy()) for piece in pieces]
     for before, after in zip(out, out[1:], strict=False):
         half = (after.q[0] - before.q[-1]) / 2
-        for one, path, sign in ((before, before.s[-1] - before.s, 1), (after, after.s, -1)):
-            reach = min(spread, one.s[-1] / 2)
+        for piece, path, sign in ((before, before.s[-1] - before.s, 1), (after, after.s, -1)):
+            reach = min(spread, piece.s[-1] / 2)
             x = np.clip(1 - path / reach, 0.0, 1.0)
-            one.q[:] += sign * (x * x * (3 - 2 * x))[:, None] * half
+            piece.q[:] += sign * (x * x * (3 - 2 * x))[:, None] * half
     return out

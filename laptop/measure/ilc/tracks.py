@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from laptop.measure.ilc.piece_path import PiecePath
 from laptop.measure.ilc.view import TipView
-from laptop.measure.ilc.way import PiecePath
 from laptop.measure.measured_run import BadMeasurement, MeasuredRun
 
 STANDING_BEFORE, STANDING_AFTER = 0.3, 0.3
@@ -30,14 +30,14 @@ plan's time that counts as none, s."""
 class PieceTrack:
     """Track of the tip as it was seen on a piece.
 
-    s       arc length along the path that was planned by then, (n,), cm
-    p       where the tip was, (n, 2), cm
-    stands  -1 before it began to move, 1 after it has landed at the end, 0 between, (n,)
+    s         arc length along the path that was planned by then, (n,), cm
+    p         where the tip was, (n, 2), cm
+    standing  -1 before it began to move, 1 after it has landed at the end, 0 between, (n,)
     """
 
     s: np.ndarray
     p: np.ndarray
-    stands: np.ndarray
+    standing: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,10 +77,10 @@ def _sights(run: MeasuredRun, camera: str, strokes: int) -> list[_StrokeSights]:
     found = []
     for rows, begin, end in zip(moved, begins, ends, strict=True):
         t = np.array([row.t for row in rows])
-        mine = (times > begin) & (times < end)
-        heading = np.interp(times[mine], t, [sum(row.q) for row in rows])
+        inside = (times > begin) & (times < end)
+        heading = np.interp(times[inside], t, [sum(row.q) for row in rows])
         plan = np.array([row.plan for row in rows])
-        found.append(_StrokeSights(t, plan, times[mine], pixels[mine], heading))
+        found.append(_StrokeSights(t, plan, times[inside], pixels[inside], heading))
     return found
 
 
@@ -108,9 +108,9 @@ def tracks(
         strokes, starts, _sights(run, camera, len(strokes)), strict=True
     ):
         tips = view.tips(seen.pixels, seen.heading)
-        there = np.isfinite(tips).all(axis=1)
+        finite = np.isfinite(tips).all(axis=1)
         plan = seen.plan - start
-        found.append(_by_piece(pieces, seen.t, plan, seen.times[there], tips[there]))
+        found.append(_by_piece(pieces, seen.t, plan, seen.times[finite], tips[finite]))
     return found
 
 
@@ -121,12 +121,12 @@ def aligned(
     starts: Sequence[float],
     camera: str = "A",
 ) -> TipView:
-    """Return the view in which a first run lies best on what was wished, see TipView.aligned.
+    """Return the view in which a first run lies best on the desired path, see TipView.aligned.
 
     Raises:
         BadMeasurement: the brick logged nothing of a stroke, or the camera saw next to nothing.
     """
-    pixels, headings, wished = [], [], []
+    pixels, headings, desired = [], [], []
     for pieces, start, seen in zip(
         strokes, starts, _sights(run, camera, len(strokes)), strict=True
     ):
@@ -136,13 +136,13 @@ def aligned(
         p = np.concatenate([piece.p for piece in pieces])
         pixels.append(seen.pixels)
         headings.append(seen.heading)
-        wished.append(np.stack([np.interp(at, t, column) for column in p.T], axis=1))
-    every = np.concatenate(pixels)
-    if len(every) < MIN_ALIGNMENT_SIGHTS:
+        desired.append(np.stack([np.interp(at, t, column) for column in p.T], axis=1))
+    seen_px = np.concatenate(pixels)
+    if len(seen_px) < MIN_ALIGNMENT_SIGHTS:
         raise BadMeasurement(
-            f"the camera saw the marker {len(every)} times: light the table, let nothing hide it"
+            f"the camera saw the marker {len(seen_px)} times: light the table, let nothing hide it"
         )
-    return view.aligned(every, np.concatenate(headings), np.concatenate(wished))
+    return view.aligned(seen_px, np.concatenate(headings), np.concatenate(desired))
 
 
 def _by_piece(
@@ -164,9 +164,9 @@ def _by_piece(
         first, last = np.flatnonzero(rows)[[0, -1]]
         begin = -np.inf if number == 0 else t[first]
         end = np.inf if number == len(pieces) - 1 else t[min(last + 1, len(t) - 1)]
-        mine = (seen >= begin) & (seen < end)
+        inside = (seen >= begin) & (seen < end)
         tau = plan[rows] - (ends[number] - piece.duration)
-        at = np.interp(seen[mine], t[rows], tau)
-        stands = np.where(at <= 0, -1, np.where(at > piece.duration + LANDING_TIME, 1, 0))
-        out.append(PieceTrack(np.interp(at, piece.t, piece.s), tips[mine], stands))
+        at = np.interp(seen[inside], t[rows], tau)
+        standing = np.where(at <= 0, -1, np.where(at > piece.duration + LANDING_TIME, 1, 0))
+        out.append(PieceTrack(np.interp(at, piece.t, piece.s), tips[inside], standing))
     return out

@@ -63,8 +63,8 @@ class TipView:
         """
         x, y = self.offset
         c, s = np.cos(headings), np.sin(headings)
-        wished = p + np.stack([c * x - s * y, s * x + c * y], axis=1)
+        desired = p + np.stack([c * x - s * y, s * x + c * y], axis=1)
         board = self.camera.to_table(pixels, self.height)
         seen = np.isfinite(board).all(axis=1)
-        turn, base = nearest_motion(wished[seen], board[seen])
+        turn, base = nearest_motion(desired[seen], board[seen])
         return replace(self, turn=turn, base=base, to_align=False)

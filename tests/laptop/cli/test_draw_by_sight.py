@@ -9,7 +9,7 @@ from click.testing import CliRunner
 from run_json import run_in
 
 from laptop.cli.main import laptop
-from laptop.measure.ilc import kept
+from laptop.measure.ilc import stored_offsets
 from laptop.measure.ilc.learning import Offsets
 from shared.job import Job
 
@@ -28,10 +28,10 @@ def draw(tmp_path, monkeypatch):
     return run
 
 
-def refused(done, told):
+def refused(done, complaint):
     assert done.exit_code != 0
     assert "Traceback" not in done.output
-    assert told in " ".join(done.output.split())
+    assert complaint in " ".join(done.output.split())
 
 
 def off(folder):
@@ -60,10 +60,12 @@ def test_what_was_rehearsed_is_kept_and_drawn_again(draw, tmp_path):
 
 
 def test_a_job_is_written_with_what_was_learned(draw, monkeypatch):
-    told = kept.StoredOffsets(
+    stored = stored_offsets.StoredOffsets(
         [[Offsets(np.array([0.0, 4.4721]), np.full((2, 2), 0.01))]], 2, 3.0, 0.5
     )
-    monkeypatch.setattr(kept, "find", lambda plan, emulated, notes: None if emulated else told)
+    monkeypatch.setattr(
+        stored_offsets, "find", lambda plan, emulated, notes: None if emulated else stored
+    )
     done = draw(*LINE, "--trials", "0", "--to", "a.job")
     assert done.exit_code == 0, done.output
     assert "as 2 rehearsals have taught: 3.0 mm were missed before, 0.5 after" in done.output
@@ -71,7 +73,7 @@ def test_a_job_is_written_with_what_was_learned(draw, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "complaint"),
     [
         ((*LINE, "--trials", "-1"), "-1 is not in the range 0<=x<=20"),
         ((*LINE, "--trials", "99"), "99 is not in the range 0<=x<=20"),
@@ -94,5 +96,5 @@ def test_a_job_is_written_with_what_was_learned(draw, monkeypatch):
         ),
     ],
 )
-def test_bad_input_is_told_in_a_line(draw, words, told):
-    refused(draw(*words), told)
+def test_bad_input_is_told_in_a_line(draw, words, complaint):
+    refused(draw(*words), complaint)

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from arms import PLANAR as ARM
 
+from laptop.measure.ilc.piece_path import paths_of
 from laptop.measure.ilc.tracks import aligned, tracks
 from laptop.measure.ilc.view import TipView
-from laptop.measure.ilc.way import paths_of
 from laptop.measure.measured_run import BadMeasurement, MeasuredRun, Sights
 from robot.motion import paths, trajectory
 from shared.job_log import LogRow

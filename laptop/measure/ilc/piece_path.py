@@ -25,7 +25,7 @@ class PiecePath:
     """A piece, place by place.
 
     Attributes:
-        s: length of the way from its beginning, (n,), cm; it grows.
+        s: arc length from its beginning, (n,), cm; it grows.
         t: when the tip is to be there, s from its beginning, (n,).
         p: where that is, (n, 2), cm.
         ahead: unit vectors along it, (n, 2).
@@ -67,7 +67,7 @@ class PiecePath:
 
 
 def paths_of(arm: Arm, motions: Sequence[Trajectory]) -> list[PiecePath]:
-    """Return the ways of a stroke's planned pieces.
+    """Return the paths of a stroke's planned pieces.
 
     Args:
         arm: that draws it; in space its height is not looked at.
@@ -75,36 +75,36 @@ def paths_of(arm: Arm, motions: Sequence[Trajectory]) -> list[PiecePath]:
     """
     gravity = Gravity(arm)
     preload = gravity.preload_sides if gravity.loaded else None
-    # It is approached from behind: all backlash is taken up its way.
+    # It is approached from behind: all backlash is taken up along its direction.
     sides = gravity.sides(motions[0].start, motions[0].directions)
     out = []
     for motion in motions:
         backlash = BacklashCompensation(arm.joints, motion, sides, preload)
-        out.append(_way(arm, motion, backlash))
+        out.append(_path(arm, motion, backlash))
         sides = backlash.sides
     return out
 
 
-def _way(arm: Arm, motion: Trajectory, backlash: BacklashCompensation) -> PiecePath:
+def _path(arm: Arm, motion: Trajectory, backlash: BacklashCompensation) -> PiecePath:
     times, segments, _ = motion.numbers()
     s, t, q, slopes = [], [], [], []
-    whole = [(b - a) * (v + 0.5 * c * (b - a)) for a, b, (v, c, _, _) in _spans(times, segments)]
-    counts = np.maximum(1, np.ceil(np.array(whole) / PLACE_SPACING)).astype(int)
+    lengths = [(b - a) * (v + 0.5 * c * (b - a)) for a, b, (v, c, _, _) in _spans(times, segments)]
+    counts = np.maximum(1, np.ceil(np.array(lengths) / PLACE_SPACING)).astype(int)
     counts = np.maximum(counts, -(-MIN_PLACES // len(counts)))
     begun = 0.0
     for (start, _, (v, a, cubics, _)), length, count in zip(
-        _spans(times, segments), whole, counts.tolist(), strict=True
+        _spans(times, segments), lengths, counts.tolist(), strict=True
     ):
         own = np.linspace(0.0, length, count + 1)
-        own = own if length + begun >= sum(whole) - 1e-9 else own[:-1]
+        own = own if length + begun >= sum(lengths) - 1e-9 else own[:-1]
         powers = np.stack([np.ones_like(own), own, own**2, own**3])
         s += (begun + own).tolist()
         # The speed is v at the beginning and grows by a: s = v t + a t^2 / 2.
-        fast = v + np.sqrt(np.maximum(v * v + 2 * a * own, 0.0))
-        t += (start + np.divide(2 * own, fast, out=np.zeros_like(own), where=fast > 0)).tolist()
+        speeds = v + np.sqrt(np.maximum(v * v + 2 * a * own, 0.0))
+        t += (start + np.divide(2 * own, speeds, out=np.zeros_like(own), where=speeds > 0)).tolist()
         q += (np.array(cubics) @ powers).T.tolist()
-        steep = np.array(cubics)[:, 1:] * [1, 2, 3]
-        slopes += (steep @ powers[:3]).T.tolist()
+        derivatives = np.array(cubics)[:, 1:] * [1, 2, 3]
+        slopes += (derivatives @ powers[:3]).T.tolist()
         begun += length
     jacobians = np.array([kinematics.jacobian(arm, pose) for pose in q])
     ahead = np.einsum("nij,nj->ni", jacobians, np.array(slopes))[:, :2]

@@ -1,4 +1,4 @@
-"""Learned offsets on file: by path and arm, to be offered again.
+"""Learned offsets on file, by path and arm.
 
 A file for each path of each arm, in the folder `learned` of the state folder. What is learned holds
 for the arm as it was described then: with other numbers only what was missed is compared.
@@ -17,7 +17,7 @@ import numpy as np
 
 from laptop.drawing.preparing import DrawingPlan
 from laptop.measure.ilc.learning import Offsets
-from laptop.measure.ilc.rehearsal import DrawingOffsets, Learned, Lessons
+from laptop.measure.ilc.trials import DrawingLearner, DrawingOffsets, LearningResult
 from laptop.system.files import write_whole
 from shared.arm_description import Arm
 from shared.config_files import InvalidFile, number, read_text
@@ -32,16 +32,16 @@ FORMAT_VERSION = 1
 
 @dataclass(frozen=True, eq=False)
 class StoredOffsets:
-    """Offsets that were learned of a path before.
+    """Stored offsets of a path that was learned before.
 
     offsets     with which to draw it; None: the arm is described otherwise now
-    rehearsals  how many that took
+    trials      how many that took
     without_mm  rms of what was missed before anything was learned
-    left_mm     the same in the last rehearsal
+    left_mm     the same in the last trial
     """
 
     offsets: DrawingOffsets | None
-    rehearsals: int
+    trials: int
     without_mm: float
     left_mm: float
 
@@ -58,14 +58,14 @@ def find(
     """
     file = file_of(plan, emulated)
     try:
-        reported = json.loads(read_text(str(file), MAX_FILE_BYTES))
-        if reported["format"] != FORMAT_VERSION:
+        stored = json.loads(read_text(str(file), MAX_FILE_BYTES))
+        if stored["format"] != FORMAT_VERSION:
             raise InvalidFile("is of another version")
         offsets = None
-        if reported["arm"] == _digest(_numbers(plan.arm)):
-            offsets = _read_offsets(plan, reported["offsets"])
-        numbers = [number(reported[key]) for key in ("without_mm", "left_mm")]
-        return StoredOffsets(offsets, int(reported["rehearsals"]), *numbers)
+        if stored["arm"] == _digest(_numbers(plan.arm)):
+            offsets = _read_offsets(plan, stored["offsets"])
+        numbers = [number(stored[key]) for key in ("without_mm", "left_mm")]
+        return StoredOffsets(offsets, int(stored["rehearsals"]), *numbers)
     except FileNotFoundError:
         return None
     except (
@@ -82,10 +82,13 @@ def find(
         return None
 
 
-def keep(
-    plan: DrawingPlan, learned: Learned, emulated: str = "", before: StoredOffsets | None = None
+def store(
+    plan: DrawingPlan,
+    learned: LearningResult,
+    emulated: str = "",
+    before: StoredOffsets | None = None,
 ) -> Path:
-    """Put on file what was learned of a drawing; return where.
+    """Store what was learned of a drawing on file; return where.
 
     Args:
         plan: the drawing.
@@ -96,20 +99,20 @@ def keep(
     Raises:
         OSError: as the system says it.
     """
-    went_on = before is not None and before.offsets is not None
-    without = before.without_mm if before and went_on else learned.steps[0].rms_mm
-    reported = {
+    continued = before is not None and before.offsets is not None
+    without = before.without_mm if before and continued else learned.steps[0].rms_mm
+    stored = {
         "format": FORMAT_VERSION,
         "drawing": plan.name,
         "arm": _digest(_numbers(plan.arm)),
-        "rehearsals": len(learned.steps) + (before.rehearsals if before and went_on else 0),
+        "rehearsals": len(learned.steps) + (before.trials if before and continued else 0),
         "without_mm": round(without, 3),
         "left_mm": round(min(step.rms_mm for step in learned.steps), 3),
         "offsets": learned.numbers(),
     }
     file = file_of(plan, emulated)
     file.parent.mkdir(parents=True, exist_ok=True)
-    write_whole(file, json.dumps(reported).encode())
+    write_whole(file, json.dumps(stored).encode())
     return file
 
 
@@ -135,12 +138,10 @@ def _digest(value: object) -> str:
     return hashlib.sha256(json.dumps(value).encode()).hexdigest()[:32]
 
 
-def _read_offsets(
-    plan: DrawingPlan, reported: Sequence[Sequence[tuple[Any, Any]]]
-) -> DrawingOffsets:
+def _read_offsets(plan: DrawingPlan, stored: Sequence[Sequence[tuple[Any, Any]]]) -> DrawingOffsets:
     """Offsets of a file, which are those of the drawing's pieces."""
-    out = []
-    for own, paths in zip(reported, Lessons(plan).paths, strict=True):
+    offsets = []
+    for own, paths in zip(stored, DrawingLearner(plan).paths, strict=True):
         pieces = []
         for (s, by_joint), path in zip(own, paths, strict=True):
             q = np.array([[number(value) for value in joint] for joint in by_joint]).T
@@ -151,5 +152,5 @@ def _read_offsets(
             ):
                 raise InvalidFile("is of another path")
             pieces.append(Offsets(places, q))
-        out.append(pieces)
-    return out
+        offsets.append(pieces)
+    return offsets

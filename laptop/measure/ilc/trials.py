@@ -1,4 +1,4 @@
-"""Rehearse a drawing before a camera until there is no more to learn of it."""
+"""Trials of a drawing before a camera, until no more can be learned."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ import numpy as np
 
 from laptop.drawing import planning
 from laptop.drawing.preparing import DrawingPlan
-from laptop.measure.ilc.learning import Offsets, missed_of, none
-from laptop.measure.ilc.lesson import Lesson, Trial, floor
+from laptop.measure.ilc.learning import Offsets, none, stroke_errors
+from laptop.measure.ilc.piece_path import paths_of
+from laptop.measure.ilc.stroke_learning import StrokeLearner, Trial, floor
 from laptop.measure.ilc.tracks import aligned, tracks
 from laptop.measure.ilc.view import TipView
-from laptop.measure.ilc.way import paths_of
 from laptop.measure.measured_run import BadMeasurement, MeasuredRun, MeasuringRig
 from robot.jobs.learned import merged
 from shared import job
@@ -35,7 +35,7 @@ MAX_RMS_MM = 30.0
 its links and 2 degrees of its zero make 20."""
 
 AT_FLOOR = "what is left is no more than two drawings of it differ by"
-IN_VAIN = "no rehearsal was better than without; nothing of them is kept"
+NO_GAIN = "no rehearsal was better than without; nothing of them is kept"
 """Reason why there is no more to learn."""
 
 DrawingOffsets = Sequence[Sequence[Offsets]]
@@ -43,12 +43,12 @@ DrawingOffsets = Sequence[Sequence[Offsets]]
 
 
 @dataclass(frozen=True)
-class Step:
-    """One rehearsal of a whole drawing, as the camera saw it.
+class TrialResult:
+    """One trial of a whole drawing, as the camera saw it.
 
     number       from 1 on
-    rms_mm       what was missed, by the length of its strokes
-    greatest_mm  the most of it, across the path or at an end
+    rms_mm       rms of the trajectory error, weighed by the length of its strokes
+    greatest_mm  greatest trajectory error, across the path or at an end
     """
 
     number: int
@@ -57,29 +57,29 @@ class Step:
 
 
 @dataclass(frozen=True, eq=False)
-class Learned:
-    """Result of a drawing's rehearsals.
+class LearningResult:
+    """Result of a drawing's trials.
 
     offsets  with which to draw it
-    steps    each rehearsal
-    floor_mm what two drawings of it differ by, about, rms
+    steps    result of each trial
+    floor_mm noise floor: what two drawings of it differ by, about, rms
     why      it ended before all were done, or what is to be said of it; ""
-    in_vain  nothing that was tried was better than what it began with
+    no_gain  nothing that was tried was better than what it began with
     """
 
     offsets: DrawingOffsets
-    steps: Sequence[Step]
+    steps: Sequence[TrialResult]
     floor_mm: float
     why: str
-    in_vain: bool
+    no_gain: bool
 
     def numbers(self) -> list[list[planning.Learned]]:
         """Offsets as a job has them."""
         return [[piece.numbers() for piece in stroke] for stroke in self.offsets]
 
 
-class Lessons:
-    """Learning of a drawing, stroke by stroke; what is joined is learned together.
+class DrawingLearner:
+    """Learns joint offsets of a drawing, stroke by stroke; joined strokes are learned together.
 
     Args:
         plan: the drawing.
@@ -90,32 +90,32 @@ class Lessons:
         self.plan = plan
         self.paths = [paths_of(plan.arm, stroke.motions) for stroke in plan.strokes]
         first = first or [[none(piece) for piece in stroke] for stroke in self.paths]
-        self._chains: list[list[int]] = []
+        self._merged_strokes: list[list[int]] = []
         for k, stroke in enumerate(plan.strokes):
             if k and planning.is_joined(plan.strokes[k - 1], stroke):
-                self._chains[-1].append(k)
+                self._merged_strokes[-1].append(k)
             else:
-                self._chains.append([k])
-        self._lessons = []
-        for chain in self._chains:
-            pieces = [piece for k in chain for piece in self.paths[k]]
-            begin = [piece for k in chain for piece in first[k]]
-            self._lessons.append(Lesson(pieces, floor(plan.arm, pieces), begin))
+                self._merged_strokes.append([k])
+        self._learners = []
+        for joined in self._merged_strokes:
+            pieces = [piece for k in joined for piece in self.paths[k]]
+            begin = [piece for k in joined for piece in first[k]]
+            self._learners.append(StrokeLearner(pieces, floor(plan.arm, pieces), begin))
 
     @property
     def offsets(self) -> DrawingOffsets:
         """The best that is known."""
         out: list[Sequence[Offsets]] = []
-        for chain, lesson in zip(self._chains, self._lessons, strict=True):
-            own = list(lesson.offsets)
+        for joined, learner in zip(self._merged_strokes, self._learners, strict=True):
+            own = list(learner.offsets)
             strokes = []
-            for k in chain:
+            for k in joined:
                 strokes.append(own[: len(self.paths[k])])
                 del own[: len(self.paths[k])]
-            out += self._drawable(chain, strokes)
+            out += self._drawable(joined, strokes)
         return out
 
-    def _drawable(self, chain: Sequence[int], strokes: DrawingOffsets) -> DrawingOffsets:
+    def _drawable(self, joined: Sequence[int], strokes: DrawingOffsets) -> DrawingOffsets:
         """Return so much of joined strokes' offsets as the arm may do, which the brick checks, too.
 
         It is as much of each: where they meet, no joint may jump.
@@ -123,21 +123,21 @@ class Lessons:
         joints = self.plan.arm.joints
         low = np.array([joint.lower for joint in joints]) + LIMIT_MARGIN
         high = np.array([joint.upper for joint in joints]) - LIMIT_MARGIN
-        within: list[list[Offsets]] = []
-        for k, pieces in zip(chain, strokes, strict=True):
-            within.append([])
+        bounded: list[list[Offsets]] = []
+        for k, pieces in zip(joined, strokes, strict=True):
+            bounded.append([])
             for path, own in zip(self.paths[k], pieces, strict=True):
                 q = path.at(own.s, path.q)
                 # (A path that is planned nearer to a limit stays where it is.)
                 moved = np.clip(q + own.q, np.minimum(low, q), np.maximum(high, q))
-                within[-1].append(Offsets(own.s, moved - q))
+                bounded[-1].append(Offsets(own.s, moved - q))
         for share in OFFSET_SHARES:
-            some = [[Offsets(own.s, share * own.q) for own in pieces] for pieces in within]
+            scaled = [[Offsets(own.s, share * own.q) for own in pieces] for pieces in bounded]
             with contextlib.suppress(job.BadJob):
-                for k, pieces in zip(chain, some, strict=True):
+                for k, pieces in zip(joined, scaled, strict=True):
                     self._check(k, pieces)
-                return some
-        return [[none(piece) for piece in self.paths[k]] for k in chain]
+                return scaled
+        return [[none(piece) for piece in self.paths[k]] for k in joined]
 
     def _check(self, k: int, pieces: Sequence[Offsets]) -> None:
         """Raise BadJob for offsets of a stroke that the brick would refuse."""
@@ -148,89 +148,91 @@ class Lessons:
 
     @property
     def floor(self) -> float:
-        """Difference of two drawings of it, about, rms, cm."""
-        return self._mean([lesson.floor for lesson in self._lessons])
+        """Noise floor: difference of two drawings of it, about, rms, cm."""
+        return self._mean([learner.floor for learner in self._learners])
 
     @property
-    def is_at_floor(self) -> bool:
+    def is_at_noise_floor(self) -> bool:
         """Whether no stroke has more to learn."""
-        return all(lesson.is_at_floor for lesson in self._lessons)
+        return all(learner.is_at_noise_floor for learner in self._learners)
 
     @property
-    def is_in_vain(self) -> bool:
+    def has_no_gain(self) -> bool:
         """Whether no stroke has learned anything."""
-        return all(lesson.is_in_vain for lesson in self._lessons)
+        return all(learner.has_no_gain for learner in self._learners)
 
     def _mean(self, values: Sequence[float]) -> float:
-        lengths = [sum(piece.length for piece in lesson.pieces) for lesson in self._lessons]
+        lengths = [sum(piece.length for piece in learner.pieces) for learner in self._learners]
         return float(np.sqrt(np.average(np.square(values), weights=lengths)))
 
-    def add(self, run: MeasuredRun, view: TipView, starts: Sequence[float], camera: str) -> Step:
-        """Take in a rehearsal that was drawn with `offsets`; starts are its job's, s.
+    def add(
+        self, run: MeasuredRun, view: TipView, starts: Sequence[float], camera: str
+    ) -> TrialResult:
+        """Add a trial that was drawn with `offsets`; starts are its job's, s.
 
         Raises:
             BadMeasurement: the camera saw too little of it.
         """
         seen = tracks(run, view, self.paths, starts, camera)
-        every: list[Trial] = []
-        for chain, lesson in zip(self._chains, self._lessons, strict=True):
-            found = missed_of(lesson.pieces, [track for k in chain for track in seen[k]])
+        trials: list[Trial] = []
+        for joined, learner in zip(self._merged_strokes, self._learners, strict=True):
+            found = stroke_errors(learner.pieces, [track for k in joined for track in seen[k]])
             if found is None:
                 raise BadMeasurement(
-                    f"the camera saw next to nothing of stroke {chain[0] + 1}: light the table, "
+                    f"the camera saw next to nothing of stroke {joined[0] + 1}: light the table, "
                     "let nothing hide the marker, or draw slower with --speed"
                 )
-            lesson.add(found)
-            every.append(lesson.rehearsals[-1])
-        number = len(self._lessons[0].rehearsals)
-        return Step(
+            learner.add(found)
+            trials.append(learner.trials[-1])
+        number = len(self._learners[0].trials)
+        return TrialResult(
             number,
-            10 * self._mean([one.rms for one in every]),
-            10 * max(one.greatest for one in every),
+            10 * self._mean([trial.rms for trial in trials]),
+            10 * max(trial.greatest for trial in trials),
         )
 
 
-def rehearse(
+def run_trials(
     plan: DrawingPlan,
     rig: MeasuringRig,
     view: TipView,
     times: int,
     first: DrawingOffsets | None = None,
     camera: str = "A",
-    tell: Callable[[Step], None] = lambda step: None,
-) -> Learned:
-    """Let the arm draw a drawing some times, pen down, and learn from what a camera sees.
+    on_trial: Callable[[TrialResult], None] = lambda step: None,
+) -> LearningResult:
+    """Let the arm draw a drawing several times, pen down, and learn from what a camera sees.
 
     Args:
         plan: the drawing.
         rig: an arm with that camera.
         view: of it.
-        times: so often at the most.
+        times: greatest number of trials.
         first: what was learned before, with which it begins; None: nothing.
         camera: its name.
-        tell: called after each.
+        on_trial: called after each trial with its result.
 
     Raises:
         BadMeasurement: the camera saw too little, or the job did not come to its end.
         ArmError: the arm fails.
     """
-    lessons = Lessons(plan, first)
-    steps: list[Step] = []
+    learner = DrawingLearner(plan, first)
+    steps: list[TrialResult] = []
     one_pen = replace(plan.options, pens=None, touch_up=False)  # it is drawn on scrap
     why = ""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / f"{Path(plan.name).stem or 'drawing'}.job"
         for number in range(1, times + 1):
             # (So that whoever watches the brick reads which one is on.)
-            named = replace(plan, name=f"rehearsal {number} of {plan.name}", options=one_pen)
-            offsets = [[piece.numbers() for piece in own] for own in lessons.offsets]
-            named.write_job(file, offsets, LOG_PERIOD)
+            renamed = replace(plan, name=f"rehearsal {number} of {plan.name}", options=one_pen)
+            offsets = [[piece.numbers() for piece in own] for own in learner.offsets]
+            renamed.write_job(file, offsets, LOG_PERIOD)
             starts = [round(start, 2) for start in plan.estimate.starts]
             run = rig.measure(file, dry=False)
             if view.to_align:
-                view = aligned(run, view, lessons.paths, starts, camera)
-            steps.append(lessons.add(run, view, starts, camera))
-            tell(steps[-1])
+                view = aligned(run, view, learner.paths, starts, camera)
+            steps.append(learner.add(run, view, starts, camera))
+            on_trial(steps[-1])
             if steps[-1].rms_mm > MAX_RMS_MM:
                 raise BadMeasurement(
                     f"the tip was seen {steps[-1].rms_mm:.0f} mm beside its path, and "
@@ -238,9 +240,9 @@ def rehearse(
                     "the board, the marker's height and offset, and home the arm; nothing of it "
                     "is kept"
                 )
-            if lessons.is_at_floor:
+            if learner.is_at_noise_floor:
                 why = AT_FLOOR
                 break
-    if lessons.is_in_vain:
-        why = IN_VAIN
-    return Learned(lessons.offsets, steps, 10 * lessons.floor, why, lessons.is_in_vain)
+    if learner.has_no_gain:
+        why = NO_GAIN
+    return LearningResult(learner.offsets, steps, 10 * learner.floor, why, learner.has_no_gain)
