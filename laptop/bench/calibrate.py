@@ -23,9 +23,9 @@ from laptop.bench.bench import BenchRecord, BenchTable, silenced
 from laptop.emulator.device.plant_constants import at_port, read_plant
 from laptop.emulator.rig import Rig
 from laptop.measure.arm.arm_model import ArmModel, CameraPrior, MeasuredByHand
+from laptop.measure.arm.arm_result import measured, write_measured
 from laptop.measure.arm.calibrating import identify
 from laptop.measure.arm.emulated_table import EmulatedTable, camera_over
-from laptop.measure.arm.measured_numbers import measured, write_measured
 from laptop.measure.emulated_rig import EmulatedRig
 from laptop.record.figures import line_accuracy
 from robot.drawing_commands import LINES

@@ -28,7 +28,7 @@ from laptop.measure.emulated_rig import EmulatedRig, RenderedRig
 from laptop.measure.ilc.emulated_view import view_of
 from laptop.measure.ilc.trials import DrawingLearner, run_trials
 from laptop.measure.ilc.view import TipView
-from laptop.measure.measured_run import MeasuredRun
+from laptop.measure.run_data import RunData
 from laptop.record.figures.line_accuracy import distances, pen_down_runs, place, refined
 from shared.arm_description import Arm, ArmError, find_arm, read_arm
 
@@ -179,7 +179,7 @@ class AgeingRig:
         self._scene = Scene(self._built, read_scene(f"fps={FPS:g},seed={case.seed}"))
         self.view: TipView = view_of(self._scene, self.arm)
 
-    def measure(self, job: Path, dry: bool = True) -> MeasuredRun:
+    def measure(self, job: Path, dry: bool = True) -> RunData:
         """Measure a job's run, as MeasuringRig.measure."""
         plant = f"{self.plant},voltage={self._battery.uniform(*VOLTAGE_RANGE):.3f}"
         seed = self._battery.randrange(2**31)
@@ -229,7 +229,7 @@ def run_case(case: IlcCase) -> IlcResult:
 
         arm = rig.arm
 
-        def measure(self, job: Path, dry: bool = True) -> MeasuredRun:
+        def measure(self, job: Path, dry: bool = True) -> RunData:
             run = rig.measure(job, dry)
             inks.append(rig.ink())
             return run

@@ -38,9 +38,9 @@ from laptop.record.run_folder import run_folder
 from shared.arm_description import find_arm, read_arm
 
 if TYPE_CHECKING:
-    from laptop.measure.accuracy.measurement import AccuracyResult
+    from laptop.measure.accuracy.accuracy_test import AccuracyResult
     from laptop.measure.accuracy.plan import AccuracyPlan
-    from laptop.measure.accuracy.sighting import ArmOnBoard
+    from laptop.measure.accuracy.sighting import BoardArmPose
     from laptop.measure.live_rig import LiveRig
     from laptop.record.run import Run
     from laptop.record.run_folder import RunFolder
@@ -113,14 +113,14 @@ class AccuracySight:
     size: str | None
     call: str | None
 
-    def stand(self) -> ArmOnBoard | None:
+    def stand(self) -> BoardArmPose | None:
         """Return how the arm stands on the board; None: that is fitted."""
-        from laptop.measure.accuracy.sighting import ArmOnBoard
+        from laptop.measure.accuracy.sighting import BoardArmPose
 
         if self.place is None:
             return None
         x, y, degrees = self.place
-        return ArmOnBoard(math.radians(degrees), (x, y))
+        return BoardArmPose(math.radians(degrees), (x, y))
 
 
 @dataclass(frozen=True)
@@ -284,7 +284,7 @@ def _live(
     plan: AccuracyPlan, sources: Sequence[str], arm_file: str, sight: AccuracySight
 ) -> AccuracyResult:
     from laptop.cli.rigs import RigOptions, live_rig
-    from laptop.measure.accuracy import measurement
+    from laptop.measure.accuracy import accuracy_test
     from laptop.measure.accuracy.sighting import ArmSighting, check_cameras
     from laptop.see.table import camera_file
     from shared.job_messages import DRAWING
@@ -311,7 +311,7 @@ def _live(
         cameras = {name: calibration.camera for name, calibration in found.items()}
         sighting = ArmSighting(plan.arm, cameras, (sight.height or 0.0) / 10)
         _check_still(rig, found)
-        return measurement.measure(
+        return accuracy_test.measure(
             *(rig, plan, sighting, sight.stand(), _tell),
             lambda ways, run: _check_still(rig, found),
         )

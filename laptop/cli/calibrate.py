@@ -42,8 +42,8 @@ from shared.arm_description import Arm, find_arm, read_arm
 if TYPE_CHECKING:
     from laptop.measure.arm.arm_fit import TouchSight
     from laptop.measure.arm.arm_model import MeasuredByHand
+    from laptop.measure.arm.arm_result import Measured
     from laptop.measure.arm.calibrating import CalibrationSetup, Identified
-    from laptop.measure.arm.measured_numbers import Measured
     from laptop.measure.live_rig import LiveRig
     from laptop.see.table.arm_file import WrittenArm
     from laptop.see.table.camera_fit import Calibration
@@ -194,7 +194,7 @@ def calibrate(sight: CalibrationSight, wished: CalibrationOptions, emulation: Em
     emulated arm leaves the real one's file alone.
     """
     with importing():
-        from laptop.measure.arm import measured_numbers
+        from laptop.measure.arm import arm_result
         from laptop.measure.arm.calibration_record import RESTS, calibration_run
         from laptop.see.table.arm_file import check_writable, own_file
 
@@ -218,7 +218,7 @@ def calibrate(sight: CalibrationSight, wished: CalibrationOptions, emulation: Em
         # First: where the arm's file is refused, no record says that it is calibrated.
         new = None
         if not wished.dry_run:
-            new = measured_numbers.write_measured(result.fit, rows, date.today(), own)
+            new = arm_result.write_measured(result.fit, rows, date.today(), own)
         reported, files = calibration_run(result, rows, setup.camera)
         reported.typed, reported.arm = typed_words(), numbers_of(arm)
         reported.built = built and numbers_of(built)
@@ -289,8 +289,8 @@ def _measured(
         seconds: for which it may move.
     """
     from laptop.measure.arm.arm_model import ArmModel, CameraPrior
+    from laptop.measure.arm.arm_result import check_scale, measured
     from laptop.measure.arm.calibrating import MarkerUnseen, go_home, identify
-    from laptop.measure.arm.measured_numbers import check_scale, measured
 
     for line in _board(setup.camera):
         click.echo(line)
@@ -388,5 +388,5 @@ def _touched(rig: LiveRig, crosses: list[tuple[float, float]]) -> list[TouchSigh
         raise click.ClickException("--crosses asks somebody; there is no terminal to answer at")
     for x, y in crosses:
         click.pause(f"set the pen on the cross at {x:g}, {y:g} cm, hands off, and press a key")
-        found.append(touch_sight((x, y), rig.look(TOUCH_SAMPLE_S)["A"]))
+        found.append(touch_sight((x, y), rig.watch(TOUCH_SAMPLE_S)["A"]))
     return found

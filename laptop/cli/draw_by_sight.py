@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from laptop.measure.ilc.still_table import StillTable
     from laptop.measure.ilc.view import TipView
     from laptop.measure.live_rig import LiveRig
-    from laptop.measure.measured_run import MeasuredRun
+    from laptop.measure.run_data import RunData
     from laptop.record.run_folder import RunFolder
 
 NOISE_PX = 0.5
@@ -63,7 +63,7 @@ class _Watched:
         self._rig = rig
         self.records: list[Sequence[Any]] = []
 
-    def measure(self, job: Path, dry: bool = True) -> MeasuredRun:
+    def measure(self, job: Path, dry: bool = True) -> RunData:
         run = self._rig.measure(job, dry)
         self.records.append(self._rig.last.record)
         return run

@@ -102,7 +102,7 @@ def live_rig(
         called = _brick_of(asked, server)
         brick = stack.enter_context(called) if called else None
         rig = LiveRig(read_arm(find_arm(asked.arm)), pipelines, server, collector, tell, brick)
-        stack.enter_context(rig.looking())
+        stack.enter_context(rig.watching())
         yield rig
 
 

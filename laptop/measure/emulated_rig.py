@@ -23,7 +23,7 @@ from laptop.emulator.rig import Rig, SimulationResult
 from laptop.emulator.scene.poses import ScriptedPoses
 from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.synthetic_camera import SyntheticCamera
-from laptop.measure.measured_run import BadMeasurement, MeasuredRun, Sights
+from laptop.measure.run_data import BadMeasurement, RunData, Sights
 from laptop.see.markers.markers import read_spec
 from laptop.see.markers.tracker import Tracker
 from laptop.see.serve.joint_track import marker_place
@@ -83,24 +83,24 @@ class EmulatedRig:
         self._plant = read_plant(plant) if isinstance(plant, str) else plant
         self._cameras = dict(cameras or {})
         self._height, self._noise, self._fps = height, noise_px, fps
-        self._luck = np.random.default_rng(seed)
-        self._looked: list[tuple[float, float]] = []  # from when to when at each rest, s
+        self._rng = np.random.default_rng(seed)
+        self._rest_spans: list[tuple[float, float]] = []  # from when to when at each rest, s
 
-    def measure(self, job: Path, dry: bool = True) -> MeasuredRun:
+    def measure(self, job: Path, dry: bool = True) -> RunData:
         """Let the arm do a job, and look; see MeasuringRig.
 
         Raises:
-            BadMeasurement: the job did not come to its end; what its program said stands in it.
+            BadMeasurement: the job did not come to its end; what its program printed stands in it.
             KeyboardInterrupt: Ctrl-C came meanwhile.
         """
         header = Job(str(job)).header
         with tempfile.TemporaryDirectory() as folder:
             log = Path(folder) / "log.csv"
             args = ["job", str(job), "--log", str(log), *(["--dry"] if dry else [])]
-            said = io.StringIO()
+            output = io.StringIO()
             with (
-                contextlib.redirect_stdout(said),
-                contextlib.redirect_stderr(said),
+                contextlib.redirect_stdout(output),
+                contextlib.redirect_stderr(output),
                 Rig(self.arm, self.built, self._plant) as rig,
             ):
                 self.last = rig.run("driver.py", *args, timeout=JOB_TIMEOUT)
@@ -108,25 +108,27 @@ class EmulatedRig:
             logged = [] if status else list(read_log(str(log)))
         platforms.obey(self.last.outcome.signals)
         if status:
-            lines = said.getvalue().strip().splitlines()
+            lines = output.getvalue().strip().splitlines()
             raise BadMeasurement(lines[-1] if lines else self.last.outcome.reason)
         # By the clock of the emulated world, as the record of its truth is: that knows nothing of
         # the program's start.
-        ahead = UPTIME + (self.last.outcome.start or 0.0)
-        rows = [row._replace(t=row.t - ahead) for row in logged]
+        start = UPTIME + (self.last.outcome.start or 0.0)
+        rows = [row._replace(t=row.t - start) for row in logged]
         # (A picture comes a little late or early, and the tracker needs one to find its marker.)
-        more = 1 / self._fps
-        self._looked = [(row.t - header.rest - more, row.t + more) for row in rows if row.rest]
+        margin = 1 / self._fps
+        self._rest_spans = [
+            (row.t - header.rest - margin, row.t + margin) for row in rows if row.rest
+        ]
         record = self.last.record
         times = np.array([sample.t for sample in record])
         angles = np.array([sample.q for sample in record])
         sights = {}
         for name in sorted(self._names()):
-            first = times[0] + self._luck.random() / self._fps
+            first = times[0] + self._rng.random() / self._fps
             t = np.arange(first, times[-1], 1 / self._fps)
             q = np.stack([np.interp(t, times, column) for column in angles.T], axis=1)
             sights[name] = self._see(name, t, q)
-        return MeasuredRun(rows, header.rest, sights)
+        return RunData(rows, header.rest, sights)
 
     def _names(self) -> Sequence[str]:
         return list(self._cameras)
@@ -135,7 +137,7 @@ class EmulatedRig:
         """Look at times (n,), s, the joints at q (n, joints), rad."""
         places = np.array([marker_point(self.built, pose, self._height) for pose in q])
         pixels = np.asarray(self._cameras[name].project(places))
-        return Sights(t, pixels + self._noise * self._luck.standard_normal(pixels.shape))
+        return Sights(t, pixels + self._noise * self._rng.standard_normal(pixels.shape))
 
 
 class RenderedRig(EmulatedRig):
@@ -144,7 +146,7 @@ class RenderedRig(EmulatedRig):
     Args:
         arm, built, plant, seed: as for EmulatedRig.
         scenes: by the cameras' names, each of the arm as built.
-        only_rests: no picture is taken but those that tell of a rest, by the brick's log.
+        only_rests: no picture is taken but those of a rest, by the brick's log.
     """
 
     def __init__(
@@ -175,11 +177,11 @@ class RenderedRig(EmulatedRig):
 
         poses = ScriptedPoses(scene.arm, pose)
         camera = SyntheticCamera(scene, poses, lambda: 0.0, start=float(t[0]))
-        tracker = Tracker([read_spec(*look) for look in marker_specs(scene.constants).items()])
+        tracker = Tracker([read_spec(*marker) for marker in marker_specs(scene.constants).items()])
         times_seen, pixels = t.copy(), np.full((len(t), 2), np.nan)
         for index in range(len(t)):
             at = t[index]
-            if self._only_rests and not any(begin < at <= end for begin, end in self._looked):
+            if self._only_rests and not any(begin < at <= end for begin, end in self._rest_spans):
                 continue
             frame = camera.capture(index)
             times_seen[index] = frame.t

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from laptop.measure.measured_run import BadMeasurement, MeasuredRun, Sights
+from laptop.measure.run_data import BadMeasurement, RunData, Sights
 from laptop.see.serve.job_offer import JobOffer
 from laptop.see.serve.pipeline import CameraPipeline
 from laptop.see.serve.server import TrackingServer
@@ -32,9 +32,9 @@ JOIN_TIMEOUT = 2.0
 
 
 class SightCollector:
-    """Passes every observation on to the link, and keeps those of a while.
+    """Passes every observation on to the link, and stores those of a while.
 
-    Whoever waits, for a brick or a sheet of paper, may do so for hours: then nothing is kept.
+    Whoever waits, for a brick or a sheet of paper, may do so for hours: then nothing is stored.
 
     Args:
         server: of the brick.
@@ -44,26 +44,26 @@ class SightCollector:
         self._server = server
         self._lock = threading.Lock()
         self._seen: dict[str, list[tuple[float, float, float]]] = {}
-        self._keeps = False
+        self._is_recording = False
 
     def publish(self, observation: Observation) -> None:
-        """Take an observation."""
+        """Pass on an observation, and store it while a run is recorded."""
         seen = observation.markers.get(EFFECTOR)
         u, v = seen[:2] if seen and seen[2] >= LEAST_CONFIDENCE else (math.nan, math.nan)
         with self._lock:
-            if self._keeps:
+            if self._is_recording:
                 self._seen.setdefault(observation.camera, []).append((observation.t, u, v))
         self._server.publish(observation)
 
     def begin(self) -> None:
-        """Keep what is seen from now on."""
+        """Store what is seen from now on."""
         with self._lock:
-            self._seen, self._keeps = {}, True
+            self._seen, self._is_recording = {}, True
 
-    def take(self) -> dict[str, Sights]:
-        """Return what was seen since it began, by camera, and keep no more."""
+    def finish(self) -> dict[str, Sights]:
+        """Return what was seen since it began, by camera, and store no more."""
         with self._lock:
-            seen, self._seen, self._keeps = self._seen, {}, False
+            seen, self._seen, self._is_recording = self._seen, {}, False
         found = {}
         for camera, rows in seen.items():
             values = np.array(rows)
@@ -79,8 +79,8 @@ class LiveRig:
         pipelines: one for each camera; they publish to `collector`.
         server: of the brick.
         collector: of what they see.
-        tell: called while a job is done with how far it is, JobStatus.
-        brick_ended: tells why a brick that was started for this has ended, "" while it has not;
+        on_status: called with the JobStatus while a job is done.
+        brick_ended: returns why a brick that was started for this has ended, "" while it has not;
             None: none was.
     """
 
@@ -90,20 +90,20 @@ class LiveRig:
         pipelines: Sequence[CameraPipeline],
         server: TrackingServer,
         collector: SightCollector,
-        tell: Callable[[JobStatus], None] = lambda status: None,
+        on_status: Callable[[JobStatus], None] = lambda status: None,
         brick_ended: Callable[[], str] | None = None,
     ) -> None:
         self.arm = arm
         self._pipelines, self._server, self._collector = pipelines, server, collector
-        self._tell, self._brick_ended = tell, brick_ended
+        self._on_status, self._brick_ended = on_status, brick_ended
         self._over = threading.Event()
         self._error: BaseException | None = None
 
     @contextmanager
-    def looking(self) -> Iterator[LiveRig]:
+    def watching(self) -> Iterator[LiveRig]:
         """Let the cameras look while the block runs."""
         threads = [
-            threading.Thread(target=self._look, args=(pipeline,), daemon=True)
+            threading.Thread(target=self._watch, args=(pipeline,), daemon=True)
             for pipeline in self._pipelines
         ]
         for thread in threads:
@@ -115,12 +115,12 @@ class LiveRig:
             for thread in threads:
                 thread.join(JOIN_TIMEOUT)
 
-    def _look(self, pipeline: CameraPipeline) -> None:
+    def _watch(self, pipeline: CameraPipeline) -> None:
         try:
             pipeline.begin()
             while not self._over.is_set() and pipeline.step(READ_TIMEOUT):
                 continue
-        except BaseException as error:  # it is the main thread's to tell
+        except BaseException as error:  # the main thread reports it
             self._error = self._error or error
 
     def image(self, camera: str = "A") -> np.ndarray:
@@ -138,7 +138,7 @@ class LiveRig:
             pipeline.wait(POLL_PERIOD)
         return pipeline.view.frame.image
 
-    def look(self, seconds: float) -> dict[str, Sights]:
+    def watch(self, seconds: float) -> dict[str, Sights]:
         """Return where the marker is seen for so many s, by camera, whatever the arm does.
 
         Raises:
@@ -149,7 +149,7 @@ class LiveRig:
         while time.monotonic() < until:
             self._check()
             time.sleep(POLL_PERIOD)
-        return self._collector.take()
+        return self._collector.finish()
 
     def wait_for_brick(self, timeout: float = math.inf) -> None:
         """Wait until a brick is linked.
@@ -166,7 +166,7 @@ class LiveRig:
                 raise BadMeasurement(f"no brick has called within {timeout:.0f} s")
             time.sleep(POLL_PERIOD)
 
-    def measure(self, job: Path, dry: bool = True) -> MeasuredRun:
+    def measure(self, job: Path, dry: bool = True) -> RunData:
         """Let the arm do a job, and look; see MeasuringRig.
 
         Raises:
@@ -175,16 +175,16 @@ class LiveRig:
         self.wait_for_brick()
         offer = JobOffer(job, dry=dry)
         self._collector.begin()
-        reported = self._server.state().progress
+        last_status = self._server.state().progress
         if not self._server.offer(offer):
             raise BadMeasurement("the link has just broken; it mends by itself, then do it again")
         done = False
         try:
-            self._wait_for_end(offer, reported.t if reported else -math.inf)
+            self._wait_for_end(offer, last_status.t if last_status else -math.inf)
             done = True
         finally:
             if not done:
-                self._collector.take()
+                self._collector.finish()
                 self._server.send(Order(ABORT, None))
                 self._server.send(Stop("the measurement has ended"))
         rows = list(offer.log)
@@ -192,39 +192,46 @@ class LiveRig:
             raise BadMeasurement(
                 "the brick has logged nothing: put today's program on it: brickservo brick install"
             )
-        return MeasuredRun(rows, offer.job.header.rest, self._collector.take())
+        return RunData(rows, offer.job.header.rest, self._collector.finish())
 
-    def _wait_for_end(self, offer: JobOffer, reported: float) -> None:
-        """Wait; what the brick said until `told`, s of its clock, is of a job before this one."""
-        heard_at, begun = time.monotonic(), False
+    def _wait_for_end(self, offer: JobOffer, last_status: float) -> None:
+        """Wait until the job has ended.
+
+        Args:
+            offer: the job.
+            last_status: time by the brick's clock, s, up to which it reported an earlier job.
+        """
+        last_status_at, begun = time.monotonic(), False
         ended_at = None
         header = offer.job.header
         while True:
             self._check()
             state = self._server.state()
             progress = state.progress
-            mine = None
-            if progress and progress.crc == offer.draw.crc and progress.t > reported:
-                mine, heard_at, begun = progress, time.monotonic(), True
-            if mine is None:
+            status = None
+            if progress and progress.crc == offer.draw.crc and progress.t > last_status:
+                status, last_status_at, begun = progress, time.monotonic(), True
+            if status is None:
                 if state.client is None:
                     raise BadMeasurement(f"the link was lost: {state.lost}; do it again")
-                if time.monotonic() - heard_at > BEGIN_TIMEOUT:
+                if time.monotonic() - last_status_at > BEGIN_TIMEOUT:
                     why = "the brick did not begin; does its program run with --wait?"
                     if begun:
                         why = "the link broke, and since then the brick says nothing of its job; "
                         why += "do it again"
                     raise BadMeasurement(why)
-            elif mine.state == DONE:
+            elif status.state == DONE:
                 ended_at = ended_at or time.monotonic()
-                stands = sum(row.rest for row in offer.log)
-                whole = not header.rest or stands >= header.strokes
-                if whole or time.monotonic() - ended_at > LOG_GRACE:
+                rest_count = sum(row.rest for row in offer.log)
+                is_complete = not header.rest or rest_count >= header.strokes
+                if is_complete or time.monotonic() - ended_at > LOG_GRACE:
                     return
-            elif mine.state in ENDS:
-                raise BadMeasurement(f"the brick has {mine.state}: {mine.reason or 'no reason'}")
+            elif status.state in ENDS:
+                raise BadMeasurement(
+                    f"the brick has {status.state}: {status.reason or 'no reason'}"
+                )
             else:
-                self._tell(mine)
+                self._on_status(status)
             time.sleep(POLL_PERIOD)
 
     def _check(self) -> None:

@@ -28,7 +28,7 @@ from laptop.emulator.bundled_scripts import SERVO
 from laptop.emulator.device.plant_constants import CPU
 from laptop.emulator.pace import PacedClock
 from laptop.emulator.scene.camera_rig import CameraRig
-from laptop.measure.demo.goals import DEMO_SETUPS, Goal, choose_goals, goal_words, postures_at
+from laptop.measure.demo.goals import DEMO_SETUPS, Goal, choose_goals, postures_at, servo_args
 from laptop.measure.demo.processes import (
     SERVO_TIMEOUT,
     ChildProcess,
@@ -203,7 +203,7 @@ def _measure(made: Any, seed: int, looking: Viewers) -> PageResult:
             for number, goal in enumerate(goals, 1):
                 home = folder / f"goal-{number}"
                 words = ["simulate", "--realtime", start, "--arm", arm.file, "--out", str(home)]
-                words += [SERVO, place, *goal_words(goal)]
+                words += [SERVO, place, *servo_args(goal)]
                 servo = crew.start(goal.name, [*words, "--log", f"{home}.jsonl"])
                 servo.wait(SERVO_TIMEOUT)
                 runs.append(_judged(rig, goal, home, servo))

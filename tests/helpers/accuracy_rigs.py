@@ -3,7 +3,7 @@
 import numpy as np
 
 from laptop.measure.emulated_rig import marker_point
-from laptop.measure.measured_run import MeasuredRun, Sights
+from laptop.measure.run_data import RunData, Sights
 from laptop.see.table.camera_model import CameraModel
 from robot.motion import kinematics
 from robot.motion.trajectory import Trajectory
@@ -85,7 +85,7 @@ class PuppetRig:
             pixels = pixels + self._noise * self._luck.standard_normal(pixels.shape)
             pixels[gone] = np.nan
             sights[name] = Sights(np.array(times), pixels)
-        return MeasuredRun(rows, job.header.rest, sights)
+        return RunData(rows, job.header.rest, sights)
 
     def _place(self, k, share, q):
         tip = np.array(kinematics.forward(self.arm, q))

@@ -5,7 +5,7 @@ import numpy as np
 
 from laptop.emulator.scene.synthetic_camera import SyntheticCamera
 from laptop.measure.emulated_rig import EmulatedRig
-from laptop.measure.measured_run import Sights
+from laptop.measure.run_data import Sights
 
 
 def spoilt_rig(links=None, sight=None):

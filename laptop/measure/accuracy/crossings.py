@@ -1,6 +1,6 @@
 """Crossings of planes across a line or a circle by the tip.  Pure; lengths are cm.
 
-By the way along the path, not by time: what a clock or a slow start does, does not count here.
+By the arc length along the path, not by time: a clock or a slow start has no influence here.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class StraightPath:
         return np.asarray((points - self.start) @ ((self.end - self.start) / self.length))
 
     def tangents(self, points: np.ndarray) -> np.ndarray:
-        """Return the way onwards at each point, unit vectors (n, d)."""
+        """Return the unit tangent at each point, (n, d)."""
         return np.broadcast_to((self.end - self.start) / self.length, points.shape)
 
     def across(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -83,9 +83,9 @@ class CirclePath:
     def points(self, count: int = 181) -> np.ndarray:
         """Return the path for who plans it, (count, d), closed."""
         angles = np.linspace(0.0, 2 * math.pi, count)[:, None]
-        way = np.cos(angles) * self.u + np.sin(angles) * self.v
-        way[-1] = way[0]
-        return np.asarray(self.centre + self.radius * way)
+        directions = np.cos(angles) * self.u + np.sin(angles) * self.v
+        directions[-1] = directions[0]
+        return np.asarray(self.centre + self.radius * directions)
 
     def along(self, points: np.ndarray) -> np.ndarray:
         """Return how far along the path each point is, (n,), in the order of time."""
@@ -97,7 +97,7 @@ class CirclePath:
         return np.asarray(self.radius * angles)
 
     def tangents(self, points: np.ndarray) -> np.ndarray:
-        """Return the way onwards at each point, unit vectors (n, d)."""
+        """Return the unit tangent at each point, (n, d)."""
         off = points - self.centre
         a, b = off @ self.u, off @ self.v
         return (a[:, None] * self.v - b[:, None] * self.u) / np.hypot(a, b)[:, None]
@@ -122,14 +122,14 @@ class CirclePath:
 CommandedPath = StraightPath | CirclePath
 
 
-def _across(way: np.ndarray) -> np.ndarray:
+def _across(direction: np.ndarray) -> np.ndarray:
     """Return unit vectors (d - 1, d) across a unit vector; the last one is as upright as can be."""
-    if len(way) == 2:
-        return np.array([[-way[1], way[0]]])
-    up = np.eye(3)[2] if abs(way[2]) < 0.9 else np.eye(3)[0]
-    level = np.cross(up, way)
+    if len(direction) == 2:
+        return np.array([[-direction[1], direction[0]]])
+    up = np.eye(3)[2] if abs(direction[2]) < 0.9 else np.eye(3)[0]
+    level = np.cross(up, direction)
     level /= np.linalg.norm(level)
-    return np.array([level, np.cross(way, level)])
+    return np.array([level, np.cross(direction, level)])
 
 
 def stations(path: CommandedPath, planes: int) -> np.ndarray:
@@ -156,8 +156,8 @@ def crossings(
     d = points.shape[1]
     noise = np.zeros((len(points), d, d)) if noise is None else noise
     common = np.zeros((len(points), d, 0)) if common is None else common
-    good = np.isfinite(points).all(axis=1)
-    points, noise, common = points[good], noise[good], common[good]
+    finite = np.isfinite(points).all(axis=1)
+    points, noise, common = points[finite], noise[finite], common[finite]
     empty = Crossings(
         np.full((planes, d - 1), np.nan),
         np.zeros((planes, d - 1, d - 1)),
@@ -174,7 +174,7 @@ def crossings(
     ahead, behind = s[0] - at, at - s.max()
     before[ahead >= 0], before[behind > 0] = 0, len(s) - 2
     seen |= ((ahead >= 0) & (ahead <= END_TOLERANCE)) | ((behind > 0) & (behind <= END_TOLERANCE))
-    window, weights = _crossing_weights(np.flatnonzero(good), s, before, at)
+    window, weights = _crossing_weights(np.flatnonzero(finite), s, before, at)
     found = np.einsum("pk,pkd->pd", weights, values[window])
     found[~seen] = np.nan
     # The projector across the path.  A place is p = s t + A^T y, with the tangent t and the axes A
@@ -222,6 +222,6 @@ def _crossing_weights(
         for other in set(range(nodes)) - {k}:
             one, two = t[window[:, k]], t[window[:, other]]
             basis[..., k] *= (u - two) / (one - two)
-    way = (basis * s[window]).sum(axis=-1)
-    nearest = np.abs(way - at).argmin(axis=0)
+    places = (basis * s[window]).sum(axis=-1)
+    nearest = np.abs(places - at).argmin(axis=0)
     return window, basis[nearest, np.arange(len(at))]

@@ -12,13 +12,13 @@ from collections.abc import Callable
 import numpy as np
 
 from laptop.emulator.scene.board_photographs import CameraPose, Lens, draw_lens, photograph
-from laptop.measure.accuracy import measurement
-from laptop.measure.accuracy.measurement import AccuracyResult
-from laptop.measure.accuracy.plan import AccuracyPlan, PlannedWay
-from laptop.measure.accuracy.sighting import ArmOnBoard, ArmSighting, BadSighting, Places
+from laptop.measure.accuracy import accuracy_test
+from laptop.measure.accuracy.accuracy_test import AccuracyResult
+from laptop.measure.accuracy.plan import AccuracyPlan, PlannedMotion
+from laptop.measure.accuracy.sighting import ArmSighting, BadSighting, BoardArmPose, Places
 from laptop.measure.accuracy.truth import in_nearest_frame, true_places
 from laptop.measure.emulated_rig import EmulatedRig
-from laptop.measure.measured_run import MeasuredRun
+from laptop.measure.run_data import RunData
 from laptop.see.markers.finders.board import find_board
 from laptop.see.table.camera_fit import calibrate
 from robot.motion import kinematics
@@ -52,25 +52,25 @@ class LensCamera:
     """A camera as it truly is; points are in the arm's frame.
 
     Args:
-        lens, stand: over the board.
-        on_board: how the arm stands there.
+        lens, camera_pose: over the board.
+        arm_pose: how the arm stands there.
     """
 
-    def __init__(self, lens: Lens, stand: CameraPose, on_board: ArmOnBoard) -> None:
-        self._lens, self._stand, self._on_board = lens, stand, on_board
+    def __init__(self, lens: Lens, camera_pose: CameraPose, arm_pose: BoardArmPose) -> None:
+        self._lens, self._camera_pose, self._arm_pose = lens, camera_pose, arm_pose
 
     def project(self, points: np.ndarray) -> np.ndarray:
         """Pixels (n, 2) of points (n, 3), cm."""
-        c, s = math.cos(self._on_board.turn), math.sin(self._on_board.turn)
+        c, s = math.cos(self._arm_pose.turn), math.sin(self._arm_pose.turn)
         on_board = points.copy()
-        on_board[:, :2] = points[:, :2] @ np.array([[c, s], [-s, c]]) + self._on_board.base
-        return self._stand.pixels(self._lens, on_board)
+        on_board[:, :2] = points[:, :2] @ np.array([[c, s], [-s, c]]) + self._arm_pose.base
+        return self._camera_pose.pixels(self._lens, on_board)
 
 
-def look_at_cube(
+def calibrated_cameras(
     arm: Arm, middle: np.ndarray, seed: int
-) -> tuple[dict[str, LensCamera], ArmSighting, ArmOnBoard]:
-    """Draw cameras that look at the test's cube, and calibrate them by the board that lies there.
+) -> tuple[dict[str, LensCamera], ArmSighting, BoardArmPose]:
+    """Draw cameras that see the test's cube, and calibrate them by the board that lies there.
 
     Returns:
         The cameras as they are, what is known of them, and how the arm stands on the board.
@@ -80,13 +80,13 @@ def look_at_cube(
     c, s = math.cos(turn), math.sin(turn)
     # The board's origin lies below the cube's middle.
     base = -np.array([[c, -s], [s, c]]) @ middle[:2]
-    on_board = ArmOnBoard(turn, (float(base[0]), float(base[1])))
+    arm_pose = BoardArmPose(turn, (float(base[0]), float(base[1])))
     d = kinematics.coordinates(arm)
     cameras, models = {}, {}
     for number, (tilt, azimuth) in enumerate(CAMERA_DIRECTIONS[d]):
         lens = draw_lens(seed + number)
         azimuth += rng.uniform(-8, 8)
-        stands = [
+        camera_poses = [
             CameraPose.looking(
                 CAMERA_DISTANCE[d] * lens.focal / FOCAL_LENGTH,
                 math.radians(tilt + (more if tilt + more <= MAX_BOARD_TILT else -more)),
@@ -97,15 +97,15 @@ def look_at_cube(
             for more, aside in BOARD_TILTS
         ]
         views = []
-        for k, stand in enumerate(stands):
-            view = find_board(photograph(lens, stand, seed=[seed, 52, number, k]))
+        for k, camera_pose in enumerate(camera_poses):
+            view = find_board(photograph(lens, camera_pose, seed=[seed, 52, number, k]))
             if view and len(view.numbers) >= MIN_MARKER_SHARE * len(view.board.numbers):
                 views.append(view)
-            elif k == len(stands) - 1:
+            elif k == len(camera_poses) - 1:
                 raise BadSighting(f"seed {seed}: the camera does not see the board; take another")
-        cameras["AB"[number]] = LensCamera(lens, stands[-1], on_board)
+        cameras["AB"[number]] = LensCamera(lens, camera_poses[-1], arm_pose)
         models["AB"[number]] = calibrate(views, BAR_LENGTH).camera
-    return cameras, ArmSighting(arm, models, MARKER_HEIGHT[d]), on_board
+    return cameras, ArmSighting(arm, models, MARKER_HEIGHT[d]), arm_pose
 
 
 def measure_emulated(
@@ -115,7 +115,7 @@ def measure_emulated(
     noise: float = PIXEL_NOISE,
     seed: int = 1000,
     fit: bool = False,
-    tell: Callable[[str, int, int], None] = lambda part, number, count: None,
+    on_part: Callable[[str, int, int], None] = lambda part, number, count: None,
 ) -> tuple[AccuracyResult, dict[str, float]]:
     """Do the test by an emulated arm before emulated cameras.
 
@@ -126,22 +126,22 @@ def measure_emulated(
         noise: of the marker in one picture, px.
         seed: of all chance.
         fit: how the arm stands on the board is not known.
-        tell: as for `measurement.measure`.
+        on_part: as for `accuracy_test.measure`.
 
     Returns:
-        What the cameras tell, and the true criteria by name, mm; of a stand that was fitted the
+        What the cameras tell, and the true criteria by name, mm; of a pose that was fitted the
         true ones are, too, in the frame that is nearest to the poses.
     """
     arm = plan.arm
-    cameras, sighting, on_board = look_at_cube(arm, plan.centre, seed)
+    cameras, sighting, true_pose = calibrated_cameras(arm, plan.centre, seed)
     rig = EmulatedRig(arm, built, plant, cameras, sighting.height, noise, FPS, seed)
-    truth: list[tuple[PlannedWay, Places]] = []
+    truth: list[tuple[PlannedMotion, Places]] = []
 
-    def keep(ways: list[PlannedWay], run: MeasuredRun) -> None:
-        truth.extend(true_places(rig.last.record, ways, run))
+    def add_truth(motions: list[PlannedMotion], run: RunData) -> None:
+        truth.extend(true_places(rig.last.record, motions, run))
 
-    stand = None if fit else on_board
-    result = measurement.measure(rig, plan, sighting, stand, tell, keep)
+    arm_pose = None if fit else true_pose
+    result = accuracy_test.measure(rig, plan, sighting, arm_pose, on_part, add_truth)
     if fit:
         truth = in_nearest_frame(truth)
-    return result, measurement.plain(plan, measurement.collect(plan, truth))
+    return result, accuracy_test.plain(plan, accuracy_test.collect(plan, truth))

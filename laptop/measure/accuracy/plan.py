@@ -56,21 +56,21 @@ class BadAccuracyPlan(ArmError, ValueError):
 
 
 @dataclass(frozen=True)
-class PlannedWay:
+class PlannedMotion:
     """One motion of the test.
 
-    what    "pose", "direction", "path" or "way": a way is not measured
+    what    "pose", "direction" or "path"
     number  of the pose (1 to 5) or of the direction or path (from 0 on)
     pose    number of the pose to which a direction leads, else 0
     share   of the arm's drawing speed
-    way     points (n, d), cm
+    points  of its path, (n, d), cm
     """
 
     what: str
     number: int
     pose: int
     share: float
-    way: np.ndarray
+    points: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,78 +138,82 @@ class AccuracyPlan:
             "circle": CirclePath(self.centre, CIRCLE_RADIUS * self.side, *self.axes),
         }
 
-    def parts(self) -> dict[str, list[PlannedWay]]:
+    def parts(self) -> dict[str, list[PlannedMotion]]:
         """Return the strokes of each part of the test; each part is one job."""
         parts = {"poses": list(self._pose_strokes()), "directions": list(self._directed())}
         for share in SPEED_SHARES:
             parts[f"paths at {100 * share:.0f} %"] = [
-                PlannedWay("path", number, 0, share, path.points())
+                PlannedMotion("path", number, 0, share, path.points())
                 for number, path in enumerate(self.paths.values())
                 for _ in range(self.path_cycles)
             ]
         return parts
 
-    def _pose_strokes(self) -> Iterator[PlannedWay]:
+    def _pose_strokes(self) -> Iterator[PlannedMotion]:
         at = POSE_ORDER[-1]
         for _ in range(self.cycles):
             for number in POSE_ORDER:
-                way = np.array([self.pose(at), self.pose(number)])
-                yield PlannedWay("pose", number, 0, 1.0, way)
+                points = np.array([self.pose(at), self.pose(number)])
+                yield PlannedMotion("pose", number, 0, 1.0, points)
                 at = number
 
-    def _directed(self) -> Iterator[PlannedWay]:
+    def _directed(self) -> Iterator[PlannedMotion]:
         begin = POSE_INSET * self.side
         for _, pose in itertools.product(range(self.cycles), MULTIDIRECTIONAL_POSES):
             for number, direction in enumerate(self.directions):
                 end = self.pose(pose)
-                way = np.array([end - begin * direction, end])
-                yield PlannedWay("direction", number, pose, 1.0, way)
+                points = np.array([end - begin * direction, end])
+                yield PlannedMotion("direction", number, pose, 1.0, points)
 
     def seconds(self) -> float:
         """Return how long the arm is at it, about, s.
 
         Raises:
-            kinematics.Unreachable: a way of it cannot be had.
+            kinematics.Unreachable: a motion of it cannot be had.
         """
-        return sum(self._planned(ways)[1] for ways in self.parts().values())
+        return sum(self._planned(motions)[1] for motions in self.parts().values())
 
-    def write_job(self, file: Path, name: str, ways: Sequence[PlannedWay]) -> job.JobHeader:
+    def write_job(self, file: Path, name: str, motions: Sequence[PlannedMotion]) -> job.JobHeader:
         """Write the job of a part.
 
         Raises:
-            kinematics.Unreachable: a way of it cannot be had.
+            kinematics.Unreachable: a motion of it cannot be had.
             job.BadJob, OSError: it cannot be written.
         """
-        strokes, seconds = self._planned(ways)
+        strokes, seconds = self._planned(motions)
         header: job.JobHeader = job.header_of(
             self.arm, f"accuracy: {name}", self.arm.speed, strokes, 0.0, round(seconds, 1)
-        )._replace(log=LOG_PERIOD, rest=rest_of(ways))
+        )._replace(log=LOG_PERIOD, rest=rest_of(motions))
         job.write_job(str(file), header, strokes)
         return header
 
-    def _planned(self, ways: Sequence[PlannedWay]) -> tuple[list[job.Stroke], float]:
+    def _planned(self, motions: Sequence[PlannedMotion]) -> tuple[list[job.Stroke], float]:
         """Return the strokes of a job and how long it takes, about, s."""
         strokes, t = [], 0.0
         planned: dict[tuple[bytes, float], tuple[list[trajectory.PieceNumbers], float, float]] = {}
-        for way in ways:
-            key = (way.way.tobytes(), way.share)
+        for motion in motions:
+            key = (motion.points.tobytes(), motion.share)
             if key not in planned:  # each is done many times
-                points = [tuple(p) for p in way.way.tolist()]
-                motions = trajectory.plan(
-                    self.arm, [points], way.share * self.arm.speed, self.elbow
+                points = [tuple(p) for p in motion.points.tolist()]
+                trajectories = trajectory.plan(
+                    self.arm, [points], motion.share * self.arm.speed, self.elbow
                 )
-                cm = float(np.linalg.norm(np.diff(way.way, axis=0), axis=1).sum())
-                took = sum(motion.duration for motion in motions)
-                planned[key] = [motion.numbers() for motion in motions], round(cm, 3), took
+                cm = float(np.linalg.norm(np.diff(motion.points, axis=0), axis=1).sum())
+                took = sum(piece.duration for piece in trajectories)
+                planned[key] = (
+                    [piece.numbers() for piece in trajectories],
+                    round(cm, 3),
+                    took,
+                )
             pieces, cm, took = planned[key]
             strokes.append(job.Stroke("", cm, round(t, 2), pieces))
-            t += took + rest_of(ways) + SETTLING_TIME
+            t += took + rest_of(motions) + SETTLING_TIME
         return strokes, t
 
 
-def rest_of(ways: Sequence[PlannedWay]) -> float:
-    """Return how long the arm stands after each way of a part, s."""
-    return PATH_REST if ways[0].what == "path" else POSE_REST
+def rest_of(motions: Sequence[PlannedMotion]) -> float:
+    """Return how long the arm stands after each motion of a part, s."""
+    return PATH_REST if motions[0].what == "path" else POSE_REST
 
 
 def plan_accuracy(
@@ -241,20 +245,20 @@ def plan_accuracy(
             f"centre {','.join(f'{c:g}' for c in centre)}: give {d} numbers, "
             f"{'x,y' if d == 2 else 'x,y,z'} in cm, for the arm {arm.name}"
         )
-    found, elbow, middle = _room(arm, d, centre)
+    largest, elbow, middle = _room(arm, d, centre)
     what = "square" if d == 2 else "cube"
     where = "anywhere" if centre is None else f"at {','.join(f'{c:g}' for c in centre)} cm"
     advice = "give another --at" if centre is not None else "give a smaller --size"
-    if found < (side or CUBE_SIDES[0]):
+    if largest < (side or CUBE_SIDES[0]):
         wanted = f" of {side:g} cm" if side else ""
         raise BadAccuracyPlan(
             f"the arm {arm.name} has no room for a test {what}{wanted} {where}: its largest there "
-            f"is {found:.1f} cm; {advice}"
+            f"is {largest:.1f} cm; {advice}"
         )
     return AccuracyPlan(
         arm,
         elbow,
-        side or max(CUBE_SIDES[0], SIDE_STEP * math.floor(found / SIDE_STEP)),
+        side or max(CUBE_SIDES[0], SIDE_STEP * math.floor(largest / SIDE_STEP)),
         middle,
         cycles,
     )

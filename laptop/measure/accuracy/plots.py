@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
 from laptop.measure.accuracy import criteria
-from laptop.measure.accuracy.measurement import AccuracyResult, Attained
+from laptop.measure.accuracy.accuracy_test import AccuracyResult, Attained
 from laptop.measure.accuracy.plan import SPEED_SHARES, AccuracyPlan
 from laptop.record.figures.charts import head
 from laptop.record.figures.sheet import (

@@ -9,8 +9,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from laptop.measure.accuracy.accuracy_test import AccuracyResult
 from laptop.measure.accuracy.criteria import MM
-from laptop.measure.accuracy.measurement import AccuracyResult
 from laptop.measure.accuracy.plan import AccuracyPlan
 from laptop.record.run import ACCURACY, Ending, Run, settings
 from laptop.record.run import table as run_table
@@ -111,9 +111,9 @@ def accuracy_run(result: AccuracyResult, truth: Mapping[str, float] | None = Non
         "its centre, cm": ", ".join(f"{round(float(c), 3):g}" for c in plan.centre),
         "speed cm/s": plan.arm.speed,
         "the arm's place was fitted": result.is_fitted,
-        "the arm's x on the board cm": round(result.stand.base[0], 3),
-        "the arm's y on the board cm": round(result.stand.base[1], 3),
-        "the arm's turn on the board deg": round(math.degrees(result.stand.turn), 3),
+        "the arm's x on the board cm": round(result.arm_pose.base[0], 3),
+        "the arm's y on the board cm": round(result.arm_pose.base[1], 3),
+        "the arm's turn on the board deg": round(math.degrees(result.arm_pose.turn), 3),
         **{f"noise of camera {name} px": round(s, 4) for name, s in result.sigma.items()},
         "noise of a point of a path mm": round(result.noise_mm[0], 4),
         "noise of a rest mm": round(result.noise_mm[1], 4),

@@ -1,4 +1,4 @@
-"""From a marker's pixels to the tip's place in the arm's frame, with all that makes it unsure.
+"""From a marker's pixels to the tip's place in the arm's frame, with its uncertainty.
 
 The board lies on the table and so does the arm: between their frames there are a turn and a shift.
 Lengths are cm.
@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from laptop.measure.measured_run import MAD_TO_SIGMA, MEDIAN_NOISE, SETTLED_SHARE, MeasuredRun
+from laptop.measure.run_data import MAD_TO_SIGMA, MEDIAN_NOISE, SETTLED_SHARE, RunData
 from laptop.see.serve.joint_track import marker_shift
 from laptop.see.table.camera_model import CameraModel, triangulate
 from laptop.see.table.plane_motion import nearest_motion, rotation
@@ -26,7 +26,7 @@ MIN_VARIANCE_SHARE = 1e-9
 
 
 class BadSighting(ArmError, ValueError):
-    """Cameras that do not tell where the tip is."""
+    """Error: the cameras do not determine where the tip is."""
 
 
 class Places(NamedTuple):
@@ -63,7 +63,7 @@ class SeenMarker(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class ArmOnBoard:
+class BoardArmPose:
     """Pose of the arm on the board: both lie on the table.
 
     turn  of the arm's x from the board's, rad
@@ -95,14 +95,14 @@ class ArmSighting:
     def __post_init__(self) -> None:
         check_cameras(self.arm, len(self.cameras))
 
-    def sigma(self, run: MeasuredRun) -> dict[str, float]:
+    def sigma(self, run: RunData) -> dict[str, float]:
         """Return each camera's noise: standard deviation of one coordinate in one picture, px.
 
         From how pictures of an arm at rest differ, all rests together.
         """
         return {name: _noise(run, name) for name in self.cameras}
 
-    def at_rest(self, run: MeasuredRun, sigma: Mapping[str, float]) -> SeenMarker:
+    def at_rest(self, run: RunData, sigma: Mapping[str, float]) -> SeenMarker:
         """Return where the marker was at each rest.
 
         Args:
@@ -119,7 +119,7 @@ class ArmSighting:
         pixels = {name: rest.pixel for name, rest in rests.items()}
         return SeenMarker(self._places(pixels, spread), q)
 
-    def on_the_way(self, run: MeasuredRun, sigma: Mapping[str, float]) -> list[SeenMarker]:
+    def along_strokes(self, run: RunData, sigma: Mapping[str, float]) -> list[SeenMarker]:
         """Return where the marker was in each picture along each stroke, the strokes in order.
 
         Of several cameras, those of the others are taken at the first one's times.
@@ -188,29 +188,29 @@ class ArmSighting:
         return triangulate(cameras[one], cameras[other], pixels[one], pixels[other])[0]
 
     def offsets(self, q: np.ndarray) -> np.ndarray:
-        """Return the way from the tip to its marker in the arm's frame, (n, d), cm."""
+        """Return the vector from the tip to its marker in the arm's frame, (n, d), cm."""
         shifts = [marker_shift(self.arm, pose) for pose in q.tolist()]
         return np.array(shifts).reshape(len(q), kinematics.coordinates(self.arm))
 
-    def tip(self, seen: SeenMarker, stand: ArmOnBoard) -> Places:
+    def tip(self, seen: SeenMarker, arm_pose: BoardArmPose) -> Places:
         """Return where the tip was, in the arm's frame."""
-        places = stand.in_arm(seen.places)
+        places = arm_pose.in_arm(seen.places)
         return places._replace(points=places.points - self.offsets(seen.q))
 
-    def stand(self, seen: SeenMarker, commanded: np.ndarray) -> ArmOnBoard:
+    def arm_pose(self, seen: SeenMarker, commanded: np.ndarray) -> BoardArmPose:
         """Find how the arm stands on the board, from where it was sent (n, d), cm.
 
         The rigid motion by which the marker's places come nearest, after W. Kabsch (1976).  What
         is so fitted accuracy tells no more of.
         """
-        good = np.isfinite(seen.places.points).all(axis=1)
-        there = (commanded + self.offsets(seen.q))[good, :2]
-        here = seen.places.points[good, :2]
-        return nearest_stand(here, there)
+        finite = np.isfinite(seen.places.points).all(axis=1)
+        arm_points = (commanded + self.offsets(seen.q))[finite, :2]
+        board_points = seen.places.points[finite, :2]
+        return nearest_arm_pose(board_points, arm_points)
 
 
 def check_cameras(arm: Arm, count: int) -> None:
-    """Raise BadSighting unless so many cameras tell where the arm's tip is."""
+    """Raise BadSighting unless so many cameras determine where the arm's tip is."""
     needed = 1 if kinematics.coordinates(arm) == 2 else 2
     if count != needed:
         raise BadSighting(
@@ -220,23 +220,23 @@ def check_cameras(arm: Arm, count: int) -> None:
         )
 
 
-def nearest_stand(here: np.ndarray, there: np.ndarray) -> ArmOnBoard:
-    """Return the stand by which points of the board (n, 2) come nearest to those of the arm."""
-    return ArmOnBoard(*nearest_motion(there, here))
+def nearest_arm_pose(board_points: np.ndarray, arm_points: np.ndarray) -> BoardArmPose:
+    """Return the arm's pose by which the board's points (n, 2) come nearest to the arm's."""
+    return BoardArmPose(*nearest_motion(arm_points, board_points))
 
 
 def without_common_error(places: Places, poses: Places) -> Places:
-    """Return places without those errors that all have in common which a fitted stand takes up.
+    """Return places without those common errors that a fitted pose of the arm takes up.
 
     Args:
         places: in the arm's frame.
-        poses: at which the stand was fitted; only their errors in common are looked at.
+        poses: at which the arm's pose was fitted; only their errors in common are looked at.
     """
     poses = poses.at(np.isfinite(poses.points).all(axis=1))
     motions = _rigid(poses.points).reshape(-1, 3)
     common = poses.common.reshape(len(motions), -1)
-    taken, *_ = np.linalg.lstsq(motions, common, rcond=None)
-    return places._replace(common=places.common - _rigid(places.points) @ taken)
+    absorbed, *_ = np.linalg.lstsq(motions, common, rcond=None)
+    return places._replace(common=places.common - _rigid(places.points) @ absorbed)
 
 
 def _rigid(points: np.ndarray) -> np.ndarray:
@@ -247,24 +247,24 @@ def _rigid(points: np.ndarray) -> np.ndarray:
     return moved
 
 
-def _noise(run: MeasuredRun, camera: str) -> float:
+def _noise(run: RunData, camera: str) -> float:
     sights = run.sights[camera]
-    off = []
+    deviations = []
     for row in run.rows:
         if not row.rest:
             continue
-        looked = (sights.t > row.t - SETTLED_SHARE * run.rest) & (sights.t <= row.t)
-        seen = sights.pixels[looked]
+        in_rest = (sights.t > row.t - SETTLED_SHARE * run.rest) & (sights.t <= row.t)
+        seen = sights.pixels[in_rest]
         seen = seen[np.isfinite(seen).all(axis=1)]
         if len(seen) > 2:
             # (Of n values the mean takes one degree of freedom.)
-            off.append((seen - seen.mean(axis=0)) * np.sqrt(len(seen) / (len(seen) - 1)))
-    if not off:
+            deviations.append((seen - seen.mean(axis=0)) * np.sqrt(len(seen) / (len(seen) - 1)))
+    if not deviations:
         raise BadSighting(
             f"camera {camera} saw the marker in hardly a picture while the arm stood: show it the "
             "arm's whole way, and give it light"
         )
-    return float(MAD_TO_SIGMA * np.median(np.abs(np.concatenate(off))))
+    return float(MAD_TO_SIGMA * np.median(np.abs(np.concatenate(deviations))))
 
 
 def _between(t: np.ndarray, pixels: np.ndarray, at: np.ndarray) -> np.ndarray:
@@ -275,8 +275,8 @@ def _between(t: np.ndarray, pixels: np.ndarray, at: np.ndarray) -> np.ndarray:
 def _roots(covariance: np.ndarray) -> np.ndarray:
     """Return rows (c, 14) whose outer products sum up to the covariance."""
     values, vectors = np.linalg.eigh(covariance)
-    good = values > MIN_VARIANCE_SHARE * max(float(values[-1]), 1e-300)
-    return np.asarray((vectors[:, good] * np.sqrt(values[good])).T)
+    significant = values > MIN_VARIANCE_SHARE * max(float(values[-1]), 1e-300)
+    return np.asarray((vectors[:, significant] * np.sqrt(values[significant])).T)
 
 
 def _moved(camera: CameraModel, by: np.ndarray) -> CameraModel:

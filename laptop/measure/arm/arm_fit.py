@@ -45,7 +45,7 @@ MIN_GEAR_CHANGE = 0.004
 
 
 class BadIdentification(ArmError, ValueError):
-    """Error: what was seen does not tell the arm's numbers."""
+    """Error: the arm's numbers cannot be identified from what was seen."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,23 +151,23 @@ class _ArmProblem:
 
     def touching(self, name: str) -> tuple[np.ndarray, np.ndarray]:
         """Return the crosses that one camera saw touched, (n, 2), cm, and how the elbow bent."""
-        mine = [k for k, touch in enumerate(self.touches) if touch.camera == name]
-        crosses = np.array([self.touches[k].cross for k in mine]).reshape(-1, 2)
-        return crosses, np.array([self.elbows[k] for k in mine])
+        touched = [k for k, touch in enumerate(self.touches) if touch.camera == name]
+        crosses = np.array([self.touches[k].cross for k in touched]).reshape(-1, 2)
+        return crosses, np.array([self.elbows[k] for k in touched])
 
     def seen(self, name: str) -> np.ndarray:
         """Return what a camera saw, rests and then touches, (n, 2)."""
-        mine = [touch.pixel for touch in self.touches if touch.camera == name]
-        return np.concatenate([self.rests.pixels[name], np.array(mine).reshape(-1, 2)])
+        touched = [touch.pixel for touch in self.touches if touch.camera == name]
+        return np.concatenate([self.rests.pixels[name], np.array(touched).reshape(-1, 2)])
 
     def residuals(self, x: np.ndarray) -> np.ndarray:
         """Return the whitened residuals, then the priors' own."""
         state = self.full(x)
         parts = [x]
         for name, pixels in self.pixels(state).items():
-            off = pixels - self.seen(name)
-            there = np.isfinite(off).all(axis=1)
-            white = np.einsum("nij,nj->ni", self.whiteners[name][there], off[there])
+            errors = pixels - self.seen(name)
+            finite = np.isfinite(errors).all(axis=1)
+            white = np.einsum("nij,nj->ni", self.whiteners[name][finite], errors[finite])
             parts.append(white.ravel())
         return np.concatenate(parts)
 
@@ -181,10 +181,10 @@ class _ArmProblem:
             sigma = np.maximum(self.rests.sigma[name], MIN_PIXEL_ERROR)
             noise = seen_by_e @ seen_by_e.transpose(0, 2, 1)
             noise += sigma[:, None, None] ** 2 * np.eye(2)
-            mine = [touch for touch in self.touches if touch.camera == name]
-            if mine:
+            touched = [touch for touch in self.touches if touch.camera == name]
+            if touched:
                 placing = self._placing(state, name)
-                own = np.array([touch.sigma for touch in mine])[:, None, None] ** 2 * np.eye(2)
+                own = np.array([touch.sigma for touch in touched])[:, None, None] ** 2 * np.eye(2)
                 noise = np.concatenate([noise, own + placing @ placing.transpose(0, 2, 1)])
             whiteners[name] = np.linalg.inv(np.linalg.cholesky(noise))
         return replace(self, whiteners=whiteners)
@@ -212,27 +212,27 @@ def first_guess(model: ArmModel, rests: RestSights) -> tuple[ArmModel, np.ndarra
     """
     name = min(model.cameras)
     pixels = rests.pixels[name]
-    there = np.isfinite(pixels).all(axis=1)
-    if there.sum() < 6:
+    seen = np.isfinite(pixels).all(axis=1)
+    if seen.sum() < 6:
         raise BadIdentification(
-            f"the marker was seen in {there.sum()} of {len(there)} poses, and 6 are the least: "
+            f"the marker was seen in {seen.sum()} of {len(seen)} poses, and 6 are the least: "
             "let the camera see all that the arm can reach, sharp and lit"
         )
     if model.spatial:
         return _first_in_space(model, rests)
     camera = model.cameras[name].model(np.zeros(14))
     height = model.mean[model.index("marker.height")]
-    places = camera.to_table(pixels[there], height) @ np.array([1, 1j])
-    good = np.isfinite(places)
-    e, places = rests.stood.e[there][good], places[good]
+    places = camera.to_table(pixels[seen], height) @ np.array([1, 1j])
+    finite = np.isfinite(places)
+    e, places = rests.stood.e[seen][finite], places[finite]
     best, least = None, math.inf
     for signs in itertools.product(SIGNS, repeat=e.shape[1]):
         turned = np.cumsum(e * signs, axis=1)
         design = np.column_stack([np.ones(len(e)), np.exp(1j * turned)])
         found, *_ = np.linalg.lstsq(design, places, rcond=None)
-        off = float(np.sqrt(np.mean(np.abs(design @ found - places) ** 2)))
-        if off < least:
-            best, least = (signs, found), off
+        rms = float(np.sqrt(np.mean(np.abs(design @ found - places) ** 2)))
+        if rms < least:
+            best, least = (signs, found), rms
     assert best is not None
     signs, (base, upper, fore) = best
     state = model.mean.copy()
@@ -258,7 +258,7 @@ def _first_in_space(model: ArmModel, rests: RestSights) -> tuple[ArmModel, np.nd
         start = model.mean.copy()
         start[place[0]] = math.pi / 4 * quarter
 
-        def off(x: np.ndarray, start: np.ndarray = start) -> np.ndarray:
+        def errors(x: np.ndarray, start: np.ndarray = start) -> np.ndarray:
             state = start.copy()
             state[place] = x
             parts = [
@@ -268,7 +268,9 @@ def _first_in_space(model: ArmModel, rests: RestSights) -> tuple[ArmModel, np.nd
             flat = np.concatenate(parts).ravel()
             return flat[np.isfinite(flat)]
 
-        found = least_squares(off, start[place], loss="soft_l1", f_scale=20.0, x_scale=[0.1, 1, 1])
+        found = least_squares(
+            errors, start[place], loss="soft_l1", f_scale=20.0, x_scale=[0.1, 1, 1]
+        )
         rms = float(np.sqrt(np.mean(found.fun**2)))
         if rms < least:
             state = start.copy()
@@ -297,17 +299,17 @@ def fit_arm(model: ArmModel, rests: RestSights, touches: Sequence[TouchSight] = 
         if elbows == before:
             break
     keys = [f"{joint.name}.gear" for joint in model.arm.joints]
-    as_said = [
+    as_described = [
         key
         for key in keys
         if abs(fit.value(key) - 1) < max(MIN_GEAR_SIGMAS * fit.sigma(key), MIN_GEAR_CHANGE)
     ]
-    if not as_said:
+    if not as_described:
         return fit
     state = fit.state.copy()
-    for key in as_said:
+    for key in as_described:
         state[model.index(key)] = 1.0
-    return _fitted(model, state, rests, touches, elbows, as_said)
+    return _fitted(model, state, rests, touches, elbows, as_described)
 
 
 def bent_at(fit: ArmFit, touches: Sequence[TouchSight]) -> list[int]:
@@ -347,26 +349,28 @@ def bent_at(fit: ArmFit, touches: Sequence[TouchSight]) -> list[int]:
             heading = np.angle(place) - inside + sign * bend - np.angle(last)
             both.append(-away * np.exp(-1j * heading))
         offsets.append(both)
-    ways = list(itertools.product(range(2), repeat=len(touches)))
-    chosen = np.array([[both[k] for both, k in zip(offsets, way, strict=True)] for way in ways])
+    combos = list(itertools.product(range(2), repeat=len(touches)))
+    chosen = np.array(
+        [[both[k] for both, k in zip(offsets, combo, strict=True)] for combo in combos]
+    )
     spread = np.abs(
         chosen
         - np.median(chosen.real, axis=1, keepdims=True)
         - 1j * np.median(chosen.imag, axis=1, keepdims=True)
     ).sum(axis=1)
-    return [SIGNS[k] for k in ways[int(np.argmin(spread))]]
+    return [SIGNS[k] for k in combos[int(np.argmin(spread))]]
 
 
 def nearer_elbows(fit: ArmFit, touches: Sequence[TouchSight]) -> list[int]:
     """Return the sign of the elbow's angle at each touch by which a fit is nearer to its sight."""
     found = []
     for touch in touches:
-        off = [
+        errors = [
             fit.model.touched(fit.state, touch.camera, np.array([touch.cross]), np.array([sign]))[0]
             - touch.pixel
             for sign in SIGNS
         ]
-        found.append(SIGNS[int(np.argmin(np.linalg.norm(off, axis=1)))])
+        found.append(SIGNS[int(np.argmin(np.linalg.norm(errors, axis=1)))])
     return found
 
 
@@ -396,16 +400,16 @@ def _fitted(
             max_nfev=60,
         )
         x = found.x
-    return _told(problem, x)
+    return _fit_result(problem, x)
 
 
-def _told(problem: _ArmProblem, x: np.ndarray) -> ArmFit:
-    """Work out the covariance and what is left over."""
+def _fit_result(problem: _ArmProblem, x: np.ndarray) -> ArmFit:
+    """Return the fit with its covariance and residuals."""
     model, free = problem.model, problem.free
     m = len(x)
-    everything = problem.residuals(x)
+    all_residuals = problem.residuals(x)
     jacobian = slopes(problem.residuals, x, np.full(m, DERIVATIVE_STEP) / _stiffness(model, free))
-    data, own = everything[m:], jacobian[m:]
+    data, own = all_residuals[m:], jacobian[m:]
     # psi and its derivative of the soft L1 loss.
     bent = 1 + (data / LOSS_SCALE) ** 2
     psi, slope = data / np.sqrt(bent), bent**-1.5
@@ -416,20 +420,20 @@ def _told(problem: _ArmProblem, x: np.ndarray) -> ArmFit:
     # What fits better than it should was lucky, no surer.
     covariance = np.linalg.inv(information / max(noise2, 1.0) + np.eye(m))
     scales = model.spread[free]
-    whole = np.zeros((len(model.names),) * 2)
-    whole[np.ix_(free, free)] = covariance * np.outer(scales, scales)
+    full = np.zeros((len(model.names),) * 2)
+    full[np.ix_(free, free)] = covariance * np.outer(scales, scales)
     state = problem.full(x)
     residuals, derivatives, by_joints, squares = {}, {}, {}, []
     whiteners, at = {}, 0
     for name, pixels in problem.pixels(state).items():
-        off = pixels - problem.seen(name)
-        there = np.isfinite(off).all(axis=1)
-        squares.append(off[there][: there[: len(problem.rests.stood.e)].sum()] ** 2)
-        count = 2 * int(there.sum())
-        white = np.full(off.shape, np.nan)
-        white[there] = data[at : at + count].reshape(-1, 2)
-        row = np.zeros((*off.shape, m))
-        row[there] = own[at : at + count].reshape(-1, 2, m)
+        errors = pixels - problem.seen(name)
+        finite = np.isfinite(errors).all(axis=1)
+        squares.append(errors[finite][: finite[: len(problem.rests.stood.e)].sum()] ** 2)
+        count = 2 * int(finite.sum())
+        white = np.full(errors.shape, np.nan)
+        white[finite] = data[at : at + count].reshape(-1, 2)
+        row = np.zeros((*errors.shape, m))
+        row[finite] = own[at : at + count].reshape(-1, 2, m)
         n = len(problem.rests.stood.e)
         residuals[name], derivatives[name] = white[:n], row[:n]
         by_joints[name] = problem.whiteners[name][:n] @ model.by_encoders(
@@ -439,7 +443,15 @@ def _told(problem: _ArmProblem, x: np.ndarray) -> ArmFit:
         at += count
     rms = float(np.sqrt(np.mean(np.concatenate(squares)) * 2))
     return ArmFit(
-        model, state, whole, residuals, math.sqrt(noise2), derivatives, by_joints, whiteners, rms
+        model,
+        state,
+        full,
+        residuals,
+        math.sqrt(noise2),
+        derivatives,
+        by_joints,
+        whiteners,
+        rms,
     )
 
 

@@ -309,7 +309,7 @@ def running_on(arm: Arm, stood: Standing) -> tuple[bool, ...]:
 
 
 def encoder_sigma(arm: Arm) -> np.ndarray:
-    """Return the standard deviation of what encoders say, rad at the joint, (joints,)."""
+    """Return the standard deviation of the encoders' angles, rad at the joint, (joints,)."""
     return np.array([PHASE * COUNT / joint.gear for joint in arm.joints])
 
 

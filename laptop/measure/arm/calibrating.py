@@ -1,4 +1,4 @@
-"""The arm goes through poses, few first, then those that tell most, until its numbers are sure."""
+"""The arm goes through poses, few first, then the most informative, until its numbers are known."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ import numpy as np
 
 from laptop.measure.arm.arm_fit import ArmFit, BadIdentification, RestSights, TouchSight, fit_arm
 from laptop.measure.arm.arm_model import ArmModel
-from laptop.measure.arm.measured_numbers import check_signs, check_square
+from laptop.measure.arm.arm_result import check_signs, check_square
+from laptop.measure.arm.fault_hypotheses import explain
 from laptop.measure.arm.pose_plan import (
     ApproachedPose,
+    approach_turn,
     choose,
     information_of,
     ordered,
     pose_job,
     scouts,
     standing,
-    way_to,
 )
-from laptop.measure.arm.suspects import explain
-from laptop.measure.measured_run import MEDIAN_NOISE, MeasuredRun, MeasuringRig
+from laptop.measure.run_data import MEDIAN_NOISE, MeasuringRig, RunData
 from laptop.see.markers.finders.board import BoardView, find_board
 from laptop.see.table.camera_fit import Calibration
 from laptop.see.table.camera_report import shift_since
@@ -75,7 +75,7 @@ class CalibrationSetup(NamedTuple):
     """Setup of a calibration.
 
     rig      the arm before its cameras
-    camera   as the board has told
+    camera   calibrated by the board
     touches  of a hand, before the arm moves
     check    raises ArmError if camera or board has moved since
     """
@@ -90,7 +90,7 @@ def identify(
     rig: MeasuringRig,
     model: ArmModel,
     touches: Sequence[TouchSight] = (),
-    say: Callable[[str], None] = lambda line: None,
+    report: Callable[[str], None] = lambda line: None,
     longest: float = MAX_DURATION,
 ) -> Identified:
     """Let an arm go through poses before its cameras, and fit its numbers.
@@ -104,17 +104,17 @@ def identify(
     poses: list[ApproachedPose] = []
     times: list[float] = []
     seconds, at = 0.0, tuple(joint.home for joint in arm.joints)
-    todo = ordered(arm, scouts(arm, SCOUT_POSES), at)
+    following = ordered(arm, scouts(arm, SCOUT_POSES), at)
     fit = None
-    while todo:
-        run, standard = _gone(rig, model, todo)
-        rests, poses = (rests + standard if rests else standard), poses + todo
-        stood = [row.t for row in run.rows if row.rest]
+    while following:
+        run, standard = _visit(rig, model, following)
+        rests, poses = (rests + standard if rests else standard), poses + following
+        rest_times = [row.t for row in run.rows if row.rest]
         first = run.rows[0].t if run.rows else 0.0
-        start = min(first, stood[0]) - APPROACH_TIME
-        times += [seconds + t - start for t in stood]
-        seconds += stood[-1] - start
-        at = todo[-1].q
+        start = min(first, rest_times[0]) - APPROACH_TIME
+        times += [seconds + t - start for t in rest_times]
+        seconds += rest_times[-1] - start
+        at = following[-1].q
         if fit is None:
             _check_seen(rests)
         fit = fit_arm(model, rests, touches)
@@ -123,19 +123,21 @@ def identify(
         why = explain(fit, len(poses), times)
         if why:
             raise BadIdentification(why)
-        sure, wanted = _sureness(fit)
-        say(
+        is_precise, wanted = _precision(fit)
+        report(
             f"{len(poses)} poses, {seconds:.0f} s: left over {fit.rms:.2f} px; links known to "
             f"{_worst(fit, 'link', 10):.2f} mm, backlash to "
             f"{_worst(fit, 'backlash', 180 / math.pi):.2f} deg"
         )
         per_pose = seconds / len(poses)
         count = min(BATCH_POSES, int((longest - seconds) / per_pose))
-        if sure or count < 2:
+        if is_precise or count < 2:
             break
         pixel = float(np.nanmedian([np.nanmedian(s) for s in rests.sigma.values()]))
         information = information_of(fit)
-        todo = ordered(arm, choose(fit.model, fit.state, information, wanted, count, pixel), at)
+        following = ordered(
+            arm, choose(fit.model, fit.state, information, wanted, count, pixel), at
+        )
     assert fit
     assert rests
     return Identified(fit, rests, poses, np.array(times), seconds)
@@ -149,7 +151,8 @@ def go_home(rig: MeasuringRig) -> None:
     """
     arm = rig.arm
     sides = tuple(
-        1 if joint.home - way_to(joint.backlash) > joint.lower else -1 for joint in arm.joints
+        1 if joint.home - approach_turn(joint.backlash) > joint.lower else -1
+        for joint in arm.joints
     )
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "home.job"
@@ -179,7 +182,7 @@ def check_unmoved(found: Calibration, image: np.ndarray) -> None:
     Where the arm hides the board, nobody knows.
 
     Args:
-        found: the camera, as the board has told.
+        found: the camera, calibrated by the board.
         image: BGR, (height, width, 3).
 
     Raises:
@@ -238,9 +241,9 @@ def check_board(view: BoardView | None) -> BoardView:
     return view
 
 
-def _gone(
+def _visit(
     rig: MeasuringRig, model: ArmModel, poses: Sequence[ApproachedPose]
-) -> tuple[MeasuredRun, RestSights]:
+) -> tuple[RunData, RestSights]:
     """Let the arm go to poses; what was seen there."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "poses.job"
@@ -283,8 +286,8 @@ def _check_seen(rests: RestSights) -> None:
             )
 
 
-def _sureness(fit: ArmFit) -> tuple[bool, dict[str, float]]:
-    """Return whether all that poses can tell is sure enough, and what that is."""
+def _precision(fit: ArmFit) -> tuple[bool, dict[str, float]]:
+    """Return whether all that poses can determine is precise enough, and the wanted precision."""
     wanted = {}
     for k, joint in enumerate(fit.model.arm.joints):
         if not (fit.model.spatial and k == 0):

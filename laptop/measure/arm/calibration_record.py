@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from laptop.measure.arm.arm_result import Measured
 from laptop.measure.arm.calibrating import Identified
-from laptop.measure.arm.measured_numbers import Measured
 from laptop.record.run import CALIBRATION, Ending, Run, settings, table
 from laptop.see.table.camera_fit import Calibration
 

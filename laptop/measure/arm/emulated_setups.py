@@ -18,12 +18,12 @@ from laptop.measure.arm.calibrating import CalibrationSetup, check_unmoved, seen
 from laptop.measure.arm.emulated_table import (
     EmulatedTable,
     camera_over,
-    luck_of,
+    rng_of,
     with_free_joints,
 )
 from laptop.measure.arm.touching import touch_sight
 from laptop.measure.emulated_rig import EmulatedRig, RenderedRig
-from laptop.measure.measured_run import Sights
+from laptop.measure.run_data import Sights
 from laptop.see.markers.markers import read_spec
 from laptop.see.markers.tracker import Tracker
 from laptop.see.table.camera_fit import calibrate
@@ -59,7 +59,7 @@ def ideal_camera(
     camera = camera_over(560.0, (-8.0, 0.0), distance, math.radians(20), 1.0, 0.1)
     turn = -math.pi / 2 * (known.square or 0)
     table = EmulatedTable(built, camera, turn=turn, height=height)
-    rng = luck_of(seed)
+    rng = rng_of(seed)
     found = table.calibrated(rng, bar)
     touches = table.touched(crosses, rng)
     rig = EmulatedRig(arm, built, plant, {"A": table}, height, seed=seed)
@@ -85,12 +85,12 @@ def rendered(
         raise BadScene("the scene has no board: --scene board=a4,board_x=12")
     view = Scene(built, constants)
     pictures = _Pictures(built, view)
-    found = calibrate([seen_board(pictures.take(PARKED_ANGLES))], bar)
-    touches = pictures.touches(crosses, luck_of(seed))
+    found = calibrate([seen_board(pictures.capture(PARKED_ANGLES))], bar)
+    touches = pictures.touches(crosses, rng_of(seed))
     rig = RenderedRig(arm, {"A": view}, built, plant, seed, only_rests=True)
 
     def check() -> None:
-        check_unmoved(found, pictures.take(rig.last.record[-1].q))
+        check_unmoved(found, pictures.capture(rig.last.record[-1].q))
 
     return CalibrationSetup(rig, found, touches, check)
 
@@ -102,7 +102,7 @@ class _Pictures:
         self._arm, self._scene = arm, scene
         self._index = 0
 
-    def take(self, q: tuple[float, ...]) -> np.ndarray:
+    def capture(self, q: tuple[float, ...]) -> np.ndarray:
         """Return a picture of the arm at q, rad, BGR."""
         q = (*q, *(joint.home for joint in self._arm.joints[len(q) :]))
         self._index += 1
@@ -121,7 +121,7 @@ class _Pictures:
             q = kinematics.inverse(free, tuple(map(float, point)))
             tracker, seen = Tracker([marker]), np.full((CROSS_PICTURES, 2), np.nan)
             for k in range(CROSS_PICTURES):
-                if place := tracker.find(self.take(q), float(k)).get(EFFECTOR):
+                if place := tracker.find(self.capture(q), float(k)).get(EFFECTOR):
                     seen[k] = place.u, place.v
             found.append(touch_sight(cross, Sights(np.arange(float(CROSS_PICTURES)), seen)))
         return found

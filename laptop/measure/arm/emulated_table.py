@@ -1,6 +1,6 @@
 """A table that is emulated: a camera over a printed board, an arm beside it, and a hand.
 
-It is the truth behind `calibrate --simulate` and its bench; what measures is not told of it.
+It is the truth behind `calibrate --simulate` and its bench; what measures does not know it.
 """
 
 from __future__ import annotations
@@ -126,16 +126,16 @@ class EmulatedTable:
             elbow = ("up", "down")[int(rng.integers(2))]
             q = kinematics.inverse(with_free_joints(self.arm), tuple(map(float, point)), elbow)
             place = np.array([marker_point(self.arm, q, self.height)])
-            looks = self.project(np.repeat(place, TOUCH_PICTURES, axis=0))
-            looks = looks + noise_px * rng.standard_normal(looks.shape)
-            pixel = np.median(looks, axis=0)
+            samples = self.project(np.repeat(place, TOUCH_PICTURES, axis=0))
+            samples = samples + noise_px * rng.standard_normal(samples.shape)
+            pixel = np.median(samples, axis=0)
             if np.isfinite(pixel).all():
                 sigma = 1.25 * noise_px / math.sqrt(TOUCH_PICTURES)
                 found.append(TouchSight(cross, (float(pixel[0]), float(pixel[1])), sigma))
         return found
 
 
-def luck_of(seed: int) -> np.random.Generator:
+def rng_of(seed: int) -> np.random.Generator:
     """Return the random numbers of a seed."""
     return np.random.default_rng(seed)
 

@@ -1,7 +1,7 @@
-"""Which poses tell most of an arm's numbers, and the job that goes there.
+"""Poses that are most informative about an arm's numbers, and the job that goes there.
 
-Each candidate is a pose and the way each joint comes to it, upwards or downwards: on that the flank
-depends on which its link rests.  They are taken one by one, each the one by which the variances of
+Each candidate is a pose and the side from which each joint comes to it, upwards or downwards: on
+that the flank depends on which its link rests.  They are taken one by one, each the one by which the variances of
 what is asked, in units of what is good enough, fall most (A-optimal design, greedily).
 """
 
@@ -19,7 +19,7 @@ import numpy as np
 
 from laptop.measure.arm.arm_fit import DERIVATIVE_STEP, ArmFit
 from laptop.measure.arm.arm_model import ArmModel, Standing, encoder_sigma, slopes
-from laptop.measure.measured_run import MeasuredRun
+from laptop.measure.run_data import RunData
 from robot.motion import kinematics
 from robot.motion.gravity import Gravity
 from shared import job
@@ -32,7 +32,7 @@ pushed."""
 APPROACH_ANGLE = math.radians(4)
 """Angle over which each joint approaches a pose in one direction, rad, beside its backlash."""
 APPROACH_SPEED = math.radians(40)
-"""Greatest speed of a joint on that way, rad/s."""
+"""Greatest speed of a joint in that approach, rad/s."""
 LOG_PERIOD = 0.03
 """Period of the brick's log of its motors, s: they may go back at the end of a motion."""
 REST_TIME = 1.0
@@ -59,14 +59,14 @@ class NoPose(ArmError, ValueError):
 
 
 def candidates(arm: Arm) -> list[ApproachedPose]:
-    """Return a grid of all that the joints can reach, by all ways to come there.
+    """Return a grid of all that the joints can reach, approached from all sides.
 
     Raises:
         NoPose: there is nothing.
     """
     ranges = []
     for joint in arm.joints:
-        room = way_to(joint.backlash) + LIMIT_MARGIN
+        room = approach_turn(joint.backlash) + LIMIT_MARGIN
         if joint.upper - joint.lower < 3 * room:
             raise NoPose(
                 f"the {joint.name} has {math.degrees(joint.upper - joint.lower):.0f} degrees "
@@ -87,15 +87,15 @@ def candidates(arm: Arm) -> list[ApproachedPose]:
     return found
 
 
-def way_to(backlash: float) -> float:
-    """Return how far a joint goes the one way before it stands, rad."""
+def approach_turn(backlash: float) -> float:
+    """Return by how much a joint turns in one direction before it stands, rad."""
     return APPROACH_ANGLE + backlash
 
 
 def start_of(arm: Arm, pose: ApproachedPose) -> tuple[float, ...]:
-    """Return where the way to a pose begins, rad."""
+    """Return where the approach to a pose begins, rad."""
     return tuple(
-        angle - side * way_to(joint.backlash)
+        angle - side * approach_turn(joint.backlash)
         for joint, angle, side in zip(arm.joints, pose.q, pose.sides, strict=True)
     )
 
@@ -108,13 +108,13 @@ def _is_clear(arm: Arm, q: Sequence[float]) -> bool:
 def scouts(arm: Arm, count: int) -> list[ApproachedPose]:
     """Return poses that lie far apart, for when nothing is known of camera and board.
 
-    Each next one is the farthest from all before; the ways to come there take turns.
+    Each next one is the farthest from all before; the sides of their approach take turns.
     """
-    every = candidates(arm)
+    all_poses = candidates(arm)
     sides = list(itertools.product((1, -1), repeat=len(arm.joints)))
     middle = np.array([(joint.lower + joint.upper) / 2 for joint in arm.joints])
-    poses = np.array(sorted({pose.q for pose in every}))
-    allowed = {(pose.q, pose.sides) for pose in every}
+    poses = np.array(sorted({pose.q for pose in all_poses}))
+    allowed = {(pose.q, pose.sides) for pose in all_poses}
     chosen = [int(np.argmin(np.abs(poses - middle).max(axis=1)))]
     while len(chosen) < min(count, len(poses)):
         far = np.abs(poses[:, None] - poses[chosen]).max(axis=2).min(axis=1)
@@ -122,8 +122,8 @@ def scouts(arm: Arm, count: int) -> list[ApproachedPose]:
     found = []
     for k, index in enumerate(chosen):
         q = tuple(map(float, poses[index]))
-        ways = [sides[(k + n) % len(sides)] for n in range(len(sides))]
-        found.append(ApproachedPose(q, next(way for way in ways if (q, way) in allowed)))
+        orders = [sides[(k + n) % len(sides)] for n in range(len(sides))]
+        found.append(ApproachedPose(q, next(order for order in orders if (q, order) in allowed)))
     return found
 
 
@@ -135,7 +135,7 @@ def choose(
     count: int,
     pixel_sigma: float,
 ) -> list[ApproachedPose]:
-    """Return the next poses that tell most, of those that a camera sees.
+    """Return the next most informative poses, of those that a camera sees.
 
     Args:
         model: with its cameras.
@@ -145,8 +145,8 @@ def choose(
         count: of poses.
         pixel_sigma: of a marker at rest, px.
     """
-    every = candidates(model.arm)
-    rows = telling(model, state, standing(model.arm, every), pixel_sigma)
+    all_poses = candidates(model.arm)
+    rows = telling(model, state, standing(model.arm, all_poses), pixel_sigma)
     weights = np.zeros(len(model.names))
     for name, sigma in wanted.items():
         weights[model.index(name)] = 1 / sigma**2
@@ -162,7 +162,7 @@ def choose(
             break
         chosen.append(best)
         covariance = covariance - spread[best].T @ inner[best] @ spread[best]
-    return [every[k] for k in chosen]
+    return [all_poses[k] for k in chosen]
 
 
 def telling(model: ArmModel, state: np.ndarray, stood: Standing, pixel_sigma: float) -> np.ndarray:
@@ -220,7 +220,7 @@ def pose_job(arm: Arm, poses: Sequence[ApproachedPose], file: Path) -> job.JobHe
     strokes, t = [], 0.0
     for pose in poses:
         begin = start_of(arm, pose)
-        piece = joint_way(begin, pose.q)
+        piece = joint_path(begin, pose.q)
         strokes.append(job.Stroke("", round(piece[1][-1][0] + 1.0, 3), round(t, 2), [piece]))
         t += piece[0][-1] + REST_TIME + 2.0
     header: job.JobHeader = job.header_of(arm, NAME, arm.speed, strokes, 0.0, t)
@@ -229,26 +229,28 @@ def pose_job(arm: Arm, poses: Sequence[ApproachedPose], file: Path) -> job.JobHe
     return header
 
 
-def joint_way(
+def joint_path(
     begin: Sequence[float], end: Sequence[float]
 ) -> tuple[list[float], list[Any], list[float]]:
     """Return a piece of a stroke, joints in step: trapezoidal speed, low acceleration.
 
     Its length is an angle, that of the joint which turns most, so its speed is rad/s.
     """
-    ways = [b - a for a, b in zip(begin, end, strict=True)]
-    whole = max(abs(way) for way in ways)
-    rise = min(APPROACH_SPEED**2 / (2 * ACCELERATION), whole / 2)
+    turns = [b - a for a, b in zip(begin, end, strict=True)]
+    largest = max(abs(turn) for turn in turns)
+    rise = min(APPROACH_SPEED**2 / (2 * ACCELERATION), largest / 2)
     top = math.sqrt(2 * ACCELERATION * rise)
-    marks = [0.0, rise, whole - rise, whole] if whole > 2 * rise + 1e-9 else [0.0, rise, whole]
+    marks = (
+        [0.0, rise, largest - rise, largest] if largest > 2 * rise + 1e-9 else [0.0, rise, largest]
+    )
     speeds = [0.0, top, top, 0.0] if len(marks) == 4 else [0.0, top, 0.0]
     times, segments = [0.0], []
     for a, b, v, w in zip(marks, marks[1:], speeds, speeds[1:], strict=False):
         dt = 2 * (b - a) / (v + w)
         times.append(round(times[-1] + dt, 6))
         cubics = [
-            [round(first + way * a / whole, 8), round(way / whole, 8), 0.0, 0.0]
-            for first, way in zip(begin, ways, strict=True)
+            [round(first + turn * a / largest, 8), round(turn / largest, 8), 0.0, 0.0]
+            for first, turn in zip(begin, turns, strict=True)
         ]
         segments.append((round(v, 6), round((w - v) / dt, 6), cubics, None))
     return times, segments, [round(q, 8) for q in end]
@@ -262,8 +264,8 @@ def information_of(fit: ArmFit) -> np.ndarray:
     return found
 
 
-def standing(arm: Arm, poses: Sequence[ApproachedPose], run: MeasuredRun | None = None) -> Standing:
-    """Return how the joints stand at poses: as they are wanted, or as a run has told.
+def standing(arm: Arm, poses: Sequence[ApproachedPose], run: RunData | None = None) -> Standing:
+    """Return how the joints stand at poses: as they are wanted, or as a run has measured.
 
     A link rests on the flank by which it was pushed; where gravity pulls, on that on which it lies.
     """

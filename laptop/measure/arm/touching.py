@@ -7,11 +7,11 @@ import math
 import numpy as np
 
 from laptop.measure.arm.arm_fit import BadIdentification, TouchSight
-from laptop.measure.measured_run import MEDIAN_NOISE, Sights
+from laptop.measure.run_data import MEDIAN_NOISE, Sights
 from laptop.see.markers.board import CROSSES
 
 MAX_REACH_SHARE = 0.88
-"""Share of its reach beyond which an arm's elbow tells its angle badly."""
+"""Share of its reach beyond which an arm's elbow's angle is badly determined."""
 FOLDED = 0.35
 MIN_CROSS_PICTURES = 5
 """Fewest pictures of the marker at a cross."""

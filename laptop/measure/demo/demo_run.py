@@ -27,7 +27,7 @@ from laptop.emulator.live import PoseReader
 from laptop.emulator.pace import PacedClock, PaceMeter
 from laptop.emulator.scene.camera_rig import CameraRig
 from laptop.measure.demo import results
-from laptop.measure.demo.goals import GOALS, Goal, choose_goals, goal_words
+from laptop.measure.demo.goals import GOALS, Goal, choose_goals, servo_args
 from laptop.measure.demo.processes import (
     DRAWING_TIMEOUT,
     END_TIMEOUT,
@@ -62,7 +62,7 @@ from shared.state import ARM, STATE
 REPORT_STAGE = "report"
 """Name of the last stage."""
 TOLERANCE = 5.0
-"""Tolerance of the servo if none is said, px."""
+"""Tolerance of the servo if none is given, px."""
 REPORT_BUDGET = 180.0
 """Time limit of the report's method, virtual s."""
 
@@ -112,24 +112,24 @@ def run(options: DemoOptions, console: Console) -> tuple[int, Path]:
         clock = PacedClock(state)
         stack.callback(clock.close)
         # The cameras show this arm from the start, before it moves.
-        home = folder.path.resolve()
-        processes = ProcessGroup(home, {STATE: state, ARM: os.path.abspath(arm.file)})
+        out_dir = folder.path.resolve()
+        processes = ProcessGroup(out_dir, {STATE: state, ARM: os.path.abspath(arm.file)})
         stack.enter_context(ending_on_signals())
         stack.callback(processes.close)
         stack.enter_context(progress.shown())
-        demo = DemoRun(arm, options, home, processes, progress, clock, PoseReader(state))
+        demo = DemoRun(arm, options, out_dir, processes, progress, clock, PoseReader(state))
         stack.callback(demo.close)
         demo.run()
         progress.stages[REPORT_STAGE].begin("drawing the pictures")
         processes.close()  # the tracker leaves its picture when it ends
         found = demo.result
         found.timing["in all s"] = round(time.monotonic() - began, 1)
-        reported, files = results.record_of(found, home)
-        reported.typed, reported.arm = list(options.typed), numbers_of(arm)
-        reported.seeds = {"demo": options.seed}
-        reported.files.append(RunFile(PAGE))
-        folder.write(reported, files)
-        page = write_report(home, report_of(home))
+        record, files = results.record_of(found, out_dir)
+        record.typed, record.arm = list(options.typed), numbers_of(arm)
+        record.seeds = {"demo": options.seed}
+        record.files.append(RunFile(PAGE))
+        folder.write(record, files)
+        page = write_report(out_dir, report_of(out_dir))
         shown = os.path.relpath(page)
         shown = str(page) if shown.startswith("..") else shown
         progress.finish(REPORT_STAGE, True, shown)
@@ -151,14 +151,14 @@ class ProgramRun:
 
     name     for people
     options  of `simulate`
-    home     for its files
-    script   with its words
+    out_dir  for its files
+    script   with its arguments
     program  the latest that was started for it
     """
 
     name: str
     options: Sequence[str]
-    home: Path
+    out_dir: Path
     script: Sequence[str]
     program: ChildProcess
 
@@ -171,7 +171,7 @@ class DemoRun:
         options: what is to be shown.
         folder: for the raw files.
         processes: starts the programs.
-        progress: tells how it goes.
+        progress: reports how it goes.
         clock: of the emulated world.
         follower: sees the emulated arm.
     """
@@ -219,19 +219,19 @@ class DemoRun:
             address = wait_for_page(self._tracker)
             self._page = threading.Thread(target=self._show_page, args=(address,), daemon=True)
             self._page.start()
-        home = drawing.home
-        part = ahead = self._start_servo(self._goals[0], home, place)
+        out_dir = drawing.out_dir
+        part = ahead = self._start_servo(self._goals[0], out_dir, place)
         self._wait(drawing, DRAWING_TIMEOUT)
-        self._take_lines(drawing)
+        self._handle_lines(drawing)
 
         for goal, following in zip(self._goals, [*self._goals[1:], None], strict=True):
             stages[goal.name].begin("starting")
             if following:
-                ahead = self._start_servo(following, part.home, place)
+                ahead = self._start_servo(following, part.out_dir, place)
             if self._baseline is None:
-                self._compare(goal, home)
+                self._compare(goal, out_dir)
             self._wait(part, SERVO_TIMEOUT)
-            run = run_of_goal(self._rig, goal, part.home, part.program)
+            run = run_of_goal(self._rig, goal, part.out_dir, part.program)
             self.result.runs.append(run)
             self._progress.finish(goal.name, run.reached, run.words)
             part = ahead
@@ -242,17 +242,17 @@ class DemoRun:
         if self._page:
             self._page.join()
 
-    def _take_lines(self, drawing: ProgramRun) -> None:
+    def _handle_lines(self, drawing: ProgramRun) -> None:
         try:
-            reported = read_run(drawing.home)
+            record = read_run(drawing.out_dir)
         except DamagedRun as error:
-            raise DemoFailed(f"{drawing.home}: {error}; is the disk full?") from None
-        if reported.ending.status:
+            raise DemoFailed(f"{drawing.out_dir}: {error}; is the disk full?") from None
+        if record.ending.status:
             drawing.program.wait(END_TIMEOUT)
             raise drawing.program.failure()
-        self.result.set_up["cpu"] = reported.set_up["cpu"]
-        self.result.lines = next((one for one in reported.tables if one.name == PATHS), None)
-        self.result.ink = ink_in_space(self._rig, read_trace(drawing.home / TRACE))
+        self.result.set_up["cpu"] = record.set_up["cpu"]
+        self.result.lines = next((one for one in record.tables if one.name == PATHS), None)
+        self.result.ink = ink_in_space(self._rig, read_trace(drawing.out_dir / TRACE))
         lines = self.result.paths
         self._progress.finish(DRAWING, results.drawn(lines), results.lines_text(lines))
 
@@ -282,7 +282,7 @@ class DemoRun:
                 "track",
                 "--json",
                 *["--camera", "synthetic"] * len(self._rig),
-                *self._page_words(),
+                *self._page_args(),
             ]
             + ["--scene", self._rig.text, "--listen-port", "127.0.0.1:0"]
             + ["--to", str(self._folder / "track.csv")]
@@ -291,9 +291,9 @@ class DemoRun:
         )
 
     def _pass_on(self, line: str) -> None:
-        """Tell what the tracker says of its page: an address for one more browser, a new start."""
+        """Report what the tracker announces of its page: another address, a new start."""
         if line.startswith(("page, ", "page: its process")):
-            self._progress.say(line)
+            self._progress.report(line)
 
     def _invitation(self) -> str:
         """Address of the tracker; one that fails to start is started again."""
@@ -302,15 +302,15 @@ class DemoRun:
         except DemoFailed as trouble:
             if self._tracker.running:
                 raise
-            self._say_again(trouble)
+            self._report_retry(trouble)
             self._tracker = self._track()
             return wait_for_link(self._tracker)[0]
 
-    def _say_again(self, trouble: DemoFailed) -> None:
-        self._progress.say(f"{trouble}; trying once more")
+    def _report_retry(self, trouble: DemoFailed) -> None:
+        self._progress.report(f"{trouble}; trying once more")
 
-    def _page_words(self) -> list[str]:
-        """Return the tracker's words about the page; it is to bring no brick along."""
+    def _page_args(self) -> list[str]:
+        """Return the tracker's arguments about the page; it is to bring no brick along."""
         options = self._options
         if not options.page:
             return ["--no-page"]
@@ -319,46 +319,55 @@ class DemoRun:
         return args + ["--open"] * options.open
 
     def _show_page(self, address: str) -> None:
-        """Tell where the page is, as soon as it answers."""
+        """Report where the page is, as soon as it answers."""
         deadline = time.monotonic() + READY_TIMEOUT
         while not answers(address):
             if self._over.wait(POLL_PERIOD) or not self._tracker.running:
                 return
             if time.monotonic() > deadline:
-                self._progress.say(f"the page does not answer: {address}")
+                self._progress.report(f"the page does not answer: {address}")
                 return
-        self._progress.say(f"page: {address}")
+        self._progress.report(f"page: {address}")
 
     def _begin(
         self, name: str, options: Sequence[str], folder: str, script: Sequence[str]
     ) -> ProgramRun:
         """Start a program on the emulated brick."""
-        home = self._folder / folder
-        return ProgramRun(name, options, home, script, self._simulate(name, options, home, script))
+        out_dir = self._folder / folder
+        return ProgramRun(
+            name, options, out_dir, script, self._simulate(name, options, out_dir, script)
+        )
 
-    def _start_servo(self, goal: Goal, home: Path, place: str) -> ProgramRun:
-        """Start a servo ahead of time; it waits for the run that leaves its files in `home`."""
+    def _start_servo(self, goal: Goal, out_dir: Path, place: str) -> ProgramRun:
+        """Start a servo ahead of time; it waits for the run that leaves its files in `out_dir`."""
         folder = goal.name.replace(" ", "-")
-        args = [str(self._options.servo), place, *goal_words(goal)]
+        args = [str(self._options.servo), place, *servo_args(goal)]
         args += ["--log", f"{self._folder / folder}.jsonl"]
-        return self._begin(goal.name, ["--realtime", _start(home)], folder, args)
+        return self._begin(goal.name, ["--realtime", _start(out_dir)], folder, args)
 
     def _simulate(
-        self, name: str, options: Sequence[str], home: Path, script: Sequence[str]
+        self, name: str, options: Sequence[str], out_dir: Path, script: Sequence[str]
     ) -> ChildProcess:
-        args = ["simulate", *options, "--arm", os.path.abspath(self._arm.file), "--out", str(home)]
-        return self._processes.start(name, [*args, *script], self._progress.stages[name].say)
+        args = [
+            "simulate",
+            *options,
+            "--arm",
+            os.path.abspath(self._arm.file),
+            "--out",
+            str(out_dir),
+        ]
+        return self._processes.start(name, [*args, *script], self._progress.stages[name].report)
 
     def _compare(self, goal: Goal, start: Path) -> None:
         """Start the report's method on its way to a goal, from where another run has ended."""
         self._progress.stages[BASELINE].begin("starting")
-        home = self._folder / BASELINE_FOLDER
+        out_dir = self._folder / BASELINE_FOLDER
         self._baseline = self._simulate(
             BASELINE,
             ["--scene", self._rig.text + BASELINE_SCENE, _start(start)],
-            home,
-            [str(self._options.servo), *goal_words(goal), "--method", "report"]
-            + ["--budget", f"{REPORT_BUDGET:g}", "--log", f"{home}.jsonl"],
+            out_dir,
+            [str(self._options.servo), *servo_args(goal), "--method", "report"]
+            + ["--budget", f"{REPORT_BUDGET:g}", "--log", f"{out_dir}.jsonl"],
         )
         # What runs in real time goes first.
         platforms.give_way(BASELINE_NICENESS, self._baseline.pid)
@@ -367,14 +376,14 @@ class DemoRun:
         """Take its outcome once; whatever becomes of it does no harm to the demo."""
         if self._baseline is None or self._progress.stages[BASELINE].took is not None:
             return
-        home = self._folder / BASELINE_FOLDER
+        out_dir = self._folder / BASELINE_FOLDER
         deadline = time.monotonic() + REPORT_TIMEOUT
         while self._baseline.running and time.monotonic() < deadline:
             time.sleep(POLL_PERIOD)
         try:
             self._baseline.interrupt()
             self._baseline.wait(END_TIMEOUT)
-            run = run_of_goal(self._rig, self._goals[0], home, self._baseline)
+            run = run_of_goal(self._rig, self._goals[0], out_dir, self._baseline)
             self.result.baseline = run
             self._progress.finish(BASELINE, run.reached, run.words)
         except (DemoFailed, DamagedRun) as trouble:
@@ -391,28 +400,28 @@ class DemoRun:
         """
         deadline = Deadline(self._clock, limit)
         again = False
-        while not (part.home / RUN).exists():
+        while not (part.out_dir / RUN).exists():
             if not self._tracker.running:
                 self._tracker.wait(END_TIMEOUT)
                 raise self._tracker.failure()
-            if not part.program.running and not (part.home / RUN).exists():
+            if not part.program.running and not (part.out_dir / RUN).exists():
                 part.program.wait(END_TIMEOUT)
                 trouble = part.program.failure()
                 if again or isinstance(trouble, TooBusy):
                     raise trouble
                 again = True
-                self._say_again(trouble)
-                part.program = self._simulate(part.name, part.options, part.home, part.script)
+                self._report_retry(trouble)
+                part.program = self._simulate(part.name, part.options, part.out_dir, part.script)
             if deadline.passed:
                 raise part.program.hangs(limit)
-            self._look()
+            self._sample()
             time.sleep(POLL_PERIOD)
-        self._look()  # at what came in last, too, or was there at once
+        self._sample()  # at what came in last, too, or was there at once
         self._finished.append(part.program)
 
-    def _look(self) -> None:
-        """Look at the emulated clock's pace, the arm's ink and the comparison."""
-        self._progress.keep(self._pace.sample())
+    def _sample(self) -> None:
+        """Sample the emulated clock's pace, the arm's ink and the comparison."""
+        self._progress.add_pace(self._pace.sample())
         if "first ink after s" not in self.result.timing:
             self._follower.poll()
             if self._follower.pen:
@@ -421,9 +430,9 @@ class DemoRun:
             self._conclude_comparison()
 
 
-def _start(home: Path) -> str:
+def _start(out_dir: Path) -> str:
     """Return the option by which a run starts where another ends."""
-    return f"--start={AFTER}{home}"
+    return f"--start={AFTER}{out_dir}"
 
 
 BASELINE_SCENE, BASELINE_NICENESS = ",fps=10", 10

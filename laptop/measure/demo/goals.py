@@ -43,14 +43,14 @@ MAX_POSTURES, MAX_GOAL_SETS = 300, 20
 class DemoSetup(NamedTuple):
     """Cameras and postures for the demo of one kind of arm.
 
-    words            of every scene's text
+    settings         of every scene's text
     default_cameras  of seed 0
     camera_ranges    of other seeds: tilt, azimuth and roll, deg, by a camera's prefix
     end_of_lines     where the driver's lines end, cm
     elbow_bend       a posture that is bent one way, rad; the other way it is its negative
     """
 
-    words: dict[str, str]
+    settings: dict[str, str]
     default_cameras: dict[str, str]
     camera_ranges: dict[str, tuple[tuple[float, float], ...]]
     end_of_lines: tuple[float, ...]
@@ -78,13 +78,13 @@ class Goal(NamedTuple):
     name    for people
     pixels  u and v in the picture of each camera, one after the other, px
     place   of the tip's marker there, cm
-    told    what --goal is given, once or camera by camera
+    args    what --goal is given, once or camera by camera
     """
 
     name: str
     pixels: Vector
     place: Vector
-    told: tuple[str, ...]
+    args: tuple[str, ...]
 
 
 def postures_at(rig: CameraRig, place: Sequence[float]) -> list[Vector]:
@@ -94,7 +94,7 @@ def postures_at(rig: CameraRig, place: Sequence[float]) -> list[Vector]:
     return [solve(lambda q: rig.centre("effector", q)[: len(place)], q, place) for q in bends]
 
 
-def way_is_seen(rig: CameraRig, start: Sequence[float], end: Sequence[float]) -> bool:
+def path_is_seen(rig: CameraRig, start: Sequence[float], end: Sequence[float]) -> bool:
     """Return True if the tip is in sight above the table from one posture to another."""
     path = np.linspace(start, end, PATH_SAMPLES)
     steps = EXPLORATION_STEP * np.eye(len(path[0]))
@@ -113,15 +113,15 @@ def scene_text(chain: str, seed: int, place: Sequence[float] = ()) -> str:
     """Cameras somewhere around the table, drawn from the seed; 0 is the usual ones."""
     draw = random.Random(f"camera {seed}")
     setup = DEMO_SETUPS[chain]
-    words = {"seed": f"{seed}", **setup.words, **({} if seed else setup.default_cameras)}
+    settings = {"seed": f"{seed}", **setup.settings, **({} if seed else setup.default_cameras)}
     for camera, ranges in setup.camera_ranges.items() if seed else ():
         for key, bounds in zip(("tilt", "azimuth", "roll"), ranges, strict=True):
-            words[camera + key] = f"{draw.uniform(*bounds):.0f}"
-    words.update(
+            settings[camera + key] = f"{draw.uniform(*bounds):.0f}"
+    settings.update(
         (key, f"{value:.2f}")
         for key, value in zip(("goal_x", "goal_y", "goal_z"), place, strict=False)
     )
-    return ",".join(f"{key}={value}" for key, value in words.items())
+    return ",".join(f"{key}={value}" for key, value in settings.items())
 
 
 def choose_goals(arm: Arm, seed: int) -> tuple[str, list[Goal]]:
@@ -147,29 +147,29 @@ def choose_goals(arm: Arm, seed: int) -> tuple[str, list[Goal]]:
         rig = CameraRig(arm, text)
         paths = zip([resting[0], *chosen], chosen, strict=False)
         if all(rig.visible(q, "goal") > MIN_VISIBLE for q in resting) and all(
-            way_is_seen(rig, *path) for path in paths
+            path_is_seen(rig, *path) for path in paths
         ):
             marker = rig.truth(resting[0], "goal")
-            reported = [("marker",), *(_told(rig, there) for there in pixels[1:])]
-            ends = [marker, *(_read(words) for words in reported[1:])]
+            goal_args = [("marker",), *(_goal_args(rig, pixel) for pixel in pixels[1:])]
+            ends = [marker, *(_read(args) for args in goal_args[1:])]
             return text, [
-                Goal(f"goal {number}", end, rig.place_at(end, "effector"), words)
-                for number, (end, words) in enumerate(zip(ends, reported, strict=True), 1)
+                Goal(f"goal {number}", end, rig.place_at(end, "effector"), args)
+                for number, (end, args) in enumerate(zip(ends, goal_args, strict=True), 1)
             ]
     raise DemoFailed(
         f"seed {seed} gives no {GOALS} goals that this arm can reach; try another --seed"
     )
 
 
-def _told(rig: CameraRig, pixels: Vector) -> tuple[str, ...]:
-    """Write a goal in words: a pixel, or one of each camera."""
+def _goal_args(rig: CameraRig, pixels: Vector) -> tuple[str, ...]:
+    """Return a goal as arguments of --goal: a pixel, or one of each camera."""
     pairs = zip(rig, pixels[::2], pixels[1::2], strict=True)
     return tuple(f"{f'{name}:' * (len(rig) > 1)}{u:.1f},{v:.1f}" for name, u, v in pairs)
 
 
-def _read(reported: Sequence[str]) -> Vector:
-    """Return the pixels of such words."""
-    return tuple(float(part) for words in reported for part in words.split(":")[-1].split(","))
+def _read(args: Sequence[str]) -> Vector:
+    """Return the pixels of such arguments."""
+    return tuple(float(part) for arg in args for part in arg.split(":")[-1].split(","))
 
 
 def _choose_postures(
@@ -190,7 +190,7 @@ def _choose_postures(
             and all(math.dist(q, other) >= MIN_POSTURE_DISTANCE for other in chosen)
             and np.linalg.cond(slope(rig.truth, q)) <= MAX_CONDITION
             and rig.visible(q) > MIN_VISIBLE
-            and way_is_seen(rig, [*resting[:1], *chosen][-1], q)
+            and path_is_seen(rig, [*resting[:1], *chosen][-1], q)
         ):
             chosen.append(q)
             taken.append(seen)
@@ -205,6 +205,6 @@ def _inside(rig: CameraRig, pixels: Vector) -> bool:
     return all(EDGE_MARGIN < x < size - EDGE_MARGIN for x, size in zip(pixels, sizes, strict=True))
 
 
-def goal_words(goal: Goal) -> list[str]:
+def servo_args(goal: Goal) -> list[str]:
     """Return the servo's options for a goal."""
-    return [f"--goal={words}" for words in goal.told]
+    return [f"--goal={arg}" for arg in goal.args]

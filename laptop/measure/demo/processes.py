@@ -36,7 +36,7 @@ READY_TIMEOUT, DRAWING_TIMEOUT, SERVO_TIMEOUT, REPORT_TIMEOUT, END_TIMEOUT = (
     60.0,
 )
 """Deadlines that only a hang reaches, s: for the tracker and its page; on the emulated clock, for
-the lines and for one goal; for the comparison, and for what is told to end."""
+the lines and for one goal; for the comparison, and for what is asked to end."""
 MAX_SLOWDOWN = 10.0
 """Greatest slowdown of the emulated clock, a factor; beyond it the clock itself counts as
 stopped."""
@@ -66,7 +66,7 @@ class _Pipe:
         self._ended = False
 
     def end(self) -> None:
-        """Let `lines` end here; nothing if it has been told before."""
+        """Let `lines` end here; nothing if it has been asked before."""
         if not self._ended:
             self._ended = True
             with suppress(BrokenPipeError):  # nobody reads any more
@@ -198,9 +198,9 @@ class ChildProcess:
                     log.write(line)
                     log.flush()
                     if line.strip():
-                        self._take(line.strip(), pipe)
+                        self._handle(line.strip(), pipe)
 
-    def _take(self, line: str, pipe: _Pipe) -> None:
+    def _handle(self, line: str, pipe: _Pipe) -> None:
         if self._announces and pipe is self._output:
             with suppress(ValueError):  # a browser that it opened may write there, too
                 self.events.append(json.loads(line))

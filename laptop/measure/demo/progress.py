@@ -28,19 +28,19 @@ class Stage:
         self.spinner = Spinner("dots", style="cyan")
 
     def begin(self, text: str = "") -> None:
-        """Note that it runs from now on."""
+        """Record that it runs from now on."""
         self.began, self.text = time.monotonic(), text
 
-    def say(self, text: str) -> None:
-        """Note how it is going."""
+    def report(self, text: str) -> None:
+        """Record how it is going."""
         if self.took is None:
             self.text = text
 
-    def finish(self, well: bool, text: str) -> None:
-        """Note that it is over."""
+    def finish(self, is_good: bool, text: str) -> None:
+        """Record that it is over."""
         self.took = time.monotonic() - (self.began or time.monotonic())
         self.text = text
-        self.mark = "[green]✓[/]" if well else "[red]✗[/]"
+        self.mark = "[green]✓[/]" if is_good else "[red]✗[/]"
 
     @property
     def seconds(self) -> str:
@@ -64,7 +64,7 @@ class ProgressDisplay:
 
     def __init__(self, console: Console, names: Sequence[str]) -> None:
         self._console = console
-        self._told = -math.inf
+        self._last_notice = -math.inf
         self.stages = {name: Stage(name) for name in names}
         self.pace = 1.0
 
@@ -83,21 +83,21 @@ class ProgressDisplay:
             table.add_row("[yellow]![/]", "", "", Text(in_words(self.pace), style="yellow"))
         return table
 
-    def say(self, line: str) -> None:
+    def report(self, line: str) -> None:
         """Print a line of its own, above all."""
         self._console.print(line, soft_wrap=True, highlight=False, markup=False)
 
-    def keep(self, pace: float) -> None:
+    def add_pace(self, pace: float) -> None:
         """Show how fast the emulated clock goes of late, as laptop.emulator.pace has it."""
         self.pace = pace
         now = time.monotonic()
         if (
             pace < BUSY_PACE
             and not self._console.is_terminal
-            and now - self._told > PACE_NOTICE_PERIOD
+            and now - self._last_notice > PACE_NOTICE_PERIOD
         ):
-            self._told = now
-            self.say(in_words(pace))
+            self._last_notice = now
+            self.report(in_words(pace))
 
     @contextmanager
     def shown(self) -> Iterator[None]:
@@ -108,9 +108,9 @@ class ProgressDisplay:
         with Live(self, console=self._console, refresh_per_second=10):
             yield
 
-    def finish(self, name: str, well: bool, text: str) -> None:
-        """Note that a stage is over."""
+    def finish(self, name: str, is_good: bool, text: str) -> None:
+        """Record that a stage is over."""
         stage = self.stages[name]
-        stage.finish(well, text)
+        stage.finish(is_good, text)
         if not self._console.is_terminal:
-            self.say(f"{name}: {text} ({stage.seconds})")
+            self.report(f"{name}: {text} ({stage.seconds})")

@@ -77,24 +77,24 @@ def drawn(lines: Sequence[Mapping[str, Cell]]) -> bool:
 
 def lines_text(lines: Sequence[Mapping[str, Cell]]) -> str:
     """Sentence on the lines: their number and greatest deviation, mm."""
-    there = [float(off) for line in lines if (off := line["greatest mm"]) is not None]
-    if not there:
+    off = [float(off) for line in lines if (off := line["greatest mm"]) is not None]
+    if not off:
         return "none of the lines was drawn"
-    count = f"{len(there)} lines" if len(there) == len(lines) else f"{len(there)} of {len(lines)}"
-    return f"{count} drawn, at most {max(there):.1f} mm off"
+    count = f"{len(off)} lines" if len(off) == len(lines) else f"{len(off)} of {len(lines)}"
+    return f"{count} drawn, at most {max(off):.1f} mm off"
 
 
 def headline(demo: DemoResult) -> str:
     """Outcome in one sentence."""
-    there = [run for run in demo.runs if run.reached]
+    reached = [run for run in demo.runs if run.reached]
     lines = lines_text(demo.paths)
     if demo.worked:
-        worst = f"{max(run.true_error or 0.0 for run in there):.1f} px"
-        if any(run.within_mm for run in there):
-            miss = max(run.truth.miss_mm or 0.0 for run in there if run.truth)
+        worst = f"{max(run.true_error or 0.0 for run in reached):.1f} px"
+        if any(run.within_mm for run in reached):
+            miss = max(run.truth.miss_mm or 0.0 for run in reached if run.truth)
             worst = f"{miss:.1f} mm in space ({worst} in the pictures)"
         return (
-            f"{lines[0].upper()}{lines[1:]}; all {_number(len(there))} goals truly reached, "
+            f"{lines[0].upper()}{lines[1:]}; all {_number(len(reached))} goals truly reached, "
             f"to {worst} or better."
         )
     missed = [f"{run.name} was {run.outcome}" for run in demo.runs if not run.reached]
@@ -182,11 +182,11 @@ def _names() -> dict[str, str]:
         **{f"camera{name}.png": "" for name in ("", "-A", "-B")},
         **{log_name(stage): "" for stage in (TRACKER, DRAWING, BASELINE, *GOAL_NAMES)},
     }
-    homes = [DRAWING_FOLDER, *(name.replace(" ", "-") for name in GOAL_NAMES), BASELINE_FOLDER]
-    for home in homes:
-        trace = f"the true motion of the arm: {home}"
-        found |= {f"{home}.jsonl": "", f"{home}/{TRACE}": trace, f"{home}/{RUN}": ""}
-        found |= {f"{home}/{name}": "" for name in (PICTURE, SIDE_PICTURE)}
+    folders = [DRAWING_FOLDER, *(name.replace(" ", "-") for name in GOAL_NAMES), BASELINE_FOLDER]
+    for folder in folders:
+        trace = f"the true motion of the arm: {folder}"
+        found |= {f"{folder}.jsonl": "", f"{folder}/{TRACE}": trace, f"{folder}/{RUN}": ""}
+        found |= {f"{folder}/{name}": "" for name in (PICTURE, SIDE_PICTURE)}
     return found | {
         f"{DRAWING_FOLDER}/{PICTURE}": (
             "The lines, drawn before anything was seen: ink and arm on the left, and on the right "

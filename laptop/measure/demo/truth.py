@@ -50,22 +50,22 @@ def read_trace(file: Path) -> list[TracePoint]:
         raise DemoFailed(f"{file} cannot be read; is the disk full?") from None
 
 
-def run_of_goal(rig: CameraRig, goal: Goal, home: Path, program: ChildProcess) -> ServoRun:
+def run_of_goal(rig: CameraRig, goal: Goal, out_dir: Path, program: ChildProcess) -> ServoRun:
     """Return one run of the servo as it truly was.
 
     Raises:
         DemoFailed: it ended without a verdict, or left no record.
     """
-    file = home.with_suffix(".jsonl")
+    file = out_dir.with_suffix(".jsonl")
     log = read_log(file) if file.exists() else Log({}, [], [], [], None)
     if log.verdict is None:
         program.wait(END_TIMEOUT)
         raise program.failure()
     try:
-        start = read_run(home).ending.more.get("start_s") or 0.0
+        start = read_run(out_dir).ending.more.get("start_s") or 0.0
     except DamagedRun as error:
-        raise DemoFailed(f"{home}: {error}; is the disk full?") from None
-    rows = read_trace(home / TRACE)
+        raise DemoFailed(f"{out_dir}: {error}; is the disk full?") from None
+    rows = read_trace(out_dir / TRACE)
     began = log.run["clock"] - UPTIME - start
     return run_of_log(goal.name, log, truth_of(rig, rows, log, began, goal.pixels))
 

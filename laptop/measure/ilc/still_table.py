@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from laptop.measure.measured_run import BadMeasurement, MeasuredRun, MeasuringRig
+from laptop.measure.run_data import BadMeasurement, MeasuringRig, RunData
 from laptop.see.markers.finders.board import find_board
 from laptop.see.table.camera_fit import Calibration
 from laptop.see.table.camera_report import shift_since
@@ -37,7 +37,7 @@ class StillTable:
         self._rig, self._calibration = rig, calibration
         self._image, self._since = image, since
 
-    def measure(self, job: Path, dry: bool = True) -> MeasuredRun:
+    def measure(self, job: Path, dry: bool = True) -> RunData:
         """Do a job as MeasuringRig.measure does.
 
         Raises:

@@ -9,7 +9,7 @@ import numpy as np
 
 from laptop.measure.ilc.piece_path import PiecePath
 from laptop.measure.ilc.view import TipView
-from laptop.measure.measured_run import BadMeasurement, MeasuredRun
+from laptop.measure.run_data import BadMeasurement, RunData
 
 STANDING_BEFORE, STANDING_AFTER = 0.3, 0.3
 """Time before the first row of a stroke's log, and after its last, for which the pen is down and
@@ -51,7 +51,7 @@ class _StrokeSights:
     heading: np.ndarray
 
 
-def _sights(run: MeasuredRun, camera: str, strokes: int) -> list[_StrokeSights]:
+def _sights(run: RunData, camera: str, strokes: int) -> list[_StrokeSights]:
     """Return what was logged and seen of each stroke."""
     sights = run.sights[camera]
     seen = np.isfinite(sights.pixels).all(axis=1)
@@ -85,7 +85,7 @@ def _sights(run: MeasuredRun, camera: str, strokes: int) -> list[_StrokeSights]:
 
 
 def tracks(
-    run: MeasuredRun,
+    run: RunData,
     view: TipView,
     strokes: Sequence[Sequence[PiecePath]],
     starts: Sequence[float],
@@ -115,7 +115,7 @@ def tracks(
 
 
 def aligned(
-    run: MeasuredRun,
+    run: RunData,
     view: TipView,
     strokes: Sequence[Sequence[PiecePath]],
     starts: Sequence[float],

@@ -17,7 +17,7 @@ from laptop.measure.ilc.piece_path import paths_of
 from laptop.measure.ilc.stroke_learning import StrokeLearner, Trial, floor
 from laptop.measure.ilc.tracks import aligned, tracks
 from laptop.measure.ilc.view import TipView
-from laptop.measure.measured_run import BadMeasurement, MeasuredRun, MeasuringRig
+from laptop.measure.run_data import BadMeasurement, MeasuringRig, RunData
 from robot.jobs.learned import merged
 from shared import job
 
@@ -63,7 +63,7 @@ class LearningResult:
     offsets  with which to draw it
     steps    result of each trial
     floor_mm noise floor: what two drawings of it differ by, about, rms
-    why      it ended before all were done, or what is to be said of it; ""
+    why      it ended before all were done, or what else is to be reported; ""
     no_gain  nothing that was tried was better than what it began with
     """
 
@@ -165,9 +165,7 @@ class DrawingLearner:
         lengths = [sum(piece.length for piece in learner.pieces) for learner in self._learners]
         return float(np.sqrt(np.average(np.square(values), weights=lengths)))
 
-    def add(
-        self, run: MeasuredRun, view: TipView, starts: Sequence[float], camera: str
-    ) -> TrialResult:
+    def add(self, run: RunData, view: TipView, starts: Sequence[float], camera: str) -> TrialResult:
         """Add a trial that was drawn with `offsets`; starts are its job's, s.
 
         Raises:

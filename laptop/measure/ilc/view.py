@@ -54,7 +54,7 @@ class TipView:
     def aligned(self, pixels: np.ndarray, headings: np.ndarray, p: np.ndarray) -> TipView:
         """Return the view in which what was seen lies best on where the pen was to be.
 
-        So shape and size of what is missed are told, and not where all of it lies.
+        So shape and size of the error are measured, and not where all of it lies.
 
         Args:
             pixels: of the marker, (n, 2).

@@ -11,7 +11,7 @@ from laptop.bench.accuracy import AccuracyFigure
 from laptop.cli.main import laptop
 from laptop.emulator.scene.board_photographs import CameraPose, Lens
 from laptop.measure.accuracy.emulated import LensCamera
-from laptop.measure.accuracy.sighting import ArmOnBoard
+from laptop.measure.accuracy.sighting import BoardArmPose
 
 FIGURES = [
     AccuracyFigure("planar", 7, "AP P1", 1.05, 0.01, 1.0),  # near, and surer than it may be
@@ -41,7 +41,7 @@ def test_a_true_value_of_nothing_is_missed_by_any():
 def test_a_camera_sees_points_of_the_arm_where_that_stands_on_the_board():
     lens = Lens(600.0, (319.5, 239.5), (-0.1, 0.02, 0, 0, 0))
     stand = CameraPose.looking(50, 0.3, 0.5, 0.0, (0, 0))
-    seen = LensCamera(lens, stand, ArmOnBoard(np.pi / 2, (3.0, -10.0)))
+    seen = LensCamera(lens, stand, BoardArmPose(np.pi / 2, (3.0, -10.0)))
     # The arm's x is the board's y, its y the board's -x.
     on_board = np.array([(3.0 - 2.0, -10.0 + 12.0, 2.5)])
     assert seen.project(np.array([(12.0, 2.0, 2.5)])) == pytest.approx(stand.pixels(lens, on_board))

@@ -18,9 +18,9 @@ from laptop.cli.main import laptop
 from laptop.emulator.scene.optics import to_srgb
 from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.scene_constants import read_scene
-from laptop.measure.arm import emulated_setups, measured_numbers
+from laptop.measure.arm import arm_result, emulated_setups
 from laptop.measure.arm.arm_fit import BadIdentification
-from laptop.measure.measured_run import Sights
+from laptop.measure.run_data import Sights
 from laptop.record.run_folder import run_folder
 from laptop.see.table.camera_file import write_camera
 from shared.arm_description import find_arm, read_arm
@@ -183,7 +183,7 @@ def test_where_the_arms_file_is_refused_no_summary_says_calibrated(run, tmp_path
     def refuse(*_):
         raise BadIdentification("home lies outside its limits")
 
-    monkeypatch.setattr(measured_numbers, "write_measured", refuse)
+    monkeypatch.setattr(arm_result, "write_measured", refuse)
     done = run("--simulate", "--timeout", "60", status=1)
     assert "outside its limits" in done.output
     assert list((tmp_path / "out").glob("*")) == []
@@ -311,7 +311,7 @@ class FakeRig:
     def image(self):
         return self._image
 
-    def look(self, seconds):
+    def watch(self, seconds):
         pixels = np.array([(200.0, 150.0)] * 8)
         return {"A": Sights(np.arange(8.0), pixels)}
 

@@ -16,7 +16,7 @@ from laptop.emulator.rig import Rig
 from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.scene_constants import read_scene
 from laptop.measure.emulated_rig import EmulatedRig, RenderedRig, marker_point
-from laptop.measure.measured_run import BadMeasurement
+from laptop.measure.run_data import BadMeasurement
 from robot.motion import kinematics
 
 WAYS = [[(9.0, 2.0), (12.0, 4.0)], [(12.0, 4.0), (14.0, -2.0)]]

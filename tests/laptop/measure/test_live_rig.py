@@ -10,7 +10,7 @@ from waiting import PATIENCE
 
 from laptop.cli.rigs import RigOptions, live_rig
 from laptop.measure import live_rig as live
-from laptop.measure.measured_run import BadMeasurement
+from laptop.measure.run_data import BadMeasurement
 from robot.motion import kinematics
 from shared.job_log import LogRow
 from shared.job_messages import DONE, DRAWING, JobStatus
@@ -126,7 +126,7 @@ def test_sights_are_kept_only_while_somebody_measures():
     collector.begin()
     collector.publish(seen[1])
     collector.publish(seen[2])
-    assert collector.take()["A"].pixels.tolist() == [[1.0, 2.0], [2.0, 2.0]]
+    assert collector.finish()["A"].pixels.tolist() == [[1.0, 2.0], [2.0, 2.0]]
     collector.publish(seen[3])
-    assert collector.take() == {}
+    assert collector.finish() == {}
     assert passed == seen, "the link gets them all"

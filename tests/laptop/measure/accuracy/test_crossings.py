@@ -22,9 +22,9 @@ def test_planes_lie_evenly_half_a_spacing_from_the_ends():
 
 
 def test_a_run_beside_a_line_crosses_all_planes_at_that_distance():
-    way, left = np.array([0.6, 0.8]), np.array([-0.8, 0.6])
+    motion, left = np.array([0.6, 0.8]), np.array([-0.8, 0.6])
     s = np.linspace(0, 5, 23)[:, None]
-    found = crossings(LINE, 5, LINE.start + s * way + 0.2 * left)
+    found = crossings(LINE, 5, LINE.start + s * motion + 0.2 * left)
     assert found.values == pytest.approx(np.full((5, 1), 0.2))
 
 
@@ -87,10 +87,10 @@ def test_noise_of_a_crossing_is_that_of_the_sights_by_their_shares():
 
 def test_who_errs_along_a_path_that_the_tip_leaves_errs_across_it():
     s = np.linspace(0.0, 5.0, 11)[:, None]
-    way, left = np.array([0.6, 0.8]), np.array([-0.8, 0.6])
-    noise = np.tile(0.01 * np.outer(way, way), (11, 1, 1))
+    motion, left = np.array([0.6, 0.8]), np.array([-0.8, 0.6])
+    noise = np.tile(0.01 * np.outer(motion, motion), (11, 1, 1))
     for steepness, reckoned in ((0.5, 0.5), (-2.0, 2.0), (50.0, MAX_SLOPE)):
-        points = LINE.start + s * way + (s - 2.5) * steepness * left
+        points = LINE.start + s * motion + (s - 2.5) * steepness * left
         found = crossings(LINE, 5, points, noise)
         shares = found.noise[1:4, 0, 0] / 0.01 / reckoned**2
         assert ((shares > 0.5) & (shares < 1.001)).all(), steepness

@@ -8,9 +8,9 @@ from arms import PLANAR as ARM
 from csv_rows import rows_in
 
 from laptop.measure.accuracy import report
-from laptop.measure.accuracy.measurement import AccuracyResult, Attained, Criterion
+from laptop.measure.accuracy.accuracy_test import AccuracyResult, Attained, Criterion
 from laptop.measure.accuracy.plan import AccuracyPlan
-from laptop.measure.accuracy.sighting import ArmOnBoard
+from laptop.measure.accuracy.sighting import BoardArmPose
 
 PLAN = AccuracyPlan(ARM, ARM.elbow, 8.0, np.array([14.0, 0.0]), 3)
 OBSERVED = {
@@ -36,9 +36,9 @@ def result(fitted=False, repeats=0.5):
         Criterion("RP P1", repeats, 0.1),
         Criterion("RD P2 P4", 0.9, 0.03),
     )
-    stand = ArmOnBoard(math.radians(12.0), (1.0, -2.0))
+    arm_pose = BoardArmPose(math.radians(12.0), (1.0, -2.0))
     return AccuracyResult(
-        PLAN, OBSERVED, criteria, stand, fitted, {"A": 0.034}, (0.031, 0.008), 1234.5
+        PLAN, OBSERVED, criteria, arm_pose, fitted, {"A": 0.034}, (0.031, 0.008), 1234.5
     )
 
 

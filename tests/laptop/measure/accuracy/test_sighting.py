@@ -7,15 +7,15 @@ import pytest
 from accuracy_rigs import camera_above
 
 from laptop.measure.accuracy.sighting import (
-    ArmOnBoard,
     ArmSighting,
     BadSighting,
+    BoardArmPose,
     Places,
     SeenMarker,
-    nearest_stand,
+    nearest_arm_pose,
     without_common_error,
 )
-from laptop.measure.measured_run import MeasuredRun, Sights
+from laptop.measure.run_data import RunData, Sights
 from laptop.see.serve.joint_track import marker_shift
 from laptop.see.table.plane_motion import rotation
 from shared.arm_description import find_arm, read_arm
@@ -24,7 +24,7 @@ from shared.job_log import LogRow
 PLANAR = read_arm(find_arm("planar"))._replace(marker_offset=(0.5, -0.3))
 SPATIAL = read_arm(find_arm("spatial"))
 CAMERA = camera_above()
-STAND = ArmOnBoard(0.4, (3.0, -2.0))
+STAND = BoardArmPose(0.4, (3.0, -2.0))
 
 
 def places_at(points, sigma=0.0, common=0):
@@ -40,7 +40,7 @@ def at_rests(pixels, rest=1.0):
         rows.append(LogRow(k, 0.0, end, True, (0.3, 0.4)))
         t += list(end - rest / 2 + rest / 2 * (np.arange(len(own)) + 1) / len(own))
         seen += list(own)
-    return MeasuredRun(rows, rest, {"A": Sights(np.array(t), np.array(seen))})
+    return RunData(rows, rest, {"A": Sights(np.array(t), np.array(seen))})
 
 
 def test_noise_is_that_of_a_picture_though_a_rest_takes_its_mean_away():
@@ -86,12 +86,12 @@ def test_an_arms_stand_is_fitted_to_its_poses_whatever_else_they_are_off_by():
     luck = np.random.default_rng(2)
     there = luck.uniform(-5, 5, (40, 2)) + (14, 0)
     here = there @ rotation(STAND.turn, 2).T + STAND.base + 0.01 * luck.standard_normal((40, 2))
-    found = nearest_stand(here, there)
+    found = nearest_arm_pose(here, there)
     assert (found.turn, *found.base) == pytest.approx((0.4, 3.0, -2.0), abs=0.02)
     # No other stand is nearer.
     left = ((found.in_arm(places_at(here)).points - there) ** 2).sum()
     for turn, x, y in 1e-3 * np.vstack([np.eye(3), -np.eye(3)]):
-        other = ArmOnBoard(found.turn + turn, (found.base[0] + x, found.base[1] + y))
+        other = BoardArmPose(found.turn + turn, (found.base[0] + x, found.base[1] + y))
         assert ((other.in_arm(places_at(here)).points - there) ** 2).sum() > left
 
 
@@ -141,11 +141,11 @@ def test_a_fitted_stand_takes_up_shifts_and_turns_but_no_stretching():
 
 
 def test_a_stroke_of_which_nothing_was_logged_is_said():
-    run = MeasuredRun(
+    run = RunData(
         [LogRow(1, 0.0, 2.0, True, (0.3, 0.4))], 0.3, {"A": Sights(np.zeros(0), np.zeros((0, 2)))}
     )
     with pytest.raises(BadSighting, match="the brick has logged nothing along stroke 1"):
-        ArmSighting(PLANAR, {"A": CAMERA}).on_the_way(run, {"A": 0.1})
+        ArmSighting(PLANAR, {"A": CAMERA}).along_strokes(run, {"A": 0.1})
 
 
 def test_along_a_path_only_pictures_between_its_beginning_and_its_rest_count():
@@ -153,8 +153,8 @@ def test_along_a_path_only_pictures_between_its_beginning_and_its_rest_count():
     rows = [LogRow(1, 0.0, at, False, (0.1 * at, 0.2)) for at in (1.0, 2.0, 3.0)]
     rows.append(LogRow(1, 0.0, 3.4, True, (0.3, 0.2)))
     pixels = np.column_stack([100 + 10 * t, np.full(len(t), 200.0)])
-    run = MeasuredRun(rows, 0.3, {"A": Sights(t, pixels)})
-    (seen,) = ArmSighting(PLANAR, {"A": CAMERA}, 2.5).on_the_way(run, {"A": 0.1})
+    run = RunData(rows, 0.3, {"A": Sights(t, pixels)})
+    (seen,) = ArmSighting(PLANAR, {"A": CAMERA}, 2.5).along_strokes(run, {"A": 0.1})
     chosen = (t >= 1.0) & (t <= 3.1)
     assert seen.places.points == pytest.approx(CAMERA.to_table(pixels[chosen], 2.5))
     assert seen.q[:, 0] == pytest.approx(np.minimum(0.1 * t[chosen], 0.3))

@@ -5,15 +5,15 @@ from collections import namedtuple
 import numpy as np
 import pytest
 
-from laptop.measure.accuracy.plan import PlannedWay
+from laptop.measure.accuracy.plan import PlannedMotion
 from laptop.measure.accuracy.truth import in_nearest_frame, true_places
-from laptop.measure.measured_run import MeasuredRun
+from laptop.measure.run_data import RunData
 from laptop.see.table.plane_motion import rotation
 from shared.job_log import LogRow
 
 Sample = namedtuple("Sample", ["t", "x", "y", "z"])
-WAY = np.array([(0.0, 0.0), (1.0, 0.0)])
-RUN = MeasuredRun(
+PATH = np.array([(0.0, 0.0), (1.0, 0.0)])
+RUN = RunData(
     [
         LogRow(1, 0.0, 1.0, False, (0.0, 0.0)),
         LogRow(1, 0.0, 3.0, True, (0.0, 0.0)),
@@ -25,13 +25,13 @@ RUN = MeasuredRun(
 )
 
 
-def told(ways, z=None):
+def true_motions(motions, z=None):
     record = [Sample(t, t, 10 * t, z) for t in np.arange(0.0, 6.0, 0.125)]
-    return list(true_places(record, ways, RUN))
+    return list(true_places(record, motions, RUN))
 
 
 def test_a_pose_is_where_the_tip_was_in_the_second_half_of_its_rest():
-    (_, places), _ = told([PlannedWay("pose", k, 0, 1.0, WAY) for k in (1, 2)])
+    (_, places), _ = true_motions([PlannedMotion("pose", k, 0, 1.0, PATH) for k in (1, 2)])
     # 2.625, 2.75, 2.875, 3.0 s
     assert places.points == pytest.approx(np.array([(2.8125, 28.125)]))
     assert not places.noise.any()
@@ -39,8 +39,8 @@ def test_a_pose_is_where_the_tip_was_in_the_second_half_of_its_rest():
 
 
 def test_a_path_is_where_the_tip_was_from_its_beginning_to_its_rest():
-    ways = [PlannedWay("path", k, 0, 1.0, WAY) for k in (0, 0)]
-    (_, first), (_, second) = told(ways, z=4.0)
+    motions = [PlannedMotion("path", k, 0, 1.0, PATH) for k in (0, 0)]
+    (_, first), (_, second) = true_motions(motions, z=4.0)
     assert first.points[:, 0] == pytest.approx(np.arange(1.0, 2.01, 0.125))
     assert second.points[:, 0] == pytest.approx(np.arange(3.25, 4.01, 0.125))
     assert (first.points[:, 2] == 4.0).all()
@@ -48,12 +48,15 @@ def test_a_path_is_where_the_tip_was_from_its_beginning_to_its_rest():
 
 def test_in_the_nearest_frame_an_arm_that_is_turned_as_a_whole_is_right():
     commanded = np.array([(10.0, 0.0), (14.0, 3.0), (12.0, -4.0)])
-    ways = [PlannedWay("pose", k, 0, 1.0, np.array([(0, 0), p])) for k, p in enumerate(commanded)]
+    motions = [
+        PlannedMotion("pose", k, 0, 1.0, np.array([(0, 0), p])) for k, p in enumerate(commanded)
+    ]
     attained = commanded @ rotation(0.02, 2).T + (0.1, -0.2)
     truth = list(true_places([], [], RUN))
-    _, like = told([PlannedWay("pose", k, 0, 1.0, WAY) for k in (1, 2)])[0]
+    _, like = true_motions([PlannedMotion("pose", k, 0, 1.0, PATH) for k in (1, 2)])[0]
     truth = [
-        (way, like._replace(points=point[None])) for way, point in zip(ways, attained, strict=True)
+        (motion, like._replace(points=point[None]))
+        for motion, point in zip(motions, attained, strict=True)
     ]
     found = np.concatenate([places.points for _, places in in_nearest_frame(truth)])
     assert found == pytest.approx(commanded)

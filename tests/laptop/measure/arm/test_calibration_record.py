@@ -7,9 +7,9 @@ import pytest
 import seen_arms
 
 from laptop.measure.arm.arm_fit import fit_arm
+from laptop.measure.arm.arm_result import measured
 from laptop.measure.arm.calibrating import Identified
 from laptop.measure.arm.calibration_record import calibration_run, rests_table
-from laptop.measure.arm.measured_numbers import measured
 from laptop.measure.arm.pose_plan import scouts
 
 TABLE = seen_arms.table()

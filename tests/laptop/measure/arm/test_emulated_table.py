@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import seen_arms
 
-from laptop.measure.arm.emulated_table import camera_over, luck_of
+from laptop.measure.arm.emulated_table import camera_over, rng_of
 from laptop.see.table.camera_report import shift_since
 from robot.motion import kinematics
 
@@ -33,20 +33,20 @@ def test_what_is_outside_the_picture_is_not_seen():
 
 def test_the_camera_that_is_calibrated_is_the_true_one_and_a_hand_is_nearly_right():
     over = seen_arms.table()
-    found = over.calibrated(luck_of(1), 100.0)
+    found = over.calibrated(rng_of(1), 100.0)
     points = np.array([[x, y, z] for x in (-10.0, 8.0) for y in (-6.0, 6.0) for z in (0.0, 3.0)])
     off = found.camera.project(points) - over.camera.project(points)
     assert np.abs(off).max() < 0.5
-    assert not shift_since(found, over._view((0.0, 0.0), luck_of(2))).moved
-    touches = over.touches(5, luck_of(3))
+    assert not shift_since(found, over._view((0.0, 0.0), rng_of(2))).moved
+    touches = over.touches(5, rng_of(3))
     assert len(touches) == 5
-    assert touches == over.touches(5, luck_of(3))
-    assert touches != over.touches(5, luck_of(4))
+    assert touches == over.touches(5, rng_of(3))
+    assert touches != over.touches(5, rng_of(4))
 
 
 def test_a_hand_touches_the_crosses_that_were_named():
     over = seen_arms.table(seen_arms.ARM)
     crosses = [(-5.0, 7.5), (0.0, 0.0), (5.0, -7.5)]
-    assert [touch.cross for touch in over.touched(crosses, luck_of(1))] == crosses
+    assert [touch.cross for touch in over.touched(crosses, rng_of(1))] == crosses
     with pytest.raises(kinematics.Unreachable):
-        over.touched([(50.0, 0.0)], luck_of(1))
+        over.touched([(50.0, 0.0)], rng_of(1))

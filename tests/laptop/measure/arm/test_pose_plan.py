@@ -14,18 +14,18 @@ from laptop.measure.arm.pose_plan import (
     APPROACH_SPEED,
     ApproachedPose,
     NoPose,
+    approach_turn,
     candidates,
     choose,
-    joint_way,
+    joint_path,
     ordered,
     pose_job,
     scouts,
     standing,
     start_of,
     telling,
-    way_to,
 )
-from laptop.measure.measured_run import MeasuredRun
+from laptop.measure.run_data import RunData
 from robot.motion import kinematics
 from shared.job import Job
 from shared.job_log import LogRow
@@ -63,7 +63,7 @@ def test_limits_that_leave_no_room_are_told():
 def test_a_pose_is_come_to_from_below_or_above_by_more_than_the_backlash():
     begin = start_of(ARM, ApproachedPose((0.5, -0.5), (1, -1)))
     assert begin == pytest.approx((0.5 - math.radians(6), -0.5 + math.radians(6)))
-    assert way_to(math.radians(2)) == pytest.approx(math.radians(6))
+    assert approach_turn(math.radians(2)) == pytest.approx(math.radians(6))
 
 
 def test_scouts_lie_apart_and_come_from_all_sides():
@@ -125,7 +125,7 @@ def test_poses_are_gone_through_from_the_nearest_on():
 
 def test_a_way_is_straight_in_the_joints_slow_and_as_long_as_it_should_be():
     begin, end = (0.1, 0.4), (0.9, 0.0)
-    times, segments, last = joint_way(begin, end)
+    times, segments, last = joint_path(begin, end)
     assert last == pytest.approx(end)
     at, speed = 0.0, 0.0
     for a, b, (v, rate, cubics, _) in zip(times, times[1:], segments, strict=False):
@@ -162,7 +162,7 @@ def test_how_far_a_motor_went_back_is_told_by_the_log():
         LogRow(2, 0.3, 2.0, False, (0.92, 0.08)),
         LogRow(2, 0.3, 3.0, True, (0.90, 0.10)),
     ]
-    stood = standing(ARM, poses, MeasuredRun(rows, 1.0, {}))
+    stood = standing(ARM, poses, RunData(rows, 1.0, {}))
     assert isinstance(stood, Standing)
     assert stood.e == pytest.approx(np.array([[0.5, 0.2], [0.9, 0.1]]))
     assert stood.back == pytest.approx(np.array([[0.02, 0.01], [-0.02, -0.02]]))

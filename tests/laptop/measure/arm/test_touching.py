@@ -7,7 +7,7 @@ import pytest
 
 from laptop.measure.arm.arm_fit import BadIdentification
 from laptop.measure.arm.touching import crosses_to_touch, touch_sight
-from laptop.measure.measured_run import Sights
+from laptop.measure.run_data import Sights
 from laptop.see.markers.board import CROSSES
 
 BASE = (-12.5, 0.0)

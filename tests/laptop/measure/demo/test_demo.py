@@ -190,7 +190,7 @@ def ends_of(name):
     text, chosen = really_choose(arm, 0)
     views = CameraRig(arm, text)
     start = goals.postures_at(views, goals.DEMO_SETUPS[arm.chain].end_of_lines)[0]
-    ends = {"driver": start, **{" ".join(goal.told): posture_at(views, goal) for goal in chosen}}
+    ends = {"driver": start, **{" ".join(goal.args): posture_at(views, goal) for goal in chosen}}
     return {told: list(map(float, q)) for told, q in ends.items()}
 
 
@@ -560,14 +560,14 @@ def test_goals_are_in_the_pictures_and_apart_and_can_be_reached(name, seed):
     arm = ARMS[name]
     text, chosen = really_choose(arm, seed)
     views = CameraRig(arm, text)
-    assert chosen[0].told == ("marker",)
+    assert chosen[0].args == ("marker",)
     assert chosen[0].pixels == views.truth([joint.home for joint in arm.joints], "goal")
     for number, goal in enumerate(chosen):
         places = list(zip(goal.pixels[::2], goal.pixels[1::2], strict=True))
         if number:
             names = [f"{camera}:" for camera in views] if len(views) > 1 else [""]
             pairs = zip(names, places, strict=True)
-            assert goal.told == tuple(f"{camera}{u:.1f},{v:.1f}" for camera, (u, v) in pairs)
+            assert goal.args == tuple(f"{camera}{u:.1f},{v:.1f}" for camera, (u, v) in pairs)
         assert all(40 < u < 600 and 40 < v < 440 for u, v in places)
         assert all(math.dist(goal.pixels, other.pixels) > 149 for other in chosen[:number])
         assert views.project(goal.place) == pytest.approx(goal.pixels, abs=0.1)
@@ -586,10 +586,10 @@ def test_the_tip_is_seen_by_both_cameras_on_its_way():
     left = goals.DEMO_SETUPS["spatial"].end_of_lines
     start = goals.postures_at(views, left)[0]
     assert views.centre("effector", start) == pytest.approx(left)
-    assert goals.way_is_seen(views, start, (0.0, 0.6, -1.2))
-    assert not goals.way_is_seen(views, start, (0.7, -0.3, -0.5))  # in sight, but near the table
-    assert not goals.way_is_seen(views, start, (1.6, 1.9, -2.0))  # behind the upper arm
-    assert not goals.way_is_seen(
+    assert goals.path_is_seen(views, start, (0.0, 0.6, -1.2))
+    assert not goals.path_is_seen(views, start, (0.7, -0.3, -0.5))  # in sight, but near the table
+    assert not goals.path_is_seen(views, start, (1.6, 1.9, -2.0))  # behind the upper arm
+    assert not goals.path_is_seen(
         views, (1.6, -0.1, -0.3), (1.3, 0.0, -0.4)
     )  # hidden while it explores
 
@@ -605,9 +605,9 @@ def test_a_tip_behind_the_stand_of_a_goal_is_not_in_sight():
     x, y, _ = (9.0, 4.0, 12.6) + 0.2 * (eye - (9.0, 4.0, 12.6))
     behind = CameraRig(ARMS["spatial"], f"{text},goal_x={x:.2f},goal_y={y:.2f},goal_z=25")
     assert goals.MIN_VISIBLE_BETWEEN < behind.visible(start) < goals.MIN_VISIBLE_AT_ENDS
-    assert not goals.way_is_seen(behind, start, end)
+    assert not goals.path_is_seen(behind, start, end)
     aside = CameraRig(ARMS["spatial"], f"{text},goal_x=-20")
-    assert goals.way_is_seen(aside, start, end)
+    assert goals.path_is_seen(aside, start, end)
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from board_views import stand, view
 
 from laptop.measure.ilc import still_table
 from laptop.measure.ilc.still_table import StillTable
-from laptop.measure.measured_run import BadMeasurement
+from laptop.measure.run_data import BadMeasurement
 from laptop.see.table.camera_fit import calibrate
 
 PLACE = stand(45.0, 25.0)

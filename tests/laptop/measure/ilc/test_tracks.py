@@ -7,7 +7,7 @@ from arms import PLANAR as ARM
 from laptop.measure.ilc.piece_path import paths_of
 from laptop.measure.ilc.tracks import aligned, tracks
 from laptop.measure.ilc.view import TipView
-from laptop.measure.measured_run import BadMeasurement, MeasuredRun, Sights
+from laptop.measure.run_data import BadMeasurement, RunData, Sights
 from robot.motion import paths, trajectory
 from shared.job_log import LogRow
 
@@ -43,7 +43,7 @@ def run_of(pieces, unseen=()):
     rows = [LogRow(1, p, when, False, (0.2, 0.5)) for p, when in zip(plan, t, strict=True)]
     pixels = np.array(places)
     pixels[list(unseen)] = np.nan
-    return MeasuredRun(rows, 0.0, {"A": Sights(np.array(t), pixels)})
+    return RunData(rows, 0.0, {"A": Sights(np.array(t), pixels)})
 
 
 def test_every_piece_gets_its_own_sights(pieces):

@@ -17,7 +17,7 @@ from laptop.measure.emulated_rig import EmulatedRig
 from laptop.measure.ilc.emulated_view import view_of
 from laptop.measure.ilc.learning import Offsets
 from laptop.measure.ilc.trials import DrawingLearner, run_trials
-from laptop.measure.measured_run import BadMeasurement
+from laptop.measure.run_data import BadMeasurement
 from shared.job import Job
 
 BUILT = ARM._replace(joints=(ARM.joints[0]._replace(link=11.6), ARM.joints[1]))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from laptop.measure.measured_run import BadMeasurement, MeasuredRun, Sights
+from laptop.measure.run_data import BadMeasurement, RunData, Sights
 from shared.job_log import LogRow
 
 Q = (0.1, 0.2)
@@ -12,7 +12,7 @@ Q = (0.1, 0.2)
 def run_of(pixels, rows):
     """A run of 2 s, a picture every 0.1 s."""
     t = np.arange(len(pixels)) * 0.1
-    return MeasuredRun(rows, 1.0, {"A": Sights(t, np.array(pixels, float))})
+    return RunData(rows, 1.0, {"A": Sights(t, np.array(pixels, float))})
 
 
 def test_a_rest_is_looked_at_in_its_second_half():

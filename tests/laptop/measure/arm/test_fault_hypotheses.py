@@ -7,7 +7,7 @@ import pytest
 import seen_arms
 
 from laptop.measure.arm.arm_fit import fit_arm
-from laptop.measure.arm.suspects import explain, fault_hypotheses, loose_joint
+from laptop.measure.arm.fault_hypotheses import explain, fault_hypotheses, loose_joint
 
 TABLE = seen_arms.table()
 COUNT = 30

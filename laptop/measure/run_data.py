@@ -21,7 +21,7 @@ MEDIAN_NOISE = 1.2533
 
 
 class BadMeasurement(ArmError, ValueError):
-    """A run that does not tell what it was made for."""
+    """Error: a run does not determine what it was made for."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +55,7 @@ class Rests:
 
 
 @dataclass(frozen=True, eq=False)
-class MeasuredRun:
+class RunData:
     """One run of a job.
 
     rows    what the brick has logged, in order
@@ -82,8 +82,8 @@ class MeasuredRun:
         sights = self.sights[camera]
         pixels, sigmas, counts = [], [], []
         for row in rows:
-            looked = (sights.t > row.t - SETTLED_SHARE * self.rest) & (sights.t <= row.t)
-            seen = sights.pixels[looked]
+            in_rest = (sights.t > row.t - SETTLED_SHARE * self.rest) & (sights.t <= row.t)
+            seen = sights.pixels[in_rest]
             seen = seen[np.isfinite(seen).all(axis=1)]
             counts.append(len(seen))
             if not len(seen):
@@ -121,7 +121,7 @@ class MeasuringRig(Protocol):
 
     arm: Arm
 
-    def measure(self, job: Path, dry: bool = True) -> MeasuredRun:
+    def measure(self, job: Path, dry: bool = True) -> RunData:
         """Let the arm do a job, and look.
 
         Args:

@@ -19,16 +19,16 @@ from laptop.measure.accuracy.plan import (
     MULTIDIRECTIONAL_POSES,
     SPEED_SHARES,
     AccuracyPlan,
-    PlannedWay,
+    PlannedMotion,
 )
 from laptop.measure.accuracy.sighting import (
-    ArmOnBoard,
     ArmSighting,
+    BoardArmPose,
     Places,
     SeenMarker,
     without_common_error,
 )
-from laptop.measure.measured_run import BadMeasurement, MeasuredRun, MeasuringRig
+from laptop.measure.run_data import BadMeasurement, MeasuringRig, RunData
 
 PLANE_COUNTS = {"line": 20, "circle": 36}
 """Number of planes across each path."""
@@ -81,13 +81,13 @@ class Criterion:
 
 @dataclass(frozen=True, eq=False)
 class AccuracyResult:
-    """All that a test has told.
+    """Result of a test.
 
     plan      what was done
     observed  as seen, the camera's noise still in it
     criteria  its figures, without that noise
-    stand     how the arm stands on the board
-    is_fitted whether that was fitted to the poses, so that AP tells less
+    arm_pose  how the arm stands on the board
+    is_fitted whether that was fitted to the poses, so that AP is too good
     sigma     noise of one picture by camera, px
     noise_mm  of one picture's place, and of a rest's, standard deviation along one axis, mm
     seconds   that the arm was at it
@@ -96,7 +96,7 @@ class AccuracyResult:
     plan: AccuracyPlan
     observed: Observed
     criteria: tuple[Criterion, ...]
-    stand: ArmOnBoard
+    arm_pose: BoardArmPose
     is_fitted: bool
     sigma: Mapping[str, float]
     noise_mm: tuple[float, float]
@@ -107,9 +107,9 @@ def measure(
     rig: MeasuringRig,
     plan: AccuracyPlan,
     sighting: ArmSighting,
-    stand: ArmOnBoard | None = None,
-    tell: Callable[[str, int, int], None] = lambda part, number, count: None,
-    after: Callable[[list[PlannedWay], MeasuredRun], None] = lambda ways, run: None,
+    arm_pose: BoardArmPose | None = None,
+    on_part: Callable[[str, int, int], None] = lambda part, number, count: None,
+    on_run: Callable[[list[PlannedMotion], RunData], None] = lambda motions, run: None,
 ) -> AccuracyResult:
     """Do the whole test.
 
@@ -117,35 +117,38 @@ def measure(
         rig: the arm and its cameras.
         plan: what is to be done.
         sighting: the cameras, calibrated.
-        stand: how the arm stands on the board; None: it is fitted to where the poses were seen.
-        tell: called with each part's name, number and how many there are, before it begins.
-        after: called with the ways and the run of each part, done.
+        arm_pose: how the arm stands on the board; None: it is fitted to where the poses were seen.
+        on_part: called with each part's name, number and how many there are, before it begins.
+        on_run: called with the motions and the run of each part, done.
 
     Raises:
         HiddenMarker: too little was seen.
         ArmError: of the rig: nothing is measured.
     """
     seconds = plan.seconds()  # before anything moves: all of it can be had
-    runs = _done(rig, plan, tell, after)
-    pose_ways, pose_run = runs[0]
+    runs = _done(rig, plan, on_part, on_run)
+    pose_motions, pose_run = runs[0]
     sigma = sighting.sigma(pose_run)
     rested = sighting.at_rest(pose_run, sigma)
-    _check_rests(pose_ways, rested.places.points)
-    is_fitted = stand is None
-    if stand is None:
-        stand = sighting.stand(rested, np.array([way.way[-1] for way in pose_ways]))
-    fitted_at = sighting.tip(rested, stand)
-    tips = _Tips(sighting, sigma, stand, fitted_at if is_fitted else None)
-    of_ways = [seen for ways, run in runs for seen in tips.of(ways, run)]
-    observed = collect(plan, of_ways)
+    _check_rests(pose_motions, rested.places.points)
+    is_fitted = arm_pose is None
+    if arm_pose is None:
+        arm_pose = sighting.arm_pose(rested, np.array([m.points[-1] for m in pose_motions]))
+    fitted_at = sighting.tip(rested, arm_pose)
+    tips = _Tips(sighting, sigma, arm_pose, fitted_at if is_fitted else None)
+    seen_motions = [seen for motions, run in runs for seen in tips.of(motions, run)]
+    observed = collect(plan, seen_motions)
     return AccuracyResult(
         plan,
         observed,
         tuple(with_uncertainty(plan, observed)),
-        stand,
+        arm_pose,
         is_fitted,
         sigma,
-        (_axis_mm([p for way, p in of_ways if way.what == "path"]), _axis_mm([fitted_at])),
+        (
+            _axis_mm([p for m, p in seen_motions if m.what == "path"]),
+            _axis_mm([fitted_at]),
+        ),
         seconds,
     )
 
@@ -153,54 +156,54 @@ def measure(
 def _done(
     rig: MeasuringRig,
     plan: AccuracyPlan,
-    tell: Callable[[str, int, int], None],
-    after: Callable[[list[PlannedWay], MeasuredRun], None],
-) -> list[tuple[list[PlannedWay], MeasuredRun]]:
-    """Let the arm do all parts; return the ways and the run of each, the poses first."""
+    on_part: Callable[[str, int, int], None],
+    on_run: Callable[[list[PlannedMotion], RunData], None],
+) -> list[tuple[list[PlannedMotion], RunData]]:
+    """Let the arm do all parts; return the motions and the run of each, the poses first."""
     runs = []
     parts = plan.parts()
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "accuracy.job"
-        for number, (name, ways) in enumerate(parts.items(), 1):
-            tell(name, number, len(parts))
-            plan.write_job(file, name, ways)
+        for number, (name, motions) in enumerate(parts.items(), 1):
+            on_part(name, number, len(parts))
+            plan.write_job(file, name, motions)
             run = rig.measure(file)
-            after(ways, run)
-            runs.append((ways, run))
+            on_run(motions, run)
+            runs.append((motions, run))
     return runs
 
 
 @dataclass(frozen=True, eq=False)
 class _Tips:
-    """Says where the tip was.
+    """Finds where the tip was.
 
     sighting   the cameras
     sigma      noise of one picture by camera, px
-    stand      how the arm stands on the board
-    fitted_at  where the tip was at the poses to which that was fitted; None: it was told
+    arm_pose   how the arm stands on the board
+    fitted_at  where the tip was at the poses to which that was fitted; None: it was given
     """
 
     sighting: ArmSighting
     sigma: Mapping[str, float]
-    stand: ArmOnBoard
+    arm_pose: BoardArmPose
     fitted_at: Places | None
 
     def of(
-        self, ways: Sequence[PlannedWay], run: MeasuredRun
-    ) -> Iterator[tuple[PlannedWay, Places]]:
-        """Yield each way of a run with the tip's places, see `collect`."""
-        if ways[0].what == "path":
-            seen = self.sighting.on_the_way(run, self.sigma)
+        self, motions: Sequence[PlannedMotion], run: RunData
+    ) -> Iterator[tuple[PlannedMotion, Places]]:
+        """Yield each motion of a run with the tip's places, see `collect`."""
+        if motions[0].what == "path":
+            seen = self.sighting.along_strokes(run, self.sigma)
             places = [self._tip(one) for one in seen]
         else:
             rested = self.sighting.at_rest(run, self.sigma)
-            _check_rests(ways, rested.places.points)
-            there = self._tip(rested)
-            places = [there.at(slice(k, k + 1)) for k in range(len(ways))]
-        yield from zip(ways, places, strict=True)
+            _check_rests(motions, rested.places.points)
+            tips = self._tip(rested)
+            places = [tips.at(slice(k, k + 1)) for k in range(len(motions))]
+        yield from zip(motions, places, strict=True)
 
     def _tip(self, seen: SeenMarker) -> Places:
-        places = self.sighting.tip(seen, self.stand)
+        places = self.sighting.tip(seen, self.arm_pose)
         return places if self.fitted_at is None else without_common_error(places, self.fitted_at)
 
 
@@ -211,42 +214,42 @@ def _axis_mm(places: Sequence[Places]) -> float:
     return float(criteria.MM * np.sqrt(np.nanmean(variances)))
 
 
-def _check_rests(ways: Sequence[PlannedWay], points: np.ndarray) -> None:
-    if len(points) != len(ways):
+def _check_rests(motions: Sequence[PlannedMotion], points: np.ndarray) -> None:
+    if len(points) != len(motions):
         raise BadMeasurement(
-            f"the arm rested {len(points)} times and not {len(ways)} times; do the test again"
+            f"the arm rested {len(points)} times and not {len(motions)} times; do the test again"
         )
 
 
-def collect(plan: AccuracyPlan, of_ways: Sequence[tuple[PlannedWay, Places]]) -> Observed:
-    """Put what was seen of each way in the order of poses, directions and paths.
+def collect(plan: AccuracyPlan, seen_motions: Sequence[tuple[PlannedMotion, Places]]) -> Observed:
+    """Put what was seen of each motion in the order of poses, directions and paths.
 
     Args:
         plan: of the test.
-        of_ways: each way with the tip's places: one at its end, or many along a path.
+        seen_motions: each motion with the tip's places: one at its end, or many along a path.
 
     Raises:
         HiddenMarker: too little was seen of one.
     """
     groups: dict[str, list[Places]] = {}
-    ways: dict[str, PlannedWay] = {}
-    for way, places in of_ways:
-        name = _name(plan, way)
+    motions: dict[str, PlannedMotion] = {}
+    for motion, places in seen_motions:
+        name = _name(plan, motion)
         groups.setdefault(name, []).append(places)
-        ways[name] = way
+        motions[name] = motion
     # A cycle in which one pose was hidden does not count for the others: their distances would not.
     poses = [_points(groups[f"P{number}"]) for number in range(1, 6)]
-    whole = np.all([np.isfinite(points).all(axis=1) for points in poses], axis=0)
+    complete = np.all([np.isfinite(points).all(axis=1) for points in poses], axis=0)
     observed = {}
     for name, cycles in groups.items():
-        way = ways[name]
-        if way.what == "path":
-            observed[name] = _of_path(plan, name, way, cycles)
-        elif way.what == "pose":
-            observed[name] = _of_pose(name, plan.pose(way.number), cycles, whole)
+        motion = motions[name]
+        if motion.what == "path":
+            observed[name] = _of_path(plan, name, motion, cycles)
+        elif motion.what == "pose":
+            observed[name] = _of_pose(name, plan.pose(motion.number), cycles, complete)
         else:
-            good = np.isfinite(_points(cycles)).all(axis=1)
-            observed[name] = _of_pose(name, plan.pose(way.pose), cycles, good)
+            finite = np.isfinite(_points(cycles)).all(axis=1)
+            observed[name] = _of_pose(name, plan.pose(motion.pose), cycles, finite)
     return observed
 
 
@@ -254,39 +257,41 @@ def _points(cycles: Sequence[Places]) -> np.ndarray:
     return np.concatenate([one.points for one in cycles])
 
 
-def _name(plan: AccuracyPlan, way: PlannedWay) -> str:
-    if way.what == "pose":
-        return f"P{way.number}"
-    if way.what == "direction":
-        return f"P{way.pose} from {way.number}"
-    return f"{list(plan.paths)[way.number]} {100 * way.share:.0f} %"
+def _name(plan: AccuracyPlan, motion: PlannedMotion) -> str:
+    if motion.what == "pose":
+        return f"P{motion.number}"
+    if motion.what == "direction":
+        return f"P{motion.pose} from {motion.number}"
+    return f"{list(plan.paths)[motion.number]} {100 * motion.share:.0f} %"
 
 
 def _of_pose(
-    name: str, commanded: np.ndarray, cycles: Sequence[Places], good: np.ndarray
+    name: str, commanded: np.ndarray, cycles: Sequence[Places], finite: np.ndarray
 ) -> Attained:
-    _check_seen(name, int(good.sum()), len(good))
-    noise = np.concatenate([one.noise for one in cycles])[good]
-    common = np.concatenate([one.common for one in cycles])[good]
+    _check_seen(name, int(finite.sum()), len(finite))
+    noise = np.concatenate([one.noise for one in cycles])[finite]
+    common = np.concatenate([one.common for one in cycles])[finite]
     return Attained(
-        _points(cycles)[good][None],
+        _points(cycles)[finite][None],
         noise.mean(axis=0)[None],
         common.mean(axis=0)[None],
         commanded[None],
     )
 
 
-def _of_path(plan: AccuracyPlan, name: str, way: PlannedWay, cycles: Sequence[Places]) -> Attained:
-    kind = list(plan.paths)[way.number]
+def _of_path(
+    plan: AccuracyPlan, name: str, motion: PlannedMotion, cycles: Sequence[Places]
+) -> Attained:
+    kind = list(plan.paths)[motion.number]
     path, planes = plan.paths[kind], PLANE_COUNTS[kind]
     found: list[Crossings] = [crossings(path, planes, *one) for one in cycles]
     values = np.stack([one.values for one in found], axis=1)
-    good = np.isfinite(values).all(axis=2)
-    seen = good.sum(axis=1)
+    finite = np.isfinite(values).all(axis=2)
+    seen = finite.sum(axis=1)
     worst = int(seen.argmin())
     _check_seen(f"plane {worst + 1} of the {name}", int(seen[worst]), len(cycles))
     # As many cycles of each plane: the first ones that were seen there.
-    first = np.argsort(~good, axis=1, kind="stable")[:, : seen[worst]]
+    first = np.argsort(~finite, axis=1, kind="stable")[:, : seen[worst]]
     rows = np.arange(planes)[:, None]
     noise, common = (
         np.stack([one[k] for one in found], axis=1)[rows, first].mean(axis=1) for k in (1, 2)
@@ -365,9 +370,9 @@ def with_uncertainty(
     for name, one in observed.items():
         found[name] = criteria.without_noise(one.values, one.noise)
         root = np.linalg.cholesky(one.noise + 1e-18 * np.eye(one.noise.shape[-1]))
-        shaken = rng.standard_normal((draws, *one.values.shape)) @ np.swapaxes(root, -1, -2)
+        noisy = rng.standard_normal((draws, *one.values.shape)) @ np.swapaxes(root, -1, -2)
         shifted = np.einsum("pdc,kc->kpd", one.common, z[:, : one.common.shape[2]])
-        anew = found[name] + shaken + shifted[:, :, None, :]
+        anew = found[name] + noisy + shifted[:, :, None, :]
         again[name] = criteria.without_noise(anew, one.noise)
     values, spread = evaluate(plan, found), evaluate(plan, again)
     for name, mm in values.items():

@@ -55,7 +55,7 @@ class Measured:
 
 
 def measured(fit: ArmFit) -> list[Measured]:
-    """Return what a fit says of an arm, number by number."""
+    """Return a fit's estimates of an arm, number by number."""
     found = []
     for joint in fit.model.arm.joints:
         found += [_link(fit, joint), _zero(fit, joint), _backlash(fit, joint)]
@@ -64,13 +64,13 @@ def measured(fit: ArmFit) -> list[Measured]:
     return found + _of_marker(fit)
 
 
-def _told(fit: ArmFit, joint: Joint, key: str) -> tuple[float, float]:
-    """Return what a fit says of a joint, and its standard uncertainty."""
+def _estimate(fit: ArmFit, joint: Joint, key: str) -> tuple[float, float]:
+    """Return a fit's estimate for a joint, and its standard uncertainty."""
     name = f"{joint.name}.{key}"
     return fit.value(name), fit.sigma(name)
 
 
-def _confused(fit: ArmFit) -> str:
+def _confusion(fit: ArmFit) -> str:
     """Say why something is not known that looks like another place of the marker."""
     why = "by sight it cannot be told from the marker's place on the link"
     return why if fit.model.spatial else f"{why}: touch crosses"
@@ -80,9 +80,9 @@ def _link(fit: ArmFit, joint: Joint) -> Measured:
     model = fit.model
     is_base = model.spatial and joint is model.arm.joints[0]
     by_ruler = is_base and model.known.height is not None
-    link, sigma = _told(fit, joint, "link")
+    link, sigma = _estimate(fit, joint, "link")
     why = ""
-    if not (by_ruler or _learnt(fit, f"{joint.name}.link")) or sigma > LINK_LIMIT * joint.link:
+    if not (by_ruler or _is_learned(fit, f"{joint.name}.link")) or sigma > LINK_LIMIT * joint.link:
         why = "too few poses tell it"
         if model.known.height is None:
             what = "base's" if model.spatial else "marker's"
@@ -90,7 +90,7 @@ def _link(fit: ArmFit, joint: Joint) -> Measured:
         if not _scaled(fit):
             why = "no board gives the scale"
         elif joint is model.arm.joints[-1]:
-            why = _confused(fit)
+            why = _confusion(fit)
     return Measured(
         joint.name, "link", f"{joint.name}: {'height' if is_base else 'link'}", "cm",
         joint.link, link, sigma, why, _number(link, 0.01),
@@ -98,13 +98,13 @@ def _link(fit: ArmFit, joint: Joint) -> Measured:
 
 
 def _zero(fit: ArmFit, joint: Joint) -> Measured:
-    zero, sigma = _told(fit, joint, "zero")
+    zero, sigma = _estimate(fit, joint, "zero")
     home = fit.value(f"{joint.name}.gear") * joint.home + zero
     why = ""
     if joint is fit.model.arm.joints[0] and fit.model.known.square is None:
         why = "no camera sees it: lay the board's edge along the arm's x, --board-square"
-    elif not _learnt(fit, f"{joint.name}.zero") or sigma > ANGLE_LIMIT:
-        why = _confused(fit)
+    elif not _is_learned(fit, f"{joint.name}.zero") or sigma > ANGLE_LIMIT:
+        why = _confusion(fit)
     return Measured(
         joint.name, "home", f"{joint.name}: home (its zero)", "deg",
         math.degrees(joint.home), math.degrees(home), math.degrees(sigma), why,
@@ -113,7 +113,7 @@ def _zero(fit: ArmFit, joint: Joint) -> Measured:
 
 
 def _backlash(fit: ArmFit, joint: Joint) -> Measured:
-    backlash, sigma = _told(fit, joint, "backlash")
+    backlash, sigma = _estimate(fit, joint, "backlash")
     backlash = max(backlash, 0.0)
     why = "" if sigma <= ANGLE_LIMIT else "gravity presses the link to one side at all poses"
     return Measured(
@@ -124,7 +124,7 @@ def _backlash(fit: ArmFit, joint: Joint) -> Measured:
 
 
 def _gear(fit: ArmFit, joint: Joint) -> Measured:
-    gear, sigma = _told(fit, joint, "gear")
+    gear, sigma = _estimate(fit, joint, "gear")
     turns = joint.gear * gear
     return Measured(
         joint.name, "gear", f"{joint.name}: gear", "turns", joint.gear, turns,
@@ -138,7 +138,7 @@ def _of_marker(fit: ArmFit) -> list[Measured]:
     offset = [fit.value("marker.along"), fit.value("marker.aside")]
     text = " ".join(_number(value, 0.01) for value in offset)
     names = ("marker.along", "marker.aside")
-    known = all(_learnt(fit, name) and fit.sigma(name) <= OFFSET_LIMIT for name in names)
+    known = all(_is_learned(fit, name) and fit.sigma(name) <= OFFSET_LIMIT for name in names)
     why = "touch crosses with the pen"
     if known or fit.model.spatial:
         why = "" if known else "by sight it cannot be told from the last link"
@@ -169,7 +169,7 @@ def _of_marker(fit: ArmFit) -> list[Measured]:
     return rows
 
 
-def _learnt(fit: ArmFit, name: str) -> bool:
+def _is_learned(fit: ArmFit, name: str) -> bool:
     spread = fit.model.spread[fit.model.index(name)]
     return bool(spread > 0 and fit.sigma(name) < MAX_UNCERTAINTY_SHARE * spread)
 
@@ -259,7 +259,7 @@ def write_measured(
     Args:
         fit: whose arm it is.
         rows: of it.
-        today: told in the comments.
+        today: named in the comments.
         file: to be written; None: the arm's own, or one's own copy of one that comes along.
 
     Returns:

@@ -11,7 +11,7 @@ import seen_arms
 
 from laptop.measure.arm.arm_fit import BadIdentification, fit_arm
 from laptop.measure.arm.arm_model import MeasuredByHand
-from laptop.measure.arm.measured_numbers import (
+from laptop.measure.arm.arm_result import (
     check_scale,
     check_signs,
     check_square,

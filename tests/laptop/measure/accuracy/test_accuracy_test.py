@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from accuracy_rigs import PuppetRig, camera_above
 
-from laptop.measure.accuracy import measurement, plots, report
+from laptop.measure.accuracy import accuracy_test, plots, report
 from laptop.measure.accuracy.plan import plan_accuracy
-from laptop.measure.accuracy.sighting import ArmOnBoard, ArmSighting, BadSighting
+from laptop.measure.accuracy.sighting import ArmSighting, BadSighting, BoardArmPose
 from shared.arm_description import find_arm, read_arm
 
 ARM = read_arm(find_arm("planar"))._replace(marker_offset=(0.5, -0.3))
@@ -18,13 +18,13 @@ def shifted(k, share, d):
     return np.array([0.03, 0.04])
 
 
-def measured(off, stand=None, **options):
+def measured(off, arm_pose=None, **options):
     rig = PuppetRig(ARM, {"A": CAMERA}, off, 2.5, **options)
-    return measurement.measure(rig, PLAN, ArmSighting(ARM, {"A": CAMERA}, 2.5), stand)
+    return accuracy_test.measure(rig, PLAN, ArmSighting(ARM, {"A": CAMERA}, 2.5), arm_pose)
 
 
 def test_an_arm_that_is_off_by_half_a_millimetre_everywhere_is_told_so():
-    mm = {one.name: one.mm for one in measured(shifted, ArmOnBoard()).criteria}
+    mm = {one.name: one.mm for one in measured(shifted, BoardArmPose()).criteria}
     for name, value in mm.items():
         if name.startswith("AP"):
             assert value == pytest.approx(0.5, abs=1e-3), name
@@ -43,7 +43,7 @@ def test_a_stand_that_is_fitted_hides_what_all_poses_have_in_common():
 
 @pytest.mark.claims
 def test_the_cameras_noise_is_found_and_taken_off(tmp_path):
-    result = measured(shifted, ArmOnBoard(), noise=0.5, seed=3)
+    result = measured(shifted, BoardArmPose(), noise=0.5, seed=3)
     assert result.sigma["A"] == pytest.approx(0.5, rel=0.1)
     mm = {one.name: one for one in result.criteria}
     assert mm["AP P1"].mm == pytest.approx(0.5, abs=3 * mm["AP P1"].u_mm)
@@ -62,9 +62,9 @@ def test_a_marker_that_is_hidden_where_a_pose_is_ends_the_test():
         return place[1] > 1.5
 
     with pytest.raises(
-        measurement.HiddenMarker, match=r"P\d: the marker was seen in 0 of 4 cycles"
+        accuracy_test.HiddenMarker, match=r"P\d: the marker was seen in 0 of 4 cycles"
     ):
-        measured(shifted, ArmOnBoard(), hidden=hidden)
+        measured(shifted, BoardArmPose(), hidden=hidden)
 
 
 def test_an_arm_in_the_plane_wants_one_camera():
