@@ -132,4 +132,4 @@ def main() -> None:
     artwork = sources.read_source(sys.argv[1])
     placed = [PlacedStroke(points, "", 1, ("up",)) for points in artwork.strokes]
     inked = ordering.ordered(merging.merged(placed), np.zeros(2))
-    print(json.dumps([ordering.pen_up_way(inked), len(inked)]))
+    print(json.dumps([ordering.pen_up_length(inked), len(inked)]))

@@ -73,8 +73,8 @@ def _winding(ring: np.ndarray, points: np.ndarray) -> np.ndarray:
     begin, end = ring[:-1, None], ring[1:, None]
     up = (begin[..., 1] <= points[:, 1]) & (end[..., 1] > points[:, 1])
     down = (begin[..., 1] > points[:, 1]) & (end[..., 1] <= points[:, 1])
-    way, to = end - begin, points - begin
-    left = way[..., 0] * to[..., 1] - way[..., 1] * to[..., 0]
+    edge, offset = end - begin, points - begin
+    left = edge[..., 0] * offset[..., 1] - edge[..., 1] * offset[..., 0]
     return (up & (left > 0)).sum(axis=0) - (down & (left < 0)).sum(axis=0)
 
 
@@ -102,10 +102,10 @@ def cut_at(points: np.ndarray, area: BaseGeometry) -> list[np.ndarray]:
     A closed line of which its begin is inside, and another part outside, begins elsewhere.
     """
     shapely.prepare(area)
-    whole = shapely.LineString(points)
-    if area.covers(whole):
+    line = shapely.LineString(points)
+    if area.covers(line):
         return [points]
-    if not area.intersects(whole):
+    if not area.intersects(line):
         return []
     segments = shapely.linestrings(np.stack([points[:-1], points[1:]], axis=1))
     inside = shapely.covers(area, segments)
@@ -135,17 +135,17 @@ def _spans(
     segment: BaseGeometry, area: BaseGeometry, begin: np.ndarray, end: np.ndarray
 ) -> list[np.ndarray]:
     """Return the parts (2, 2) of a segment inside an area, in order; its ends stay exact."""
-    way = end - begin
+    edge = end - begin
     found = []
     for part in shapely.get_parts(segment.intersection(area)):
         if isinstance(part, shapely.LineString) and part.length > 0:
             ends = np.asarray(part.coords, float)[[0, -1]]
-            shares = np.clip((ends - begin) @ way / (way @ way), 0.0, 1.0)
+            shares = np.clip((ends - begin) @ edge / (edge @ edge), 0.0, 1.0)
             found.append((min(shares), max(shares)))
     spans = []
     for low, high in sorted(found):
-        first = begin if low < 1e-9 else begin + low * way
-        last = end if high > 1 - 1e-9 else begin + high * way
+        first = begin if low < 1e-9 else begin + low * edge
+        last = end if high > 1 - 1e-9 else begin + high * edge
         spans.append(np.array([first, last]))
     return spans
 

@@ -61,7 +61,7 @@ class Artwork:
         return sum(len(stroke) for stroke in self.strokes)
 
     def length(self) -> float:
-        """Return the length of all strokes, cm, without the pen-up ways between them."""
+        """Return the length of all strokes, cm, without the pen-up moves between them."""
         return sum(stroke_length(stroke) for stroke in self.strokes)
 
 

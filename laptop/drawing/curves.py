@@ -129,10 +129,10 @@ def without_repeats(points: np.ndarray, least: float = 0.0) -> np.ndarray:
     The first and the last stay as they are, so that a ring stays closed.
     """
     moved = np.hypot(*np.diff(points, axis=0).T) > least
-    kept = points[np.concatenate([[True], moved])]
-    if len(kept) > 1:
-        kept[-1] = points[-1]
-    return kept
+    distinct = points[np.concatenate([[True], moved])]
+    if len(distinct) > 1:
+        distinct[-1] = points[-1]
+    return distinct
 
 
 def curve_points(curve: Bezier | Elliptic, tolerance: float) -> np.ndarray:

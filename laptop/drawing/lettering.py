@@ -56,7 +56,7 @@ class Lettering:
     font     a key of FONTS
     size     height of capitals, cm
     slant    lean to the right, rad
-    spacing  the way from letter to letter, 1 as the font has it
+    spacing  distance from letter to letter, 1 as the font has it
     leading  from one baseline to the next, in heights of capitals
     align    "left" | "centre" | "right": where lines of different length meet
     """
@@ -90,7 +90,7 @@ class Lettering:
 
 @dataclass(frozen=True)
 class _Letter:
-    """Strokes (n, 2) in the font's units, y upwards from the baseline, and the way to the next."""
+    """Strokes (n, 2) in the font's units, y upwards from the baseline, and the advance width."""
 
     strokes: list[np.ndarray]
     width: float

@@ -56,12 +56,12 @@ def ink_of(grey: np.ndarray) -> InkMask:
     sure = max(_threshold(darkness), MIN_PEAK_INK)
     weak = (darkness > max(sure / 2, MIN_INK)).astype(np.uint8)
     count, labels, stats, _ = cv2.connectedComponentsWithStats(weak, connectivity=8)
-    kept = np.zeros(count, bool)
-    kept[np.unique(labels[darkness > sure])] = True
+    is_ink = np.zeros(count, bool)
+    is_ink[np.unique(labels[darkness > sure])] = True
     spread = np.hypot(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT])
-    kept &= spread > side / SPECK_DIVISOR
-    kept[0] = False
-    ink = kept[labels]
+    is_ink &= spread > side / SPECK_DIVISOR
+    is_ink[0] = False
+    ink = is_ink[labels]
     return InkMask(ink, cv2.distanceTransform(ink.astype(np.uint8), cv2.DIST_L2, 5))
 
 
@@ -110,38 +110,38 @@ def centre_lines(grey: np.ndarray) -> list[np.ndarray]:
     wide = [float(mask.half_width[nodes == k].max()) for k in range(1, count)]
     paths = _without_bridges(_paths(thin & ~is_node, nodes), places, wide)
     degree = np.bincount([node for _, ends in paths for node in ends if node], minlength=count)
-    kept = []
+    remaining = []
     for pixels, ends in paths:
         far = [node for node in ends if node and degree[node] > 1]
         is_spur = len(far) == 1 and len(pixels) < MAX_SPUR * wide[far[0] - 1]
         if not is_spur or ends[0] == ends[1]:  # else it is a corner of a wide line
-            kept.append((pixels, ends))
-    return _joined(kept, places)
+            remaining.append((pixels, ends))
+    return _joined(remaining, places)
 
 
 def _without_bridges(
     paths: list[PixelPath], places: list[np.ndarray], wide: list[float]
 ) -> list[PixelPath]:
     """Return the paths with nodes merged that lie within a line's width: oblique crossings."""
-    one = list(range(len(places) + 1))
+    parent = list(range(len(places) + 1))
 
     def root(node: int) -> int:
-        while one[node] != node:
-            node = one[node]
+        while parent[node] != node:
+            node = parent[node]
         return node
 
-    kept = []
+    remaining = []
     for pixels, (a, b) in paths:
         if a and b and a != b and len(pixels) < wide[a - 1] + wide[b - 1] + 2:
-            one[root(b)] = root(a)
+            parent[root(b)] = root(a)
         else:
-            kept.append((pixels, (a, b)))
-    together: dict[int, list[int]] = {}
-    for node in range(1, len(one)):
-        together.setdefault(root(node), []).append(node)
-    for node, others in together.items():
+            remaining.append((pixels, (a, b)))
+    clusters: dict[int, list[int]] = {}
+    for node in range(1, len(parent)):
+        clusters.setdefault(root(node), []).append(node)
+    for node, others in clusters.items():
         places[node - 1] = np.mean([places[other - 1] for other in others], axis=0)
-    return [(pixels, (root(a), root(b))) for pixels, (a, b) in kept]
+    return [(pixels, (root(a), root(b))) for pixels, (a, b) in remaining]
 
 
 def _joined(paths: list[PixelPath], places: list[np.ndarray]) -> list[np.ndarray]:

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from laptop.drawing.artwork import BadArtwork
-from laptop.drawing.placing import LARGEST, LEAST_SIZE, Wish, paper_size
+from laptop.drawing.placing import LARGEST, LEAST_SIZE, PlacementRequest, paper_size
 from laptop.drawing.reach import POSTURES
 from robot.motion import kinematics
 from shared.arm_description import Arm
@@ -82,7 +82,7 @@ class DrawingOptions:
             return (self.elbow,)
         return POSTURES if arm.elbow == POSTURES[0] else POSTURES[::-1]
 
-    def wish(self, arm: Arm) -> Wish:
+    def placement_request(self, arm: Arm) -> PlacementRequest:
         """Return the options that say where the drawing lies.
 
         Raises:
@@ -93,7 +93,7 @@ class DrawingOptions:
                 f"height {self.height:g} cm: the arm {arm.name} draws on the table only; leave it "
                 "out, or take an arm in space"
             )
-        return Wish(
+        return PlacementRequest(
             paper_size(self.paper) if self.paper else None,
             self.at,
             self.size,

@@ -1,4 +1,4 @@
-"""Strokes put into an order with little way between them.  Pure.
+"""Strokes put into an order with short pen-up moves between them.  Pure.
 
 The order begins as that of the nearest neighbour and is improved by turning parts of it round
 (2-opt) and moving short parts elsewhere (Or-opt), with every stroke free to be drawn from either
@@ -46,14 +46,14 @@ which that is done."""
 MIN_GAIN = 1e-6
 """Least saving of a change, cm."""
 
-POSTURE_CHANGE_WAY = 6.0
-"""Length of a pen-up way that takes as long as a change of posture, cm."""
+POSTURE_CHANGE_LENGTH = 6.0
+"""Length of a pen-up move that takes as long as a change of posture, cm."""
 
 
 def ordered(
     strokes: Sequence[PlacedStroke], start: np.ndarray, most_tried: int = MAX_TRIED
 ) -> list[PlacedStroke]:
-    """Return strokes reordered and reversed so that the pen-up ways between them are short.
+    """Return strokes reordered and reversed so that the pen-up moves between them are short.
 
     Layers stay in their order.
 
@@ -63,18 +63,18 @@ def ordered(
         most_tried: changes of the order that are tried.
     """
     layers = dict.fromkeys(stroke.layer for stroke in strokes)
-    out: list[PlacedStroke] = []
+    result: list[PlacedStroke] = []
     for layer in layers:
         own = [stroke for stroke in strokes if stroke.layer == layer]
         share = min(MAX_TRIED_PER_STROKE * len(own), most_tried * len(own) // len(strokes) + 1)
         for stroke in _layer_in_order(own, start, share):
-            out.append(stroke)
+            result.append(stroke)
             start = stroke.points[-1]
-    return out
+    return result
 
 
-def pen_up_way(strokes: Sequence[PlacedStroke]) -> float:
-    """Return the length of the pen-up ways between strokes, cm."""
+def pen_up_length(strokes: Sequence[PlacedStroke]) -> float:
+    """Return the length of the pen-up moves between strokes, cm."""
     ends = np.array([(a.points[-1], b.points[0]) for a, b in pairwise(strokes)])
     return float(np.hypot(*(ends[:, 1] - ends[:, 0]).T).sum()) if len(ends) else 0.0
 
@@ -85,12 +85,12 @@ def _layer_in_order(
     heads, tails = _ends_of(strokes)
     begin = np.append(start, 0.0)
     # (As they came, they may lie in a good order already.)
-    given = _Tour(heads, tails, np.arange(len(heads)), np.zeros(len(heads), bool))
+    as_given = _Tour(heads, tails, np.arange(len(heads)), np.zeros(len(heads), bool))
     tours: list[_Tour] = []
     for first in (begin, *heads[: STARTS - 1]):
         found = [_Tour(heads, tails, *_nearest_neighbours(heads, tails, first))]
-        if not tours and given.length() < found[0].length():
-            found.insert(0, given)
+        if not tours and as_given.length() < found[0].length():
+            found.insert(0, as_given)
         for tour in found:
             most_tried -= tour.shorten(most_tried)
         tours += found
@@ -113,7 +113,7 @@ def _ends_of(strokes: Sequence[PlacedStroke]) -> tuple[np.ndarray, np.ndarray]:
     other = [stroke.postures[0] for stroke in strokes]
     base = max(set(other), key=lambda posture: (other.count(posture), posture))
     posture_offset = np.array(
-        [0.0 if base in stroke.postures else POSTURE_CHANGE_WAY for stroke in strokes]
+        [0.0 if base in stroke.postures else POSTURE_CHANGE_LENGTH for stroke in strokes]
     )
     heads = np.array([stroke.points[0] for stroke in strokes])
     tails = np.array([stroke.points[-1] for stroke in strokes])
@@ -129,39 +129,39 @@ def _nearest_neighbours(
     drawn = np.zeros(2 * n, bool)
     left = np.arange(2 * n)  # ends in the tree
     tree = _tree(ends)
-    here, undrawn = start, 2 * n
+    at, undrawn = start, 2 * n
     for k in range(n):
         if undrawn < len(left) // 2:
             left = left[~drawn[left]]
             tree = _tree(ends[left])
-        end = _first_undrawn(tree, here, left, drawn)
+        end = _first_undrawn(tree, at, left, drawn)
         stroke, turned = end % n, end >= n
         order[k], reverse[k] = stroke, turned
-        here = heads[stroke] if turned else tails[stroke]
+        at = heads[stroke] if turned else tails[stroke]
         drawn[stroke] = drawn[stroke + n] = True
         undrawn -= 2
     return order, reverse
 
 
 def _first_undrawn(
-    tree: cv2.flann.Index, here: np.ndarray, left: np.ndarray, drawn: np.ndarray
+    tree: cv2.flann.Index, at: np.ndarray, left: np.ndarray, drawn: np.ndarray
 ) -> int:
     """Return the nearest end of a stroke that is not drawn yet; of equals the first."""
-    many = 4
+    count = 4
     while True:
-        found, off = _nearest(tree, here[None], min(many, len(left)))
+        found, squares = _nearest(tree, at[None], min(count, len(left)))
         ends = left[found[0]]
         free = np.flatnonzero(~drawn[ends])
         if len(free):
-            return int(ends[free][off[0, free] <= off[0, free[0]]].min())
-        many *= 4
+            return int(ends[free][squares[0, free] <= squares[0, free[0]]].min())
+        count *= 4
 
 
 # The order is a travelling salesman's path: as many stops as strokes, each of which may be drawn
 # from either end.  Begun with the nearest neighbour, it is improved by two kinds of changes:
-#     2-opt (G. A. Croes, 1958): cut two ways, and reverse what is between them;
+#     2-opt (G. A. Croes, 1958): cut two moves, and reverse what is between them;
 #     Or-opt (I. Or, 1976): move a few strokes elsewhere, reversed or not.
-# Only changes are tried whose new way from an end is shorter than the old one, for every change
+# Only changes are tried whose new move from an end is shorter than the old one, for every change
 # that gains has such an end, and it leads to one of a few near neighbours.  Where none gains any
 # more, parts that follow one another are exchanged (`improve`) and the rest settles anew.
 # S. Lin and B. W. Kernighan's deeper exchanges (1973) come nearer to the shortest path, by some per
@@ -209,12 +209,12 @@ class _Tour:
         Martin, Otto and Felten 1991).
         """
         self._left = most_tried
-        dice = random.Random(self._n)
+        rng = random.Random(self._n)
         while self._left > 0 and self._n > PARTS_EXCHANGED:
             order, ends = self.order[:], self._in[:]
             before = self.length()
-            cuts = sorted(dice.sample(range(min(self._n, EXCHANGED_WITHIN) + 1), PARTS_EXCHANGED))
-            offset = dice.randrange(self._n - cuts[-1] + 1)
+            cuts = sorted(rng.sample(range(min(self._n, EXCHANGED_WITHIN) + 1), PARTS_EXCHANGED))
+            offset = rng.randrange(self._n - cuts[-1] + 1)
             a, b, c, d = (cut + offset for cut in cuts)
             self._write(a, self.order[c:d] + self.order[b:c] + self.order[a:b])
             self._settle(self._at(a - 1, a, a + d - c - 1, a + d - c, d - b + a, d - 1, d))
@@ -225,7 +225,7 @@ class _Tour:
                     self._place[stroke] = k
 
     def length(self) -> float:
-        """Return the length of all pen-up ways, cm."""
+        """Return the length of all pen-up moves, cm."""
         return sum(
             math.dist(self._ends[self._out_of(a)], self._ends[self._in[b]])
             for a, b in pairwise(self.order)
@@ -256,7 +256,7 @@ class _Tour:
         end = self._in[stroke]
         return end - self._n if end >= self._n else end + self._n
 
-    def _way(self, before: int | None, after: int | None) -> float:
+    def _distance(self, before: int | None, after: int | None) -> float:
         """Return the distance between two ends, cm; 0 beyond the tour's first and last."""
         if before is None or after is None:
             return 0.0
@@ -269,25 +269,25 @@ class _Tour:
         return self._out_of(self.order[k]) if 0 <= k < self._n else None
 
     def _improve_at(self, stroke: int) -> list[int]:
-        """Do the first change found that shortens a way from or to a stroke: whom it concerned."""
+        """Do the first change found that shortens a move from or to a stroke: whom it concerned."""
         n, i = self._n, self._place[stroke]
         for ahead in (True, False):
             own = self._out_of(stroke) if ahead else self._in[stroke]
-            gap = i if ahead else i - 1  # the way is from place gap to the next
+            gap = i if ahead else i - 1  # the move is from place gap to the next
             other = self._in_at(i + 1) if ahead else self._out_at(i - 1)
-            now = self._way(own, other)
+            current = self._distance(own, other)
             for end in self._near[own]:
                 near = end - n if end >= n else end
                 if near == stroke:
                     continue
-                way = math.dist(self._ends[own], self._ends[end])
-                if way >= now - MIN_GAIN or other is None:
+                distance = math.dist(self._ends[own], self._ends[end])
+                if distance >= current - MIN_GAIN or other is None:
                     break
                 is_in = end == self._in[near]
                 j = self._place[near]
-                if is_in != ahead and self._turned(gap, j if ahead else j - 1, now - way):
+                if is_in != ahead and self._turned(gap, j if ahead else j - 1, current - distance):
                     return [stroke, near, *self._at(gap, gap + 1, j - 1, j, j + 1)]
-                if self._moved(gap, j, is_in, ahead, now - way):
+                if self._moved(gap, j, is_in, ahead, current - distance):
                     j = self._place[near]
                     return [stroke, near, *self._at(gap, gap + 1, j - 3, j - 1, j + 1, j + 3)]
         return []
@@ -299,12 +299,12 @@ class _Tour:
         """Apply 2-opt: reverse what is between two gaps, if that gains."""
         first, last = min(gap, other_gap), max(gap, other_gap)
         self._left -= 1
-        # One of the two new ways is known; the other joins what is left.
-        ahead = self._way(self._out_at(first), self._out_at(last))
-        behind = self._way(self._in_at(first + 1), self._in_at(last + 1))
+        # One of the two new moves is known; the other joins what is left.
+        ahead = self._distance(self._out_at(first), self._out_at(last))
+        behind = self._distance(self._in_at(first + 1), self._in_at(last + 1))
         gain = (
-            self._way(self._out_at(first), self._in_at(first + 1))
-            + self._way(self._out_at(last), self._in_at(last + 1))
+            self._distance(self._out_at(first), self._in_at(first + 1))
+            + self._distance(self._out_at(last), self._in_at(last + 1))
             - ahead
             - behind
         )
@@ -331,11 +331,11 @@ class _Tour:
             self._left -= 1
             far = self._out_at(last) if is_in else self._in_at(first)
             beyond = self._in_at(gap + 1) if ahead else self._out_at(gap)
-            taken = self._way(self._out_at(first - 1), self._in_at(first)) + self._way(
+            taken = self._distance(self._out_at(first - 1), self._in_at(first)) + self._distance(
                 self._out_at(last), self._in_at(last + 1)
             )
-            closed = self._way(self._out_at(first - 1), self._in_at(last + 1))
-            if saved + taken - closed - self._way(far, beyond) <= MIN_GAIN:
+            closed = self._distance(self._out_at(first - 1), self._in_at(last + 1))
+            if saved + taken - closed - self._distance(far, beyond) <= MIN_GAIN:
                 continue
             part = self.order[first : last + 1]
             if is_in != ahead:
@@ -368,13 +368,13 @@ def _tree(places: np.ndarray) -> cv2.flann.Index:
     return cv2.flann.Index(places.astype(np.float32), {"algorithm": KD_TREE, "leaf_max_size": 16})
 
 
-def _nearest(tree: cv2.flann.Index, places: np.ndarray, many: int) -> tuple[np.ndarray, np.ndarray]:
+def _nearest(tree: cv2.flann.Index, places: np.ndarray, k: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the nearest ends in the tree for each place, and their squared distances."""
-    return tree.knnSearch(places.astype(np.float32), many, params={"checks": -1})
+    return tree.knnSearch(places.astype(np.float32), k, params={"checks": -1})
 
 
 def _closed_from_best(strokes: list[PlacedStroke], start: np.ndarray) -> list[PlacedStroke]:
-    """Return the strokes, closed ones begun where that saves most of the ways to and from them."""
+    """Return the strokes, closed ones begun where that saves most of the moves to and from them."""
     out: list[PlacedStroke] = []
     for k, stroke in enumerate(strokes):
         points = stroke.points

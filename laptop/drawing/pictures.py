@@ -43,7 +43,7 @@ STYLES = ("auto", "photo", "lines")
 
 
 class ShowsNothing(BadArtwork):
-    """A sound picture that shows nothing in the way in which it was to be drawn."""
+    """Error: a sound picture shows nothing in the style in which it was to be drawn."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class Tracing:
     style: str = "auto"
 
     def check(self) -> None:
-        """Refuse (BadArtwork) what says nothing."""
+        """Raise BadArtwork for a value out of range."""
         for name, value, least, most in (
             ("detail", self.detail, *DETAILS),
             ("shades", self.shades, *SHADES),
@@ -72,8 +72,8 @@ class Tracing:
             ("width", self.width, 0.1, 1000),
         ):
             if not least <= value <= most or (name == "shades" and value != int(value)):
-                whole = " a whole number" if name == "shades" else ""
-                raise BadArtwork(f"{name} = {value:g}: it must be{whole} from {least} to {most}")
+                integer = " a whole number" if name == "shades" else ""
+                raise BadArtwork(f"{name} = {value:g}: it must be{integer} from {least} to {most}")
         if self.style not in STYLES:
             raise BadArtwork(f"style = {self.style[:30]}: it must be one of {', '.join(STYLES)}")
         if not self.detail and not self.shades:
@@ -118,9 +118,9 @@ def read_picture(data: bytes, name: str = "picture", how: Tracing | None = None)
     rows, columns = grey.shape
     scale = how.width / columns
     size = (how.width, rows * scale)
-    kept, left_out = _longest(lines)
+    strokes_px, left_out = _longest(lines)
     left_out += more
-    strokes = [(stroke * [1, -1] + [0, rows]) * scale for stroke in kept]
+    strokes = [(stroke * [1, -1] + [0, rows]) * scale for stroke in strokes_px]
     if left_out:
         notes.append(f"The {left_out} shortest lines are not drawn: {MAX_STROKES} are the most.")
     return Artwork(name, tuple(strokes), ("",) * len(strokes), size, tuple(notes), "picture")
@@ -180,7 +180,7 @@ def _chains(edges: np.ndarray) -> list[np.ndarray]:
             continue
         pixels.left.remove(start)
         chain = [*reversed(pixels.walk(start)), start]
-        chain += pixels.walk(start)  # what the first way left on the other side
+        chain += pixels.walk(start)  # what the first walk left on the other side
         (x, y), (last_x, last_y) = chain[0], chain[-1]
         if len(chain) > 8 and max(abs(last_x - x), abs(last_y - y)) <= 2:
             chain.append(chain[0])

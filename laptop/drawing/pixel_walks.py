@@ -23,14 +23,14 @@ class Pixels:
 
     def walk(self, pixel: Pixel) -> list[Pixel]:
         """Take away and return what follows a pixel, from neighbour to neighbour."""
-        way: list[Pixel] = []
+        path: list[Pixel] = []
         while True:
             x, y = pixel
             ahead = next(
                 ((x + dx, y + dy) for dx, dy in AROUND if (x + dx, y + dy) in self.left), None
             )
             if ahead is None:
-                return way
+                return path
             self.left.remove(ahead)
-            way.append(ahead)
+            path.append(ahead)
             pixel = ahead

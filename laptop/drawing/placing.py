@@ -108,8 +108,8 @@ class Placement:
 
 
 @dataclass(frozen=True)
-class Wish:
-    """Wanted place and size of a drawing; see laptop.drawing.options."""
+class PlacementRequest:
+    """Requested place and size of a drawing; see laptop.drawing.options."""
 
     paper: tuple[float, float] | None = None
     at: tuple[float, float] | None = None
@@ -120,8 +120,10 @@ class Wish:
     scale: float | None = None
 
 
-def place(artwork: Artwork, arm: Arm, wish: Wish, postures: tuple[str, ...]) -> Placement:
-    """Place a drawing: where it is wished, or else as large and where the arm draws it easily.
+def place(
+    artwork: Artwork, arm: Arm, request: PlacementRequest, postures: tuple[str, ...]
+) -> Placement:
+    """Place a drawing: where it is requested, or else as large and where the arm draws it easily.
 
     Raises:
         BadPlace: there is no such place, or none for the size.
@@ -132,16 +134,16 @@ def place(artwork: Artwork, arm: Arm, wish: Wish, postures: tuple[str, ...]) -> 
     if not size.max() > 0 or not np.isfinite(size).all():
         raise BadPlace(f"{artwork.name}: all of it lies in one point; give lines")
     middle = (low + high) / 2
-    turn = _turn(wish.rotate)
+    turn = _turn(request.rotate)
     shapes = [(stroke - middle) @ turn.T for stroke in artwork.strokes]
-    scale, most, notes = _wished_scale(artwork, wish, size)
+    scale, most, notes = _requested_scale(artwork, request, size)
     offset = np.zeros(2)  # from the sheet's middle to the drawing's, not yet scaled
-    if wish.paper and scale and artwork.size and not (wish.size or wish.scale):
+    if request.paper and scale and artwork.size and not (request.size or request.scale):
         offset = turn @ (middle - np.array(artwork.size) / 2)
-    finder = _Finder(shapes, arm, wish, postures, turn, offset)
+    finder = _Finder(shapes, arm, request, postures, turn, offset)
     centre: np.ndarray
-    if wish.at is not None:
-        at = np.array(wish.at, float)
+    if request.at is not None:
+        at = np.array(request.at, float)
         if scale is None:
             scale = finder.largest_at(at, most)
         centre = at + scale * offset
@@ -149,14 +151,14 @@ def place(artwork: Artwork, arm: Arm, wish: Wish, postures: tuple[str, ...]) -> 
         centre = finder.centre_for(scale) + scale * offset
     else:
         scale, centre = finder.largest(most)
-    if most and scale < 0.98 * most and wish.paper:
+    if most and scale < 0.98 * most and request.paper:
         notes.append(
             f"of the sheet {scale * size[0]:.1f} x {scale * size[1]:.1f} cm are drawn on: "
             "the arm reaches no more of it"
         )
     sheet = None
-    if wish.paper:
-        sheet = _corners(wish.paper) @ turn.T + (centre - scale * offset)
+    if request.paper:
+        sheet = _corners(request.paper) @ turn.T + (centre - scale * offset)
         if _covers_stand(sheet):
             notes.append("the sheet reaches under the arm: cut it there, or give --at")
     width, height = float(scale * size[0]), float(scale * size[1])
@@ -189,15 +191,15 @@ def _turn(rotate: float) -> np.ndarray:
     )  # fmt: skip
 
 
-def _wished_scale(
-    artwork: Artwork, wish: Wish, size: np.ndarray
+def _requested_scale(
+    artwork: Artwork, request: PlacementRequest, size: np.ndarray
 ) -> tuple[float | None, float | None, list[str]]:
     """Return (scale or None: the largest, the greatest allowed or None, notes)."""
-    scale = wish.scale
-    if wish.size is not None:
+    scale = request.scale
+    if request.size is not None:
         ratios = [
             side / own
-            for side, own in zip(wish.size, size, strict=True)
+            for side, own in zip(request.size, size, strict=True)
             if side is not None and own > 0
         ]
         if not ratios:
@@ -206,18 +208,18 @@ def _wished_scale(
             )
         scale = min(ratios)
     if scale is not None:
-        if wish.paper is not None and (scale * size > wish.paper).any():
+        if request.paper is not None and (scale * size > request.paper).any():
             across, along = scale * size
             raise BadPlace(
-                f"{across:.1f} x {along:.1f} cm do not fit on a sheet of {wish.paper[0]:g} x "
-                f"{wish.paper[1]:g} cm; make it smaller, or give a larger --paper"
+                f"{across:.1f} x {along:.1f} cm do not fit on a sheet of {request.paper[0]:g} x "
+                f"{request.paper[1]:g} cm; make it smaller, or give a larger --paper"
             )
         return scale, None, []
-    if wish.paper is None:
+    if request.paper is None:
         return None, None, []
-    if artwork.size and np.allclose(artwork.size, wish.paper, atol=0.1):
+    if artwork.size and np.allclose(artwork.size, request.paper, atol=0.1):
         return 1.0, None, []  # it is made for this sheet
-    room = np.array(wish.paper) - 2 * PAPER_MARGIN
+    room = np.array(request.paper) - 2 * PAPER_MARGIN
     with np.errstate(divide="ignore"):
         return None, float((room / size).min()), []
 
@@ -238,15 +240,15 @@ class _Finder:
         self,
         shapes: list[np.ndarray],
         arm: Arm,
-        wish: Wish,
+        request: PlacementRequest,
         postures: tuple[str, ...],
         turn: np.ndarray,
         offset: np.ndarray,
     ) -> None:
-        self._arm, self._wish, self._postures = arm, wish, postures
+        self._arm, self._request, self._postures = arm, request, postures
         self._shapes, self._turn, self._offset = shapes, turn, offset
         self._map = reach.reach_map(
-            arm, wish.height, postures, reach.EASY_MARGIN, reach.EASY_SINGULARITY
+            arm, request.height, postures, reach.EASY_MARGIN, reach.EASY_SINGULARITY
         )
         self._coarse = _thinned(shapes, COARSE_CELLS)
         self._fine = _thinned(shapes, FINE_CELLS)
@@ -300,7 +302,7 @@ class _Finder:
         if found is not None:
             return found - scale * self._offset
         reached, centre = self.largest(scale)
-        if reached == scale or self._wish.clip:
+        if reached == scale or self._request.clip:
             return centre
         sides = np.ptp(np.vstack(self._shapes) @ self._turn, axis=0)
         wanted, fits = scale * sides, np.floor(9.9 * reached * sides) / 10
@@ -311,14 +313,13 @@ class _Finder:
         )
 
     def _nowhere(self) -> BadPlace:
-        whole = "there is no place at which the arm can draw it whole"
+        reason = "there is no place at which the arm can draw it whole"
         if len(self._postures) == 1:
-            return BadPlace(f"{whole} with its elbow {self._postures[0]}; leave --elbow out")
+            return BadPlace(f"{reason} with its elbow {self._postures[0]}; leave --elbow out")
         if self._arm.chain == "spatial":
-            return BadPlace(
-                f"{whole}, {self._wish.height:g} cm above the table; give another --paper-height"
-            )
-        return BadPlace(f"{whole}; give --size, --at and --clip to draw what can be reached")
+            height = f"{self._request.height:g} cm above the table"
+            return BadPlace(f"{reason}, {height}; give another --paper-height")
+        return BadPlace(f"{reason}; give --size, --at and --clip to draw what can be reached")
 
     def _near(self, centre: np.ndarray) -> np.ndarray:
         steps = np.arange(-COARSE_STEP, COARSE_STEP + FINE_STEP / 2, FINE_STEP)
@@ -354,7 +355,7 @@ class _Finder:
         left = centres[reachable]
         bits = self._map.at(left[:, None, :] + scale * points[None])
         reachable[reachable] = (np.bitwise_and.reduceat(bits, firsts, axis=1) != 0).all(axis=1)
-        if self._wish.paper and reachable.any():
+        if self._request.paper and reachable.any():
             clear = reachable & ~self._over_stand(centres - scale * self._offset)
             reachable = clear if clear.any() else reachable
         if not reachable.any():
@@ -372,22 +373,22 @@ class _Finder:
 
     def _over_stand(self, middles: np.ndarray) -> np.ndarray:
         """Return which middles (n,) would put the sheet under the arm, bool."""
-        assert self._wish.paper is not None
-        half = np.array(self._wish.paper) / 2
+        assert self._request.paper is not None
+        half = np.array(self._request.paper) / 2
         own = np.abs(middles @ self._turn)  # the axis, seen from the sheet
         return np.hypot(*np.maximum(own - half, 0.0).T) < STAND_RADIUS
 
     def _shrunk(self, scale: float, centre: np.ndarray) -> float:
         """Return the scale at which all points, tried or not, can be drawn in one posture."""
         for _ in range(MAX_SHRINKS):
-            middle = centre if self._wish.at is None else centre + scale * self._offset
+            middle = centre if self._request.at is None else centre + scale * self._offset
             tried = reach.try_strokes(
                 self._arm,
                 [scale * shape + middle for shape in self._shapes],
-                self._wish.height,
+                self._request.height,
                 self._postures,
             )
-            if np.any(list(tried.whole.values()), axis=0).all():
+            if np.any(list(tried.is_complete.values()), axis=0).all():
                 return scale
             scale *= SHRINK_FACTOR
         raise self._nowhere()
@@ -400,12 +401,12 @@ def _thinned(shapes: list[np.ndarray], cells: int) -> tuple[np.ndarray, np.ndarr
     points, stroke = reach.densified(shapes, cell)
     while True:
         keys = np.column_stack([stroke, np.rint(points / cell).astype(np.int64)])
-        _, kept = np.unique(keys, axis=0, return_index=True)
-        if len(kept) <= MAX_TRIED_POINTS or cell > extent / 4:
+        _, first = np.unique(keys, axis=0, return_index=True)
+        if len(first) <= MAX_TRIED_POINTS or cell > extent / 4:
             break
         cell *= 1.5
-    if len(kept) > MAX_TRIED_POINTS:  # so many strokes: their places alone, as if they were one
-        _, kept = np.unique(np.rint(points / (extent / 40)).astype(int), axis=0, return_index=True)
-        return points[kept], np.array([0])
-    kept.sort()
-    return points[kept], np.flatnonzero(np.diff(stroke[kept], prepend=-1))
+    if len(first) > MAX_TRIED_POINTS:  # so many strokes: their places alone, as if they were one
+        _, first = np.unique(np.rint(points / (extent / 40)).astype(int), axis=0, return_index=True)
+        return points[first], np.array([0])
+    first.sort()
+    return points[first], np.flatnonzero(np.diff(stroke[first], prepend=-1))

@@ -96,11 +96,11 @@ def _planned(
     speed: float,
 ) -> list[PlannedStroke]:
     """Return the planned stroke; in parts with pen lifts between where it is too long for a job."""
-    ways = [_tuples(reach.on_table(arm, piece, height)) for piece in pieces]
+    paths = [_tuples(reach.on_table(arm, piece, height)) for piece in pieces]
     postures = (posture, *(other for other in stroke.postures if other != posture))
     for number, own in enumerate(postures, 1):
         try:
-            motions = trajectory.plan(arm, ways, speed, own)
+            motions = trajectory.plan(arm, paths, speed, own)
             break
         except kinematics.Unreachable:
             if number == len(postures):
@@ -112,9 +112,9 @@ def _planned(
         size = len(motion.numbers()[1])
         if size > most:
             half = len(piece) // 2
-            whole = [p for part, _ in parts for p in part]
-            after = pieces[len(whole) + 1 :]
-            first, second = [*whole, piece[: half + 1]], [piece[half:], *after]
+            earlier = [p for part, _ in parts for p in part]
+            later = pieces[len(earlier) + 1 :]
+            first, second = [*earlier, piece[: half + 1]], [piece[half:], *later]
             return _planned(arm, stroke, first, own, height, speed) + _planned(
                 arm, stroke, second, own, height, speed
             )
@@ -139,7 +139,7 @@ def _tuples(points: np.ndarray) -> Piece:
 def _postures(arm: Arm, strokes: Sequence[PlacedStroke], height: float) -> list[str]:
     """Return each stroke's posture, chosen so that the moves between strokes take least time.
 
-    The shortest way through a table of strokes and postures (Viterbi 1967).
+    The shortest path through a table of strokes and postures (Viterbi 1967).
     """
     if not strokes:
         return []
@@ -156,20 +156,22 @@ def _postures(arm: Arm, strokes: Sequence[PlacedStroke], height: float) -> list[
     costs: dict[str, float] = {
         posture: _time(home, begin[posture][0], top) for posture in strokes[0].postures
     }
-    came: list[dict[str, str]] = []
+    predecessors: list[dict[str, str]] = []
     for k, (before, stroke) in enumerate(pairwise(strokes), 1):
-        ways = {
+        durations = {
             posture: {
                 old: costs[old] + _time(finish[old][k - 1], begin[posture][k], top)
                 for old in before.postures
             }
             for posture in stroke.postures
         }
-        came.append({posture: min(way, key=way.__getitem__) for posture, way in ways.items()})
-        costs = {posture: min(way.values()) for posture, way in ways.items()}
+        predecessors.append(
+            {posture: min(times, key=times.__getitem__) for posture, times in durations.items()}
+        )
+        costs = {posture: min(times.values()) for posture, times in durations.items()}
     posture = min(costs, key=costs.__getitem__)
     chosen = [posture]
-    for back in reversed(came):
+    for back in reversed(predecessors):
         posture = back[posture]
         chosen.append(posture)
     return chosen[::-1]

@@ -39,7 +39,7 @@ class StrokeCounts:
 
     strokes    from pen down to pen up
     points     of them all
-    pen_up_cm  length of the ways between them, cm
+    pen_up_cm  length of the pen-up moves between them, cm
     """
 
     strokes: int
@@ -160,12 +160,12 @@ def prepare(
     """
     options = options or DrawingOptions()
     progress("placing", STAGES["placing"])
-    kept = _chosen(artwork, options)
+    chosen = _chosen(artwork, options)
     postures = options.postures(arm)
     # All of it, so that each of its layers comes to lie where it is in the whole.
-    placement = placing.place(artwork, arm, options.wish(arm), postures)
-    placement = replace(placement, strokes=tuple(placement.strokes[k] for k in kept))
-    layers = _layers(artwork, kept, options)
+    placement = placing.place(artwork, arm, options.placement_request(arm), postures)
+    placement = replace(placement, strokes=tuple(placement.strokes[k] for k in chosen))
+    layers = _layers(artwork, chosen, options)
     found = strokes.cut(arm, placement.strokes, layers, options.height, postures)
     progress("ordering", STAGES["ordering"])
     before = _count(found.strokes)
@@ -193,7 +193,7 @@ def prepare(
         placement,
         tuple(planned),
         found.missed + tuple(left),
-        len(kept),
+        len(chosen),
         before,
         _count([stroke.placed for stroke in planned]),
         expected,
@@ -217,7 +217,7 @@ def _part_notes(in_parts: Sequence[int]) -> list[str]:
 
 
 def _in_order(arm: Arm, found: Sequence[PlacedStroke]) -> Sequence[PlacedStroke]:
-    """Return strokes joined where they meet, with short pen-up ways from the home pose on."""
+    """Return strokes joined where they meet, with short pen-up moves from the home pose on."""
     if not found:
         return found
     home = kinematics.forward(arm, [joint.home for joint in arm.joints])
@@ -229,11 +229,11 @@ def several(artwork: Artwork) -> tuple[str, ...]:
     return tuple(name for name in ("layers", "colours") if len(set(getattr(artwork, name))) > 1)
 
 
-def _layers(artwork: Artwork, kept: list[int], options: DrawingOptions) -> tuple[str, ...]:
+def _layers(artwork: Artwork, chosen: list[int], options: DrawingOptions) -> tuple[str, ...]:
     """Return the strokes' groups, which stay apart and in order: layers, or pens."""
     by_colour = options.pens == "colours"
     names = artwork.colours if by_colour else artwork.layers
-    layers = tuple(names[k] for k in kept) if names else ("",) * len(kept)
+    layers = tuple(names[k] for k in chosen) if names else ("",) * len(chosen)
     if options.pens and len(set(layers)) < 2:
         has = f"one {options.pens[:-1]}, {layers[0]}" if layers[0] else f"no {options.pens}"
         raise BadDrawingOption(
@@ -244,7 +244,7 @@ def _layers(artwork: Artwork, kept: list[int], options: DrawingOptions) -> tuple
 
 def _count(placed: Sequence[PlacedStroke]) -> StrokeCounts:
     points = sum(len(stroke.points) for stroke in placed)
-    return StrokeCounts(len(placed), points, ordering.pen_up_way(placed))
+    return StrokeCounts(len(placed), points, ordering.pen_up_length(placed))
 
 
 def _chosen(artwork: Artwork, options: DrawingOptions) -> list[int]:
@@ -266,6 +266,6 @@ def _chosen(artwork: Artwork, options: DrawingOptions) -> list[int]:
     for layer in options.layers:
         if layer not in known:
             named = ", ".join(repr(name) for name in known if name)
-            there = f"has {named}; give one of these" if named else "has no layers; leave it out"
-            raise BadDrawingOption(f"layer {layer!r}: {artwork.name} {there}")
+            advice = f"has {named}; give one of these" if named else "has no layers; leave it out"
+            raise BadDrawingOption(f"layer {layer!r}: {artwork.name} {advice}")
     return [k for k, layer in enumerate(artwork.layers) if layer in options.layers]

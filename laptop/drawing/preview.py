@@ -46,7 +46,7 @@ def write_preview(plan: DrawingPlan, file: str | os.PathLike[str]) -> None:
 
 
 def plan_numbers(plan: DrawingPlan) -> dict[str, Any]:
-    """Return a plan's size and place, cm, strokes, ways, cm, and the time it takes, s."""
+    """Return a plan's size and place, cm, strokes, lengths, cm, and the time it takes, s."""
     return {
         "size_cm": list(plan.placement.size),
         "centre_cm": list(plan.placement.centre),

@@ -34,7 +34,7 @@ MARGIN = 1.0
 """Margin around all that is shown, cm."""
 
 MISSED_COLOR = "#e00000"
-"""Colour of what cannot be reached, and of the words that say so."""
+"""Colour of what cannot be reached, and of the text about it."""
 
 TIME_COLORS = ListedColormap(colormaps["plasma"](np.linspace(0, 0.78, 256)))
 """Colours of the strokes from the first to the last, without the map's lightest."""
@@ -47,16 +47,16 @@ OUTLINE_PRECISION, OUTLINE_REFINEMENT = 0.02, 4
 it looks smooth."""
 
 
-def preview_bytes(plan: DrawingPlan, words: Sequence[str], ending: str) -> bytes:
+def preview_bytes(plan: DrawingPlan, subtitle: Sequence[str], ending: str) -> bytes:
     """Return a plan's picture as a file, ".svg" or ".png", with lines of text above it."""
     with new_figure(TALL_HEIGHT) as figure:
-        draw_preview(figure, plan, words)
+        draw_preview(figure, plan, subtitle)
         return png_of(figure) if ending == ".png" else svg(figure, transparent=False).encode()
 
 
-def draw_preview(figure: Figure, plan: DrawingPlan, words: Sequence[str]) -> None:
+def draw_preview(figure: Figure, plan: DrawingPlan, subtitle: Sequence[str]) -> None:
     """Draw the picture of a plan into an empty figure TALL_HEIGHT px high."""
-    for note in write_title(figure, plan.name, *words):
+    for note in write_title(figure, plan.name, *subtitle):
         if "cannot be reached" in note.get_text():
             note.set_color(MISSED_COLOR)
     sheet = Sheet(figure, WIDE, FROM_BEHIND)
@@ -74,8 +74,8 @@ def draw_preview(figure: Figure, plan: DrawingPlan, words: Sequence[str]) -> Non
             Polygon(sheet.seen(paper), fc="#fffefa", ec="#777777", label="paper", zorder=1)
         )
     sheet.arm(home, "the arm, at home", pale=0.6)
-    ways = [np.vstack([a[-1], b[0]]) for a, b in pairwise(strokes) if np.any(a[-1] != b[0])]
-    sheet.lines(_at_once(ways), "pen up", **TRAVEL_LINE)
+    travels = [np.vstack([a[-1], b[0]]) for a, b in pairwise(strokes) if np.any(a[-1] != b[0])]
+    sheet.lines(_at_once(travels), "pen up", **TRAVEL_LINE)
     sheet.lines(_at_once(missed), "out of reach", color=MISSED_COLOR, lw=1.8, zorder=6)
     if strokes:
         drawn = sheet.coloured(

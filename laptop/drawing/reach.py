@@ -141,30 +141,30 @@ def densified(
         return np.empty((0, 2)), np.empty(0, int)
     points = np.vstack(strokes)
     ends = np.cumsum([len(stroke) for stroke in strokes]) - 1
-    ways = np.diff(points, axis=0, append=points[-1:])
-    ways[ends] = 0.0  # from one stroke to the next nothing is drawn
-    counts = np.maximum(1, np.ceil(np.hypot(*ways.T) / spacing - 1e-9)).astype(int)
+    steps = np.diff(points, axis=0, append=points[-1:])
+    steps[ends] = 0.0  # from one stroke to the next nothing is drawn
+    counts = np.maximum(1, np.ceil(np.hypot(*steps.T) / spacing - 1e-9)).astype(int)
     first = np.cumsum(counts) - counts
     k = np.repeat(np.arange(len(points)), counts)
     share = (np.arange(len(k)) - first[k]) / counts[k]
     number = np.repeat(np.arange(len(strokes)), [len(stroke) for stroke in strokes])
-    return points[k] + share[:, None] * ways[k], number[k]
+    return points[k] + share[:, None] * steps[k], number[k]
 
 
 @dataclass(frozen=True, eq=False)
 class Reached:
     """Points that were tried, one after the other along strokes.
 
-    points     (n, 2), cm
-    stroke     (n,): number of its stroke, from 0 on
-    poses      per posture (n, joints), rad; NaN: not in that one
-    whole      per posture (strokes,): whether a stroke can be drawn in it from end to end
+    points       (n, 2), cm
+    stroke       (n,): number of its stroke, from 0 on
+    poses        per posture (n, joints), rad; NaN: not in that one
+    is_complete  per posture (strokes,): whether a stroke can be drawn in it from end to end
     """
 
     points: np.ndarray
     stroke: np.ndarray
     poses: dict[str, np.ndarray]
-    whole: dict[str, np.ndarray]
+    is_complete: dict[str, np.ndarray]
 
     def runs(self, posture: str) -> np.ndarray:
         """Return the number of points from each one on, on its stroke, without a leap: (n,)."""
@@ -192,14 +192,14 @@ def try_strokes(
 ) -> Reached:
     """Try strokes (n, 2), cm, on the table in each posture."""
     points, number = densified(strokes)
-    poses, whole = {}, {}
+    poses, is_complete = {}, {}
     for posture in postures:
         q = joint_angles(arm, on_table(arm, points, height), posture, margin, least_singularity)
         poses[posture] = q
         broken = np.isnan(q[:, 0])
         broken[:-1] |= ~_joined(q, number) & (np.diff(number) == 0)
-        whole[posture] = np.bincount(number, broken, len(strokes)) == 0
-    return Reached(points, number, poses, whole)
+        is_complete[posture] = np.bincount(number, broken, len(strokes)) == 0
+    return Reached(points, number, poses, is_complete)
 
 
 @dataclass(frozen=True, eq=False)

@@ -64,9 +64,9 @@ def pieces(points: np.ndarray, tolerance: float) -> list[np.ndarray]:
 
 
 def _dot(points: np.ndarray) -> np.ndarray:
-    middle, way = (points[0] + points[-1]) / 2, points[-1] - points[0]
-    length = math.hypot(*way)
-    half = way / length if length > SAME_POINT else np.array([1.0, 0.0])
+    middle, chord = (points[0] + points[-1]) / 2, points[-1] - points[0]
+    length = math.hypot(*chord)
+    half = chord / length if length > SAME_POINT else np.array([1.0, 0.0])
     half = half * PEN_WIDTH / 2
     return np.vstack([middle - half, middle + half])
 
@@ -76,18 +76,18 @@ def _distinct(points: np.ndarray) -> np.ndarray:
     steps = np.hypot(*np.diff(points, axis=0).T)
     if len(steps) and steps.min() >= SAME_POINT:
         return points
-    kept = [0]
+    indices = [0]
     last = points[0]
     for k in range(1, len(points)):
         if math.hypot(points[k, 0] - last[0], points[k, 1] - last[1]) >= SAME_POINT:
-            kept.append(k)
+            indices.append(k)
             last = points[k]
-    if kept[-1] != len(points) - 1:
-        if len(kept) > 1:
-            kept[-1] = len(points) - 1
+    if indices[-1] != len(points) - 1:
+        if len(indices) > 1:
+            indices[-1] = len(points) - 1
         elif steps.sum() >= PEN_WIDTH:  # there and back
-            kept.append(int(np.argmax(np.hypot(*(points - points[0]).T))))
-    return points[kept]
+            indices.append(int(np.argmax(np.hypot(*(points - points[0]).T))))
+    return points[indices]
 
 
 def _without_jitter(points: np.ndarray, tolerance: float) -> np.ndarray:
@@ -117,9 +117,9 @@ def _sharp(points: np.ndarray, tolerance: float) -> np.ndarray:
     sharp = np.zeros(len(points), bool)
     sharp[1:-1] = turns(points) > MIN_CORNER_ANGLE
     if sharp.any():
-        kept = np.flatnonzero(_needed(points, NOISE_SHARE * tolerance))
+        indices = np.flatnonzero(_needed(points, NOISE_SHARE * tolerance))
         clean = np.zeros(len(points), bool)
-        clean[kept[1:-1]] = turns(points[kept]) > MIN_CORNER_ANGLE
+        clean[indices[1:-1]] = turns(points[indices]) > MIN_CORNER_ANGLE
         sharp &= clean
     return sharp
 
@@ -135,11 +135,11 @@ def _needed(points: np.ndarray, tolerance: float) -> np.ndarray:
     """Return the points that the Ramer-Douglas-Peucker algorithm keeps: (n,) bool."""
     low = points.min(axis=0)
     own = (points - low).astype(np.float32).reshape(-1, 1, 2)
-    kept = cv2.approxPolyDP(own, tolerance, False)[:, 0]
+    vertices = cv2.approxPolyDP(own, tolerance, False)[:, 0]
     # They come in order: each is found behind the one before.
     needed = np.zeros(len(points), bool)
     flat, k = own[:, 0], 0
-    for p in kept:
+    for p in vertices:
         while k < len(flat) and not (flat[k, 0] == p[0] and flat[k, 1] == p[1]):
             k += 1
         if k < len(flat):
@@ -151,24 +151,24 @@ def _needed(points: np.ndarray, tolerance: float) -> np.ndarray:
 
 def _thinned(piece: np.ndarray, tolerance: float) -> np.ndarray:
     """Return a smooth piece with as many points as its bends need; two if it is straight."""
-    way = piece[-1] - piece[0]
-    length = math.hypot(*way)
+    chord = piece[-1] - piece[0]
+    length = math.hypot(*chord)
     if length > 0:
-        off = piece - piece[0]
-        aside = np.abs(off[:, 0] * way[1] - off[:, 1] * way[0]) / length
-        along = off @ way / length
+        offsets = piece - piece[0]
+        aside = np.abs(offsets[:, 0] * chord[1] - offsets[:, 1] * chord[0]) / length
+        along = offsets @ chord / length
         if aside.max() <= STRAIGHT_SHARE * tolerance and np.diff(along).min() > -tolerance:
             return piece[[0, -1]]
     # By how much it has turned, and how far it has gone, to each point: one in each step is kept.
     # (What noise turns there and back is no turning.)
-    way = np.append(0.0, np.cumsum(np.hypot(*np.diff(piece, axis=0).T)))
+    arc = np.append(0.0, np.cumsum(np.hypot(*np.diff(piece, axis=0).T)))
     clean = np.flatnonzero(_needed(piece, NOISE_SHARE * tolerance))
     turned = np.append(0.0, np.cumsum(np.append(turns(piece[clean]), 0.0)))
-    turned = np.interp(way, way[clean], turned)
-    gone = np.floor(turned / CURVE_TURN + way / CURVE_STEP + 1e-9)
-    kept = np.append(True, np.diff(gone) > 0)
-    kept[-1] = True
-    thin = piece[kept]
+    turned = np.interp(arc, arc[clean], turned)
+    gone = np.floor(turned / CURVE_TURN + arc / CURVE_STEP + 1e-9)
+    is_vertex = np.append(True, np.diff(gone) > 0)
+    is_vertex[-1] = True
+    thin = piece[is_vertex]
     # A straight part of it has points, too: far ones would bend it by their neighbours' tangents.
     steps = np.hypot(*np.diff(thin, axis=0).T)
     if steps.max() > 1.5 * CURVE_STEP:

@@ -1,6 +1,6 @@
 """Reader of all that can be drawn: files, bytes, and the bundled drawings.
 
-What a file is, its contents tell, not its name. Nothing but the file itself is opened.
+What a file is, its contents decide, not its name. Nothing but the file itself is opened.
 """
 
 from __future__ import annotations

@@ -84,9 +84,9 @@ def cut(
     missed: list[Missed] = []
     in_parts: list[int] = []
     for k, (points, layer) in enumerate(zip(strokes, layers, strict=True)):
-        whole = tuple(posture for posture in postures if reached.whole[posture][k])
-        if whole:
-            found.append(PlacedStroke(points, layer, k + 1, whole))
+        complete = tuple(posture for posture in postures if reached.is_complete[posture][k])
+        if complete:
+            found.append(PlacedStroke(points, layer, k + 1, complete))
             continue
         part = slice(bounds[k], bounds[k + 1])
         dense = reached.points[part]
@@ -94,9 +94,9 @@ def cut(
         before = len(found)
         for first, last in spans:
             line = _ended(arm, dense, first, last, gaps, height, postures)
-            can = tuple(p for p in postures if runs[p][part][first] > last - first)
+            able = tuple(p for p in postures if runs[p][part][first] > last - first)
             if stroke_length(line) >= MIN_PART:
-                found.append(PlacedStroke(line, layer, k + 1, can))
+                found.append(PlacedStroke(line, layer, k + 1, able))
         if len(found) > before + 1 and not gaps:
             in_parts.append(k + 1)
         for first, last in gaps:
@@ -147,7 +147,7 @@ def _ended(
             middle = (inside + outside) / 2
             both = np.vstack([line[end], middle])
             tried = reach.try_strokes(arm, [both], height, postures)
-            if any(whole[0] for whole in tried.whole.values()):
+            if any(complete[0] for complete in tried.is_complete.values()):
                 inside = middle
             else:
                 outside = middle

@@ -350,10 +350,10 @@ class _SvgReader:
         if not contours:
             self.left_out.add("unpainted", f"<{tag}>")
             return
-        whole = (contours, style["fill-rule"] == "evenodd")
+        area_of = (contours, style["fill-rule"] == "evenodd")
         if (clips and not self._is_within(contours, clips)) or len(contours) > 1:
-            every = [piece for pieces in contours for piece in pieces]
-            self._strokes.append(_Stroke(every, place.layer, area.colour, False, clips, whole))
+            both = [piece for pieces in contours for piece in pieces]
+            self._strokes.append(_Stroke(both, place.layer, area.colour, False, clips, area_of))
             return
         self._strokes.append(_Stroke(contours[0], place.layer, area.colour, False))
 
@@ -377,9 +377,9 @@ class _SvgReader:
 def _closed(pieces: list[Piece]) -> list[Piece]:
     """Return an area's contour, closed by a straight line; empty where it has no area."""
     hull = np.concatenate([piece.hull() for piece in pieces])
-    way = hull - hull[0]
-    far = way[np.argmax(np.hypot(*way.T))]
-    if np.abs(way[:, 0] * far[1] - way[:, 1] * far[0]).max(initial=0.0) <= 1e-9 * (far @ far):
+    off = hull - hull[0]
+    far = off[np.argmax(np.hypot(*off.T))]
+    if np.abs(off[:, 0] * far[1] - off[:, 1] * far[0]).max(initial=0.0) <= 1e-9 * (far @ far):
         return []  # all of it in a line
     first, last = _end(pieces[0], 0.0), _end(pieces[-1], 1.0)
     if np.abs(first - last).max() <= 1e-9 * max(np.abs(far).max(), 1e-12):

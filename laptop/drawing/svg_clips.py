@@ -130,7 +130,7 @@ def filled(shape: Shape, rule: str) -> BaseGeometry:
 
     Args:
         shape: whose lines bound the area.
-        rule: which property says what is inside.
+        rule: property that defines what is inside.
 
     Raises:
         TooTangled: Its edge crosses itself too often.

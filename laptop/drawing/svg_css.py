@@ -59,12 +59,12 @@ class StyleSheets:
     """The rules of all `style` elements of a drawing.
 
     imports  what they import from elsewhere, which is not read
-    unread   selectors that are not understood
+    unreadable  selectors that are not understood
     """
 
     def __init__(self, root: ET.Element, is_style: Callable[[ET.Element], bool]) -> None:
         self.imports: list[str] = []
-        self.unread: list[str] = []
+        self.unreadable: list[str] = []
         self._matcher = cssselect2.Matcher()
         self._count = self._tried = 0
         for element in [e for e in root.iter() if is_style(e)][:MAX_SHEETS]:
@@ -74,8 +74,8 @@ class StyleSheets:
                 self._read(tinycss2.parse_stylesheet(text, True, True))
         self._wrapped: dict[ET.Element, Any] = {}
         if self._count:
-            whole = cssselect2.ElementWrapper.from_xml_root(root)
-            self._wrapped = {wrapper.etree_element: wrapper for wrapper in whole.iter_subtree()}
+            top = cssselect2.ElementWrapper.from_xml_root(root)
+            self._wrapped = {wrapper.etree_element: wrapper for wrapper in top.iter_subtree()}
 
     def _read(self, rules: Iterable[Any]) -> None:
         for rule in rules:
@@ -86,7 +86,7 @@ class StyleSheets:
             try:
                 selectors = cssselect2.compile_selector_list(rule.prelude)
             except cssselect2.SelectorError:
-                self.unread.append(tinycss2.serialize(rule.prelude).strip()[:60])
+                self.unreadable.append(tinycss2.serialize(rule.prelude).strip()[:60])
                 continue
             declared = _declared(tinycss2.parse_blocks_contents(rule.content, True, True))
             for selector in selectors:

@@ -18,7 +18,7 @@ PRESERVE = "{http://www.w3.org/XML/1998/namespace}space"
 MAX_LETTERS = 20_000
 """Greatest number of letters of a text that are set."""
 INNER = ("tspan", "a", "tref")
-KEPT_STEPS = "\n\r\t"
+WHITE_SPACE = "\n\r\t"
 
 
 def words_of(element: ET.Element) -> str:
@@ -31,12 +31,12 @@ def letters_of(tree: SvgElements, element: ET.Element, place: SvgPlace) -> list[
     """Return all visible letters of a `text` element."""
     found: list[Letter] = []
     _collect(tree, element, place.style, place, found, False)
-    while found and found[-1].text == " " and not _keeps(found[-1].style):
+    while found and found[-1].text == " " and not _keep_spaces(found[-1].style):
         found.pop()
     return found
 
 
-def _keeps(style: Style) -> bool:
+def _keep_spaces(style: Style) -> bool:
     return style["white-space"] in ("pre", "pre-wrap", "break-spaces")
 
 
@@ -46,13 +46,15 @@ def _collect(
     style: Style,
     place: SvgPlace,
     found: list[Letter],
-    keeps: bool,
+    keep_spaces: bool,
 ) -> None:
     first = len(found)
-    keeps = (element.get(PRESERVE) == "preserve") or (keeps and element.get(PRESERVE) is None)
+    keep_spaces = (element.get(PRESERVE) == "preserve") or (
+        keep_spaces and element.get(PRESERVE) is None
+    )
     for part in _parts(element):
         if isinstance(part, str):
-            _add(part, style, place.font, found, keeps or _keeps(style))
+            _add(part, style, place.font, found, keep_spaces or _keep_spaces(style))
             continue
         tag = tag_of(part)
         if tag == "textPath":
@@ -65,7 +67,7 @@ def _collect(
             continue
         size = tree.font(own, replace(place, style=style))
         own["font-size"] = f"{size!r}px"
-        _collect(tree, part, own, replace(inner or place, font=size, style=own), found, keeps)
+        _collect(tree, part, own, replace(inner or place, font=size, style=own), found, keep_spaces)
     _put(element, place, found, first)
 
 
@@ -77,13 +79,13 @@ def _parts(element: ET.Element) -> Iterator[Any]:
         yield child.tail or ""
 
 
-def _add(text: str, style: Style, size: float, found: list[Letter], keeps: bool) -> None:
+def _add(text: str, style: Style, size: float, found: list[Letter], keep_spaces: bool) -> None:
     for letter in text[:MAX_LETTERS]:
         if len(found) >= MAX_LETTERS:
             return
-        if letter in KEPT_STEPS:
+        if letter in WHITE_SPACE:
             letter = " "
-        if letter == " " and not keeps and (not found or found[-1].text == " "):
+        if letter == " " and not keep_spaces and (not found or found[-1].text == " "):
             continue
         if letter.isprintable():
             found.append(Letter(letter, style, size))
@@ -91,11 +93,11 @@ def _add(text: str, style: Style, size: float, found: list[Letter], keeps: bool)
 
 def _put(element: ET.Element, place: SvgPlace, found: list[Letter], first: int) -> None:
     """Give the letters of an element the places that it lists, where none is given yet."""
-    for key, whole in (("x", 0), ("y", 1), ("dx", 0), ("dy", 1)):
+    for key, axis in (("x", 0), ("y", 1), ("dx", 0), ("dy", 1)):
         words = element.get(key, "").replace(",", " ").split()
         for k, word in zip(range(first, len(found)), words, strict=False):
             try:
-                value = length(word, place.viewport[whole], None, place.font)
+                value = length(word, place.viewport[axis], None, place.font)
             except UnreadableValue:
                 break
             given = getattr(found[k], key)

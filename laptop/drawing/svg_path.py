@@ -58,11 +58,11 @@ def path_pieces(text: str, most: int) -> Subpaths:
         BadShape: It is broken, or too long.
     """
     sound: list[str] = []
-    is_whole = True
+    is_complete = True
     count = at = 0
     for match in COMMANDS.finditer(text):
         if match.start() != at:
-            is_whole = False
+            is_complete = False
             break
         at = match.end()
         numbers, is_sound, segments = _arguments(match[1], match[2], most - count)
@@ -72,19 +72,19 @@ def path_pieces(text: str, most: int) -> Subpaths:
         if segments:
             sound.append(f"{match[1]} {' '.join(numbers)}")
         if not is_sound:
-            is_whole = False
+            is_complete = False
             break
     else:
-        is_whole = not text[at:].strip()
+        is_complete = not text[at:].strip()
     if sound and sound[0][0] not in "Mm":
-        sound, is_whole = [], False
+        sound, is_complete = [], False
     pen = PiecePen()
     try:
         parse_path(ODD_NUMBERS.sub(lambda number: repr(float(number[0])), " ".join(sound)), pen)
     except (ValueError, OverflowError):
-        is_whole = False
+        is_complete = False
     found = pen.subpaths()
-    if not is_whole:
+    if not is_complete:
         raise BadShape(text, found)
     return found
 
@@ -200,7 +200,7 @@ def arc_piece(
 
     Args:
         begin: first point, (x, y).
-        rx: first half axis; both grow where they are too short for the way.
+        rx: first half axis; both grow where they are too short for the chord.
         ry: second half axis.
         turn: of the first half axis from x, degrees.
         is_large: whether the arc is the larger of two (large-arc-flag).
@@ -215,7 +215,7 @@ def arc_piece(
         return Straight(np.array([p, q]))
     c, s = math.cos(math.radians(turn)), math.sin(math.radians(turn))
     turned = np.array([[c, s], [-s, c]])
-    # Where the ellipse is a circle of radius 1 about the middle of the way
+    # Where the ellipse is a circle of radius 1 about the middle of the chord
     half = turned @ ((p - q) / 2) / [rx, ry]
     far = float(half @ half)
     if far > 1:

@@ -25,7 +25,7 @@ def shape_pieces(
     Args:
         tag: one of svg_elements.SHAPES.
         attributes: with `d` or `points` of a path or a list of points.
-        get: `get(name, whole)` is a length of it, px, of which `whole` are 100 %; None where
+        get: `get(name, full)` is a length of it, px, of which `full` are 100 %; None where
             nothing says it.
         viewport: width and height that percentages are of.
         most: so many points it may have.
@@ -57,7 +57,7 @@ def shape_pieces(
 
 def _radii(get: Get, across: float, down: float) -> tuple[float, float]:
     """Return both radii of an ellipse or of corners; one that is not given equals the other."""
-    rx, ry = (get(key, whole) for key, whole in (("rx", across), ("ry", down)))
+    rx, ry = (get(key, full) for key, full in (("rx", across), ("ry", down)))
     rx, ry = (None if r is None or r < 0 else r for r in (rx, ry))
     return (ry if rx is None else rx) or 0.0, (rx if ry is None else ry) or 0.0
 

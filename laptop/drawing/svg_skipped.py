@@ -6,7 +6,7 @@ MAX_EXAMPLES = 3
 """Number of elements of a kind that are named; the others are counted."""
 LONGEST_EXAMPLE = 40
 
-WORDS = {
+SENTENCES = {
     "layer": (
         "The layer {names} is hidden: show it in the editor to draw it.",
         "{count} layers are hidden{which}: show them in the editor to draw them.",
@@ -146,7 +146,7 @@ class SkippedElements:
         for kind, count in self._counts.items():
             names = self._names[kind]
             shown = ", ".join(names[:MAX_EXAMPLES]) + (", ..." if len(names) > MAX_EXAMPLES else "")
-            one, several = WORDS[kind]
+            one, several = SENTENCES[kind]
             which = f" ({shown})" if names else ""
             found.append(
                 (one if count == 1 else several).format(

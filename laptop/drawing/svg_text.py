@@ -224,9 +224,9 @@ def find_font(families: str, style: str, weight: str) -> FontFile:
         for asked in (kind,) if kind else (name, METRIC_COMPATIBLE.get(name.lower())):
             if not asked:
                 continue
-            wish = FontProperties(family=[asked], style=slope, weight=heavy)
+            properties = FontProperties(family=[asked], style=slope, weight=heavy)
             try:
-                path = str(findfont(wish, fallback_to_default=False))
+                path = str(findfont(properties, fallback_to_default=False))
             except ValueError:
                 continue
             return FontFile(path, asked, name == names[0] and asked in (name, kind))

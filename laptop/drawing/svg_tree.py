@@ -84,7 +84,10 @@ class SvgTree:
             if "id" in element.attrib:
                 self._ids.setdefault(element.attrib["id"], element)
         self._sheets = StyleSheets(root, lambda element: tag_of(element) == "style")
-        for kind, values in (("import", self._sheets.imports), ("selector", self._sheets.unread)):
+        for kind, values in (
+            ("import", self._sheets.imports),
+            ("selector", self._sheets.unreadable),
+        ):
             for value in values:
                 self.left_out.add(kind, value)
         self.areas: dict[Any, BaseGeometry | None] = {}
@@ -194,16 +197,16 @@ class SvgTree:
             box: Box = (0.0, 0.0, *place.viewport)
             if style["transform-box"] in ("fill-box", "content-box", "stroke-box", "border-box"):
                 box = self.extent(element, place) or box
-            whole = (box[2], box[3])
+            full = (box[2], box[3])
             affine = IDENTITY
             if named[0] != "none":
-                affine = transform(f"translate({named[0].replace(' ', ',')})", whole, place.font)
+                affine = transform(f"translate({named[0].replace(' ', ',')})", full, place.font)
             if named[1] != "none":
                 affine = compose(affine, transform(f"rotate({css_angle(named[1])!r})"))
             if named[2] != "none":
                 affine = compose(affine, transform(f"scale({named[2].replace(' ', ',')})"))
             if named[3] != "none":
-                affine = compose(affine, transform(named[3], whole, place.font))
+                affine = compose(affine, transform(named[3], full, place.font))
             return about(affine, origin(style["transform-origin"], box, place.font))
         except UnreadableValue as error:
             self.left_out.add("ignored", str(error))
@@ -229,11 +232,11 @@ class SvgTree:
     @contextmanager
     def muted(self) -> Iterator[None]:
         """Record nothing as skipped while the block runs."""
-        kept, self.left_out = self.left_out, SkippedElements()
+        skipped, self.left_out = self.left_out, SkippedElements()
         try:
             yield
         finally:
-            self.left_out = kept
+            self.left_out = skipped
 
     def find(self, address: str) -> ET.Element | None:
         """Return the element that `#name` leads to."""
@@ -241,14 +244,14 @@ class SvgTree:
 
     # ---- sizes
 
-    def length(self, element: ET.Element, place: SvgPlace, key: str, whole: float) -> float | None:
+    def length(self, element: ET.Element, place: SvgPlace, key: str, full: float) -> float | None:
         """Return a length of an element, px; None where nothing that can be read says it."""
         text = place.style.get(key) if key in GEOMETRY else None
         text = element.get(key) if text is None else text
         if text is None or text.strip() in ("", "auto", "none"):
             return None
         try:
-            return length(text, whole, None, place.font)
+            return length(text, full, None, place.font)
         except UnreadableValue:
             self.left_out.add("ignored", text)
             return None
@@ -275,10 +278,10 @@ class SvgTree:
         x = self.length(element, place, "x", across) or 0.0
         y = self.length(element, place, "y", down) or 0.0
         size = []
-        for key, whole in (("width", across), ("height", down)):
-            given = self.length(*user, key, whole) if user else None
-            given = self.length(element, place, key, whole) if given is None else given
-            size.append(whole if given is None else given)
+        for key, full in (("width", across), ("height", down)):
+            given = self.length(*user, key, full) if user else None
+            given = self.length(element, place, key, full) if given is None else given
+            size.append(full if given is None else given)
         if min(size) <= 0:
             return None
         box = self.box(element.attrib)
@@ -309,15 +312,15 @@ class SvgTree:
             self.left_out.add("circle", href)
             return []
         x, y = (
-            self.length(element, place, key, whole) or 0.0
-            for key, whole in zip("xy", place.viewport, strict=True)
+            self.length(element, place, key, full) or 0.0
+            for key, full in zip("xy", place.viewport, strict=True)
         )
         moved = np.array([[1.0, 0.0, x], [0.0, 1.0, y]])
         inner = replace(place, affine=compose(place.affine, moved), uses=(*place.uses, element))
         if tag_of(target) not in ("symbol", "svg"):
             return [(target, inner)]
-        there = self.place(target, inner)
-        within = self._viewport(target, there, (element, place)) if there else None
+        inner_place = self.place(target, inner)
+        within = self._viewport(target, inner_place, (element, place)) if inner_place else None
         return [(child, within) for child in target] if within else []
 
     # ---- what is seen

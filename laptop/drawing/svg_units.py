@@ -43,17 +43,17 @@ SIDES = {"left": "0%", "top": "0%", "center": "50%", "right": "100%", "bottom": 
 
 
 class UnreadableValue(ValueError):
-    """A length or a transform that says nothing."""
+    """Error: a length or a transform cannot be read."""
 
 
 def length(
-    text: str | None, whole: float, default: float | None = 0.0, font: float = FONT_SIZE
+    text: str | None, full: float, default: float | None = 0.0, font: float = FONT_SIZE
 ) -> float | None:
     """Return a length, px.
 
     Args:
         text: such as `3`, `21cm` or `50%`.
-        whole: what 100 % are, px.
+        full: what 100 % are, px.
         default: where there is no text.
         font: size of the letters, px.
 
@@ -65,15 +65,15 @@ def length(
     match = LENGTH.fullmatch(text)
     if match is None:
         raise UnreadableValue(text)
-    value = float(match[1]) * _unit(match[2].lower(), whole, font, text)
+    value = float(match[1]) * _unit(match[2].lower(), full, font, text)
     if not math.isfinite(value):
         raise UnreadableValue(text)
     return value
 
 
-def _unit(unit: str, whole: float, font: float, text: str) -> float:
+def _unit(unit: str, full: float, font: float, text: str) -> float:
     if unit == "%":
-        return whole / 100
+        return full / 100
     if unit in FONT_UNITS:
         return FONT_UNITS[unit] * font
     if unit not in UNITS:
@@ -120,10 +120,9 @@ def _function(name: str, text: str, box: tuple[float, float], font: float) -> np
     if text[at:].strip() or len(found) not in TRANSFORM_NUMBERS[name]:
         raise UnreadableValue(text)
     if name.startswith("translate"):
-        wholes = (box[1],) if name == "translateY" else box
+        fulls = (box[1],) if name == "translateY" else box
         moves = [
-            n * _unit(unit, whole, font, text)
-            for (n, unit), whole in zip(found, wholes, strict=False)
+            n * _unit(unit, full, font, text) for (n, unit), full in zip(found, fulls, strict=False)
         ]
         x, y = (0.0, moves[0]) if name == "translateY" else (moves[0], [*moves, 0.0][1])
         return np.array([[1.0, 0.0, x], [0.0, 1.0, y]])
@@ -185,15 +184,15 @@ def origin(text: str, box: Sequence[float], font: float) -> tuple[float, float]:
     words = [SIDES.get(word, word) for word in words] + ["50%"] * (len(words) == 1)
     if not words:
         return box[0], box[1]
-    x, y = (length(w, whole, 0.0, font) for w, whole in zip(words, box[2:], strict=True))
+    x, y = (length(w, full, 0.0, font) for w, full in zip(words, box[2:], strict=True))
     return box[0] + (x or 0.0), box[1] + (y or 0.0)
 
 
 def about(affine: np.ndarray, point: tuple[float, float]) -> np.ndarray:
     """Return an affine map (2, 3) applied about a point instead of the origin."""
-    there = np.array([[1.0, 0.0, point[0]], [0.0, 1.0, point[1]]])
-    back = np.array([[1.0, 0.0, -point[0]], [0.0, 1.0, -point[1]]])
-    return compose(there, compose(affine, back))
+    to_point = np.array([[1.0, 0.0, point[0]], [0.0, 1.0, point[1]]])
+    to_origin = np.array([[1.0, 0.0, -point[0]], [0.0, 1.0, -point[1]]])
+    return compose(to_point, compose(affine, to_origin))
 
 
 def numbers(text: str) -> list[float]:

@@ -79,7 +79,7 @@ def estimate(arm: Arm, strokes: Sequence[PlannedStroke]) -> Estimate:
 
 
 class _Run:
-    """The brick on its way through a drawing: where it is, and how late it is, s."""
+    """The brick's course through a drawing: where it is, and how late it is, s."""
 
     def __init__(self, arm: Arm) -> None:
         self._arm, self._joints = arm, arm.joints
@@ -118,7 +118,7 @@ class _Run:
         self._go(motion.start, APPROACH_SPEED, APPROACH_ACCELERATION, APPROACH_SETTLES)
 
     def follow(self, motion: Trajectory) -> None:
-        self._take(motion, PIECE_SETTLES)
+        self._add(motion, PIECE_SETTLES)
 
     def rest(self) -> None:
         """Advance the clock as `RobotArm.go_low` does."""
@@ -137,9 +137,9 @@ class _Run:
         settles: dict[str, float] = MOVE_SETTLES,
     ) -> None:
         fastest = [speed * joint.max_speed for joint in self._joints]
-        self._take(JointMove(self._q, q, fastest, acceleration), settles)
+        self._add(JointMove(self._q, q, fastest, acceleration), settles)
 
-    def _take(self, motion: Trajectory | JointMove, settles: dict[str, float]) -> None:
+    def _add(self, motion: Trajectory | JointMove, settles: dict[str, float]) -> None:
         sides = self._gravity.sides(motion.start, self._sides)
         plan = BacklashCompensation(self._joints, motion, sides, self._preload)
         self._sides, self._q = plan.sides, tuple(motion.end)
@@ -156,9 +156,9 @@ def kind_of(arm: Arm) -> str:
 
 def in_minutes(seconds: float) -> str:
     """Return a time as text: 45 s, 5 min 12 s, 1 h 20 min; 0 s for a negative one."""
-    whole = max(0, round(seconds))
-    if whole < 60:
-        return f"{whole} s"
-    if whole < 3600:
-        return f"{whole // 60} min {whole % 60} s"
-    return f"{whole // 3600} h {whole % 3600 // 60} min"
+    total = max(0, round(seconds))
+    if total < 60:
+        return f"{total} s"
+    if total < 3600:
+        return f"{total // 60} min {total % 60} s"
+    return f"{total // 3600} h {total % 3600 // 60} min"

@@ -81,7 +81,9 @@ class _BoundedReader:
         self.name = name
         self.builder = ET.TreeBuilder()
         self.instructions: list[str] = []
-        self._depth = self._elements = self._text = self._entities = self._said = self._defaults = 0
+        self._depth = self._elements = self._text = self._entities = self._attribute_count = (
+            self._defaults
+        ) = 0
         self.parser = expat.ParserCreate(namespace_separator="}")
         self.parser.buffer_text = True
         self.parser.StartElementHandler = self._start
@@ -104,17 +106,17 @@ class _BoundedReader:
             raise BadArtwork(
                 f"{self.name}: has more than {MAX_ELEMENTS} elements; draw a part of it"
             )
-        kept = {}
-        self._said += sum(map(len, attributes.values()))
-        if self._said > MAX_ATTRIBUTES:
+        clean = {}
+        self._attribute_count += sum(map(len, attributes.values()))
+        if self._attribute_count > MAX_ATTRIBUTES:
             raise BadArtwork(
                 f"{self.name}: is longer than {MAX_ATTRIBUTES // 1_000_000} MB with what its "
                 "entities stand for; save it as plain SVG"
             )
         for key, value in attributes.items():
             embedded = value.startswith("data:")
-            kept[_full(key)] = value[:LONGEST_EMBEDDED] if embedded else value
-        self.builder.start(_full(tag), kept)
+            clean[_full(key)] = value[:LONGEST_EMBEDDED] if embedded else value
+        self.builder.start(_full(tag), clean)
 
     def _end(self, tag: str) -> None:
         self._depth -= 1

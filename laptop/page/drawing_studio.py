@@ -133,7 +133,7 @@ class Studio:
             pens=request.pens if request.pens in several(artwork) else None,
         )
         postures = options.postures(self._arm)
-        placement = place(artwork, self._arm, options.wish(self._arm), postures)
+        placement = place(artwork, self._arm, options.placement_request(self._arm), postures)
         cut = strokes.cut(self._arm, placement.strokes, artwork.layers, options.height, postures)
         why_not = ""
         if cut.missed:

@@ -1,8 +1,9 @@
 """Poses that are most informative about an arm's numbers, and the job that goes there.
 
 Each candidate is a pose and the side from which each joint comes to it, upwards or downwards: on
-that the flank depends on which its link rests.  They are taken one by one, each the one by which the variances of
-what is asked, in units of what is good enough, fall most (A-optimal design, greedily).
+that the flank depends on which its link rests.  They are taken one by one, each the one by which
+the variances of what is asked, in units of what is good enough, fall most (A-optimal design,
+greedily).
 """
 
 from __future__ import annotations

@@ -155,11 +155,11 @@ def test_the_order_is_the_best_there_is_where_all_can_be_tried():
         best = np.inf
         for turned in itertools.product((False, True), repeat=len(order)):
             laid = [s.turned_round() if t else s for s, t in zip(order, turned, strict=True)]
-            best = min(best, ordering.pen_up_way(laid))
+            best = min(best, ordering.pen_up_length(laid))
         return best
 
     least = min(way(order) for order in itertools.permutations(lines))
-    assert ordering.pen_up_way(ordering.ordered(lines, HERE)) == pytest.approx(least)
+    assert ordering.pen_up_length(ordering.ordered(lines, HERE)) == pytest.approx(least)
 
 
 def greedy_way(lines):
@@ -180,7 +180,7 @@ def greedy_way(lines):
 @pytest.mark.parametrize("seed", [1, 2])
 def test_the_way_is_much_shorter_than_by_the_nearest_neighbour(seed):
     lines = scattered(60, seed)
-    assert ordering.pen_up_way(ordering.ordered(lines, HERE)) < 0.82 * greedy_way(lines)
+    assert ordering.pen_up_length(ordering.ordered(lines, HERE)) < 0.82 * greedy_way(lines)
 
 
 def test_it_is_the_same_every_time():
@@ -207,11 +207,11 @@ def test_a_closed_stroke_begins_where_the_way_is_short():
     lines = [stroke(*(circle + (3 * k, 0))) for k in range(4)]
     found = ordering.ordered(lines, np.array([-5.0, 0.0]))
     # From the first one's near side to the last one's; from where they begin it would be 9.
-    assert ordering.pen_up_way(found) == pytest.approx(7)
+    assert ordering.pen_up_length(found) == pytest.approx(7)
     assert segments(found) == segments(lines)
 
 
 def test_a_single_stroke_and_none_are_in_order():
-    assert ordering.pen_up_way([]) == 0
+    assert ordering.pen_up_length([]) == 0
     (only,) = ordering.ordered([stroke((3, 0), (1, 0))], HERE)
     assert only.points[0].tolist() == [1, 0]  # from its end that is nearer

@@ -30,7 +30,9 @@ def arrow():
 
 def place(artwork, arm="planar", **options):
     chosen = DrawingOptions(**options)
-    return placing.place(artwork, ARMS[arm], chosen.wish(ARMS[arm]), chosen.postures(ARMS[arm]))
+    return placing.place(
+        artwork, ARMS[arm], chosen.placement_request(ARMS[arm]), chosen.postures(ARMS[arm])
+    )
 
 
 def can_follow(arm, stroke, height=0.0):

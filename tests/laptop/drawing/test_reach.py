@@ -79,7 +79,7 @@ def test_what_is_whole_in_a_posture_is_what_the_brick_can_follow():
     tried = reach.try_strokes(arm, strokes, 0.0)
     seen = set()
     for posture in reach.POSTURES:
-        for stroke, whole in zip(strokes, tried.whole[posture], strict=True):
+        for stroke, whole in zip(strokes, tried.is_complete[posture], strict=True):
             dense = [tuple(p) for p in reach.densified([stroke])[0].tolist()]
             try:
                 trajectory.joint_path(arm, dense, posture)
