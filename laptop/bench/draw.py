@@ -60,12 +60,12 @@ ELBOW_DOWN = ", elbow down"
 class Weight(NamedTuple):
     """Gravity on an arm in space, and the driver's knowledge of it.
 
-    words: on feedforward and preload, for the table.
+    labels: on feedforward and preload, for the table.
     plant: text of the constants that differ.
     known: class Gravity, arm and plant -> the driver's model of gravity.
     """
 
-    words: tuple[str, str] = ("fed forward", "counted on")
+    labels: tuple[str, str] = ("fed forward", "counted on")
     plant: str = ""
     known: Callable[[Any, Arm, PlantConstants], Any] = lambda gravity, arm, plant: gravity(arm)
 
@@ -352,7 +352,7 @@ def space_cases(seeds: range) -> list[DrawCase]:
         where = at if backlash else "none"
         if method == "steps":
             where += ", the report's steps"
-        gravity, preload = WEIGHTS[weight].words
+        gravity, preload = WEIGHTS[weight].labels
         condition = "; ".join((where, gravity, preload if backlash else "-"))
         for name, line in own:
             yield DrawCase("spatial", method, condition, "", backlash, line, name, at, weight)
@@ -367,9 +367,9 @@ def space_cases(seeds: range) -> list[DrawCase]:
         out += under(2.0, EVERY_JOINT, weight)
     out += under(2.0, EVERY_JOINT, "felt", "steps")
     for weight in ("felt", "measured", "no preload"):
-        words = "; ".join((f"every joint, {len(seeds)} plants", *WEIGHTS[weight].words))
+        condition = "; ".join((f"every joint, {len(seeds)} plants", *WEIGHTS[weight].labels))
         out += [
-            DrawCase("spatial", "smooth", words, f"seed={seed}", 2.0, line, name, weight=weight)
+            DrawCase("spatial", "smooth", condition, f"seed={seed}", 2.0, line, name, weight=weight)
             for seed in seeds
             for name, line in [*own, ("random", random_line(arm, seed))]
         ]
@@ -383,12 +383,12 @@ def space_table(results: list[DrawResult]) -> list[Row]:
         lines = grouped(group, lambda r: r.line)
         many = max(map(len, lines.values())) > 1
         failed = sum(1 for r in group if r.error)
-        words = condition.split("; ")
+        parts = condition.split("; ")
         for suffix, q in [(", p50", 50), (", p95", 95)] if many else [("", 50)]:
             figures = [
                 _figures(lines[name], q)[1:3] if name in lines else ("", "") for name in SPACE_LINES
             ]
-            names = (*words[:-1], words[-1] + suffix)
+            names = (*parts[:-1], parts[-1] + suffix)
             rows.append((*names, *itertools.chain(*figures), f"{failed}"))
     return rows
 

@@ -66,20 +66,20 @@ def _snowflake(depth: int = 3) -> Iterator[list[tuple[float, float]]]:
 
 
 def _maze(cells: int = 9) -> Iterator[list[tuple[float, float]]]:
-    die, cell = random.Random(1982), SIDE / cells
+    rng, cell = random.Random(1982), SIDE / cells
     for row in range(cells):
         for column in range(cells):
             x, y = cell * column, cell * row
-            low, high = (x, x + cell) if die.random() < 0.5 else (x + cell, x)
+            low, high = (x, x + cell) if rng.random() < 0.5 else (x + cell, x)
             yield [(low, y), (high, y + cell)]
 
 
 def _tiles(cells: int = 6) -> Iterator[list[tuple[float, float]]]:
-    die, cell = random.Random(1704), SIDE / cells
+    rng, cell = random.Random(1704), SIDE / cells
     quarter = [math.pi / 2 * k / 16 for k in range(17)]
     for row in range(cells):
         for column in range(cells):
-            x, y, turned = cell * column, cell * row, die.random() < 0.5
+            x, y, turned = cell * column, cell * row, rng.random() < 0.5
             for corner, begin in ((0, 0), (1, 2)) if turned else ((2, 1), (3, 3)):
                 cx = x + (cell if corner in (1, 2) else 0.0)
                 cy = y + (cell if corner in (1, 3) else 0.0)
@@ -93,10 +93,10 @@ def _tiles(cells: int = 6) -> Iterator[list[tuple[float, float]]]:
 
 
 def _stars(count: int = 24) -> Iterator[list[tuple[float, float]]]:
-    die = random.Random(1054)
+    rng = random.Random(1054)
     for _ in range(count):
-        x, y = (die.uniform(0.6, SIDE - 0.6) for _ in range(2))
-        size, turn = die.uniform(0.3, 0.6), die.uniform(0, math.pi)
+        x, y = (rng.uniform(0.6, SIDE - 0.6) for _ in range(2))
+        size, turn = rng.uniform(0.3, 0.6), rng.uniform(0, math.pi)
         yield [
             (
                 x + size * math.cos(turn + 4 * math.pi * k / 5),

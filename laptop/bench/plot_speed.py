@@ -35,9 +35,9 @@ CPU_TIME_STEP = 0.01
 
 
 def _scattered(strokes: int, points: int) -> list[np.ndarray]:
-    dice = np.random.default_rng(strokes + points)
-    steps = dice.normal(0, 0.2 / math.sqrt(points), (strokes, points, 2))
-    return list(dice.uniform(-8, 8, (strokes, 1, 2)) + np.cumsum(steps, 1))
+    rng = np.random.default_rng(strokes + points)
+    steps = rng.normal(0, 0.2 / math.sqrt(points), (strokes, points, 2))
+    return list(rng.uniform(-8, 8, (strokes, 1, 2)) + np.cumsum(steps, 1))
 
 
 def _spokes(count: int) -> list[np.ndarray]:

@@ -122,10 +122,10 @@ class ServoResult:
 
 @dataclass(frozen=True)
 class ServoCase:
-    """One seed under one scene on one arm, with its methods and rows (servo.Rows)."""
+    """One seed under one scenario on one arm, with its methods and rows (servo.Rows)."""
 
     name: str
-    scene: ServoScenario
+    scenario: ServoScenario
     arm: str
     seed: int
     methods: tuple[str, ...]
@@ -138,7 +138,7 @@ def points(
     cameras: PinholeCameras,
     brick: EmulatedBrick,
     goal: Callable[[float], Pixels],
-    scene: ServoScenario,
+    scenario: ServoScenario,
     seed: int,
 ) -> See:
     """Return a tracker's view: the true places with noise, and outliers anywhere in the image."""
@@ -148,9 +148,9 @@ def points(
     }
 
     def seen(place: Pixel, draw: random.Random) -> tuple[float, float, float] | None:
-        noisy = [x + draw.gauss(0, scene.sigma) for x in place]
+        noisy = [x + draw.gauss(0, scenario.sigma) for x in place]
         astray = draw.uniform(0, WIDTH), draw.uniform(0, HEIGHT)
-        u, v = astray if draw.random() < scene.outliers else noisy
+        u, v = astray if draw.random() < scenario.outliers else noisy
         return (u, v, 1.0) if is_in_image(place) else None
 
     def see(name: str, index: int, t: float) -> Markers:
@@ -177,40 +177,40 @@ class ServoView(NamedTuple):
         """Return the tracker's view of a brick's arm."""
         if self.shown:
             return rendered(self.shown, brick)
-        return points(self.cameras, brick, self.goal, case.scene, case.seed)
+        return points(self.cameras, brick, self.goal, case.scenario, case.seed)
 
 
 def _set_up(case: ServoCase) -> tuple[SetUp, ServoView]:
     """Return the set-up of a case, and its cameras."""
-    scene = case.scene
+    scenario = case.scenario
     shown: dict[str, pictured.Scene] = {}
     if case.rendered:
-        setting, cameras, shown = rendered_set_up(case.arm, case.seed, scene)
+        setting, cameras, shown = rendered_set_up(case.arm, case.seed, scenario)
     else:
-        setting, cameras = set_up(case.arm, case.seed, scene)
-    if scene.speed:
-        return setting, ServoView(cameras, shown, moving_goal(cameras, setting, scene.speed))
+        setting, cameras = set_up(case.arm, case.seed, scenario)
+    if scenario.speed:
+        return setting, ServoView(cameras, shown, moving_goal(cameras, setting, scenario.speed))
     fixed = {name: one.truth(setting.goal)["goal"] for name, one in shown.items()}
     fixed = fixed or cameras(setting.goal)
     return setting, ServoView(cameras, shown, lambda t: fixed)
 
 
-def _bounds(scene: ServoScenario) -> dict[str, Any]:
+def _bounds(scenario: ServoScenario) -> dict[str, Any]:
     """Return the options of RunTerms that say when a run ends."""
-    moves = bool(scene.speed)
+    moves = bool(scenario.speed)
     return {
         "budget": FOLLOW_WINDOW[1] if moves else TIME_BUDGET,
         "most_moves": None if moves else MAX_MOVES,
-        "follow": scene.tolerance if moves else None,
+        "follow": scenario.tolerance if moves else None,
     }
 
 
 def run_one(case: ServoCase, method: str) -> ServoResult:
     """Run one method on one set-up."""
-    scene, moves = case.scene, bool(case.scene.speed)
+    scenario, moves = case.scenario, bool(case.scenario.speed)
     setting, view = _set_up(case)
     cameras, goal = view.cameras, view.goal
-    chain = FrameChain(30.0, scene.latency, scene.jitter, scene.drops)
+    chain = FrameChain(30.0, scenario.latency, scenario.jitter, scenario.drops)
     plant = f"{setting.plant},cpu={case.cpu}"
     verdict, rms = None, None
     with Rig(setting.configured, setting.arm, plant, start=setting.start) as rig:
@@ -219,7 +219,7 @@ def run_one(case: ServoCase, method: str) -> ServoResult:
             VirtualTracker(
                 world, view.see(brick, case), chain, tuple(cameras), case.seed
             ) as tracker,
-            servo_loop(case, method, setting, cameras, tracker, rig, **_bounds(scene)) as loop,
+            servo_loop(case, method, setting, cameras, tracker, rig, **_bounds(scenario)) as loop,
         ):
             began = world.now()
             try:
@@ -236,7 +236,7 @@ def run_one(case: ServoCase, method: str) -> ServoResult:
     error = image_distance(cameras(q), goal(world.now()), loop.servo.rows)
     miss = 10 * math.dist(*(kinematics.forward(setting.arm, pose) for pose in (q, setting.goal)))
     claimed = word == "converged"
-    success = claimed and error <= SUCCESS_TOLERANCES * scene.tolerance
+    success = claimed and error <= SUCCESS_TOLERANCES * scenario.tolerance
     if moves:
         success, claimed = word in ("converged", "budget spent"), False
     return ServoResult(
@@ -310,23 +310,23 @@ def _servo(
     brick: EmulatedBrick,
     case: ServoCase,
 ) -> tuple[Any, Any]:
-    scene, described = case.scene, setting.configured
+    scenario, described = case.scenario, setting.configured
     rows = program["robot.servoing.rows"].Rows(case.rows, len(described.joints))
     if method == "oracle":
         models = {"oracle": lambda name: TrueJacobian(cameras[name], brick)}
         servo = program["robot.servoing.servo"].Servo(
-            described, models, scene.tolerance, known=True, rows=rows
+            described, models, scenario.tolerance, known=True, rows=rows
         )
         return servo, program["robot.servoing.stream"].Stream(
             servo
-        ) if scene.mode == "stream" else None
+        ) if scenario.mode == "stream" else None
     if method.startswith("report"):
         # It ends where it is near; after a goal that moves it has to go on.
-        tolerance = 0.0 if scene.speed else scene.tolerance
+        tolerance = 0.0 if scenario.speed else scenario.tolerance
         make = program["robot.servoing.report_servo"].ReportServo
         return make(described.joints, tolerance, rows, robust=method != "report"), None
     make = program["robot.servoing.runs"].make_servo
-    return make(described, method, scene.mode, scene.tolerance, setting.seed, case.rows)
+    return make(described, method, scenario.mode, scenario.tolerance, setting.seed, case.rows)
 
 
 def _rms(

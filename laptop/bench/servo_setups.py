@@ -156,7 +156,7 @@ def _drawn_arm(name: str, draw: random.Random) -> Arm:
 
 
 def _drawn_scenes(
-    arm: Arm, seed: int, scene: ServoScenario, draw: random.Random
+    arm: Arm, seed: int, scenario: ServoScenario, draw: random.Random
 ) -> dict[str, dict[str, Any]]:
     """Draw a camera; for an arm in space, one from above and one from some side."""
 
@@ -165,7 +165,7 @@ def _drawn_scenes(
 
     if arm.chain == "planar":
         texts = {
-            "A": f"tilt={draw.uniform(0, scene.tilt):.3f},{turned()},"
+            "A": f"tilt={draw.uniform(0, scenario.tilt):.3f},{turned()},"
             f"focal={draw.uniform(500, 900):.1f}"
         }
     else:
@@ -177,16 +177,18 @@ def _drawn_scenes(
     return {name: read_scene(f"{text},seed={seed}", name) for name, text in texts.items()}
 
 
-def _drawn_poses(arm: Arm, scene: ServoScenario, side: int, draw: random.Random) -> Iterator[Pose]:
+def _drawn_poses(
+    arm: Arm, scenario: ServoScenario, side: int, draw: random.Random
+) -> Iterator[Pose]:
     """Yield poses of one elbow branch."""
     while True:
-        turn = math.radians(draw.uniform(-scene.turn, scene.turn))
+        turn = math.radians(draw.uniform(-scenario.turn, scenario.turn))
         if arm.chain == "planar":
-            yield turn, side * math.radians(draw.uniform(*scene.bend))
+            yield turn, side * math.radians(draw.uniform(*scenario.bend))
             continue
         shoulder, elbow = arm.joints[1:]
         pitch = draw.uniform(shoulder.lower + LIMIT_MARGIN, shoulder.upper - LIMIT_MARGIN)
-        pose = turn, pitch, -math.radians(draw.uniform(*scene.bend))
+        pose = turn, pitch, -math.radians(draw.uniform(*scenario.bend))
         x, y, z = kinematics.forward(arm, pose)
         if (
             pose[2] > elbow.lower + LIMIT_MARGIN
@@ -197,19 +199,19 @@ def _drawn_poses(arm: Arm, scene: ServoScenario, side: int, draw: random.Random)
 
 
 @functools.lru_cache(maxsize=8)
-def set_up(arm_name: str, seed: int, scene: ServoScenario) -> tuple[SetUp, PinholeCameras]:
+def set_up(arm_name: str, seed: int, scenario: ServoScenario) -> tuple[SetUp, PinholeCameras]:
     """Return the set-up of a seed, the same for all methods."""
-    draw = random.Random(f"{seed}/{scene.tilt}/{scene.bend}/{scene.turn}")
+    draw = random.Random(f"{seed}/{scenario.tilt}/{scenario.bend}/{scenario.turn}")
     arm = _drawn_arm(arm_name, draw)
     described = arm._replace(
         joints=tuple(j._replace(link=j.link * (1 + draw.uniform(-0.05, 0.05))) for j in arm.joints)
     )
     while True:
-        scenes = _drawn_scenes(arm, seed, scene, draw)
+        scenes = _drawn_scenes(arm, seed, scenario, draw)
         cameras = PinholeCameras(
             {name: PinholeCamera(arm, constants) for name, constants in scenes.items()}
         )
-        poses = _drawn_poses(arm, scene, draw.choice((-1, 1)), draw)
+        poses = _drawn_poses(arm, scenario, draw.choice((-1, 1)), draw)
         for _ in range(MAX_DRAWN_POSES):
             start, goal = next(poses), next(poses)
             seen = cameras.shows(start) and cameras.shows(goal)
@@ -269,7 +271,7 @@ PAPER_AREA = (-0.3, 1.0), (-0.7, 1.1)
 
 @functools.lru_cache(maxsize=4)
 def rendered_set_up(
-    arm_name: str, seed: int, scene: ServoScenario
+    arm_name: str, seed: int, scenario: ServoScenario
 ) -> tuple[SetUp, PinholeCameras, dict[str, pictured.Scene]]:
     """Return a set-up whose goal is a marker; both markers are seen at the start.
 
@@ -277,7 +279,7 @@ def rendered_set_up(
     seed's own, then of those far behind it, for which that is so.
     """
     for turn in itertools.count():
-        setting, cameras = set_up(arm_name, seed + turn * 1_000_000, scene)
+        setting, cameras = set_up(arm_name, seed + turn * 1_000_000, scenario)
         arm = setting.arm
         if kinematics.coordinates(arm) == 2:
             x, y = under_the_tip(arm, setting.scenes["A"], setting.goal)

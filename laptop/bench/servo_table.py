@@ -60,9 +60,9 @@ def table(results: Sequence[ServoResult]) -> list[Row]:
     rows: list[Row] = []
     for key, group in groups.items():
         bound = groups.get((*key[:2], "oracle"))
-        good = sum(r.success for r in group)
-        low, high = wilson(good, len(group))
-        share = f"{100 * good / len(group):.1f}", f"{100 * low:.1f}..{100 * high:.1f}"
+        successes = sum(r.success for r in group)
+        low, high = wilson(successes, len(group))
+        share = f"{100 * successes / len(group):.1f}", f"{100 * low:.1f}..{100 * high:.1f}"
 
         def both(field: str, digits: int, group: list[ServoResult] = group) -> str:
             values = (getattr(r, field) for r in group)
@@ -76,11 +76,11 @@ def table(results: Sequence[ServoResult]) -> list[Row]:
         ) -> str:
             if not bound:
                 return "-"
-            ours, best = ([getattr(r, field) for r in some] for some in (group, bound))
-            pairs = ((percentile(ours, q), percentile(best, q)) for q in quantiles)
+            own, best = ([getattr(r, field) for r in some] for some in (group, bound))
+            pairs = ((percentile(own, q), percentile(best, q)) for q in quantiles)
             return "/".join(f"{a / b:.2f}" if b else "-" for a, b in pairs)
 
-        frames_used, looks = (
+        frames_used, measured = (
             spread([getattr(r, field) for r in group], 0, 50)
             for field in ("frames", "measurements")
         )
@@ -93,7 +93,7 @@ def table(results: Sequence[ServoResult]) -> list[Row]:
         false = f"{sum(not r.success for r in claimed)}"
         rows.append(
             (
-                *key, *share, false, both("moves", 0), looks, frames_used, both("seconds", 1),
+                *key, *share, false, both("moves", 0), measured, frames_used, both("seconds", 1),
                 both("error", 1), miss, ratio("moves", 50, 95), ratio("seconds", 50, 95),
                 ratio("error", 50),
             )
@@ -105,13 +105,13 @@ def failures(results: Sequence[ServoResult]) -> list[str]:
     """Return a line per row with failures: the verdicts, numbers aside, and how often each."""
     lines = []
     for key, group in _grouped(results).items():
-        words = Counter(
+        verdicts = Counter(
             "false claim" if r.claimed else re.sub(r"-?\d[\d.]*", "N", r.verdict)
             for r in group
             if not r.success
         )
-        if words:
-            reasons = ", ".join(f"{n} x {word}" for word, n in words.most_common())
+        if verdicts:
+            reasons = ", ".join(f"{n} x {verdict}" for verdict, n in verdicts.most_common())
             lines.append(f"{'; '.join(key)}: {reasons}")
     return lines
 

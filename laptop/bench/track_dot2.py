@@ -86,9 +86,9 @@ def _run(args: list[str], given: bytes = b"") -> str:
         why = getattr(problem, "strerror", None) or f"no end in {STEP_TIMEOUT:g} s"
         raise _left_out(why, args) from None
     if done.returncode:
-        said = done.stderr.decode(errors="replace").splitlines() or [f"status {done.returncode}"]
-        reported = (line for line in said if re.search("error: |cannot find ", line))
-        raise _left_out(next(reported, said[0]), args)
+        lines = done.stderr.decode(errors="replace").splitlines() or [f"status {done.returncode}"]
+        errors = (line for line in lines if re.search("error: |cannot find ", line))
+        raise _left_out(next(errors, lines[0]), args)
     return done.stdout.decode()
 
 

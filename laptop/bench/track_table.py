@@ -63,13 +63,13 @@ def precision_table(results: Sequence[TrackResult]) -> list[Row]:
     """Return one row per appearance."""
     rows: list[Row] = []
     others = _others(results)
-    for (look, _), scores in _found(results, "precision").items():
+    for (appearance, _), scores in _found(results, "precision").items():
         ours, limit = scores[OURS], scores.get(LIMIT, Score())
         u, v = ours.bias
         rest = (_px(scores.get(method)) for method in others)
         rows.append(
             (
-                look,
+                appearance,
                 f"{limit.rms:.4f}",
                 _px(ours),
                 f"{ours.rms / limit.rms:.1f}",
@@ -93,14 +93,14 @@ def rim_table(results: Sequence[TrackResult]) -> list[Row]:
     for (condition, _), scores in _found(results, "rims").items():
         by_size.setdefault(condition, []).append(scores[OURS])
     for condition, found in by_size.items():
-        sure = [one for one in found if not one.lost and not one.false]
-        precise = sum(one.rms <= MAX_PRECISE_RMS for one in sure)
+        reliable = [one for one in found if not one.lost and not one.false]
+        precise = sum(one.rms <= MAX_PRECISE_RMS for one in reliable)
         errors = [one.rms for one in found if one.measured]
         rows.append(
             (
                 condition,
                 str(len(found)),
-                str(len(sure)),
+                str(len(reliable)),
                 str(precise),
                 f"{median(errors):.3f}" if errors else "-",
                 f"{max(errors):.3f}" if errors else "-",

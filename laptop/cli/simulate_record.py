@@ -67,7 +67,7 @@ class ScriptRun:
     @cached_property
     def is_there_to_see(self) -> bool:
         """Whether it has moved, or was to draw something."""
-        return line_accuracy.is_there_to_see(self.run.record, self.run.wanted)
+        return line_accuracy.has_content(self.run.record, self.run.wanted)
 
     @property
     def why_no_picture(self) -> str:

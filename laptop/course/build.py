@@ -26,14 +26,14 @@ VIEW_ANGLES = (drawing.VIEW_ANGLE, *map(math.radians, (60, 70, 78)))
 class Need(NamedTuple):
     """A row of the table of parts.
 
-    wanted  how many
-    there   in each of the sets
-    sets    those that have enough
+    wanted     how many
+    available  in each of the sets
+    sets       those that have enough
     """
 
     name: str
     wanted: int
-    there: tuple[int, int]
+    available: tuple[int, int]
     sets: str
 
 

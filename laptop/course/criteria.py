@@ -291,10 +291,10 @@ def _step_response(
     end = q[t > TARGET_TIME - 0.5] if len(t) else q
     if not len(end):
         return CheckPoint(False, f"{name}: the script ended before")
-    way = target - before
-    inside = np.flatnonzero(np.abs(q - target) < abs(way) / 10)
+    step = target - before
+    inside = np.flatnonzero(np.abs(q - target) < abs(step) / 10)
     rise = float(t[inside[0]]) if len(inside) else math.inf
-    beyond = float(np.max((q - target) * math.copysign(1, way)))
+    beyond = float(np.max((q - target) * math.copysign(1, step)))
     off, hunting = abs(float(end.mean()) - target), float(np.ptp(end))
     is_right = (
         rise <= RISE_TIME and beyond <= OVERSHOOT and off <= TARGET_TOLERANCE and hunting <= HUNTING

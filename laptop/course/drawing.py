@@ -76,19 +76,19 @@ class _Draft:
     def line(self, *points: Sequence[float] | np.ndarray, **style: Any) -> None:
         self.axes.plot(*np.array(points).T, **{"color": INK, "lw": 0.7, **style})
 
-    def text(self, x: float, y: float, words: str, **style: Any) -> None:
+    def text(self, x: float, y: float, label: str, **style: Any) -> None:
         style = {"size": 7.5, "color": INK, "ha": "center", "va": "center", **style}
-        self.axes.text(x, y, words, **style)
+        self.axes.text(x, y, label, **style)
 
     def circle(self, place: Sequence[float], radius: float, **style: Any) -> None:
         style = {"fc": "none", "ec": INK, "lw": 0.6, **style}
         self.axes.add_patch(Circle((place[0], place[1]), radius, **style))
 
-    def box(self, x: float, y: float, w: float, h: float, words: str = "", **style: Any) -> None:
+    def box(self, x: float, y: float, w: float, h: float, label: str = "", **style: Any) -> None:
         style = {"fc": "#eceff1", "ec": STEEL, "lw": 0.7, "zorder": 1, **style}
         self.axes.add_patch(Rectangle((x, y), w, h, **style))
-        if words:
-            self.text(x + w / 2, y + h / 2, words, size=6.5, color=QUIET, zorder=6)
+        if label:
+            self.text(x + w / 2, y + h / 2, label, size=6.5, color=QUIET, zorder=6)
 
     def arc(self, place: Sequence[float], radius: float, a: float, b: float, **style: Any) -> None:
         """Draw an arc from angle a to angle b, deg."""
@@ -98,7 +98,7 @@ class _Draft:
         )
 
     def dimension(
-        self, a: Sequence[float], b: Sequence[float], off: float, words: str, back: float = 0.0
+        self, a: Sequence[float], b: Sequence[float], off: float, label: str, back: float = 0.0
     ) -> None:
         """Draw a length from a to b beside them: `off` mm to their left; lines begin `back` off."""
         start, end = np.array(a, float), np.array(b, float)
@@ -114,7 +114,7 @@ class _Draft:
         angle = math.degrees(math.atan2(along[1], along[0]))
         angle -= 180 * round(angle / 180)
         place = (p + q) / 2 + side * 2.2 * self.scale * across
-        self.text(place[0], place[1], words, rotation=angle, rotation_mode="anchor", size=7)
+        self.text(place[0], place[1], label, rotation=angle, rotation_mode="anchor", size=7)
 
     def beam(self, a: Sequence[float], b: Sequence[float], z: float = 2.0) -> None:
         """Draw a beam with its holes from axis to axis."""
@@ -132,10 +132,10 @@ class _Draft:
         self.line((x, y), (x + length, y), lw=1.4, solid_capstyle="butt")
         for end in (x, x + length):
             self.line((end, y - self.scale), (end, y + self.scale), lw=0.8)
-        words = f"{length:g} mm" if self.scale == 1 else f"{length:g} mm at the arm"
-        words += f", {length / self.scale:.4g} mm on paper" if self.scale != 1 else ""
+        label = f"{length:g} mm" if self.scale == 1 else f"{length:g} mm at the arm"
+        label += f", {length / self.scale:.4g} mm on paper" if self.scale != 1 else ""
         self.text(
-            x + length + 2 * self.scale, y, f"{words}   (1 : {self.scale:g})", ha="left", size=7
+            x + length + 2 * self.scale, y, f"{label}   (1 : {self.scale:g})", ha="left", size=7
         )
 
 
@@ -165,8 +165,8 @@ def draw_links(arm: Arm) -> Drawing:
         if is_last:
             draft.circle(end, MARKER / 2, ec=TIP, lw=1.2, ls=(0, (3, 2)), zorder=8)
             draft.circle(end, RIM / 2, ec=QUIET, lw=0.4, ls=(0, (2, 2)), zorder=8)
-            words = f"pen, and the red marker above it: {MARKER:g}, its rim {RIM:g}"
-            draft.text(end[0], y - 24, words, size=6.5, color=TIP)
+            label = f"pen, and the red marker above it: {MARKER:g}, its rim {RIM:g}"
+            draft.text(end[0], y - 24, label, size=6.5, color=TIP)
         else:
             draft.text(end[0], y - 24, f"{joints[k + 1].name}'s axis", size=6.5, color=QUIET)
     if draft.scale == 1:
@@ -231,11 +231,11 @@ def draw_plan(arm: Arm) -> Drawing:
     draft.line((middle[0], middle[1] - 8), (middle[0], middle[1] + 8), color=GOAL, lw=0.9)
     place = (middle[0] - 12, middle[1] - 5 * draft.scale)
     draft.text(*place, "the camera looks here", size=7, color=GOAL, ha="right")
-    for axis, words in (((0.28 * far, 0.0), "x"), ((0.0, 0.28 * far), "y")):
+    for axis, label in (((0.28 * far, 0.0), "x"), ((0.0, 0.28 * far), "y")):
         draft.axes.annotate(
             "", axis, origin, arrowprops={"arrowstyle": "-|>", "lw": 0.8, "color": STOP}, zorder=9
         )
-        draft.text(axis[0] + 6, axis[1] + 6, words, size=8, color=STOP, zorder=9)
+        draft.text(axis[0] + 6, axis[1] + 6, label, size=8, color=STOP, zorder=9)
     left, bottom = draft.axes.get_xlim()[0], draft.axes.get_ylim()[0]
     draft.scale_bar(left + 3 * draft.scale, bottom + 4 * draft.scale, 100.0)
     return draft.drawing()
@@ -272,9 +272,9 @@ def _draw_planar_side(arm: Arm) -> Drawing:
     top = MARKER_HEIGHT
     draft.line((tip - MARKER / 2, top), (tip + MARKER / 2, top), color=TIP, lw=3, zorder=6)
     draft.text(tip - 14, top, "red marker, flat", size=7, color=TIP, ha="right")
-    for at, words in ((0.0, "shoulder's axis"), (first, "elbow's axis"), (tip, "pen")):
+    for at, label in ((0.0, "shoulder's axis"), (first, "elbow's axis"), (tip, "pen")):
         draft.line((at, -6), (at, fore + 55), lw=0.4, ls=(0, (6, 2, 1, 2)), color=STOP, zorder=7)
-        draft.text(at, fore + 60, words, size=7, color=STOP)
+        draft.text(at, fore + 60, label, size=7, color=STOP)
     draft.dimension((0, -4), (first, -4), -9, f"{first:g}", back=1)
     draft.dimension((first, -4), (tip, -4), -9, f"{second:g}", back=1)
     bow = fore + 26
@@ -327,10 +327,10 @@ def draw_camera(arm: Arm) -> Drawing:
     under = -3 * s if table else 3 * s
     draft.text(middle, under, f"all that the marker gets to: {x1 - x0:.0f}", size=7, color=LIMIT)
     ruler = middle - 1.15 * half
-    for bottom, top, words in ((0.0, height, f"{height:.0f}"), (table, 0.0, f"{-table:.0f}")):
+    for bottom, top, label in ((0.0, height, f"{height:.0f}"), (table, 0.0, f"{-table:.0f}")):
         if top > bottom:
             draft.dimension((ruler, bottom), (ruler, top), 0, "")
-            draft.text(ruler + 2 * s, (bottom + top) / 2, words, size=8, ha="left")
+            draft.text(ruler + 2 * s, (bottom + top) / 2, label, size=8, ha="left")
     draft.scale_bar(left + 2 * s, table - 0.11 * height, 200.0)
     return draft.drawing()
 
@@ -465,8 +465,8 @@ def _draw_range(
                 _at(place, 0.9 * radius, direction), _at(place, 1.12 * radius, direction),
                 color=STOP, lw=2.4, zorder=8,
             )  # fmt: skip
-            words = _at(place, 1.3 * radius, direction)
-            draft.text(*words, f"stop {math.degrees(stop):g}°", size=7, color=STOP, zorder=8)
+            at = _at(place, 1.3 * radius, direction)
+            draft.text(*at, f"stop {math.degrees(stop):g}°", size=7, color=STOP, zorder=8)
 
 
 def _at(place: Sequence[float], radius: float, angle: float) -> tuple[float, float]:

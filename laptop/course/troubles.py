@@ -49,10 +49,10 @@ HEALTHY: dict[str, Any] = {
 
 def troubles(arm: Arm) -> list[Trouble]:
     """Return the failures that are possible with an arm, in the order in which one meets them."""
-    return [*_on_the_way(), *_of_the_doctor(arm), *_at_the_arm(arm), *_in_a_servo_run()]
+    return [*_before_the_brick(), *_of_the_doctor(arm), *_at_the_arm(arm), *_in_a_servo_run()]
 
 
-def _on_the_way() -> Iterator[Trouble]:
+def _before_the_brick() -> Iterator[Trouble]:
     """Yield what the commands say that do not get to the brick."""
     find, any_command, install = "brick find", "any brick command", "brick install"
     yield Trouble(find, NO_BRICK, "Do what is said under Card, cable, network; then try again.")
@@ -123,28 +123,28 @@ def _at_the_arm(arm: Arm) -> Iterator[Trouble]:
     moves = "whatever moves"
     yield Trouble(
         moves,
-        _said(lambda: _unchecked(arm)),
+        _refusal(lambda: _unchecked(arm)),
         "Do what it says, with somebody who looks at the arm. Once is enough.",
     )
     yield Trouble(
         moves,
-        _said(lambda: _without_motor(arm)),
+        _refusal(lambda: _without_motor(arm)),
         "A plug is not in to the click, or it is in another port than the arm's file says.",
     )
     yield Trouble("check, home", str(BatteryFlat(5.7)), "It takes some hours; or put in new ones.")
     yield Trouble(
         moves,
-        _said(lambda: _unknown_zero(arm)),
+        _refusal(lambda: _unknown_zero(arm)),
         "The brick was switched off, or its menu ended the last program. Home again.",
     )
     yield Trouble(
         "your own arm file",
-        _said(lambda: _wrong_file(arm)),
+        _refusal(lambda: _wrong_file(arm)),
         "A number was mistyped. The line names it and what is allowed.",
     )
     yield Trouble(
         "drawing",
-        _said(lambda: kinematics.inverse(arm, _far_point(arm))),
+        _refusal(lambda: kinematics.inverse(arm, _far_point(arm))),
         "The point lies outside of the blue region of the plan.",
     )
     yield Trouble(
@@ -168,17 +168,17 @@ def _at_the_arm(arm: Arm) -> Iterator[Trouble]:
 
 def _in_a_servo_run() -> Iterator[Trouble]:
     """Yield the verdicts that one may meet."""
-    for word, remedy in (
+    for verdict, remedy in (
         (verdicts.MARKER_LOST, "A hand, a cable or the arm hides it, or the light changed."),
         (verdicts.SINGULAR, "The arm is stretched: bend it. Or the marker is not on the tip."),
         (verdicts.LIMIT, "The goal lies beyond a blue limit of the plan. Move it."),
         (verdicts.CAMERA_SLOW, "It is dark, so the camera exposes for long. Switch on a lamp."),
         (verdicts.LINK_LOST, "WiFi stalls at times; the USB cable does not."),
     ):
-        yield Trouble("servoing", verdicts.VERDICT_TEXTS[word], remedy)
+        yield Trouble("servoing", verdicts.VERDICT_TEXTS[verdict], remedy)
 
 
-def _said(provoke: Callable[[], object]) -> str:
+def _refusal(provoke: Callable[[], object]) -> str:
     """Return the line in which the programs refuse."""
     try:
         provoke()

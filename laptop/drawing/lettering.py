@@ -131,13 +131,13 @@ def write_text(text: str, how: Lettering | None = None, name: str = "") -> Artwo
     scale = how.size / CAPITALS
     widest = max(line.width for line in lines)
     share = {"left": 0.0, "centre": 0.5, "right": 1.0}[how.align]
-    lean = np.array([[1.0, 0.0], [math.tan(how.slant), 1.0]])
+    shear = np.array([[1.0, 0.0], [math.tan(how.slant), 1.0]])
     strokes = []
     for row, line in enumerate(reversed(lines)):
         place = [share * (widest - line.width), row * how.leading * CAPITALS]
         for stroke in line.strokes:
             # Leaning about its own baseline, so that lines stay below each other
-            strokes.append((stroke @ lean + place) * scale)
+            strokes.append((stroke @ shear + place) * scale)
     notes = (f"The font lacks{_listed(lacking, brackets=False)}.",) if lacking else ()
     return Artwork(name, tuple(strokes), ("",) * len(strokes), None, notes, "text")
 

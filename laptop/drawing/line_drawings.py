@@ -53,11 +53,11 @@ def ink_of(grey: np.ndarray) -> InkMask:
     """Return the ink mask of a picture (height, width) uint8."""
     side = max(grey.shape)
     darkness = _darkness(grey)
-    sure = max(_threshold(darkness), MIN_PEAK_INK)
-    weak = (darkness > max(sure / 2, MIN_INK)).astype(np.uint8)
+    threshold = max(_threshold(darkness), MIN_PEAK_INK)
+    weak = (darkness > max(threshold / 2, MIN_INK)).astype(np.uint8)
     count, labels, stats, _ = cv2.connectedComponentsWithStats(weak, connectivity=8)
     is_ink = np.zeros(count, bool)
-    is_ink[np.unique(labels[darkness > sure])] = True
+    is_ink[np.unique(labels[darkness > threshold])] = True
     spread = np.hypot(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT])
     is_ink &= spread > side / SPECK_DIVISOR
     is_ink[0] = False
@@ -195,7 +195,7 @@ def _direction(pixels: Sequence[tuple[int, int]], place: np.ndarray) -> np.ndarr
 
 def _paths(thin: np.ndarray, nodes: np.ndarray) -> list[PixelPath]:
     """Return paths of pixels (x, y) between nodes, and their node numbers; 0, 0 for a loop."""
-    untaken = Pixels(thin)
+    remaining = Pixels(thin)
 
     def node_at(x: int, y: int, other_than: int = 0) -> int:
         near = nodes[max(y - 1, 0) : y + 2, max(x - 1, 0) : x + 2]
@@ -204,13 +204,13 @@ def _paths(thin: np.ndarray, nodes: np.ndarray) -> list[PixelPath]:
 
     paths = []
     # Those at a node first, so that only round ones are begun elsewhere.
-    every = sorted(untaken.left)
+    every = sorted(remaining.left)
     at_nodes = [pixel for pixel in every if node_at(*pixel)]
     for start in (*at_nodes, *every):
-        if start not in untaken.left:
+        if start not in remaining.left:
             continue
-        untaken.left.remove(start)
-        first, path = node_at(*start), [start, *untaken.walk(start)]
+        remaining.left.remove(start)
+        first, path = node_at(*start), [start, *remaining.walk(start)]
         last = node_at(*path[-1], other_than=first if len(path) == 1 else 0)
         paths.append((path, (first, last)))
     return paths

@@ -28,8 +28,8 @@ def is_for_us(element: ET.Element) -> bool:
     languages = element.get("systemLanguage")
     if languages is None:
         return True
-    tongues = (tongue.strip().lower() for tongue in languages.split(","))
-    return any(t == LANGUAGE or t.startswith(f"{LANGUAGE}-") for t in tongues)
+    tags = (tag.strip().lower() for tag in languages.split(","))
+    return any(t == LANGUAGE or t.startswith(f"{LANGUAGE}-") for t in tags)
 
 
 def layer_of(element: ET.Element) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 
 from laptop.page.run_records import Curve, RunGroup, RunRecord, StatusSample
 from laptop.record.run import RunTable
-from laptop.record.servo.servo_run import NO_ROWS, ServoRun, goal_in_words, steps_table
+from laptop.record.servo.servo_run import NO_ROWS, ServoRun, goal_text, steps_table
 
 MAX_GAP = 0.5
 """A camera that has not seen the tip for longer than this, s, leaves a gap in its curve."""
@@ -142,7 +142,7 @@ def _goal_in_words(record: RunRecord, goals: dict[str, tuple[float, float]]) -> 
     """Return the goal for people."""
     if record.orders and not record.orders.goals:
         return "the marker"
-    return goal_in_words({camera: goals[camera] for camera in sorted(goals)} or "not known")
+    return goal_text({camera: goals[camera] for camera in sorted(goals)} or "not known")
 
 
 def _angles(samples: Sequence[StatusSample], joint: int) -> np.ndarray:

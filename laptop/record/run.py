@@ -136,15 +136,15 @@ class Run(msgspec.Struct, kw_only=True):
     files: list[RunFile] = []
     notes: list[str] = []
 
-    def on_emulated_brick(self, plant: str = "", scene: str | None = None, /, **said: Any) -> None:
+    def on_emulated_brick(self, plant: str = "", scene: str | None = None, /, **more: Any) -> None:
         """Record that the brick was emulated, and its seeds.
 
         Args:
             plant: changes of its constants, as text.
             scene: before its cameras, as text; None: none, or nothing in it is random.
-            said: further values of the set-up, by their names.
+            more: further values of the set-up, by their names.
         """
-        self.set_up = {**self.set_up, "brick": "emulated", **said}
+        self.set_up = {**self.set_up, "brick": "emulated", **more}
         if plant:
             self.set_up["plant"] = plant
         self.seeds = self.seeds | seeds_of(plant=plant, scene=scene)
@@ -184,8 +184,9 @@ def table(
     """
     columns = []
     for heading in headings:
-        words, _, unit = heading.rpartition(" ")
-        columns.append(Column(words, unit) if words and unit in UNITS else Column(heading))
+        quantity, _, unit = heading.rpartition(" ")
+        has_unit = bool(quantity) and unit in UNITS
+        columns.append(Column(quantity, unit) if has_unit else Column(heading))
     cells = [[_cell(v) for _, v in zip(columns, row, strict=True)] for row in rows]
     return RunTable(name, caption, columns, cells, compared)
 

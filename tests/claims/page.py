@@ -287,7 +287,7 @@ def _where_lines_end(rig: CameraRig) -> str:
 
 def _judged(rig: CameraRig, goal: Goal, home: Path, servo: ChildProcess) -> GoalAttempt:
     told = run_of_goal(rig, goal, home, servo)
-    words = f"{goal.name}: {told.words}; {told.reason or 'no reason told'}"
+    words = f"{goal.name}: {told.summary}; {told.reason or 'no reason told'}"
     seconds, off = told.seconds or 0.0, told.true_error or 0.0
     return GoalAttempt(told.reached, told.moves, seconds, off, words)
 

@@ -233,7 +233,7 @@ class DemoRun:
             self._wait(part, SERVO_TIMEOUT)
             run = run_of_goal(self._rig, goal, part.out_dir, part.program)
             self.result.runs.append(run)
-            self._progress.finish(goal.name, run.reached, run.words)
+            self._progress.finish(goal.name, run.reached, run.summary)
             part = ahead
         self.result.timing["pace, to real time"] = round(self._pace.mean, 3)
         self._conclude_comparison()
@@ -385,7 +385,7 @@ class DemoRun:
             self._baseline.wait(END_TIMEOUT)
             run = run_of_goal(self._rig, self._goals[0], out_dir, self._baseline)
             self.result.baseline = run
-            self._progress.finish(BASELINE, run.reached, run.words)
+            self._progress.finish(BASELINE, run.reached, run.summary)
         except (DemoFailed, DamagedRun) as trouble:
             self.result.trouble = str(trouble)
             self._progress.finish(BASELINE, False, str(trouble))

@@ -87,8 +87,8 @@ def show_picture(axes: Axes, image: np.ndarray | None, width: int, height: int) 
 def name_camera(axes: Axes, name: str, height: int) -> None:
     """Write the camera's name into the lower left corner of its picture."""
     shade = [effects.withStroke(linewidth=2.5, foreground=INK)]
-    words: dict[str, Any] = {"size": 9.5, "color": "white", "weight": "bold", "zorder": 9}
-    axes.text(9, height - 12, f"camera {name}", path_effects=shade, **words)
+    style: dict[str, Any] = {"size": 9.5, "color": "white", "weight": "bold", "zorder": 9}
+    axes.text(9, height - 12, f"camera {name}", path_effects=shade, **style)
 
 
 def draw_path(axes: Axes, path: np.ndarray, samples: np.ndarray, colour: str) -> None:

@@ -21,15 +21,15 @@ from laptop.record.figures.line_accuracy import (
     refined,
 )
 from laptop.record.figures.sheet import (
+    DESIRED_LINE,
     FROM_BEHIND,
     TALL_HEIGHT,
     WIDE,
-    WISHED_LINE,
     Sheet,
     written_figure,
 )
 
-WISHED_STEP_RATIO = 5
+DESIRED_STEP_RATIO = 5
 """Spacing of points on a wished path, times the ink's."""
 
 STANDING_SPEED = 0.2
@@ -92,10 +92,10 @@ def compare(rows: Sequence[Any], chains: Sequence[Sequence[np.ndarray]]) -> Draw
     else:
         own = [list(range(len(paths)))] * len(inks)
     off = [10 * _nearest(ink, [paths[n] for n in ns]) for ink, ns in zip(inks, own, strict=True)]
-    seekers = own if len(inks) == len(paths) else [list(range(len(inks)))] * len(paths)
+    own_inks = own if len(inks) == len(paths) else [list(range(len(inks)))] * len(paths)
     missed = [
-        10 * _nearest(refined(path)[::WISHED_STEP_RATIO], [inks[n] for n in ns]).max()
-        for path, ns in zip(paths, seekers, strict=True)
+        10 * _nearest(refined(path)[::DESIRED_STEP_RATIO], [inks[n] for n in ns]).max()
+        for path, ns in zip(paths, own_inks, strict=True)
         if ns
     ]
     steps = [np.linalg.norm(np.diff(ink, axis=0), axis=1).sum() for ink in inks]
@@ -166,10 +166,10 @@ def write_drawing_plot(
     Raises:
         OSError: as the system says it.
     """
-    wished = [np.concatenate(chain) for chain in chains]
+    desired = [np.concatenate(chain) for chain in chains]
     with written_figure(file, title, notes, height=TALL_HEIGHT) as figure:
         sheet = Sheet(figure, WIDE, FROM_BEHIND)
-        sheet.lines(wished, "wished", **WISHED_LINE)
+        sheet.lines(desired, "wished", **DESIRED_LINE)
         sheet.travel(rows)
         segments = np.stack([accuracy.points[:-1], accuracy.points[1:]], axis=1)
         # A longer segment leads from one ink to the next.
@@ -177,8 +177,8 @@ def write_drawing_plot(
         ink = sheet.coloured(
             segments[near], accuracy.off_mm[1:][near], MAX_COLOUR_MM, cmap="turbo", lw=1.4, zorder=5
         )
-        points = sheet.seen(np.concatenate(wished))
+        points = sheet.seen(np.concatenate(desired))
         sheet.show(points, MARGIN_SHARE * max(float(np.ptp(points, axis=0).max()), 1.0))
         sheet.legend()
-        words = "distance of the true ink from what was wished, mm"
-        sheet.colour_scale(ink, words, extend="max")
+        caption = "distance of the true ink from what was wished, mm"
+        sheet.colour_scale(ink, caption, extend="max")

@@ -17,7 +17,7 @@ from laptop.record.figures.sheet import (
     written_figure,
 )
 
-WISHED_COLOUR = "#20262c"
+DESIRED_COLOUR = "#20262c"
 """Colour of the wished path."""
 
 COLOURS = ("#c9463d", "#e8a33d", "#7a9fc4", "#1f6f54")
@@ -56,7 +56,7 @@ def write_learning_plot(
             sheet.lines([points], name, color=COLOURS[pick], lw=1.4)
             path = np.concatenate([[0.0], np.cumsum(np.where(steps > 0.3, 0.0, steps))])
             graph.plot(path, one.off_mm, color=COLOURS[pick], lw=1.4)
-        sheet.lines(map(np.concatenate, chains), "wished", color=WISHED_COLOUR, lw=0.8, ls="--")
+        sheet.lines(map(np.concatenate, chains), "wished", color=DESIRED_COLOUR, lw=0.8, ls="--")
         inks = sheet.seen(np.concatenate([one.points for _, one in every]))
         sheet.show(inks, MARGIN_SHARE * max(float(np.ptp(inks, axis=0).max()), 1.0))
         sheet.legend()

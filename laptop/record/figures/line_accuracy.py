@@ -91,7 +91,7 @@ def pen_down_runs(rows: Iterable[Any]) -> list[list[Any]]:
     return runs
 
 
-def is_there_to_see(rows: Sequence[Any], wanted: Sequence[Points]) -> bool:
+def has_content(rows: Sequence[Any], wanted: Sequence[Points]) -> bool:
     """Return True if there is a wanted path, ink, or an arm that has moved."""
     # (The ink of an arm without a pen motor has no beginning: its pen is never up.)
     if len(wanted) or len({row.pen for row in rows}) > 1:

@@ -119,13 +119,13 @@ def _draw_sheet(
     sheet.reach(
         [shoulder + reach[1] * circle, shoulder + hole * circle[::-1]], "reach of the links"
     )
-    for number, spot in enumerate(badges, 1):
-        _badge(axes, spot, number, small=len(badges) > 9)
+    for number, point in enumerate(badges, 1):
+        _badge(axes, point, number, small=len(badges) > 9)
     _draw_scale(axes)
     if not inks:
-        words = "no ink: the pen never touched the paper" if len(tip) else "no record"
+        label = "no ink: the pen never touched the paper" if len(tip) else "no record"
         x, y = axes.get_xlim()[0] + 0.5, axes.get_ylim()[0] + 0.6
-        axes.text(x, y, words, size=9.5, color=INK, weight="bold", zorder=9)
+        axes.text(x, y, label, size=9.5, color=INK, weight="bold", zorder=9)
     sheet.legend()
     write_footnote(figure, "Ink and arm: the TRUE tip and links of the emulated arm.")
 
@@ -197,9 +197,9 @@ def _draw_column(
         heading = f"The {len(shown)} greatest of {len(drawn)} deviations, mm"
         footnote = f"{left_out} more are left out"
         footnote += f", {missing} of them not drawn.  " if missing else ".  "
-    strays = len(pen_down_runs(rows)) - len(drawn)
-    if strays:
-        footnote += f"{strays} stroke{'s' * (strays > 1)} beyond what was wanted."
+    extra = len(pen_down_runs(rows)) - len(drawn)
+    if extra:
+        footnote += f"{extra} stroke{'s' * (extra > 1)} beyond what was wanted."
     _draw_deviations(figure, shown, heading, footnote.strip(), rows)
 
 
@@ -240,7 +240,7 @@ def _draw_deviations(
 def _draw_deviation(axes: Axes, number: int, m: Measure | None) -> None:
     axes.axhline(0, color=WANTED, lw=1.1)
     if m is None:
-        words = "not drawn"
+        label = "not drawn"
     else:
         along, deviation = m.lateral.T
         if m.floor_mm:
@@ -248,13 +248,13 @@ def _draw_deviation(axes: Axes, number: int, m: Measure | None) -> None:
         axes.plot(along, deviation, color=INK, lw=1.3, marker=dot(m.lateral / 10))
         worst = int(np.argmax(np.abs(deviation)))
         axes.plot(along[worst], deviation[worst], "o", color=PEAK, ms=4, clip_on=False)
-        words = f"greatest {_mm(m.greatest_mm)}   RMS {_mm(m.rms_mm)}   end {_mm(m.end_mm)}"
-        words += f"   {m.seconds:.1f} s"
+        label = f"greatest {_mm(m.greatest_mm)}   RMS {_mm(m.rms_mm)}   end {_mm(m.end_mm)}"
+        label += f"   {m.seconds:.1f} s"
         if m.floor_mm:
             axes.set_title(f"floor {_mm(m.floor_mm)}", loc="right", color=BAND_TEXT, size=8, pad=4)
     style: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points"}
     axes.annotate(str(number), (0, 1), (0, 4), color=WANTED, weight="bold", size=8.5, **style)
-    axes.annotate(words, (0, 1), (9 + 6 * len(str(number)), 4), color=INK, size=8, **style)
+    axes.annotate(label, (0, 1), (9 + 6 * len(str(number)), 4), color=INK, size=8, **style)
 
 
 def _mm(value: float) -> str:

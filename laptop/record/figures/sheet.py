@@ -81,7 +81,7 @@ MIN_TICK_DISTANCE = 55
 
 INK_LINE: dict[str, Any] = {"color": INK, "lw": 2.0, "zorder": 5, "solid_capstyle": "round"}
 WANTED_LINE: dict[str, Any] = {"color": WANTED, "lw": 1.1, "zorder": 6}
-WISHED_LINE: dict[str, Any] = {"color": TRAVEL, "lw": 3.2, "alpha": 0.5, "zorder": 2}
+DESIRED_LINE: dict[str, Any] = {"color": TRAVEL, "lw": 3.2, "alpha": 0.5, "zorder": 2}
 """Style of a wished path under a coloured ink."""
 TRAVEL_LINE: dict[str, Any] = {"color": TRAVEL, "lw": 0.8, "ls": (0, (2, 2)), "zorder": 4}
 
@@ -291,8 +291,8 @@ def draw_beam(
             *np.array([start, end]).T, color=colour, lw=width, solid_capstyle="round", zorder=zorder
         )
     holes = max(1, round(math.dist(start, end) / pitch))
-    for spot in np.linspace(start, end, holes + 1):
-        axes.add_patch(Circle(spot, 0.29 * pitch, fc=hole, ec=edge, lw=0.4, zorder=zorder))
+    for centre in np.linspace(start, end, holes + 1):
+        axes.add_patch(Circle(centre, 0.29 * pitch, fc=hole, ec=edge, lw=0.4, zorder=zorder))
 
 
 def dot(points: np.ndarray) -> str | None:

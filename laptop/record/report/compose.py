@@ -239,8 +239,8 @@ def compose(
 
 def _sections(runs: Sequence[ReportRun], numbering: Numbering) -> list[ReportSection]:
     return [
-        ReportSection(words, [_results(run, numbering) for run in runs if run.run.kind == kind])
-        for kind, words in SECTIONS.items()
+        ReportSection(title, [_results(run, numbering) for run in runs if run.run.kind == kind])
+        for kind, title in SECTIONS.items()
         if any(run.run.kind == kind for run in runs)
     ]
 
@@ -267,8 +267,8 @@ def _ran_on(runs: Sequence[ReportRun], numbering: Numbering) -> PrintedTable | N
     headings = ("what", "it was", "in runs")[: 2 + several]
     rows = [(*fact, ", ".join(labels))[: 2 + several] for fact, labels in sorted(facts.items())]
     caption = "Brick, camera and settings, as the runs' files have them"
-    tellers = [run for run in runs if run.set_up]
-    return numbering.table(TextTable("set-up", caption, headings, rows), tellers)
+    reporting = [run for run in runs if run.set_up]
+    return numbering.table(TextTable("set-up", caption, headings, rows), reporting)
 
 
 def _compared(runs: Sequence[ReportRun], numbering: Numbering) -> list[PrintedTable]:

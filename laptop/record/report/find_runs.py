@@ -58,10 +58,10 @@ def _walk(folder: Path, leave_out: Callable[[Path, str], None]) -> Iterator[tupl
     """
     within = folder.resolve()
 
-    def unread(error: OSError, place: str = "") -> None:
+    def on_error(error: OSError, place: str = "") -> None:
         leave_out(Path(place or error.filename), f"it cannot be read: {error.strerror}")
 
-    for at, folders, files in os.walk(folder, onerror=unread):
+    for at, folders, files in os.walk(folder, onerror=on_error):
         place = Path(at)
         if CONTENTS in files:
             folders.clear()
@@ -78,7 +78,7 @@ def _walk(folder: Path, leave_out: Callable[[Path, str], None]) -> Iterator[tupl
             os.stat(os.path.join(at, "."))  # its names may be read, and nothing in it
             plain = sorted(file for file in files if is_plain(place / file))
         except OSError as error:
-            unread(error, at)
+            on_error(error, at)
             folders.clear()
             continue
         yield place, plain

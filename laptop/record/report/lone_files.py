@@ -30,11 +30,11 @@ def read_lone_log(name: str, file: Path) -> ReportRun:
     """
     log = read_log(file)
     servo = run_of_log("goal", log)
-    words = ": ".join(filter(None, (servo.verdict, servo.reason)))
+    text = ": ".join(filter(None, (servo.verdict, servo.reason)))
     record = Run(
         kind=SERVO,
         what=f"servo, method {servo.method}",
-        ending=Ending(0, words or "cut off", servo.seconds),
+        ending=Ending(0, text or "cut off", servo.seconds),
         arm={"name": servo.arm} if servo.arm else None,
         set_up={
             "servo": f"mode {servo.mode}, tolerance {servo.tolerance:g} px",
@@ -47,7 +47,7 @@ def read_lone_log(name: str, file: Path) -> ReportRun:
         record.notes.append("its log holds no place at which the marker was seen")
     add_servo(record, [servo], Scenery(), drawn=False)
     run = ReportRun(name, record)
-    run.figures += [ReportFigure(words, png) for _, words, png in draw([servo], Scenery())]
+    run.figures += [ReportFigure(text, png) for _, text, png in draw([servo], Scenery())]
     return run
 
 

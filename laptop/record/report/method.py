@@ -53,7 +53,7 @@ class MethodStep(NamedTuple):
 
 def aim(kinds: Collection[str]) -> str:
     """Return the aim of the kinds of runs, a sentence."""
-    parts = [words for kind, words in AIMS.items() if kind in kinds]
+    parts = [text for kind, text in AIMS.items() if kind in kinds]
     if not parts:
         parts = ["to run programs on the arm and to see what it does"]
     return f"The aim is {'; '.join(parts)}."

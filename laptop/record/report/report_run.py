@@ -185,7 +185,7 @@ def read_folder(name: str, folder: Path) -> ReportRun:
     """
     found = ReportRun(name, read_run(folder))
     for file in found.run.files:
-        place, words = folder / file.name, clean(file.holds)
+        place, text = folder / file.name, clean(file.holds)
         try:
             if any(
                 part.is_symlink()
@@ -198,12 +198,12 @@ def read_folder(name: str, folder: Path) -> ReportRun:
                     raise DamagedRun(
                         f"{file.name[:80]}: a run has no more than {MAX_FIGURES} figures"
                     )
-                caption = f"{words.rstrip()} ({file.name})"
+                caption = f"{text.rstrip()} ({file.name})"
                 found.figures.append(ReportFigure(clean(caption), read_picture(place)))
             elif file.holds and place.suffix == ".csv":
                 for _ in read_rows(place)[1]:  # are they as it is written?
                     pass
-                found.data.append(RawData(file.name.replace("/", "-"), place, words))
+                found.data.append(RawData(file.name.replace("/", "-"), place, text))
         except DamagedRun as error:
             found.leave_out(error)
         except OSError as error:

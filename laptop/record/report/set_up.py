@@ -49,9 +49,10 @@ class DescribedArm:
         if len(self.reported_by) == 1:
             return next(iter(self.reported_by))
         labels = {
-            words: ", ".join(run.label for run in runs) for words, runs in self.reported_by.items()
+            source: ", ".join(run.label for run in runs)
+            for source, runs in self.reported_by.items()
         }
-        return "; ".join(f"{runs}: {words}" for words, runs in labels.items())
+        return "; ".join(f"{runs}: {source}" for source, runs in labels.items())
 
 
 def describe_arms(runs: Sequence[ReportRun]) -> list[DescribedArm]:
@@ -94,20 +95,20 @@ def describe(numbers: dict[str, Any]) -> DescribedArm:
     if len(joints) > MAX_JOINTS:
         raise DamagedRun(f"run.json holds an arm of more than {MAX_JOINTS} joints")
     for joint in joints:
-        cells = [_word(joint, "name"), _number(joint, "link_cm"), _word(joint, "motor")]
-        cells += [_word(joint, "port"), _number(joint, "gear")]
+        cells = [_text(joint, "name"), _number(joint, "link_cm"), _text(joint, "motor")]
+        cells += [_text(joint, "port"), _number(joint, "gear")]
         mass = _number(joint, "mass_g") if joint.get("mass_g") else NO_VALUE  # 0: not known
         rows.append([*map(clean, cells), *(_number(joint, key) for key in _KEYS), mass])
     # (Each by itself: between two paths in a line the words would go, too.)
-    name, speed = clean(_word(numbers, "name")), _number(numbers, "speed_cm_s")
+    name, speed = clean(_text(numbers, "name")), _number(numbers, "speed_cm_s")
     caption = f"The arm {name}: draws at {speed} cm/s"
     pen = numbers.get("pen")
     if isinstance(pen, dict):
-        motor, port = (clean(_word(pen, key)) for key in ("motor", "port"))
+        motor, port = (clean(_text(pen, key)) for key in ("motor", "port"))
         caption += f", pen by a {motor} motor at port {port}"
     else:
         caption += ", no pen motor"
-    chain = _word(numbers, "chain")
+    chain = _text(numbers, "chain")
     if not rows:
         raise DamagedRun(f"run.json holds no joint of the arm {name}")
     return DescribedArm(TextTable("arm", caption, HEADINGS, rows), chain)
@@ -124,7 +125,7 @@ def _coming_along(name: str) -> dict[str, Any] | None:
         return None
 
 
-def _word(values: dict[str, Any], key: str) -> str:
+def _text(values: dict[str, Any], key: str) -> str:
     value = values.get(key)
     if value is not None and not isinstance(value, str):
         raise DamagedRun(f"{RUN}: '{key}' of the arm is no text; do this run again")

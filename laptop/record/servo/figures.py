@@ -233,7 +233,7 @@ def draw_space(
         return None
     inks = [stroke[:, :3] for stroke in scenery.ink]
     with new_figure(1000) as figure:
-        _draw_space(figure.add_axes((-0.02, 0.05, 0.6, 0.95), **ASKEW), runs, baseline, inks)
+        _draw_space(figure.add_axes((-0.02, 0.05, 0.6, 0.95), **OBLIQUE), runs, baseline, inks)
         for view, bottom, title in (("xy", 0.59, "From above"), ("xz", 0.125, "From the side")):
             sheet = Sheet(figure, (0.62, bottom, 0.365, 0.365), view)
             _draw_side(sheet, runs, baseline, inks, title)
@@ -242,7 +242,7 @@ def draw_space(
         return png_of(figure)
 
 
-ASKEW: dict[str, Any] = {
+OBLIQUE: dict[str, Any] = {
     "projection": "3d",
     "computed_zorder": False,
     "elev": 20,
@@ -270,7 +270,7 @@ def _draw_space(
     baseline: ServoRun | None,
     inks: Sequence[np.ndarray],
 ) -> None:
-    """Draw the paths in space, on axes in ASKEW."""
+    """Draw the paths in space, on axes in OBLIQUE."""
     low, high = _extent(runs, baseline, inks)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(0, high[2]))
     axes.set_box_aspect(high - low)
@@ -383,8 +383,8 @@ def draw_errors(runs: Sequence[ServoRun], baseline: ServoRun | None = None) -> b
     Beside it the same for the baseline and the run that it compares with; without a baseline, the
     error in each direction of the pictures.
     """
-    everybody = [*runs, *([baseline] if baseline else [])]
-    values = [rows[:, 1] for run in everybody for rows in (run.errors, run.measured)]
+    all_runs = [*runs, *([baseline] if baseline else [])]
+    values = [rows[:, 1] for run in all_runs for rows in (run.errors, run.measured)]
     known = np.concatenate(values) if values else np.zeros(0)
     known = known[np.isfinite(known)]
     if not len(known):
@@ -468,9 +468,9 @@ def draw_joints(runs: Sequence[ServoRun], baseline: ServoRun | None = None) -> b
 
 
 def _draw_condition(axes: Axes, runs: Sequence[ServoRun], baseline: ServoRun | None) -> None:
-    everybody = _coloured(runs) + ([(baseline, BASELINE_COLOUR)] if baseline else [])
+    all_runs = _coloured(runs) + ([(baseline, BASELINE_COLOUR)] if baseline else [])
     greatest = 10.0
-    for run, colour in everybody:
+    for run, colour in all_runs:
         label = f"method {run.method}" if run is baseline else run.name if len(runs) > 1 else ""
         ends: Any = (0, (1, 1.6)) if run is baseline else "-"
         values = run.condition[:, 1]
@@ -479,7 +479,7 @@ def _draw_condition(axes: Axes, runs: Sequence[ServoRun], baseline: ServoRun | N
     frame_condition(axes, greatest)
     axes.set_xlabel("step")
     axes.locator_params(axis="x", nbins=12, steps=TICKS, integer=True)
-    if len(everybody) <= MAX_PANELS + 1:
+    if len(all_runs) <= MAX_PANELS + 1:
         name_curves(axes)
 
 

@@ -47,8 +47,8 @@ def add_servo(
         if run.steps:
             record.tables = [*record.tables, run.steps]
         if run.truth is not None:
-            words = "the true way of the tip in the pictures, px"
-            files[f"{stem}-true-path.csv"] = (partial(_write_path, run=run), words)
+            caption = "the true way of the tip in the pictures, px"
+            files[f"{stem}-true-path.csv"] = (partial(_write_path, run=run), caption)
     return files
 
 

@@ -150,7 +150,7 @@ class ServoRun:
         return f"not reached: {self.verdict}"
 
     @property
-    def words(self) -> str:
+    def summary(self) -> str:
         """True outcome in words, with px, mm, moves and s."""
         miss = self.truth and self.truth.miss_mm
         off = "" if miss is None else f" ({miss:.1f} mm)"
@@ -184,7 +184,7 @@ def _run_of_log(name: str, log: Log, truth: Truth | None) -> ServoRun:
     joints = [str(joint) for joint in log.run.get("joints") or []]
     run = ServoRun(
         name,
-        goal_in_words(log.run.get("goal")),
+        goal_text(log.run.get("goal")),
         arm=str(log.run.get("arm") or ""),
         method=str(log.run["method"]),
         mode=str(log.run.get("mode") or ""),
@@ -207,12 +207,12 @@ def _run_of_log(name: str, log: Log, truth: Truth | None) -> ServoRun:
         [(one["t"], one["error"]) for one in log.steps if one.get("error") is not None]
     )
     run.errors = run.measured
-    apart = [one for one in seen if one.get("goal") is not None]
+    with_goal = [one for one in seen if one.get("goal") is not None]
     if len(cameras) == 1:  # of several, each is seen at a time of its own
-        run.errors = _rows([(one["t"], math.dist(one["s"], one["goal"])) for one in apart])
+        run.errors = _rows([(one["t"], math.dist(one["s"], one["goal"])) for one in with_goal])
     for camera in cameras:
         for k, axis in enumerate("uv"):
-            rows = [(o["t"], o["s"][k] - o["goal"][k]) for o in apart if o["camera"] == camera]
+            rows = [(o["t"], o["s"][k] - o["goal"][k]) for o in with_goal if o["camera"] == camera]
             run.components[f"{camera}.{axis}"] = _rows(rows)
     for k, joint in enumerate(joints):
         run.angles[joint] = _rows([(one["t"], one["q"][k]) for one in log.seen if one.get("q")])
@@ -304,7 +304,7 @@ def goals_table(runs: Sequence[tuple[str, ServoRun]]) -> RunTable:
     return table(GOALS, "Goals: how each was reached", headings, rows, compared=True)
 
 
-def goal_in_words(goal: Any) -> str:
+def goal_text(goal: Any) -> str:
     """Return a goal as a log has it for people: "400, 200", or by camera."""
     if not isinstance(goal, Mapping):
         return str(goal or "the marker")

@@ -193,7 +193,7 @@ def test_the_default_reaches_a_goal_truly():
     assert result.rms is None
 
 
-def run_with(monkeypatch, verdict, scene=NOMINAL):
+def run_with(monkeypatch, verdict, scenario=NOMINAL):
     """A run whose loop says `verdict` at once: the arm stays where it started."""
 
     class Loop:
@@ -207,7 +207,9 @@ def run_with(monkeypatch, verdict, scene=NOMINAL):
 
     monkeypatch.setattr(loop, "VisualServoing", Loop)
     # What computes in no time has this process's own modules.
-    return servo.run_one(ServoCase("nominal", scene, "planar", SEED, ("chain",), cpu=0.0), "chain")
+    return servo.run_one(
+        ServoCase("nominal", scenario, "planar", SEED, ("chain",), cpu=0.0), "chain"
+    )
 
 
 def test_a_claim_that_is_not_true_is_no_success(monkeypatch):
@@ -333,7 +335,7 @@ def test_every_seed_runs_under_every_condition_on_both_arms():
     for name, conditions in SCENARIOS.items():
         todo = servo.cases(range(5, 8), name)
         assert len(todo) == 3 * 2 * len(conditions)
-        assert {(c.arm, c.seed, c.scene) for c in todo} == {
+        assert {(c.arm, c.seed, c.scenario) for c in todo} == {
             (arm, seed, scene) for arm in ARMS for seed in (5, 6, 7) for _, scene in conditions
         }
     (case,) = servo.cases(range(5, 6), "nominal", ("geared",), ("kalman",), rendered=True)

@@ -6,7 +6,7 @@ from servo_runs import told, truth
 
 from laptop.record.run import DamagedRun
 from laptop.record.servo.servo_log import is_log, read_log
-from laptop.record.servo.servo_run import goal_in_words, goals_table
+from laptop.record.servo.servo_run import goal_text, goals_table
 
 # By its log
 
@@ -73,10 +73,10 @@ def test_a_log_is_known_by_its_first_line(tmp_path):
 
 
 def test_a_goal_is_told_in_words():
-    assert goal_in_words({"A": [400.0, 200.5]}) == "400, 200.5"
-    assert goal_in_words({"A": [400.0, 200.0], "B": [1, 2]}) == "A: 400, 200; B: 1, 2"
-    assert goal_in_words("marker") == "marker"
-    assert goal_in_words(None) == "the marker"
+    assert goal_text({"A": [400.0, 200.5]}) == "400, 200.5"
+    assert goal_text({"A": [400.0, 200.0], "B": [1, 2]}) == "A: 400, 200; B: 1, 2"
+    assert goal_text("marker") == "marker"
+    assert goal_text(None) == "the marker"
 
 
 # By the truth
@@ -95,7 +95,7 @@ def test_the_truth_decides_and_not_what_the_brick_says(tmp_path, off, verdict, r
     run = told(tmp_path, 1.0, verdict=verdict, true=truth(off))
     assert run.reached is reached
     assert run.outcome == outcome
-    assert f"truly {off:.1f} px ({0.9 * off:.1f} mm) off after 4 moves, 4.5 s" in run.words
+    assert f"truly {off:.1f} px ({0.9 * off:.1f} mm) off after 4 moves, 4.5 s" in run.summary
 
 
 @pytest.mark.parametrize(("off", "reached"), [(9.7, True), (9.8, False)])
