@@ -61,11 +61,11 @@ async def choose(name: str | None, dialogue: Dialogue) -> BrickAddress:
         if not found:
             raise BrickProblem(finding.NO_BRICK)
         if len(found) > 1:
-            finding.report(found, None, dialogue.say)
+            finding.report(found, None, dialogue.report)
             raise BrickProblem(
                 f"{len(found)} bricks are there; say which one: --brick NAME, or its address"
             )
-        dialogue.say(f"the brick is {found[0].name or '?'} at {found[0].address}")
+        dialogue.report(f"the brick is {found[0].name or '?'} at {found[0].address}")
         return found[0].address
     same = [one for one in found if one.name == wanted.host]
     if len(same) > 1:
@@ -92,10 +92,10 @@ def remember(address: BrickAddress, dialogue: Dialogue) -> None:
         file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         write_whole(file, f"{address}\n".encode())
     except OSError as error:
-        dialogue.say(f"cannot remember {address}: {error.strerror}: {file}")
+        dialogue.report(f"cannot remember {address}: {error.strerror}: {file}")
         return
     if invalid:
-        dialogue.say(f"{invalid}; now it is replaced")
+        dialogue.report(f"{invalid}; now it is replaced")
 
 
 def forget(name: str | None, dialogue: Dialogue, known: KnownHosts | None = None) -> None:
@@ -125,9 +125,9 @@ def forget(name: str | None, dialogue: Dialogue, known: KnownHosts | None = None
     if keys or last == address:
         what = [f"{keys} {'key' if keys == 1 else 'keys'} in {known.file}"] * bool(keys)
         what += ["that it was the last one"] * (last == address)
-        dialogue.say(f"forgotten of {address}: {', and '.join(what)}")
+        dialogue.report(f"forgotten of {address}: {', and '.join(what)}")
     else:
-        dialogue.say(f"nothing is remembered of {address}")
+        dialogue.report(f"nothing is remembered of {address}")
 
 
 def named(name: str) -> BrickAddress:

@@ -125,7 +125,7 @@ class Dialogue:
     show: Callable[[str], None]
     ask_password: Callable[[str], str | None] | None = None
 
-    def say(self, line: str) -> None:
+    def report(self, line: str) -> None:
         """Print a line, made printable whatever of it the brick has sent."""
         self.show(printable(line))
 
@@ -268,7 +268,9 @@ class _Login(asyncssh.SSHClient):
         """Accept a key that is not known, if none is known of this host."""
         self._new = key
         if not self._before:
-            self._dialogue.say(f"first contact with {self._address}: its key is {fingerprint(key)}")
+            self._dialogue.report(
+                f"first contact with {self._address}: its key is {fingerprint(key)}"
+            )
         return not self._before
 
     def remember(self) -> None:
@@ -277,9 +279,9 @@ class _Login(asyncssh.SSHClient):
             return
         try:
             self._known.add(self._address.host, self._address.port, self._new)
-            self._dialogue.say(f"it is remembered in {self._known.file}")
+            self._dialogue.report(f"it is remembered in {self._known.file}")
         except OSError as error:
-            self._dialogue.say(f"it cannot be remembered: {error.strerror}: {self._known.file}")
+            self._dialogue.report(f"it cannot be remembered: {error.strerror}: {self._known.file}")
         self._new = None
 
     def password_auth_requested(self) -> str | None:
@@ -287,12 +289,12 @@ class _Login(asyncssh.SSHClient):
         self._takes_passwords = True
         if self._address.user == USER and not self._tried_usual:
             self._tried_usual = True
-            self._dialogue.say("no ssh key lets in: trying ev3dev's usual password")
+            self._dialogue.report("no ssh key lets in: trying ev3dev's usual password")
             return PASSWORD
         if self._dialogue.ask_password is None or self._given_up or self._asked == MAX_QUESTIONS:
             return None
         if self._asked:
-            self._dialogue.say("that was a wrong password")
+            self._dialogue.report("that was a wrong password")
         self._asked += 1
         password = self._dialogue.ask_password(f"Password of {self._address.user} on the brick")
         self._given_up = password is None

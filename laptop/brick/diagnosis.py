@@ -50,7 +50,7 @@ async def doctor(
     dialogue: Dialogue,
     arm: Arm,
     by_hand: bool,
-    say: Callable[[str], None],
+    report: Callable[[str], None],
 ) -> bool:
     """Say what is found on a brick; return True if all of it is fine.
 
@@ -60,7 +60,7 @@ async def doctor(
         dialogue: with who has asked.
         arm: the arm whose motors should be plugged in.
         by_hand: whether motors are watched while somebody turns them.
-        say: called with each line.
+        report: called with each line.
 
     Raises:
         BrickProblem: the brick reports no facts.
@@ -78,9 +78,9 @@ async def doctor(
     facts = await _facts(process, output)
     findings += judge(facts, arm, time.time())
     for finding in findings:
-        say(str(finding))
+        report(str(finding))
     if by_hand:
-        findings += await within(BY_HAND_TIMEOUT, _by_hand(output, facts, say))
+        findings += await within(BY_HAND_TIMEOUT, _by_hand(output, facts, report))
     return not any(finding.advice for finding in findings)
 
 
@@ -127,11 +127,13 @@ def judge_link(times: Sequence[float]) -> Finding:
     return Finding("link", value, "slow; take the cable, or go nearer" if slow else "")
 
 
-def judge_program(there: str, here: str) -> Finding:
+def judge_program(on_brick: str, on_laptop: str) -> Finding:
     """Return the Finding of the program's versions there ("" for none) and here."""
-    if there == here:
-        return Finding("program", f"{there} is there and here")
-    return Finding("program", f"{there or 'none'} is there, {here} here", f"type {COMMAND} install")
+    if on_brick == on_laptop:
+        return Finding("program", f"{on_brick} is there and here")
+    return Finding(
+        "program", f"{on_brick or 'none'} is there, {on_laptop} here", f"type {COMMAND} install"
+    )
 
 
 def judge(facts: Mapping[str, Any], arm: Arm, now: float) -> list[Finding]:
@@ -296,10 +298,10 @@ def _motors(facts: Mapping[str, Any], arm: Arm) -> list[Finding]:
 
 
 async def _by_hand(
-    output: AsyncIterator[str], facts: Mapping[str, Any], say: Callable[[str], None]
+    output: AsyncIterator[str], facts: Mapping[str, Any], report: Callable[[str], None]
 ) -> list[Finding]:
     """Say which motors count while they are turned by hand; return the Finding of each."""
-    say("now turn each joint by hand, one after the other, within half a minute")
+    report("now turn each joint by hand, one after the other, within half a minute")
     turned: dict[str, int] = {}
     gone: set[str] = set()
     async for line in output:
@@ -315,11 +317,11 @@ async def _by_hand(
         except (InvalidFile, ValueError, KeyError, TypeError):
             continue  # what something else there has written
         turned[port] = turned.get(port, 0) + abs(counts)
-        say(f"  {port} counts {counts:+d}")
+        report(f"  {port} counts {counts:+d}")
     found = []
     for port in sorted(facts["motors"]):
         found.append(judge_turned(port, turned.get(port), port in gone))
-        say(str(found[-1]))
+        report(str(found[-1]))
     return found
 
 

@@ -198,29 +198,31 @@ def _are_neighbours(host: str, other: str) -> bool:
     return ":" not in host + other and host.rpartition(".")[0] == other.rpartition(".")[0]
 
 
-def report(found: list[FoundBrick], last: BrickAddress | None, say: Callable[[str], None]) -> None:
+def report(
+    found: list[FoundBrick], last: BrickAddress | None, report_line: Callable[[str], None]
+) -> None:
     """Say which bricks there are, and what to type where two have one name.
 
     Args:
         found: the bricks.
         last: address of the last one that was used; None: none was.
-        say: called with each line.
+        report_line: called with each line.
     """
     for brick in found:
         is_last = last is not None and brick.address == replace(last, user=brick.address.user)
         mark = "  (the last one)" if is_last else ""
         key = brick.key or "it shows no key"
-        say(f"{brick.name or '?':12} {brick.address!s:22} {brick.how}, {key}{mark}")
+        report_line(f"{brick.name or '?':12} {brick.address!s:22} {brick.how}, {key}{mark}")
     keys = [brick.key for brick in found if brick.key]
     if len(keys) > len(set(keys)):
-        say(
+        report_line(
             "several bricks have one key, so their cards are copies of one another; to make another"
             " key, type on all but one: sudo rm /etc/ssh/ssh_host_*; sudo dpkg-reconfigure "
             "openssh-server"
         )
     names = [brick.name for brick in found]
     for name in sorted({name for name in names if name and names.count(name) > 1}):
-        say(same_name(name, found))
+        report_line(same_name(name, found))
 
 
 def same_name(name: str, found: list[FoundBrick]) -> str:

@@ -173,7 +173,7 @@ async def install(
     version = await update(brick, address, dialogue)
     if version:
         took = time.monotonic() - began
-        dialogue.say(f"{address}: {version} is there and here: nothing to do ({took:.1f} s)")
+        dialogue.report(f"{address}: {version} is there and here: nothing to do ({took:.1f} s)")
 
 
 async def update(
@@ -189,33 +189,33 @@ async def update(
         files = program_files()
     except OSError as error:
         raise BrickProblem(f"cannot read {error.filename}: {error.strerror}") from None
-    here, there = version_of(files), parse_installed((await ask(brick, ASK)).out)
-    lacking, leftover = there.lacks(files), there.leftover(files)
-    if not lacking and not leftover and there.links == LINKS and there.version == here:
-        return here
-    dialogue.say(
-        f"{address}: {there.version or 'no program'} is there, {here} is here: "
-        f"{_in_words(there, lacking, leftover)}"
+    ours, installed = version_of(files), parse_installed((await ask(brick, ASK)).out)
+    lacking, leftover = installed.lacks(files), installed.leftover(files)
+    if not lacking and not leftover and installed.links == LINKS and installed.version == ours:
+        return ours
+    dialogue.report(
+        f"{address}: {installed.version or 'no program'} is there, {ours} is here: "
+        f"{_summary(installed, lacking, leftover)}"
     )
-    script = _script(f"{here}-{secrets.token_hex(2)}", files, lacking, leftover)
+    script = _script(f"{ours}-{secrets.token_hex(2)}", files, lacking, leftover)
     try:
         done = await ask(brick, script, archive(files, lacking), silence=CARD_SILENCE)
     except CUT:
         raise BrickProblem(
             f"the connection to {address} was cut on the way; the program there is whole: "
-            f"{f'as before, {there.version}' if there.version else 'none, as before'}, or the new "
-            "one. Look at the cable, and try again"
+            f"{f'as before, {installed.version}' if installed.version else 'none, as before'}, or "
+            "the new one. Look at the cable, and try again"
         ) from None
     if done.status:
         why = why_not_taken(done.status, done.errors + done.out)
         raise BrickProblem(
             f"{address} cannot take the program: {why}; "
-            f"{f'{there.version} is there, as before' if there.version else 'none is there'}"
+            + (f"{installed.version} is there, as before" if installed.version else "none is there")
         )
     for name, new in re.findall(r"^moved (\S+) (\S+)$", done.out, re.MULTILINE)[: len(LINKS)]:
-        dialogue.say(f"~/{name} there was somebody's own: it is {new} now")
-    dialogue.say(
-        f"{address}: {here} is installed ({time.monotonic() - began:.1f} s); in the brick's File "
+        dialogue.report(f"~/{name} there was somebody's own: it is {new} now")
+    dialogue.report(
+        f"{address}: {ours} is installed ({time.monotonic() - began:.1f} s); in the brick's File "
         "Browser it is brickservo-draw and brickservo-servo"
     )
     return ""
@@ -245,9 +245,9 @@ def _compiled(name: str) -> str:
     return f"{shlex.quote(posixpath.join(folder, '__pycache__', stem))}.*.pyc"
 
 
-def _in_words(there: Installed, lacking: list[str], leftover: list[str]) -> str:
+def _summary(installed: Installed, lacking: list[str], leftover: list[str]) -> str:
     """Return what is about to change, for people."""
-    if not there.version:
+    if not installed.version:
         return f"{len(lacking)} files are sent and compiled, which takes a brick a while"
     parts = []
     for names, what in ((lacking, "sent"), (leftover, "removed")):

@@ -72,7 +72,7 @@ tail -c 2000 {log}'"""
 passes orders on. Every few seconds it prints an empty line, too. It is one shell, which starts
 nothing: each program that starts takes the arm's time."""
 
-MAX_NUMBER, MAX_SAID = 1e6, 4000
+MAX_NUMBER, MAX_FINAL_OUTPUT = 1e6, 4000
 """Greatest number of a status, and greatest length of the program's output at its end, characters.
 """
 COUNTS, SIGNED = ("stroke", "strokes", "repeat", "repeats"), ("pen",)
@@ -154,23 +154,23 @@ class StatusReader:
     """A reader of the lines that FOLLOW prints, as they come.
 
     Attributes:
-        said: the program's output at its end, its last MAX_SAID letters; None while it runs.
+        final_output: the program's last MAX_FINAL_OUTPUT letters of output; None while it runs.
     """
 
     def __init__(self) -> None:
-        self.said: str | None = None
+        self.final_output: str | None = None
 
     def handle(self, line: str) -> BrickJobStatus | None:
         """Return the status of a line; None: it has none, or the program has ended."""
-        if self.said is not None:
-            self.said = f"{self.said}{line}\n"[-MAX_SAID:]
+        if self.final_output is not None:
+            self.final_output = f"{self.final_output}{line}\n"[-MAX_FINAL_OUTPUT:]
             return None
         try:
             value = parse_json(line)
         except InvalidFile:  # nothing new, or it was replaced while it was read
             return None
         if value.get("over") is True:
-            self.said = ""
+            self.final_output = ""
             return None
         return read_status(value)
 
@@ -262,9 +262,9 @@ async def draw(
     )
     if started.status or not _number(started.out):
         raise BrickProblem(f"{address} cannot start it: {started.errors.strip() or 'no answer'}")
-    dialogue.say(f"{address}: sent, and started; that takes a brick some seconds")
+    dialogue.report(f"{address}: sent, and started; that takes a brick some seconds")
     if detach:
-        dialogue.say("it draws alone; brick watch shows how it goes")
+        dialogue.report("it draws alone; brick watch shows how it goes")
         return 0
     return await _watch(brick, address, dialogue, _number(started.out), show)
 
@@ -356,7 +356,7 @@ async def _watch(
             "again, the brick's centre button pauses it"
         ) from None
     if is_left:
-        dialogue.say("left to draw alone; brick watch shows it again")
+        dialogue.report("left to draw alone; brick watch shows it again")
         return 0
     why = watching.why_not_done(address)
     if why:
@@ -415,7 +415,7 @@ class _Watching:
     def _handle(self, line: str, keys: JobKeys) -> bool:
         """Handle a line of FOLLOW's; return whether more is wanted."""
         status = self._reader.handle(line)
-        if len(self._reader.said or "") == MAX_SAID:
+        if len(self._reader.final_output or "") == MAX_FINAL_OUTPUT:
             return False  # no program of ours prints so much at its end
         if status is not None:
             self._last = status
@@ -425,13 +425,13 @@ class _Watching:
 
     def why_not_done(self, address: BrickAddress) -> str:
         """Return why it is over and not drawn, for people; "": it is drawn."""
-        last, said = self._last, self._reader.said
-        if said is None:
+        last, output = self._last, self._reader.final_output
+        if output is None:
             return f"{address} ended the watching; brick watch shows the job again"
         if last is not None and last.state in ENDS:
             if last.state == job_messages.DONE:
                 return ""
             return f"{last.job}: {last.state}{': ' if last.reason else ''}{last.reason}"
-        problems = [line for line in said.splitlines() if line.startswith(PROBLEM)]
+        problems = [line for line in output.splitlines() if line.startswith(PROBLEM)]
         why = problems[-1][len(PROBLEM) :] if problems else "it was killed, or there was no memory"
         return f"the job has ended on {address}: {printable(why)}"

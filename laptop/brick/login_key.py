@@ -39,7 +39,7 @@ async def trust(
     done = await ask(brick, TRUST.format(key=shlex.quote(line)))
     if done.status:
         raise BrickProblem(f"{address} does not take the key: {done.errors.strip() or done.status}")
-    dialogue.say(f"{address} lets this computer in by {file} from now on, without a password")
+    dialogue.report(f"{address} lets this computer in by {file} from now on, without a password")
 
 
 def _own_key(dialogue: Dialogue) -> tuple[Path, asyncssh.SSHKey]:
@@ -57,7 +57,7 @@ def _own_key(dialogue: Dialogue) -> tuple[Path, asyncssh.SSHKey]:
             with open(os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as made:
                 made.write(key.export_private_key("openssh"))
             file.with_name(file.name + ".pub").write_bytes(key.export_public_key("openssh"))
-            dialogue.say(f"a key is made for this computer: {file}")
+            dialogue.report(f"a key is made for this computer: {file}")
         return file, asyncssh.read_private_key(str(file))
     except ValueError as error:  # it is encrypted, or no key
         raise BrickProblem(

@@ -50,8 +50,10 @@ async def read(
     Raises:
         BrickProblem: it is too large to be one of ours.
     """
-    there = shlex.quote(path)
-    done = await ask(brick, f"[ -f {there} ] && head -c {most + 1} {there}", most=most + CHUNK_SIZE)
+    quoted = shlex.quote(path)
+    done = await ask(
+        brick, f"[ -f {quoted} ] && head -c {most + 1} {quoted}", most=most + CHUNK_SIZE
+    )
     if len(done.data) > most:
         raise BrickProblem(f"{path} on the brick has more than {most} bytes; it is none of ours")
     return None if done.status else done.data

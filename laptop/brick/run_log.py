@@ -45,17 +45,17 @@ class BrickRunLog:
     Args:
         address: the brick's.
         args: the script that is run, and its arguments.
-        say: called with a line for people.
+        report: called with a line for people.
 
     Attributes:
         status: exit status of the run, which others set; None: it has not ended.
     """
 
     def __init__(
-        self, address: BrickAddress, args: tuple[str, ...], say: Callable[[str], None]
+        self, address: BrickAddress, args: tuple[str, ...], report: Callable[[str], None]
     ) -> None:
         self.status: int | None = None
-        self._address, self._args, self._say = address, args, say
+        self._address, self._args, self._report = address, args, report
         self._began = time.monotonic()
         self._file: BinaryIO | None = None
         self._room, self._left_out, self._end = MAX_HEAD, 0, b""
@@ -122,7 +122,7 @@ class BrickRunLog:
         if self._file:
             self._file.close()
         self._file = None
-        self._say(f"no log of this run is kept: {error.strerror}: {_folder()}")
+        self._report(f"no log of this run is kept: {error.strerror}: {_folder()}")
 
 
 def _without_code(args: tuple[str, ...]) -> list[str]:

@@ -114,7 +114,7 @@ async def run(
         file = CODE_FILE.format(token=secrets.token_hex(4))
         await put(brick, file, f"{code}\n".encode(), private=True)
         before = TAKE_CODE.format(file=file)
-    with BrickRunLog(address, (script, *args), dialogue.say) as log:
+    with BrickRunLog(address, (script, *args), dialogue.report) as log:
         command = " ".join([start, *map(shlex.quote, args)])
         log.status = await watched(
             brick,
@@ -205,8 +205,8 @@ def find_script(script: str) -> str:
 
 async def _new_log(brick: asyncssh.SSHClientConnection) -> str:
     """Return the name of a new log there, and remove all but the last ones."""
-    keep = f"ls -1 [0-9]*-servo.jsonl 2>/dev/null | head -n -{MAX_LOGS - 1} | xargs -r rm -f"
-    await ask(brick, f"mkdir -p {LOGS} && cd {LOGS} && {keep}")
+    command = f"ls -1 [0-9]*-servo.jsonl 2>/dev/null | head -n -{MAX_LOGS - 1} | xargs -r rm -f"
+    await ask(brick, f"mkdir -p {LOGS} && cd {LOGS} && {command}")
     # By this computer's clock: a brick's may start anew with each day.
     return f"{LOGS}/{time.strftime('%Y-%m-%d-%H%M%S')}-servo.jsonl"
 
@@ -252,7 +252,7 @@ async def watched(
                 pass  # the shell there may complain
             await within(MAX_SILENCE, watch.wait_closed())
         if watch.exit_status == ASKED_STATUS:
-            dialogue.say(
+            dialogue.report(
                 f"{address} heard nothing of this computer for {SILENCE_TIMEOUT:g} s, as where it "
                 "sleeps or radio stalls, and has asked the program to stop the arm"
             )
@@ -270,7 +270,7 @@ async def _beat(watch: asyncssh.SSHClientProcess[bytes], dialogue: Dialogue) -> 
         await asyncio.sleep(BEAT_PERIOD)
     await watch.wait_closed()
     if watch.exit_status != ASKED_STATUS:
-        dialogue.say(
+        dialogue.report(
             "the watch on the brick has ended, as for want of memory; if this computer falls "
             "silent now, nothing there stops the arm: press Ctrl-C, and start again"
         )

@@ -107,7 +107,7 @@ class _Touching:
             reading(typed),
             on_signal(signal.SIGINT, lambda: typed(CTRL_C)),
         ):
-            await self._take_points(process.stdout, write)
+            await self._handle_points(process.stdout, write)
             await within(MAX_SILENCE, process.wait_closed())
         await within(MAX_SILENCE, listening)
         return process.returncode if process.returncode is not None else 1
@@ -123,7 +123,7 @@ class _Touching:
             self.is_stopped = self.is_stopped or letter == CTRL_C
             write(END)
 
-    async def _take_points(self, stream: Any, write: Callable[[bytes], None]) -> None:
+    async def _handle_points(self, stream: Any, write: Callable[[bytes], None]) -> None:
         """Call `on_point` with each point that the program prints, until one fails."""
         async for line in lines(stream, None, None):
             if self.failed or not line.startswith("{"):
@@ -142,4 +142,4 @@ class _Touching:
             if line.startswith(PROBLEM):
                 self.problem = line.removeprefix(PROBLEM)
             elif line and not line.startswith("point "):  # printed here with the camera's part
-                self._dialogue.say(line)
+                self._dialogue.report(line)

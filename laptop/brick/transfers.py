@@ -61,15 +61,15 @@ async def put_arm(
     read_arm(path)
     data = path.read_bytes().replace(b"\r\n", b"\n")
     name = path.name if path.suffix == ".ini" else f"{path.name}.ini"
-    there = await read(brick, f"{ARMS}/{name}")
-    if there not in (None, data) and not replace:
+    existing = await read(brick, f"{ARMS}/{name}")
+    if existing not in (None, data) and not replace:
         raise BrickProblem(
             f"another {name} is on {address}, which may hold what was found out there: fetch it by "
             f"{COMMAND} arm --fetch {name[:-4]}, or put yours in its place with --replace"
         )
-    if there != data:
+    if existing != data:
         await put(brick, f"{ARMS}/{name}", data)
-    dialogue.say(f"{address}: programs there take it by --arm {shlex.quote(name[:-4])}")
+    dialogue.report(f"{address}: programs there take it by --arm {shlex.quote(name[:-4])}")
 
 
 async def fetch_arm(
@@ -101,14 +101,14 @@ async def fetch_arm(
     if not here.is_file() or here.read_bytes() != data:
         check_new(here, (".ini",), replace)
         write_whole(here, data)
-    dialogue.say(f"{file} is here as it is on {address}")
+    dialogue.report(f"{file} is here as it is on {address}")
 
 
 async def list_arms(
     brick: asyncssh.SSHClientConnection, address: BrickAddress, dialogue: Dialogue
 ) -> None:
     """Say which arms of its own a brick has."""
-    dialogue.say(f"{address} has arms of its own: {await _arms(brick) or 'none'}")
+    dialogue.report(f"{address} has arms of its own: {await _arms(brick) or 'none'}")
 
 
 async def _arms(brick: asyncssh.SSHClientConnection) -> str:
@@ -149,13 +149,13 @@ async def fetch_logs(
         try:
             data = await read(brick, place, most=MAX_LOG_SIZE)
         except BrickProblem as problem:
-            dialogue.say(f"left out: {problem}")
+            dialogue.report(f"left out: {problem}")
             continue
         if data is not None:
             written.append(_write_log(folder / name, data))
-    dialogue.say(f"in {folder}: {', '.join(sorted(written))}")
+    dialogue.report(f"in {folder}: {', '.join(sorted(written))}")
     if strange := len(places) - len(logs):
-        dialogue.say(f"{strange} names there are none of logs, and are left out")
+        dialogue.report(f"{strange} names there are none of logs, and are left out")
 
 
 def is_log(place: str) -> bool:
@@ -205,5 +205,7 @@ async def bench(
     data = await read(brick, FIGURES, most=16 * MAX_SIZE)
     if data is not None:
         write_whole(file, data)
-        dialogue.say(f"{file}: what was measured; simulate --constants {file} emulates this brick")
+        dialogue.report(
+            f"{file}: what was measured; simulate --constants {file} emulates this brick"
+        )
     return status

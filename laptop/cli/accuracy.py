@@ -31,7 +31,7 @@ from laptop.cli.options import (
     noise_option,
     out_option,
     sources_argument,
-    typed_words,
+    typed_args,
 )
 from laptop.record.figures.arm_numbers import numbers_of
 from laptop.record.run_folder import run_folder
@@ -243,7 +243,7 @@ def accuracy(
             else:
                 result = _live(plan, sources, test.arm_file, sight)
             reported = report.accuracy_run(result, truth)
-            reported.typed, reported.arm = typed_words(), numbers_of(arm)
+            reported.typed, reported.arm = typed_args(), numbers_of(arm)
             reported.built = built_arm and numbers_of(built_arm)
             if emulation.simulate:
                 reported.on_emulated_brick(emulation.plant, **{"noise px": emulation.noise})
@@ -264,7 +264,7 @@ def _check_words(sources: Sequence[str], calibrated: Sequence[Path], bar: float 
     check_bar(bar)
 
 
-def _tell(part: str, number: int, count: int) -> None:
+def _report_part(part: str, number: int, count: int) -> None:
     click.echo(f"{number}/{count} {part}")
 
 
@@ -276,7 +276,7 @@ def _simulated(
 
     read_plant(emulation.plant)  # before minutes are spent
     return measure_emulated(
-        plan, built, emulation.plant, emulation.noise, emulation.seed, False, _tell
+        plan, built, emulation.plant, emulation.noise, emulation.seed, False, _report_part
     )
 
 
@@ -290,34 +290,40 @@ def _live(
     from shared.job_messages import DRAWING
 
     check_cameras(plan.arm, len(sources))
-    kept = [camera_file.read_camera(file) for file in sight.calibration]
-    told = -1
+    calibrations = [camera_file.read_camera(file) for file in sight.calibration]
+    reported = -1
 
-    def tell(status: JobStatus) -> None:
-        nonlocal told
+    def report(status: JobStatus) -> None:
+        nonlocal reported
         if status.state != DRAWING:
             return  # what is fetched counts otherwise
-        share = int(10 * status.cm / status.cm_all) if status.cm_all else told
-        if share != told:
-            told = share
+        share = int(10 * status.cm / status.cm_all) if status.cm_all else reported
+        if share != reported:
+            reported = share
             click.echo(f"  {10 * share} %")
 
     asked = RigOptions(
         sources, arm_file, sight.scene, sight.effector, size=sight.size, call=sight.call
     )
-    with live_rig(asked, tell) as rig:
+    with live_rig(asked, report) as rig:
         names = [chr(ord("A") + k) for k in range(len(sources))]
-        found = dict(zip(names, kept, strict=True)) if kept else _look(rig, names, sight.bar)
+        found = (
+            dict(zip(names, calibrations, strict=True))
+            if calibrations
+            else _calibrate_cameras(rig, names, sight.bar)
+        )
         cameras = {name: calibration.camera for name, calibration in found.items()}
         sighting = ArmSighting(plan.arm, cameras, (sight.height or 0.0) / 10)
         _check_still(rig, found)
         return accuracy_test.measure(
-            *(rig, plan, sighting, sight.stand(), _tell),
-            lambda ways, run: _check_still(rig, found),
+            *(rig, plan, sighting, sight.stand(), _report_part),
+            lambda paths, run: _check_still(rig, found),
         )
 
 
-def _look(rig: LiveRig, names: Sequence[str], bar: float | None) -> dict[str, Calibration]:
+def _calibrate_cameras(
+    rig: LiveRig, names: Sequence[str], bar: float | None
+) -> dict[str, Calibration]:
     """Calibrate the cameras by the board as they see it now."""
     from laptop.measure.accuracy.sighting import BadSighting
     from laptop.see.markers.finders.board import find_board

@@ -80,10 +80,10 @@ def seeds_option(seeds: str | None, text: str, name: str = "--seeds") -> Option:
     return click.option(name, type=Seeds(), default=seeds, show_default=True, help=text)
 
 
-def choices(name: str, words: tuple[str, ...], text: str) -> Option:
+def choices(name: str, values: tuple[str, ...], text: str) -> Option:
     """Return an option that takes several of these words, named in the plural to the bench."""
-    kind = click.Choice(words) if words else None
-    metavar = None if words else name[2:].upper()
+    kind = click.Choice(values) if values else None
+    metavar = None if values else name[2:].upper()
     return click.option(name, name[2:] + "s", multiple=True, type=kind, metavar=metavar, help=text)
 
 

@@ -211,7 +211,7 @@ def forget(name: str | None) -> None:
         choosing.forget(name, _dialogue())
 
 
-def talk(name: str | None, command: Callable[..., Coroutine[Any, Any, T]], *words: Any) -> T:
+def talk(name: str | None, command: Callable[..., Coroutine[Any, Any, T]], *args: Any) -> T:
     """Let a command talk with the brick that is meant: `command(brick, address, dialogue, *words)`.
 
     A problem is told in one line.
@@ -227,7 +227,7 @@ def talk(name: str | None, command: Callable[..., Coroutine[Any, Any, T]], *word
         address = await choosing.choose(name, dialogue)
         async with connection.connected(address, dialogue) as brick:
             choosing.remember(address, dialogue)
-            return await command(brick, address, dialogue, *words)
+            return await command(brick, address, dialogue, *args)
 
     try:
         with in_one_line():

@@ -17,8 +17,8 @@ from laptop.cli.options import examples, in_one_line
 from shared.arm_description import ArmError
 from shared.state import laptop_program
 
-HOUSE = Path(__file__).parents[2]
-CONSTRAINTS = HOUSE / "laptop" / "constraints.txt"
+REPO_ROOT = Path(__file__).parents[2]
+CONSTRAINTS = REPO_ROOT / "laptop" / "constraints.txt"
 SYSTEMS = {
     "linux": ("linux", ["manylinux_2_28_x86_64", "manylinux_2_17_x86_64", "manylinux2014_x86_64"]),
     "macos": ("macos", ["macosx_14_0_arm64"]),
@@ -99,11 +99,11 @@ def _target(text: str) -> tuple[str, str]:
 
 def _uv() -> str:
     """Return the program uv."""
-    folders = [str(HOUSE / ".uv" / "bin"), *os.environ.get("PATH", "").split(os.pathsep)]
+    folders = [str(REPO_ROOT / ".uv" / "bin"), *os.environ.get("PATH", "").split(os.pathsep)]
     uv = os.environ.get("UV") or shutil.which("uv", path=os.pathsep.join(filter(None, folders)))
     if uv is None:
         raise CannotBundle("there is no uv here; the README's first command brings it")
-    if not (HOUSE / "pyproject.toml").is_file():
+    if not (REPO_ROOT / "pyproject.toml").is_file():
         raise CannotBundle(
             "a bundle is made in a checkout, and this brickservo is an installed one; "
             f"go to the checkout and type {laptop_program()} bundle there"
@@ -113,7 +113,10 @@ def _uv() -> str:
 
 def _fill(folder: Path, uv: str, targets: Sequence[tuple[str, str]]) -> None:
     """Put all of it into a folder."""
-    _run("this program", [uv, "build", "--quiet", "--wheel", "--out-dir", str(folder), str(HOUSE)])
+    _run(
+        "this program",
+        [uv, "build", "--quiet", "--wheel", "--out-dir", str(folder), str(REPO_ROOT)],
+    )
     (folder / ".gitignore").unlink(missing_ok=True)  # of uv's
     pip = [uv, "tool", "run", "--quiet", "pip"]
     for system, python in targets:
@@ -123,7 +126,7 @@ def _fill(folder: Path, uv: str, targets: Sequence[tuple[str, str]]) -> None:
             [
                 *(uv, "pip", "compile", "--quiet", "--no-header", "--no-annotate"),
                 *("--python-platform", name, "--python-version", python),
-                *("--constraints", str(CONSTRAINTS), str(HOUSE / "pyproject.toml")),
+                *("--constraints", str(CONSTRAINTS), str(REPO_ROOT / "pyproject.toml")),
             ],
         ).split()
         made = [line for line in wanted if line.partition("==")[0] in SOURCE_ONLY]

@@ -31,7 +31,7 @@ from laptop.cli.options import (
     marker_height_option,
     out_option,
     sources_argument,
-    typed_words,
+    typed_args,
 )
 from laptop.cli.rigs import RigOptions, live_rig
 from laptop.record.figures.arm_numbers import numbers_of
@@ -220,7 +220,7 @@ def calibrate(sight: CalibrationSight, wished: CalibrationOptions, emulation: Em
         if not wished.dry_run:
             new = arm_result.write_measured(result.fit, rows, date.today(), own)
         reported, files = calibration_run(result, rows, setup.camera)
-        reported.typed, reported.arm = typed_words(), numbers_of(arm)
+        reported.typed, reported.arm = typed_args(), numbers_of(arm)
         reported.built = built and numbers_of(built)
         if emulation.simulate:
             reported.on_emulated_brick(emulation.plant_text)
@@ -230,7 +230,7 @@ def calibrate(sight: CalibrationSight, wished: CalibrationOptions, emulation: Em
         if own and new:
             reported.files = [RunFile(own.name)]
         click.echo(leave(folder, reported, files))
-        _tell_written(new)
+        _report_written(new)
         if new and not is_unreal and any(row.key == "home" and not row.why for row in rows):
             click.echo(
                 "the arm stands where its home pose was; so that the brick takes over its "
@@ -309,7 +309,7 @@ def _measured(
     return result, rows
 
 
-def _tell_written(new: WrittenArm | None) -> None:
+def _report_written(new: WrittenArm | None) -> None:
     """Say what has become of the arm's file; None: it was not to be written."""
     if new is None:
         click.echo("the arm's file was left as it is, as wished")

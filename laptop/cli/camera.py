@@ -19,9 +19,9 @@ from laptop.cli.options import (
     importing,
     in_one_line,
     json_option,
+    print_json,
     replace_option,
     sources_argument,
-    tell_figures,
 )
 from laptop.cli.track import open_synthetic
 from laptop.system.files import check_new
@@ -103,7 +103,7 @@ def camera(
         found = calibrate(views, bar)
         for line in camera_report.describe(found):
             click.echo(line)
-        tell_figures(camera_file.calibration_values(found))
+        print_json(camera_file.calibration_values(found))
         if out:
             camera_file.write_camera(out, found)
             click.echo(out)

@@ -9,7 +9,7 @@ import click
 
 from laptop.cli.command import OwnCommand
 from laptop.cli.commands import WholeLines
-from laptop.cli.options import examples, importing, in_one_line, json_option, tell_figures
+from laptop.cli.options import examples, importing, in_one_line, json_option, print_json
 
 
 @click.group("class", cls=WholeLines, short_help="Hand out exercises, and check what comes back.")
@@ -53,6 +53,6 @@ def check(files: tuple[Path, ...]) -> None:
             wrong += not finding.right
             figures.append({"file": str(file), "right": finding.right, "text": finding.text})
             click.echo(f"  {'right' if finding.right else 'WRONG'}  {finding.text}")
-    tell_figures(figures)
+    print_json(figures)
     click.echo("all is right" if not wrong else f"{wrong} of it is wrong")
     sys.exit(1 if wrong else 0)

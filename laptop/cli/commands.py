@@ -152,7 +152,7 @@ def no_command(word: str, commands: Mapping[str, click.Command]) -> str:
         return f"'{word}' {OTHER_COMMANDS[word].format(program=program, word=word)}."
     if word.endswith(".py"):
         return f"'{word}' is a script: {program} simulate {word}."
-    old = {" ".join(words): " ".join(new) for words, new in RENAMED.items()}
+    old = {" ".join(name_parts): " ".join(new) for name_parts, new in RENAMED.items()}
     near: Sequence[str] = difflib.get_close_matches(word, [*commands, *old], 1)
     more = f"did you mean {old.get(near[0], near[0])}?" if near else f"{program} --help lists them."
     return f"There is no command '{word}'; {more}"

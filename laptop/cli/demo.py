@@ -10,7 +10,7 @@ import click
 
 from laptop.cli.command import OwnCommand
 from laptop.cli.exit_status import ExitStatus
-from laptop.cli.options import arm_option, examples, importing, on_the_page, out_option, typed_words
+from laptop.cli.options import arm_option, examples, importing, on_the_page, out_option, typed_args
 from laptop.cli.track import LOCALHOST
 from shared.arm_description import ArmError
 
@@ -59,7 +59,7 @@ def demo(arm_file: str, page_at: tuple[str | None, int | None], **options: Any) 
         status, report = demo_run.run(
             demo_run.DemoOptions(
                 arm=arm_file,
-                typed=tuple(typed_words()),
+                typed=tuple(typed_args()),
                 page_host=page_at[0] or LOCALHOST,
                 page_port=page_at[1],
                 **options,

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import click
 
-from laptop.cli.options import examples, importing, json_option, tell_figures
+from laptop.cli.options import examples, importing, json_option, print_json
 from laptop.system.findings import Finding
 from shared import state
 from shared.arm_description import ArmError
@@ -48,7 +48,7 @@ def doctor() -> None:
     for finding in findings():
         click.echo(str(finding))
         found.append(finding)
-    tell_figures([asdict(finding) for finding in found])
+    print_json([asdict(finding) for finding in found])
     sys.exit(any(finding.advice for finding in found))
 
 
@@ -72,9 +72,9 @@ def findings() -> Iterator[Finding]:
 
 def program() -> Finding:
     """Return which version is run, and from where."""
-    house = Path(__file__).parents[2]
-    kind = "installed" if house.name == "_house" else "a checkout"
-    return Finding("program", f"brickservo {VERSION}, {kind} in {house}")
+    repo_root = Path(__file__).parents[2]
+    kind = "installed" if repo_root.name == "_house" else "a checkout"
+    return Finding("program", f"brickservo {VERSION}, {kind} in {repo_root}")
 
 
 def libraries() -> Finding:
@@ -90,10 +90,12 @@ def libraries() -> Finding:
             importlib.metadata.version(name)
         except importlib.metadata.PackageNotFoundError:
             missing.append(name)
-    there = f"{len(names) - len(missing)} of {len(names)}"
+    installed = f"{len(names) - len(missing)} of {len(names)}"
     if missing:
-        return Finding("libraries", there, f"{', '.join(missing)} missing; install brickservo anew")
-    return Finding("libraries", there)
+        return Finding(
+            "libraries", installed, f"{', '.join(missing)} missing; install brickservo anew"
+        )
+    return Finding("libraries", installed)
 
 
 def cameras(found: dict[int, str]) -> Finding:
@@ -197,10 +199,10 @@ def room(folder: Path, where: str) -> Finding:
 def memory() -> Finding:
     """Return whether what is remembered (bricks, markers, zeros) can be kept."""
     folder = Path(state.state_folder())
-    there = next(place for place in (folder, *folder.parents) if place.exists())
-    if not there.is_dir() or not os.access(there, os.W_OK):
+    existing = next(place for place in (folder, *folder.parents) if place.exists())
+    if not existing.is_dir() or not os.access(existing, os.W_OK):
         return Finding(
-            "memory", str(folder), f"{there} cannot be written to; give {state.STATE}=DIR"
+            "memory", str(folder), f"{existing} cannot be written to; give {state.STATE}=DIR"
         )
     return Finding("memory", str(folder))
 

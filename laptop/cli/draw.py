@@ -28,9 +28,9 @@ from laptop.cli.draw_options import (
     SourceOptions,
 )
 from laptop.cli.groups import in_groups
-from laptop.cli.options import arm_option, examples, importing, in_one_line, tell_figures
+from laptop.cli.options import arm_option, examples, importing, in_one_line, print_json
 from laptop.cli.rules import check_heard
-from laptop.cli.sight_options import BY_SIGHT, SightWords, read_sight_options
+from laptop.cli.sight_options import BY_SIGHT, TypedSightOptions, read_sight_options
 from laptop.drawing.gallery_files import gallery
 from laptop.system.files import written
 from shared.arm_description import Arm, find_arm, read_arm
@@ -83,13 +83,17 @@ EXAMPLES = examples(
 @WHERE_TO
 @arm_option("Arm that draws")
 @in_groups(
-    source=SourceOptions, place=PlaceOptions, sight=SightWords, orders=DrawOrders, target=DrawTarget
+    source=SourceOptions,
+    place=PlaceOptions,
+    sight=TypedSightOptions,
+    orders=DrawOrders,
+    target=DrawTarget,
 )
 def draw(
     arm_file: str,
     source: SourceOptions,
     place: PlaceOptions,
-    sight: SightWords,
+    sight: TypedSightOptions,
     orders: DrawOrders,
     target: DrawTarget,
 ) -> None:
@@ -120,7 +124,7 @@ def draw(
         if target.simulate:
             sys.exit(_simulated(plan, asked, target.out, (target.plant, built), orders))
         if target.preview or target.files:
-            tell_figures(previews.plan_numbers(plan))
+            print_json(previews.plan_numbers(plan))
             return
         if asked and asked.times:
             from laptop.cli.draw_by_sight import draw_by_sight
@@ -129,7 +133,7 @@ def draw(
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / f"{Path(plan.name).stem or 'drawing'}.job"
             plan.write_job(file, offsets)
-            sys.exit(_sent(target.name, file, ("--arm", arm.name, *orders.words()), target.detach))
+            sys.exit(_sent(target.name, file, ("--arm", arm.name, *orders.args()), target.detach))
 
 
 def _show(plan: DrawingPlan, pictures: Sequence[Path]) -> None:
@@ -154,10 +158,10 @@ def _simulated(
 ) -> int:
     """Draw on the emulated brick, rehearsed if that is asked for; return the exit status."""
     from laptop.cli.draw_by_sight import simulate_by_sight  # there is more to import
-    from laptop.cli.draw_simulated import OUTPUT_FILES, DrawnOn, draw_simulated
+    from laptop.cli.draw_simulated import OUTPUT_FILES, EmulatedBrickSpec, draw_simulated
     from laptop.record.run_folder import run_folder
 
-    drawn_on = DrawnOn(*brick)
+    drawn_on = EmulatedBrickSpec(*brick)
     with run_folder("draw", out, *OUTPUT_FILES) as folder:
         if asked:
             return simulate_by_sight(plan, asked, folder, drawn_on, orders)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from laptop.cli.draw_simulated import DrawnOn, Taught, draw_simulated
+from laptop.cli.draw_simulated import EmulatedBrickSpec, Taught, draw_simulated
 from laptop.measure.ilc import stored_offsets
 from laptop.measure.ilc.trials import LOG_PERIOD, LearningResult, TrialResult, run_trials
 
@@ -34,7 +34,11 @@ NOISE_PX = 0.5
 
 
 def simulate_by_sight(
-    plan: DrawingPlan, asked: SightOptions, folder: RunFolder, brick: DrawnOn, orders: DrawOrders
+    plan: DrawingPlan,
+    asked: SightOptions,
+    folder: RunFolder,
+    brick: EmulatedBrickSpec,
+    orders: DrawOrders,
 ) -> int:
     """Rehearse and draw on the emulated brick; return the exit status."""
     before = _before(plan, asked)

@@ -232,11 +232,11 @@ class DrawOrders:
         if not re.fullmatch(r"[0-9]{1,3}(\.[0-9]*)?%?", self.share) or self.begins >= 1:
             raise click.UsageError(f"--from {self.share}: give a share of its length, as 40%.")
 
-    def words(self) -> tuple[str, ...]:
+    def args(self) -> tuple[str, ...]:
         """Return what the program on the brick is told of it."""
-        words: tuple[str, ...] = ("--repeat", str(self.repeat)) if self.repeat > 1 else ()
-        words += ("--resume",) if self.resume else ()
-        return words if self.share is None else (*words, "--from", self.share)
+        args: tuple[str, ...] = ("--repeat", str(self.repeat)) if self.repeat > 1 else ()
+        args += ("--resume",) if self.resume else ()
+        return args if self.share is None else (*args, "--from", self.share)
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from laptop.cli.hearing import Hearing
-from laptop.cli.options import leave, typed_words
+from laptop.cli.line_handler import LineHandler
+from laptop.cli.options import leave, typed_args
 from laptop.cli.simulate_record import camera_of
 from laptop.drawing.planning import merged_strokes
 from laptop.drawing.timing import in_minutes
@@ -59,7 +59,7 @@ LEARNING_CAPTION = "The drawing as it was at first, and after rehearsals."
 
 
 @dataclass(frozen=True)
-class DrawnOn:
+class EmulatedBrickSpec:
     """The emulated brick.
 
     plant  changes of its constants, as text
@@ -90,7 +90,7 @@ NOTHING_TAUGHT = Taught()
 def draw_simulated(
     plan: DrawingPlan,
     folder: RunFolder,
-    brick: DrawnOn,
+    brick: EmulatedBrickSpec,
     orders: DrawOrders,
     taught: Taught = NOTHING_TAUGHT,
 ) -> int:
@@ -108,7 +108,7 @@ def draw_simulated(
     accuracy = drawing_plot.compare(run.record, wished)
     estimated = orders.repeat * seconds - _left_out(plan, orders)
     reported = _record(plan, brick, taught, run, accuracy, estimated)
-    notes = _in_words(estimated, run.outcome.t, accuracy)
+    notes = _summary(estimated, run.outcome.t, accuracy)
     click.echo(notes)
     files: dict[str, tuple[Callable[[str], None], str]] = {
         TRACE: (
@@ -133,7 +133,7 @@ def draw_simulated(
 
 
 def _drawn(
-    plan: DrawingPlan, brick: DrawnOn, orders: DrawOrders, taught: Taught
+    plan: DrawingPlan, brick: EmulatedBrickSpec, orders: DrawOrders, taught: Taught
 ) -> tuple[SimulationResult, float]:
     """Let the emulated brick draw; return what came of it, and its own estimate of once, s."""
     plant = read_plant(brick.plant)
@@ -142,17 +142,19 @@ def _drawn(
         header = plan.write_job(file, taught.offsets)
         changer = PenChanger()
         with (
-            contextlib.closing(Hearing(sys.stdout, changer.hear, ("paused",), True)) as output,
+            contextlib.closing(
+                LineHandler(sys.stdout, changer.handle, ("paused",), True)
+            ) as output,
             contextlib.redirect_stdout(output),
             Rig(plan.arm, brick.built, plant) as rig,
         ):
-            run = rig.job(file, *orders.words(), timeout=DRAWING_TIMEOUT, person=changer)
+            run = rig.job(file, *orders.args(), timeout=DRAWING_TIMEOUT, person=changer)
     return run, header.seconds
 
 
 def _record(
     plan: DrawingPlan,
-    brick: DrawnOn,
+    brick: EmulatedBrickSpec,
     taught: Taught,
     run: SimulationResult,
     accuracy: drawing_plot.DrawingAccuracy,
@@ -168,7 +170,7 @@ def _record(
     reported = Run(
         kind=DRAWING,
         what=f"drawing {name or 'something'}",
-        typed=typed_words(),
+        typed=typed_args(),
         ending=Ending(int(outcome.status), outcome.reason, round(outcome.t, 2), more),
         arm=numbers_of(plan.arm),
         built=numbers_of(brick.built) if brick.built else None,
@@ -198,7 +200,7 @@ class PenChanger:
         """Be there from now on."""
         self._world, self._press = brick.world, devices.press
 
-    def hear(self, line: str) -> None:
+    def handle(self, line: str) -> None:
         """Do what a line of the brick's asks for; what else it waits for is not this hand's."""
         if any(asked in line for asked in WAIT_PROMPTS):
             self._press(Press("enter", self._world.now() + PEN_CHANGE_TIME, 0.2))
@@ -213,7 +215,7 @@ def _left_out(plan: DrawingPlan, orders: DrawOrders) -> float:
     return plan.estimate.starts[first] - plan.estimate.starts[0]
 
 
-def _in_words(estimated: float, drawn: float, accuracy: drawing_plot.DrawingAccuracy) -> str:
+def _summary(estimated: float, drawn: float, accuracy: drawing_plot.DrawingAccuracy) -> str:
     """Say how it went in a line."""
     if not accuracy.inks:
         return f"nothing was drawn in {in_minutes(drawn)}"

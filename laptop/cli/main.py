@@ -70,27 +70,27 @@ def main(command: click.Command | None = None, program: str = "") -> int:
             problem = no_option(error)
         elif isinstance(error, click.BadOptionUsage):
             problem = no_value(error)
-        _tell(f"{problem}{'' if problem.endswith(('.', '?')) else '.'} See {where} --help.")
+        _report(f"{problem}{'' if problem.endswith(('.', '?')) else '.'} See {where} --help.")
         return error.exit_code
     except click.ClickException as error:
-        _tell(error.format_message())
+        _report(error.format_message())
         return error.exit_code
     except ArmError as error:
-        _tell(str(error))
+        _report(str(error))
         return ExitStatus.FAILED
     except BrokenPipeError:
         # Whoever read along has seen enough; the interpreter must not try to flush the rest.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return ExitStatus.UNREAD
     except OSError as error:
-        _tell(f"{error.strerror}: {error.filename or 'the output'}")
+        _report(f"{error.strerror}: {error.filename or 'the output'}")
         return ExitStatus.FAILED
     except click.Abort:
-        _tell("stopped")
+        _report("stopped")
         return ExitStatus.STOPPED
     return ExitStatus.DONE
 
 
-def _tell(problem: str) -> None:
+def _report(problem: str) -> None:
     """Say it in one line; what files, peers and people wrote must not steer the terminal."""
     click.echo(f"laptop: {printable(problem)}", err=True)

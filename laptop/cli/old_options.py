@@ -115,18 +115,18 @@ def in_new_words(command: str, args: Sequence[str]) -> Iterator[str]:
         args: what is typed behind it.
     """
     table = OLD_OPTIONS.get(command, {})
-    words = list(args)
-    while words:
-        word = words.pop(0)
+    new_args = list(args)
+    while new_args:
+        word = new_args.pop(0)
         if word == "--" or word.endswith(".py"):  # all behind it is a script's
-            yield from (word, *words)
+            yield from (word, *new_args)
             return
         name, equals, value = word.partition("=")
-        new = _new(table, name, value if equals or not words else words[0])
+        new = _new(table, name, value if equals or not new_args else new_args[0])
         if new is None:
             yield word
         elif "{}" in new:
-            value = value if equals or not words else words.pop(0)
+            value = value if equals or not new_args else new_args.pop(0)
             click.echo(f"{name} {value} is now {new.format(value)}", err=True)
             yield from (part.format(value) for part in new.split())
         elif new:

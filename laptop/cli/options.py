@@ -173,7 +173,7 @@ out_option = click.option(
 """The option for the folder of what a command makes."""
 
 
-def typed_words(own: int = 0) -> list[str]:
+def typed_args(own: int = 0) -> list[str]:
     """Return what was typed, but for where it is left: that is where it lies.
 
     Args:
@@ -209,7 +209,7 @@ json_option = click.option(
 """The option for figures that a program reads."""
 
 
-def tell_figures(figures: Any) -> None:
+def print_json(figures: Any) -> None:
     """Print figures as JSON, if --json asks for them.
 
     Args:
@@ -223,9 +223,9 @@ def tell_figures(figures: Any) -> None:
 
 def leave(folder: RunFolder, run: Run, files: Mapping[str, Any] | None = None) -> str:
     """Write a run and its files, see RunFolder.write, and tell its figures."""
-    there = folder.write(run, files)
-    tell_figures(as_json(run))
-    return there
+    files_written = folder.write(run, files)
+    print_json(as_json(run))
+    return files_written
 
 
 replace_option = click.option(

@@ -18,8 +18,8 @@ def page(args: tuple[str, ...]) -> None:
     It is `track --page --open`, with all of track's options.  Without --camera it shows an emulated
     arm before a synthetic camera, and the emulated brick comes by itself.
     """
-    words = ["--page", "--open", *args]
+    track_args = ["--page", "--open", *args]
     if not any(word.split("=")[0] == "--camera" for word in args):
-        words += ["--camera", SYNTHETIC]
-    with track.make_context("track", words, click.get_current_context().parent) as context:
+        track_args += ["--camera", SYNTHETIC]
+    with track.make_context("track", track_args, click.get_current_context().parent) as context:
         track.invoke(context)

@@ -70,7 +70,7 @@ def report(folder: Path, files: tuple[Path, ...], title: str, replace: bool, pap
         with quiet_decoders():
             made = lab_report.lab_report(folder, title or lab_report.TITLE, data.name)
         lab_report.write(made, file)
-        click.echo(_in_words(file, made))
+        click.echo(_summary(file, made))
         click.echo(f"{data}: {len(made.data)} files with the raw data")
         if pdf:
             html = made.html(lab_report.PAPERS[paper], linked=False)
@@ -92,7 +92,7 @@ def _outputs(files: tuple[Path, ...]) -> tuple[Path | None, Path | None]:
     return next(iter(pages), None), next(iter(pdfs), None)
 
 
-def _in_words(file: Path, made: Report) -> str:
+def _summary(file: Path, made: Report) -> str:
     kinds = Counter(run.run.kind for run in made.runs)
     runs = ", ".join(f"{count} {kind}" for kind, count in kinds.items())
     counts = (("run", len(made.runs)), ("table", made.tables), ("figure", made.figures))

@@ -50,7 +50,7 @@ class RigOptions:
 
 @contextmanager
 def live_rig(
-    asked: RigOptions, tell: Callable[[JobStatus], None] = lambda status: None
+    asked: RigOptions, report: Callable[[JobStatus], None] = lambda status: None
 ) -> Iterator[LiveRig]:
     """Open cameras, let a brick in, and look; all ends with the block.
 
@@ -58,7 +58,7 @@ def live_rig(
 
     Args:
         asked: what it is opened with.
-        tell: as for LiveRig.
+        report: as for LiveRig.
 
     Raises:
         ArmError: a camera, marker or port cannot be had.
@@ -101,7 +101,7 @@ def live_rig(
         ]
         called = _brick_of(asked, server)
         brick = stack.enter_context(called) if called else None
-        rig = LiveRig(read_arm(find_arm(asked.arm)), pipelines, server, collector, tell, brick)
+        rig = LiveRig(read_arm(find_arm(asked.arm)), pipelines, server, collector, report, brick)
         stack.enter_context(rig.watching())
         yield rig
 

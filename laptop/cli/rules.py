@@ -8,7 +8,7 @@ from typing import NamedTuple
 import click
 
 
-class Apart(NamedTuple):
+class Excludes(NamedTuple):
     """One of some options is refused beside one of others.
 
     It says "{option} WHY: leave {other} out."
@@ -73,14 +73,14 @@ A_CAMERA = OneOf(
 )
 OF_LIVE = ("--calibration", "--bar", "--marker-height", "--arm-at")
 
-RULES: dict[str, tuple[Apart | Needs | OneOf, ...]] = {
+RULES: dict[str, tuple[Excludes | Needs | OneOf, ...]] = {
     "draw": (
         OneOf(
             ("WHAT", "--text", "--line"),
             "give one thing to draw: a FILE, - or a drawing's name, or --text, or --line.",
             alone=True,
         ),
-        Apart(("--line",), ("--paper", "--at", "--size", "--rotate"), "lies where it is"),
+        Excludes(("--line",), ("--paper", "--at", "--size", "--rotate"), "lies where it is"),
         Needs(("--touch-up",), ("--pens",), "is for several pens"),
         Needs(
             (*("--camera", *OF_LIVE), "--scene", "--listen-port", "--forget"),
@@ -88,23 +88,23 @@ RULES: dict[str, tuple[Apart | Needs | OneOf, ...]] = {
             "is for a path that is taught by camera",
         ),
         Needs(("--out", "--plant", "--built"), ("--simulate",), "is for the emulated arm"),
-        Apart(
+        Excludes(
             ("--simulate",),
             ("--camera", "--calibration", "--bar", "--arm-at", "--listen-port"),
             "has a camera of its own",
         ),
-        Apart(("--resume",), ("--from",), "knows where to go on"),
-        Apart(
+        Excludes(("--resume",), ("--from",), "knows where to go on"),
+        Excludes(
             ("--trials",),
             ("--repeat", "--from", "--resume", "--detach"),
             "draws all of it, once",
             but=("--trials 0",),
         ),
-        Apart(("--trials",), ("--to", "--preview"), "moves the arm", but=("--trials 0",)),
-        Apart(("--preview",), ("--simulate",), "moves nothing"),
-        Apart(("--simulate",), ("--resume",), "begins anew"),
-        Apart(("--simulate",), ("--detach", "--brick"), "draws on the emulated brick"),
-        Apart(
+        Excludes(("--trials",), ("--to", "--preview"), "moves the arm", but=("--trials 0",)),
+        Excludes(("--preview",), ("--simulate",), "moves nothing"),
+        Excludes(("--simulate",), ("--resume",), "begins anew"),
+        Excludes(("--simulate",), ("--detach", "--brick"), "draws on the emulated brick"),
+        Excludes(
             ("--preview", "--to"),
             ("--repeat", "--from", "--resume", "--detach", "--brick"),
             "draws nothing",
@@ -113,7 +113,7 @@ RULES: dict[str, tuple[Apart | Needs | OneOf, ...]] = {
     ),
     "measure accuracy": (
         A_CAMERA,
-        Apart(
+        Excludes(
             ("--simulate",),
             (*CAMERA_PARAMETERS, *OF_LIVE, "--scene", "--effector", "--frame-size", "--brick"),
             "has an arm and cameras of its own",
@@ -121,11 +121,11 @@ RULES: dict[str, tuple[Apart | Needs | OneOf, ...]] = {
         Needs(
             ("--plant", "--built", "--noise", "--seed"), ("--simulate",), "is of what is emulated"
         ),
-        Apart(("--calibration",), ("--bar",), "knows the bar"),
+        Excludes(("--calibration",), ("--bar",), "knows the bar"),
     ),
     "measure arm": (
         A_CAMERA,
-        Apart(
+        Excludes(
             ("--simulate",),
             (*CAMERA_PARAMETERS, "--calibration", "--effector", "--brick", "--listen-port"),
             "has an arm and a camera of its own",
@@ -139,39 +139,39 @@ RULES: dict[str, tuple[Apart | Needs | OneOf, ...]] = {
     ),
     "measure camera": (
         OneOf(CAMERA_PARAMETERS, "Give the camera, --camera 0 say, or its pictures."),
-        Apart(("--calibration",), ("--bar", "--to"), "compares only"),
+        Excludes(("--calibration",), ("--bar", "--to"), "compares only"),
     ),
     "measure pen": (
         A_CAMERA,
-        Apart(
+        Excludes(
             ("--simulate",),
             CAMERA_PARAMETERS,
             "has a camera of its own",
             but=("--camera synthetic", "SOURCES synthetic"),
         ),
-        Apart(("--simulate",), ("--touches",), "touches by itself"),
+        Excludes(("--simulate",), ("--touches",), "touches by itself"),
         Needs(
             ("--scene", "--plant", "--camera synthetic", "SOURCES synthetic"),
             ("--simulate",),
             "is of what is emulated",
         ),
-        Apart(("--touches",), ("--brick", "--pen"), "calls no brick"),
+        Excludes(("--touches",), ("--brick", "--pen"), "calls no brick"),
     ),
     "track": (
         Needs(("--bar", "--touched"), ("--board",), "is of the board"),
-        Apart(
+        Excludes(
             ("--marker-height",),
             ("--no-serve", "--no-page"),
             "is of board and page",
             but=("--board", "--page"),
         ),
-        Apart(("--open",), ("--no-page",), "opens the page"),
+        Excludes(("--open",), ("--no-page",), "opens the page"),
     ),
     "markers": (
         Needs(("--paper",), ("--board",), "is of the board"),
-        Apart(("--diameter",), ("--board",), "is of the page of discs; the board's are 25 mm"),
+        Excludes(("--diameter",), ("--board",), "is of the page of discs; the board's are 25 mm"),
     ),
-    "brick arm": (Apart(("--fetch",), ("FILE",), "fetches an arm"),),
+    "brick arm": (Excludes(("--fetch",), ("FILE",), "fetches an arm"),),
 }
 """Rules by command: which of its options go together."""
 

@@ -41,7 +41,7 @@ class SightOptions:
 
 
 @dataclass(frozen=True)
-class SightWords:
+class TypedSightOptions:
     """The same as it is typed; None where nothing is."""
 
     trials: int | None
@@ -91,7 +91,9 @@ BY_SIGHT = option_group(
 )
 
 
-def read_sight_options(typed: SightWords, arm: Arm, emulated: str | None) -> SightOptions | None:
+def read_sight_options(
+    typed: TypedSightOptions, arm: Arm, emulated: str | None
+) -> SightOptions | None:
     """Return how it is to be learned by sight; None if it is not.
 
     Args:

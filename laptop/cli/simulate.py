@@ -18,14 +18,14 @@ from click.core import ParameterSource
 from laptop.cli.command import OwnCommand
 from laptop.cli.exit_status import ExitStatus
 from laptop.cli.groups import in_groups
-from laptop.cli.options import examples, importing, in_one_line, leave, typed_words
+from laptop.cli.options import examples, importing, in_one_line, leave, typed_args
 from laptop.cli.simulate_options import (
     OPTIONS,
     SECTIONS,
     BrickOptions,
     BrickSetup,
     EventOptions,
-    Happenings,
+    ScheduledEvents,
 )
 from laptop.emulator.bundled_scripts import BENCH_BRICK, DRIVER, SERVO, find_script
 from laptop.emulator.device.plant_constants import TABLE
@@ -118,8 +118,8 @@ def simulate(
         title = " ".join([Path(script).name, *map(without_folders, args)])
         done = ScriptRun(title, result, brick, setup, events.scene, due.late(result.outcome.t))
         drawn = done.is_seen and (done.is_there_to_see if pictured is None else pictured)
-        reported = done.record(typed_words(own=len(args) + 1))
-        click.echo(done.in_words(reported))
+        reported = done.record(typed_args(own=len(args) + 1))
+        click.echo(done.summary(reported))
         if done.is_refused and folder.keeps_earlier_run():
             click.echo(f"no motor was asked to turn: {out} keeps the files of the run before")
         else:
@@ -146,7 +146,11 @@ def simulate(
 
 
 def _run(
-    setup: BrickSetup, events: EventOptions, due: Happenings, script: str, args: tuple[str, ...]
+    setup: BrickSetup,
+    events: EventOptions,
+    due: ScheduledEvents,
+    script: str,
+    args: tuple[str, ...],
 ) -> SimulationResult:
     """Run the script on the emulated brick."""
     hand = due.hand
@@ -171,8 +175,8 @@ def _run(
 
 def _log_of(args: tuple[str, ...]) -> Path | None:
     """Return where a script was told to write the servo's log; None: it was not."""
-    words = [(word, following) for word, following in pairwise((*args, ""))]
-    named = [following for word, following in words if word == "--log"]
+    pairs = [(word, following) for word, following in pairwise((*args, ""))]
+    named = [following for word, following in pairs if word == "--log"]
     named += [word.removeprefix("--log=") for word in args if word.startswith("--log=")]
     return Path(named[-1]) if named else None
 

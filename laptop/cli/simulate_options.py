@@ -178,7 +178,7 @@ class BrickOptions:
         """Sensors that are plugged into an input."""
         return tuple(text for text in self.plug if text.startswith("in"))
 
-    def read(self, tell: Callable[[str], None]) -> BrickSetup:
+    def read(self, report: Callable[[str], None]) -> BrickSetup:
         """Return the brick; `tell` is called with a line on what was measured.
 
         Raises:
@@ -193,7 +193,7 @@ class BrickOptions:
             measured = measured_brick.read_constants(self.constants_file, built)
         plant = read_plant(self.plant_text, measured)
         if measured:
-            tell(f"as {self.constants_file} has it: {measured_brick.in_words(measured)}")
+            report(f"as {self.constants_file} has it: {measured_brick.in_words(measured)}")
         sensors = self.sensors
         motors, stops = plugged(built, [text for text in self.plug if text not in sensors], wheels)
         return BrickSetup(arm, built, plant, measured, wheels, motors, stops, read_sensors(sensors))
@@ -209,7 +209,7 @@ def _built(file: str, arm: Arm | None) -> Arm:
 
 
 @dataclass(frozen=True, eq=False)
-class Happenings:
+class ScheduledEvents:
     """Events while a script runs.
 
     faults   what goes wrong
@@ -251,7 +251,7 @@ class EventOptions:
     realtime: bool
     timeout: float
 
-    def read(self, built: Arm | None) -> Happenings:
+    def read(self, built: Arm | None) -> ScheduledEvents:
         """Return what happens to an arm.
 
         Raises:
@@ -267,7 +267,7 @@ class EventOptions:
             *((f"--hand {one.p[0]:g},{one.p[1]:g}@{one.t:g}", one.t) for one in hand or ()),
         ]
         self._check_in_time(ordered)
-        return Happenings(faults, presses, hand, cameras, ordered)
+        return ScheduledEvents(faults, presses, hand, cameras, ordered)
 
     def _check_in_time(self, ordered: list[tuple[str, float]]) -> None:
         """Refuse what could only come after the end."""

@@ -179,16 +179,16 @@ class ScriptRun:
         line = line_points() if seen else ()
         robot_plot.write_robot_plot(file, self.run.record, self.title, line)
 
-    def in_words(self, told: Run) -> str:
+    def summary(self, recorded: Run) -> str:
         """Return a short summary for people; in virtual time nothing of this computer is in it.
 
         Args:
-            told: its record.
+            recorded: record of the run.
         """
-        ending, end, pace = told.ending, self.run.outcome.t, self.run.pace
+        ending, end, pace = recorded.ending, self.run.outcome.t, self.run.pace
         more = ending.more
         speed = "" if pace is None else f"; {pace:.2f} x real time"
-        brick = f"cpu={told.set_up['cpu']:g}"
+        brick = f"cpu={recorded.set_up['cpu']:g}"
         if more["start_s"] is not None:
             brick += f", whose start takes another {more['start_s']:.1f} s"
         lines = [
@@ -197,7 +197,7 @@ class ScriptRun:
         ]
         if pace is not None and pace < BUSY_PACE:
             lines.append("this computer was busy, so the emulated clock went slower than real time")
-        paths = told.rows(PATHS)
+        paths = recorded.rows(PATHS)
         for number, path in enumerate(paths, 1):
             lines.append(
                 f"path {number}: not drawn"

@@ -21,7 +21,7 @@ LOG_WORDS = "what the servo saw, decided and did"
 
 
 def servo_files(
-    told: Run,
+    recorded: Run,
     file: Path,
     run: SimulationResult,
     built: Arm | None,
@@ -31,7 +31,7 @@ def servo_files(
     """Add what a log tells, and, with a scene, what truly became of it; return what writes files.
 
     Args:
-        told: the record.
+        recorded: record of the run.
         file: the log.
         run: the run on the emulated brick.
         built: the arm as it is.
@@ -48,15 +48,15 @@ def servo_files(
         servo = run_of_log("goal", log, truth)
     except (DamagedRun, *MALFORMED) as error:
         why = str(error) if isinstance(error, DamagedRun) else NO_LOG
-        told.notes = [*told.notes, f"{file.name}: {why}"]
+        recorded.notes = [*recorded.notes, f"{file.name}: {why}"]
         return files
-    told.kind = SERVO
+    recorded.kind = SERVO
     if log.verdict is None:
-        told.notes = [*told.notes, "the log ends without a verdict: the run was cut off"]
-    told.set_up["servo"] = f"mode {servo.mode}, tolerance {servo.tolerance:g} px"
+        recorded.notes = [*recorded.notes, "the log ends without a verdict: the run was cut off"]
+    recorded.set_up["servo"] = f"mode {servo.mode}, tolerance {servo.tolerance:g} px"
     size = rig["A"].camera.size if rig else None
     scenery = Scenery(size=size and (int(size[0]), int(size[1])))
-    return files | add_servo(told, [servo], scenery, drawn=drawn)
+    return files | add_servo(recorded, [servo], scenery, drawn=drawn)
 
 
 def _truth(rig: CameraRig, log: Log, run: SimulationResult) -> Truth:

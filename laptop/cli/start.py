@@ -64,9 +64,9 @@ def order_sets() -> None:
     wanted = RANDOM if sys.argv[1:2] and sys.argv[1] in SERVERS else FIXED
     if os.environ.get(SEED, RANDOM) == wanted or not sys.executable:
         return
-    words = [sys.executable, *sys.orig_argv[1:]]
+    args = [sys.executable, *sys.orig_argv[1:]]
     if os.name != "nt":
-        os.execve(sys.executable, words, {**os.environ, SEED: wanted})
+        os.execve(sys.executable, args, {**os.environ, SEED: wanted})
     if wanted == RANDOM:
         return  # a demo's own: who ends it must not end one that only waits for it
     # Windows would not let whoever waits for this process wait for that one.
@@ -74,7 +74,7 @@ def order_sets() -> None:
 
     os.environ[SEED] = wanted
     _signal.signal(_signal.SIGINT, _signal.SIG_IGN)  # Ctrl-C is for that one, which gets it, too
-    sys.exit(subprocess.call(words))
+    sys.exit(subprocess.call(args))
 
 
 def _open_streams() -> None:

@@ -27,9 +27,9 @@ from laptop.cli.options import (
     in_one_line,
     json_option,
     marker_height_option,
+    print_json,
     sources_argument,
-    tell_figures,
-    typed_words,
+    typed_args,
 )
 from laptop.record.figures.arm_numbers import numbers_of
 from laptop.record.run import CALIBRATION, Ending, Run, RunFile, table
@@ -119,7 +119,7 @@ class TouchOptions:
         """Whether the crosses are touched now, and again where something is wrong."""
         return self.file is None or self.file == "-" or Path(self.file).is_fifo()
 
-    def words(self, arm: Arm) -> tuple[str, ...]:
+    def args(self, arm: Arm) -> tuple[str, ...]:
         """Return what the program on the brick is told."""
         return ("--arm", arm.name, *(("--pen", self.pen) if self.pen else ()))
 
@@ -137,11 +137,11 @@ class EmulatedHand:
     scene: str | None
     plant: str
 
-    def simulation(self, arm: Arm, say: Callable[[str], None]) -> SimulatedTouching:
+    def simulation(self, arm: Arm, report: Callable[[str], None]) -> SimulatedTouching:
         """Return the arm, the hand and the camera; `say` tells people a line."""
         from laptop.cli.touch_simulated import SimulatedTouching
 
-        return SimulatedTouching(arm, self.scene, self.plant, say)
+        return SimulatedTouching(arm, self.scene, self.plant, report)
 
 
 @click.command(
@@ -220,7 +220,7 @@ def touch(
         from laptop.see.table.marker_offset import MIN_TOUCHES, BadTouches
 
     source = sight.source()
-    say = partial(click.echo, file=sys.stdout)  # also while a program on the brick has that
+    report = partial(click.echo, file=sys.stdout)  # also while a program on the brick has that
     with in_one_line(), ExitStack() as stack:
         check_bar(sight.bar)
         arm = read_arm(find_arm(arm_file))
@@ -231,24 +231,24 @@ def touch(
             raise BadTouches(
                 f"{len(asked.crosses)} crosses; {MIN_TOUCHES} are the least, 9 are better"
             )
-        simulation = hand.simulation(arm, say) if hand.simulated else None
-        looks = simulation.looks(sight.effector) if simulation else _open(source, sight, stack)
-        calibration = looks.board(sight.bar)
+        simulation = hand.simulation(arm, report) if hand.simulated else None
+        sampler = simulation.sampler(sight.effector) if simulation else _open(source, sight, stack)
+        calibration = sampler.board(sight.bar)
         for line in describe(calibration):
-            say(line)
+            report(line)
         again = asked.is_live
-        touching = CrossTouching(arm, calibration, looks.sample, say, again, asked.crosses)
+        touching = CrossTouching(arm, calibration, sampler.sample, report, again, asked.crosses)
         if simulation:
             simulation.run(touching)
         elif asked.file is not None:
             _from_file(touching, asked.file)
         else:
-            _from_brick(touching, asked.name, asked.words(arm))
+            _from_brick(touching, asked.name, asked.args(arm))
         if again:
-            touching.check_camera(looks.sample())
+            touching.check_camera(sampler.sample())
         fit = _conclude(touching, arm, sight.height, places)
         if folder:
-            say(folder.write(_record(arm, fit, hand, [file.name for file in places if file])))
+            report(folder.write(_record(arm, fit, hand, [file.name for file in places if file])))
 
 
 def _open(source: str | None, sight: PenSight, stack: ExitStack) -> CrossSampler:
@@ -318,7 +318,7 @@ def _from_brick(touching: CrossTouching, name: str | None, args: tuple[str, ...]
         _ask()
         return False
 
-    def take(line: str) -> bool:
+    def handle(line: str) -> bool:
         if touching.cross is not None:
             touching.handle(read_point(line))
         return went_on()
@@ -332,7 +332,7 @@ def _from_brick(touching: CrossTouching, name: str | None, args: tuple[str, ...]
 
     click.echo("Enter here takes a point, too; s leaves a cross out, q ends, Ctrl-C gives up")
     _ask()
-    talk(name, on_brick.touch, args, take, skip)
+    talk(name, on_brick.touch, args, handle, skip)
 
 
 def _places(arm: Arm, out: Path | None) -> tuple[Path | None, Path]:
@@ -346,20 +346,20 @@ def _places(arm: Arm, out: Path | None) -> tuple[Path | None, Path]:
     from laptop.see.table.touch_file import read_touched, touched_file
 
     own = None if out is None else out / f"{arm.name}.ini"
-    kept = touched_file(arm.name) if out is None else out / f"{arm.name}.touched.json"
+    touch_path = touched_file(arm.name) if out is None else out / f"{arm.name}.touched.json"
     if out is not None:
         check_shown(out, "choose another folder with --out")
     check_writable(own or own_file(arm))
-    check_writable(kept)
-    if kept.exists():
+    check_writable(touch_path)
+    if touch_path.exists():
         try:
-            read_touched(kept)
+            read_touched(touch_path)
         except BadTouches:
             raise CannotWrite(
-                f"{kept} is no file of touched crosses, and would be lost; move it away, or choose "
-                "another folder with --out"
+                f"{touch_path} is no file of touched crosses, and would be lost; move it away, or "
+                "choose another folder with --out"
             ) from None
-    return own, kept
+    return own, touch_path
 
 
 def _conclude(
@@ -373,12 +373,12 @@ def _conclude(
     for line in fit.notes():
         click.echo(line)
     x, y = (f"{value + 0.0:.3f}" for value in fit.offset)
-    own, kept = places
+    own, touch_path = places
     path = write_values(arm, {("arm", "marker_offset"): f"{x} {y}"}, own).file
-    write_touched(kept, TouchedArm(arm.name, touching.paper, touching.bar, fit))
-    tell_figures(json.loads(kept.read_text(encoding="utf-8")))
+    write_touched(touch_path, TouchedArm(arm.name, touching.paper, touching.bar, fit))
+    print_json(json.loads(touch_path.read_text(encoding="utf-8")))
     click.echo(
-        f"marker_offset = {x} {y} written to {path}; how the arm stands on the board: {kept}"
+        f"marker_offset = {x} {y} written to {path}; how the arm stands on the board: {touch_path}"
     )
     if own is None:
         click.echo(f"put it on the brick, too: {state.laptop_program()} brick arm {path}")
@@ -401,7 +401,7 @@ def _record(arm: Arm, fit: MarkerFit, hand: EmulatedHand, files: list[str]) -> R
     reported = Run(
         kind=CALIBRATION,
         what="the marker's place beside the pen",
-        typed=typed_words(),
+        typed=typed_args(),
         ending=Ending(0, "found"),
         arm=numbers_of(arm),
         tables=[table("marker", caption, headings, rows)],

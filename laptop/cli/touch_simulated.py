@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from laptop.cli.hearing import Hearing
+from laptop.cli.line_handler import LineHandler
 from laptop.emulator.device.buttons import Press
 from laptop.emulator.device.hand_guiding import BadHand, HandPlace
 from laptop.emulator.device.plant_constants import read_plant
@@ -60,14 +60,16 @@ class SimulatedTouching:
         arm: in the plane.
         scene: of the synthetic camera, beside SCENE.
         plant: constants of the arm, as text.
-        say: tells people a line.
+        report: called with a line for people.
 
     Raises:
         ArmError: a text is wrong, or there is no board in the scene.
     """
 
-    def __init__(self, arm: Arm, scene: str | None, plant: str, say: Callable[[str], None]) -> None:
-        self._say = say
+    def __init__(
+        self, arm: Arm, scene: str | None, plant: str, report: Callable[[str], None]
+    ) -> None:
+        self._report = report
         self._arm, self._scene = arm, f"{SCENE},{scene}" if scene else SCENE
         self._plant = read_plant(plant)
         self._constants = read_scene(self._scene)
@@ -80,10 +82,10 @@ class SimulatedTouching:
         self._touching: CrossTouching
         self._problem: ArmError | None = None
         self._tries = 0
-        self._luck = random.Random(self._constants["seed"])
+        self._rng = random.Random(self._constants["seed"])
         self._index = -1
 
-    def looks(self, effector: str | None) -> CrossSampler:
+    def sampler(self, effector: str | None) -> CrossSampler:
         """Look through its camera; before the run, at the arm at home."""
         spec = effector or marker_specs(self._complete)[EFFECTOR]
         return CrossSampler(self, read_spec(EFFECTOR, spec), live=True)
@@ -115,9 +117,9 @@ class SimulatedTouching:
         """
         with (
             # (Closed while what it writes to is open: later that would be an error of nobody's.)
-            contextlib.closing(Hearing(sys.stdout, self._heard)) as out,
+            contextlib.closing(LineHandler(sys.stdout, self._on_line)) as out,
             contextlib.closing(
-                Hearing(sys.stderr, lambda line: None, (*PEOPLE_PREFIXES, STOP_PREFIX))
+                LineHandler(sys.stderr, lambda line: None, (*PEOPLE_PREFIXES, STOP_PREFIX))
             ) as errors,
             contextlib.redirect_stdout(out),
             contextlib.redirect_stderr(errors),
@@ -152,25 +154,25 @@ class SimulatedTouching:
                 touching.skip()
                 self._tries = 0
                 continue
-            self._say(touching.request())
+            self._report(touching.request())
             x, y, _ = board_place(self._constants, CROSSES[[touching.cross]])[0]
-            x, y = (float(one) + self._luck.gauss(0, PLACING_SIGMA) for one in (x, y))
+            x, y = (float(one) + self._rng.gauss(0, PLACING_SIGMA) for one in (x, y))
             t = now + after + LEADING_TIME
             try:
                 self._brick.guide([HandPlace((x, y), t)])
             except BadHand as problem:
-                self._say(str(problem))
+                self._report(str(problem))
                 touching.skip()
                 continue
             self._devices.press(Press("touch:in4", t + PRESSING_TIME, PRESS_TIME))
             return
         self._devices.press(Press("down", now + PRESSING_TIME, PRESS_TIME))
 
-    def _heard(self, line: str) -> None:
+    def _on_line(self, line: str) -> None:
         # In the world's time, not the program's: what the laptop computes takes the brick none.
-        self._brick.world.at(self._brick.world.now(), lambda: self._take(line))
+        self._brick.world.at(self._brick.world.now(), lambda: self._handle_point(line))
 
-    def _take(self, line: str) -> None:
+    def _handle_point(self, line: str) -> None:
         try:
             counts = self._touching.handle(read_point(line))
         except ArmError as problem:

@@ -89,7 +89,7 @@ class TrackedSight:
 
 
 @dataclass(frozen=True)
-class LinkWords:
+class LinkOptions:
     """Who is served, as it is typed.
 
     serve      whether a brick is
@@ -103,7 +103,7 @@ class LinkWords:
 
 
 @dataclass(frozen=True)
-class PageWords:
+class PageOptions:
     """The page, as it is typed.
 
     page       whether it is served; None: where a brick is
@@ -257,12 +257,12 @@ class TrackFiles:
     "(url), ready, end (status, reason).  All else goes to standard error.",
 )
 @replace_option
-@in_groups(sight=TrackedSight, link=LinkWords, page=PageWords, written=TrackFiles)
+@in_groups(sight=TrackedSight, link=LinkOptions, page=PageOptions, written=TrackFiles)
 def track(
     arm_file: str | None,
     sight: TrackedSight,
-    link: LinkWords,
-    page: PageWords,
+    link: LinkOptions,
+    page: PageOptions,
     written: TrackFiles,
     announce: bool,
 ) -> None:
@@ -330,7 +330,7 @@ def _outputs(files: tuple[str, ...], replace: bool) -> tuple[Path | None, str | 
 
 
 def _open_page(
-    asked: PageWords, real: bool, arm: str, height: float | None, stack: contextlib.ExitStack
+    asked: PageOptions, real: bool, arm: str, height: float | None, stack: contextlib.ExitStack
 ) -> Callable[[PageInputs], ServedPage]:
     """Take the page's port; gives a function that serves the page there, see OpenPage.
 
@@ -392,11 +392,11 @@ def start_brick(arm: str, place: str) -> Iterator[Callable[[], str]]:
         arm: its name or file.
         place: HOST:PORT of the tracker, of which it knows the code.
     """
-    home = Path(state.state_folder()) / state.BRICK_FOLDER
-    home.mkdir(mode=0o700, parents=True, exist_ok=True)
+    out_dir = Path(state.state_folder()) / state.BRICK_FOLDER
+    out_dir.mkdir(mode=0o700, parents=True, exist_ok=True)
     args = ["simulate", "--realtime", "--timeout", f"{BRICK_TIMEOUT:g}", "--arm", arm]
-    args += ["--out", str(home), SERVO, place, "--arm", arm, "--wait"]
-    with _beside(args, home / "lines.txt", "the emulated brick") as why_ended:
+    args += ["--out", str(out_dir), SERVO, place, "--arm", arm, "--wait"]
+    with _beside(args, out_dir / "lines.txt", "the emulated brick") as why_ended:
         yield why_ended
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from laptop.drawing.artwork import BadArtwork
 from laptop.system.decoders import quiet_decoders
-from laptop.system.picture_heads import JPEG, SpoiltPicture, picture_size, png_orientation
+from laptop.system.picture_heads import JPEG, InvalidPicture, picture_size, png_orientation
 
 WORKING_SIDE = 640
 """Longer side to which a photo is reduced, px: a pen draws nothing finer of it."""
@@ -36,7 +36,7 @@ def read_grey(data: bytes, name: str, side: int = WORKING_SIDE) -> np.ndarray:
     """
     try:
         width, height = picture_size(data)
-    except SpoiltPicture as error:
+    except InvalidPicture as error:
         raise BadArtwork(f"{name}: {error}") from None
     how = cv2.IMREAD_UNCHANGED  # with the transparency that a PNG may have
     if data.startswith(JPEG):

@@ -20,11 +20,11 @@ def quiet_decoders() -> Iterator[None]:
         yield
         return
     before.flush()
-    kept = os.dup(2)
+    saved_stderr = os.dup(2)
     try:
         if _descriptor(before) == 2:
             sys.stderr = open(  # noqa: SIM115 - closed below
-                kept,
+                saved_stderr,
                 "w",
                 buffering=1,
                 encoding=before.encoding,
@@ -38,8 +38,8 @@ def quiet_decoders() -> Iterator[None]:
         if sys.stderr is not before:
             sys.stderr.close()
             sys.stderr = before
-        os.dup2(kept, 2)
-        os.close(kept)
+        os.dup2(saved_stderr, 2)
+        os.close(saved_stderr)
 
 
 def _descriptor(file: Any) -> int | None:

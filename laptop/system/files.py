@@ -15,12 +15,12 @@ from shared.config_files import InvalidFile, check_replaceable
 class CannotWrite(ArmError, OSError):
     """A file cannot be written there, or would take the place of another one.
 
-    Its `strerror` is the reason alone, for whoever knows a better way out.
+    Its `strerror` is the reason alone, for a caller that knows better advice.
     """
 
 
-def _cannot_write(file: Path, why: str, way_out: str = "choose another name") -> CannotWrite:
-    error = CannotWrite(f"cannot write {file}: {why}; {way_out}")
+def _cannot_write(file: Path, why: str, advice: str = "choose another name") -> CannotWrite:
+    error = CannotWrite(f"cannot write {file}: {why}; {advice}")
     error.strerror = why
     return error
 
@@ -57,14 +57,14 @@ def check_new(file: Path, endings: Sequence[str], replace: bool = False) -> None
         )
 
 
-def check_shown(file: Path, way_out: str = "choose another name") -> None:
+def check_shown(file: Path, advice: str = "choose another name") -> None:
     """Refuse a name that would steer the terminal on which it is told.
 
     Raises:
-        CannotWrite: with the way out.
+        CannotWrite: with the advice.
     """
     if not str(file).isprintable():
-        raise CannotWrite(f"{ascii(str(file))} has characters that cannot be shown; {way_out}")
+        raise CannotWrite(f"{ascii(str(file))} has characters that cannot be shown; {advice}")
 
 
 def check_kind(file: Path) -> None:

@@ -29,7 +29,7 @@ FRAMES = tuple(code for code in range(0xC0, 0xD0) if code not in (0xC4, 0xC8, 0x
 """Those that begin a frame, and hold its size."""
 
 
-class SpoiltPicture(ArmError, ValueError):
+class InvalidPicture(ArmError, ValueError):
     """No picture, or none that is decoded; the message says it, to stand behind its name."""
 
 
@@ -38,30 +38,30 @@ def is_picture(data: bytes) -> bool:
     return data.startswith((PNG, JPEG))
 
 
-def picture_size(data: bytes, whole: bool = True) -> tuple[int, int]:
+def picture_size(data: bytes, to_end: bool = True) -> tuple[int, int]:
     """Width and height of a PNG or JPEG, px, once it is known that it may be decoded.
 
     Args:
         data: all of the file, or one byte more than `MAX_PICTURE_BYTES` of it.
-        whole: whether it must be there to its end, and sound; else its head is enough.
+        to_end: whether the data must be complete and sound to the end; else the head is enough.
 
     Raises:
         SpoiltPicture: It is no PNG or JPEG, damaged, or beyond a limit.
     """
     if not data:
-        raise SpoiltPicture("is empty; copy it again, or save it anew")
+        raise InvalidPicture("is empty; copy it again, or save it anew")
     if len(data) > MAX_PICTURE_BYTES:
-        raise SpoiltPicture(
+        raise InvalidPicture(
             f"is longer than {MAX_PICTURE_BYTES // 1_000_000} MB; make the picture smaller"
         )
     if not is_picture(data):
-        raise SpoiltPicture("is neither PNG nor JPEG; save the picture as one of these")
+        raise InvalidPicture("is neither PNG nor JPEG; save the picture as one of these")
     try:
-        size = _png_size(data, whole) if data.startswith(PNG) else _jpeg_size(data, whole)
+        size = _png_size(data, to_end) if data.startswith(PNG) else _jpeg_size(data, to_end)
     except (struct.error, IndexError):
         _refuse_cut_off()
     if not _in_limits(size):
-        raise SpoiltPicture(
+        raise InvalidPicture(
             f"claims {size[0]} x {size[1]} pixels; it may have up to "
             f"{MAX_PIXELS // 1_000_000} million: make the picture smaller"
         )
@@ -72,7 +72,7 @@ def _in_limits(size: tuple[int, int]) -> bool:
     return 0 < size[0] * size[1] <= MAX_PIXELS
 
 
-def _png_size(data: bytes, whole: bool) -> tuple[int, int]:
+def _png_size(data: bytes, to_end: bool) -> tuple[int, int]:
     """Width and height, once all chunks up to the end are there and sound, or the head is."""
     size, row, at = (0, 0), 0, len(PNG)
     packed = []
@@ -81,11 +81,11 @@ def _png_size(data: bytes, whole: bool) -> tuple[int, int]:
         begin, end = at + 8, at + 12 + length
         (check,) = struct.unpack_from(">I", data, end - 4)
         if zlib.crc32(data[at + 4 : end - 4]) != check:
-            raise SpoiltPicture("is a damaged PNG; copy it again, or save it anew")
+            raise InvalidPicture("is a damaged PNG; copy it again, or save it anew")
         if kind == b"IHDR":
             *size_, depth, colour, _, _, interlaced = struct.unpack_from(">IIBBBBB", data, begin)
             size = size_[0], size_[1]
-            if not (whole and _in_limits(size)):
+            if not (to_end and _in_limits(size)):
                 return size
             row = 0 if interlaced else 1 + (size[0] * depth * CHANNELS.get(colour, 1) + 7) // 8
         elif kind == b"IDAT":
@@ -141,7 +141,7 @@ def _holds(packed: list[memoryview], wanted: int) -> bool:
     return wanted <= 0
 
 
-def _jpeg_size(data: bytes, whole: bool) -> tuple[int, int]:
+def _jpeg_size(data: bytes, to_end: bool) -> tuple[int, int]:
     """Width and height, where the end is there, too, or need not be."""
     at = 2
     while True:
@@ -156,11 +156,11 @@ def _jpeg_size(data: bytes, whole: bool) -> tuple[int, int]:
         (length,) = struct.unpack_from(">H", data, at)
         at += length
         if length < 2 or data[at] != 0xFF:
-            raise SpoiltPicture("is a damaged JPEG; copy it again, or save it anew")
-    if whole and b"\xff\xd9" not in data[at:]:
+            raise InvalidPicture("is a damaged JPEG; copy it again, or save it anew")
+    if to_end and b"\xff\xd9" not in data[at:]:
         _refuse_cut_off()
     return width, height
 
 
 def _refuse_cut_off() -> NoReturn:
-    raise SpoiltPicture("is a picture that is cut off; copy it again, or save it anew")
+    raise InvalidPicture("is a picture that is cut off; copy it again, or save it anew")

@@ -13,7 +13,7 @@ LINK = re.compile(r"(!?)(\[[^\]]*\])\((?!https?:|#)([^)\s]+)\)")
 """A link of the README that leads to a file beside it."""
 
 
-class HouseHook(BuildHookInterface[Any]):
+class WheelHook(BuildHookInterface[Any]):
     """Adds the package `brickservo` to a wheel; one that stands for a checkout links to it."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
@@ -27,25 +27,25 @@ class IndexHook(MetadataHookInterface):
 
     def update(self, metadata: dict[str, Any]) -> None:
         """Complete the metadata of pyproject.toml."""
-        home = self.config.get("home", "").rstrip("/")
+        homepage = self.config.get("home", "").rstrip("/")
         text = Path(self.root, "README.md").read_text(encoding="utf-8")
-        metadata["readme"] = {"content-type": "text/markdown", "text": on_an_index(text, home)}
-        if home:
-            metadata["urls"] = {"Source": home, "Issues": f"{home}/issues"}
+        metadata["readme"] = {"content-type": "text/markdown", "text": on_an_index(text, homepage)}
+        if homepage:
+            metadata["urls"] = {"Source": homepage, "Issues": f"{homepage}/issues"}
 
 
-def on_an_index(text: str, home: str) -> str:
+def on_an_index(text: str, homepage: str) -> str:
     """Return a README whose pictures and links are found from elsewhere, too.
 
     Args:
         text: of the README.
-        home: address of the repository; "": pictures are left out, and links are their words.
+        homepage: address of the repository; "": pictures are left out, and links are their words.
     """
 
     def found(link: re.Match[str]) -> str:
-        picture, words, file = link.groups()
-        if not home:
-            return "" if picture else words[1:-1]
-        return f"{picture}{words}({home}/{'raw' if picture else 'blob'}/main/{file})"
+        picture, alt_text, file = link.groups()
+        if not homepage:
+            return "" if picture else alt_text[1:-1]
+        return f"{picture}{alt_text}({homepage}/{'raw' if picture else 'blob'}/main/{file})"
 
     return LINK.sub(found, text)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import cv2
 
-from laptop.see.camera.containers import frame_numbers, how_cut_off, is_bare, tells_count
+from laptop.see.camera.containers import frame_numbers, how_cut_off, is_bare, states_count
 from laptop.see.camera.frames import MakeCapture, NoCamera
 from laptop.see.camera.live_cameras import LiveCamera, NetworkStream
 from laptop.see.camera.recordings import FileFacts, PictureFolder, Recording, open_files
@@ -57,7 +57,7 @@ def open_camera(
     numbers = frame_numbers(Path(source)) if gapless else None
     if isinstance(capture, PictureFolder):
         return Recording(source, capture, fps, live, now, sleep)
-    counted, cut = tells_count(Path(source)), how_cut_off(Path(source))
+    counted, cut = states_count(Path(source)), how_cut_off(Path(source))
     facts = FileFacts(numbers, not gapless, not counted, cut)
     film = Recording(source, capture, fps, live, now, sleep, facts)
     if fps is None and is_bare(Path(source)):

@@ -94,7 +94,7 @@ def _chunks(file: BinaryIO, at: int, end: int) -> Iterator[tuple[bytes, int, int
         at += 8 + length + length % 2
 
 
-def tells_count(path: Path) -> bool:
+def states_count(path: Path) -> bool:
     """Return whether a video file states its number of frames: an AVI, and most mp4.
 
     Of others, as Matroska and WebM, a decoder only knows how long they last and how fast; so it
@@ -178,13 +178,13 @@ def how_cut_off(path: Path) -> str:
     try:
         size = path.stat().st_size
         with path.open("rb") as file:
-            whole = _whole(file, size)
+            stated = _stated_size(file, size)
     except (OSError, struct.error):
         return ""
-    return f"cut off (it ends after {size} of at least {whole} bytes)" if whole > size else ""
+    return f"cut off (it ends after {size} of at least {stated} bytes)" if stated > size else ""
 
 
-def _whole(file: BinaryIO, size: int) -> int:
+def _stated_size(file: BinaryIO, size: int) -> int:
     """Return the size that an AVI, mp4 or Matroska file states, bytes; 0 if none."""
     begin = file.read(12)
     if begin[:4] == b"RIFF":
@@ -222,9 +222,9 @@ def why_unreadable(path: Path) -> str:
     with path.open("rb") as file:
         boxes = {name: end for name, _, end in _boxes(file, 0, size)}
     if b"ftyp" in boxes:
-        whole = max(boxes.values())
-        if b"moov" not in boxes or whole > size:
-            missing = f" (it ends after {size} of at least {whole} bytes)" if whole > size else ""
+        stated = max(boxes.values())
+        if b"moov" not in boxes or stated > size:
+            missing = f" (it ends after {size} of at least {stated} bytes)" if stated > size else ""
             return (
                 f"is cut off{missing}: its table of frames, which an mp4 often has at its end, is "
                 "missing; copy it again, or record it anew and let the recorder finish"

@@ -31,7 +31,7 @@ class LiveSource(Protocol):
     """
 
     stamps: bool
-    tells_fps: bool
+    reports_fps: bool
     notes: Sequence[str]
 
     def open(self) -> Capture: ...  # noqa: D102
@@ -71,7 +71,7 @@ class LiveCamera:
         self._now = now
         self._stamped: bool | None = None
         capture = capture or source.open()
-        fps = capture.get(cv2.CAP_PROP_FPS) if source.tells_fps else 0.0
+        fps = capture.get(cv2.CAP_PROP_FPS) if source.reports_fps else 0.0
         self.fps = fps if math.isfinite(fps) and 0 < fps <= 1000 else None
         self.size = size_of(capture)
         self._changed = threading.Condition()
@@ -135,7 +135,7 @@ class LiveCamera:
                     capture = self._reopen()
                     if capture is None:
                         break
-                if not self._take(capture):
+                if not self._grab(capture):
                     self._trouble = "it stopped giving pictures; trying again"
                     capture.release()
                     capture = None
@@ -147,7 +147,7 @@ class LiveCamera:
                 self._ended = True
                 self._changed.notify_all()
 
-    def _take(self, capture: Capture) -> bool:
+    def _grab(self, capture: Capture) -> bool:
         """Grab one frame; return whether the camera is still alive."""
         try:
             if not capture.grab():
@@ -197,7 +197,7 @@ class NetworkStream:
     """A network stream, through FFmpeg."""
 
     stamps = False
-    tells_fps = False  # FFmpeg makes one up
+    reports_fps = False  # FFmpeg makes one up
     notes: Sequence[str] = ("no capture time in a stream: a frame's time is when it arrived",)
 
     def __init__(self, url: str, make: MakeCapture) -> None:

@@ -20,7 +20,7 @@ import numpy as np
 
 from laptop.see.camera.containers import why_undecoded, why_unreadable
 from laptop.see.camera.frames import Capture, Frame, MakeCapture, NoCamera, bgr, size_of
-from laptop.system.picture_heads import MAX_PICTURE_BYTES, SpoiltPicture, picture_size
+from laptop.system.picture_heads import MAX_PICTURE_BYTES, InvalidPicture, picture_size
 from shared.config_files import InvalidFile, open_file
 from shared.message_fields import printable
 
@@ -108,7 +108,7 @@ class Recording:
         if self.count is None or (numbers and numbers[-1] >= self.count):
             numbers = None
         self._numbers = numbers
-        self._taken = 0  # frames that were stepped to
+        self._stepped = 0  # frames that were stepped to
         self.unread = self.count - len(numbers) if numbers and self.count else 0
         self.ended = False
         self._capture = capture
@@ -230,11 +230,11 @@ class Recording:
 
     def _step(self) -> None:
         """Advance to the next frame, or to the next one that the file still holds."""
-        self._taken += 1
+        self._stepped += 1
         if self._numbers is None:
             self._next += 1
-        elif self._taken < len(self._numbers):
-            self._next = self._numbers[self._taken]
+        elif self._stepped < len(self._numbers):
+            self._next = self._numbers[self._stepped]
         else:
             self._next = max(self._next + 1, self.count or 0)
         if self.guessed and self.count is not None:
@@ -331,7 +331,7 @@ class PictureFolder:
     def _read(self, file: Path) -> np.ndarray | None:
         try:
             return _read_picture(file)
-        except SpoiltPicture as error:
+        except InvalidPicture as error:
             self.spoilt[file] = str(error)
             return None
 
@@ -360,16 +360,16 @@ def _read_picture(file: Path) -> np.ndarray:
         with open(open_file(str(file)), "rb") as opened:
             data = opened.read(MAX_PICTURE_BYTES + 1)
     except InvalidFile as error:
-        raise SpoiltPicture(f"{error}; give a png or jpg file") from None
+        raise InvalidPicture(f"{error}; give a png or jpg file") from None
     except OSError as error:
-        raise SpoiltPicture(f"cannot be read ({error.strerror}); check the file") from None
-    picture_size(data, whole=False)  # of a video in pictures each is decoded once, and soon
+        raise InvalidPicture(f"cannot be read ({error.strerror}); check the file") from None
+    picture_size(data, to_end=False)  # of a video in pictures each is decoded once, and soon
     try:
         image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
     except cv2.error:
         image = None
     if image is None:
-        raise SpoiltPicture("is a damaged picture, and cannot be read; save it anew")
+        raise InvalidPicture("is a damaged picture, and cannot be read; save it anew")
     return image
 
 
@@ -409,7 +409,7 @@ def open_files(source: str, make: MakeCapture) -> Capture:
     if path.suffix.lower() in PICTURE_SUFFIXES:
         try:
             _read_picture(path)
-        except SpoiltPicture as error:
+        except InvalidPicture as error:
             raise NoCamera(f"{path} {error}") from None
         return PictureFolder([path])
     try:

@@ -24,7 +24,7 @@ class Webcam:
     """A webcam: MJPG, one buffer, everything that adapts by itself locked once it has settled."""
 
     stamps = LINUX  # elsewhere the position is none on the clock
-    tells_fps = True
+    reports_fps = True
 
     def __init__(
         self,
@@ -93,9 +93,9 @@ class Webcam:
                 continue  # it has none
             off = manual if name == "exposure" else 0.0
             switched = switch is None or capture.set(switch, off)
-            kept = capture.set(key, value)
+            accepted = capture.set(key, value)
             answer = capture.get(key)
-            if switched and kept and math.isclose(answer, value, rel_tol=0.02, abs_tol=0.51):
+            if switched and accepted and math.isclose(answer, value, rel_tol=0.02, abs_tol=0.51):
                 notes.append(f"{name} locked at {answer:g}")
             else:
                 notes.append(f"{name} cannot be locked (answers {answer:g})")

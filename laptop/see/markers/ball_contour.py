@@ -266,8 +266,8 @@ def rim_width(image: np.ndarray, u: float, v: float, radius: float) -> float:
         (v + radius * rho * np.sin(angles)).astype(np.float32), cv2.INTER_LINEAR,
         borderMode=cv2.BORDER_REPLICATE,
     ).astype(np.float32)  # fmt: skip
-    way = np.median(rays, axis=0)
-    slopes = np.linalg.norm(way[2:] - way[:-2], axis=1)  # of one sample to the next but one
+    profile = np.median(rays, axis=0)
+    slopes = np.linalg.norm(profile[2:] - profile[:-2], axis=1)  # of one sample to the next but one
     first, last = np.searchsorted(rho[1:-1], _RIM_REACH)
     steep = first + int(np.argmax(slopes[first:last] > _MIN_RIM_SLOPE * slopes[first:last].max()))
     while steep + 1 < last and slopes[steep + 1] > slopes[steep]:
@@ -275,7 +275,7 @@ def rim_width(image: np.ndarray, u: float, v: float, radius: float) -> float:
     level = steep + np.flatnonzero(slopes[steep:] < _NO_RIM_SLOPE * slopes[steep])
     inner, outer = np.searchsorted(rho, _BESIDE_RIM)
     within = np.median(rays[:, inner : outer + 1].reshape(-1, 3), 0)
-    without = [np.median(rays[:, -8:].reshape(-1, 3), 0), *way[1 + level[:1]]]
+    without = [np.median(rays[:, -8:].reshape(-1, 3), 0), *profile[1 + level[:1]]]
     return min(_quarters(rays[:, inner:], within, around) for around in without) * float(rho[1])
 
 

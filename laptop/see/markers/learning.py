@@ -70,7 +70,7 @@ class _Region(NamedTuple):
     color      of it
     mask       uint8, shape (h, w), 255 inside
     circle     around it, px
-    whole      the circle on which most of its outline lies, px
+    outline    the circle on which most of its outline lies, px
     stretch    how many times it is as long as wide
     turn       of its longer axis, rad, from that of u to that of v
     roundness  0 to 1
@@ -79,7 +79,7 @@ class _Region(NamedTuple):
     color: Color
     mask: np.ndarray
     circle: Circle
-    whole: Circle
+    outline: Circle
     stretch: float
     turn: float
     roundness: float
@@ -148,7 +148,7 @@ def _learn(
     marker = Marker(name, kind, color, radius=region.circle.radius)
     if width_of_rim > _MAX_RIM_WIDTH or region.circle.visible < _MIN_VISIBLE:
         return marker, region  # it will be sharp and whole when it is looked for
-    clear = region.roundness > _SURE_ROUNDNESS and region.whole.fill > _MIN_COLORED_SHARE
+    clear = region.roundness > _SURE_ROUNDNESS and region.outline.fill > _MIN_COLORED_SHARE
     least = LEAST_CONFIDENCE if clear else MIN_REPORTED_CONFIDENCE
     if (why := _why_lost(marker, image, region.circle, hsv, least)) is not None:
         if kind == "disc" and _kind(hsv, region.mask) == "ball":
@@ -159,9 +159,9 @@ def _learn(
 
 def _striped(region: _Region, image: np.ndarray, where: str) -> _Region:
     """Return an elongated region as a whole ball that a stripe partly hides."""
-    contour = fit_ball_contour(image, *region.whole[:3], _edges(image), region.color)
+    contour = fit_ball_contour(image, *region.outline[:3], _edges(image), region.color)
     if contour is not None and scaled_misfit(contour) < _MAX_MISFIT and contour.gap < _MAX_GAP:
-        circle = region.whole._replace(u=contour.u, v=contour.v, radius=contour.radius)
+        circle = region.outline._replace(u=contour.u, v=contour.v, radius=contour.radius)
         return region._replace(circle=circle, stretch=1.0)
     if region.stretch < _MAX_STRETCH:
         return region

@@ -64,9 +64,11 @@ def exclude(marker: Marker, image: np.ndarray, pick: tuple[float, ...]) -> Marke
     away = hue_distance(shade[0], color.hue)
     if abs(away) > 0.4 * color.tolerance:
         side = math.copysign(1.0, away)
-        kept = (abs(away) - _HUE_MARGIN / 2 + color.tolerance) / 2  # half of what is left
-        middle = color.hue + side * (kept - color.tolerance)
-        return replace(marker, color=replace(color, hue=middle % 360, tolerance=max(4.0, kept)))
+        tolerance = (abs(away) - _HUE_MARGIN / 2 + color.tolerance) / 2  # half of what is left
+        middle = color.hue + side * (tolerance - color.tolerance)
+        return replace(
+            marker, color=replace(color, hue=middle % 360, tolerance=max(4.0, tolerance))
+        )
     saturation, value = 1.1 * shade[1] / color.saturation, 1.1 * shade[2] / color.value
     if color.saturation_floor < saturation < _MAX_FLOOR:
         return replace(marker, color=replace(color, saturation_floor=saturation))

@@ -81,37 +81,38 @@ class _Shares:
     """
 
     def __init__(self, smear: Smear, shape: tuple[int, ...]) -> None:
-        self._radius, self._way = np.float32(smear.radius), np.float32(max(smear.length, 1e-3))
-        self._cos, self._sin = np.float32(smear.du) / self._way, np.float32(smear.dv) / self._way
+        self._radius = np.float32(smear.radius)
+        self._length = length = np.float32(max(smear.length, 1e-3))
+        self._cos, self._sin = np.float32(smear.du) / length, np.float32(smear.dv) / length
         us = np.arange(shape[1], dtype=np.float32) - np.float32(smear.u)
         vs = np.arange(shape[0], dtype=np.float32)[:, None] - np.float32(smear.v)
         self._along = us * self._cos + vs * self._sin
         self._across = vs * self._cos - us * self._sin
-        # Half of the chord that the disc lays over a pixel along its way.
+        # Half of the chord that the disc lays over a pixel along its motion.
         self._half = np.sqrt(np.maximum(self._radius**2 - self._across * self._across, 0))
-        # Of the way, the part in which the pixel is in the disc: seen from the disc's centre, the
-        # pixel goes from `along` minus half of the way to `along` plus half of it.
-        self._first, self._last = self._along - self._way / 2, self._along + self._way / 2
+        # The part of the motion in which the pixel is in the disc.  In the disc's frame the pixel
+        # goes from `along` minus half of the length to `along` plus half of it.
+        self._first, self._last = self._along - length / 2, self._along + length / 2
         seen = np.minimum(self._last, self._half) - np.maximum(self._first, -self._half)
-        self.share = np.maximum(seen, 0) / self._way
+        self.share = np.maximum(seen, 0) / length
 
     def slopes(self) -> np.ndarray:
         """Return the derivatives by the parameters of a Smear: float32, shape (h, w, 5), 1/px."""
-        any_seen = (self.share > 0) / self._way
+        any_seen = (self.share > 0) / self._length
         late, early = (self._last < self._half) * any_seen, (self._first > -self._half) * any_seen
         by_along = late - early
         by_half = 2 * any_seen - late - early
-        by_way = (late + early) / 2 - self.share / self._way
+        by_length = (late + early) / 2 - self.share / self._length
         by_half /= np.maximum(self._half, 0.5)
         by_across = -by_half * self._across
-        by_turn = (by_along * self._across - by_across * self._along) / self._way
+        by_turn = (by_along * self._across - by_across * self._along) / self._length
         cos, sin = self._cos, self._sin
         return np.dstack(
             [
                 sin * by_across - cos * by_along,
                 -cos * by_across - sin * by_along,
-                cos * by_way - sin * by_turn,
-                sin * by_way + cos * by_turn,
+                cos * by_length - sin * by_turn,
+                sin * by_length + cos * by_turn,
                 by_half * self._radius,
             ]
         )

@@ -96,8 +96,8 @@ class Track:
     misses           frames since
     color            its colour under the present light
     gains            of the present light; None: as it was when the colour was learned
-    discriminant     computes a disc's share in a pixel; None until it was seen whole
-    last_whole       when a disc was last seen whole, s
+    discriminant     computes a disc's share in a pixel; None until an unoccluded disc is seen
+    last_unoccluded  when a disc was last seen unoccluded, s
     ellipse_quality  how well its outline followed an ellipse when it was found, 0 to 1
     last_sure        the last sighting that was surely it, at last_sure_t (s); never forgotten
     speed            the greatest one of late, px/s; kept, too
@@ -117,7 +117,7 @@ class Track:
     color: Color | None = None
     gains: Gains | None = None
     discriminant: DiscriminantModel | None = None
-    last_whole: float = -math.inf
+    last_unoccluded: float = -math.inf
     ellipse_quality: float = 1.0
     last_sure: Sighting | None = None
     last_sure_t: float = 0.0
@@ -152,7 +152,7 @@ class Track:
         """Return the track after a measurement at time t (s); a second one gives a speed."""
         new = measured.seen
         assert new is not None
-        whole = self.last_whole if math.isinf(measured.last_whole) else t
+        last_unoccluded = self.last_unoccluded if math.isinf(measured.last_unoccluded) else t
         du, dv = measured.du, measured.dv
         dt = t - self.t
         if self.seen is not None and not self.misses and dt > 0:
@@ -161,9 +161,9 @@ class Track:
             du = old * self.du + VELOCITY_BLEND * (new.u - self.seen.u) / dt
             dv = old * self.dv + VELOCITY_BLEND * (new.v - self.seen.v) / dt
         return replace(
-            measured, t=t, du=du, dv=dv, misses=0, last_whole=whole, last_sure=self.last_sure,
-            last_sure_t=self.last_sure_t, speed=self.speed, picture=self.picture,
-            others=self.others,
+            measured, t=t, du=du, dv=dv, misses=0, last_unoccluded=last_unoccluded,
+            last_sure=self.last_sure, last_sure_t=self.last_sure_t, speed=self.speed,
+            picture=self.picture, others=self.others,
         )  # fmt: skip
 
     def miss(self, color: Color | None, why: str) -> Track:
@@ -174,8 +174,8 @@ class Track:
             why: it was not seen.
         """
         misses = self.misses + 1
-        kept = self if misses < MISSES_TO_FORGET else self.forgotten(color)
-        return replace(kept, sighting=None, misses=misses, why=why)
+        track = self if misses < MISSES_TO_FORGET else self.forgotten(color)
+        return replace(track, sighting=None, misses=misses, why=why)
 
     def forgotten(self, color: Color | None) -> Track:
         """Return the track without what changes from frame to frame, but with where it was.

@@ -113,11 +113,11 @@ def _taught(pairs: np.ndarray) -> tuple[np.ndarray | None, list[np.ndarray]]:
 
 def _fundamental(pairs: np.ndarray) -> np.ndarray | None:
     """Return the fundamental matrix, 3 x 3, from the inlier pairs; None if it is not unique."""
-    _, kept = cv2.findFundamentalMat(pairs[:, :2], pairs[:, 2:], cv2.FM_LMEDS)
-    if kept is None or np.count_nonzero(kept) < MIN_PAIRS // 2:
+    _, inlier_mask = cv2.findFundamentalMat(pairs[:, :2], pairs[:, 2:], cv2.FM_LMEDS)
+    if inlier_mask is None or np.count_nonzero(inlier_mask) < MIN_PAIRS // 2:
         return None
     # The least median is that of a few pairs; all that belong to it tell more.
-    pairs = pairs[kept.ravel() == 1]
+    pairs = pairs[inlier_mask.ravel() == 1]
     matrix, _ = cv2.findFundamentalMat(pairs[:, :2], pairs[:, 2:], cv2.FM_8POINT)
     return matrix if matrix is not None and matrix.shape == (3, 3) else None
 
@@ -156,10 +156,10 @@ def _ends(line: tuple[float, float, float], size: tuple[int, int]) -> tuple[Poin
 def _nearest(ends: tuple[Point, ...], place: np.ndarray) -> Point:
     """Return the nearest place between two ends, px."""
     (u0, v0), (u1, v1) = ends
-    way = u1 - u0, v1 - v0
-    share = ((place[0] - u0) * way[0] + (place[1] - v0) * way[1]) / (way[0] ** 2 + way[1] ** 2)
+    du, dv = u1 - u0, v1 - v0
+    share = ((place[0] - u0) * du + (place[1] - v0) * dv) / (du**2 + dv**2)
     share = min(max(share, 0.0), 1.0)
-    return u0 + share * way[0], v0 + share * way[1]
+    return u0 + share * du, v0 + share * dv
 
 
 def _inside(place: Point, size: tuple[int, int]) -> bool:

@@ -48,7 +48,7 @@ class JobOffer:
         self.asked = max(self.asked, want.part + 1)
         return part_of(self._packed, want.crc, want.part)
 
-    def take_log(self, message: JobLog, offset: float) -> None:
+    def add_log(self, message: JobLog, offset: float) -> None:
         """Keep what the brick logs of this job.
 
         Args:

@@ -42,9 +42,9 @@ class MarkerSelection:
         names = [pick.name for pick in self.picks]
         for pick in self.picks:
             if pick.name not in (*self.specs, *self.known):
-                there = ", ".join(dict.fromkeys([*self.specs, *self.known]))
+                available = ", ".join(dict.fromkeys([*self.specs, *self.known]))
                 raise InvalidTrackOption(
-                    f"pick '{pick.name}': no marker has this name; there are {there}"
+                    f"pick '{pick.name}': no marker has this name; there are {available}"
                 )
             if names.count(pick.name) > 1:
                 raise InvalidTrackOption(f"pick '{pick.name}' is given twice; give it once")

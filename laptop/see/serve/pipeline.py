@@ -92,14 +92,14 @@ class PairPlacer(Protocol):
 class PipelineOutputs(NamedTuple):
     """Destinations of a pipeline's results.
 
-    server  is given every frame's observation, or None
-    csv     is given every frame's rows, or None
-    keep    index of the frame to keep as a picture; None: the last one
+    server         gets every frame's observation, or None
+    csv            gets every frame's rows, or None
+    picture_index  index of the frame to store as a picture; None: the last one
     """
 
     server: ObservationSink | None = None
     csv: ObservationCsv | None = None
-    keep: int | None = None
+    picture_index: int | None = None
 
 
 class MarkerPlacers(NamedTuple):
@@ -160,8 +160,8 @@ class CameraPipeline:
         self.fixed = {GOAL: (*goal, 1.0)} if goal else {}
         self._view_changed = threading.Condition()
         self._tracker = tracker
-        self._server, self._csv, self._keep = outputs
-        self._kept: AnnotatedFrame | None = None
+        self._server, self._csv, self._picture_index = outputs
+        self._picture_view: AnnotatedFrame | None = None
         self._now = now
         self._placer, self._pairs = placers
         self._ages: deque[float] = deque(maxlen=30)
@@ -230,8 +230,12 @@ class CameraPipeline:
         with self._view_changed:
             self.view = AnnotatedFrame(frame, found, why, self.fixed, self._tracker.windows, places)
             self._view_changed.notify_all()
-        if self._keep is not None and self._kept is None and frame.index >= self._keep:
-            self._kept = self.view
+        if (
+            self._picture_index is not None
+            and self._picture_view is None
+            and frame.index >= self._picture_index
+        ):
+            self._picture_view = self.view
 
     def place_at(self, pixel: Point, height: float) -> Point | None:
         """Return the place over the table, cm, of what a pixel shows at a height, cm, or None."""
@@ -253,9 +257,9 @@ class CameraPipeline:
             self._view_changed.wait(timeout)
 
     @property
-    def kept_view(self) -> AnnotatedFrame | None:
-        """The view that was to be kept, or the last one; None: there is none."""
-        return self.view if self._keep is None else self._kept
+    def picture_view(self) -> AnnotatedFrame | None:
+        """View of the frame to store as a picture, by default the last one; None: not there yet."""
+        return self.view if self._picture_index is None else self._picture_view
 
     @property
     def trouble(self) -> str:

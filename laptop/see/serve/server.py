@@ -292,7 +292,7 @@ class TrackingServer:
             if caller is not self._served:
                 self._shake_hands(caller, message)
             else:
-                self._take(caller.link, message)
+                self._handle(caller.link, message)
             message = caller.link.receive()
         if caller.link.closed:
             self._dismiss(caller)
@@ -302,7 +302,7 @@ class TrackingServer:
                 caller.events = events
                 self._selector.modify(caller.sock, events)
 
-    def _take(self, link: Link, message: object) -> None:
+    def _handle(self, link: Link, message: object) -> None:
         """Take in what the brick that is served says."""
         now = self._now()
         if isinstance(message, Status):
@@ -310,7 +310,7 @@ class TrackingServer:
         elif isinstance(message, JobStatus):
             self._progress = message, now - _lag(link, message.t, now)
         elif isinstance(message, JobLog) and self._offer and link.clock.is_known:
-            self._offer.take_log(message, link.clock.offset)
+            self._offer.add_log(message, link.clock.offset)
         elif isinstance(message, Want) and self._offer and (part := self._offer.part(message)):
             link.send(part)
 

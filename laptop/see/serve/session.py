@@ -73,7 +73,7 @@ class TrackingSession:
             TrackingInterrupted: no camera is left and some were given up, or the CSV cannot be
                 written.
         """
-        with self._signals_noted():
+        with self._signals_handled():
             groups = [[pipeline] for pipeline in self._pipelines if pipeline.live]
             in_turn = [pipeline for pipeline in self._pipelines if not pipeline.live]
             groups += [in_turn] if in_turn else []
@@ -159,17 +159,17 @@ class TrackingSession:
                 self._print_line(f"camera {pipeline.name}: {pipeline_status(pipeline)}; {others}")
 
     @contextmanager
-    def _signals_noted(self) -> Iterator[None]:
+    def _signals_handled(self) -> Iterator[None]:
         """Note signals while the block runs: they end the session in order."""
 
-        def note(number: int, _frame: object) -> None:
+        def on_signal(number: int, _frame: object) -> None:
             # No Event is set here: it may just be waited for, with its lock held, for ever then.
             self._signal = number
 
         if threading.current_thread() is not threading.main_thread():
             yield
             return
-        before = {number: signal.signal(number, note) for number in EXIT_STATUS}
+        before = {number: signal.signal(number, on_signal) for number in EXIT_STATUS}
         try:
             yield
         finally:

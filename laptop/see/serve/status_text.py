@@ -115,12 +115,12 @@ def marker_lines(
     """
     lines = []
     for marker in markers:
-        kept = ""
+        origin = ""
         if marker.name in learned:
-            kept = f" (learned, kept in {file})"
+            origin = f" (learned, kept in {file})"
         elif known.get(marker.name) == marker:
-            kept = f" (from {file}; for another: --{marker.name} SPEC)"
-        lines.append(f"{marker.name}: {marker}{kept}")
+            origin = f" (from {file}; for another: --{marker.name} SPEC)"
+        lines.append(f"{marker.name}: {marker}{origin}")
     return lines
 
 

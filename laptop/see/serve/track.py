@@ -390,9 +390,9 @@ def _conclude(
         file, index = picture
         for pipeline in pipelines:
             own = file.with_stem(f"{file.stem}-{pipeline.name}") if len(pipelines) > 1 else file
-            if pipeline.kept_view is None:
+            if pipeline.picture_view is None:
                 missing = "no frame came" if index is None else f"frame {index} did not come"
                 print_line(f"{own} was not written: {missing}")
             else:
-                write_picture(own, pipeline.kept_view)
+                write_picture(own, pipeline.picture_view)
                 print_line(str(own))

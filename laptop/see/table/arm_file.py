@@ -87,7 +87,7 @@ def write_values(
                 read_arm(draft)
             except BadArmFile as error:
                 raise refused(str(error).replace(str(draft), str(path))) from None
-            before = _keep(path)
+            before = _back_up(path)
     except (BadIni, UnicodeDecodeError) as error:
         raise refused(str(error)) from None
     except ArmNotWritten:
@@ -111,7 +111,7 @@ def check_writable(path: Path) -> None:
     check_kind(path)
 
 
-def _keep(path: Path) -> Path | None:
+def _back_up(path: Path) -> Path | None:
     """Copy a file beside itself, to a free name; return None where it is not there.
 
     Raises:
@@ -128,8 +128,10 @@ def _keep(path: Path) -> Path | None:
 
 def _changed(text: str, values: Mapping[tuple[str, str], str]) -> str:
     """Return the text with these values; keys that are not there become last in their section."""
-    there = read_ini(text.lstrip("\ufeff").splitlines())
-    missing = {place: v for place, v in values.items() if place[1] not in there.get(place[0], {})}
+    existing = read_ini(text.lstrip("\ufeff").splitlines())
+    missing = {
+        place: v for place, v in values.items() if place[1] not in existing.get(place[0], {})
+    }
     text = with_values(text, {place: v for place, v in values.items() if place not in missing})
     for (section, key), value in missing.items():
         text = _added(text, section, key, value)

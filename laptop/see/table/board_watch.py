@@ -77,12 +77,12 @@ class BoardWatch:
         self._bar, self._heights, self._name, self._report_line = bar, heights, name, report
         self.height = heights.get(EFFECTOR)
         self._pictures = 0
-        self._told: set[str] = set()
+        self._reported: set[str] = set()
         self._begin()
 
     def _begin(self) -> None:
         """Wait for a board that stands."""
-        self._looks = 0
+        self._search_count = 0
         self._best: BoardView | None = None
         self._last: BoardView | None = None
 
@@ -92,26 +92,26 @@ class BoardWatch:
         self._pictures += 1
         if self.calibration is None:
             if due:
-                self._seek(find_board(image))
+                self._calibrate(find_board(image))
         elif self.why:
             if due:
-                self._wait(find_board(image), self.calibration)
+                self._recalibrate(find_board(image), self.calibration)
         elif self._pictures >= self._next_check:
-            self._check(image, self.calibration)
+            self._check_markers(image, self.calibration)
 
     # Until it is known
 
-    def _seek(self, view: BoardView | None) -> None:
+    def _calibrate(self, view: BoardView | None) -> None:
         """Take in a view, and calibrate as soon as one is good enough."""
         if view and (self._best is None or len(view.numbers) > len(self._best.numbers)):
             self._best = view
         if self._best is None:
             return
-        self._looks += 1
+        self._search_count += 1
         if len(self._best.numbers) < GOOD_SHARE * len(self._best.board.numbers):
-            if self._looks < MAX_SEARCHES:
+            if self._search_count < MAX_SEARCHES:
                 return
-            self._looks = 0
+            self._search_count = 0
         try:
             found = calibrate([self._best], self._bar)
         except BadCalibration as problem:
@@ -129,11 +129,11 @@ class BoardWatch:
         # First the calibration, then that it holds: others read both.
         self.calibration = found
         self.version += 1
-        self._stay()
+        self._mark_in_place()
         for line in lines:
             self._report_line(f"camera {self._name}: {line}")
 
-    def _stay(self) -> None:
+    def _mark_in_place(self) -> None:
         """Take in that camera and board stand where they are known to."""
         self.why = ""
         self._unseen = 0
@@ -142,7 +142,7 @@ class BoardWatch:
 
     # Once it is known
 
-    def _check(self, image: np.ndarray, known: Calibration) -> None:
+    def _check_markers(self, image: np.ndarray, known: Calibration) -> None:
         """Look whether some markers are where they were; if not, look at all."""
         self._next_check = self._pictures + CHECK_PERIOD
         board, numbers = known.board, list(known.board.numbers)
@@ -160,13 +160,13 @@ class BoardWatch:
                 break
             seen += len(view.numbers)
             if seen >= MIN_SEEN:
-                self._stay()
+                self._mark_in_place()
                 return
-        self._search(find_board(image), known)
+        self._search_board(find_board(image), known)
 
-    def _search(self, view: BoardView | None, known: Calibration) -> None:
+    def _search_board(self, view: BoardView | None, known: Calibration) -> None:
         """Tell a board that is covered from one that has moved."""
-        off, moved = self._off(view, known)
+        off, moved = self._view_fault(view, known)
         if moved:
             self._begin()
             self._last = view
@@ -182,9 +182,9 @@ class BoardWatch:
                     "not"
                 )
         else:
-            self._stay()
+            self._mark_in_place()
 
-    def _off(self, view: BoardView | None, known: Calibration) -> tuple[str, bool]:
+    def _view_fault(self, view: BoardView | None, known: Calibration) -> tuple[str, bool]:
         """Return the trouble with a view, "" for none, and whether something moved."""
         if view is None or len(view.numbers) < MIN_SEEN:
             return "the board is covered, blurred, or outside of the picture", False
@@ -198,11 +198,11 @@ class BoardWatch:
             return f"camera or board has moved, by {shift.px:.1f} px, {shift.mm:.1f} mm", True
         return "", False
 
-    def _wait(self, view: BoardView | None, known: Calibration) -> None:
+    def _recalibrate(self, view: BoardView | None, known: Calibration) -> None:
         """Take in a view after something moved: it may be back, still move, or stand again."""
-        off, moved = self._off(view, known)
+        off, moved = self._view_fault(view, known)
         if not off:
-            self._stay()
+            self._mark_in_place()
             self._report_line(
                 f"camera {self._name}: camera and board are back where they were; places in cm go "
                 "on"
@@ -214,7 +214,7 @@ class BoardWatch:
             self._last = view if moved else None
             return
         self._last = view
-        self._seek(view)
+        self._calibrate(view)
 
     def place(self, marker: str, pixel: tuple[float, float]) -> tuple[float, float] | None:
         """Return a marker's place on the board, (x, y), cm; None: unknown.
@@ -256,8 +256,8 @@ class BoardWatch:
         return at and BoardPlace(*at, arm=self._arm_pose.in_arm(at))
 
     def _report(self, line: str) -> None:
-        if line not in self._told:
-            self._told.add(line)
+        if line not in self._reported:
+            self._reported.add(line)
             self._report_line(f"camera {self._name}: {line}")
 
 

@@ -122,13 +122,13 @@ def calibrate(views: Sequence[BoardView], bar: float | None = None) -> Calibrati
     views = _different(views)
     scale = (bar or 10 * BAR) / (10 * BAR)
     state, off, covariance = _fit(views, scale)
-    kept = _without_outliers(views, off)
+    inlier_views = _without_outliers(views, off)
     count = sum(len(view.numbers) for view in views)
-    left_out = count - sum(len(view.numbers) for view in kept)
-    few = left_out > MAX_LEFT_OUT * count or min(len(v.numbers) for v in kept) < MIN_MARKERS
+    left_out = count - sum(len(view.numbers) for view in inlier_views)
+    few = left_out > MAX_LEFT_OUT * count or min(len(v.numbers) for v in inlier_views) < MIN_MARKERS
     if left_out and not few:
-        state, off, covariance = _fit(kept, scale)
-    _check_zoom(views if few else kept, scale, state, off)
+        state, off, covariance = _fit(inlier_views, scale)
+    _check_zoom(views if few else inlier_views, scale, state, off)
     rms = math.sqrt((off**2).sum(axis=1).mean())
     if few or not rms < MAX_RMS:
         raise BadCalibration(
@@ -146,10 +146,10 @@ def calibrate(views: Sequence[BoardView], bar: float | None = None) -> Calibrati
             f"the camera looks at the board too flatly, {math.degrees(camera.tilt):.0f} degrees "
             f"from straight down; up to {math.degrees(MAX_TILT):.0f} it can be measured by"
         )
-    last = kept[-1]
+    last = inlier_views[-1]
     missed = camera.to_table(last.pixels) - scale * last.points[:, :2]
     rms_mm = 10 * math.sqrt(float((missed**2).sum(axis=1).mean()))
-    markers = tuple(len(view.numbers) for view in kept)
+    markers = tuple(len(view.numbers) for view in inlier_views)
     alike = pictures - len(views)
     return Calibration(camera, last.board, bar, markers, rms, rms_mm, last.blur, left_out, alike)
 
@@ -159,11 +159,11 @@ def _different(views: Sequence[BoardView]) -> list[BoardView]:
 
     A copy tells nothing that its original does not, and would make all seem surer than it is.
     """
-    kept: list[BoardView] = []
+    distinct: list[BoardView] = []
     for view in reversed(views):
-        if not any(_alike(view, other) for other in kept):
-            kept.append(view)
-    return kept[::-1]
+        if not any(_alike(view, other) for other in distinct):
+            distinct.append(view)
+    return distinct[::-1]
 
 
 def _alike(one: BoardView, other: BoardView) -> bool:
@@ -239,10 +239,10 @@ def _without_outliers(views: Sequence[BoardView], off: np.ndarray) -> list[Board
     distances = np.linalg.norm(off, axis=1).reshape(-1, 4).max(axis=1)
     limit = max(OUTLIER_MEDIANS * float(np.median(distances)), OUTLIER_PX)
     ends = np.cumsum([len(view.numbers) for view in views])[:-1]
-    kept = []
+    inlier_views = []
     for view, near in zip(views, np.split(distances <= limit, ends), strict=True):
         corners = np.repeat(near, 4)
-        kept.append(
+        inlier_views.append(
             replace(
                 view,
                 numbers=view.numbers[near],
@@ -250,7 +250,7 @@ def _without_outliers(views: Sequence[BoardView], off: np.ndarray) -> list[Board
                 pixels=view.pixels[corners],
             )
         )
-    return kept
+    return inlier_views
 
 
 def check_bar(bar: float | None) -> None:

@@ -94,10 +94,10 @@ class CameraModel:
         """
         rays = self.sight_lines(pixels)
         with np.errstate(divide="ignore", invalid="ignore"):
-            ways = (height - self.position[2]) / rays[:, 2]
-            places = self.position[:2] + ways[:, None] * rays[:, :2]
+            ray_lengths = (height - self.position[2]) / rays[:, 2]
+            places = self.position[:2] + ray_lengths[:, None] * rays[:, :2]
             level = ~(np.abs(rays[:, 2]) > math.sin(HORIZON))
-            places[level | ~(ways > 0)] = np.nan
+            places[level | ~(ray_lengths > 0)] = np.nan
         return np.asarray(places)
 
     def placed(

@@ -215,13 +215,13 @@ class TwoCameras:
         try:
             by_moves.refit(calibration.camera, self._sizes[name])
         except BadMoves as problem:
-            if by_moves.news(str(problem)):
+            if by_moves.is_unreported(str(problem)):
                 self._report(
                     f"camera {name} does not see the board, and is not known yet: {problem}"
                 )
             return
         fit = by_moves.fit
-        if fit and by_moves.news("known"):
+        if fit and by_moves.is_unreported("known"):
             self._report(
                 f"camera {name} does not see the board: by the tip's own moves it stands "
                 f"{fit.camera.position[2]:.1f} cm above it; {fit.places} places are missed by "
@@ -253,7 +253,7 @@ class _ByMoves:
         self._arm_pose: ArmPoseFit | None = None
         self._fitted = 0
         self._far = 0
-        self._said: set[str] = set()
+        self._reported: set[str] = set()
 
     def has_moved(self, sample: _TipSample) -> bool:
         """Return whether the last samples are all seen elsewhere than the fit has them."""
@@ -291,9 +291,9 @@ class _ByMoves:
         arm_pose = fit_arm_pose(over, points, np.array([sample.over for sample in samples]))
         self.fit, self._arm_pose = fit_moves(arm_pose.on_board(points), seen, size), arm_pose
 
-    def news(self, what: str) -> bool:
+    def is_unreported(self, what: str) -> bool:
         """Return whether no such line was reported yet, whatever its numbers."""
         kind = re.sub(r"\d+", "", what)
-        new = kind not in self._said
-        self._said.add(kind)
+        new = kind not in self._reported
+        self._reported.add(kind)
         return new

@@ -105,7 +105,7 @@ def test_what_cannot_be_bundled_is_refused(uv, tmp_path, monkeypatch, words, pro
 
 
 def test_without_uv_or_a_checkout_it_says_where_to_go(uv, tmp_path, monkeypatch):
-    monkeypatch.setattr(bundle, "HOUSE", tmp_path)
+    monkeypatch.setattr(bundle, "REPO_ROOT", tmp_path)
     uv()
     status, output = told(tmp_path / "class")
     assert status == 1

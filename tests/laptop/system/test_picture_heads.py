@@ -6,7 +6,7 @@ from hostile_files import jpeg_of, picture, png_of
 from laptop.system.picture_heads import (
     MAX_PICTURE_BYTES,
     PNG,
-    SpoiltPicture,
+    InvalidPicture,
     is_picture,
     picture_size,
 )
@@ -24,8 +24,8 @@ def test_the_size_is_in_the_head(ending, whole):
 @pytest.mark.parametrize("ending", [".png", ".jpg"])
 def test_a_head_is_enough_where_that_is_asked(ending):
     cut = picture(ending)[:-40]
-    assert picture_size(cut, whole=False) == picture_size(picture(ending))
-    with pytest.raises(SpoiltPicture, match="is a picture that is cut off; copy it again"):
+    assert picture_size(cut, to_end=False) == picture_size(picture(ending))
+    with pytest.raises(InvalidPicture, match="is a picture that is cut off; copy it again"):
         picture_size(cut)
 
 
@@ -43,6 +43,6 @@ def test_a_head_is_enough_where_that_is_asked(ending):
     ],
 )
 def test_what_may_not_be_decoded_is_refused(data, told, whole):
-    with pytest.raises(SpoiltPicture, match=told) as refused:
+    with pytest.raises(InvalidPicture, match=told) as refused:
         picture_size(data, whole)
     assert "\n" not in str(refused.value)

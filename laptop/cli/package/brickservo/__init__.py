@@ -18,37 +18,37 @@ import os
 import sys
 from typing import Any
 
-__all__ = ["Rig", "__version__", "open_house"]
+__all__ = ["Rig", "__version__", "open_packages"]
 
 _HERE = os.path.dirname(os.path.abspath(__file__))
 _INSTALLED, _CHECKOUT = os.path.join(_HERE, "_house"), os.path.join(_HERE, *4 * [".."])
-HOUSE = os.path.realpath(_INSTALLED if os.path.isdir(_INSTALLED) else _CHECKOUT)
+PACKAGE_ROOT = os.path.realpath(_INSTALLED if os.path.isdir(_INSTALLED) else _CHECKOUT)
 """The folder of the packages."""
 
 PACKAGES = ("robot", "laptop", "shared")
 
 
-def open_house() -> None:
+def open_packages() -> None:
     """Let this process import the packages `robot`, `laptop` and `shared` of BrickServo.
 
     Raises:
         ImportError: this process has imported others of these names.
     """
     for name in PACKAGES:
-        other = getattr(sys.modules.get(name), "__path__", None) or [HOUSE + os.sep]
-        if not os.path.realpath(next(iter(other))).startswith(HOUSE):
+        other = getattr(sys.modules.get(name), "__path__", None) or [PACKAGE_ROOT + os.sep]
+        if not os.path.realpath(next(iter(other))).startswith(PACKAGE_ROOT):
             raise ImportError(
                 f"this process uses another package called {name}, {next(iter(other))}: "
                 "run BrickServo in a process of its own"
             )
-    if HOUSE not in sys.path[:1]:
-        sys.path.insert(0, HOUSE)
+    if PACKAGE_ROOT not in sys.path[:1]:
+        sys.path.insert(0, PACKAGE_ROOT)
 
 
 def __getattr__(name: str) -> Any:
     if name == "__version__":
         return importlib.metadata.version("brickservo")
     if name == "Rig":
-        open_house()
+        open_packages()
         return importlib.import_module("laptop.emulator.rig").Rig
     raise AttributeError(f"module 'brickservo' has no attribute {name!r}")

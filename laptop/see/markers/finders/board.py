@@ -98,22 +98,22 @@ def find_again(
 
 def _placed(grey: np.ndarray, board: Board, quads: Mapping[int, np.ndarray]) -> BoardView | None:
     """Place a board's markers by all of their cells, beginning at corners (4, 2), px, by number."""
-    corners, pixels, kept = [], [], []
+    corners, pixels, found = [], [], []
     for number, quad in quads.items():
         homography, fits = align(grey, quad, number, DICTIONARY)
         if fits:
             corners.append(project(homography, SQUARE))
             pixels.append(project(homography, INNER_SHARE * SQUARE))
-            kept.append(number)
-    if not kept:
+            found.append(number)
+    if not found:
         return None
     sides = [np.linalg.norm(np.diff(quad, axis=0), axis=1).mean() for quad in corners]
     sharpest = np.argsort(sides)[-5:]
     blurs = [edge_blur(grey, corners[k]) for k in sharpest]
     return BoardView(
         board,
-        np.array(kept),
-        np.concatenate([board.square(number, INNER_SHARE) for number in kept]),
+        np.array(found),
+        np.concatenate([board.square(number, INNER_SHARE) for number in found]),
         np.concatenate(pixels),
         (grey.shape[1], grey.shape[0]),
         float(np.median(sides)),

@@ -64,11 +64,11 @@ def find_by_color(
     if place is not None:
         measured = measure(image, t, place, marker, track)
         if measured is not None and measured.score >= MIN_FOLLOWED_SCORE:
-            return _taken(measured, image, t, track)
+            return _accepted(measured, image, t, track)
     return _search(image, t, marker, _with_others(track, marker), measure)
 
 
-def _taken(measured: Track, image: np.ndarray, t: float, track: Track) -> Track:
+def _accepted(measured: Track, image: np.ndarray, t: float, track: Track) -> Track:
     """Return the track after a certain detection."""
     new = track.update(measured, t)
     if measured.score < LEAST_CONFIDENCE:
@@ -107,9 +107,9 @@ def _search(image: np.ndarray, t: float, marker: Marker, track: Track, measure: 
     if fitting:
         best = max(fitting, key=lambda candidate: candidate.score)
         if _has_rival(best, fitting):
-            return _doubted(best, track, SEVERAL)
+            return _ambiguous(best, track, SEVERAL)
         if best.score >= LEAST_CONFIDENCE:
-            return _taken(best, image, t, track)
+            return _accepted(best, image, t, track)
     if candidates:
         best = max(candidates, key=lambda candidate: candidate.score)
         if best.score >= LEAST_CONFIDENCE:
@@ -141,28 +141,28 @@ def _suspected(
     known = not unknown
     best = best if known else max(unknown, key=lambda candidate: candidate.score)
     if _has_rival(best, candidates if known else unknown):
-        return _doubted(best, track, SEVERAL)
+        return _ambiguous(best, track, SEVERAL)
     seen, before = best.seen, track.suspect
     assert seen is not None
     suspect = Suspect(seen.u, seen.v, seen.radius, t, t, 1)
     if before and math.hypot(seen.u - before.u, seen.v - before.v) < half_window(before.radius):
         suspect = suspect._replace(since=before.since, frames=before.frames + 1)
     if suspect.is_sure(known):
-        return _taken(best, image, t, track.forgotten(track.color))
+        return _accepted(best, image, t, track.forgotten(track.color))
     others = track.others
     if known:  # it may move
         others = (*(o for o in others if not _is_at(seen, o)), (seen.u, seen.v, seen.radius))
     why = OTHER if known else ELSEWHERE
-    return replace(_doubted(best, track, why), suspect=suspect, others=others)
+    return replace(_ambiguous(best, track, why), suspect=suspect, others=others)
 
 
-def _doubted(best: Track, track: Track, why: str) -> Track:
+def _ambiguous(best: Track, track: Track, why: str) -> Track:
     """Return the track after a frame with a doubtful detection."""
     sighting = best.sighting
     assert sighting is not None
     confidence = min(sighting.confidence, MAX_AMBIGUOUS_CONFIDENCE)
-    kept = track.miss(best.color, why)
-    return replace(kept, sighting=sighting._replace(confidence=confidence))
+    missed = track.miss(best.color, why)
+    return replace(missed, sighting=sighting._replace(confidence=confidence))
 
 
 def _is_other(seen: Sighting, track: Track) -> bool:

@@ -71,26 +71,26 @@ def _measure(
     image: np.ndarray, t: float, place: Place, marker: Marker, track: Track
 ) -> Track | None:
     if track.discriminant is not None and track.ellipse_quality == 1:
-        whole = _measure_whole(image, place, marker, track)
-        if whole is not None:
-            return whole
+        unoccluded = _measure_unoccluded(image, place, marker, track)
+        if unoccluded is not None:
+            return unoccluded
     window = color_window(image, place, track)
     if window is None:
         return None
-    whole = _detect_whole(image, window, marker, track)
-    if whole is not None and whole.score == 1:
-        return whole
+    unoccluded = _detect_unoccluded(image, window, marker, track)
+    if unoccluded is not None and unoccluded.score == 1:
+        return unoccluded
     smeared = measure_smear(image, place, track)
-    if smeared is not None or whole is not None:
-        return smeared or whole
-    if track.seen is not None and t - track.last_whole > MAX_HIDDEN_TIME:
+    if smeared is not None or unoccluded is not None:
+        return smeared or unoccluded
+    if track.seen is not None and t - track.last_unoccluded > MAX_HIDDEN_TIME:
         return None
     known = track.discriminant is not None  # if it was never seen whole, it is something else
     confidence = MAX_HIDDEN_CONFIDENCE if known else MAX_AMBIGUOUS_CONFIDENCE
     return measure_circle(window, marker, track, confidence)
 
 
-def _detect_whole(
+def _detect_unoccluded(
     image: np.ndarray, window: ColorWindow, marker: Marker, track: Track
 ) -> Track | None:
     """Find a whole disc in a mask, of which nothing but its colour is known; None if it is none."""
@@ -118,7 +118,7 @@ def _detect_whole(
     # A mask shows little of a smear: the next frame fits anew, by what is measured in this one.
     model = model._replace(age=MAX_MODEL_AGE - 1)
     start = replace(track, discriminant=model, seen=None, ellipse_quality=quality)
-    found = _measure_whole(image, (u, v, radius), marker, start)
+    found = _measure_unoccluded(image, (u, v, radius), marker, start)
     if found is None or found.seen is None:
         return None
     before = track.seen.radius if track.seen else None
@@ -234,7 +234,7 @@ def _ellipse_likeness(moments: Any) -> tuple[tuple[float, float, float], float, 
     )
 
 
-def _measure_whole(
+def _measure_unoccluded(
     image: np.ndarray, place: Place, marker: Marker, track: Track, separate: bool = False
 ) -> Track | None:
     """Measure by the soft centroid; None if what is there is not a whole disc of this colour.
@@ -262,7 +262,7 @@ def _measure_whole(
         smeared = measure_smear(image, place, track) if stretched else None
         if smeared is not None:
             return smeared
-        return _measure_whole(image, place, marker, track, separate=True)
+        return _measure_unoccluded(image, place, marker, track, separate=True)
     inside = cv2.inRange(share, 50000, FULL_SHARE)
     blue, green, red, _ = cv2.mean(window, inside)
     gains = track.gains or (1.0, 1.0, 1.0)
@@ -280,14 +280,14 @@ def _measure_whole(
         if fresh is None:
             return None
         track = replace(track, discriminant=fresh)
-        return _measure_whole(image, (u, v, place[2]), marker, track)
-    kept: DiscriminantModel | None = model._replace(brightness=brightness, age=model.age + 1)
+        return _measure_unoccluded(image, (u, v, place[2]), marker, track)
+    updated: DiscriminantModel | None = model._replace(brightness=brightness, age=model.age + 1)
     if model.age >= MAX_MODEL_AGE:
         fresh = fit_discriminant(image, u, v, radius, covariance)
-        kept = fresh and fresh._replace(brightness=brightness)
+        updated = fresh and fresh._replace(brightness=brightness)
     new = Sighting(u, v, score, radius)
     return Track(
         new, seen=new, score=score, color=adapt_color(shade, track.color, learned),
-        gains=track.gains, discriminant=kept, last_whole=0.0,
+        gains=track.gains, discriminant=updated, last_unoccluded=0.0,
         ellipse_quality=track.ellipse_quality,
     )  # fmt: skip

@@ -69,7 +69,7 @@ def measure_smear(image: np.ndarray, place: Place, track: Track) -> Track | None
     new = Sighting(smear.u, smear.v, score, smear.radius)
     return Track(
         new, seen=new, score=score, color=track.color, gains=track.gains, discriminant=model,
-        last_whole=0.0, ellipse_quality=track.ellipse_quality,
+        last_unoccluded=0.0, ellipse_quality=track.ellipse_quality,
     )  # fmt: skip
 
 

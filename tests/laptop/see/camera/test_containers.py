@@ -11,7 +11,7 @@ from rich.console import Console
 from waiting import PATIENCE
 
 from laptop.see.camera.cameras import open_camera
-from laptop.see.camera.containers import how_cut_off, is_bare, tells_count
+from laptop.see.camera.containers import how_cut_off, is_bare, states_count
 from laptop.see.camera.recordings import FileFacts, Recording
 from laptop.see.markers.tracker import Tracker
 from laptop.see.serve.pipeline import CameraPipeline
@@ -50,7 +50,7 @@ def trim(path, share):
                                               ("mkv", False), ("ts", False)])  # fmt: skip
 def test_some_containers_tell_how_many_frames_they_have(film, ending, told):
     path = film(ending)
-    assert tells_count(path) == told
+    assert states_count(path) == told
     assert how_cut_off(path) == ""
     with open_camera(str(path)) as source:
         assert source.guessed == (not told)
@@ -83,7 +83,7 @@ def test_a_film_that_is_longer_than_guessed_goes_on(film):
 
 def test_what_a_trimmed_mp4_does_not_show_is_not_unread(film):
     path = trim(film("mp4"), 0.6)
-    assert not tells_count(path)
+    assert not states_count(path)
     with open_camera(str(path)) as source:
         assert source.count == 10
         assert [number_of(frame.image) for frame in everything(source)] == list(range(6))
@@ -205,12 +205,12 @@ def test_whatever_is_left_of_a_file_is_looked_into_without_a_fault(film, ending)
     whole = path.read_bytes()
     for k in range(0, len(whole), max(1, len(whole) // 200)):
         path.write_bytes(whole[:k])
-        tells_count(path)
+        states_count(path)
         how_cut_off(path)
         data = bytearray(whole)
         data[k : k + 8] = b"\xff" * 8
         path.write_bytes(bytes(data[: len(whole)]))
-        tells_count(path)
+        states_count(path)
         how_cut_off(path)
 
 
