@@ -345,7 +345,7 @@ def _open_page(
     from laptop.page.brick_call import ComingBricks
     from laptop.page.camera_feed import CameraFeed
     from laptop.page.controller import PageController
-    from laptop.page.marker_height import HEIGHTS_FILE, DrawingArm, HeightMemory, told_height
+    from laptop.page.marker_height import HEIGHTS_FILE, DrawingArm, HeightMemory, given_height
     from laptop.see.serve.track import ServedPage
 
     host = asked.page_at[0] or LOCALHOST
@@ -368,9 +368,9 @@ def _open_page(
             server,
             inputs.file,
             ComingBricks(inputs.start_brick, start_on_brick if real and server else None),
-            DrawingArm(description, told_height(height, emulated), memory),
+            DrawingArm(description, given_height(height, emulated), memory),
             inputs.now,
-            hold_unheard=asked.page_hold,
+            hold_on_timeout=asked.page_hold,
         )
         stack.callback(controller.drawings.close)
         page = process.PageProcess(controller, listener, host, inputs.report, inputs.invite)

@@ -102,16 +102,16 @@ class Feed:
                 _put(self.shown, shown)
             return self.newest
 
-    def keep(self, shown: FrameSnapshot) -> None:
+    def store_still(self, shown: FrameSnapshot) -> None:
         """Keep a frame at hand that somebody has paused at."""
         _put(self.stills, shown)
 
 
-def _put(kept: OrderedDict[int, FrameSnapshot], shown: FrameSnapshot) -> None:
-    kept[shown.index] = shown
-    kept.move_to_end(shown.index)
-    while len(kept) > FETCHABLE_FRAMES:
-        kept.popitem(last=False)
+def _put(cache: OrderedDict[int, FrameSnapshot], shown: FrameSnapshot) -> None:
+    cache[shown.index] = shown
+    cache.move_to_end(shown.index)
+    while len(cache) > FETCHABLE_FRAMES:
+        cache.popitem(last=False)
 
 
 class Ink:
@@ -154,7 +154,7 @@ class AsyncController:
         runs: Path = Path(RUNS),
     ) -> None:
         self._runs = runs
-        self._kept: dict[int, Path] = {}  # by a group's number
+        self._report_folders: dict[int, Path] = {}  # by a group's number
         self.call = AsyncChannel(pipe).call
         self.call_slowly = AsyncChannel(slow).call
         self.feeds = {name: Feed(AsyncChannel(pipe), name) for name, pipe in cameras.items()}
@@ -163,7 +163,7 @@ class AsyncController:
         self.state: PageState | None = None
         self.past: deque[PlotSample] = deque(maxlen=round(HISTORY_DURATION / SAMPLE_PERIOD))
         self.pages: set[str] = set()
-        self._looked = -math.inf
+        self._last_poll = -math.inf
         self._lock = asyncio.Lock()
         self._drawer = ThreadPoolExecutor(1, "drawer")
         self._reports: OrderedDict[tuple[int, int], tuple[str, str]] = OrderedDict()
@@ -188,14 +188,14 @@ class AsyncController:
         """Return a frame as `laptop.page.frames.Frames.still` does."""
         still = await self.call_slowly(FrameCalls.still, camera, index, masks)
         if isinstance(still, FrameSnapshot):
-            self.feeds[camera].keep(still)
+            self.feeds[camera].store_still(still)
         return still
 
     async def poll(self) -> PageState:
         """Return the newest state; `past` is the newest, too."""
         async with self._lock:
-            if self.state is None or time.monotonic() - self._looked > SAMPLE_PERIOD / 2:
-                self._looked = time.monotonic()
+            if self.state is None or time.monotonic() - self._last_poll > SAMPLE_PERIOD / 2:
+                self._last_poll = time.monotonic()
                 self.state = await self.call(StatusCalls.state)
                 last = self.past[-1].t if self.past else -math.inf
                 self.past.extend(await self.call(StatusCalls.history, last))
@@ -238,12 +238,15 @@ class AsyncController:
             return self._reports[key]
         name, has_ended = report.file_name(group), group.runs[-1].ended is not None
         try:
-            if has_ended and group.number not in self._kept:
-                self._kept[group.number] = new_folder(report.COMMAND, self._runs)
-            text = name, report.render(group, self._kept[group.number] if has_ended else None)
+            if has_ended and group.number not in self._report_folders:
+                self._report_folders[group.number] = new_folder(report.COMMAND, self._runs)
+            text = (
+                name,
+                report.render(group, self._report_folders[group.number] if has_ended else None),
+            )
         except ArmError as error:
             why = str(error).partition(";")[0]  # the way out is another command's
-            text = name, report.render(group, why_not_kept=f"it is not kept: {why}")
+            text = name, report.render(group, why_not_stored=f"it is not kept: {why}")
         if group.runs[-1].ended is not None:
             self._reports[key] = text
             while len(self._reports) > MAX_GROUPS:

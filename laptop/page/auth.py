@@ -9,7 +9,7 @@ from collections.abc import Awaitable, Callable, Mapping, Sequence
 from typing import Any
 from urllib.parse import parse_qs
 
-from laptop.page.sessions import SessionKey
+from laptop.page.login import LoginKey
 
 MAX_MESSAGE = 64 * 1024
 """Bytes of a message from a browser; the page's own need a few hundred."""
@@ -20,7 +20,7 @@ Scope = dict[str, Any]
 Receive = Callable[[], Awaitable[Any]]
 Send = Callable[[Any], Awaitable[None]]
 RedeemToken = Callable[[str], Awaitable[str]]
-"""Exchange of a token for a cookie, or ""; see laptop.page.sessions.Admission."""
+"""Exchange of a token for a cookie, or ""; see laptop.page.login.Admission."""
 
 
 class AuthMiddleware:
@@ -31,7 +31,7 @@ class AuthMiddleware:
 
     Args:
         app: the ASGI application behind it; in its scopes the browser's number is under BROWSER.
-        key: of the sessions.
+        key: signs the browsers' login cookies.
         hosts: HOST:PORT by which browsers may call it.
         pages: HOST:PORT of the pages that may do so.
         methods: of HTTP that it takes.
@@ -43,7 +43,7 @@ class AuthMiddleware:
     def __init__(
         self,
         app: Any,
-        key: SessionKey,
+        key: LoginKey,
         hosts: Sequence[str],
         pages: Sequence[str],
         methods: Sequence[str] = ("GET", "HEAD"),

@@ -84,7 +84,7 @@ class BoardMapping:
     def __init__(self, place_at: PlaceAt) -> None:
         self._place_at = place_at
         self._pairs: dict[tuple[int, ...], _Pair] = {}
-        self._told: float | None = None  # cm
+        self._given_height: float | None = None  # cm
         self._size = (0, 0)  # of the picture, px
         self._grids: dict[tuple[float, ...], _Grid] = {}  # by their corners
         self._from_board: PlaneMotion | None = None
@@ -96,12 +96,12 @@ class BoardMapping:
         self._grids.clear()
         self.view: TableView | None = None
         self._from_board = None
-        self.height: float | None = self._told
+        self.height: float | None = self._given_height
         self.height_sigma = 0.0
 
     def lay_paper(self, height: float | None) -> None:
         """Take in how high the marker is over the paper, cm; None: that is to be found."""
-        self._told = height
+        self._given_height = height
         self._fit()
 
     def pen(self, pixels: np.ndarray, shifts: np.ndarray) -> np.ndarray | None:
@@ -146,7 +146,7 @@ class BoardMapping:
 
     def _fit(self) -> None:
         self.view = self._from_board = None
-        self.height, self.height_sigma = self._told, 0.0
+        self.height, self.height_sigma = self._given_height, 0.0
         if len(self._pairs) < MIN_PLACES:
             return
         low, slope, arm = (
@@ -156,7 +156,7 @@ class BoardMapping:
         if math.sqrt((np.var(low, axis=0)).sum()) < MIN_SPREAD:
             return
         sigma = HEIGHT_SIGMA
-        if self._told is None:
+        if self._given_height is None:
             if len(low) < MIN_PLACES_FOR_HEIGHT:
                 return
             self.height, self.height_sigma = marker_height(low, slope, arm)

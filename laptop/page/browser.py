@@ -15,13 +15,13 @@ from nicegui import events, ui
 
 from laptop.page import cards
 from laptop.page.async_controller import MAX_FRAME_RATE
+from laptop.page.cards.browser_state import AIM, DRAW, TOOLS, BrowserState
 from laptop.page.cards.camera_view import CameraView
 from laptop.page.cards.colours import ColourCard
 from laptop.page.cards.draw import DrawCard
 from laptop.page.cards.drive import DriveCard
 from laptop.page.cards.header import Header
 from laptop.page.cards.plots import PlotsCard
-from laptop.page.cards.session import AIM, DRAW, TOOLS, BrowserSession
 from laptop.page.cards.state import StateCard
 from laptop.page.interface import StatusCalls
 from laptop.page.snapshots import SAMPLE_PERIOD, PageState
@@ -37,39 +37,41 @@ class Page:
     """One browser's page.
 
     Args:
-        session: its choices, and its way to the tracker.
+        browser_state: its choices, and its way to the tracker.
         gate_port: of laptop.page.stop_gate.
     """
 
-    def __init__(self, session: BrowserSession, gate_port: int) -> None:
-        self._controller = session.controller
-        self._session = session
+    def __init__(self, browser_state: BrowserState, gate_port: int) -> None:
+        self._controller = browser_state.controller
+        self._browser_state = browser_state
         self._gate_port = gate_port
         self._state_due = self._facts_due = -math.inf  # s
 
     async def build(self) -> None:
         """Add everything."""
-        tool = self._session.tool  # of before, if this page is loaded anew
+        tool = self._browser_state.tool  # of before, if this page is loaded anew
         await self._controller.call(StatusCalls.opened)
         state = await self._controller.poll()
         ui.add_css(STYLE)
         CameraView.add_script()
         ui.colors(primary="#1c62ad", positive="#23814a", negative="#c8101c")
         several = len(state.cameras) > 1
-        self._header = Header(self._session, self._gate_port)
+        self._header = Header(self._browser_state, self._gate_port)
         self._desk = ui.element("div").classes("desk several" if several else "desk")
         with self._desk.style(f"--count: {len(state.cameras)}"):
             with ui.element("div").classes("pictures"):
-                self._views = [CameraView(self._session, camera.name) for camera in state.cameras]
+                self._views = [
+                    CameraView(self._browser_state, camera.name) for camera in state.cameras
+                ]
             with ui.element("div").classes("side"):
                 self._add_tabs()
-                self._drive = DriveCard(self._session)
-                self._draw = DrawCard(self._session, self._views)
+                self._drive = DriveCard(self._browser_state)
+                self._draw = DrawCard(self._browser_state, self._views)
                 with ui.element("div").classes("more"):
                     self._add_more(several)
             if several:  # beside each other they leave room below
-                PlotsCard(self._session, has_room=True)
-        self._session.show_tab = self.show_tab
+                PlotsCard(self._browser_state, has_room=True)
+        self._browser_state.show_tab = self.show_tab
         self.show_tab(DRAW if tool == DRAW else FIRST_TAB)
         if tool != DRAW:
             self._colours.choose_tool(tool)
@@ -81,12 +83,12 @@ class Page:
 
     def _add_more(self, several: bool) -> None:
         """Add what is not always in sight: it folds, and scrolls by itself."""
-        self._state = StateCard(self._session)
+        self._state = StateCard(self._browser_state)
         self._drive.add_more(several)
         self._draw.add_more()
-        self._colours = ColourCard(self._session)
+        self._colours = ColourCard(self._browser_state)
         if not several:
-            PlotsCard(self._session)
+            PlotsCard(self._browser_state)
         self._state.add_more()
 
     def _add_tabs(self) -> None:
@@ -111,7 +113,7 @@ class Page:
         for element in (self._draw.element, self._draw.more):
             element.set_visibility(tab == DRAW)
         if tab == DRAW:
-            self._session.tool = DRAW
+            self._browser_state.tool = DRAW
         else:
             self._colours.choose_tool(AIM)
         for view in self._views:

@@ -28,7 +28,7 @@ class _Before(NamedTuple):
     """Markers before an edit, by name: those that were tracked, and those in the file."""
 
     tracked: Mapping[str, Marker]
-    kept: Mapping[str, Marker]
+    stored: Mapping[str, Marker]
 
 
 class ColourEdits:
@@ -93,7 +93,7 @@ class ColourEdits:
             if not self._before:
                 return "there is nothing to undo"
             before = self._before.pop()
-            why = self._track(dict(before.tracked), before.kept)
+            why = self._track(dict(before.tracked), before.stored)
             self._before.pop()
             return why
 
@@ -123,20 +123,20 @@ class ColourEdits:
             restored: what the file gets for those that go, by name.
         """
         tracked = {marker.name: marker for marker in self.markers}
-        kept: dict[str, Marker] = {}
+        stored: dict[str, Marker] = {}
         trouble = ""
         try:
-            kept = read_markers(self._file) if self._file.exists() else {}
-            others = {name: marker for name, marker in kept.items() if name not in tracked}
+            stored = read_markers(self._file) if self._file.exists() else {}
+            others = {name: marker for name, marker in stored.items() if name not in tracked}
             gone = {name: restored[name] for name in tracked if name in restored}
             # Of those that stay as they are the file may know better than this camera's scene.
             same = {name for name, marker in markers.items() if tracked.get(name) == marker}
-            stay = {name: kept[name] for name in same if name in kept}
+            stay = {name: stored[name] for name in same if name in stored}
             new = {name: marker for name, marker in markers.items() if name not in same}
             write_markers(self._file, {**others, **gone, **stay, **new})
         except BadMarker as error:
             trouble = f"tracked, but not kept: {error}"
-        self._before.append(_Before(tracked, kept))
+        self._before.append(_Before(tracked, stored))
         for feed in self._cameras.values():
             feed.tracker.markers = tuple(markers.values())
         return trouble

@@ -15,14 +15,14 @@ from laptop.page.colour_edits import ColourEdits
 from laptop.page.draw_control import DrawControl
 from laptop.page.frames import Frames
 from laptop.page.goal_hints import GoalHints
+from laptop.page.login import Admission
 from laptop.page.marker_height import UNKNOWN_ARM, DrawingArm
-from laptop.page.marker_words import marker_looks
+from laptop.page.marker_words import describe_marker
 from laptop.page.page_viewers import PageViewers
 from laptop.page.page_watch import PageWatch
 from laptop.page.plot_history import PlotHistory
 from laptop.page.run_control import RunControl
 from laptop.page.run_records import RunGroup, RunRecorder
-from laptop.page.sessions import Admission
 from laptop.page.snapshots import CameraStatus, PageState, PlotSample
 from laptop.page.steering import Steering
 
@@ -43,7 +43,7 @@ class PageController:
         arm: that draws.
         now: clock of the frames, s.
         clock: of people and pages, s; the frames' may stand still.
-        hold_unheard: a run that was ordered from a page is held when none is heard any more.
+        hold_on_timeout: hold a run that a page has ordered once no page answers any more.
 
     Attributes:
         frames, colours, runs, drawings, drawing_views, steering, admission: the groups of calls of
@@ -60,7 +60,7 @@ class PageController:
         arm: DrawingArm = UNKNOWN_ARM,
         now: Callable[[], float] = time.monotonic,
         clock: Callable[[], float] = time.monotonic,
-        hold_unheard: bool = True,
+        hold_on_timeout: bool = True,
     ) -> None:
         self._cameras = {feed.watcher.name: feed for feed in cameras}
         self._link = BrickLink(server)
@@ -79,7 +79,7 @@ class PageController:
         self.frames = Frames(self._cameras, self.runs, self._hints, now)
         self.steering = Steering(clock)
         self.admission = Admission()
-        self.watch = PageWatch(self.steering, self.runs, clock, hold_unheard)
+        self.watch = PageWatch(self.steering, self.runs, clock, hold_on_timeout)
         self._last_linked = now()  # s
         self._recorder = RunRecorder()
         self._history = PlotHistory(self._cameras, self._link)
@@ -150,7 +150,9 @@ class PageController:
             driver_name=self.steering.name(self.steering.driver),
             can_call=self.runs.brick_call.is_possible,
             drawing=self.drawings.state(),
-            looks={marker.name: marker_looks(marker) for marker in self.colours.markers},
+            marker_descriptions={
+                marker.name: describe_marker(marker) for marker in self.colours.markers
+            },
         )
 
     def history(self, after: float = -math.inf) -> list[PlotSample]:

@@ -47,8 +47,8 @@ def simplified(line: np.ndarray, by: float) -> np.ndarray:
     closed = len(line) > 3 and bool((line[0] == line[-1]).all())
     # (Of one that does OpenCV would leave out the end.)
     path = line[:-1] if closed else line
-    kept = cv2.approxPolyDP(path.astype(np.float32)[:, None], by, False)[:, 0].astype(float)
-    return np.vstack([kept, kept[:1]]) if closed else kept
+    vertices = cv2.approxPolyDP(path.astype(np.float32)[:, None], by, False)[:, 0].astype(float)
+    return np.vstack([vertices, vertices[:1]]) if closed else vertices
 
 
 def _corners(dragged: np.ndarray, rough: np.ndarray) -> list[int]:

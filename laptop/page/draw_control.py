@@ -25,7 +25,7 @@ from laptop.page.drawing_snapshots import (
     file_source,
 )
 from laptop.page.drawn_ink import DrawnInk
-from laptop.page.look_around import look_job
+from laptop.page.look_around import survey_job
 from laptop.page.marker_height import DrawingArm
 from laptop.page.paper_views import PaperViews
 from laptop.see.serve.pipeline import Point
@@ -83,7 +83,7 @@ class DrawControl:
             return (
                 f"{name}: {len(data) / 1e6:.0f} MB; at most {MAX_FILE_BYTES / 1e6:.0f} MB are read"
             )
-        return self._asked.take(file_source(name, data))
+        return self._asked.load(file_source(name, data))
 
     def write(self, text: str) -> str:
         """Write a text, in letters of single strokes."""
@@ -91,11 +91,11 @@ class DrawControl:
             return "type a text first"
         if len(text) > MAX_TEXT_LENGTH:
             return f"the text has {len(text)} characters; at most {MAX_TEXT_LENGTH} are written"
-        return self._asked.take(Source("text", text[:40], text.encode("utf-8")))
+        return self._asked.load(Source("text", text[:40], text.encode("utf-8")))
 
     def choose(self, name: str) -> str:
         """Take a drawing from the gallery."""
-        return self._asked.take(Source("gallery", name))
+        return self._asked.load(Source("gallery", name))
 
     def trace(self, camera: str, points: Sequence[Point]) -> str:
         """Make a drawing of a path that was dragged in a picture, (u, v) px."""
@@ -108,18 +108,18 @@ class DrawControl:
             return "this path is too short to be drawn; drag a longer one"
         x, y = (low + high) / 2
         placing = Placing(float(x), float(y), float((high - low).max()))
-        return self._asked.take(Source("path", "dragged path", path=path), placing)
+        return self._asked.load(Source("path", "dragged path", path=path), placing)
 
     def trace_picture(self, tracing: Tracing) -> str:
         """Draw the picture otherwise: it is read anew, and lies where it was."""
-        return self._asked.read_anew(
+        return self._asked.reload(
             lambda one: one._replace(tracing=tracing) if one.tracing else None,
             "there is no picture to trace; drop a PNG or JPEG first",
         )
 
     def hatch(self, areas: bool) -> str:
         """Hatch areas of an SVG, or draw their outlines alone: it is read anew, too."""
-        return self._asked.read_anew(
+        return self._asked.reload(
             lambda one: None if one.is_hatched is None else one._replace(is_hatched=areas),
             "there is no SVG to hatch; drop one first",
         )
@@ -128,7 +128,7 @@ class DrawControl:
         """Lay the drawing elsewhere, or turn it, or make it larger or smaller."""
         return self._asked.change(lambda asked: asked._replace(placing=placing))
 
-    def take_pens(self, pens: str) -> str:
+    def set_pens(self, pens: str) -> str:
         """Draw each of its layers, or colours, with a pen of its own; "": all with one."""
         return self._asked.change(lambda asked: asked._replace(pens=pens))
 
@@ -164,7 +164,7 @@ class DrawControl:
         with tempfile.TemporaryDirectory(prefix="brickservo-") as folder:
             file = Path(folder) / "look.job"
             try:
-                look_job(self._arm, file)
+                survey_job(self._arm, file)
             except ArmError as error:
                 return f"this arm cannot look around: {error}"
             job = file.read_bytes()
@@ -190,17 +190,17 @@ class DrawControl:
             return self._job.order(what, value)
 
     def stop(self, reason: str) -> None:
-        """Take in that everything is to stop: it is said again until the job has ended."""
+        """Stop everything: the order is sent again until the job has ended."""
         with self._lock:
             self._job.stop(reason)
 
     # What is seen
 
     def set_marker_height(self, mm: float | None) -> str:
-        """Take in how high the arm's marker is over the paper, mm; None: that is not known."""
+        """Set the height of the arm's marker over the paper, mm; None: unknown."""
         with self._lock:
             why = self._paper.set_height(mm)
-            self._show_elsewhere()
+            self._invalidate()
             return why
 
     def state(self) -> DrawingState:
@@ -239,34 +239,34 @@ class DrawControl:
     # At every heartbeat
 
     def poll(self) -> None:
-        """Take in what cameras and brick tell; to be called at every heartbeat."""
+        """Update by what cameras and brick report; to be called at every heartbeat."""
         with self._lock:
             link = self._link.state()
-            tips = self._paper.take_tips()
-            if self._job.is_told:
-                self._ink.see(tips)
+            tips = self._paper.sample_tips()
+            if self._job.is_reported:
+                self._ink.add_tip(tips)
             self._paper.learn(link, self._now())
-            self._follow(link)
-            self._ink.judge(self._now())
+            self._handle_progress(link)
+            self._ink.resolve(self._now())
             if self._paper.have_changed():
-                self._show_elsewhere()
+                self._invalidate()
 
-    def _show_elsewhere(self) -> None:
-        """Have browsers show drawing and ink where they are now."""
+    def _invalidate(self) -> None:
+        """Let browsers fetch drawing and ink anew: the mapping has changed."""
         self._revision += 1
-        self._ink.show_elsewhere()
+        self._ink.invalidate()
 
-    def _follow(self, link: LinkState) -> None:
-        """Take in how the brick gets on with a job."""
-        if news := self._job.take(link):
-            self._revision += news.changes_state
-            self._ink.tell(news.t, news.down)
+    def _handle_progress(self, link: LinkState) -> None:
+        """Handle the brick's progress with a job."""
+        if update := self._job.handle(link):
+            self._revision += update.changes_state
+            self._ink.set_pen(update.t, update.down)
         if self._wish and self._job.has_settled:
             self._compare(self._wish)
             self._wish = None
 
     def _compare(self, wish: PlacedDrawing) -> None:
-        """Have it worked out how far what was drawn is from the wish, where cm are known."""
+        """Compute the deviation of the ink from the wish, where a mapping to cm is known."""
         progress, ink = self._job.progress, self._ink.lines()
-        if progress and progress.state == DONE and wish.good and ink is not None:
-            self._asked.compare(wish.good, ink)
+        if progress and progress.state == DONE and wish.reachable and ink is not None:
+            self._asked.compare(wish.reachable, ink)

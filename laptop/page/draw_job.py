@@ -1,4 +1,4 @@
-"""The job that the brick draws, as it was offered from the page and as the brick tells of it."""
+"""The job that the brick draws, as the page offered it and as the brick reports it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from laptop.page.brick_link import BrickLink
 from laptop.page.drawing_snapshots import JobState
-from laptop.page.job_states import heard, unheard
+from laptop.page.job_states import reported_state, unreported_state
 from laptop.see.serve.job_offer import JobOffer
 from laptop.see.serve.server_state import ServerState as LinkState
 from shared.arm_description import ArmError
@@ -24,10 +24,10 @@ _BUSY = "a drawing is on; abort it first"
 _NO_BRICK = "no brick is connected; the tab Drive says what to do"
 
 
-class JobNews(NamedTuple):
-    """News of a job from the brick.
+class JobUpdate(NamedTuple):
+    """Update of a job from the brick.
 
-    t              of what it tells, s
+    t              time of the report, s
     down           whether the pen was down then
     changes_state  the job is in another state than before
     """
@@ -45,7 +45,7 @@ class DrawJob:
         now: clock of the frames, s.
 
     Attributes:
-        progress: what the brick has told last; None: nothing.
+        progress: the brick's last report; None: none.
     """
 
     def __init__(self, link: BrickLink, now: Callable[[], float]) -> None:
@@ -53,23 +53,23 @@ class DrawJob:
         self.progress: JobStatus | None = None
         self._offered: Draw | None = None  # the job that was started here
         self._offered_at = -1e9  # s
-        self._told_before = -1.0  # time of the last progress when the job was offered, s
+        self._reported_before = -1.0  # time of the last progress when the job was offered, s
         self._ended_at: float | None = None
         self._stop: Stop | None = None  # to be repeated until the job has ended
 
     @property
-    def is_told(self) -> bool:
-        """Return True if the brick has told of a job that has not ended."""
+    def is_reported(self) -> bool:
+        """Return True if the brick has reported a job that has not ended."""
         return self.progress is not None and self.progress.state not in ENDS
 
     @property
     def is_on(self) -> bool:
         """Return True if a job is on at the brick, or was offered a moment ago."""
-        if self.is_told:
+        if self.is_reported:
             return True
         if self._offered is None or self._is_overdue():
             return False
-        return self._is_unheard()
+        return self._is_unreported()
 
     @property
     def has_settled(self) -> bool:
@@ -79,9 +79,9 @@ class DrawJob:
     def _is_overdue(self) -> bool:
         return self._now() - self._offered_at > START_TIMEOUT
 
-    def _is_unheard(self) -> bool:
-        """Return True if the brick has said nothing since the job was offered."""
-        return self.progress is None or self.progress.t <= self._told_before
+    def _is_unreported(self) -> bool:
+        """Return True if the brick has reported nothing since the job was offered."""
+        return self.progress is None or self.progress.t <= self._reported_before
 
     def why_not(self) -> str:
         """Return why none can be offered now, or ""."""
@@ -99,7 +99,7 @@ class DrawJob:
                 offer = JobOffer(file, alone=alone, dry=dry)
             except ArmError as error:
                 return str(error).replace(str(file), "the drawing")
-        self._told_before = reported.t if reported else -1.0
+        self._reported_before = reported.t if reported else -1.0
         if not self._link.offer(offer):
             return "the link has just broken; it mends by itself, then start again"
         self._offered, self._offered_at = offer.draw, self._now()
@@ -120,26 +120,26 @@ class DrawJob:
         return "" if self._link.send(order) else _NO_BRICK
 
     def stop(self, reason: str) -> None:
-        """Take in that everything is to stop: it is said again until the job has ended."""
+        """Stop everything: the order is sent again until the job has ended."""
         self._stop = Stop(reason) if self.is_on else None
 
     def state(self) -> JobState | None:
         """Return how it stands; None: there is none."""
-        if self._offered and self._is_unheard():
-            return unheard(self._offered.name, self._is_overdue())
+        if self._offered and self._is_unreported():
+            return unreported_state(self._offered.name, self._is_overdue())
         if self.progress is None:
             return None
         alone = bool(self._offered and self._offered.alone)
-        return heard(self.progress, not self._link.has_brick, alone)
+        return reported_state(self.progress, not self._link.has_brick, alone)
 
-    def take(self, link: LinkState) -> JobNews | None:
+    def handle(self, link: LinkState) -> JobUpdate | None:
         """Take in how the brick gets on with it; return what is new, None: nothing."""
-        news, progress = None, link.progress
+        update, progress = None, link.progress
         if progress is not None and progress is not self.progress:
             changes_state = self.progress is None or self.progress.state != progress.state
             self.progress = progress
             t = self._now() - (link.progress_age or 0.0)
-            news = JobNews(t, progress.down, changes_state)
+            update = JobUpdate(t, progress.down, changes_state)
             if self._stop and progress.state not in ENDS:
                 self._link.send(self._stop)  # it gets lost with the link
         if progress is None or progress.state not in ENDS:
@@ -148,4 +148,4 @@ class DrawJob:
             self._stop = None
             if self._ended_at is None:
                 self._ended_at = self._now()
-        return news
+        return update

@@ -35,7 +35,7 @@ class DrawRequest:
     """
 
     def __init__(self, arm: Arm | None, lock: threading.RLock) -> None:
-        self._worker = DrawingWorker(arm, self.hear) if arm else None
+        self._worker = DrawingWorker(arm, self.on_answer) if arm else None
         self._lock = lock
         self._request: Request | None = None  # the last of a drawing
         self._number = 0  # of its source
@@ -54,8 +54,8 @@ class DrawRequest:
         if self._worker:
             self._worker.close()
 
-    def take(self, source: Source, placing: Placing | None = None) -> str:
-        """Ask for another drawing."""
+    def load(self, source: Source, placing: Placing | None = None) -> str:
+        """Load another drawing."""
         if self._worker is None:
             return "the arm is not known here; give its file by BRICKSERVO_ARM"
         with self._lock:
@@ -65,40 +65,40 @@ class DrawRequest:
             self._ask(Request(self._number, source, placing or Placing()))
             return ""
 
-    def read_anew(self, change: Callable[[Source], Source | None], or_else: str) -> str:
-        """Have its source read otherwise.
+    def reload(self, edit: Callable[[Source], Source | None], or_else: str) -> str:
+        """Read the source anew with other settings.
 
         Args:
-            change: gives the source as it is to be read; None: that makes no sense of this one.
-            or_else: the answer in that case, and where there is none.
+            edit: returns the source as it is to be read; None: it does not apply to this source.
+            or_else: the answer in that case, and where there is no source.
         """
         with self._lock:
             before = self.source
-            if before is None or (source := change(before)) is None:
+            if before is None or (source := edit(before)) is None:
                 return or_else
             self._number += 1
             return self.change(lambda asked: asked._replace(number=self._number, source=source))
 
-    def change(self, change: Callable[[Request], Request]) -> str:
-        """Ask for the same drawing otherwise."""
+    def change(self, edit: Callable[[Request], Request]) -> str:
+        """Plan the same drawing with other settings."""
         with self._lock:
             if self._request is None:
                 return "there is no drawing yet"
-            self._ask(change(self._request))
+            self._ask(edit(self._request))
             return ""
 
     def clear(self) -> None:
-        """Take it away."""
+        """Remove the drawing."""
         self._request = self.placed = self.deviation = None
         self.busy = self.trouble = ""
         self.revision += 1
 
     def begin(self) -> None:
-        """Take in that a job begins: of what is drawn from now on nothing is known."""
+        """Forget the deviation of the last job: another one begins."""
         self.deviation, self.trouble = None, ""
 
     def compare(self, wish: Lines, ink: Lines) -> None:
-        """Have it worked out how far an ink is from what was wished, lines of (n, 2), cm."""
+        """Compute how far the ink is from the wish, both lines of (n, 2), cm."""
         if self._worker:
             self._worker.ask(Request(0, None, wish=wish, ink=ink))
 
@@ -112,8 +112,8 @@ class DrawRequest:
         self.revision += 1
         self._worker.ask(request)
 
-    def hear(self, request: Request, answer: Answer, last: bool) -> None:
-        """Take an answer of the worker's, in its thread."""
+    def on_answer(self, request: Request, answer: Answer, last: bool) -> None:
+        """Handle an answer of the worker, in the worker's thread."""
         with self._lock:
             self.revision += 1
             if isinstance(answer, Deviation):

@@ -75,7 +75,7 @@ class PlacedDrawing(NamedTuple):
     """
 
     name: str
-    good: Lines
+    reachable: Lines
     missed: Lines
     centre: tuple[float, float]
     size: tuple[float, float]

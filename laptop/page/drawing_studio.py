@@ -159,11 +159,11 @@ class Studio:
     def _plan(
         self, placed: PlacedDrawing, options: DrawingOptions, hurry: Callable[[], bool]
     ) -> PlacedDrawing:
-        def look(stage: str, share: float) -> None:
+        def on_progress(stage: str, share: float) -> None:
             if hurry():
                 raise Hurried
 
-        plan = prepare(self._artwork, self._arm, options, look)
+        plan = prepare(self._artwork, self._arm, options, on_progress)
         with tempfile.TemporaryDirectory(prefix="brickservo-") as folder:
             file = Path(folder) / "drawing.job"
             plan.write_job(file)

@@ -73,14 +73,14 @@ class DrawingView:
         """Return True while a hand has it."""
         return self._grip is not None
 
-    def take(self, snapshot: DrawingSnapshot) -> None:
+    def update(self, snapshot: DrawingSnapshot) -> None:
         """Take in how it is now; a hand that has it keeps it."""
         self.snapshot = snapshot
         placed = snapshot.placed
         self._lines = []
         if placed:
-            good, missed = thinned([placed.good, placed.missed])
-            self._lines = [(line, REACHABLE_COLOUR) for line in good] + [
+            reachable, missed = thinned([placed.reachable, placed.missed])
+            self._lines = [(line, REACHABLE_COLOUR) for line in reachable] + [
                 (line, MISSED_COLOUR) for line in missed
             ]
         if not self.is_held:
@@ -192,7 +192,7 @@ class DrawingView:
         paths: dict[str, list[str]] = {}
         for line, color in self._lines:
             points = view.to_picture(_moved(line, placed, at) if moved else line)
-            paths.setdefault(MOVING_COLOUR if moved else color, []).append(_way(points))
+            paths.setdefault(MOVING_COLOUR if moved else color, []).append(_svg_path(points))
         for color, lines in paths.items():
             path = "".join(lines)
             parts.append(
@@ -208,7 +208,7 @@ class DrawingView:
         corners, turner = self._handles(placed, at)
         seen = view.to_picture(np.vstack([corners, turner]))
         top = (seen[2] + seen[3]) / 2
-        frame = _way(np.vstack([seen[:4], seen[:1]])) + _way(np.vstack([top, seen[4]]))
+        frame = _svg_path(np.vstack([seen[:4], seen[:1]])) + _svg_path(np.vstack([top, seen[4]]))
         dots = "".join(
             f'<circle cx="{u:.1f}" cy="{v:.1f}" r="{HANDLE_RADIUS * k:g}" fill="{fill}" '
             f'stroke="#fff" stroke-width="{2 * k:g}" data-handle="{name}"/>'
@@ -240,7 +240,7 @@ def _moved(line: np.ndarray, placed: PlacedDrawing, at: Placing) -> np.ndarray:
     return scale * (line - placed.centre) @ turn.T + (at.x, at.y)
 
 
-def _way(points: np.ndarray) -> str:
+def _svg_path(points: np.ndarray) -> str:
     return "M" + "L".join(f"{u:.1f} {v:.1f}" for u, v in points)
 
 
@@ -258,9 +258,9 @@ def thinned(groups: Iterable[Iterable[np.ndarray]]) -> list[list[np.ndarray]]:
 def figure(snapshot: DrawingSnapshot) -> str:
     """Return wish and ink over each other as an SVG of its own, in the arm's coordinates; or ""."""
     placed, deviation = snapshot.placed, snapshot.deviation
-    if placed is None or deviation is None or not placed.good:
+    if placed is None or deviation is None or not placed.reachable:
         return ""
-    wish, ink = thinned([placed.good, deviation.ink])
+    wish, ink = thinned([placed.reachable, deviation.ink])
     # Upright for who sits behind the arm: its x is up, its y to the left.
     drawn = [[np.column_stack([-line[:, 1], -line[:, 0]]) for line in part] for part in (wish, ink)]
     points = np.vstack([line for part in drawn for line in part])

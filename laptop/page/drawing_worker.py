@@ -30,8 +30,8 @@ class DrawingWorker:
         hear: is given each answer, in a thread of the worker's, and whether it is the last one.
     """
 
-    def __init__(self, arm: Arm, hear: Callable[[Request, Answer, bool], None]) -> None:
-        self._arm, self._hear = arm, hear
+    def __init__(self, arm: Arm, on_answer: Callable[[Request, Answer, bool], None]) -> None:
+        self._arm, self._on_answer = arm, on_answer
         self._next: Request | None = None
         self._changed = threading.Condition()
         self._over = False
@@ -77,7 +77,7 @@ class DrawingWorker:
             while not last:
                 if pipe.poll(PREEMPTION_PERIOD):
                     answer, last = pipe.recv()
-                    self._hear(request, answer, last)
+                    self._on_answer(request, answer, last)
                 elif self._over:
                     return
                 elif self._next is not None and not hurried:
@@ -86,12 +86,14 @@ class DrawingWorker:
                 elif time.monotonic() > deadline:
                     self._end()
                     why = f"this takes longer than {WORK_TIMEOUT:.0f} s; make the drawing simpler"
-                    self._hear(request, why, True)
+                    self._on_answer(request, why, True)
                     return
         except (EOFError, OSError):
             self._end()
             if not self._over:
-                self._hear(request, "this needs too much memory; make the drawing simpler", True)
+                self._on_answer(
+                    request, "this needs too much memory; make the drawing simpler", True
+                )
 
     def _begin(self) -> Connection:
         """Return the pipe to the process, which is started where there is none."""

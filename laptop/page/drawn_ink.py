@@ -27,27 +27,27 @@ class DrawnInk:
         self._tracks = {name: InkTrack(paper.marker_shift) for name in cameras}
 
     def begin(self) -> None:
-        """Forget all: another job begins."""
+        """Clear the ink: another job begins."""
         for track in self._tracks.values():
             track.begin()
 
-    def see(self, tips: Mapping[str, tuple[float, Point]]) -> None:
-        """Take in where cameras see the tip: when, s, and where, px, by camera."""
+    def add_tip(self, tips: Mapping[str, tuple[float, Point]]) -> None:
+        """Add a sample of the tip by camera: time, s, and pixel."""
         for name, tip in tips.items():
-            self._tracks[name].see(*tip)
+            self._tracks[name].add_tip(*tip)
 
-    def tell(self, t: float, down: bool) -> None:
-        """Take in whether the pen was down at t (s)."""
+    def set_pen(self, t: float, down: bool) -> None:
+        """Set whether the pen was down at t (s)."""
         for track in self._tracks.values():
-            track.tell(t, down)
+            track.set_pen(t, down)
 
-    def judge(self, now: float) -> None:
-        """Judge what is waited for, at a time, s."""
+    def resolve(self, now: float) -> None:
+        """Resolve the samples that wait for the pen's state or the marker's shift, at a time, s."""
         for track in self._tracks.values():
-            track.judge(now)
+            track.resolve(now)
 
-    def show_elsewhere(self) -> None:
-        """Have whoever has points begin anew: they lie elsewhere now."""
+    def invalidate(self) -> None:
+        """Invalidate the points that browsers have: the mapping has changed."""
         for track in self._tracks.values():
             track.version += 1
 
@@ -58,7 +58,7 @@ class DrawnInk:
         points, shifts = track.points[first:], np.array(track.shifts[first:])
         view = self._paper.view(camera)
         if points and view:
-            # What is seen is the marker, beside the pen and over it.
+            # The cameras see the marker, which is beside the pen and above it.
             seen = np.array([(point.u, point.v) for point in points])
             places = view.to_picture(self._paper.pen_places(camera, seen, shifts))
             points = [
@@ -68,7 +68,7 @@ class DrawnInk:
         return track.version, points
 
     def lines(self) -> Lines | None:
-        """Return the ink on the paper, lines of points (n, 2), cm; None: no camera tells it."""
+        """Return the ink on the paper, lines of points (n, 2), cm; None: no mapping."""
         for name, track in self._tracks.items():
             if self._paper.view(name) and len(track.points) > 1:
                 lines = track.lines(partial(self._paper.pen_places, name))

@@ -9,7 +9,7 @@ from fastapi import FastAPI, Request, Response
 
 from laptop.page.async_controller import AsyncController, csv_of
 from laptop.page.auth import BROWSER
-from laptop.page.cards.session import browser_name
+from laptop.page.cards.browser_state import browser_name
 from laptop.page.interface import DrawCalls, SteeringCalls
 from laptop.page.pulse import Pulse
 
@@ -72,9 +72,9 @@ class HttpRoutes:
         self, request: Request, page: str = "", word: str = "", stood: float | None = None
     ) -> Response:
         """Take in a word that a page says of itself, and for how long it stood still, s."""
-        self._pulse.take_word(page, request.scope[BROWSER], word)
+        self._pulse.on_presence(page, request.scope[BROWSER], word)
         if stood is not None and math.isfinite(stood):
-            await self._controller.call(SteeringCalls.come_back, stood)
+            await self._controller.call(SteeringCalls.report_return, stood)
         return Response(status_code=204)
 
     async def drawing(self, request: Request, name: str = "drawing") -> Response:

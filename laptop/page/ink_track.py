@@ -1,4 +1,4 @@
-"""The way of the tip with the pen down, as cameras see it while a job is drawn."""
+"""The path of the tip with the pen down, as a camera sees it while a job is drawn."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MAX_POINTS = 6000
 MAX_GAP = 0.5
 """A tip that was not seen for so long leaves a gap, s."""
 SHIFT_TIMEOUT = 2.0
-"""Longest wait for the way from the pen to the marker, s; then there is a gap."""
+"""Longest wait for the vector from the pen to the marker, s; then there is a gap."""
 
 Shift = Callable[[float], Sequence[float] | None]
 """Function from a time, s, to the vector from the pen to the marker then, cm; None: that is not
@@ -28,8 +28,8 @@ known (yet)."""
 class InkTrack:
     """The ink of one job in one camera's picture.
 
-    When the pen was down is told by the brick, later than the camera sees the tip: so places wait
-    until it is known of them.  While the pen goes down or up the tip stands.
+    The brick reports the pen's state later than the camera sees the tip, so samples wait until it is
+    known.  While the pen goes down or up the tip stands.
 
     Args:
         shift: how the marker that is seen is beside the pen.
@@ -50,29 +50,29 @@ class InkTrack:
         self.version += 1
         self.points: list[InkPoint] = []
         self.shifts: list[Sequence[float]] = []
-        self._seen: deque[tuple[float, Point]] = deque(maxlen=600)  # and not judged yet
+        self._seen: deque[tuple[float, Point]] = deque(maxlen=600)  # unresolved
         self._spacing = POINT_SPACING
         self._changes: deque[tuple[float, bool]] = deque([(-math.inf, False)], maxlen=64)
-        self._told = -math.inf  # s, of the last word of the brick
+        self._pen_known_until = -math.inf  # s, time of the brick's last report
         self._last: tuple[float, Point] | None = None
 
-    def see(self, t: float, pixel: Point) -> None:
-        """Take in where the tip was at t (s), px."""
+    def add_tip(self, t: float, pixel: Point) -> None:
+        """Add a sample of the tip at t (s), px."""
         if not self._seen or t > self._seen[-1][0]:
             self._seen.append((t, pixel))
 
-    def tell(self, t: float, down: bool) -> None:
-        """Take in whether the pen was down at t (s), and judge what was seen by then."""
-        if t <= self._told:
+    def set_pen(self, t: float, down: bool) -> None:
+        """Set whether the pen was down at t (s), and resolve the samples up to then."""
+        if t <= self._pen_known_until:
             return
-        self._told = t
+        self._pen_known_until = t
         if down != self._changes[-1][1]:
             self._changes.append((t, down))
-        self.judge(t)
+        self.resolve(t)
 
-    def judge(self, now: float) -> None:
-        """Judge what is waited for, at a time (s) to which there is nothing new of the pen."""
-        while self._seen and self._seen[0][0] <= self._told:
+    def resolve(self, now: float) -> None:
+        """Resolve waiting samples at a time (s) up to which the pen's state is known."""
+        while self._seen and self._seen[0][0] <= self._pen_known_until:
             seen, pixel = self._seen[0]
             down = self._was_down(seen)
             shift = self._shift(seen) if down else None
@@ -96,9 +96,9 @@ class InkTrack:
         self.points.append(InkPoint(*pixel, begins))
         self.shifts.append(shift)
         if len(self.points) > MAX_POINTS:
-            kept = [k for k, p in enumerate(self.points) if k % 2 == 0 or p.begins]
-            self.points = [self.points[k] for k in kept]
-            self.shifts = [self.shifts[k] for k in kept]
+            indices = [k for k, p in enumerate(self.points) if k % 2 == 0 or p.begins]
+            self.points = [self.points[k] for k in indices]
+            self.shifts = [self.shifts[k] for k in indices]
             self._spacing *= 2
             self.version += 1
 

@@ -6,12 +6,12 @@ from laptop.page.drawing_snapshots import JobState
 from shared.job_messages import ENDS, FAILED, FETCHING, JobStatus
 
 
-def unheard(name: str, is_over: bool) -> JobState:
-    """Return the state of a job that was offered, and of which the brick has said nothing.
+def unreported_state(name: str, is_over: bool) -> JobState:
+    """Return the state of a job that was offered, and of which the brick has reported nothing.
 
     Args:
         name: of the job.
-        is_over: it is too late for that.
+        is_over: whether it is too late for a report.
     """
     if is_over:
         why = "the brick did not begin; does its program run with --wait?"
@@ -19,11 +19,11 @@ def unheard(name: str, is_over: bool) -> JobState:
     return JobState(name, FETCHING, 0.0, 0, 0, 0.0, 0.0, None, "", True)
 
 
-def heard(progress: JobStatus, is_lost: bool, alone: bool) -> JobState:
-    """Return the state of a job by what the brick said last.
+def reported_state(progress: JobStatus, is_lost: bool, alone: bool) -> JobState:
+    """Return the state of a job by the brick's last report.
 
     Args:
-        progress: what it said.
+        progress: that report.
         is_lost: there is no link now.
         alone: the job goes on without one.
     """

@@ -30,14 +30,14 @@ Point = tuple[float, ...]
 LIMIT_MARGIN = math.radians(4)
 
 
-def look_job(arm: Arm, file: Path) -> job.JobHeader:
+def survey_job(arm: Arm, file: Path) -> job.JobHeader:
     """Write the job of looking around to a file.
 
     Raises:
         ArmError: the arm cannot move like that.
     """
     strokes, t, length = [], 0.0, 0.0
-    for path in _ways(arm):
+    for path in _sweep_paths(arm):
         path, plans = _planned(arm, path)
         cm = sum(math.dist(a, b) for a, b in zip(path, path[1:], strict=False))
         strokes.append(job.Stroke("", round(cm, 3), round(t, 2), [p.numbers() for p in plans]))
@@ -48,7 +48,7 @@ def look_job(arm: Arm, file: Path) -> job.JobHeader:
     return header
 
 
-def _ways(arm: Arm) -> Iterator[list[Point]]:
+def _sweep_paths(arm: Arm) -> Iterator[list[Point]]:
     """Yield ways of the tip, cm: out and in while the base or shoulder sweeps."""
     first = arm.joints[0]
     middle = min(max(0.0, first.lower + SWEEP_ANGLE), first.upper - SWEEP_ANGLE)
@@ -78,13 +78,13 @@ def _planned(arm: Arm, path: list[Point]) -> tuple[list[Point], list[trajectory.
     best: tuple[list[Point], list[trajectory.Trajectory]] = ([], [])
     why = None
     for elbow in ("up", "down"):
-        kept = [point for point in path if _is_there(arm, point, elbow)]
-        if len(kept) <= max(2, len(best[0])):
+        reachable = [point for point in path if _is_there(arm, point, elbow)]
+        if len(reachable) <= max(2, len(best[0])):
             continue
         try:
             best = (
-                kept,
-                trajectory.plan(arm, paths.polyline(kept), min(TIP_SPEED, arm.speed), elbow),
+                reachable,
+                trajectory.plan(arm, paths.polyline(reachable), min(TIP_SPEED, arm.speed), elbow),
             )
         except kinematics.Unreachable as error:
             why = error

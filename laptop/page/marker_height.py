@@ -34,7 +34,7 @@ class MarkerHeight(NamedTuple):
     sigma: float = 0.0
 
 
-def told_height(mm: float | None, emulated: Mapping[str, Any]) -> MarkerHeight | None:
+def given_height(mm: float | None, emulated: Mapping[str, Any]) -> MarkerHeight | None:
     """Return the height that is told before anybody types one; None: there is none.
 
     Args:

@@ -14,15 +14,15 @@ def marker_title(name: str) -> str:
     return MARKER_TITLES.get(name, name)
 
 
-def marker_looks(marker: Marker) -> str:
+def describe_marker(marker: Marker) -> str:
     """Return what a marker looks like, for people: its colour by the nearest one with a name."""
     if marker.color is None:
         return str(marker)
     hue = marker.color.hue
-    nearest = min(NAMED_COLORS, key=lambda name: _apart(NAMED_COLORS[name].hue, hue))
+    nearest = min(NAMED_COLORS, key=lambda name: _hue_distance(NAMED_COLORS[name].hue, hue))
     return f"{nearest} {marker.kind}"
 
 
-def _apart(one: float, other: float) -> float:
+def _hue_distance(one: float, other: float) -> float:
     """Return how far two hues are apart, degrees."""
     return abs((one - other + 180) % 360 - 180)

@@ -10,7 +10,7 @@ from laptop.page.async_controller import AsyncController
 from laptop.page.auth import BROWSER
 from laptop.page.browser import Page
 from laptop.page.build_turns import TURN
-from laptop.page.cards.session import BrowserSession, browser_name
+from laptop.page.cards.browser_state import BrowserState, browser_name
 from laptop.page.interface import RunCalls, StatusCalls, SteeringCalls
 from laptop.page.pulse import Pulse
 from laptop.see.serve.listening import is_loopback, own_addresses
@@ -30,7 +30,7 @@ class PageClients:
 
     def __init__(self, controller: AsyncController, pulse: Pulse, gate_port: int) -> None:
         self._controller, self._pulse, self._gate_port = controller, pulse, gate_port
-        self._sessions: dict[int, BrowserSession] = {}  # the newest of each browser
+        self._browser_states: dict[int, BrowserState] = {}  # the newest of each browser
 
     def serve(self) -> None:
         """Have NiceGUI make pages, and tell of them."""
@@ -45,15 +45,15 @@ class PageClients:
     async def _build(self) -> None:
         client, pulse = ui.context.client, self._pulse
         browser = _browser(client)
-        session = BrowserSession(
+        browser_state = BrowserState(
             self._controller, browser, _name(client), age=lambda: pulse.age(client.id)
         )
-        before = self._sessions.get(browser)
+        before = self._browser_states.get(browser)
         if before:  # it goes on where it was: pages are also loaded anew unasked
-            session.tool, session.folds = before.tool, before.folds
-        self._sessions[browser] = session
+            browser_state.tool, browser_state.folds = before.tool, before.folds
+        self._browser_states[browser] = browser_state
         async with client.request.scope[TURN]:
-            await Page(session, self._gate_port).build()
+            await Page(browser_state, self._gate_port).build()
 
     async def _connected(self, client: Client) -> None:
         self._controller.pages.add(client.id)
@@ -77,7 +77,7 @@ class PageClients:
 
     def _echo(self, sid: str, t: object) -> None:
         for client in _clients(sid):
-            self._pulse.take_echo(client.id, t)
+            self._pulse.on_echo(client.id, t)
 
     async def _stop(self, sid: str) -> str | None:
         for client in _clients(sid):

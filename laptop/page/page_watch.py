@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 from laptop.page.run_control import RunControl
 from laptop.page.silence import BUSY_DELAY, Evidence, settled, verdict
-from laptop.page.steering import UNHEARD_TIMEOUT, Steering
+from laptop.page.steering import BROWSER_TIMEOUT, Steering
 
 
 class PageWatch:
@@ -49,11 +49,11 @@ class PageWatch:
     def poll(self) -> None:
         """Hold what nobody hears; settle why, once a browser is back that knows."""
         silence = self._steering.silence
-        if self._holds and silence > UNHEARD_TIMEOUT and self._runs.is_driven:
+        if self._holds and silence > BROWSER_TIMEOUT and self._runs.is_driven:
             why = verdict(self._evidence(silence))
-            self._runs.hold_unheard(silence, why)
+            self._runs.hold_on_timeout(silence, why)
             self._open_note = self._runs.note if why.is_open else ""
-        if (stood := self._steering.take_return()) is not None:
+        if (stood := self._steering.pop_return()) is not None:
             if self._open_note and self._runs.note == self._open_note:
                 self._runs.note += f" {settled(stood)}"
             self._open_note = ""

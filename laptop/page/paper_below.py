@@ -83,10 +83,10 @@ class PaperBelow:
         grid = np.stack(np.meshgrid(*np.linspace(low, high, 8).T), -1).reshape(-1, 2)
         on_paper = np.column_stack([grid, np.full(len(grid), -height)])
         seen = self.camera.project(on_paper)
-        there = np.isfinite(seen).all(axis=1)
-        if there.sum() < 8:
+        finite = np.isfinite(seen).all(axis=1)
+        if finite.sum() < 8:
             return None
-        matrix, _ = cv2.findHomography(grid[there], seen[there])
+        matrix, _ = cv2.findHomography(grid[finite], seen[finite])
         return matrix, 10 * _parallax_sigma(self.camera, height, points.mean(axis=0))
 
 
@@ -158,5 +158,5 @@ def _guesses(points: np.ndarray, pixels: np.ndarray, size: tuple[int, int]) -> l
             if np.isfinite(state).all():
                 scored.append((float(error[0]) + 0.3 * abs(math.log(share)), k, state))
     scored.sort(key=lambda one: one[0])
-    firsts = [next((s for _, way, s in scored if way == k), None) for k in (0, 1)]
+    firsts = [next((s for _, pose, s in scored if pose == k), None) for k in (0, 1)]
     return [state for state in firsts if state is not None]

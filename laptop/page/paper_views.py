@@ -52,16 +52,18 @@ class PaperViews:
             name: deque(maxlen=32) for name in cameras
         }
         self._shown: dict[str, tuple[TableView | None, int]] = {}
-        self._told = height or self._touched() or (memory.read() if memory else MarkerHeight())
+        self._given_height = (
+            height or self._touched() or (memory.read() if memory else MarkerHeight())
+        )
         self._lay_paper()
 
     # The marker's height
 
     @property
     def height(self) -> MarkerHeight:
-        """Height of the marker over the paper, told or found; of an arm in space there is none."""
-        if not self.is_flat or self._told.cm is not None:
-            return self._told
+        """Height of the marker over the paper, given or found; of an arm in space there is none."""
+        if not self.is_flat or self._given_height.cm is not None:
+            return self._given_height
         for board in self.boards.values():
             if board.view and board.height is not None:
                 source = "found by the board and the tip's moves"
@@ -69,7 +71,7 @@ class PaperViews:
         return MarkerHeight()
 
     def set_height(self, mm: float | None) -> str:
-        """Take in a height of the marker that somebody typed, mm; None: it is not known."""
+        """Set the marker's height that a user typed, mm; None: unknown."""
         if not self.is_flat:
             return (
                 "an arm in space needs no height of its marker: its moves tell where the paper is"
@@ -77,9 +79,11 @@ class PaperViews:
         if mm is not None and not HEIGHT_LIMITS_MM[0] <= mm <= HEIGHT_LIMITS_MM[1]:
             low, high = HEIGHT_LIMITS_MM
             return f"marker's height {mm:g} mm: from {low:g} to {high:g} mm"
-        self._told = MarkerHeight() if mm is None else MarkerHeight(mm / 10, "as typed here")
+        self._given_height = (
+            MarkerHeight() if mm is None else MarkerHeight(mm / 10, "as typed here")
+        )
         self._lay_paper()
-        return self._memory.write(self._told.cm) if self._memory else ""
+        return self._memory.write(self._given_height.cm) if self._memory else ""
 
     def _touched(self) -> MarkerHeight | None:
         """Return what was told to those that place markers on a board, if anything was."""
@@ -88,12 +92,12 @@ class PaperViews:
         return None if cm is None else MarkerHeight(cm, "by the touched crosses")
 
     def _lay_paper(self) -> None:
-        height = self._told.cm if self.is_flat else None
+        height = self._given_height.cm if self.is_flat else None
         for name, mapping in self.mappings.items():
             mapping.lay_paper(height)
             self.boards[name].lay_paper(height)
 
-    # Where what is
+    # Views
 
     def view(self, camera: str) -> TableView | None:
         """Return where the paper is in a camera's picture, if that is known.
@@ -134,7 +138,7 @@ class PaperViews:
         return np.full((len(pixels), 2), math.nan)
 
     def marker_shift(self, t: float) -> Sequence[float] | None:
-        """Return the way from the pen to the marker at a time, s; None: not known yet, or never."""
+        """Return the vector from the pen to the marker at a time, s, cm; None: unknown (yet)."""
         if self._arm is None:
             return 0.0, 0.0, 0.0
         if not any(self._arm.marker_offset):
@@ -143,7 +147,7 @@ class PaperViews:
         return q and marker_shift(self._arm, q)
 
     def have_changed(self) -> bool:
-        """Return True if what was shown lies elsewhere now, and take it for shown."""
+        """Return True if a view has changed since the last call."""
         changed = False
         for name, mapping in self.mappings.items():
             view, moved = self.view(name), mapping.moved
@@ -163,8 +167,8 @@ class PaperViews:
 
     # At every heartbeat
 
-    def take_tips(self) -> dict[str, tuple[float, Point]]:
-        """Take in where the cameras see the tip; return when, s, and where, px, by camera."""
+    def sample_tips(self) -> dict[str, tuple[float, Point]]:
+        """Sample the tip in the cameras' frames; return its time, s, and pixel by camera."""
         tips = {}
         for name, feed in self._cameras.items():
             view = feed.watcher.view
@@ -175,10 +179,10 @@ class PaperViews:
         return tips
 
     def learn(self, link: LinkState, now: float) -> None:
-        """Take in pairs of where the joints say that the marker is, and where cameras see it.
+        """Add pairs of the marker's place by the joints, and by the cameras.
 
         Args:
-            link: what the brick has told.
+            link: the brick's last status.
             now: s.
         """
         self._notice_moves()

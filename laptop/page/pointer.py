@@ -23,7 +23,7 @@ class Pointer:
         self.drag: list[Point] = []
         self._unpressed = 0  # moves since then with no button pressed
 
-    def take(self, kind: str, point: Point, button: int, buttons: int) -> list[Point]:
+    def handle(self, kind: str, point: Point, button: int, buttons: int) -> list[Point]:
         """Return the points of a drag that ends here, or the one of a click; [] if none ends.
 
         Args:

@@ -1,7 +1,7 @@
 """The page's process: made to listen, started and ended by the tracker, and never waited for.
 
 What the page needs to look nice is slow to import, so that only its own process does.  One that
-dies or stands still is replaced: the tracker keeps its port, its sessions and STOP.
+dies or stands still is replaced: the tracker keeps its port, its logins and STOP.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from collections.abc import Callable, Mapping, Sequence
 from multiprocessing.connection import Connection, wait
 
 from laptop.page.controller import PageController, keep_heartbeat
+from laptop.page.login import LoginKey
 from laptop.page.rpc import serve_requests
-from laptop.page.sessions import SessionKey
 from laptop.page.stop_gate import StopGate
 from laptop.see.serve.listening import is_loopback, own_addresses
 from laptop.system import platforms
@@ -135,7 +135,7 @@ class PageProcess:
         controller: PageController,
         listener: socket.socket,
         host: str,
-        say: Callable[[str], None] = lambda line: None,
+        report: Callable[[str], None] = lambda line: None,
         invite: Callable[[str], None] = lambda address: None,
     ) -> None:
         port = listener.getsockname()[1]
@@ -149,7 +149,7 @@ class PageProcess:
             else f"page: others in its network can reach it at {host}, unencrypted; who reads "
             "the address along can move the arm"
         )
-        self._controller, self._listener, self._say = controller, listener, say
+        self._controller, self._listener, self._report = controller, listener, report
         admission = controller.admission
         admission.on_renewal = lambda: invite(self.address)
         gate = listen_for_stop(host, port)
@@ -172,7 +172,7 @@ class PageProcess:
         self._context.set_forkserver_preload(["laptop.page.server"])
         self.process: multiprocessing.process.BaseProcess | None = None
         controller.watch.why_page_stands = self._why_it_stands
-        self._watcher = threading.Thread(target=self._keep, name="page watcher", daemon=True)
+        self._watcher = threading.Thread(target=self._supervise, name="page watcher", daemon=True)
         self._watcher.start()
 
     @property
@@ -188,7 +188,7 @@ class PageProcess:
         self._heart.join(EXIT_TIMEOUT)
         self._listener.close()
 
-    def _keep(self) -> None:
+    def _supervise(self) -> None:
         """Have a page's process until it is over; for a thread of its own."""
         while not self._over.is_set():
             servants = self._start()
@@ -196,7 +196,7 @@ class PageProcess:
             why = self._watch()
             self._end(servants)
             if why:
-                self._say(f"page: its process {why}; it starts anew")
+                self._report(f"page: its process {why}; it starts anew")
                 self._controller.lose_page(why)
                 if time.monotonic() - began < RESTART_PERIOD:
                     self._over.wait(RESTART_PAUSE)
@@ -239,7 +239,7 @@ class PageProcess:
         """Wait until the process has died, stands still, or it is over; return why, or ""."""
         process, steering = self.process, self._controller.steering
         assert process is not None
-        first = heard = steering.beats
+        first = last_beats = steering.beats
         # Times, s, that this thread has seen: while the tracker stood still, so did the page.
         silent = stopped = 0.0
         while not self._over.is_set():
@@ -252,9 +252,9 @@ class PageProcess:
             stopped = stopped + WATCH_PERIOD if platforms.is_stopped(process.pid or 0) else 0.0
             if stopped > STOPPED_TIMEOUT:
                 return f"was stopped by a signal {stopped:.0f} s ago"
-            silent = silent + WATCH_PERIOD if heard == steering.beats else 0.0
-            heard = steering.beats
-            if silent > (STARTING_TIMEOUT if heard == first else FROZEN_TIMEOUT):
+            silent = silent + WATCH_PERIOD if last_beats == steering.beats else 0.0
+            last_beats = steering.beats
+            if silent > (STARTING_TIMEOUT if last_beats == first else FROZEN_TIMEOUT):
                 return f"has not answered for {silent:.0f} s"
         return ""
 
@@ -292,7 +292,7 @@ def _serve_page(
     pulse: Connection,
     seeing: Mapping[str, Connection],
     listener: socket.socket,
-    key: SessionKey,
+    key: LoginKey,
     names: Sequence[str],
     gate_port: int,
 ) -> None:

@@ -1,4 +1,4 @@
-"""Pulse between page and browsers: how the page knows that a browser is there.
+"""Heartbeat between page and browsers, by which the page knows that a browser is alive.
 
 Each beat goes to a browser only after the tracker has answered, so it vouches for the whole path.
 It carries the time t at which it is sent, by this computer's monotonic clock.  A browser sends t
@@ -34,30 +34,30 @@ PRESENCE_WORDS = {
     "asleep": Presence.ASLEEP,
     "closed": Presence.CLOSED,
 }
-"""Presence by the word that a page sends of itself."""
+"""Presence by the word that a page reports."""
 
 
 class Pulse:
-    """Gives browsers their beats, and knows how old what they have heard is.
+    """Heartbeat of the browsers, which gives the age of what each has received.
 
     Args:
-        hear: tells the tracker which browsers are heard, and when they were last, s on
-            time.monotonic(), which is the same in all processes; and what is known beside that.
+        report: reports to the tracker when each browser was last heard, s on time.monotonic(),
+            which is the same in all processes, and the page's own state.
         beat: sends a beat, a time in s, to a page by NiceGUI's id.
     """
 
     def __init__(
         self,
-        hear: Callable[[Mapping[int, float], PageReport], Awaitable[None]],
+        report: Callable[[Mapping[int, float], PageReport], Awaitable[None]],
         beat: Callable[[str, float], Awaitable[None]],
     ) -> None:
-        self._hear, self._beat = hear, beat
+        self._report, self._beat = report, beat
         self._browsers: dict[str, int] = {}
         self._echoed: dict[str, float] = {}  # s
         self._tabs: dict[str, tuple[int, Sign]] = {}  # by page, with its browser
 
     def join(self, page: str, browser: int, is_local: bool = False) -> None:
-        """Give beats to a page from now on; `is_local`: its browser is on this computer."""
+        """Send beats to a page from now on; `is_local`: its browser is on this computer."""
         self._browsers[page] = browser
         self._echoed.pop(page, None)
         known = [*self._tabs.items()][-MAX_TABS:]
@@ -65,7 +65,7 @@ class Pulse:
         self._tabs[page] = browser, Sign(Presence.SHOWN, is_local)
 
     def leave(self, page: str) -> None:
-        """Give no more beats to a page."""
+        """Stop sending beats to a page."""
         self._browsers.pop(page, None)
         self._echoed.pop(page, None)
         if page in self._tabs:
@@ -73,12 +73,12 @@ class Pulse:
             if sign.presence > Presence.ASLEEP:
                 self._tabs[page] = browser, sign._replace(presence=Presence.BROKEN)
 
-    def take_word(self, page: str, browser: int, word: str) -> None:
-        """Take in what a page of a browser says of itself, a key of PRESENCE_WORDS."""
+    def on_presence(self, page: str, browser: int, word: str) -> None:
+        """Handle what a page of a browser reports of itself, a key of PRESENCE_WORDS."""
         whose, sign = self._tabs.get(page, (0, None))
         if sign is None or whose != browser or word not in PRESENCE_WORDS:
             return
-        # (What a page says as it closes may come in any order.)
+        # (Reports of a page that closes may arrive in any order.)
         if sign.presence is not Presence.CLOSED or word == "visible":
             self._tabs[page] = browser, sign._replace(presence=PRESENCE_WORDS[word])
 
@@ -95,15 +95,15 @@ class Pulse:
             ranks[browser] = max(rank, ranks.get(browser, rank))
         return {browser: sign for browser, (_, sign) in ranks.items()}
 
-    def take_echo(self, page: str, beat: object) -> None:
-        """Take in what a page has sent back."""
+    def on_echo(self, page: str, beat: object) -> None:
+        """Handle a beat that a page has sent back."""
         if page in self._browsers and isinstance(beat, (int, float)) and math.isfinite(beat):
             if page not in self._echoed:
                 self._forget_closed(self._browsers[page])
             self._echoed[page] = min(float(beat), time.monotonic())
 
     def _forget_closed(self, browser: int) -> None:
-        """Forget the pages of a browser that have gone: another one has taken their place."""
+        """Forget the closed pages of a browser: another one has replaced them."""
         self._tabs = {
             tab: (whose, sign)
             for tab, (whose, sign) in self._tabs.items()
@@ -111,7 +111,7 @@ class Pulse:
         }
 
     def age(self, page: str) -> float:
-        """Time since the tracker was known to a page to be there, s."""
+        """Time since a page last knew the tracker to be alive, s."""
         return time.monotonic() - self._echoed.get(page, -math.inf)
 
     async def run(self) -> None:
@@ -119,14 +119,14 @@ class Pulse:
         late = waited = 0.0
         while True:
             began = time.monotonic()
-            heard: dict[int, float] = {}
+            last_heard_at: dict[int, float] = {}
             for page, browser in self._browsers.items():
                 if (echoed := self._echoed.get(page)) is not None:
-                    heard[browser] = max(echoed, heard.get(browser, echoed))
+                    last_heard_at[browser] = max(echoed, last_heard_at.get(browser, echoed))
             report = PageReport(self.signs(), late, waited)
             answered = began
             with suppress(RpcError):  # then nobody gets a beat
-                await self._hear(heard, report)
+                await self._report(last_heard_at, report)
                 now = answered = time.monotonic()
                 await asyncio.gather(*(self._beat(page, now) for page in list(self._browsers)))
             await asyncio.sleep(BEAT_PERIOD)

@@ -1,4 +1,4 @@
-"""A stop that is said again until the brick has heard it: it gets lost with the link."""
+"""A stop that is sent again until the brick has received it: a lost link loses it."""
 
 from __future__ import annotations
 
@@ -13,25 +13,25 @@ class RepeatedStop:
         link: to the brick.
 
     Attributes:
-        was_sent: whether there was a link when it was said last.
+        was_sent: whether there was a link when it was sent last.
     """
 
     def __init__(self, link: BrickLink) -> None:
         self._link = link
         self._reason = ""
         self.was_sent = False
-        self._told: Status | None = None  # the brick's status when it was last told to stop
+        self._last_status: Status | None = None  # of the brick when the stop was last sent
 
     def begin(self, reason: str) -> None:
-        """Take in why the next run is to stop."""
-        self._reason, self._told = reason, None
+        """Set why the next run is to stop."""
+        self._reason, self._last_status = reason, None
 
     def send(self) -> None:
-        """Say it."""
+        """Send the stop."""
         self.was_sent = self._link.send(Stop(self._reason))
 
     def repeat(self, status: Status | None) -> None:
-        """Say it once more with every new status of the brick's."""
-        if status is not self._told:
-            self._told = status
+        """Send it once more with every new status of the brick."""
+        if status is not self._last_status:
+            self._last_status = status
             self.send()

@@ -30,31 +30,31 @@ NOTE = (
 )
 
 
-def render(group: RunGroup, kept: Path | None = None, why_not_kept: str = "") -> str:
+def render(group: RunGroup, stored_in: Path | None = None, why_not_stored: str = "") -> str:
     """Return the report as the text of an HTML file.
 
     Slow, and to be called by one thread at a time: matplotlib's style is everybody's.
 
     Args:
         group: the runs.
-        kept: the folder in which it is kept; None: it is not.
-        why_not_kept: it could not be, a sentence for the report.
+        stored_in: the folder in which to store it; None: it is not stored.
+        why_not_stored: why it could not be stored, a sentence for the report; or "".
 
     Raises:
-        ArmError: it cannot be kept.
+        ArmError: it cannot be stored.
     """
     reported, files = record_of(group)
-    reported.notes += [why_not_kept] * bool(why_not_kept)
-    if kept is None:
+    reported.notes += [why_not_stored] * bool(why_not_stored)
+    if stored_in is None:
         with tempfile.TemporaryDirectory() as folder:
             RunFolder(Path(folder)).write(reported, files)
             report = report_of(Path(folder))
     else:
         reported.files.append(RunFile(REPORT))
-        RunFolder(kept).write(reported, files)
-        report = report_of(kept)
-        write_report(kept, report)
-        report.values["kept"] = f"{kept.parent.name}/{kept.name}"
+        RunFolder(stored_in).write(reported, files)
+        report = report_of(stored_in)
+        write_report(stored_in, report)
+        report.values["kept"] = f"{stored_in.parent.name}/{stored_in.name}"
     report.values["save_as"] = file_name(group)
     return report.html()
 
@@ -62,12 +62,12 @@ def render(group: RunGroup, kept: Path | None = None, why_not_kept: str = "") ->
 def record_of(group: RunGroup) -> tuple[Run, Files]:
     """Return the record of a group of runs, and what writes its files."""
     last = group.runs[-1]
-    good = last.verdict == CONVERGED or last.ended is None
+    succeeded = last.verdict == CONVERGED or last.ended is None
     runs = servo_runs(group)
     reported = Run(
         kind=SERVO,
         what=f"run {group.number} on the page",
-        ending=Ending(None, f"{verdict_text(last)} {headline(group, runs)}", well=good),
+        ending=Ending(None, f"{verdict_text(last)} {headline(group, runs)}", well=succeeded),
         set_up=_set_up(group),
         notes=[NOTE, *(f"{t:.1f} s: {text}" for run in runs for t, text in run.remarks)],
     )

@@ -21,7 +21,7 @@ from laptop.page.run_states import (
     RunState,
     next_state,
 )
-from laptop.page.silence import WhyUnheard
+from laptop.page.silence import SilenceCause
 from laptop.page.snapshots import DEFAULTS, points
 from laptop.see.serve.pipeline import Point
 from laptop.see.serve.server_state import ServerState as LinkState
@@ -227,7 +227,7 @@ class RunControl:
         self.on_stop(reason)
         return self._stop(RunEvent.STOP, reason)
 
-    def hold_unheard(self, silence: float, why: WhyUnheard) -> None:
+    def hold_on_timeout(self, silence: float, why: SilenceCause) -> None:
         """Hold a run that was ordered here, as no page is heard.
 
         Args:
@@ -236,9 +236,9 @@ class RunControl:
         """
         with self.lock:
             if self.is_driven:
-                unheard = why.text(silence)
-                self._stop(RunEvent.HOLD, f"held: {unheard}. {why.advice}")
-                self.note = f"{unheard}: held; Start goes on. {why.advice}"
+                reason = why.text(silence)
+                self._stop(RunEvent.HOLD, f"held: {reason}. {why.advice}")
+                self.note = f"{reason}: held; Start goes on. {why.advice}"
 
     # Protocol
 

@@ -103,12 +103,12 @@ class RunGoal:
 
 def thinned(points: Sequence[Point]) -> list[Point]:
     """Return the waypoints of a path: no two closer than WAYPOINT_SPACING, but for the last."""
-    kept = [points[0]]
+    waypoints = [points[0]]
     for point in points[1:]:
-        if math.dist(kept[-1], point) >= WAYPOINT_SPACING:
-            kept.append(point)
-    if len(kept) > 1 and math.dist(kept[-1], points[-1]) < WAYPOINT_SPACING / 2:
-        kept[-1] = points[-1]
-    elif kept[-1] != points[-1]:
-        kept.append(points[-1])
-    return kept
+        if math.dist(waypoints[-1], point) >= WAYPOINT_SPACING:
+            waypoints.append(point)
+    if len(waypoints) > 1 and math.dist(waypoints[-1], points[-1]) < WAYPOINT_SPACING / 2:
+        waypoints[-1] = points[-1]
+    elif waypoints[-1] != points[-1]:
+        waypoints.append(points[-1])
+    return waypoints

@@ -64,7 +64,7 @@ def _servo_run(record: RunRecord, began: float, name: str) -> ServoRun:
         joints=joints,
         paths={camera: _with_gaps(tip) for camera, tip in tips.items()},
         goals=goals,
-        samples={} if orders and orders.follow else _looks(goals, measured),
+        samples={} if orders and orders.follow else _image_samples(goals, measured),
         errors=np.column_stack([t, errors]) if e else NO_ROWS,
         measured=_rows([(sample.t, sample.error) for sample in measured]),
         components={row: np.column_stack([t, values]) for row, values in e.items()},
@@ -105,19 +105,19 @@ def _at_the_end(t: np.ndarray, errors: np.ndarray) -> float | None:
     return float(np.median(last)) if len(last) else None
 
 
-def _looks(
+def _image_samples(
     goals: dict[str, tuple[float, float]], measured: Sequence[StatusSample]
 ) -> dict[str, np.ndarray]:
     """Return by camera the places (n, 2) where the brick looked, from the errors it told."""
     found = {}
     for camera, goal in goals.items():
         rows = f"{camera}.u", f"{camera}.v"
-        looks = [
+        samples_at_goals = [
             [g + sample.e[row] for g, row in zip(goal, rows, strict=True)]
             for sample in measured
             if sample.e.keys() >= set(rows)
         ]
-        found[camera] = _rows(looks)
+        found[camera] = _rows(samples_at_goals)
     return found
 
 

@@ -18,9 +18,9 @@ from laptop.page.build_turns import BuildTurns
 from laptop.page.http_limits import LimitedHttp
 from laptop.page.http_routes import DRAWING, PRESENCE, HttpRoutes
 from laptop.page.interface import AdmissionCalls, SteeringCalls
+from laptop.page.login import LoginKey
 from laptop.page.page_clients import PageClients
 from laptop.page.pulse import Pulse
-from laptop.page.sessions import SessionKey
 from laptop.page.silence import PageReport
 
 MAX_BUILDS = 4
@@ -44,7 +44,7 @@ def serve(
     controller: AsyncController,
     pulse_pipe: Connection,
     listener: socket.socket,
-    key: SessionKey,
+    key: LoginKey,
     hosts: Sequence[str],
     gate_port: int,
 ) -> None:
@@ -54,7 +54,7 @@ def serve(
         controller: the tracker's.
         pulse_pipe: to it, for the pulse alone.
         listener: bound already.
-        key: of the sessions.
+        key: signs the browsers' login cookies.
         hosts: HOST:PORT by which browsers may call it.
         gate_port: of laptop.page.stop_gate.
     """
@@ -89,13 +89,13 @@ def serve(
 def _pulse(channel: AsyncChannel) -> Pulse:
     """Return the pulse of all pages; the channel is for it alone."""
 
-    async def hear(heard: Mapping[int, float], report: PageReport) -> None:
-        await channel.call(SteeringCalls.hear, heard, report)
+    async def report_status(last_heard_at: Mapping[int, float], report: PageReport) -> None:
+        await channel.call(SteeringCalls.on_status, last_heard_at, report)
 
     async def beat(page: str, t: float) -> None:
         await core.sio.emit("beat", t, room=page)
 
-    return Pulse(hear, beat)
+    return Pulse(report_status, beat)
 
 
 def _run_pages_with(app: FastAPI, pulse: Pulse, hosts: Sequence[str]) -> None:

@@ -77,7 +77,7 @@ class Evidence(NamedTuple):
     waited: float = 0.0
 
 
-class WhyUnheard(NamedTuple):
+class SilenceCause(NamedTuple):
     """Reason why no page is heard.
 
     cause    to stand behind "as"
@@ -98,47 +98,47 @@ RELIEVE = "Close other programs on this computer."
 IN_FRONT = "Keep it open and in front while a run is on."
 
 
-def verdict(evidence: Evidence) -> WhyUnheard:
+def verdict(evidence: Evidence) -> SilenceCause:
     """Return why no page is heard."""
     e = evidence
     browser = e.browser or "the browser"
     presence = e.sign.presence if e.sign else None
     # What a page has said of itself is so, whatever else is slow.
     if presence is Presence.CLOSED:
-        return WhyUnheard(f"the page was closed in {browser}", IN_FRONT)
+        return SilenceCause(f"the page was closed in {browser}", IN_FRONT)
     if presence is Presence.ASLEEP:
-        return WhyUnheard(f"{browser} put the page to sleep in the background", IN_FRONT)
+        return SilenceCause(f"{browser} put the page to sleep in the background", IN_FRONT)
     if e.ended:
-        return WhyUnheard(f"its process {e.ended}", "It starts anew by itself.")
+        return SilenceCause(f"its process {e.ended}", "It starts anew by itself.")
     if e.standstill >= STANDSTILL_TIMEOUT:
         cause = f"the tracker stood still for {e.standstill:.0f} s"
-        return WhyUnheard(cause, f"{RELIEVE} It must not sleep, either.")
+        return SilenceCause(cause, f"{RELIEVE} It must not sleep, either.")
     if (silent := max(e.unbeaten, e.late)) >= STANDSTILL_TIMEOUT:
-        return WhyUnheard(
+        return SilenceCause(
             f"its process was too busy to answer for {silent:.0f} s, or hangs", RELIEVE
         )
     if e.waited >= STANDSTILL_TIMEOUT:
-        return WhyUnheard(f"the tracker took {e.waited:.0f} s to answer the page", RELIEVE)
+        return SilenceCause(f"the tracker took {e.waited:.0f} s to answer the page", RELIEVE)
     if presence is Presence.BROKEN:
         cause = f"the connection to {browser} broke"
-        return WhyUnheard(cause, "Look whether that browser still runs, and at the network.")
+        return SilenceCause(cause, "Look whether that browser still runs, and at the network.")
     if presence is Presence.HIDDEN:
         cause = f"the page is in the background of {browser}, which may let it sleep"
-        return WhyUnheard(cause, IN_FRONT)
+        return SilenceCause(cause, IN_FRONT)
     behind = max(e.standstill, e.unbeaten, e.late, e.waited)
     if e.sign and e.sign.is_local and behind > BUSY_DELAY:
         cause = f"this computer is too busy: page and tracker are late by {behind:.1f} s, too"
-        return WhyUnheard(cause, RELIEVE)
+        return SilenceCause(cause, RELIEVE)
     cause = f"nothing comes from {browser}, though it is connected: its network is cut, or it hangs"
-    return WhyUnheard(cause, "Look at the network, and at that browser.", is_open=True)
+    return SilenceCause(cause, "Look at the network, and at that browser.", is_open=True)
 
 
-def settled(stood: float) -> str:
+def settled(standstill: float) -> str:
     """Return what a browser that is back tells of an open verdict.
 
     Args:
-        stood: for how long it stood still itself meanwhile, s.
+        standstill: for how long the browser itself stood still meanwhile, s.
     """
-    if stood >= STANDSTILL_TIMEOUT:
-        return f"It is back: it stood still itself for {stood:.0f} s. {RELIEVE}"
+    if standstill >= STANDSTILL_TIMEOUT:
+        return f"It is back: it stood still itself for {standstill:.0f} s. {RELIEVE}"
     return "It is back, and went on itself all the time: its network was cut."

@@ -140,7 +140,7 @@ class PageState(NamedTuple):
     driver_name: str = ""
     can_call: bool = False
     drawing: DrawingState = DrawingState()
-    looks: Mapping[str, str] = {}
+    marker_descriptions: Mapping[str, str] = {}
 
 
 class PlotSample(NamedTuple):

@@ -14,7 +14,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from laptop.page.auth import BROWSER, AuthMiddleware, Receive, Scope, Send, send_text
-from laptop.page.sessions import SessionKey
+from laptop.page.login import LoginKey
 
 if TYPE_CHECKING:
     import uvicorn
@@ -33,7 +33,7 @@ class StopGate:
     Args:
         stop: stops the arm for the browser with this number; answers as
             laptop.page.run_control.RunControl.stop does.
-        key: of the sessions.
+        key: signs the browsers' login cookies.
         listener: a socket that listens; it is taken over.
         hosts: HOST:PORT by which browsers may call it.
         pages: HOST:PORT of the pages that may do so.
@@ -42,7 +42,7 @@ class StopGate:
     def __init__(
         self,
         stop: Callable[[int], str],
-        key: SessionKey,
+        key: LoginKey,
         listener: socket.socket,
         hosts: Sequence[str],
         pages: Sequence[str],

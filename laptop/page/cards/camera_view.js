@@ -1,11 +1,11 @@
-// Show an image's overlay, which is set already: only now is the image itself there.
+// Show an image's overlay once the image itself is loaded.
 function showOverlay(event, image, emit) {
   image.querySelector(".over").innerHTML = image.dataset.over;
   image.closest(".picture").dataset.taken = image.dataset.taken;
   emit(event.source);
 }
 
-// Tell which image cannot be had: "" for the none that an element has at first.
+// Report the address of an image that failed to load; "" of an element that has none yet.
 function reportRefusal(event, emit) {
   emit(event.target.src || "");
 }
@@ -16,13 +16,13 @@ const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], Arrow
 function pressKey(event, emit) {
   const picture = event.currentTarget;
   const image = picture.querySelector("img");
-  // (It has none for a moment while the next image takes its place.)
+  // (The size is 0 while the next image is loading.)
   if (image.naturalWidth) picture.size = [image.naturalWidth, image.naturalHeight];
   const [width, height] = picture.size ?? [0, 0];
   const arrow = ARROWS[event.key];
   if (!width || !(arrow || event.key === "Enter")) return;
   event.preventDefault();
-  event.stopPropagation(); // in a recording, arrows turn its pages elsewhere
+  event.stopPropagation(); // elsewhere on the page, arrows step through a recording
   let [u, v] = picture.cross ?? [Math.round(width / 2), Math.round(height / 2)];
   if (arrow) {
     const step = event.shiftKey ? 1 : 8; // px
@@ -31,24 +31,24 @@ function pressKey(event, emit) {
   }
   picture.cross = [u, v];
   const k = width / 640;
-  const way = `M${u - 18 * k},${v}h${12 * k}m${12 * k},0h${12 * k}M${u},${v - 18 * k}v${12 * k}m0,${12 * k}v${12 * k}`;
+  const path = `M${u - 18 * k},${v}h${12 * k}m${12 * k},0h${12 * k}M${u},${v - 18 * k}v${12 * k}m0,${12 * k}v${12 * k}`;
   picture.querySelector(".cross").innerHTML =
-    `<path d="${way}" stroke="#000" stroke-width="${5 * k}"/><path d="${way}" stroke="#fff" stroke-width="${2 * k}"/>`;
+    `<path d="${path}" stroke="#000" stroke-width="${5 * k}"/><path d="${path}" stroke="#fff" stroke-width="${2 * k}"/>`;
   if (event.key === "Enter") emit([u, v]);
 }
 
-// Show a drawing over the picture: an SVG group's contents, which hold no text of anybody's.
+// Show a drawing over the picture.  svg: contents of an SVG group, without any text of users.
 function showDrawing(id, svg) {
   const layer = getHtmlElement(id)?.querySelector(".drawing");
   if (layer) layer.innerHTML = svg;
 }
 
-// Show more of the way that the pen has left, or all of it anew.
-function showInk(id, way, anew, k) {
+// Show ink.  path: SVG path data, appended to what is shown or replacing it; k: scale of the line.
+function showInk(id, path, replace, k) {
   const ink = getHtmlElement(id)?.querySelector(".ink");
   if (!ink) return;
-  const before = anew ? "" : ink.getAttribute("d") ?? "";
+  const before = replace ? "" : ink.getAttribute("d") ?? "";
   ink.setAttribute("transform", "translate(.5 .5)");
   ink.setAttribute("stroke-width", 2 * k);
-  ink.setAttribute("d", before + way);
+  ink.setAttribute("d", before + path);
 }

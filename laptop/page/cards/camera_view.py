@@ -11,7 +11,7 @@ from pathlib import Path
 
 from nicegui import events, ui
 
-from laptop.page.cards.session import AIM, DRAW, BrowserSession
+from laptop.page.cards.browser_state import AIM, DRAW, BrowserState
 from laptop.page.drawing_view import DrawingView
 from laptop.page.interface import DrawCalls, FrameCalls
 from laptop.page.marker_words import marker_title
@@ -39,12 +39,12 @@ class CameraView:
     recording can be had, and the markers in it are found anew whenever a marker's colour changes.
 
     Args:
-        session: the browser's choices.
+        browser_state: the browser's choices.
         camera: name of the camera.
     """
 
-    def __init__(self, session: BrowserSession, camera: str) -> None:
-        self._session = session
+    def __init__(self, browser_state: BrowserState, camera: str) -> None:
+        self._browser_state = browser_state
         self.camera = camera
         self._shown: FrameSnapshot | None = None  # by the browser
         self._sent: FrameSnapshot | None = None  # to the browser, which has not shown it yet
@@ -61,10 +61,10 @@ class CameraView:
         self._wanted: int | None = None  # a frame of a recording
         self._pinned: int | None = None  # a frame at which it stands
         self._warnings: list[tuple[str, str, str]] = []  # of markers: name, why, advice
-        with ui.element("div").classes("sight"):
+        with ui.element("div").classes("camera"):
             self._add_image()
             self._add_scrub_bar()
-        self._timer = ui.timer(session.controller.pace, self._refresh)
+        self._timer = ui.timer(browser_state.controller.pace, self._refresh)
 
     @staticmethod
     def add_script() -> None:
@@ -110,7 +110,7 @@ class CameraView:
 
     @property
     def _status(self) -> CameraStatus:
-        state = self._session.controller.state
+        state = self._browser_state.controller.state
         assert state is not None
         return next(camera for camera in state.cameras if camera.name == self.camera)
 
@@ -126,14 +126,14 @@ class CameraView:
     @property
     def _markers(self) -> tuple[tuple[str, str], ...]:
         """Name and looks of each marker, as far as is known here."""
-        state = self._session.controller.state
+        state = self._browser_state.controller.state
         return tuple(state.markers.items()) if state else ()
 
     @property
     def _is_running(self) -> bool:
         """True if newer images are to be shown as they come."""
         connected = self._image.client.has_socket_connection
-        return connected and not self._session.paused and self._wanted is None
+        return connected and not self._browser_state.paused and self._wanted is None
 
     @property
     def _awaits_browser(self) -> bool:
@@ -142,15 +142,15 @@ class CameraView:
 
     async def _refresh(self) -> None:
         """Send the next image, and wait until the browser has shown it."""
-        self._timer.interval = self._session.controller.pace
+        self._timer.interval = self._browser_state.controller.pace
         if not self._is_running:
             return
-        shown = await self._session.controller.feeds[self.camera].next()
+        shown = await self._browser_state.controller.feeds[self.camera].next()
         # (After a look ahead in a recording it may well be an earlier one.)
         new = shown and (self._sent or not self._shown or shown.index != self._shown.index)
         # Meanwhile a still may have been sent.
         if shown and new and self._is_running and not self._awaits_browser:
-            mask = self._session.mask
+            mask = self._browser_state.mask
             self._searched = shown.index, mask if mask in shown.masks else "", self._markers
             self._send(shown)
             with suppress(asyncio.TimeoutError):
@@ -158,7 +158,7 @@ class CameraView:
 
     async def refresh_still(self) -> None:
         """While it stands: send the frame that is wanted, with its markers as they look now."""
-        standing = self._session.paused or self._status.ended
+        standing = self._browser_state.paused or self._status.ended
         self._scrub_bar.set_visibility(standing and self._status.frames > 0)
         if self._slider.props["max"] != self._last_frame:  # it was a guess before the end
             self._slider.props["max"] = self._last_frame
@@ -168,13 +168,13 @@ class CameraView:
             return
         if self._sent:
             self._give_up()
-        controller, mask = self._session.controller, self._session.mask
+        controller, mask = self._browser_state.controller, self._browser_state.mask
         index = self._shown.index if self._wanted is None else self._wanted
         searched = index, mask, self._markers
         if self._wanted is None and self._pinned != index:
             self._pinned = index
             self._slider.set_value(index)
-            controller.feeds[self.camera].keep(self._shown)
+            controller.feeds[self.camera].store_still(self._shown)
             await controller.call(FrameCalls.pin, self.camera, index)
         elif self._searched != searched:
             self._searched = searched
@@ -182,7 +182,7 @@ class CameraView:
             if isinstance(still, FrameSnapshot):
                 self._send(still)
             else:
-                self._session.warn(still)
+                self._browser_state.warn(still)
         else:
             self._draw(self._shown)
         self._frame_number.set_text(f"frame {self._shown.index} of 0 to {self._status.frames - 1}")
@@ -198,7 +198,7 @@ class CameraView:
         """Show in a line how the camera is doing."""
         camera = next(camera for camera in state.cameras if camera.name == self.camera)
         facts = [camera.name, camera.source]
-        if self._session.paused or camera.ended:
+        if self._browser_state.paused or camera.ended:
             facts.append(camera.trouble if camera.ended else "paused")
         else:
             facts.append(f"{camera.rate:.0f} fps")
@@ -216,19 +216,23 @@ class CameraView:
 
     def _draw(self, shown: FrameSnapshot) -> bool:
         """Return True if there is anything new for the browser to load."""
-        session = self._session
-        if session.tool == DRAW:  # the ink is shown, which is not where the marker went
+        browser_state = self._browser_state
+        if browser_state.tool == DRAW:  # the ink is shown, which is not where the marker went
             shown = shown._replace(trail=())
         over = overlay(
-            shown, session.mask, session.windows, self._pointer.drag, session.tool != AIM
+            shown,
+            browser_state.mask,
+            browser_state.windows,
+            self._pointer.drag,
+            browser_state.tool != AIM,
         )
-        source = f"/view/{self.camera}/{shown.index}.jpg?{session.controller.run}"
+        source = f"/view/{self.camera}/{shown.index}.jpg?{browser_state.controller.run}"
         new = (source, over) != (self._source, self._overlay)
         if new:
             self._source, self._overlay = source, over
             self._fragment += 1  # what has another one is loaded anew, if only from memory
             self._image.props["data-over"] = over
-            standing = session.paused or self._wanted is not None or self._status.ended
+            standing = browser_state.paused or self._wanted is not None or self._status.ended
             self._image.props["data-taken"] = "" if standing else f"{shown.taken:.3f}"
             self._image.set_source(f"{source}#{self._fragment}")
         self._show_warnings(shown)
@@ -285,7 +289,7 @@ class CameraView:
     async def _on_key(self, event: events.GenericEventArguments) -> None:
         match event.args:
             case [int(u) | float(u), int(v) | float(v)] if self._shown:
-                await self._session.apply_tool(self.camera, self._shown.index, [(u, v)])
+                await self._browser_state.apply_tool(self.camera, self._shown.index, [(u, v)])
 
     async def _on_pointer(self, event: events.MouseEventArguments) -> None:
         if self._shown is None:
@@ -294,12 +298,12 @@ class CameraView:
             min(max(event.image_x - 0.5, 0.0), self._shown.width - 1.0),
             min(max(event.image_y - 0.5, 0.0), self._shown.height - 1.0),
         )
-        if self._session.tool == DRAW:
+        if self._browser_state.tool == DRAW:
             await self._on_hand(event, point)
             return
-        done = self._pointer.take(event.type, point, event.button, event.buttons)
+        done = self._pointer.handle(event.type, point, event.button, event.buttons)
         if done:
-            await self._session.apply_tool(self.camera, self._shown.index, done)
+            await self._browser_state.apply_tool(self.camera, self._shown.index, done)
 
     # The drawing
 
@@ -325,7 +329,7 @@ class CameraView:
     async def _let_go(self) -> None:
         """Have the drawing lie where a hand has brought it."""
         placing = self.drawing.release()
-        if placing and not await self._session.draw(DrawCalls.place, placing):
+        if placing and not await self._browser_state.draw(DrawCalls.place, placing):
             self.drawing.cancel()
         self.show_drawing()
 
@@ -333,7 +337,7 @@ class CameraView:
         """Show the drawing as it is now, with handles while it can be moved."""
         if self._shown is None:
             return
-        svg = self.drawing.svg(self._shown.width, self._session.tool == DRAW)
+        svg = self.drawing.svg(self._shown.width, self._browser_state.tool == DRAW)
         if svg != self._drawn:
             self._drawn, self._drawn_at = svg, time.monotonic()
             self._image.client.run_javascript(f"showDrawing({self._image.id}, {json.dumps(svg)})")
@@ -342,7 +346,7 @@ class CameraView:
         """Show the ink that has come since."""
         if self._shown is None:
             return
-        ink = await self._session.controller.ink(self.camera)
+        ink = await self._browser_state.controller.ink(self.camera)
         version, count = self._inked
         anew = version != ink.version
         fresh = ink.points[0 if anew else count :]

@@ -6,7 +6,7 @@ from typing import Any
 
 from nicegui import events, ui
 
-from laptop.page.cards.session import BrowserSession
+from laptop.page.cards.browser_state import BrowserState
 
 TOUCH_DELAY = 100
 """Delay after a touch before an explanation is shown again, ms."""
@@ -26,21 +26,21 @@ def heading(title: str) -> None:
     ui.html(title, sanitize=False, tag="h2").classes("unseen")
 
 
-def fold(session: BrowserSession, title: str, icon: str, is_open: bool = False) -> ui.expansion:
+def fold(browser_state: BrowserState, title: str, icon: str, is_open: bool = False) -> ui.expansion:
     """Add a card that folds away, to be filled by `with`; it is as it was left when loaded anew.
 
     Args:
-        session: the browser's choices, which keep whether it is open.
+        browser_state: the browser's choices, which store whether it is open.
         title: stands above it.
         icon: beside the title.
         is_open: at first.
     """
 
-    def keep(event: events.ValueChangeEventArguments[Any]) -> None:
-        session.folds[title] = bool(event.value)
+    def on_change(event: events.ValueChangeEventArguments[Any]) -> None:
+        browser_state.folds[title] = bool(event.value)
 
-    is_open = session.folds.get(title, is_open)
-    made = ui.expansion(title, icon=icon, value=is_open, on_value_change=keep)
+    is_open = browser_state.folds.get(title, is_open)
+    made = ui.expansion(title, icon=icon, value=is_open, on_value_change=on_change)
     made.props("dense").classes("card fold")
     return made
 
@@ -57,20 +57,20 @@ def explain(element: ui.element, text: str) -> None:
     element.on("click", js_handler=f"() => setTimeout(() => {show}, {TOUCH_DELAY})")
 
 
-def term(words: str, explanation: str) -> ui.label:
-    """Add words that people know, which tell what the field calls this once one asks them.
+def term(text: str, explanation: str) -> ui.label:
+    """Add an everyday term whose tooltip gives the field's own term.
 
     Args:
-        words: that are shown.
+        text: the everyday term, shown.
         explanation: with the field's own term.
 
     Returns:
-        What shows the words.
+        The label.
     """
     button = ui.element("button").classes("term")
     button.props["type"] = "button"
     button.props["aria-description"] = explanation
     with button:
-        shown = ui.label(words)
+        shown = ui.label(text)
     explain(button, explanation)
     return shown

@@ -7,8 +7,8 @@ from typing import Any
 
 from nicegui import events, ui
 
+from laptop.page.cards.browser_state import AIM, COLOUR_EDITS, TOOLS, BrowserState
 from laptop.page.cards.card import explain, fold
-from laptop.page.cards.session import AIM, COLOUR_EDITS, TOOLS, BrowserSession
 from laptop.page.interface import ColourCalls, StatusCalls
 from laptop.page.snapshots import PageState
 from shared.messages import EFFECTOR, GOAL
@@ -21,12 +21,12 @@ class ColourCard:
     """The card of the tools.
 
     Args:
-        session: the browser's choices, some of which are made here.
+        browser_state: the browser's choices, some of which are made here.
     """
 
-    def __init__(self, session: BrowserSession) -> None:
-        self._session = session
-        with fold(session, "Picture and colours", "palette") as self.element:
+    def __init__(self, browser_state: BrowserState) -> None:
+        self._browser_state = browser_state
+        with fold(browser_state, "Picture and colours", "palette") as self.element:
             self.element.on_value_change(self._on_fold)
             self._add_tools()
             self._add_rename_dialog()
@@ -78,12 +78,12 @@ class ColourCard:
 
     def _on_fold(self, event: events.ValueChangeEventArguments[Any]) -> None:
         """Let a click aim again once nobody sees what else it would do."""
-        if not event.value and self._session.tool in COLOUR_EDITS:
+        if not event.value and self._browser_state.tool in COLOUR_EDITS:
             self.choose_tool(AIM)
 
     def show(self, state: PageState) -> None:
         """Offer the markers that there are, and let be pressed what can be done."""
-        marker = self._session.marker
+        marker = self._browser_state.marker
         self._undo.set_enabled(state.undoable > 0)
         self._rename.set_enabled(marker in state.markers)
         self._pause.set_visibility(not all(camera.ended for camera in state.cameras))
@@ -93,7 +93,7 @@ class ColourCard:
 
     def choose_tool(self, chosen: str) -> None:
         """Choose a tool by its key in TOOLS; those of colours are in sight from then on."""
-        self._session.tool = chosen
+        self._browser_state.tool = chosen
         if chosen in COLOUR_EDITS:
             self.element.open()
         for key, button in self._tools.items():
@@ -103,7 +103,7 @@ class ColourCard:
 
     def toggle_pause(self) -> None:
         """Let the images stand still, or go on."""
-        paused = self._session.paused = not self._session.paused
+        paused = self._browser_state.paused = not self._browser_state.paused
         self._pause.set_text("Go on" if paused else "Pause")
         self._pause.set_icon("play_circle" if paused else "pause_circle")
 
@@ -113,16 +113,20 @@ class ColourCard:
 
     async def undo(self) -> None:
         """Take back the last change of a marker."""
-        session = self._session
-        before = dict(session.controller.state.markers) if session.controller.state else {}
-        await session.edit(ColourCalls.undo)
-        now = (await session.controller.call(StatusCalls.state)).markers
-        if session.marker in before and session.marker not in now:  # its name was undone
+        browser_state = self._browser_state
+        before = (
+            dict(browser_state.controller.state.markers) if browser_state.controller.state else {}
+        )
+        await browser_state.edit(ColourCalls.undo)
+        now = (await browser_state.controller.call(StatusCalls.state)).markers
+        if (
+            browser_state.marker in before and browser_state.marker not in now
+        ):  # its name was undone
             back = next((name for name in now if name not in before), EFFECTOR)
             self._offer(back)
 
     def _open_dialog(self) -> None:
-        marker = self._session.marker
+        marker = self._browser_state.marker
         self._name_field.clear()  # an old field that is set anew undoes what is typed meanwhile
         with self._name_field:
             self._new_name = ui.input(f"{marker} is from now on", value=marker)
@@ -131,9 +135,9 @@ class ColourCard:
 
     async def rename(self) -> None:
         """Give the chosen marker the name that was typed."""
-        old, new = self._session.marker, str(self._new_name.value).strip()
+        old, new = self._browser_state.marker, str(self._new_name.value).strip()
         if new != old:
-            if not await self._session.edit(ColourCalls.rename, old, new):
+            if not await self._browser_state.edit(ColourCalls.rename, old, new):
                 return
             self._offer(new)
         self._dialog.close()
@@ -143,16 +147,16 @@ class ColourCard:
         self._marker.set_options([*dict.fromkeys([*self._marker.options, marker])], value=marker)
 
     def _on_marker(self, event: events.ValueChangeEventArguments[Any]) -> None:
-        self._session.marker = str(event.value or EFFECTOR)
+        self._browser_state.marker = str(event.value or EFFECTOR)
         self._update_mask()
 
     def _on_windows(self, event: events.ValueChangeEventArguments[Any]) -> None:
-        self._session.windows = event.value
+        self._browser_state.windows = event.value
 
     def _update_mask(self) -> None:
         """Ask the tracker for the chosen marker's pixels, or no longer."""
-        mask = self._session.mask = self._session.marker if self._mask.value else ""
-        for feed in self._session.controller.feeds.values():
+        mask = self._browser_state.mask = self._browser_state.marker if self._mask.value else ""
+        for feed in self._browser_state.controller.feeds.values():
             feed.masks.pop(ui.context.client.id, None)
             if mask:
                 feed.masks[ui.context.client.id] = mask

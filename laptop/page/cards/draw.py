@@ -9,13 +9,13 @@ from nicegui import events, ui
 
 from laptop.drawing.gallery_files import gallery
 from laptop.drawing.timing import in_minutes
+from laptop.page.cards.browser_state import DRAW, BrowserState
 from laptop.page.cards.camera_view import CameraView
 from laptop.page.cards.card import card, fold, heading
 from laptop.page.cards.draw_paper import PaperPart
 from laptop.page.cards.draw_place import PlacePart
 from laptop.page.cards.draw_progress import ProgressPart
 from laptop.page.cards.draw_tracing import TracingPart
-from laptop.page.cards.session import DRAW, BrowserSession
 from laptop.page.drawing_snapshots import DrawingSnapshot, DrawingState
 from laptop.page.drawing_view import figure
 from laptop.page.interface import DrawCalls
@@ -33,34 +33,34 @@ class DrawCard:
     """The card of drawings.
 
     Args:
-        session: the browser's choices.
+        browser_state: the browser's choices.
         views: of the cameras, over which a drawing lies.
     """
 
-    def __init__(self, session: BrowserSession, views: list[CameraView]) -> None:
-        self._session, self._views = session, views
+    def __init__(self, browser_state: BrowserState, views: list[CameraView]) -> None:
+        self._browser_state, self._views = browser_state, views
         self._revision = -1
         self._snapshot = DrawingSnapshot(None, {})
         ui.add_head_html(f"<script>{SCRIPT.read_text(encoding='utf-8')}</script>")
-        ui.add_body_html(f"<script>takeDrops({MAX_FILE_BYTES})</script>")
-        ui.on("drawing-sent", lambda: session.show_tab(DRAW))
+        ui.add_body_html(f"<script>acceptDrops({MAX_FILE_BYTES})</script>")
+        ui.on("drawing-sent", lambda: browser_state.show_tab(DRAW))
         ui.on("drawing-refused", self._on_refused)
         with card("Draw").classes("main") as self.element:
             heading("Draw")
             self._add_facts()
-            self._progress = ProgressPart(session)
+            self._progress = ProgressPart(browser_state)
             self._add_buttons()
 
     def add_more(self) -> None:
         """Add what is not always in sight."""
         with ui.element("div").classes("part") as self.more:
             self._result = ui.element("div").classes("card result")
-            with fold(self._session, "What to draw", "collections", is_open=True):
+            with fold(self._browser_state, "What to draw", "collections", is_open=True):
                 self._add_sources()
-                self._tracing = TracingPart(self._session)
-            with fold(self._session, "Where and how", "open_with", is_open=True):
-                self._paper = PaperPart(self._session)
-                self._place = PlacePart(self._session, self._show_again)
+                self._tracing = TracingPart(self._browser_state)
+            with fold(self._browser_state, "Where and how", "open_with", is_open=True):
+                self._paper = PaperPart(self._browser_state)
+                self._place = PlacePart(self._browser_state, self._show_again)
                 self._add_options()
 
     def _add_sources(self) -> None:
@@ -70,16 +70,16 @@ class DrawCard:
                 "click", js_handler=f"() => chooseDrawing({MAX_FILE_BYTES})"
             )
             for name in dict.fromkeys((*FIRST_DRAWINGS, *gallery())):
-                ui.button(name, on_click=partial(self._session.draw, DrawCalls.choose, name)).props(
-                    "outline dense no-caps"
-                )
+                ui.button(
+                    name, on_click=partial(self._browser_state.draw, DrawCalls.choose, name)
+                ).props("outline dense no-caps")
         with ui.row().classes("w-full gap-2 no-wrap items-end"):
             self._text = ui.input("or type a text").classes("grow").props("dense clearable")
             self._text.on("keydown.enter", self._write)
             ui.button("Write", on_click=self._write).props("flat dense no-caps")
 
     def _add_facts(self) -> None:
-        with ui.element("div").classes("told").props("role=status aria-live=polite"):
+        with ui.element("div").classes("draw-status").props("role=status aria-live=polite"):
             self._facts = ui.label().classes("facts-line")
             self._trouble = ui.label().classes("trouble")
 
@@ -114,12 +114,12 @@ class DrawCard:
 
     async def show(self, state: PageState) -> None:
         """Show what there is, and let be pressed what can be done."""
-        drawing, session = state.drawing, self._session
+        drawing, browser_state = state.drawing, self._browser_state
         if drawing.revision != self._revision:
-            self._snapshot = await session.controller.drawing(drawing.revision)
+            self._snapshot = await browser_state.controller.drawing(drawing.revision)
             self._revision = drawing.revision
             for view in self._views:
-                view.drawing.take(self._snapshot)
+                view.drawing.update(self._snapshot)
             self._place.show(self._snapshot.placed)
             self._progress.show_deviation(self._snapshot.deviation)
             self._show_result()
@@ -129,7 +129,7 @@ class DrawCard:
                 await view.show_ink()
         self._tracing.show(drawing)
         self._show_facts(drawing)
-        steers, job = session.steers, drawing.job
+        steers, job = browser_state.steers, drawing.job
         is_on = job is not None and job.is_on
         self._start.set_enabled(
             drawing.can_start and state.brick is not None and not state.running and steers
@@ -182,24 +182,30 @@ class DrawCard:
 
     async def start(self) -> None:
         """Have it drawn, or go on with it."""
-        job = self._session.controller.state and self._session.controller.state.drawing.job
+        job = (
+            self._browser_state.controller.state
+            and self._browser_state.controller.state.drawing.job
+        )
         if job and job.state == PAUSED:
             await self._order(RESUME)
         else:
-            await self._session.draw(
+            await self._browser_state.draw(
                 DrawCalls.start, dry=bool(self._dry.value), alone=bool(self._alone.value)
             )
 
     async def pause(self) -> None:
         """Pause it, or go on with it."""
-        job = self._session.controller.state and self._session.controller.state.drawing.job
+        job = (
+            self._browser_state.controller.state
+            and self._browser_state.controller.state.drawing.job
+        )
         await self._order(RESUME if job and job.state == PAUSED else PAUSE)
 
     async def _order(self, what: str, value: float | None = None) -> None:
-        await self._session.draw(DrawCalls.order, what, value)
+        await self._browser_state.draw(DrawCalls.order, what, value)
 
     async def _write(self) -> None:
-        await self._session.draw(DrawCalls.write, str(self._text.value or ""))
+        await self._browser_state.draw(DrawCalls.write, str(self._text.value or ""))
 
     def _on_refused(self, event: events.GenericEventArguments) -> None:
-        self._session.warn(str(event.args))
+        self._browser_state.warn(str(event.args))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from nicegui import ui
 
-from laptop.page.cards.session import BrowserSession
+from laptop.page.cards.browser_state import BrowserState
 from laptop.page.drawing_snapshots import DrawingState
 from laptop.page.interface import DrawCalls
 from laptop.page.marker_height import HEIGHT_LIMITS_MM, MarkerHeight
@@ -15,11 +15,11 @@ class PaperPart:
     """Part that shows what is known of the paper's place.
 
     Args:
-        session: the browser's choices.
+        browser_state: the browser's choices.
     """
 
-    def __init__(self, session: BrowserSession) -> None:
-        self._session = session
+    def __init__(self, browser_state: BrowserState) -> None:
+        self._browser_state = browser_state
         self._marker: MarkerHeight | None = None  # the last that the tracker told
         self._typing_height = False
         self._mapping = ui.label().classes("quiet")
@@ -30,10 +30,10 @@ class PaperPart:
         self._height.on("focus", lambda: setattr(self, "_typing_height", True))
         for event in ("blur", "keydown.enter"):
             self._height.on(event, self._on_height)
-        self._look = ui.button(
+        self._look_around = ui.button(
             "Look around",
             icon="travel_explore",
-            on_click=lambda: self._session.draw(DrawCalls.look_around),
+            on_click=lambda: self._browser_state.draw(DrawCalls.look_around),
         ).props("outline dense no-caps")
 
     def show(self, drawing: DrawingState, several: bool, can_look: bool) -> None:
@@ -45,8 +45,8 @@ class PaperPart:
             can_look: the arm may look around now.
         """
         self._mapping.set_text(where_text(drawing, several))
-        self._look.set_visibility(needs_look(drawing))
-        self._look.set_enabled(can_look)
+        self._look_around.set_visibility(needs_look(drawing))
+        self._look_around.set_enabled(can_look)
         self._height.set_visibility(drawing.asks_height)
         if drawing.marker != self._marker and not self._typing_height:
             self._marker = drawing.marker
@@ -60,4 +60,4 @@ class PaperPart:
         before = None if known is None else round(10 * known, 1)
         self._marker = None  # the field shows again what is
         if value != before:
-            await self._session.draw(DrawCalls.set_marker_height, value)
+            await self._browser_state.draw(DrawCalls.set_marker_height, value)

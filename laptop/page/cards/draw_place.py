@@ -9,7 +9,7 @@ from functools import partial
 
 from nicegui import ui
 
-from laptop.page.cards.session import BrowserSession
+from laptop.page.cards.browser_state import BrowserState
 from laptop.page.drawing_snapshots import PlacedDrawing, Placing
 from laptop.page.drawing_view import SIDE_LIMITS, placing_of
 from laptop.page.interface import DrawCalls
@@ -24,12 +24,12 @@ class PlacePart:
     """Fields and buttons for where a drawing lies.
 
     Args:
-        session: the browser's choices.
+        browser_state: the browser's choices.
         show_again: has all be shown again that the tracker tells.
     """
 
-    def __init__(self, session: BrowserSession, show_again: Callable[[], None]) -> None:
-        self._session, self._show_again = session, show_again
+    def __init__(self, browser_state: BrowserState, show_again: Callable[[], None]) -> None:
+        self._browser_state, self._show_again = browser_state, show_again
         self._placed: PlacedDrawing | None = None  # the last that the tracker told
         self._typing = False  # in a field: what is typed is not to be changed
         self._asked: Placing | None = None  # by typing, not answered yet
@@ -57,7 +57,7 @@ class PlacePart:
                 ("Turn", "rotate_left", partial(self._change, turn=15.0)),
                 ("Larger", "zoom_in", partial(self._change, scale=1.1)),
                 ("Smaller", "zoom_out", partial(self._change, scale=1 / 1.1)),
-                ("Remove", "delete", partial(self._session.draw, DrawCalls.clear)),
+                ("Remove", "delete", partial(self._browser_state.draw, DrawCalls.clear)),
             ):
                 ui.button(label, icon=icon, on_click=change).props("flat dense no-caps")
 
@@ -87,19 +87,21 @@ class PlacePart:
                 ui.label(note).classes("quiet")
 
     async def _on_pens(self) -> None:
-        if not await self._session.draw(DrawCalls.take_pens, str(self._pens.value or "")):
+        if not await self._browser_state.draw(DrawCalls.set_pens, str(self._pens.value or "")):
             self._show_again()
 
     async def _fit(self) -> None:
         placed = self._placed
-        await self._session.draw(DrawCalls.place, Placing(rotate=placed.rotate if placed else 0.0))
+        await self._browser_state.draw(
+            DrawCalls.place, Placing(rotate=placed.rotate if placed else 0.0)
+        )
 
     async def _change(self, turn: float = 0.0, scale: float = 1.0) -> None:
         if (placed := self._placed) is not None:
             at = placing_of(placed)
             size = min(max(SIDE_LIMITS[0], (at.size or 1.0) * scale), SIDE_LIMITS[1])
             rotate = (at.rotate + turn + 180) % 360 - 180
-            await self._session.draw(DrawCalls.place, at._replace(size=size, rotate=rotate))
+            await self._browser_state.draw(DrawCalls.place, at._replace(size=size, rotate=rotate))
 
     async def _apply(self, key: str) -> None:
         """Lay it where a field says; what others say may be of an earlier place."""
@@ -111,7 +113,7 @@ class PlacePart:
         asked = base._replace(**{key: float(value)})
         if not _alike(asked, base):
             self._asked, self._asked_at = asked, time.monotonic()
-            if not await self._session.draw(DrawCalls.place, asked):
+            if not await self._browser_state.draw(DrawCalls.place, asked):
                 self._asked = None
 
 

@@ -7,8 +7,8 @@ from functools import partial
 from nicegui import events, ui
 
 from laptop.drawing.timing import in_minutes
+from laptop.page.cards.browser_state import BrowserState
 from laptop.page.cards.card import term
-from laptop.page.cards.session import BrowserSession
 from laptop.page.drawing_snapshots import Deviation, JobState
 from laptop.page.interface import DrawCalls
 from shared.job_messages import DONE, FAILED, FETCHING, PAUSED, PEN, RELATIVE_SPEED, SPEED
@@ -25,11 +25,11 @@ class ProgressPart:
     """A job's share and state, its speed and its pen, and how far it was off.
 
     Args:
-        session: the browser's choices.
+        browser_state: the browser's choices.
     """
 
-    def __init__(self, session: BrowserSession) -> None:
-        self._session = session
+    def __init__(self, browser_state: BrowserState) -> None:
+        self._browser_state = browser_state
         self._pen = 0.0  # degrees deeper
         with ui.element("div").classes("w-full job") as self._job:
             self._bar = ui.linear_progress(0.0, show_value=False).props("size=.7rem rounded")
@@ -74,11 +74,11 @@ class ProgressPart:
             )
 
     async def _on_speed(self, event: events.GenericEventArguments) -> None:
-        await self._session.draw(DrawCalls.order, SPEED, float(self._speed.value))
+        await self._browser_state.draw(DrawCalls.order, SPEED, float(self._speed.value))
 
     async def _move_pen(self, step: float) -> None:
         self._pen = min(max(-MAX_PEN, self._pen + step), MAX_PEN)
-        await self._session.draw(DrawCalls.order, PEN, self._pen)
+        await self._browser_state.draw(DrawCalls.order, PEN, self._pen)
 
 
 def job_text(job: JobState) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from nicegui import ui
 
 from laptop.drawing.pictures import DETAILS, SHADES, SMOOTHINGS, Tracing
-from laptop.page.cards.session import BrowserSession
+from laptop.page.cards.browser_state import BrowserState
 from laptop.page.drawing_snapshots import DrawingState
 from laptop.page.interface import DrawCalls
 
@@ -24,11 +24,11 @@ class TracingPart:
     """Style and sliders of a picture, and whether areas of an SVG are hatched.
 
     Args:
-        session: the browser's choices.
+        browser_state: the browser's choices.
     """
 
-    def __init__(self, session: BrowserSession) -> None:
-        self._session = session
+    def __init__(self, browser_state: BrowserState) -> None:
+        self._browser_state = browser_state
         self._tracing: Tracing | None = None  # the last that the tracker told
         self._is_hatched: bool | None = None  # the last that the tracker told
         self._traced: list[Tracing] = []  # asked for here, not told yet
@@ -86,10 +86,10 @@ class TracingPart:
         if asked == self._tracing and not self._traced:
             return
         self._traced.append(asked)
-        if not await self._session.draw(DrawCalls.trace_picture, asked):
+        if not await self._browser_state.draw(DrawCalls.trace_picture, asked):
             self._traced.clear()
             self._tracing = None  # the sliders show again what is
 
     async def _on_hatch(self) -> None:
-        if not await self._session.draw(DrawCalls.hatch, bool(self._hatch.value)):
+        if not await self._browser_state.draw(DrawCalls.hatch, bool(self._hatch.value)):
             self._is_hatched = None  # it shows again what is

@@ -6,8 +6,8 @@ import time
 
 from nicegui import ui
 
+from laptop.page.cards.browser_state import AIM, TOOLS, BrowserState
 from laptop.page.cards.card import card, explain, fold, heading, term
-from laptop.page.cards.session import AIM, TOOLS, BrowserSession
 from laptop.page.interface import RunCalls
 from laptop.page.run_records import RunSummary
 from laptop.page.snapshots import DEFAULTS, PageState, points
@@ -35,11 +35,11 @@ class DriveCard:
     """The card that drives the arm.
 
     Args:
-        session: the browser's choices.
+        browser_state: the browser's choices.
     """
 
-    def __init__(self, session: BrowserSession) -> None:
-        self._session = session
+    def __init__(self, browser_state: BrowserState) -> None:
+        self._browser_state = browser_state
         self._runs: tuple[RunSummary, ...] = ()  # that the menu of reports has
         with card("Drive").classes("main") as self.element:
             heading("Drive")
@@ -57,7 +57,7 @@ class DriveCard:
             self._add_options(several)
 
     def _add_progress(self) -> None:
-        with ui.element("div").classes("said").props("role=status aria-live=polite"):
+        with ui.element("div").classes("messages").props("role=status aria-live=polite"):
             self._verdict = ui.label().classes("verdict").mark("verdict")
             self._reason = ui.label().classes("quiet reason")
         with ui.element("div").classes("measure"):
@@ -97,7 +97,7 @@ class DriveCard:
             self._to_marker.tooltip("aim at the goal marker again")
 
     def _add_options(self, several: bool) -> None:
-        with fold(self._session, "How it drives", "tune"):
+        with fold(self._browser_state, "How it drives", "tune"):
             self._method = ui.select(list(METHODS), value=DEFAULTS.method, label="method")
             self._mode = ui.select(list(MODES), value=DEFAULTS.mode, label="mode")
             self._rows = ui.select(list(ROWS), value=DEFAULTS.rows, label="rows of two cameras")
@@ -139,7 +139,7 @@ class DriveCard:
         # (Seen only once one has aimed, it would move what is beside it.)
         self._to_marker.set_visibility(GOAL in state.markers)
         self._to_marker.set_enabled(bool(state.aims))
-        steers = self._session.steers
+        steers = self._browser_state.steers
         self._start.set_enabled(state.brick is not None and not state.running and steers)
         self._hold.set_enabled(state.running and steers)
         self._show_reports(state.runs)
@@ -160,27 +160,29 @@ class DriveCard:
 
     async def start(self) -> None:
         """Start a run."""
-        session = self._session
+        browser_state = self._browser_state
         numbers = []
         for what, field, (_, _, unit) in (
             ("tolerance", self._tolerance, TOLERANCE),
             ("budget", self._budget, BUDGET),
         ):
             if field.value is None:
-                session.warn(f"{what}: write a number of {unit}, e.g. {getattr(DEFAULTS, what):g}")
+                browser_state.warn(
+                    f"{what}: write a number of {unit}, e.g. {getattr(DEFAULTS, what):g}"
+                )
                 return
             numbers.append(float(field.value))
         tolerance, budget = numbers
         how = self._method.value, self._mode.value, self._rows.value
         order = *how, tolerance, budget, bool(self._follow.value)
-        await session.order(RunCalls.start, *order)
+        await browser_state.order(RunCalls.start, *order)
 
     async def hold(self) -> None:
         """Halt the arm."""
-        await self._session.order(RunCalls.hold, self._session.title)
+        await self._browser_state.order(RunCalls.hold, self._browser_state.title)
 
     async def _aim_at_marker(self) -> None:
-        await self._session.order(RunCalls.aim_at_marker)
+        await self._browser_state.order(RunCalls.aim_at_marker)
 
 
 def verdict_text(state: PageState) -> tuple[str, str]:

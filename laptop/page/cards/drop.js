@@ -1,4 +1,4 @@
-// Files that are to be drawn: dropped anywhere on the page, or chosen.
+// Upload of files to draw: dropped anywhere on the page, or chosen.
 async function sendDrawing(file, most) {
   if (!file) return;
   emitEvent("drawing-sent", file.name);
@@ -19,9 +19,10 @@ async function sendDrawing(file, most) {
   }
 }
 
-function takeDrops(most) {
+// Accept files that are dropped on the page.  most: greatest size, bytes.
+function acceptDrops(most) {
   const hasFile = event => [...(event.dataTransfer?.types ?? [])].includes("Files");
-  let inside = 0; // of the elements that the pointer has entered
+  let inside = 0; // number of nested elements under the pointer
   const show = shown => document.body.classList.toggle("dropping", shown);
   addEventListener("dragenter", event => {
     if (hasFile(event)) show(++inside > 0);
@@ -40,6 +41,7 @@ function takeDrops(most) {
   });
 }
 
+// Let the user choose a file.
 function chooseDrawing(most) {
   const field = document.createElement("input");
   field.type = "file";

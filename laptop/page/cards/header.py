@@ -6,7 +6,7 @@ from pathlib import Path
 
 from nicegui import ui
 
-from laptop.page.cards.session import BrowserSession
+from laptop.page.cards.browser_state import BrowserState
 from laptop.page.snapshots import PageState
 
 SCRIPT = Path(__file__).with_name("pulse.js")
@@ -20,12 +20,12 @@ class Header:
     """The bar above all cards.
 
     Args:
-        session: the browser's choices.
+        browser_state: the browser's choices.
         gate_port: of laptop.page.stop_gate.
     """
 
-    def __init__(self, session: BrowserSession, gate_port: int) -> None:
-        self._session = session
+    def __init__(self, browser_state: BrowserState, gate_port: int) -> None:
+        self._browser_state = browser_state
         self._dark = ui.dark_mode(None)
         page = ui.context.client.id
         script = SCRIPT.read_text(encoding="utf-8")
@@ -35,7 +35,7 @@ class Header:
             with ui.element("div").classes("who"):
                 self._brick = ui.label().classes("pill").mark("brick")
                 self._driver = ui.label().classes("pill driver")
-            self._take = ui.button("Take over", on_click=session.take_over).props(
+            self._take_over = ui.button("Take over", on_click=browser_state.take_over).props(
                 "outline dense no-caps color=white"
             )
             ui.space()
@@ -51,9 +51,9 @@ class Header:
         """Show which brick there is, and who steers."""
         self._brick.set_text(brick_text(state))
         self._brick.classes(remove="ok warm", add="ok" if state.brick else "warm")
-        steers = state.driver == self._session.browser
+        steers = state.driver == self._browser_state.browser
         self._driver.set_text("You steer" if steers else f"{state.driver_name or 'nobody'} steers")
-        self._take.set_visibility(not steers)
+        self._take_over.set_visibility(not steers)
 
     def toggle_dark(self) -> None:
         """Change between dark and light."""

@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 from nicegui import ui
 
+from laptop.page.cards.browser_state import DRAW, BrowserState
 from laptop.page.cards.card import explain, fold, term
-from laptop.page.cards.session import DRAW, BrowserSession
 from laptop.page.snapshots import HISTORY_DURATION, PlotSample
 
 PLOT_PERIOD = 1.0
@@ -28,14 +28,14 @@ class PlotsCard:
     """The card of the last minute: plots, of which those are shown that have something to show.
 
     Args:
-        session: the browser's choices.
+        browser_state: the browser's choices.
         has_room: it is open at first, unless the window is a small one.
     """
 
-    def __init__(self, session: BrowserSession, has_room: bool = False) -> None:
-        self._session = session
+    def __init__(self, browser_state: BrowserState, has_room: bool = False) -> None:
+        self._browser_state = browser_state
         self._due = -math.inf  # s
-        with fold(session, PLOTS_TITLE, "show_chart") as self.element:
+        with fold(browser_state, PLOTS_TITLE, "show_chart") as self.element:
             self.element.classes("plots-card")
             with ui.row().classes("w-full items-center gap-2 no-wrap"):
                 ui.label("The last minute").classes("quiet")
@@ -51,7 +51,7 @@ class PlotsCard:
         self._period = PLOT_PERIOD / len(self._plots)
         self._next_plot = itertools.cycle(self._plots)
         ui.timer(self._period, self._refresh)
-        if has_room and PLOTS_TITLE not in session.folds:
+        if has_room and PLOTS_TITLE not in browser_state.folds:
             ui.on("room-for-plots", self.element.open)
             ui.run_javascript(f"if (matchMedia('{ROOMY}').matches) emitEvent('room-for-plots')")
 
@@ -60,10 +60,10 @@ class PlotsCard:
         is_seen = self.element.value and self._running.value
         if not is_seen or time.monotonic() < self._due:
             return
-        controller = self._session.controller
+        controller = self._browser_state.controller
         self._due = controller.due(self._period)
         if controller.past:
-            next(self._next_plot).show(controller.past, self._session.tool == DRAW)
+            next(self._next_plot).show(controller.past, self._browser_state.tool == DRAW)
             self._nothing.set_visibility(not any(plot.element.visible for plot in self._plots))
 
 
@@ -90,8 +90,8 @@ def _across_and_down(sample: PlotSample) -> Mapping[str, float]:
     named = {}
     for name, value in sample.e.items():
         camera, _, axis = name.rpartition(".")
-        words = AXES.get(axis, axis)
-        named[f"{camera} {words}" if several else words] = value
+        axis_name = AXES.get(axis, axis)
+        named[f"{camera} {axis_name}" if several else axis_name] = value
     return named
 
 

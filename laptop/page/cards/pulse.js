@@ -1,48 +1,48 @@
-// The page's pulse: whether it is cut off, and a STOP that has two ways to the tracker.
+// The heartbeat of the page: detects a lost connection, and sends STOP on two channels.
 
-const CUT_OFF = 800; // ms without a beat, after which what is on the screen is old
-const GATE_SILENCE = 3000; // ms after which a connection to the gate is given up, though not closed
-const SOCKET_SILENCE = 5000; // the same of the page's own: engine.io itself waits for half a minute
-const RECONNECTION = 1000; // ms between two tries at most: a page's process is soon replaced
-const PATIENCE = 10000; // ms for the first beat
-const AWAY = 1500; // ms without a beat, after which it is told on which side that was
-const CLOCK_BEATS = 40; // that tell how the clocks differ
+const BEAT_TIMEOUT = 800; // ms without a beat, after which the page counts as cut off
+const GATE_TIMEOUT = 3000; // ms without a message, after which the gate's connection is replaced
+const SOCKET_TIMEOUT = 5000; // ms, the same of the page's socket; engine.io itself waits for 30 s
+const MAX_RECONNECTION_DELAY = 1000; // ms; a page's process is soon replaced
+const FIRST_BEAT_TIMEOUT = 10000; // ms
+const REPORTED_GAP = 1500; // ms without a beat, after which this page's own standstill is reported
+const CLOCK_BEATS = 40; // beats from which the clocks' offset is estimated
 
-const pulse = { beat: performance.now() + PATIENCE, gate: -Infinity, connected: -Infinity, pressed: -Infinity, looked: performance.now(), stood: 0, clocks: [], stopping: false, failed: false };
+const pulse = { beat: performance.now() + FIRST_BEAT_TIMEOUT, gate: -Infinity, connected: -Infinity, pressed: -Infinity, lastTick: performance.now(), standstill: 0, clocks: [], stopping: false, failed: false };
 
-// Follow the pulse; gatePort: of the gate of STOP; page: its name there.
+// Start the heartbeat.  gatePort: TCP port of the stop gate; page: NiceGUI's id of this page.
 function beginPulse(gatePort, page) {
-  tellPresence(page);
+  reportPresence(page);
   const gate = `${location.protocol}//${location.hostname}:${gatePort}`;
-  listenToGate(gate);
+  watchGate(gate);
   withSocket((socket) => {
     socket.on("beat", (t) => {
-      tellAway(page);
+      reportGap(page);
       pulse.beat = performance.now();
       pulse.clocks = [...pulse.clocks, pulse.beat - 1000 * t].slice(-CLOCK_BEATS);
       socket.volatile.emit("echo", t);
-      look();
+      updateStatus();
     });
     socket.on("connect", () => (pulse.connected = performance.now()));
-    socket.io.reconnectionDelayMax(RECONNECTION);
-    // What was pressed while it was cut off is not sent on. It is told: one may not have seen it yet.
+    socket.io.reconnectionDelayMax(MAX_RECONNECTION_DELAY);
+    // Drop what was pressed while the page was cut off, and report it: the user may not have noticed.
     socket.io.on("reconnect", () => {
       socket.sendBuffer = [];
       if (pulse.pressed > pulse.beat) warn("the page was cut off when this was pressed; look, then do it again");
     });
   });
   setInterval(() => {
-    noteStanding();
-    look();
+    recordStandstill();
+    updateStatus();
   }, 100);
-  setInterval(endSilence, 1000);
+  setInterval(closeSilentSocket, 1000);
 
   const pressed = (event) => event.target.closest?.(".stop");
   addEventListener("pointerdown", (event) => {
     if (!pressed(event)) pulse.pressed = performance.now();
     else if (event.button === 0) stopArm(gate);
   }, true);
-  // (By keys, and by what reads pages aloud; after a pointer it is pressed already.)
+  // By keys and screen readers; a pointer has stopped it already (detail > 0).
   addEventListener("click", (event) => {
     if (!pressed(event)) pulse.pressed = performance.now();
     else if (event.detail === 0) stopArm(gate);
@@ -55,100 +55,102 @@ function beginPulse(gatePort, page) {
   }, true);
 }
 
-// Tell whether the page is seen, sleeps or is closed: then it is known why nothing comes from it.
-function tellPresence(page) {
-  let closed = false; // closing, it is hidden, too
-  const tell = (word) => closed || navigator.sendBeacon(`/presence?page=${page}&word=${word}`);
-  const tellNow = () => tell(document.visibilityState);
-  document.addEventListener("visibilitychange", tellNow);
-  document.addEventListener("freeze", () => tell("asleep"));
-  document.addEventListener("resume", tellNow);
+// Report whether the page is visible, frozen or closed, which explains a silence.
+function reportPresence(page) {
+  let closed = false; // a page that closes is hidden, too
+  const report = (word) => closed || navigator.sendBeacon(`/presence?page=${page}&word=${word}`);
+  const reportNow = () => report(document.visibilityState);
+  document.addEventListener("visibilitychange", reportNow);
+  document.addEventListener("freeze", () => report("asleep"));
+  document.addEventListener("resume", reportNow);
   addEventListener("pagehide", () => {
-    tell("closed");
+    report("closed");
     closed = true;
   });
   addEventListener("pageshow", () => {
     closed = false;
-    tellNow();
+    reportNow();
   });
-  withSocket((socket) => socket.on("connect", tellNow));
+  withSocket((socket) => socket.on("connect", reportNow));
 }
 
-// Note for how long this page itself stood still since the last beat, ms.
-function noteStanding() {
+// Record the longest standstill of this page since the last beat, ms.
+function recordStandstill() {
   const now = performance.now();
-  pulse.stood = Math.max(pulse.stood, now - pulse.looked);
-  pulse.looked = now;
+  pulse.standstill = Math.max(pulse.standstill, now - pulse.lastTick);
+  pulse.lastTick = now;
 }
 
-// Once beats come again after a while without, tell whether it was this page that stood still.
-function tellAway(page) {
-  noteStanding();
-  if (performance.now() - pulse.beat > AWAY)
-    navigator.sendBeacon(`/presence?page=${page}&stood=${pulse.stood / 1000}`);
-  pulse.stood = 0;
+// After a gap between beats, report for how long this page itself stood still.
+function reportGap(page) {
+  recordStandstill();
+  if (performance.now() - pulse.beat > REPORTED_GAP)
+    navigator.sendBeacon(`/presence?page=${page}&stood=${pulse.standstill / 1000}`);
+  pulse.standstill = 0;
 }
 
-function withSocket(then) {
-  if (window.socket) then(window.socket);
-  else setTimeout(withSocket, 20, then);
+// Call a function with NiceGUI's socket as soon as there is one.
+function withSocket(callback) {
+  if (window.socket) callback(window.socket);
+  else setTimeout(withSocket, 20, callback);
 }
 
-// Hear the gate's signs of life, again and again.
-function listenToGate(gate) {
+// Receive the gate's heartbeat; reconnect after an error or a timeout.
+function watchGate(gate) {
   const source = new EventSource(`${gate}/pulse`, { withCredentials: true });
-  const anew = () => {
-    clearTimeout(silence);
+  const reconnect = () => {
+    clearTimeout(timer);
     source.close();
-    setTimeout(listenToGate, 500, gate);
+    setTimeout(watchGate, 500, gate);
   };
-  let silence = setTimeout(anew, GATE_SILENCE);
+  let timer = setTimeout(reconnect, GATE_TIMEOUT);
   source.onmessage = () => {
     pulse.gate = performance.now();
-    clearTimeout(silence);
-    silence = setTimeout(anew, GATE_SILENCE);
+    clearTimeout(timer);
+    timer = setTimeout(reconnect, GATE_TIMEOUT);
   };
-  source.onerror = anew;
+  source.onerror = reconnect;
 }
 
 function isCutOff() {
-  return performance.now() - pulse.beat > CUT_OFF;
+  return performance.now() - pulse.beat > BEAT_TIMEOUT;
 }
 
-// Connect anew where nothing has come for long: a network may have lost the connection, and closed none.
-function endSilence() {
-  const heard = Math.max(pulse.beat, pulse.connected);
-  if (window.socket?.connected && performance.now() - heard > SOCKET_SILENCE) window.socket.io.engine.close();
+// Close a socket that has received nothing for long, so that it reconnects: a network that is cut
+// closes no connection.
+function closeSilentSocket() {
+  const lastReceived = Math.max(pulse.beat, pulse.connected);
+  if (window.socket?.connected && performance.now() - lastReceived > SOCKET_TIMEOUT) window.socket.io.engine.close();
 }
 
-// Show whether the page is cut off, and how old its pictures are.
-function look() {
+// Show whether the page is cut off, and the age of its pictures.
+function updateStatus() {
   const now = performance.now();
-  const off = isCutOff();
-  // (What the gate says may still come where nothing gets to it any more.)
-  const dead = off && (pulse.failed || now - pulse.gate > CUT_OFF);
+  const cutOff = isCutOff();
+  // (The gate's messages may still arrive where nothing reaches the gate any more.)
+  const stopDead = cutOff && (pulse.failed || now - pulse.gate > BEAT_TIMEOUT);
   const body = document.body;
-  body.classList.toggle("cut-off", off);
-  body.classList.toggle("stop-dead", dead);
-  for (const element of document.querySelectorAll(".desk, .bar > :not(.stop)")) element.inert = off;
+  body.classList.toggle("cut-off", cutOff);
+  body.classList.toggle("stop-dead", stopDead);
+  for (const element of document.querySelectorAll(".desk, .bar > :not(.stop)")) element.inert = cutOff;
   const alarm = document.querySelector(".alarm");
-  if (off && alarm) {
+  if (cutOff && alarm) {
     const old = Math.round((now - pulse.beat) / 1000);
-    const stop = dead ? "Nothing is sent." : "Nothing but STOP is sent.";
+    const stop = stopDead ? "Nothing is sent." : "Nothing but STOP is sent.";
     alarm.textContent = `Cut off: what is shown is ${old} s old. ${stop}`;
   }
-  const clock = Math.min(...pulse.clocks);
+  const clockOffset = Math.min(...pulse.clocks); // ms, of this page's clock to the tracker's
   for (const picture of document.querySelectorAll(".picture")) {
-    picture.querySelector("img").alt = ""; // the frame has its name
+    picture.querySelector("img").alt = ""; // the camera's frame around it has a label
     const taken = parseFloat(picture.dataset.taken);
-    const age = now - clock - 1000 * taken;
+    const age = now - clockOffset - 1000 * taken;
     const label = picture.querySelector(".age");
     label.textContent = isFinite(age) ? (age < 1000 ? `${age.toFixed(0)} ms old` : `${(age / 1000).toFixed(1)} s old`) : "";
     label.classList.toggle("stale", age > 1000);
   }
 }
 
-// Stop the arm, by whatever way gets through, and be it as soon as one does.
+// Stop the arm on both channels at once; repeat until one of them succeeds.
 async function stopArm(gate) {
   if (pulse.stopping) return;
   pulse.stopping = true;
@@ -172,8 +174,8 @@ function warn(why) {
 }
 
 async function stopByGate(gate) {
-  const how = { method: "POST", credentials: "include", signal: AbortSignal.timeout(1000) };
-  const answer = await fetch(`${gate}/stop`, how);
+  const request = { method: "POST", credentials: "include", signal: AbortSignal.timeout(1000) };
+  const answer = await fetch(`${gate}/stop`, request);
   if (!answer.ok) throw new Error(answer.status);
   return answer.text();
 }

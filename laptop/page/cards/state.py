@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 from nicegui import ui
 
+from laptop.page.cards.browser_state import BrowserState
 from laptop.page.cards.card import card, fold, heading, term
-from laptop.page.cards.session import BrowserSession
 from laptop.page.interface import RunCalls
 from laptop.page.marker_words import marker_title
 from laptop.page.snapshots import LOW_BATTERY, PageState
@@ -34,24 +34,24 @@ class StateCard:
     """The cards of figures.
 
     Args:
-        session: the browser's.
+        browser_state: the browser's choices.
     """
 
-    def __init__(self, session: BrowserSession) -> None:
+    def __init__(self, browser_state: BrowserState) -> None:
         self._shown_commands: tuple[str, ...] = ()
         self._named: list[tuple[str, str]] = []  # facts that have a row, and their explanations
-        self._session = session
+        self._browser_state = browser_state
         with card("Brick") as self._invitation:
             heading("Brick")
             self._call = ui.button(
-                "Run it on the brick", on_click=lambda: session.order(RunCalls.call_brick)
+                "Run it on the brick", on_click=lambda: browser_state.order(RunCalls.call_brick)
             ).props("no-caps outline dense")
             ui.label("Type the first here, or another one on the brick itself").classes("quiet")
             self._commands = ui.column().classes("w-full gap-1")
 
     def add_more(self) -> None:
         """Add what comes after all others: it may grow, and nothing moves by that."""
-        with fold(self._session, "Numbers", "info"):
+        with fold(self._browser_state, "Numbers", "info"):
             self._facts = ui.element("dl").classes("facts")
         self._note = ui.label().classes("quiet note")
 
@@ -108,7 +108,11 @@ def facts_of(state: PageState) -> list[Fact]:
         text += f", {camera.dropped} left out"
         facts.append(Fact(f"camera {camera.name}", text, CAMERA))
     for name, figures in state.markers.items():
-        facts.append(Fact(marker_title(name), state.looks.get(name, figures), _of(name, figures)))
+        facts.append(
+            Fact(
+                marker_title(name), state.marker_descriptions.get(name, figures), _of(name, figures)
+            )
+        )
     facts.append(Fact("colours in", state.file, FILE))
     return facts
 

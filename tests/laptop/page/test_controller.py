@@ -5,7 +5,7 @@ from page_scene import PATH, PageScene
 
 from laptop.page import camera_feed, page_viewers, snapshots
 from laptop.page.silence import PageReport, Presence, Sign
-from laptop.page.steering import UNHEARD_TIMEOUT
+from laptop.page.steering import BROWSER_TIMEOUT
 from shared.messages import EFFECTOR, GOAL, Stop
 
 
@@ -145,7 +145,7 @@ def go(scene, seconds, sign=None, **report):
     """
     for _ in range(round(seconds / camera_feed.HEARTBEAT_PERIOD)):
         if sign:
-            scene.controller.steering.hear({}, PageReport({1: sign}, **report))
+            scene.controller.steering.on_status({}, PageReport({1: sign}, **report))
         scene.show()
 
 
@@ -153,7 +153,7 @@ def drive(scene):
     """Let browser 1 order a run, which begins."""
     scene.show()
     scene.controller.steering.claim(1, "Chrome on Linux")
-    scene.controller.steering.hear({1: scene.t})
+    scene.controller.steering.on_status({1: scene.t})
     assert scene.controller.runs.aim("A", 40.0, 50.0) == ""
     assert scene.controller.runs.start() == ""
     scene.server.tell("", 1)
@@ -170,7 +170,7 @@ def test_a_run_that_is_held_for_the_death_of_the_page_s_process_says_so(scene):
     go(scene, 0.2)
     scene.controller.lose_page("was ended by SIGKILL")
     assert scene.controller.state().note == "page: its process was ended by SIGKILL; it starts anew"
-    go(scene, UNHEARD_TIMEOUT)
+    go(scene, BROWSER_TIMEOUT)
     why = f"{UNHEARD}its process was ended by SIGKILL"
     assert scene.server.sent[0] == Stop(f"held: {why}. It starts anew by itself.")
     assert f"{why}: held; Start goes on. It starts" in scene.controller.state().note
@@ -180,33 +180,33 @@ def test_a_page_s_process_that_was_replaced_before_is_no_reason_for_what_comes_l
     drive(scene)
     scene.controller.lose_page("was ended by SIGKILL")
     go(scene, 1)
-    scene.controller.steering.hear({1: scene.t})
-    go(scene, UNHEARD_TIMEOUT + 0.1, Sign(Presence.CLOSED))
+    scene.controller.steering.on_status({1: scene.t})
+    go(scene, BROWSER_TIMEOUT + 0.1, Sign(Presence.CLOSED))
     assert scene.server.sent[0].reason.startswith(f"held: {UNHEARD}the page was closed in")
 
 
 def test_a_page_s_process_that_a_signal_has_stopped_is_told(scene):
     drive(scene)
     scene.controller.watch.why_page_stands = lambda: "was stopped by a signal"
-    go(scene, UNHEARD_TIMEOUT + 0.1)
+    go(scene, BROWSER_TIMEOUT + 0.1)
     assert f"{UNHEARD}its process was stopped by a signal. It" in scene.server.sent[0].reason
 
 
 def test_a_page_s_process_that_says_nothing_or_comes_late_is_told(scene):
     drive(scene)
-    go(scene, UNHEARD_TIMEOUT + 0.1)
+    go(scene, BROWSER_TIMEOUT + 0.1)
     told = "its process was too busy to answer for 2 s, or hangs. Close other programs"
     assert f"{UNHEARD}{told}" in scene.server.sent[0].reason
     scene.server.tell("stopped", 1)
     drive(scene)
-    go(scene, UNHEARD_TIMEOUT + 0.1, Sign(Presence.SHOWN), late=1.8)
+    go(scene, BROWSER_TIMEOUT + 0.1, Sign(Presence.SHOWN), late=1.8)
     assert f"{UNHEARD}{told}" in scene.server.sent[0].reason
 
 
 def test_a_tracker_that_stood_still_holds_the_run_and_says_so(scene):
     drive(scene)
     scene.t += 5
-    scene.controller.steering.hear({}, PageReport({1: Sign(Presence.SHOWN)}))
+    scene.controller.steering.on_status({}, PageReport({1: Sign(Presence.SHOWN)}))
     scene.show()
     told = "held: no page was heard for 5 s, as the tracker stood still for 5 s. "
     assert scene.server.sent[0].reason.startswith(told)
@@ -216,16 +216,16 @@ def test_a_tracker_that_stood_still_before_is_no_reason_for_what_comes_later(sce
     drive(scene)
     scene.t += 1.5
     scene.show()
-    scene.controller.steering.hear({1: scene.t})
-    go(scene, UNHEARD_TIMEOUT + 0.1, Sign(Presence.BROKEN))
+    scene.controller.steering.on_status({1: scene.t})
+    go(scene, BROWSER_TIMEOUT + 0.1, Sign(Presence.BROKEN))
     assert f"{UNHEARD}the connection to {BROWSER} broke. " in scene.server.sent[0].reason
 
 
 def test_a_run_is_held_when_no_page_is_heard_any_more(scene):
     drive(scene)
-    go(scene, UNHEARD_TIMEOUT - 0.2)
-    scene.controller.steering.hear({1: scene.t - 0.1})
-    go(scene, UNHEARD_TIMEOUT - 0.2, Sign(Presence.SHOWN))
+    go(scene, BROWSER_TIMEOUT - 0.2)
+    scene.controller.steering.on_status({1: scene.t - 0.1})
+    go(scene, BROWSER_TIMEOUT - 0.2, Sign(Presence.SHOWN))
     assert scene.server.sent == []
     go(scene, 0.3, Sign(Presence.SHOWN))
     told = f"{UNHEARD}nothing comes from {BROWSER}, though it is connected: "
@@ -249,10 +249,10 @@ def test_a_run_is_held_when_no_page_is_heard_any_more(scene):
 )
 def test_what_was_open_is_settled_by_the_browser_that_is_back(scene, sign, stood, told):
     drive(scene)
-    scene.controller.steering.come_back(9.0)  # of before
-    go(scene, UNHEARD_TIMEOUT + 0.5, Sign(sign))
+    scene.controller.steering.report_return(9.0)  # of before
+    go(scene, BROWSER_TIMEOUT + 0.5, Sign(sign))
     assert "It is back" not in scene.controller.state().note
-    scene.controller.steering.come_back(stood)
+    scene.controller.steering.report_return(stood)
     scene.show()
     note = scene.controller.state().note
     assert told in note
@@ -262,15 +262,15 @@ def test_what_was_open_is_settled_by_the_browser_that_is_back(scene, sign, stood
 def test_a_run_that_nobody_ordered_here_goes_on_whoever_is_heard(scene):
     scene.controller.steering.claim(1, "")
     scene.server.tell("", 1)
-    go(scene, 3 * UNHEARD_TIMEOUT)
+    go(scene, 3 * BROWSER_TIMEOUT)
     assert scene.controller.state().running
     assert scene.server.sent == []
 
 
 def test_a_run_goes_on_unheard_if_that_is_wanted(tmp_path):
-    scene = PageScene(tmp_path, hold_unheard=False)
+    scene = PageScene(tmp_path, hold_on_timeout=False)
     drive(scene)
-    go(scene, 3 * UNHEARD_TIMEOUT)
+    go(scene, 3 * BROWSER_TIMEOUT)
     assert scene.server.sent == []
 
 

@@ -105,7 +105,7 @@ def test_a_file_is_read_placed_planned_and_started(scene, drawings):
     assert drawings.load("square.svg", SQUARE) == ""
     assert drawings.state().busy == "reading it"
     placed = scene.drawn().placed
-    assert (placed.name, len(placed.good), placed.missed) == ("square.svg", 1, ())
+    assert (placed.name, len(placed.reachable), placed.missed) == ("square.svg", 1, ())
     assert placed.why_not == ""
     assert placed.seconds > 1
     assert placed.job == b"", "browsers get no job"
@@ -129,7 +129,7 @@ def test_the_job_is_where_it_was_placed(scene, drawings, tmp_path):
     assert drawings.place(Placing(14.0, -2.0, 3.0, 30.0)) == ""
     placed = scene.drawn().placed
     assert placed.centre == pytest.approx((14.0, -2.0))
-    corners = np.unique(np.round(placed.good[0], 6), axis=0)
+    corners = np.unique(np.round(placed.reachable[0], 6), axis=0)
     assert np.hypot(*(corners - placed.centre).T) == pytest.approx(np.full(4, 3 / math.sqrt(2)))
     assert drawings.start() == ""
     job = job_of(scene.server.offered, tmp_path / "it.job")
@@ -154,11 +154,11 @@ def job_of(offered, file):
 def test_what_has_several_colours_is_drawn_by_a_pen_for_each_if_that_is_wished(
     scene, drawings, tmp_path
 ):
-    assert drawings.take_pens("colours") == "there is no drawing yet"
+    assert drawings.set_pens("colours") == "there is no drawing yet"
     drawings.load("two.svg", TWO_COLOURS)
     placed = scene.drawn().placed
     assert (placed.several, placed.pens) == (("colours",), "")
-    assert drawings.take_pens("colours") == ""
+    assert drawings.set_pens("colours") == ""
     placed = scene.drawn().placed
     assert placed.pens == "colours"
     (told,) = placed.notes
@@ -195,7 +195,7 @@ def test_areas_are_hatched_if_that_is_wished(scene, drawings):
 
 def test_what_has_one_colour_is_drawn_by_one_pen_whatever_is_wished(scene, drawings):
     drawings.load("square.svg", SQUARE)
-    assert drawings.take_pens("colours") == ""
+    assert drawings.set_pens("colours") == ""
     placed = scene.drawn().placed
     assert (placed.several, placed.pens, placed.why_not) == ((), "", "")
 
@@ -211,7 +211,9 @@ def test_while_a_run_is_on_nothing_is_started(scene, drawings):
 def test_an_answer_to_what_nobody_asks_any_more_is_left(scene, drawings):
     drawings.choose("rose")
     placed = scene.drawn().placed
-    drawings._asked.hear(Request(1, Source("gallery", "knot")), placed._replace(name="knot"), False)
+    drawings._asked.on_answer(
+        Request(1, Source("gallery", "knot")), placed._replace(name="knot"), False
+    )
     assert drawings.drawing().placed.name == "rose"
     assert drawings.state().busy == ""
 
@@ -221,7 +223,7 @@ def test_what_is_out_of_reach_is_shown_and_not_started(scene, drawings):
     scene.drawn()
     drawings.place(Placing(20.0, 0.0, 4.0))
     placed = scene.drawn().placed
-    assert placed.good
+    assert placed.reachable
     assert placed.missed
     assert re.fullmatch(
         r"\d\.\d cm of it cannot be reached \(red\): move it, or make it smaller", placed.why_not
@@ -354,7 +356,7 @@ def test_a_dragged_path_is_a_drawing_where_it_was_dragged(scene, drawings):
     assert drawings.trace("A", dragged) == ""
     placed = scene.drawn().placed
     assert (placed.why_not, placed.missed) == ("", ())
-    (line,) = placed.good
+    (line,) = placed.reachable
     for corner in corners:
         assert np.hypot(*(line - corner).T).min() < 0.25
     assert drawings.trace("A", [(100.0, 100.0), (101.0, 101.0)]) == (
@@ -429,7 +431,7 @@ def test_of_a_marker_beside_the_pen_the_ink_and_the_drawing_are_the_pens(
     drawings.load("square.svg", SQUARE)
     drawings.place(Placing(13.0, 0.0, 6.0))
     shown = scene.drawn()
-    for line in shown.placed.good:  # where it lies is where the pen will go
+    for line in shown.placed.reachable:  # where it lies is where the pen will go
         seen = np.array([scene.pixel(p) for p in line])
         assert np.abs(shown.views["A"].to_picture(line) - seen).max() < 0.05, "px"
     drawings.start()
@@ -642,7 +644,7 @@ def test_sliders_that_leave_nothing_say_so_and_what_was_drawn_stays_in_sight(sce
     before = scene.drawn().placed
     drawings.trace_picture(Tracing(0.0, 0, 30.0))
     placed = scene.drawn().placed
-    assert len(placed.good) == len(before.good)
+    assert len(placed.reachable) == len(before.reachable)
     assert placed.why_not == (
         "detail = 0 and shades = 0: nothing would be drawn; raise one of them"
     )

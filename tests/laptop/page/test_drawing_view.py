@@ -18,7 +18,7 @@ PLACED = PlacedDrawing("it", (SQUARE,), (SQUARE + (6, 0),), (12.0, 0.0), (4.0, 4
 @pytest.fixture
 def view():
     view = DrawingView("A")
-    view.take(DrawingSnapshot(PLACED, {"A": VIEW}))
+    view.update(DrawingSnapshot(PLACED, {"A": VIEW}))
     return view
 
 
@@ -31,7 +31,7 @@ def test_it_is_seen_where_it_will_be_drawn_green_and_red(view):
     assert "data-handle" not in view.svg(640, handles=False)
     assert DrawingView("A").svg(640, True) == ""
     other = DrawingView("B")
-    other.take(DrawingSnapshot(PLACED, {"A": VIEW}))
+    other.update(DrawingSnapshot(PLACED, {"A": VIEW}))
     assert other.svg(640, True) == "", "nobody knows where it would be in that picture"
 
 
@@ -53,7 +53,7 @@ def test_a_hand_moves_scales_and_turns_it(view, start, end, placing):
     view.move(end)
     assert view.release() == pytest.approx(placing)
     assert 'data-drawing="moving"' in view.svg(640, True), "until the tracker has answered"
-    view.take(DrawingSnapshot(PLACED._replace(centre=(14.0, -3.0)), {"A": VIEW}))
+    view.update(DrawingSnapshot(PLACED._replace(centre=(14.0, -3.0)), {"A": VIEW}))
     assert 'data-drawing="good"' in view.svg(640, True)
 
 
@@ -72,7 +72,7 @@ def test_a_press_without_a_move_changes_nothing(view):
 
 def test_beyond_the_horizon_it_stays(view):
     askew = TableView(np.array([[0.0, -10, 320], [-10, 0, 400], [-0.02, 0, 1.0]]))
-    view.take(DrawingSnapshot(PLACED, {"A": askew}))
+    view.update(DrawingSnapshot(PLACED, {"A": askew}))
     at = askew.to_picture(np.array([PLACED.centre]))[0]
     assert view.press(tuple(at), 640)
     view.move((320.0, 500.0))
@@ -85,7 +85,7 @@ def test_beyond_the_horizon_it_stays(view):
 def test_what_is_sent_while_a_hand_has_it_waits(view):
     view.press((320, 280), 640)
     view.move((350, 260))
-    view.take(DrawingSnapshot(PLACED, {"A": VIEW}))
+    view.update(DrawingSnapshot(PLACED, {"A": VIEW}))
     assert view.moved is not None
     view.cancel()
     assert view.moved is None

@@ -34,10 +34,10 @@ def test_only_what_was_seen_with_the_pen_down_is_ink(frames_late, tells_late):
 
 def test_a_tip_that_was_not_seen_for_a_while_leaves_a_gap():
     ink = InkTrack()
-    ink.tell(0.0, True)
+    ink.set_pen(0.0, True)
     for t in (0.1, 0.2, 1.5, 1.6):
-        ink.see(t, (100 * t, 0.0))
-    ink.tell(2.0, True)
+        ink.add_tip(t, (100 * t, 0.0))
+    ink.set_pen(2.0, True)
     assert [point.begins for point in ink.points] == [True, False, True, False]
 
 
@@ -45,8 +45,8 @@ def test_a_pen_that_is_lifted_shortly_begins_a_new_line():
     ink = InkTrack()
     for t, down in ((0.0, True), (0.45, False), (0.65, True), (1.2, True)):
         for k in range(10):
-            ink.see(t + 0.02 * k, (100 * (t + 0.02 * k), 0.0))
-        ink.tell(t, down)
+            ink.add_tip(t + 0.02 * k, (100 * (t + 0.02 * k), 0.0))
+        ink.set_pen(t, down)
     begun = [point.u for point in ink.points if point.begins]
     assert len(begun) == 2
     assert begun[1] >= 65.0
@@ -55,10 +55,10 @@ def test_a_pen_that_is_lifted_shortly_begins_a_new_line():
 def test_it_stays_small_and_says_when_it_was_thinned():
     ink = InkTrack()
     version = ink.version
-    ink.tell(0.0, True)
+    ink.set_pen(0.0, True)
     for k in range(3 * MAX_POINTS):
-        ink.see(0.01 * k, (2.0 * k, 0.0))
-        ink.tell(0.01 * k + 0.005, True)
+        ink.add_tip(0.01 * k, (2.0 * k, 0.0))
+        ink.set_pen(0.01 * k + 0.005, True)
     assert len(ink.points) <= MAX_POINTS
     assert ink.version > version
     ink.begin()
@@ -81,13 +81,13 @@ def shifted(known_until):
 def test_ink_waits_until_it_is_known_how_the_marker_is_beside_the_pen():
     known = [0.35]
     ink = shifted(known)
-    ink.tell(0.0, True)
+    ink.set_pen(0.0, True)
     for k in range(1, 11):
-        ink.see(0.1 * k, (100.0 * k, 0.0))
-    ink.tell(1.0, True)
+        ink.add_tip(0.1 * k, (100.0 * k, 0.0))
+    ink.set_pen(1.0, True)
     assert len(ink.points) == 3
     known[0] = 1.0
-    ink.judge(1.1)
+    ink.resolve(1.1)
     assert len(ink.points) == len(ink.shifts) == 10
     (line,) = ink.lines(lambda pixels, shifts: shifts)
     assert line == pytest.approx(np.column_stack([np.arange(1, 11) / 10, np.full(10, -1.0)]))
@@ -95,12 +95,12 @@ def test_ink_waits_until_it_is_known_how_the_marker_is_beside_the_pen():
 
 def test_where_that_is_never_known_there_is_a_gap_and_no_ink_in_a_wrong_place():
     ink = InkTrack(lambda t: None if 0.25 < t < 0.75 else (0.0, 0.0))
-    ink.tell(0.0, True)
+    ink.set_pen(0.0, True)
     for k in range(1, 11):
-        ink.see(0.1 * k, (100.0 * k, 0.0))
-    ink.tell(1.0, True)
+        ink.add_tip(0.1 * k, (100.0 * k, 0.0))
+    ink.set_pen(1.0, True)
     assert [point.u for point in ink.points] == [100.0, 200.0]
-    ink.judge(5.0)
+    ink.resolve(5.0)
     assert [(p.u, p.begins) for p in ink.points][2:] == [
         (800.0, True), (900.0, False), (1000.0, False)
     ]  # fmt: skip
@@ -108,8 +108,8 @@ def test_where_that_is_never_known_there_is_a_gap_and_no_ink_in_a_wrong_place():
 
 def test_a_thinned_ink_keeps_what_belongs_together():
     ink = InkTrack(lambda t: (t, 0.0))
-    ink.tell(0.0, True)
+    ink.set_pen(0.0, True)
     for k in range(MAX_POINTS + 10):
-        ink.see(0.01 * k, (2.0 * k, 0.0))
-        ink.tell(0.01 * k + 0.005, True)
+        ink.add_tip(0.01 * k, (2.0 * k, 0.0))
+        ink.set_pen(0.01 * k + 0.005, True)
     assert [s[0] * 200 for s in ink.shifts] == pytest.approx([p.u for p in ink.points])

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from laptop.page.look_around import look_job
+from laptop.page.look_around import survey_job
 from laptop.page.table_mapping import TableMapping
 from robot.motion import kinematics
 from shared.arm_description import find_arm, read_arm
@@ -24,7 +24,7 @@ def tips(job, arm):
 @pytest.mark.parametrize("name", ["planar", "geared", "spatial"])
 def test_what_it_visits_tells_where_the_table_is(name, tmp_path):
     arm = read_arm(find_arm(name))
-    header = look_job(arm, tmp_path / "look.job")
+    header = survey_job(arm, tmp_path / "look.job")
     places = tips(Job(str(tmp_path / "look.job"), arm), arm)
     assert header.seconds < 60
     _, reach = kinematics.reach(arm)
@@ -45,5 +45,5 @@ def test_an_arm_that_turns_little_looks_around_within_what_it_can(tmp_path):
     arm = read_arm(find_arm("planar"))
     first = arm.joints[0]._replace(lower=math.radians(20), upper=math.radians(70))
     arm = arm._replace(joints=(first, *arm.joints[1:]))
-    look_job(arm, tmp_path / "look.job")
+    survey_job(arm, tmp_path / "look.job")
     Job(str(tmp_path / "look.job"), arm).stroke(1)  # within its limits

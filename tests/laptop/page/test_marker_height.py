@@ -2,7 +2,7 @@
 
 import pytest
 
-from laptop.page.marker_height import HeightMemory, MarkerHeight, told_height
+from laptop.page.marker_height import HeightMemory, MarkerHeight, given_height
 
 
 def test_what_was_typed_is_known_the_next_time_arm_by_arm(tmp_path):
@@ -35,7 +35,7 @@ def test_what_cannot_be_kept_is_told(tmp_path):
 
 def test_what_the_command_line_says_goes_before_how_an_emulated_arm_is_built():
     emulated = {"marker_height": 2.5, "tilt": 25.0}
-    assert told_height(31.0, emulated) == MarkerHeight(3.1, "as --marker-height says")
-    assert told_height(None, emulated) == MarkerHeight(2.5, "as the emulated arm is built")
-    assert told_height(0.0, {}).cm == 0.0
-    assert told_height(None, {}) is None
+    assert given_height(31.0, emulated) == MarkerHeight(3.1, "as --marker-height says")
+    assert given_height(None, emulated) == MarkerHeight(2.5, "as the emulated arm is built")
+    assert given_height(0.0, {}).cm == 0.0
+    assert given_height(None, {}) is None

@@ -6,7 +6,7 @@ from laptop.page.pointer import Pointer
 def handled(*events):
     """What comes of pointer events, (kind, u, button, buttons) each."""
     pointer = Pointer()
-    done = [pointer.take("pointer" + kind, (u, 9.0), *keys) for kind, u, *keys in events]
+    done = [pointer.handle("pointer" + kind, (u, 9.0), *keys) for kind, u, *keys in events]
     return [[u for u, _ in points] for points in done if points]
 
 

@@ -60,7 +60,7 @@ def test_a_page_is_heard_once_it_has_sent_a_beat_back(clock):
     assert pulse.age("page") == math.inf
     beat(pulse, clock, 1)
     assert (heard, sent) == ([{}], [("page", 100.0)])
-    pulse.take_echo("page", 100.0)
+    pulse.on_echo("page", 100.0)
     beat(pulse, clock, 1)
     assert heard[1] == {3: 100.0}
 
@@ -68,10 +68,10 @@ def test_a_page_is_heard_once_it_has_sent_a_beat_back(clock):
 def test_what_a_page_has_seen_is_as_old_as_the_beat_that_it_sent_back_last(clock):
     pulse = made([], [])
     pulse.join("page", 1)
-    pulse.take_echo("page", 100.0)
+    pulse.on_echo("page", 100.0)
     clock[0] = 110.0  # the page's process stood still, and now reads what has waited for it
     assert pulse.age("page") == pytest.approx(10.0)
-    pulse.take_echo("page", 109.9)
+    pulse.on_echo("page", 109.9)
     assert pulse.age("page") == pytest.approx(0.1)
     pulse.join("page", 1)  # cut off meanwhile: what it had seen before does not count
     assert pulse.age("page") == math.inf
@@ -81,11 +81,11 @@ def test_what_a_page_has_seen_is_as_old_as_the_beat_that_it_sent_back_last(clock
 def test_an_echo_of_nothing_is_none(clock, nonsense):
     pulse = made([], [])
     pulse.join("page", 1)
-    pulse.take_echo("page", nonsense)
+    pulse.on_echo("page", nonsense)
     assert pulse.age("page") == math.inf
-    pulse.take_echo("page", 1e9)
+    pulse.on_echo("page", 1e9)
     assert pulse.age("page") == 0.0, "nothing is from the future"
-    pulse.take_echo("a stranger", 100.0)
+    pulse.on_echo("a stranger", 100.0)
     assert pulse.age("a stranger") == math.inf
 
 
@@ -94,7 +94,7 @@ def test_of_two_pages_of_one_browser_the_one_counts_that_was_heard_later(clock):
     pulse = made(heard, [])
     for page, t in (("a", 98.0), ("b", 99.5), ("c", 90.0)):
         pulse.join(page, 1)
-        pulse.take_echo(page, t)
+        pulse.on_echo(page, t)
     pulse.leave("b")
     beat(pulse, clock, 1)
     assert heard == [{1: 98.0}]
@@ -123,20 +123,20 @@ def test_what_a_page_said_last_is_known_after_it_has_gone():
     pulse = made([], [])
     pulse.join("page", 1, is_local=True)
     assert pulse.signs() == {1: Sign(Presence.SHOWN, True)}
-    pulse.take_word("page", 1, "hidden")
+    pulse.on_presence("page", 1, "hidden")
     assert presence(pulse) is Presence.HIDDEN
-    pulse.take_word("page", 1, "visible")
+    pulse.on_presence("page", 1, "visible")
     pulse.leave("page")
     assert presence(pulse) is Presence.BROKEN
-    pulse.take_word("page", 1, "closed")  # which came by another way, and later
+    pulse.on_presence("page", 1, "closed")  # which came by another way, and later
     assert presence(pulse) is Presence.CLOSED
-    pulse.take_word("page", 1, "hidden")  # as it closed
+    pulse.on_presence("page", 1, "hidden")  # as it closed
     assert presence(pulse) is Presence.CLOSED
     pulse.join("page 2", 1)
     assert presence(pulse) is Presence.CLOSED, "the next one loads, and was not heard yet"
-    pulse.take_echo("page 2", 100.0)
+    pulse.on_echo("page 2", 100.0)
     assert presence(pulse) is Presence.SHOWN, "it was only loaded anew"
-    pulse.take_word("page 2", 1, "asleep")
+    pulse.on_presence("page 2", 1, "asleep")
     pulse.leave("page 2")
     assert presence(pulse) is Presence.ASLEEP
     pulse.join("page 2", 1)
@@ -147,12 +147,12 @@ def test_of_a_browser_s_pages_the_one_counts_that_is_most_present():
     pulse = made([], [])
     pulse.join("a", 1)
     pulse.join("b", 1)
-    pulse.take_word("a", 1, "closed")
+    pulse.on_presence("a", 1, "closed")
     assert presence(pulse) is Presence.SHOWN
-    pulse.take_word("b", 1, "hidden")
+    pulse.on_presence("b", 1, "hidden")
     assert presence(pulse) is Presence.HIDDEN
     pulse.join("a", 1)  # back from where browsers keep pages that were left
-    pulse.take_echo("a", 100.0)
+    pulse.on_echo("a", 100.0)
     assert presence(pulse) is Presence.SHOWN
 
 
@@ -163,7 +163,7 @@ def test_of_a_browser_s_pages_the_one_counts_that_is_most_present():
 def test_a_word_of_nobody_or_of_another_browser_is_none(page, browser, word):
     pulse = made([], [])
     pulse.join("page", 1)
-    pulse.take_word(page, browser, word)
+    pulse.on_presence(page, browser, word)
     assert pulse.signs() == {1: Sign(Presence.SHOWN)}
 
 

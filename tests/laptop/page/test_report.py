@@ -140,5 +140,5 @@ def test_a_run_is_kept_where_it_is_asked_for(scene, tmp_path):
 def test_why_a_run_could_not_be_kept_stands_in_its_report(scene, no_pictures):
     scene.show()
     run(scene, 1)
-    text = report.render(scene.controller.record(), why_not_kept="cannot write to runs: full")
+    text = report.render(scene.controller.record(), why_not_stored="cannot write to runs: full")
     assert "cannot write to runs: full" in text

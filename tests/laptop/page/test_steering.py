@@ -31,7 +31,7 @@ def test_who_comes_first_steers_and_others_are_told_who(steering):
 
 def test_whoever_takes_over_steers_and_who_did_does_no_longer(steering):
     steering.claim(1, "")
-    steering.take(2, "Safari on iPhone")
+    steering.take_over(2, "Safari on iPhone")
     assert steering.claim(1, "") == "browser 2 (Safari on iPhone) steers; press Take over first"
     assert steering.driver == 2
 
@@ -40,7 +40,7 @@ def test_a_browser_that_is_gone_leaves_the_wheel_to_who_orders_next(steering, wo
     steering.claim(1, "")
     world.t += RELEASE_TIMEOUT - 1
     assert steering.claim(2, "") != ""
-    steering.hear({1: world.t})
+    steering.on_status({1: world.t})
     world.t += RELEASE_TIMEOUT - 1
     assert steering.claim(2, "") != "", "it was heard meanwhile"
     world.t += 1
@@ -50,12 +50,12 @@ def test_a_browser_that_is_gone_leaves_the_wheel_to_who_orders_next(steering, wo
 def test_the_silence_is_that_of_the_page_that_was_heard_last(steering, world):
     assert steering.silence == 0.0, "nobody steers"
     steering.claim(1, "")
-    steering.hear({1: world.t, 2: world.t - 0.5})
+    steering.on_status({1: world.t, 2: world.t - 0.5})
     world.t += 3
     assert steering.silence == pytest.approx(3.0)
-    steering.hear({2: world.t - 0.25})
+    steering.on_status({2: world.t - 0.25})
     assert steering.silence == pytest.approx(0.25), "who watches may stop"
-    steering.hear({2: world.t - 9.0})
+    steering.on_status({2: world.t - 9.0})
     assert steering.silence == pytest.approx(0.25), "what is old makes nothing older"
     assert steering.beats == 3
 
@@ -64,17 +64,17 @@ def test_what_was_heard_before_the_tracker_stood_still_does_not_count_as_heard_n
     steering.claim(1, "")
     heard = {1: world.t}
     world.t += 5  # it waits meanwhile to be taken in
-    steering.hear(heard)
+    steering.on_status(heard)
     assert steering.silence == pytest.approx(5.0)
 
 
 def test_what_was_told_in_the_silence_is_evidence_and_what_was_before_is_none(steering, world):
     steering.claim(1, "Safari")
-    steering.hear({1: world.t}, PageReport({1: Sign(Presence.SHOWN)}, late=3.0))
+    steering.on_status({1: world.t}, PageReport({1: Sign(Presence.SHOWN)}, late=3.0))
     world.t += 0.5
-    steering.hear({1: world.t - 0.1, 2: world.t - 0.3}, PageReport(waited=0.4))
+    steering.on_status({1: world.t - 0.1, 2: world.t - 0.3}, PageReport(waited=0.4))
     world.t += 1.0
-    steering.hear({}, PageReport({1: Sign(Presence.HIDDEN)}, late=0.6))
+    steering.on_status({}, PageReport({1: Sign(Presence.HIDDEN)}, late=0.6))
     world.t += 0.2
     assert steering.evidence() == Evidence(
         "browser 1 (Safari)",

@@ -10,7 +10,7 @@ from waiting import PATIENCE, until
 
 from laptop.page import http_limits
 from laptop.page.http_limits import MAX_UNFINISHED, LimitedHttp
-from laptop.page.sessions import Admission
+from laptop.page.login import Admission
 from laptop.page.stop_gate import StopGate
 
 PAGE = "127.0.0.1:1"

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 from laptop.drawing.gallery_files import gallery
-from laptop.page.job_states import heard
+from laptop.page.job_states import reported_state
 from laptop.page.report import verdict_text
 from shared.job_messages import ENDS, JobStatus
 from shared.verdicts import VERDICT_TEXTS
@@ -14,9 +14,9 @@ from shared.verdicts import VERDICT_TEXTS
 def test_every_end_of_a_drawing_is_told_in_its_words():
     card = pytest.importorskip("laptop.page.cards.draw_progress")
     told = [JobStatus(9.0, 7, "rose", end, 2, 5, 4.0, 10.0, None, False, "") for end in ENDS]
-    assert [card.job_text(heard(status, is_lost=False, alone=False)) for status in told] == [
-        *("rose: done", "rose: aborted at 40 %", "rose: ended at 40 %")
-    ]
+    assert [
+        card.job_text(reported_state(status, is_lost=False, alone=False)) for status in told
+    ] == [*("rose: done", "rose: aborted at 40 %", "rose: ended at 40 %")]
 
 
 @pytest.mark.parametrize("word", ["converged", "stopped", "ink dry"])

@@ -1,7 +1,7 @@
-"""Sessions of browsers: a token in an address lets one in, once; from then on it has a cookie.
+"""Login of browsers: a token in an address admits one browser, once; then it has a cookie.
 
-A cookie is no token, nor the key by which it is signed: who reads one along can let nobody else in.
-Sessions outlive the page's process, for their key is the tracker's.
+A cookie is neither a token nor the key that signs it: who intercepts one can admit nobody else.
+Logins outlive the page's process, because the key is the tracker's.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ import threading
 from collections.abc import Callable
 
 
-class SessionKey:
-    """Makes cookies and knows its own again; the same in the tracker's process and the page's.
+class LoginKey:
+    """Signs and verifies login cookies; the same in the tracker's process and the page's.
 
     Args:
         key: the secret.
@@ -25,32 +25,32 @@ class SessionKey:
 
     def cookie(self, browser: int) -> str:
         """Return a cookie of a browser, by its number, from 1 on."""
-        session = f"{browser}.{secrets.token_urlsafe(12)}"
-        return f"{session}.{self._signature(session)}"
+        login = f"{browser}.{secrets.token_urlsafe(12)}"
+        return f"{login}.{self._signature(login)}"
 
     def browser(self, cookie: str) -> int:
         """Return the number of the browser whose cookie this is; 0 if it is nobody's."""
-        session, _, signature = cookie.rpartition(".")
+        login, _, signature = cookie.rpartition(".")
         is_ours = hmac.compare_digest(
-            signature.encode("utf-8", "replace"), self._signature(session).encode()
+            signature.encode("utf-8", "replace"), self._signature(login).encode()
         )
-        return int(session.partition(".")[0]) if is_ours else 0
+        return int(login.partition(".")[0]) if is_ours else 0
 
-    def _signature(self, session: str) -> str:
-        return hmac.new(self._key, session.encode("utf-8", "replace"), hashlib.sha256).hexdigest()
+    def _signature(self, login: str) -> str:
+        return hmac.new(self._key, login.encode("utf-8", "replace"), hashlib.sha256).hexdigest()
 
 
 class Admission:
-    """Lets browsers in: each token is good for one, then there is a new one.
+    """Admits browsers: each token admits one, then there is a new one.
 
     Attributes:
-        key: of all sessions.
+        key: signs the cookies of all logins.
         token: for the next browser.
         on_renewal: is called whenever there is a new token.
     """
 
     def __init__(self) -> None:
-        self.key = SessionKey(secrets.token_bytes(32))
+        self.key = LoginKey(secrets.token_bytes(32))
         self.token = secrets.token_urlsafe(24)
         self.on_renewal: Callable[[], None] = lambda: None
         self._browsers = 0

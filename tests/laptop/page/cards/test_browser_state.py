@@ -25,8 +25,8 @@ class Failing:
 
 @pytest.mark.parametrize("order", ORDERS)
 def test_an_order_in_which_the_tracker_fails_is_told(order):
-    session = pytest.importorskip("laptop.page.cards.session").BrowserSession(Failing())
+    browser_state = pytest.importorskip("laptop.page.cards.browser_state").BrowserState(Failing())
     told = []
-    session.warn = told.append
-    assert not asyncio.run(getattr(session, order)(ORDERS[order]))
+    browser_state.warn = told.append
+    assert not asyncio.run(getattr(browser_state, order)(ORDERS[order]))
     assert told == ["the tracker could not do this (BadJob: too long); look, then do it again"]

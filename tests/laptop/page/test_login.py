@@ -2,7 +2,7 @@
 
 import pytest
 
-from laptop.page.sessions import Admission, SessionKey
+from laptop.page.login import Admission, LoginKey
 
 
 def test_a_token_lets_one_browser_in_and_then_there_is_a_new_one():
@@ -25,13 +25,13 @@ def test_a_cookie_tells_neither_token_nor_key_and_is_known_to_its_key_alone():
     cookie = admission.redeem(token)
     assert token not in cookie
     assert admission.redeem(cookie) == ""
-    assert SessionKey(b"another").browser(cookie) == 0
-    assert SessionKey(b"same").browser(SessionKey(b"same").cookie(7)) == 7
+    assert LoginKey(b"another").browser(cookie) == 0
+    assert LoginKey(b"same").browser(LoginKey(b"same").cookie(7)) == 7
 
 
 @pytest.mark.parametrize("where", range(0, 80, 7))
 def test_a_cookie_that_was_changed_is_nobodys(where):
-    key = SessionKey(b"key")
+    key = LoginKey(b"key")
     cookie = key.cookie(12)
     k = where % len(cookie)
     changed = cookie[:k] + ("1" if cookie[k] != "1" else "2") + cookie[k + 1 :]

@@ -45,7 +45,7 @@ COLOUR_EDITS = {PICK: ColourCalls.pick, ADD: ColourCalls.add, REMOVE: ColourCall
 
 
 @dataclass
-class BrowserSession:
+class BrowserState:
     """One browser's choices, and its way to the tracker.
 
     Attributes:
@@ -130,7 +130,7 @@ class BrowserSession:
         if why := self._why_late():
             self.warn(why)
         else:
-            await self.controller.call(SteeringCalls.take, self.browser, self.name)
+            await self.controller.call(SteeringCalls.take_over, self.browser, self.name)
 
     async def _why_not(self) -> str:
         """Return why this browser gives no orders just now, or ""."""
@@ -161,8 +161,8 @@ class BrowserSession:
             where = (*points[0], *points[-1]) if len(points) > 1 else points[0]
             edit = COLOUR_EDITS[self.tool]
             if await self.edit(edit, self.marker, camera, index, where):
-                said = f"{marker_title(self.marker)}: kept"
-                ui.notify(said, type="positive", position="bottom", timeout=1500)
+                message = f"{marker_title(self.marker)}: kept"
+                ui.notify(message, type="positive", position="bottom", timeout=1500)
 
     async def _drag(self, camera: str, points: list[Point]) -> None:
         """Make a drawing of a dragged path, where that can be; else the tip goes after it."""
