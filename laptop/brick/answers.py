@@ -88,10 +88,10 @@ async def ask(
         asyncssh.ConnectionLost: it has not come to its end.
         NoAnswer: it is silent for too long, takes too long, or sends too much.
     """
-    return await _Asked(brick, command, given, most, silence).answer()
+    return await _RemoteCommand(brick, command, given, most, silence).answer()
 
 
-class _Asked:
+class _RemoteCommand:
     """A command on the brick that is being answered; see `ask` for its arguments."""
 
     def __init__(

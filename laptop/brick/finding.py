@@ -70,7 +70,7 @@ async def find() -> list[FoundBrick]:
         BrickProblem: the network cannot be listened to.
     """
     try:
-        announced, asked = await asyncio.gather(_announced(), _asked())
+        announced, asked = await asyncio.gather(_announced(), _resolved())
     except OSError as error:
         raise BrickProblem(
             f"cannot listen to the network: {error.strerror or error}; is this computer in one?"
@@ -123,13 +123,13 @@ def _bricks(info: Any, service: str) -> list[FoundBrick]:
     ]
 
 
-async def _asked() -> list[FoundBrick]:
+async def _resolved() -> list[FoundBrick]:
     """Return the computers that take ssh on a network that this one shares over a cable."""
     places = list(_neighbours(_own_addresses()))
-    takes = await asyncio.gather(*(_takes_ssh(place) for place in places))
+    accepts = await asyncio.gather(*(_accepts_ssh(place) for place in places))
     return [
         FoundBrick("", BrickAddress(place), "takes ssh on a cable")
-        for place, is_there in zip(places, takes, strict=True)
+        for place, is_there in zip(places, accepts, strict=True)
         if is_there
     ]
 
@@ -147,7 +147,7 @@ def _neighbours(own: Iterable[str]) -> Iterable[str]:
             yield from map(str, others)
 
 
-async def _takes_ssh(place: str) -> bool:
+async def _accepts_ssh(place: str) -> bool:
     with contextlib.suppress(OSError, asyncio.TimeoutError):
         _, writer = await asyncio.wait_for(
             asyncio.open_connection(place, DEFAULT_PORT, family=socket.AF_INET), ASKING_TIMEOUT

@@ -26,12 +26,12 @@ from laptop.cli.options import (
     importing,
     in_one_line,
     json_option,
-    leave,
     marker_height_option,
     noise_option,
     out_option,
     sources_argument,
     typed_args,
+    write_run,
 )
 from laptop.record.figures.arm_numbers import numbers_of
 from laptop.record.run_folder import run_folder
@@ -87,7 +87,7 @@ class AccuracyOptions:
 
 
 @dataclass(frozen=True)
-class AccuracySight:
+class AccuracyCameraOptions:
     """Cameras before a real arm, and its pose.
 
     sources      of the cameras, as they were typed before
@@ -212,9 +212,9 @@ class EmulatedTest:
 )
 @out_option
 @json_option
-@in_groups(test=AccuracyOptions, sight=AccuracySight, emulation=EmulatedTest)
+@in_groups(test=AccuracyOptions, sight=AccuracyCameraOptions, emulation=EmulatedTest)
 def accuracy(
-    test: AccuracyOptions, sight: AccuracySight, emulation: EmulatedTest, out: Path | None
+    test: AccuracyOptions, sight: AccuracyCameraOptions, emulation: EmulatedTest, out: Path | None
 ) -> None:
     """Measure accuracy and repeatability of poses and paths after ISO 9283, by camera, in mm.
 
@@ -230,7 +230,7 @@ def accuracy(
 
     with in_one_line():
         sources = cameras_of(sight.cameras, sight.sources)
-        _check_words(sources, sight.calibration, sight.bar)
+        _check_calibrations(sources, sight.calibration, sight.bar)
         arm = read_arm(find_arm(test.arm_file))
         plan = plan_accuracy(arm, test.cycles, test.side, test.at)
         with run_folder("measure-accuracy", out, PICTURE, TABLE) as folder:
@@ -253,7 +253,9 @@ def accuracy(
             _leave(folder, result, reported, truth)
 
 
-def _check_words(sources: Sequence[str], calibrated: Sequence[Path], bar: float | None) -> None:
+def _check_calibrations(
+    sources: Sequence[str], calibrated: Sequence[Path], bar: float | None
+) -> None:
     """Refuse options that say nothing together."""
     from laptop.see.table.camera_fit import check_bar
 
@@ -281,7 +283,7 @@ def _simulated(
 
 
 def _live(
-    plan: AccuracyPlan, sources: Sequence[str], arm_file: str, sight: AccuracySight
+    plan: AccuracyPlan, sources: Sequence[str], arm_file: str, sight: AccuracyCameraOptions
 ) -> AccuracyResult:
     from laptop.cli.rigs import RigOptions, live_rig
     from laptop.measure.accuracy import accuracy_test
@@ -388,4 +390,4 @@ def _leave(
             "Accuracy and repeatability, measured by the camera.",
         ),
     }
-    click.echo(leave(folder, reported, files))
+    click.echo(write_run(folder, reported, files))

@@ -14,7 +14,7 @@ import click
 
 from laptop.bench import servo_scenarios
 from laptop.cli.command import OwnCommand
-from laptop.cli.commands import WholeLines
+from laptop.cli.commands import FullHelpGroup
 from laptop.cli.options import (
     FiniteRange,
     Seeds,
@@ -267,7 +267,7 @@ BENCHES = (
 
 
 @click.group(
-    cls=WholeLines,
+    cls=FullHelpGroup,
     short_help="Measure beside the reference method and the physical limit.",
     commands=list(map(command_of, BENCHES)),
     epilog=bench_examples("draw --seeds 1000:1002", "servo --method chain --json"),

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from laptop.cli.command import OwnCommand
-from laptop.cli.commands import WholeLines
+from laptop.cli.commands import FullHelpGroup
 from laptop.cli.options import arm_option, importing, in_one_line, replace_option
 from laptop.see.serve.pairing_file import known_code
 from laptop.system.files import check_new
@@ -31,7 +31,7 @@ THE_BRICK = click.option(
 )
 
 
-@click.group(cls=WholeLines, short_help="Reach the real brick, over ssh.")
+@click.group(cls=FullHelpGroup, short_help="Reach the real brick, over ssh.")
 def brick() -> None:
     """Reach the real brick by one command each, over ssh."""
 

@@ -26,12 +26,12 @@ from laptop.cli.options import (
     importing,
     in_one_line,
     json_option,
-    leave,
     listen_port_option,
     marker_height_option,
     out_option,
     sources_argument,
     typed_args,
+    write_run,
 )
 from laptop.cli.rigs import RigOptions, live_rig
 from laptop.record.figures.arm_numbers import numbers_of
@@ -53,7 +53,7 @@ TOUCH_SAMPLE_S = 1.0
 
 
 @dataclass(frozen=True)
-class CalibrationSight:
+class CalibrationCameraOptions:
     """Cameras before the arm, and what is known of it beforehand.
 
     sources       of the camera, as they were typed before
@@ -185,8 +185,10 @@ class EmulatedArm:
 )
 @click.option("--seed", type=click.IntRange(0), metavar="N", help="Of all that is emulated.")
 @json_option
-@in_groups(sight=CalibrationSight, wished=CalibrationOptions, emulation=EmulatedArm)
-def calibrate(sight: CalibrationSight, wished: CalibrationOptions, emulation: EmulatedArm) -> None:
+@in_groups(sight=CalibrationCameraOptions, wished=CalibrationOptions, emulation=EmulatedArm)
+def calibrate(
+    sight: CalibrationCameraOptions, wished: CalibrationOptions, emulation: EmulatedArm
+) -> None:
     """Let an arm measure itself by a camera: links, zeros, backlash, and its marker's place.
 
     The printed board lies within the arm's reach, and the camera sees it and all of the arm.  The
@@ -202,11 +204,11 @@ def calibrate(sight: CalibrationSight, wished: CalibrationOptions, emulation: Em
         sources = cameras_of(sight.cameras, sight.sources)
         arm = read_arm(find_arm(wished.arm_file))
         crosses = _crosses(sight.touch, arm)
-        is_unreal = emulation.simulate or SYNTHETIC in sources
-        if not (wished.dry_run or is_unreal):
+        is_emulated = emulation.simulate or SYNTHETIC in sources
+        if not (wished.dry_run or is_emulated):
             check_writable(own_file(arm))
         folder = stack.enter_context(run_folder("measure-arm", wished.out, RESTS))
-        own = folder.path / f"{arm.name}.ini" if is_unreal else None
+        own = folder.path / f"{arm.name}.ini" if is_emulated else None
         if own and not wished.dry_run:
             check_writable(own)
         built = emulation.truth() if emulation.simulate else None
@@ -225,13 +227,13 @@ def calibrate(sight: CalibrationSight, wished: CalibrationOptions, emulation: Em
         if emulation.simulate:
             reported.on_emulated_brick(emulation.plant_text)
             reported.seeds["camera"] = emulation.seed or 0
-        elif is_unreal:
+        elif is_emulated:
             reported.on_emulated_brick()
         if own and new:
             reported.files = [RunFile(own.name)]
-        click.echo(leave(folder, reported, files))
+        click.echo(write_run(folder, reported, files))
         _report_written(new)
-        if new and not is_unreal and any(row.key == "home" and not row.why for row in rows):
+        if new and not is_emulated and any(row.key == "home" and not row.why for row in rows):
             click.echo(
                 "the arm stands where its home pose was; so that the brick takes over its "
                 "zero, leave it there and type: driver.py home --here"
@@ -242,7 +244,7 @@ def _emulated(
     arm: Arm,
     built: Arm,
     emulation: EmulatedArm,
-    sight: CalibrationSight,
+    sight: CalibrationCameraOptions,
     crosses: list[tuple[float, float]],
 ) -> CalibrationSetup:
     """Return an emulated arm before an emulated camera."""
@@ -258,7 +260,7 @@ def _emulated(
 @contextmanager
 def _live(
     arm_file: str,
-    sight: CalibrationSight,
+    sight: CalibrationCameraOptions,
     sources: Sequence[str],
     crosses: list[tuple[float, float]],
 ) -> Iterator[CalibrationSetup]:

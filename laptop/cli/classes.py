@@ -8,11 +8,13 @@ from pathlib import Path
 import click
 
 from laptop.cli.command import OwnCommand
-from laptop.cli.commands import WholeLines
+from laptop.cli.commands import FullHelpGroup
 from laptop.cli.options import examples, importing, in_one_line, json_option, print_json
 
 
-@click.group("class", cls=WholeLines, short_help="Hand out exercises, and check what comes back.")
+@click.group(
+    "class", cls=FullHelpGroup, short_help="Hand out exercises, and check what comes back."
+)
 def classes() -> None:
     """Hand out exercises, and check what students wrote."""
 

@@ -8,8 +8,8 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
-from laptop.cli.commands import command_words
-from laptop.cli.old_options import in_new_words
+from laptop.cli.commands import command_name
+from laptop.cli.old_options import renamed_args
 from laptop.cli.rules import check_rules
 
 
@@ -47,9 +47,9 @@ class OwnCommand(click.Command):
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Take what is typed, in words of now; refuse what does not go together."""
-        command = command_words(ctx)
+        command = command_name(ctx)
         try:
-            rest = super().parse_args(ctx, list(in_new_words(command, args)))
+            rest = super().parse_args(ctx, list(renamed_args(command, args)))
             if not ctx.resilient_parsing:
                 check_rules(command, set(typed_options(ctx)))
         except click.UsageError as error:

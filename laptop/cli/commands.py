@@ -98,7 +98,7 @@ OTHER_OPTIONS = {
 """Options, and what else is typed for them."""
 
 
-class WholeLines(click.Group):
+class FullHelpGroup(click.Group):
     """Commands of which the help says whole what each does."""
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -116,7 +116,7 @@ class WholeLines(click.Group):
             formatter.write_dl(rows)
 
 
-class CommandSections(WholeLines):
+class CommandSections(FullHelpGroup):
     """All commands, in sections, which may keep with what they make how they were called."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
@@ -178,7 +178,7 @@ def no_value(error: click.BadOptionUsage) -> str:
     return error.format_message()
 
 
-def command_words(ctx: click.Context) -> str:
+def command_name(ctx: click.Context) -> str:
     """Return the words of a command, without the program's name."""
     names = []
     while ctx.parent is not None:

@@ -28,15 +28,15 @@ from laptop.cli.draw_options import (
     SourceOptions,
 )
 from laptop.cli.groups import in_groups
+from laptop.cli.ilc_options import ILC_OPTIONS, TypedIlcOptions, read_ilc_options
 from laptop.cli.options import arm_option, examples, importing, in_one_line, print_json
-from laptop.cli.rules import check_heard
-from laptop.cli.sight_options import BY_SIGHT, TypedSightOptions, read_sight_options
+from laptop.cli.rules import check_source_options
 from laptop.drawing.gallery_files import gallery
 from laptop.system.files import written
 from shared.arm_description import Arm, find_arm, read_arm
 
 if TYPE_CHECKING:
-    from laptop.cli.sight_options import SightOptions
+    from laptop.cli.ilc_options import IlcOptions
     from laptop.drawing.artwork import Artwork
     from laptop.drawing.options import DrawingOptions
     from laptop.drawing.preparing import DrawingPlan
@@ -79,13 +79,13 @@ EXAMPLES = examples(
 )
 @SOURCE
 @PLACE
-@BY_SIGHT
+@ILC_OPTIONS
 @WHERE_TO
 @arm_option("Arm that draws")
 @in_groups(
     source=SourceOptions,
     place=PlaceOptions,
-    sight=TypedSightOptions,
+    sight=TypedIlcOptions,
     orders=DrawOrders,
     target=DrawTarget,
 )
@@ -93,7 +93,7 @@ def draw(
     arm_file: str,
     source: SourceOptions,
     place: PlaceOptions,
-    sight: TypedSightOptions,
+    sight: TypedIlcOptions,
     orders: DrawOrders,
     target: DrawTarget,
 ) -> None:
@@ -106,14 +106,14 @@ def draw(
         check_files(source.what, target.files, target.replace)
         arm = read_arm(find_arm(arm_file))
         emulated = f"--plant {target.plant} --built {target.built or ''}"
-        asked = read_sight_options(sight, arm, emulated if target.simulate else None)
+        asked = read_ilc_options(sight, arm, emulated if target.simulate else None)
         artwork = _artwork(source, arm)
-        check_heard(typed_options(click.get_current_context()), artwork.kind, artwork.name)
+        check_source_options(typed_options(click.get_current_context()), artwork.kind, artwork.name)
         plan = _prepared(artwork, arm, _options(source, place, artwork))
         _show(plan, [file for file in target.files if not is_job(file)])
         offsets = []
         if asked and not asked.times and not target.simulate:
-            from laptop.cli.draw_by_sight import offsets_on_file
+            from laptop.cli.draw_ilc import offsets_on_file
 
             offsets = offsets_on_file(plan, asked)
         for file in filter(is_job, target.files):
@@ -127,9 +127,9 @@ def draw(
             print_json(previews.plan_numbers(plan))
             return
         if asked and asked.times:
-            from laptop.cli.draw_by_sight import draw_by_sight
+            from laptop.cli.draw_ilc import draw_ilc
 
-            sys.exit(draw_by_sight(plan, asked, arm_file))
+            sys.exit(draw_ilc(plan, asked, arm_file))
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / f"{Path(plan.name).stem or 'drawing'}.job"
             plan.write_job(file, offsets)
@@ -151,20 +151,20 @@ def _show(plan: DrawingPlan, pictures: Sequence[Path]) -> None:
 
 def _simulated(
     plan: DrawingPlan,
-    asked: SightOptions | None,
+    asked: IlcOptions | None,
     out: Path | None,
     brick: tuple[str, Arm | None],
     orders: DrawOrders,
 ) -> int:
     """Draw on the emulated brick, rehearsed if that is asked for; return the exit status."""
-    from laptop.cli.draw_by_sight import simulate_by_sight  # there is more to import
+    from laptop.cli.draw_ilc import simulate_ilc  # there is more to import
     from laptop.cli.draw_simulated import OUTPUT_FILES, EmulatedBrickSpec, draw_simulated
     from laptop.record.run_folder import run_folder
 
     drawn_on = EmulatedBrickSpec(*brick)
     with run_folder("draw", out, *OUTPUT_FILES) as folder:
         if asked:
-            return simulate_by_sight(plan, asked, folder, drawn_on, orders)
+            return simulate_ilc(plan, asked, folder, drawn_on, orders)
         return draw_simulated(plan, folder, drawn_on, orders)
 
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from laptop.cli.line_handler import LineHandler
-from laptop.cli.options import leave, typed_args
+from laptop.cli.options import typed_args, write_run
 from laptop.cli.simulate_record import camera_of
 from laptop.drawing.planning import merged_strokes
 from laptop.drawing.timing import in_minutes
@@ -71,7 +71,7 @@ class EmulatedBrickSpec:
 
 
 @dataclass(frozen=True)
-class Taught:
+class LearnedOffsets:
     """Learned offsets of a drawing before it is drawn.
 
     offsets  as DrawingPlan.write_job takes it
@@ -84,7 +84,7 @@ class Taught:
     scene: str | None = None
 
 
-NOTHING_TAUGHT = Taught()
+NOTHING_LEARNED = LearnedOffsets()
 
 
 def draw_simulated(
@@ -92,7 +92,7 @@ def draw_simulated(
     folder: RunFolder,
     brick: EmulatedBrickSpec,
     orders: DrawOrders,
-    taught: Taught = NOTHING_TAUGHT,
+    taught: LearnedOffsets = NOTHING_LEARNED,
 ) -> int:
     """Draw a plan on the emulated brick and leave its files; return the exit status.
 
@@ -128,12 +128,12 @@ def draw_simulated(
             lambda path: write_learning_plot(path, every, wished, plan.name),
             LEARNING_CAPTION,
         )
-    click.echo(leave(folder, reported, files))
+    click.echo(write_run(folder, reported, files))
     return int(run.outcome.status)
 
 
 def _drawn(
-    plan: DrawingPlan, brick: EmulatedBrickSpec, orders: DrawOrders, taught: Taught
+    plan: DrawingPlan, brick: EmulatedBrickSpec, orders: DrawOrders, taught: LearnedOffsets
 ) -> tuple[SimulationResult, float]:
     """Let the emulated brick draw; return what came of it, and its own estimate of once, s."""
     plant = read_plant(brick.plant)
@@ -155,7 +155,7 @@ def _drawn(
 def _record(
     plan: DrawingPlan,
     brick: EmulatedBrickSpec,
-    taught: Taught,
+    taught: LearnedOffsets,
     run: SimulationResult,
     accuracy: drawing_plot.DrawingAccuracy,
     estimated: float,

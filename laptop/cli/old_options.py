@@ -107,7 +107,7 @@ What is typed now may say where the old option's value goes, {}; "" where it nee
 """
 
 
-def in_new_words(command: str, args: Sequence[str]) -> Iterator[str]:
+def renamed_args(command: str, args: Sequence[str]) -> Iterator[str]:
     """Yield the words of a command with its options as they are called now.
 
     Args:

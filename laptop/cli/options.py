@@ -221,7 +221,7 @@ def print_json(figures: Any) -> None:
         print(text.rstrip(), file=out, flush=True)
 
 
-def leave(folder: RunFolder, run: Run, files: Mapping[str, Any] | None = None) -> str:
+def write_run(folder: RunFolder, run: Run, files: Mapping[str, Any] | None = None) -> str:
     """Write a run and its files, see RunFolder.write, and tell its figures."""
     files_written = folder.write(run, files)
     print_json(as_json(run))

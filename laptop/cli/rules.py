@@ -199,7 +199,7 @@ SOURCE_KINDS = {
 """Kinds of source by the option of `draw` that is for them."""
 
 
-def check_heard(given: Iterable[str], kind: str, name: str) -> None:
+def check_source_options(given: Iterable[str], kind: str, name: str) -> None:
     """Refuse options that a source does not hear: they would do nothing.
 
     Args:

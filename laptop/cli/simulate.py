@@ -18,7 +18,7 @@ from click.core import ParameterSource
 from laptop.cli.command import OwnCommand
 from laptop.cli.exit_status import ExitStatus
 from laptop.cli.groups import in_groups
-from laptop.cli.options import examples, importing, in_one_line, leave, typed_args
+from laptop.cli.options import examples, importing, in_one_line, typed_args, write_run
 from laptop.cli.simulate_options import (
     OPTIONS,
     SECTIONS,
@@ -128,7 +128,7 @@ def simulate(
                 from laptop.cli.simulate_servo import servo_files
 
                 files |= servo_files(reported, log, result, setup.built, events.scene, drawn)
-            click.echo(leave(folder, reported, files) + ("" if drawn else done.why_no_picture))
+            click.echo(write_run(folder, reported, files) + ("" if drawn else done.why_no_picture))
     if done.late:
         click.echo(
             f"laptop: never came: {', '.join(done.late)}; {Path(script).name} ended at "

@@ -71,7 +71,7 @@ class Crosses(ParamType):
 
 
 @dataclass(frozen=True)
-class PenSight:
+class PenCameraOptions:
     """Camera before the crosses and the arm's marker.
 
     sources   of the camera, as they were typed before
@@ -204,9 +204,13 @@ class EmulatedHand:
     "runs/TIME-measure-pen]",
 )
 @json_option
-@in_groups(sight=PenSight, asked=TouchOptions, hand=EmulatedHand)
+@in_groups(sight=PenCameraOptions, asked=TouchOptions, hand=EmulatedHand)
 def touch(
-    arm_file: str, sight: PenSight, asked: TouchOptions, hand: EmulatedHand, out: Path | None
+    arm_file: str,
+    sight: PenCameraOptions,
+    asked: TouchOptions,
+    hand: EmulatedHand,
+    out: Path | None,
 ) -> None:
     """Find where the arm's marker sits beside the pen: set the pen on the printed board's crosses.
 
@@ -251,7 +255,7 @@ def touch(
             report(folder.write(_record(arm, fit, hand, [file.name for file in places if file])))
 
 
-def _open(source: str | None, sight: PenSight, stack: ExitStack) -> CrossSampler:
+def _open(source: str | None, sight: PenCameraOptions, stack: ExitStack) -> CrossSampler:
     """Open the camera, which is said where nothing is emulated."""
     from laptop.see.camera.cameras import is_live, open_camera
     from laptop.see.table.cross_sampling import CrossSampler

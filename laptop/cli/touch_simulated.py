@@ -132,7 +132,7 @@ class SimulatedTouching:
                 timeout=TOUCH_TIMEOUT,
                 person=lambda brick, devices: self._begin(touching, brick, devices),
             )
-        platforms.obey(run.outcome.signals)
+        platforms.raise_signals(run.outcome.signals)
         if self._problem:
             raise self._problem
         if run.outcome.status:

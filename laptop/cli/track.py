@@ -71,7 +71,7 @@ SECTIONS = {
 
 
 @dataclass(frozen=True)
-class TrackedSight:
+class TrackCameraOptions:
     """Cameras and markers, as they are typed; see TrackOptions."""
 
     camera: tuple[str, ...]
@@ -257,10 +257,10 @@ class TrackFiles:
     "(url), ready, end (status, reason).  All else goes to standard error.",
 )
 @replace_option
-@in_groups(sight=TrackedSight, link=LinkOptions, page=PageOptions, written=TrackFiles)
+@in_groups(sight=TrackCameraOptions, link=LinkOptions, page=PageOptions, written=TrackFiles)
 def track(
     arm_file: str | None,
-    sight: TrackedSight,
+    sight: TrackCameraOptions,
     link: LinkOptions,
     page: PageOptions,
     written: TrackFiles,

@@ -106,7 +106,7 @@ class EmulatedRig:
                 self.last = rig.run("driver.py", *args, timeout=JOB_TIMEOUT)
             status = self.last.outcome.status
             logged = [] if status else list(read_log(str(log)))
-        platforms.obey(self.last.outcome.signals)
+        platforms.raise_signals(self.last.outcome.signals)
         if status:
             lines = output.getvalue().strip().splitlines()
             raise BadMeasurement(lines[-1] if lines else self.last.outcome.reason)

@@ -24,7 +24,7 @@ MAX_UNDO = 50
 """Number of edits that can be undone."""
 
 
-class _Before(NamedTuple):
+class _UndoStep(NamedTuple):
     """Markers before an edit, by name: those that were tracked, and those in the file."""
 
     tracked: Mapping[str, Marker]
@@ -45,7 +45,7 @@ class ColourEdits:
     def __init__(self, cameras: Mapping[str, CameraFeed], file: Path) -> None:
         self._cameras = cameras
         self._file = file
-        self._before: deque[_Before] = deque(maxlen=MAX_UNDO)
+        self._before: deque[_UndoStep] = deque(maxlen=MAX_UNDO)
         self._lock = threading.RLock()
 
     def pick(self, name: str, camera: str, index: int, where: Sequence[float]) -> str:
@@ -136,7 +136,7 @@ class ColourEdits:
             write_markers(self._file, {**others, **gone, **stay, **new})
         except BadMarker as error:
             trouble = f"tracked, but not kept: {error}"
-        self._before.append(_Before(tracked, stored))
+        self._before.append(_UndoStep(tracked, stored))
         for feed in self._cameras.values():
             feed.tracker.markers = tuple(markers.values())
         return trouble

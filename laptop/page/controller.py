@@ -17,7 +17,7 @@ from laptop.page.frames import Frames
 from laptop.page.goal_hints import GoalHints
 from laptop.page.login import Admission
 from laptop.page.marker_height import UNKNOWN_ARM, DrawingArm
-from laptop.page.marker_words import describe_marker
+from laptop.page.marker_text import describe_marker
 from laptop.page.page_viewers import PageViewers
 from laptop.page.page_watch import PageWatch
 from laptop.page.plot_history import PlotHistory

@@ -63,7 +63,7 @@ class DrawControl:
         self._arm = arm.arm
         self._is_running, self._now, self._lock = is_running, now, lock
         self._link = link
-        self._asked = DrawRequest(arm.arm, lock)
+        self._request = DrawRequest(arm.arm, lock)
         self._job = DrawJob(link, now)
         self._paper = PaperViews(arm, cameras)
         self.view = self._paper.view
@@ -73,7 +73,7 @@ class DrawControl:
 
     def close(self) -> None:
         """End the process that reads and plans."""
-        self._asked.close()
+        self._request.close()
 
     # What is to be drawn
 
@@ -83,7 +83,7 @@ class DrawControl:
             return (
                 f"{name}: {len(data) / 1e6:.0f} MB; at most {MAX_FILE_BYTES / 1e6:.0f} MB are read"
             )
-        return self._asked.load(file_source(name, data))
+        return self._request.load(file_source(name, data))
 
     def write(self, text: str) -> str:
         """Write a text, in letters of single strokes."""
@@ -91,11 +91,11 @@ class DrawControl:
             return "type a text first"
         if len(text) > MAX_TEXT_LENGTH:
             return f"the text has {len(text)} characters; at most {MAX_TEXT_LENGTH} are written"
-        return self._asked.load(Source("text", text[:40], text.encode("utf-8")))
+        return self._request.load(Source("text", text[:40], text.encode("utf-8")))
 
     def choose(self, name: str) -> str:
         """Take a drawing from the gallery."""
-        return self._asked.load(Source("gallery", name))
+        return self._request.load(Source("gallery", name))
 
     def trace(self, camera: str, points: Sequence[Point]) -> str:
         """Make a drawing of a path that was dragged in a picture, (u, v) px."""
@@ -108,34 +108,34 @@ class DrawControl:
             return "this path is too short to be drawn; drag a longer one"
         x, y = (low + high) / 2
         placing = Placing(float(x), float(y), float((high - low).max()))
-        return self._asked.load(Source("path", "dragged path", path=path), placing)
+        return self._request.load(Source("path", "dragged path", path=path), placing)
 
     def trace_picture(self, tracing: Tracing) -> str:
         """Draw the picture otherwise: it is read anew, and lies where it was."""
-        return self._asked.reload(
+        return self._request.reload(
             lambda one: one._replace(tracing=tracing) if one.tracing else None,
             "there is no picture to trace; drop a PNG or JPEG first",
         )
 
     def hatch(self, areas: bool) -> str:
         """Hatch areas of an SVG, or draw their outlines alone: it is read anew, too."""
-        return self._asked.reload(
+        return self._request.reload(
             lambda one: None if one.is_hatched is None else one._replace(is_hatched=areas),
             "there is no SVG to hatch; drop one first",
         )
 
     def place(self, placing: Placing) -> str:
         """Lay the drawing elsewhere, or turn it, or make it larger or smaller."""
-        return self._asked.change(lambda asked: asked._replace(placing=placing))
+        return self._request.change(lambda asked: asked._replace(placing=placing))
 
     def set_pens(self, pens: str) -> str:
         """Draw each of its layers, or colours, with a pen of its own; "": all with one."""
-        return self._asked.change(lambda asked: asked._replace(pens=pens))
+        return self._request.change(lambda asked: asked._replace(pens=pens))
 
     def clear(self) -> str:
         """Take the drawing away; what the brick draws goes on."""
         with self._lock:
-            self._asked.clear()
+            self._request.clear()
             if not self.is_on:
                 self._ink.begin()
             return ""
@@ -150,9 +150,11 @@ class DrawControl:
     def start(self, dry: bool = False, alone: bool = False) -> str:
         """Have the brick draw it: `dry` with the pen up, `alone` also when the link is lost."""
         with self._lock:
-            placed = self._asked.placed
+            placed = self._request.placed
             if placed is None:
-                return self._asked.trouble or "there is no drawing yet; drop a file, or choose one"
+                return (
+                    self._request.trouble or "there is no drawing yet; drop a file, or choose one"
+                )
             if placed.why_not or not placed.job:
                 return placed.why_not or "it is not planned yet; wait a moment"
             return self._start(placed.job, placed, dry, alone)
@@ -179,7 +181,7 @@ class DrawControl:
         if why:
             return why
         self._wish = None if dry else wish
-        self._asked.begin()
+        self._request.begin()
         self._ink.begin()
         self._revision += 1
         return ""
@@ -206,7 +208,7 @@ class DrawControl:
     def state(self) -> DrawingState:
         """Return how it stands."""
         with self._lock:
-            asked, placed, source = self._asked, self._asked.placed, self._asked.source
+            asked, placed, source = self._request, self._request.placed, self._request.source
             views = self._paper.views().values()
             return DrawingState(
                 revision=asked.revision + self._revision,
@@ -228,8 +230,8 @@ class DrawControl:
     def drawing(self) -> DrawingSnapshot:
         """Return all that browsers draw of it."""
         with self._lock:
-            placed = self._asked.placed and self._asked.placed._replace(job=b"")
-            return DrawingSnapshot(placed, self._paper.views(), self._asked.deviation)
+            placed = self._request.placed and self._request.placed._replace(job=b"")
+            return DrawingSnapshot(placed, self._paper.views(), self._request.deviation)
 
     def ink(self, camera: str, version: int, after: int) -> tuple[int, list[InkPoint]]:
         """Return the version of a camera's ink, and its points; of that `version` those `after`."""
@@ -269,4 +271,4 @@ class DrawControl:
         """Compute the deviation of the ink from the wish, where a mapping to cm is known."""
         progress, ink = self._job.progress, self._ink.lines()
         if progress and progress.state == DONE and wish.reachable and ink is not None:
-            self._asked.compare(wish.reachable, ink)
+            self._request.compare(wish.reachable, ink)

@@ -34,7 +34,7 @@ class DrawingWorker:
         self._arm, self._on_answer = arm, on_answer
         self._next: Request | None = None
         self._changed = threading.Condition()
-        self._over = False
+        self._is_closing = False
         self._process: multiprocessing.process.BaseProcess | None = None
         self._pipe: Connection | None = None
         # Its own, for what it writes now and then: it may be killed at any moment.
@@ -53,7 +53,7 @@ class DrawingWorker:
     def close(self) -> None:
         """End the process."""
         with self._changed:
-            self._over = True
+            self._is_closing = True
             self._changed.notify()
         if self._thread:
             self._thread.join(1.0)
@@ -62,9 +62,9 @@ class DrawingWorker:
     def _run(self) -> None:
         while True:
             with self._changed:
-                self._changed.wait_for(lambda: self._next or self._over)
+                self._changed.wait_for(lambda: self._next or self._is_closing)
                 request, self._next = self._next, None
-            if self._over or request is None:
+            if self._is_closing or request is None:
                 return
             self._do(request)
 
@@ -72,17 +72,17 @@ class DrawingWorker:
         try:
             pipe = self._begin()
             pipe.send(request)
-            last = hurried = False
+            last = preempted = False
             deadline = time.monotonic() + WORK_TIMEOUT
             while not last:
                 if pipe.poll(PREEMPTION_PERIOD):
                     answer, last = pipe.recv()
                     self._on_answer(request, answer, last)
-                elif self._over:
+                elif self._is_closing:
                     return
-                elif self._next is not None and not hurried:
+                elif self._next is not None and not preempted:
                     pipe.send(None)  # what is asked next makes this one worth nothing
-                    hurried = True
+                    preempted = True
                 elif time.monotonic() > deadline:
                     self._end()
                     why = f"this takes longer than {WORK_TIMEOUT:.0f} s; make the drawing simpler"
@@ -90,7 +90,7 @@ class DrawingWorker:
                     return
         except (EOFError, OSError):
             self._end()
-            if not self._over:
+            if not self._is_closing:
                 self._on_answer(
                     request, "this needs too much memory; make the drawing simpler", True
                 )
@@ -102,12 +102,12 @@ class DrawingWorker:
             known = multiprocessing.get_all_start_methods()
             # (Not a fork of this process, which has threads that hold locks.)
             context = multiprocessing.get_context("forkserver" if "forkserver" in known else None)
-            self._pipe, theirs = context.Pipe()
+            self._pipe, child_end = context.Pipe()
             self._folder = tempfile.TemporaryDirectory(prefix="brickservo-")
-            args = theirs, self._arm, self._folder.name
+            args = child_end, self._arm, self._folder.name
             self._process = context.Process(target=_work, args=args, daemon=True)
             self._process.start()
-            theirs.close()
+            child_end.close()
         return self._pipe
 
     def _end(self) -> None:
@@ -124,6 +124,6 @@ class DrawingWorker:
 
 
 def _work(pipe: Connection, arm: Arm, folder: str) -> None:
-    from laptop.page.drawing_studio import work  # only there: it is slow to import
+    from laptop.page.drawing_planner import work  # only there: it is slow to import
 
     work(pipe, arm, folder)

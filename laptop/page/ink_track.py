@@ -28,7 +28,7 @@ known (yet)."""
 class InkTrack:
     """The ink of one job in one camera's picture.
 
-    The brick reports the pen's state later than the camera sees the tip, so samples wait until it is
+    The brick reports the pen later than the camera sees the tip, so samples wait until it is
     known.  While the pen goes down or up the tip stands.
 
     Args:

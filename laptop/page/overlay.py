@@ -9,7 +9,7 @@ import base64
 from collections.abc import Sequence
 from html import escape
 
-from laptop.page.marker_words import marker_title
+from laptop.page.marker_text import marker_title
 from laptop.page.snapshots import FrameSnapshot, MarkerSnapshot
 from laptop.see.serve.pipeline import Point
 from shared.messages import EFFECTOR, GOAL

@@ -9,7 +9,7 @@ from nicegui import app as nice
 from laptop.page.async_controller import AsyncController
 from laptop.page.auth import BROWSER
 from laptop.page.browser import Page
-from laptop.page.build_turns import TURN
+from laptop.page.build_limiter import BUILD_SLOT
 from laptop.page.cards.browser_state import BrowserState, browser_name
 from laptop.page.interface import RunCalls, StatusCalls, SteeringCalls
 from laptop.page.pulse import Pulse
@@ -52,7 +52,7 @@ class PageClients:
         if before:  # it goes on where it was: pages are also loaded anew unasked
             browser_state.tool, browser_state.folds = before.tool, before.folds
         self._browser_states[browser] = browser_state
-        async with client.request.scope[TURN]:
+        async with client.request.scope[BUILD_SLOT]:
             await Page(browser_state, self._gate_port).build()
 
     async def _connected(self, client: Client) -> None:

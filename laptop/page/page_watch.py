@@ -29,7 +29,7 @@ class PageWatch:
         self, steering: Steering, runs: RunControl, clock: Callable[[], float], holds: bool
     ) -> None:
         self._steering, self._runs, self._clock, self._holds = steering, runs, clock, holds
-        self.why_page_stands: Callable[[], str] = lambda: ""
+        self.why_page_not_running: Callable[[], str] = lambda: ""
         self._page_ended = -math.inf, ""  # when, s, and how
         self._pauses: deque[tuple[float, float]] = deque(maxlen=64)  # until when, how long, s
         self._open_note = ""  # of a hold that a browser can settle once it is back
@@ -63,6 +63,6 @@ class PageWatch:
         since = self._clock() - silence
         ended_at, ended = self._page_ended
         return self._steering.evidence()._replace(
-            ended=ended if ended_at >= since else self.why_page_stands(),
+            ended=ended if ended_at >= since else self.why_page_not_running(),
             standstill=max([0.0, *(min(pause, t - since) for t, pause in self._pauses)]),
         )

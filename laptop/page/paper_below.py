@@ -30,7 +30,7 @@ MAX_FIT_PLACES = 120
 """Greatest number of places in a fit: more tell nothing new."""
 
 
-class _PlaneSights(NamedTuple):
+class _PlaneObservations(NamedTuple):
     pixels: np.ndarray
     size: tuple[int, int]
 
@@ -133,7 +133,9 @@ def _fitted(
     """Return what is left over, px (RMS), and the camera above the plane that is near a guess."""
     flat = np.column_stack([points, np.zeros(len(points))])
     try:
-        state, off, information = refine([_PlaneSights(pixels, size)], [flat], guess, Unknowns(1))
+        state, off, information = refine(
+            [_PlaneObservations(pixels, size)], [flat], guess, Unknowns(1)
+        )
         covariance = np.linalg.inv(information)
     except np.linalg.LinAlgError:
         return None

@@ -161,17 +161,17 @@ class PageProcess:
             hosts(host, self._gate_port),
             self._names,
         )
-        self._over = threading.Event()
-        self._heart = threading.Thread(
-            target=keep_heartbeat, args=(controller, self._over), daemon=True
+        self._closing = threading.Event()
+        self._heartbeat = threading.Thread(
+            target=keep_heartbeat, args=(controller, self._closing), daemon=True
         )
-        self._heart.start()
+        self._heartbeat.start()
         # Where it can be had: a process that has all imported already, and makes copies of itself.
         known = multiprocessing.get_all_start_methods()
         self._context = multiprocessing.get_context("forkserver" if "forkserver" in known else None)
         self._context.set_forkserver_preload(["laptop.page.server"])
         self.process: multiprocessing.process.BaseProcess | None = None
-        controller.watch.why_page_stands = self._why_it_stands
+        controller.watch.why_page_not_running = self._why_not_running
         self._watcher = threading.Thread(target=self._supervise, name="page watcher", daemon=True)
         self._watcher.start()
 
@@ -182,39 +182,39 @@ class PageProcess:
 
     def close(self) -> None:
         """End the page's process."""
-        self._over.set()
+        self._closing.set()
         self._gate.close()
         self._watcher.join(2 * EXIT_TIMEOUT)
-        self._heart.join(EXIT_TIMEOUT)
+        self._heartbeat.join(EXIT_TIMEOUT)
         self._listener.close()
 
     def _supervise(self) -> None:
         """Have a page's process until it is over; for a thread of its own."""
-        while not self._over.is_set():
-            servants = self._start()
+        while not self._closing.is_set():
+            rpc_threads = self._start()
             began = time.monotonic()
             why = self._watch()
-            self._end(servants)
+            self._end(rpc_threads)
             if why:
                 self._report(f"page: its process {why}; it starts anew")
                 self._controller.lose_page(why)
                 if time.monotonic() - began < RESTART_PERIOD:
-                    self._over.wait(RESTART_PAUSE)
+                    self._closing.wait(RESTART_PAUSE)
 
     def _start(self) -> dict[threading.Thread, Connection]:
         """Start a process; return who serves it here, and by which pipe."""
         # Several: a STOP waits neither for the next picture nor for a frame to be read from a disk.
         cameras = self._controller.cameras
         pipes = [multiprocessing.Pipe() for _ in range(3 + len(cameras))]
-        servants = {
+        rpc_threads = {
             threading.Thread(
-                target=serve_requests, args=(self._controller, ours), daemon=True
-            ): ours
-            for ours, _ in pipes
+                target=serve_requests, args=(self._controller, parent_end), daemon=True
+            ): parent_end
+            for parent_end, _ in pipes
         }
-        for servant in servants:
-            servant.start()
-        quick, slow, pulse, *seeing = theirs = [pipe for _, pipe in pipes]
+        for thread in rpc_threads:
+            thread.start()
+        quick, slow, pulse, *camera_pipes = child_ends = [pipe for _, pipe in pipes]
         # A fork of this process would share the cameras, and threads that hold locks.
         self.process = self._context.Process(
             target=_serve_page,
@@ -222,7 +222,7 @@ class PageProcess:
                 quick,
                 slow,
                 pulse,
-                dict(zip(cameras, seeing, strict=True)),
+                dict(zip(cameras, camera_pipes, strict=True)),
                 self._listener,
                 self._controller.admission.key,
                 self._names,
@@ -231,9 +231,9 @@ class PageProcess:
             daemon=True,
         )
         self.process.start()
-        for pipe in theirs:
+        for pipe in child_ends:
             pipe.close()
-        return servants
+        return rpc_threads
 
     def _watch(self) -> str:
         """Wait until the process has died, stands still, or it is over; return why, or ""."""
@@ -242,11 +242,11 @@ class PageProcess:
         first = last_beats = steering.beats
         # Times, s, that this thread has seen: while the tracker stood still, so did the page.
         silent = stopped = 0.0
-        while not self._over.is_set():
+        while not self._closing.is_set():
             if wait([process.sentinel], WATCH_PERIOD):
                 process.join()
                 code = process.exitcode or 0
-                if self._over.is_set():
+                if self._closing.is_set():
                     return ""
                 return f"was ended by {_signal_name(-code)}" if code < 0 else f"ended with {code}"
             stopped = stopped + WATCH_PERIOD if platforms.is_stopped(process.pid or 0) else 0.0
@@ -258,24 +258,24 @@ class PageProcess:
                 return f"has not answered for {silent:.0f} s"
         return ""
 
-    def _why_it_stands(self) -> str:
+    def _why_not_running(self) -> str:
         """Return what keeps the present process from going on, or ""."""
         process = self.process
         stopped = process is not None and platforms.is_stopped(process.pid or 0)
         return "was stopped by a signal" if stopped else ""
 
-    def _end(self, servants: Mapping[threading.Thread, Connection]) -> None:
+    def _end(self, rpc_threads: Mapping[threading.Thread, Connection]) -> None:
         """End the process, and all that waits for it."""
         assert self.process is not None
         # One that stands still would not even take that in.
         if not platforms.is_stopped(self.process.pid or 0):
             self.process.terminate()
-            self.process.join(EXIT_TIMEOUT if self._over.is_set() else WATCH_PERIOD)
+            self.process.join(EXIT_TIMEOUT if self._closing.is_set() else WATCH_PERIOD)
         if self.process.is_alive():
             self.process.kill()
             self.process.join(EXIT_TIMEOUT)
-        for servant, pipe in servants.items():
-            servant.join(EXIT_TIMEOUT)  # each has heard that the other side is gone
+        for thread, pipe in rpc_threads.items():
+            thread.join(EXIT_TIMEOUT)  # each has heard that the other side is gone
             pipe.close()
 
 
@@ -290,7 +290,7 @@ def _serve_page(
     quick: Connection,
     slow: Connection,
     pulse: Connection,
-    seeing: Mapping[str, Connection],
+    camera_pipes: Mapping[str, Connection],
     listener: socket.socket,
     key: LoginKey,
     names: Sequence[str],
@@ -298,11 +298,11 @@ def _serve_page(
 ) -> None:
     """Serve the page until the tracker's process is no more; the page's process does no more."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the tracker's, who then ends this
-    platforms.give_way(PAGE_NICENESS)
+    platforms.lower_priority(PAGE_NICENESS)
     from laptop.page import server
     from laptop.page.async_controller import AsyncController
 
-    controller = AsyncController(quick, slow, seeing)
+    controller = AsyncController(quick, slow, camera_pipes)
     threading.Thread(
         target=server.serve,
         args=(controller, pulse, listener, key, names, gate_port),

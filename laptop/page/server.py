@@ -14,7 +14,7 @@ from nicegui import core, ui
 
 from laptop.page.async_controller import AsyncChannel, AsyncController
 from laptop.page.auth import MAX_MESSAGE, AuthMiddleware
-from laptop.page.build_turns import BuildTurns
+from laptop.page.build_limiter import BuildLimiter
 from laptop.page.http_limits import LimitedHttp
 from laptop.page.http_routes import DRAWING, PRESENCE, HttpRoutes
 from laptop.page.interface import AdmissionCalls, SteeringCalls
@@ -69,7 +69,7 @@ def serve(
 
     config = uvicorn.Config(
         AuthMiddleware(
-            BuildTurns(app, "/", MAX_BUILDS),
+            BuildLimiter(app, "/", MAX_BUILDS),
             *(key, hosts, hosts),
             posts=[DRAWING, PRESENCE],
             redeem=redeem,

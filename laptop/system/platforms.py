@@ -250,8 +250,8 @@ def _exit(number: int, frame: Optional[FrameType]) -> "NoReturn":
     raise SystemExit(128 + number)
 
 
-def obey(numbers: Iterable[int]) -> None:
-    """Let this process have signals that somebody took for another program, in order.
+def raise_signals(numbers: Iterable[int]) -> None:
+    """Raise signals in this process that were intercepted for another program, in order.
 
     Args:
         numbers: of the signals.
@@ -277,11 +277,11 @@ def is_stopped(pid: int) -> bool:
     return text.rpartition(")")[2].split()[0] == "T"  # (its name may hold anything)
 
 
-def give_way(niceness: int, pid: int = 0) -> None:
-    """Let other processes go before this one, or another, where the system knows how.
+def lower_priority(niceness: int, pid: int = 0) -> None:
+    """Lower the priority of this process, or of another one, where the system supports it.
 
     Args:
-        niceness: how much nicer than now it becomes, of 20.
+        niceness: added to its present one, of 20.
         pid: its number; one that has ended is left alone.
     """
     if hasattr(os, "setpriority"):

@@ -44,7 +44,7 @@ def pixels(where, points, lens=LENS):
     return np.column_stack([f * u + cx, f * v + cy])
 
 
-def view(where, luck=None, noise=0.03, lens=LENS, paper="a4", keep=None, scale=1.0, **others):
+def view(where, rng=None, noise=0.03, lens=LENS, paper="a4", keep=None, scale=1.0, **others):
     """What is seen of a board.
 
     keep  the markers that are seen: a function of their centres (x, y), cm
@@ -60,7 +60,7 @@ def view(where, luck=None, noise=0.03, lens=LENS, paper="a4", keep=None, scale=1
         [board.square(number, INNER_SHARE) for number in numbers] or [np.empty((0, 3))]
     )
     seen = pixels(where, scale * points, lens)
-    if luck is not None:
-        seen = seen + noise * luck.standard_normal(seen.shape)
-    told = {"size": SIZE, "side": 30.0, "blur": 0.8, **others}
-    return BoardView(board, np.array(numbers), points, seen, **told)
+    if rng is not None:
+        seen = seen + noise * rng.standard_normal(seen.shape)
+    reported = {"size": SIZE, "side": 30.0, "blur": 0.8, **others}
+    return BoardView(board, np.array(numbers), points, seen, **reported)

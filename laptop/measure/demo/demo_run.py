@@ -370,7 +370,7 @@ class DemoRun:
             + ["--budget", f"{REPORT_BUDGET:g}", "--log", f"{out_dir}.jsonl"],
         )
         # What runs in real time goes first.
-        platforms.give_way(BASELINE_NICENESS, self._baseline.pid)
+        platforms.lower_priority(BASELINE_NICENESS, self._baseline.pid)
 
     def _conclude_comparison(self) -> None:
         """Take its outcome once; whatever becomes of it does no harm to the demo."""

@@ -17,7 +17,7 @@ from laptop.page.interface import (
     RunCalls,
     SteeringCalls,
 )
-from laptop.page.marker_words import marker_title
+from laptop.page.marker_text import marker_title
 from laptop.page.rpc import RpcError
 from laptop.page.steering import browser_title
 from laptop.see.serve.pipeline import Point

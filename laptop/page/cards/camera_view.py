@@ -14,7 +14,7 @@ from nicegui import events, ui
 from laptop.page.cards.browser_state import AIM, DRAW, BrowserState
 from laptop.page.drawing_view import DrawingView
 from laptop.page.interface import DrawCalls, FrameCalls
-from laptop.page.marker_words import marker_title
+from laptop.page.marker_text import marker_title
 from laptop.page.overlay import overlay
 from laptop.page.pointer import Pointer
 from laptop.page.snapshots import CameraStatus, FrameSnapshot, PageState

@@ -8,7 +8,7 @@ from laptop.page.cards.browser_state import BrowserState
 from laptop.page.drawing_snapshots import DrawingState
 from laptop.page.interface import DrawCalls
 from laptop.page.marker_height import HEIGHT_LIMITS_MM, MarkerHeight
-from laptop.page.paper_words import needs_look, where_text
+from laptop.page.paper_text import needs_look, where_text
 
 
 class PaperPart:

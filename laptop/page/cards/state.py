@@ -9,7 +9,7 @@ from nicegui import ui
 from laptop.page.cards.browser_state import BrowserState
 from laptop.page.cards.card import card, fold, heading, term
 from laptop.page.interface import RunCalls
-from laptop.page.marker_words import marker_title
+from laptop.page.marker_text import marker_title
 from laptop.page.snapshots import LOW_BATTERY, PageState
 
 LINK = "The link's round trip time: so long goes a question to the brick, and its answer back."

@@ -123,7 +123,7 @@ class Recording:
         self._start: float | None = None  # of playing it live
         self._next = numbers[0] if numbers else 0
         self._failed = 0  # in a row
-        self._vain = 0  # of these, steps to a frame that may not be there
+        self._failed_reads = 0  # of these, steps to a frame that may not be there
         self._t = -math.inf
         self._lock = threading.Lock()  # to release a capture that is being read would end it all
 
@@ -183,7 +183,7 @@ class Recording:
             if self._grab() and (image := self._retrieve()) is not None:
                 self._failed = 0
                 return Frame(index, self._time_of(index), image)
-            if self._live and not (self.guessed and self._vain):
+            if self._live and not (self.guessed and self._failed_reads):
                 return None  # the next one is not due yet
         return None
 
@@ -207,7 +207,7 @@ class Recording:
     def _grab(self) -> bool:
         """Step to the next frame without making a picture of it."""
         if self._capture.grab():
-            self._vain = 0
+            self._failed_reads = 0
             self._step()
             return True
         if self.count is None or self._next >= self.count:
@@ -215,16 +215,16 @@ class Recording:
             return False
         self._step()
         self._miss()
-        self._vain += 1
-        if self._vain >= (MAX_UNREAD_OF_A_GUESS if self.guessed else MAX_UNREAD_IN_A_ROW):
+        self._failed_reads += 1
+        if self._failed_reads >= (MAX_UNREAD_OF_A_GUESS if self.guessed else MAX_UNREAD_IN_A_ROW):
             self._end()
         return False
 
     def _end(self) -> None:
         self.ended = True
         if self.guessed:  # what was not there is not unread
-            self.unread -= self._vain
-            self.count, self.guessed = self._next - self._vain, False
+            self.unread -= self._failed_reads
+            self.count, self.guessed = self._next - self._failed_reads, False
         elif self.count is not None:
             self.unread += max(0, self.count - self._next)
 

@@ -45,7 +45,7 @@ class BadMoves(ArmError, ValueError):
     """Moves of the tip from which no camera, or no place of the arm, can be had."""
 
 
-class _Sights(NamedTuple):
+class _Observations(NamedTuple):
     pixels: np.ndarray
     size: tuple[int, int]
 
@@ -99,7 +99,9 @@ def fit_moves(points: np.ndarray, pixels: np.ndarray, size: tuple[int, int]) -> 
     check_moves(points, pixels, size)
     guess = _first_guess(points, pixels, size)
     for _ in range(2):  # the second time without what is something else
-        state, off, information = refine([_Sights(pixels, size)], [points], guess, Unknowns(1))
+        state, off, information = refine(
+            [_Observations(pixels, size)], [points], guess, Unknowns(1)
+        )
         near = np.linalg.norm(off, axis=1) < OUTLIER_PX
         if (
             near.all()

@@ -107,8 +107,8 @@ def test_what_cannot_be_so_is_told(changed, words):
 
 def test_what_a_brick_tells_makes_no_line_of_its_own():
     steer = "a\x1b[2K\rb\nport A: fine"
-    told = {**WELL, "host": steer, "kernel": f"ev3dev {steer}", "others": [[7, steer]]}
-    found = [str(line) for line in diagnosis.judge(told, PLANAR, NOW)]
+    reported = {**WELL, "host": steer, "kernel": f"ev3dev {steer}", "others": [[7, steer]]}
+    found = [str(line) for line in diagnosis.judge(reported, PLANAR, NOW)]
     assert all(line.isprintable() for line in found)
     assert any("a [2K b port A: fine" in line for line in found)
 

@@ -88,8 +88,8 @@ def test_install_doctor_home_draw_and_servo_by_a_live_tracker(ssh_brick):
         serving = wait_for_event(tracker.stdout, "serving")
         wait_for_event(tracker.stdout, "ready")
         # (HOST is left out: it is the computer that ssh comes from.)
-        place, told = f":{serving['port']}", {"BRICKSERVO_CODE": serving["code"]}
-        done = ssh_brick.run("run", "visual_servoing.py", place, env=told)
+        place, reported = f":{serving['port']}", {"BRICKSERVO_CODE": serving["code"]}
+        done = ssh_brick.run("run", "visual_servoing.py", place, env=reported)
         assert done[0] == 0, done
         assert "converged" in done[1]
     finally:

@@ -35,9 +35,9 @@ def test_nothing_strange_in_a_status_gets_through():
 
 
 def test_statuses_are_taken_until_they_are_over_and_then_what_is_said():
-    told = [json.dumps(TOLD), "", json.dumps(dict(TOLD, stroke=4)), '{"over": true}']
+    reported = [json.dumps(TOLD), "", json.dumps(dict(TOLD, stroke=4)), '{"over": true}']
     reader = StatusReader()
-    found = [reader.handle(line) for line in [*told, "driver.py: the elbow is blocked"]]
+    found = [reader.handle(line) for line in [*reported, "driver.py: the elbow is blocked"]]
     assert [status and status.stroke for status in found] == [3, None, 4, None, None]
     assert reader.said == "driver.py: the elbow is blocked\n"
 

@@ -135,8 +135,8 @@ def test_two_programs_at_once_are_each_stopped_where_the_laptop_falls_silent(
 
     assert asyncio.run(both()) == [129, 129]
     assert [path.read_text() for path in tmp_path.glob("ended-*")] == ["hung up", "hung up"]
-    told = [line for line in said if "heard nothing of this computer for 15 s" in line]
-    assert len(told) == 2
+    reported = [line for line in said if "heard nothing of this computer for 15 s" in line]
+    assert len(reported) == 2
     ssh_brick.wait_for_sessions()
 
 
@@ -476,9 +476,9 @@ def test_the_code_is_in_no_command_line(ssh_brick):
 
     looking = threading.Thread(target=look)
     looking.start()
-    told = {"BRICKSERVO_CODE": "ABCD-EFGH-JKMN"}
+    reported = {"BRICKSERVO_CODE": "ABCD-EFGH-JKMN"}
     words = ("run", "visual_servoing.py", ":9", "--budget", "2")
-    _, out, errors = ssh_brick.run(*words, env=told)
+    _, out, errors = ssh_brick.run(*words, env=reported)
     over.set()
     looking.join()
     assert any(b"visual_servoing.py\x00:9" in words for words in seen)

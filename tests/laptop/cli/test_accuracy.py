@@ -71,12 +71,12 @@ def test_an_emulated_arm_is_measured_and_all_files_are_there(tmp_path):
     ]
     done = CliRunner().invoke(laptop, words)
     assert done.exit_code == 0, done.output
-    told = run_in(tmp_path)
-    for one in told["criteria"]:
+    reported = run_in(tmp_path)
+    for one in reported["criteria"]:
         off = abs(one["value mm"] - one["true mm"])
         assert off < max(0.25 * one["true mm"], 2 * one["expanded uncertainty mm"]), one
     written = {"accuracy.png", "accuracy.csv", "run.json"}
-    assert {file.name for file in tmp_path.iterdir()} == {*told["files"], "run.json"} == written
+    assert {file.name for file in tmp_path.iterdir()} == {*reported["files"], "run.json"} == written
 
 
 class StillRig:

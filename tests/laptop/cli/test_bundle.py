@@ -50,14 +50,14 @@ def uv(tmp_path, monkeypatch):
     return make
 
 
-def told(*words):
+def reported(*words):
     result = CliRunner().invoke(laptop, ["bundle", *map(str, words)])
     return result.exit_code, result.output
 
 
 def test_all_that_a_class_installs_is_put_into_the_folder(uv, tmp_path):
     asked = uv()
-    status, output = told(tmp_path / "class", "linux-3.11", "windows-3.12")
+    status, output = reported(tmp_path / "class", "linux-3.11", "windows-3.12")
     assert status == 0, output
     names = {file.name for file in (tmp_path / "class").iterdir()}
     assert names == {
@@ -78,7 +78,7 @@ def test_all_that_a_class_installs_is_put_into_the_folder(uv, tmp_path):
 
 def test_what_cannot_be_had_is_named_and_nothing_is_written(uv, tmp_path):
     uv(fails=True)
-    status, output = told(tmp_path / "class", "linux-3.11")
+    status, output = reported(tmp_path / "class", "linux-3.11")
     assert status == 1
     assert "2 libraries for linux-3.11: ERROR: no network; nothing is written" in output
     assert not (tmp_path / "class").exists()
@@ -98,7 +98,7 @@ def test_what_cannot_be_bundled_is_refused(uv, tmp_path, monkeypatch, words, pro
     monkeypatch.chdir(tmp_path)
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "mine.txt").write_text("mine")
-    status, output = told(*words)
+    status, output = reported(*words)
     assert status == 2
     assert problem in output
     assert not (tmp_path / "class").exists()
@@ -107,12 +107,12 @@ def test_what_cannot_be_bundled_is_refused(uv, tmp_path, monkeypatch, words, pro
 def test_without_uv_or_a_checkout_it_says_where_to_go(uv, tmp_path, monkeypatch):
     monkeypatch.setattr(bundle, "REPO_ROOT", tmp_path)
     uv()
-    status, output = told(tmp_path / "class")
+    status, output = reported(tmp_path / "class")
     assert status == 1
     assert "a bundle is made in a checkout, and this brickservo is an installed one" in output
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("PATH", "")
     monkeypatch.delenv("UV")
-    status, output = told(tmp_path / "class")
+    status, output = reported(tmp_path / "class")
     assert status == 1
     assert "there is no uv here; the README's first command brings it" in output

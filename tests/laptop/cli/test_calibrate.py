@@ -55,7 +55,7 @@ def refused(result, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "reported"),
     [
         ((), "Give the camera, --camera 0 say, or --simulate."),
         (("--camera", "0", "--simulate"), "a camera of its own: leave --camera out"),
@@ -74,14 +74,14 @@ def refused(result, tmp_path):
         (("--simulate", "--timeout", "5"), "5.0 is not in the range 60<=x<=900"),
     ],
 )
-def test_words_that_do_not_go_together_are_refused(run, tmp_path, words, told):
+def test_words_that_do_not_go_together_are_refused(run, tmp_path, words, reported):
     result = run(*words, status=2)
-    assert told in result.output
+    assert reported in result.output
     assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "reported"),
     [
         (("--scene", "board=none"), "the scene has no board: --scene board=a4,board_x=12"),
         (("--scene", "tilt=200"), "tilt = 200"),
@@ -90,9 +90,9 @@ def test_words_that_do_not_go_together_are_refused(run, tmp_path, words, told):
         (("--arm", "nowhere.ini"), "nowhere.ini"),
     ],
 )
-def test_a_text_that_cannot_be_is_refused_before_anything_moves(run, words, told):
+def test_a_text_that_cannot_be_is_refused_before_anything_moves(run, words, reported):
     result = run("--simulate", *words, status=1)
-    assert told in result.output
+    assert reported in result.output
     assert isinstance(result.exception, SystemExit)
 
 
@@ -131,11 +131,11 @@ def test_an_emulated_arm_is_measured_and_drawn_with_and_reported(run, tmp_path):
     )  # fmt: skip
     assert drawn.exit_code == 0, drawn.output
     # And what was measured is there for a report.
-    told = run_in(tmp_path / "out")
-    assert (told["reason"], told["brick"]) == ("calibrated", "emulated")
-    assert told["files"] == ["planar.ini", "rests.csv"]
-    assert ("shoulder: link", "cm") in [(row["number"], row["unit"]) for row in told["numbers"]]
-    poses = next(row["value"] for row in told["values"] if row["what"] == "poses")
+    reported = run_in(tmp_path / "out")
+    assert (reported["reason"], reported["brick"]) == ("calibrated", "emulated")
+    assert reported["files"] == ["planar.ini", "rests.csv"]
+    assert ("shoulder: link", "cm") in [(row["number"], row["unit"]) for row in reported["numbers"]]
+    poses = next(row["value"] for row in reported["values"] if row["what"] == "poses")
     rests = rows_in(tmp_path / "out" / "rests.csv")
     assert len(rests) == poses
     off = [float(row["off_u_px"]) for row in rests if row["off_u_px"]]
@@ -234,7 +234,7 @@ def test_a_picture_smeared_over_200_px_is_told_before_the_arm_moves(run, tmp_pat
 
 @pytest.mark.long
 @pytest.mark.parametrize(
-    ("spoil", "first", "told"),
+    ("spoil", "first", "reported"),
     [
         (spoilt_rigs.smeared, 1, "the picture is blurred: no edge in it is sharper than 1"),
         (spoilt_rigs.without_red, 1, "camera A saw the marker in 0 of 12 poses that lie all over"),
@@ -243,10 +243,10 @@ def test_a_picture_smeared_over_200_px_is_told_before_the_arm_moves(run, tmp_pat
     ids=["smeared", "out of sight", "pushed"],
 )
 def test_what_happens_to_pictures_in_mid_run_is_told(
-    run, tmp_path, monkeypatch, spoil, first, told
+    run, tmp_path, monkeypatch, spoil, first, reported
 ):
     spoilt_rigs.spoil_pictures(monkeypatch, spoil, first)
-    assert told in refused(
+    assert reported in refused(
         run("--simulate", "--scene", "fps=8", "--plant", "cpu=0", status=1), tmp_path
     )
 
@@ -276,7 +276,7 @@ def test_too_few_pictures_are_not_taken_for_a_marker_out_of_sight(run, tmp_path)
 
 @pytest.mark.long
 @pytest.mark.parametrize(
-    ("wrong", "told"),
+    ("wrong", "reported"),
     [
         ({"links": spoilt_rigs.slipped(1, math.radians(4), 90)}, "the elbow slipped after pose "),
         ({"links": spoilt_rigs.slipped(0, math.radians(9), 30)}, "the shoulder slipped after pose"),
@@ -288,13 +288,13 @@ def test_too_few_pictures_are_not_taken_for_a_marker_out_of_sight(run, tmp_path)
     ids=["elbow slips", "shoulder slips", "loose", "pushed", "hidden", "turned"],
 )
 def test_an_arm_that_does_not_fit_is_told_and_no_file_is_touched(
-    run, tmp_path, monkeypatch, wrong, told
+    run, tmp_path, monkeypatch, wrong, reported
 ):
     monkeypatch.setattr(emulated_setups, "EmulatedRig", spoilt_rigs.spoilt_rig(**wrong))
     mine = Path(shutil.copyfile(find_arm("planar"), tmp_path / "mine.ini"))
     before = mine.read_bytes()
     said = refused(run("--simulate", "--arm", str(mine), "--plant", "cpu=0", status=1), tmp_path)
-    assert told in said
+    assert reported in said
     assert mine.read_bytes() == before
     assert not Path(f"{mine}.bak").exists()
 

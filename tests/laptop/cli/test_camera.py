@@ -58,9 +58,9 @@ def test_a_picture_tells_where_the_camera_stands(run, scene, pictures):
     assert "markers in 1 view" in result.output
     assert "25 degrees from straight down" in result.output
     assert "scale: the bar is 100 mm long, as measured" in result.output
-    told = json.loads((pictures / "camera.json").read_text())
-    rotation, _ = cv2.Rodrigues(np.array(told["rotation"]))
-    position = -rotation.T @ np.array(told["translation"]) + (9, 0, 0)  # the board is at 9, 0
+    reported = json.loads((pictures / "camera.json").read_text())
+    rotation, _ = cv2.Rodrigues(np.array(reported["rotation"]))
+    position = -rotation.T @ np.array(reported["translation"]) + (9, 0, 0)  # the board is at 9, 0
     assert position == pytest.approx(scene.camera.position, abs=3)
     assert run("board.png", "--calibration", "camera.json").output.startswith(
         "camera and board are"
@@ -97,7 +97,7 @@ def test_a_picture_that_shows_no_board_as_it_is_is_left_out_with_its_cause(run):
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "reported"),
     [
         (["nothing.png"], "no marker of the board is seen; show it whole, sharp and lit"),
         (["small.png"], "no marker of the board is seen|too small|markers are seen"),
@@ -118,13 +118,13 @@ def test_a_picture_that_shows_no_board_as_it_is_is_left_out_with_its_cause(run):
         (["synthetic", "--scene", "board=a3"], "board = a3"),
     ],
 )
-def test_what_cannot_be_is_refused_in_one_line(run, words, told, pictures):
+def test_what_cannot_be_is_refused_in_one_line(run, words, reported, pictures):
     before = set(pictures.iterdir())
     result = run(*words, status=1)
     assert isinstance(result.exception, SystemExit)
     *counted, line = result.output.strip().splitlines()
     assert not counted or "pictures show the board" in counted[0]
-    assert re.search(told, line), line
+    assert re.search(reported, line), line
     assert set(pictures.iterdir()) == before
 
 
@@ -139,18 +139,18 @@ def test_the_emulated_camera_is_calibrated_as_it_is(run):
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "reported"),
     [
         (["--paper", "a4"], "--paper is of the board: add --board"),
         (["--board", "--diameter", "30"], "--diameter is of the page of discs"),
         (["--board", "board.doc"], "board.doc would be no .pdf or .svg or .png by its name"),
     ],
 )
-def test_a_page_that_cannot_be_made_is_refused(words, told, tmp_path, monkeypatch):
+def test_a_page_that_cannot_be_made_is_refused(words, reported, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     result = CliRunner().invoke(laptop, ["markers", *words])
     assert result.exit_code
-    assert told in result.output
+    assert reported in result.output
     assert list(tmp_path.iterdir()) == []
 
 

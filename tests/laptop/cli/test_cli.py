@@ -30,9 +30,9 @@ show(laptop)
 """
     done = python("-c", program)
     assert done.stderr == ""
-    told = done.stdout.splitlines()
-    assert {" is quick", "simulate is quick", "bench draw is quick"} < set(told)
-    assert [line for line in told if not line.endswith(" is quick")] == []
+    reported = done.stdout.splitlines()
+    assert {" is quick", "simulate is quick", "bench draw is quick"} < set(reported)
+    assert [line for line in reported if not line.endswith(" is quick")] == []
 
 
 @pytest.mark.parametrize(
@@ -50,10 +50,12 @@ def test_nothing_that_is_told_of_a_failure_steers_the_terminal(monkeypatch, caps
 
     monkeypatch.setattr(main, "laptop", fail)
     assert main.main() in (1, 2)
-    told = capsys.readouterr().err
-    assert told.startswith("laptop: No such file" if isinstance(problem, OSError) else "laptop: no")
-    assert told[:-1].isprintable()
-    assert told.endswith("\n")
+    reported = capsys.readouterr().err
+    assert reported.startswith(
+        "laptop: No such file" if isinstance(problem, OSError) else "laptop: no"
+    )
+    assert reported[:-1].isprintable()
+    assert reported.endswith("\n")
 
 
 @pytest.mark.parametrize("problem", ["'3x' is no size", "leave it out.", "Did you mean --at?"])
@@ -65,8 +67,8 @@ def test_what_is_told_of_a_wrong_word_is_a_sentence_and_so_is_the_next_step(
 
     monkeypatch.setattr(main, "laptop", fail)
     main.main()
-    told = capsys.readouterr().err
-    assert told.startswith(f"laptop: {problem}" + "." * problem.endswith("size") + " See ")
+    reported = capsys.readouterr().err
+    assert reported.startswith(f"laptop: {problem}" + "." * problem.endswith("size") + " See ")
 
 
 @pytest.mark.parametrize(

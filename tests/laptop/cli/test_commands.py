@@ -104,8 +104,8 @@ def test_the_page_is_track_with_its_page_open(monkeypatch):
         lambda **options: begun.append(tuple(options[word] for word in words)),
     )
     assert shown("page")[0] == 0
-    status, told = shown("page", "--camera=0", "--arm", "spatial", "--no-brick")
-    assert (status, told) == (0, "--no-brick is now --no-simulate\n")
+    status, reported = shown("page", "--camera=0", "--arm", "spatial", "--no-brick")
+    assert (status, reported) == (0, "--no-brick is now --no-simulate\n")
     assert begun == [
         (True, True, ("synthetic",), None, True),
         (True, True, ("0",), "spatial", False),

@@ -27,7 +27,7 @@ def quiet(monkeypatch, tmp_path):
     monkeypatch.setattr(doctor, "_answer", lambda *words: "")
 
 
-def told(status):
+def reported(status):
     result = CliRunner().invoke(laptop, ["doctor"])
     assert (result.exit_code, result.exception and type(result.exception)) == (
         status,
@@ -37,7 +37,7 @@ def told(status):
 
 
 def test_where_all_is_fine_each_line_says_so(quiet):
-    lines = told(0)
+    lines = reported(0)
     assert all(line.endswith(": fine") for line in lines.values()), lines
     assert lines["libraries"] == "2 of 2: fine"
     assert lines["network"] == "10.42.0.1: fine"
@@ -49,7 +49,7 @@ def test_a_library_that_lacks_is_named(quiet, monkeypatch):
     monkeypatch.setattr(
         importlib.metadata, "requires", lambda name: ["click>=8", "no-such-thing>=1"]
     )
-    assert told(1)["libraries"] == "1 of 2: no-such-thing missing; install brickservo anew"
+    assert reported(1)["libraries"] == "1 of 2: no-such-thing missing; install brickservo anew"
 
 
 def test_a_port_that_is_taken_is_told_with_the_way_out(quiet, monkeypatch):
@@ -57,14 +57,14 @@ def test_a_port_that_is_taken_is_told_with_the_way_out(quiet, monkeypatch):
         raise OSError(98, "Address already in use")
 
     monkeypatch.setattr(listening, "_bind", taken)
-    lines = told(1)
+    lines = reported(1)
     assert lines["tracker"].startswith(f"port {PORT}: port {PORT} is in use, perhaps by another")
     assert f"--listen-port {PORT + 1}" in lines["tracker"]
 
 
 def test_without_a_network_it_says_what_to_connect(quiet, monkeypatch):
     monkeypatch.setattr(listening, "own_addresses", list)
-    assert told(1)["network"].startswith("none: connect the brick by its cable")
+    assert reported(1)["network"].startswith("none: connect the brick by its cable")
 
 
 @pytest.mark.parametrize("name", doctor.FIREWALLS)
@@ -73,18 +73,18 @@ def test_an_active_firewall_is_told_and_how_to_open_it(quiet, monkeypatch, name)
     monkeypatch.setattr(
         doctor, "_answer", lambda *words: "active" if words[-1] == name else "inactive"
     )
-    assert f"{PORT}/tcp" in told(0)["firewall"]
+    assert f"{PORT}/tcp" in reported(0)["firewall"]
 
 
 def test_a_full_disk_is_told(quiet, monkeypatch):
     usage = namedtuple("usage", "total used free")
     monkeypatch.setattr(shutil, "disk_usage", lambda folder: usage(10**9, 10**9, 10**7))
-    assert told(1)["disk"].startswith("0.0 GB free here: make room")
+    assert reported(1)["disk"].startswith("0.0 GB free here: make room")
 
 
 def test_a_folder_that_is_not_one_s_own_is_told(quiet, monkeypatch):
     monkeypatch.setattr(os, "access", lambda path, mode: False)
-    lines = told(1)
+    lines = reported(1)
     assert "cannot be written to; go to a folder of yours" in lines["disk"]
     assert lines["memory"].endswith("cannot be written to; give BRICKSERVO_STATE=DIR")
 
@@ -102,4 +102,4 @@ def test_a_camera_that_one_may_not_use_is_told(monkeypatch):
 def test_without_a_browser_that_prints_it_says_what_needs_one(quiet, monkeypatch):
     monkeypatch.setattr(print_pdf, "BROWSERS", ())
     monkeypatch.setattr(print_pdf, "BROWSER_PATHS", ())
-    assert told(0)["browser"].endswith("only a report as .pdf needs one: fine")
+    assert reported(0)["browser"].endswith("only a report as .pdf needs one: fine")

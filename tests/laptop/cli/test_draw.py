@@ -126,17 +126,17 @@ def test_it_is_tried_on_the_emulated_brick_with_its_truth_in_mm(draw, tmp_path):
     assert sorted(path.name for path in (tmp_path / "try").iterdir()) == [
         *("picture.png", "run.json", "trace.csv")
     ]
-    told = run_in(tmp_path / "try")
-    assert (told["kind"], told["what"]) == ("drawing", "drawing square.svg")
-    assert told["files"] == ["trace.csv", "picture.png"]
-    (drawn,) = told["drawings"]
+    reported = run_in(tmp_path / "try")
+    assert (reported["kind"], reported["what"]) == ("drawing", "drawing square.svg")
+    assert reported["files"] == ["trace.csv", "picture.png"]
+    (drawn,) = reported["drawings"]
     assert (drawn["arm"], drawn["drawing"], drawn["strokes drawn"]) == (
         *("planar", "square.svg", "1 of 1"),
     )
     assert drawn["estimated s"] == pytest.approx(drawn["time s"], rel=0.05)
     assert drawn["greatest mm"] < 4
     assert 0 < drawn["rms mm"] < drawn["greatest mm"]
-    assert told["pen_up_cm"] == 0
+    assert reported["pen_up_cm"] == 0
     assert "off by" in done.output
 
 
@@ -180,7 +180,7 @@ def test_what_is_drawn_is_never_written_over(draw, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "reported"),
     [
         ((), "give one thing to draw"),
         (("rose", "--text", "a"), "give one thing to draw"),
@@ -231,10 +231,10 @@ def test_what_is_drawn_is_never_written_over(draw, tmp_path):
         (("https://a.org/b.svg",), "nothing is fetched from addresses; save it"),
     ],
 )
-def test_bad_input_is_told_in_a_line(draw, words, told):
+def test_bad_input_is_told_in_a_line(draw, words, reported):
     done = draw(*words, status=None)
     assert done.exit_code in (1, 2)
-    assert told in done.output
+    assert reported in done.output
     assert "Traceback" not in done.output
 
 

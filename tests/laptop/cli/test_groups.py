@@ -18,7 +18,7 @@ class Way:
     speed: float
 
 
-def command_of(told):
+def command_of(reported):
     @click.command()
     @click.option("--x", type=float)
     @click.option("--speed", type=float, default=2.0)
@@ -27,16 +27,16 @@ def command_of(told):
     @in_groups(place=Place, way=Way)
     def go(place, way, name):
         """Go there."""
-        told.append((place, way, name))
+        reported.append((place, way, name))
 
     return go
 
 
 def test_a_command_gets_its_options_in_groups_whatever_their_order_and_the_rest_as_it_was():
-    told = []
-    result = CliRunner().invoke(command_of(told), ["--x", "3", "--name", "here"])
+    reported = []
+    result = CliRunner().invoke(command_of(reported), ["--x", "3", "--name", "here"])
     assert result.exit_code == 0, result.output
-    assert told == [(Place(3.0, 1.0), Way(2.0), "here")]
+    assert reported == [(Place(3.0, 1.0), Way(2.0), "here")]
 
 
 def test_its_help_stays():

@@ -45,16 +45,16 @@ def test_who_has_figures_has_the_option(words):
 
 def test_a_run_tells_its_record(figures, tmp_path):
     words = ("--out", "try", "--no-picture", "driver.py", "line", "10,0", "9,2")
-    told, said = figures("simulate", *words)
-    assert told == json.loads((tmp_path / "try" / "run.json").read_text())
-    assert told["kind"] == "drawing"
+    reported, said = figures("simulate", *words)
+    assert reported == json.loads((tmp_path / "try" / "run.json").read_text())
+    assert reported["kind"] == "drawing"
     assert "run.json" in said, "people are told on the other stream"
 
 
 def test_a_drawing_that_is_only_planned_tells_its_size(figures):
-    told, said = figures("draw", "grid", "--size", "4", "--preview")
-    assert told["size_cm"] == pytest.approx([4, 4])
-    assert f"{told['strokes']} strokes, {told['drawn_cm']:.0f} cm drawn" in said
+    reported, said = figures("draw", "grid", "--size", "4", "--preview")
+    assert reported["size_cm"] == pytest.approx([4, 4])
+    assert f"{reported['strokes']} strokes, {reported['drawn_cm']:.0f} cm drawn" in said
 
 
 def test_without_the_option_no_figures_are_printed(tmp_path, monkeypatch):

@@ -5,7 +5,7 @@ import pytest
 from click.testing import CliRunner
 
 from laptop.cli.main import laptop
-from laptop.cli.old_options import OLD_OPTIONS, in_new_words
+from laptop.cli.old_options import OLD_OPTIONS, renamed_args
 
 
 def command_of(words):
@@ -30,7 +30,7 @@ def test_each_old_option_is_one_of_now_and_none_of_now_is_old(words):
 
 def test_the_new_words_take_the_place_of_the_old_ones(capsys):
     args = ["--camera", "a.json", "--camera", "0", "--height=25", "--touch", "1,2,3", "--call"]
-    assert list(in_new_words("measure arm", args)) == [
+    assert list(renamed_args("measure arm", args)) == [
         *("--calibration", "a.json", "--camera", "0", "--marker-height=25"),
         *("--crosses", "1,2,3", "--brick"),
     ]
@@ -39,29 +39,29 @@ def test_the_new_words_take_the_place_of_the_old_ones(capsys):
         "--touch is now --crosses\n--call is now --brick\n"
     )
     args = ["rose", "--slant=10", "--align", "centre", "--fit", "--preview", "a.png", "--card", "x"]
-    assert list(in_new_words("draw", args)) == [
+    assert list(renamed_args("draw", args)) == [
         *("rose", "--lettering", "slant=10", "--lettering", "align=centre", "--to", "a.png", "x")
     ]
     assert capsys.readouterr().err == (
         "--slant 10 is now --lettering slant=10\n--align centre is now --lettering align=centre\n"
         "--fit needs not be typed any more\n--preview is now --to\n--card x is now x\n"
     )
-    assert list(in_new_words("draw", ["--preview", "rose"])) == ["--preview", "rose"]
+    assert list(renamed_args("draw", ["--preview", "rose"])) == ["--preview", "rose"]
     args = ["--sensor", "in1=touch", "lab.py", "--sensor", "3"]
-    assert list(in_new_words("simulate", args)) == ["--plug", *args[1:]]
+    assert list(renamed_args("simulate", args)) == ["--plug", *args[1:]]
     assert capsys.readouterr().err == "--sensor is now --plug\n"
     args = ["--board", "--", "--height"]
-    assert list(in_new_words("track", args)) == args
-    assert list(in_new_words("demo", ["--height", "3"])) == ["--height", "3"]
+    assert list(renamed_args("track", args)) == args
+    assert list(renamed_args("demo", ["--height", "3"])) == ["--height", "3"]
     assert not capsys.readouterr().err
 
 
 def test_sources_without_an_option_are_taken_and_told_how(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     result = CliRunner().invoke(laptop, ["measure", "camera", "none.png", "--out", "c.json"])
-    told = result.output.splitlines()
-    assert told[:2] == ["--out is now --to", "none.png is now --camera none.png"]
-    assert "none.png" in told[2]
+    reported = result.output.splitlines()
+    assert reported[:2] == ["--out is now --to", "none.png is now --camera none.png"]
+    assert "none.png" in reported[2]
     assert "SOURCE]" not in CliRunner().invoke(laptop, ["measure", "camera", "--help"]).output
 
 

@@ -26,29 +26,29 @@ def begun(seed, *words, options=()):
         [sys.executable, *options, "-c", BEGINS, *words],
         cwd=ROOT, env=environment, stdout=subprocess.PIPE, text=True,
     )  # fmt: skip
-    told = done.communicate()[0].split(maxsplit=3)
+    reported = done.communicate()[0].split(maxsplit=3)
     assert done.returncode == 7
-    return (*map(int, told[:3]), told[3].rstrip()), done
+    return (*map(int, reported[:3]), reported[3].rstrip()), done
 
 
 @pytest.mark.parametrize("word", ["simulate", "bench"])
 def test_a_command_walks_sets_in_the_order_of_all_others(word):
-    told = [begun(seed, word, "a b", "")[0] for seed in (None, "0", "17")]
-    assert {one[1:] for one in told} == {(0, told[0][2], repr([word, "a b", ""]) + " 0")}
+    reported = [begun(seed, word, "a b", "")[0] for seed in (None, "0", "17")]
+    assert {one[1:] for one in reported} == {(0, reported[0][2], repr([word, "a b", ""]) + " 0")}
 
 
 @pytest.mark.parametrize("word", ["track", "page"])
 @pytest.mark.parametrize("seed", [None, "0"])
 def test_who_serves_others_walks_them_in_an_order_that_nobody_knows(seed, word):
-    told = [begun(seed, word)[0] for _ in range(2)]
-    assert [one[1] for one in told] == [1, 1]
-    assert told[0][2] != told[1][2]
+    reported = [begun(seed, word)[0] for _ in range(2)]
+    assert [one[1] for one in reported] == [1, 1]
+    assert reported[0][2] != reported[1][2]
 
 
 @pytest.mark.skipif(os.name == "nt", reason="there it is another process")
 def test_it_is_the_process_that_was_started_whom_signals_reach():
-    told, process = begun("17", "simulate")
-    assert told[0] == process.pid
+    reported, process = begun("17", "simulate")
+    assert reported[0] == process.pid
 
 
 def test_where_python_heeds_no_variables_it_begins_but_once():

@@ -182,13 +182,13 @@ def test_in_virtual_time_nothing_is_told_of_how_fast_this_computer_is(simulate, 
 
 
 @pytest.mark.parametrize(
-    ("words", "cpu", "told"),
+    ("words", "cpu", "reported"),
     [([], 1, "(cpu=1, whose start takes another "), (["--plant", "cpu=0"], 0, "(cpu=0; ")],
 )
-def test_how_slowly_the_brick_computes_is_told(simulate, script, words, cpu, told):
+def test_how_slowly_the_brick_computes_is_told(simulate, script, words, cpu, reported):
     result = simulate(*words, script("import time; time.sleep(0.1)"))
     summary = run_in(result.out)
-    assert told in result.output
+    assert reported in result.output
     assert summary["cpu"] == cpu
     assert (summary["start_s"] or 0) > 1 if cpu else summary["start_s"] is None
 
@@ -511,9 +511,9 @@ def test_where_all_came_nothing_is_said(simulate, script):
 @pytest.mark.long
 def test_a_servo_that_finds_no_tracker_is_told_how_to_have_one(simulate):
     servo = ROOT / "robot" / "visual_servoing.py"
-    told = "laptop: visual_servoing.py wants a tracker: with --scene '' before it a synthetic"
-    assert told in simulate(servo, "--goal", "400,200", status=1).output
-    assert told not in simulate(servo, "--help").output
+    reported = "laptop: visual_servoing.py wants a tracker: with --scene '' before it a synthetic"
+    assert reported in simulate(servo, "--goal", "400,200", status=1).output
+    assert reported not in simulate(servo, "--help").output
 
 
 @pytest.mark.parametrize(
@@ -692,7 +692,7 @@ def test_a_folder_that_cannot_be_made(simulate, tmp_path, script):
 
 
 @pytest.mark.parametrize(
-    ("name", "make", "told"),
+    ("name", "make", "reported"),
     [
         ("picture.png", lambda file: file.write_text("mine"), "is of no run"),
         ("trace.csv", os.mkfifo, "is a pipe, not a file"),
@@ -700,12 +700,12 @@ def test_a_folder_that_cannot_be_made(simulate, tmp_path, script):
         ("trace.csv", lambda file: file.symlink_to("/dev/null"), "is a device, not a file"),
     ],
 )
-def test_what_is_of_no_run_is_not_written_over(simulate, tmp_path, script, name, make, told):
+def test_what_is_of_no_run_is_not_written_over(simulate, tmp_path, script, name, make, reported):
     out = tmp_path / "out"
     out.mkdir()
     make(out / name)
     result = simulate(script("print('it ran')"), out=out, status=1)
-    assert in_one_line(result.output, name, told)
+    assert in_one_line(result.output, name, reported)
     assert "it ran" not in result.output
     assert os.listdir(out) == [name]
 
@@ -760,9 +760,9 @@ def test_the_figures_can_be_worked_out_from_the_trace(line):
             self.z, self.pen = None, int(row["pen"])
 
     (again,) = measure([Row(row) for row in rows(line.out)], [[(10, 0), (5, 10)]])
-    told = run_in(line.out)["paths"][0]
-    assert again.greatest_mm == pytest.approx(told["greatest mm"], abs=0.01)
-    assert again.rms_mm == pytest.approx(told["rms mm"], abs=0.01)
+    reported = run_in(line.out)["paths"][0]
+    assert again.greatest_mm == pytest.approx(reported["greatest mm"], abs=0.01)
+    assert again.rms_mm == pytest.approx(reported["rms mm"], abs=0.01)
 
 
 def test_as_a_process_like_in_the_readme(tmp_path):
@@ -773,12 +773,12 @@ def test_as_a_process_like_in_the_readme(tmp_path):
 
 
 def test_a_path_told_the_wrong_way_is_one_line(simulate, script):
-    told = script(
+    reported = script(
         "import os\n"
         "with open(os.environ['BRICKSERVO_PLAN'], 'a') as plan:\n"
         "    plan.write('10,0')\n"
     )
-    shown = simulate(str(told), status=1)
+    shown = simulate(str(reported), status=1)
     assert in_one_line(shown.stderr, "line 1 of $BRICKSERVO_PLAN")
 
 
@@ -908,9 +908,9 @@ def test_a_measured_brick_is_emulated_and_the_plant_overrides(simulate, tmp_path
     assert f"as {file} has it: cpu = 2" in result.output
     # Slow as it is, but quick to access.
     slow = simulate("--plant", "cpu=2,access=0.0005", DRIVER, "where")
-    told = run_in(slow.out)
-    assert told["seconds"] == pytest.approx(summary["seconds"], rel=0.02)
-    assert "constants" not in told
+    reported = run_in(slow.out)
+    assert reported["seconds"] == pytest.approx(summary["seconds"], rel=0.02)
+    assert "constants" not in reported
 
 
 @pytest.mark.parametrize("content", [None, "{}", '{"format": "brickservo brick", "version": 1}'])
@@ -950,9 +950,9 @@ def built(tmp_path, *changes):
 def test_what_turns_is_the_arm_as_it_was_built(simulate, tmp_path, changes, truly):
     result = simulate("--built", built(tmp_path, *changes), DRIVER, "move", "12,6")
     *_, last = rows(result.out)
-    told = re.search(r"joints at (\S+), (\S+) deg", result.output).groups()
+    reported = re.search(r"joints at (\S+), (\S+) deg", result.output).groups()
     assert [float(last["q1"]), float(last["q2"])] == pytest.approx(
-        [math.radians(angle) for angle in truly(*map(float, told))], abs=math.radians(2.5)
+        [math.radians(angle) for angle in truly(*map(float, reported))], abs=math.radians(2.5)
     )
     assert run_in(result.out)["built"]["name"] == "built"
 
@@ -985,7 +985,7 @@ def test_an_arm_of_another_chain_is_refused(simulate):
 
 @pytest.mark.short("end")
 @pytest.mark.parametrize(
-    ("answers", "status", "told"),
+    ("answers", "status", "reported"),
     [
         ([("Enter. ", "\n"), ("again] ", "s"), ("right] ", "l"), ("again] ", "e"),
           ("right] ", "r")], 0, "[elbow] direction = -1"),
@@ -995,7 +995,7 @@ def test_an_arm_of_another_chain_is_refused(simulate):
     ],
     ids=["answers", "end", "Ctrl-C at a key", "Ctrl-C at a line"],
 )  # fmt: skip
-def test_somebody_answers_at_a_terminal(tmp_path, answers, status, told):
+def test_somebody_answers_at_a_terminal(tmp_path, answers, status, reported):
     """Keys count at once, and while the script waits for them no emulated time passes."""
     pty = pytest.importorskip("pty")
     ours, theirs = pty.openpty()
@@ -1016,7 +1016,7 @@ def test_somebody_answers_at_a_terminal(tmp_path, answers, status, told):
                 all_said, said = all_said + said, b""
     os.close(ours)
     assert child.wait(60) == status
-    assert told in (all_said + said).decode()
+    assert reported in (all_said + said).decode()
     assert run_in(tmp_path / "out")["seconds"] < 10
 
 
@@ -1086,14 +1086,14 @@ SERVO_WORDS = ("--scene", "tilt=20", "--plant", "cpu=0", "visual_servoing.py", "
 @pytest.mark.long
 def test_a_servos_log_becomes_its_goal_its_figures_and_the_true_error(simulate, tmp_path):
     result = simulate(*SERVO_WORDS, "--log", tmp_path / "x.jsonl", with_picture=True)
-    told = run_in(result.out)
-    (goal,) = told["goals"]
-    assert (told["kind"], goal["goal"], goal["ended"]) == ("servo", "400, 200", "converged")
+    reported = run_in(result.out)
+    (goal,) = reported["goals"]
+    assert (reported["kind"], goal["goal"], goal["ended"]) == ("servo", "400, 200", "converged")
     assert goal["truly off px"] == pytest.approx(goal["off, the servo says px"], abs=1.5)
     assert goal["truly off px"] < 8
     assert goal["truly reached"] is True
     names = {"x.jsonl", "cameras.png", "errors.png", "joints.png", "goal-true-path.csv"}
-    assert names < set(told["files"]) <= set(os.listdir(result.out))
+    assert names < set(reported["files"]) <= set(os.listdir(result.out))
     simulate(DRIVER, "where")
     assert not names & set(os.listdir(result.out)), "the earlier run goes with all its files"
 
@@ -1106,9 +1106,9 @@ def test_a_servos_log_becomes_its_goal_its_figures_and_the_true_error(simulate, 
 def test_what_is_no_log_costs_the_figures_and_not_the_run(simulate, script, tmp_path, words):
     source = f"import sys\nopen(sys.argv[2], 'w').write({words!r} + '\\n')\n"
     result = simulate("--scene", "", script(source), "--log", tmp_path / "x.jsonl")
-    told = run_in(result.out)
-    assert told["kind"] == "script"
-    assert ("x.jsonl: " in " ".join(told["notes"])) is (words != "hello")
+    reported = run_in(result.out)
+    assert reported["kind"] == "script"
+    assert ("x.jsonl: " in " ".join(reported["notes"])) is (words != "hello")
 
 
 @pytest.mark.parametrize("name", ["x.jsonl", "goal-true-path.csv"])
@@ -1123,5 +1123,5 @@ def test_where_the_log_would_take_somebodys_file_nothing_runs(simulate, tmp_path
 
 def test_the_words_of_a_script_are_kept_as_they_were_typed(simulate, script):
     words = ("--out", "foo", "--out=bar", "two words")
-    told = run_in(simulate("--timeout", "3", script("print(1)"), *words).out)
-    assert told["typed"] == ["simulate", "--timeout", "3", "mine.py", *words]
+    reported = run_in(simulate("--timeout", "3", script("print(1)"), *words).out)
+    assert reported["typed"] == ["simulate", "--timeout", "3", "mine.py", *words]

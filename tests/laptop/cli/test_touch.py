@@ -62,9 +62,9 @@ def test_an_emulated_hand_finds_the_offset_to_half_a_millimetre(run, tmp_path, w
     assert kept.fit.offset == pytest.approx(truth, abs=0.05)
     assert kept.fit.base == pytest.approx((-12, 0), abs=0.3)  # of 2 degrees of play
     assert kept.fit.height == pytest.approx(2.5, abs=0.1)
-    told = run_in(tmp_path / "out")
-    assert told["files"] == [f"{arm}.ini", f"{arm}.touched.json"]
-    assert told["marker"][2]["it is mm"] == pytest.approx(10 * kept.fit.height, abs=0.01)
+    reported = run_in(tmp_path / "out")
+    assert reported["files"] == [f"{arm}.ini", f"{arm}.touched.json"]
+    assert reported["marker"][2]["it is mm"] == pytest.approx(10 * kept.fit.height, abs=0.01)
     assert find_arm("planar") == ARM.file, "an emulated arm leaves the real one alone"
 
 
@@ -193,7 +193,7 @@ def test_a_touch_beside_its_cross_writes_nothing(touched, recorded, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "reported"),
     [
         ((), "Give the camera, --camera 0 say, or --simulate."),
         (
@@ -220,10 +220,10 @@ def test_a_touch_beside_its_cross_writes_nothing(touched, recorded, tmp_path):
         ),
     ],
 )
-def test_what_cannot_be_is_one_line(run, tmp_path, words, told):
+def test_what_cannot_be_is_one_line(run, tmp_path, words, reported):
     result = run(*words, status=None)
     assert result.exit_code != 0
-    assert told in result.output
+    assert reported in result.output
     assert "Traceback" not in result.output
     assert nothing_written(tmp_path)
 

@@ -37,9 +37,9 @@ def to_board(arm):
     return (arm - SHIFT) @ TURN
 
 
-def learn(places, noise=0.0, height=HEIGHT, place_at=place_at, told=HEIGHT):
+def learn(places, noise=0.0, height=HEIGHT, place_at=place_at, reported=HEIGHT):
     mapping = BoardMapping(place_at)
-    mapping.lay_paper(told)
+    mapping.lay_paper(reported)
     pixels = project(to_board(places), height)
     pixels += np.random.default_rng(1).normal(0, noise, pixels.shape)
     for p, pixel in zip(places, pixels, strict=True):
@@ -65,7 +65,7 @@ def test_the_paper_is_seen_where_it_is_though_the_marker_rides_above_it(noise, m
 @pytest.mark.parametrize("seed", range(5))
 def test_a_height_that_nobody_told_is_found_and_how_sure_it_is(seed):
     places = np.random.default_rng(seed).uniform((8, -8), (18, 8), (40, 2))
-    mapping = learn(places, 0.4, told=None)
+    mapping = learn(places, 0.4, reported=None)
     assert abs(mapping.height - HEIGHT) < 3 * mapping.height_sigma
     assert 0.05 < mapping.height_sigma < 0.5
     asked = np.random.default_rng(3).uniform((8, -8), (18, 8), (100, 2))
@@ -78,12 +78,12 @@ def test_a_height_that_nobody_told_is_found_and_how_sure_it_is(seed):
 
 
 def test_a_height_that_places_do_not_tell_is_not_made_up():
-    few = learn(PLACES[:8], told=None)
+    few = learn(PLACES[:8], reported=None)
     assert (few.view, few.height) == (None, None)
     few.lay_paper(HEIGHT)
     assert few.view
     near = np.random.default_rng(2).uniform((8, -2), (11, 2), (20, 2))
-    blurred = learn(near, 3.0, told=None)
+    blurred = learn(near, 3.0, reported=None)
     assert (blurred.view, blurred.height) == (None, None)
 
 

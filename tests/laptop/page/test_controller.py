@@ -187,7 +187,7 @@ def test_a_page_s_process_that_was_replaced_before_is_no_reason_for_what_comes_l
 
 def test_a_page_s_process_that_a_signal_has_stopped_is_told(scene):
     drive(scene)
-    scene.controller.watch.why_page_stands = lambda: "was stopped by a signal"
+    scene.controller.watch.why_page_not_running = lambda: "was stopped by a signal"
     go(scene, BROWSER_TIMEOUT + 0.1)
     assert f"{UNHEARD}its process was stopped by a signal. It" in scene.server.sent[0].reason
 
@@ -195,12 +195,12 @@ def test_a_page_s_process_that_a_signal_has_stopped_is_told(scene):
 def test_a_page_s_process_that_says_nothing_or_comes_late_is_told(scene):
     drive(scene)
     go(scene, BROWSER_TIMEOUT + 0.1)
-    told = "its process was too busy to answer for 2 s, or hangs. Close other programs"
-    assert f"{UNHEARD}{told}" in scene.server.sent[0].reason
+    reported = "its process was too busy to answer for 2 s, or hangs. Close other programs"
+    assert f"{UNHEARD}{reported}" in scene.server.sent[0].reason
     scene.server.tell("stopped", 1)
     drive(scene)
     go(scene, BROWSER_TIMEOUT + 0.1, Sign(Presence.SHOWN), late=1.8)
-    assert f"{UNHEARD}{told}" in scene.server.sent[0].reason
+    assert f"{UNHEARD}{reported}" in scene.server.sent[0].reason
 
 
 def test_a_tracker_that_stood_still_holds_the_run_and_says_so(scene):
@@ -208,8 +208,8 @@ def test_a_tracker_that_stood_still_holds_the_run_and_says_so(scene):
     scene.t += 5
     scene.controller.steering.on_status({}, PageReport({1: Sign(Presence.SHOWN)}))
     scene.show()
-    told = "held: no page was heard for 5 s, as the tracker stood still for 5 s. "
-    assert scene.server.sent[0].reason.startswith(told)
+    reported = "held: no page was heard for 5 s, as the tracker stood still for 5 s. "
+    assert scene.server.sent[0].reason.startswith(reported)
 
 
 def test_a_tracker_that_stood_still_before_is_no_reason_for_what_comes_later(scene):
@@ -228,10 +228,10 @@ def test_a_run_is_held_when_no_page_is_heard_any_more(scene):
     go(scene, BROWSER_TIMEOUT - 0.2, Sign(Presence.SHOWN))
     assert scene.server.sent == []
     go(scene, 0.3, Sign(Presence.SHOWN))
-    told = f"{UNHEARD}nothing comes from {BROWSER}, though it is connected: "
-    assert scene.server.sent[0].reason.startswith(f"held: {told}")
+    reported = f"{UNHEARD}nothing comes from {BROWSER}, though it is connected: "
+    assert scene.server.sent[0].reason.startswith(f"held: {reported}")
     note = scene.controller.state().note
-    assert f"{told}its network is cut, or it hangs: held; Start goes on. " in note
+    assert f"{reported}its network is cut, or it hangs: held; Start goes on. " in note
     scene.server.tell("stopped", 1)
     scene.show()
     scene.server.sent.clear()
@@ -240,14 +240,14 @@ def test_a_run_is_held_when_no_page_is_heard_any_more(scene):
 
 
 @pytest.mark.parametrize(
-    ("sign", "stood", "told"),
+    ("sign", "stood", "reported"),
     [
         (Presence.SHOWN, 0.3, "It is back, and went on itself all the time: its network was cut."),
         (Presence.SHOWN, 4.0, "It is back: it stood still itself for 4 s. Close other programs"),
         (Presence.CLOSED, 4.0, "Keep it open and in front while a run is on."),
     ],
 )
-def test_what_was_open_is_settled_by_the_browser_that_is_back(scene, sign, stood, told):
+def test_what_was_open_is_settled_by_the_browser_that_is_back(scene, sign, stood, reported):
     drive(scene)
     scene.controller.steering.report_return(9.0)  # of before
     go(scene, BROWSER_TIMEOUT + 0.5, Sign(sign))
@@ -255,7 +255,7 @@ def test_what_was_open_is_settled_by_the_browser_that_is_back(scene, sign, stood
     scene.controller.steering.report_return(stood)
     scene.show()
     note = scene.controller.state().note
-    assert told in note
+    assert reported in note
     assert ("It is back" in note) == (sign is Presence.SHOWN)
 
 

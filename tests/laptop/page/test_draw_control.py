@@ -17,7 +17,7 @@ from page_scene import PageScene
 from waiting import until
 
 from laptop.drawing.pictures import Tracing
-from laptop.page import draw_job, draw_request, drawing_studio
+from laptop.page import draw_job, draw_request, drawing_planner
 from laptop.page.drawing_snapshots import PlacedDrawing, Placing, Request, Source
 from laptop.page.drawing_worker import DrawingWorker
 from laptop.page.marker_height import DrawingArm, HeightMemory, MarkerHeight
@@ -81,9 +81,9 @@ class ThreadWorker(DrawingWorker):
     def _begin(self):
         if self._pipe is None:
             self._pipe, theirs = multiprocessing.Pipe()
-            studio = threading.Thread(target=drawing_studio.serve, args=(theirs, self._arm))
-            studio.daemon = True
-            studio.start()
+            planner = threading.Thread(target=drawing_planner.serve, args=(theirs, self._arm))
+            planner.daemon = True
+            planner.start()
         return self._pipe
 
 
@@ -161,8 +161,8 @@ def test_what_has_several_colours_is_drawn_by_a_pen_for_each_if_that_is_wished(
     assert drawings.set_pens("colours") == ""
     placed = scene.drawn().placed
     assert placed.pens == "colours"
-    (told,) = placed.notes
-    assert told in (
+    (reported,) = placed.notes
+    assert reported in (
         "2 pens, in this order (strokes): red (1), blue (1)",
         "2 pens, in this order (strokes): blue (1), red (1)",
     )
@@ -211,7 +211,7 @@ def test_while_a_run_is_on_nothing_is_started(scene, drawings):
 def test_an_answer_to_what_nobody_asks_any_more_is_left(scene, drawings):
     drawings.choose("rose")
     placed = scene.drawn().placed
-    drawings._asked.on_answer(
+    drawings._request.on_answer(
         Request(1, Source("gallery", "knot")), placed._replace(name="knot"), False
     )
     assert drawings.drawing().placed.name == "rose"
@@ -553,8 +553,8 @@ def test_heights_are_told_touched_or_remembered_in_this_order(tmp_path):
     assert (
         PaperViews(DrawingArm(ARM, None, memory), feeds).height.source == "by the touched crosses"
     )
-    told = MarkerHeight(2.5, "as --marker-height says")
-    assert PaperViews(DrawingArm(ARM, told, memory), feeds).height == told
+    reported = MarkerHeight(2.5, "as --marker-height says")
+    assert PaperViews(DrawingArm(ARM, reported, memory), feeds).height == reported
     in_space = PaperViews(DrawingArm(SPATIAL, None, None), feeds)
     assert "needs no height of its marker" in in_space.set_height(25.0)
 
@@ -616,7 +616,7 @@ def test_a_picture_is_traced_as_the_sliders_say_and_lies_where_it_was(scene, dra
 def test_what_was_planned_before_is_not_started_any_more(scene, drawings, order):
     drawings.load("discs.png", png(discs()))
     scene.drawn()
-    drawings._asked._worker.ask = lambda request: None  # it takes its time
+    drawings._request._worker.ask = lambda request: None  # it takes its time
     wish = Placing(14.0) if order == "place" else Tracing(shades=1)
     assert getattr(drawings, order)(wish) == ""
     assert not drawings.state().can_start
@@ -698,14 +698,14 @@ def test_the_process_writes_into_the_folder_that_it_is_given(tmp_path, monkeypat
     monkeypatch.setattr(tempfile, "tempdir", None)
     for name in (
         "signal.signal",
-        "platforms.give_way",
+        "platforms.lower_priority",
         "platforms.limit_memory",
         "cv2.setNumThreads",
     ):
-        monkeypatch.setattr(f"laptop.page.drawing_studio.{name}", lambda *words: None)
+        monkeypatch.setattr(f"laptop.page.drawing_planner.{name}", lambda *words: None)
     ours, theirs = multiprocessing.Pipe()
     ours.close()
-    drawing_studio.work(theirs, ARM, str(tmp_path))
+    drawing_planner.work(theirs, ARM, str(tmp_path))
     assert tempfile.gettempdir() == str(tmp_path)
 
 

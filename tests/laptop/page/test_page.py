@@ -256,8 +256,8 @@ def test_a_page_for_the_whole_network_warns(tmp_path):
     )
     wait_for_event(whole.stdout, "ready")
     whole.send_signal(signal.SIGINT)
-    _, told = whole.communicate(timeout=PATIENCE)
-    assert "others in its network can reach it" in told
+    _, reported = whole.communicate(timeout=PATIENCE)
+    assert "others in its network can reach it" in reported
 
 
 @pytest.mark.long
@@ -714,8 +714,8 @@ def test_a_recording_is_scrubbed_picked_in_renamed_in_and_waited_for(browser, fi
             page.locator(".over image").wait_for(state="detached")
         box = slider.bounding_box()
         page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
-        told = page.locator(".scrub", has_text=re.compile(r"frame (?!119)\d+ of 0 to 119"))
-        before = int(re.search(r"frame (\d+)", told.inner_text())[1])
+        reported = page.locator(".scrub", has_text=re.compile(r"frame (?!119)\d+ of 0 to 119"))
+        before = int(re.search(r"frame (\d+)", reported.inner_text())[1])
         page.get_by_role("button", name="frame on").click()
         page.get_by_text(f"frame {before + 1} of").wait_for()
         slider.press("ArrowRight")

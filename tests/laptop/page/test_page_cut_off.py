@@ -79,7 +79,7 @@ def has_class(surfer, name, there=True):
     )
 
 
-def told(tracker, text):
+def reported(tracker, text):
     until(lambda: any(text in line for line in tracker.lines), text)
 
 
@@ -91,7 +91,7 @@ def test_the_death_of_the_page_s_process_holds_the_run_and_is_told_and_mended(su
     assert not surfer.page.locator(".verdict").is_visible()
     assert surfer.page.locator(".stop").inner_text().startswith("STOP")
     stands(surfer)
-    told(tracker, "page: its process was ended by SIGKILL; it starts anew")
+    reported(tracker, "page: its process was ended by SIGKILL; it starts anew")
     has_class(surfer, "cut-off", False)
     surfer.page.wait_for_selector("[data-marker=effector]", state="attached")
     assert tracker.page_processes() != [page]
@@ -106,7 +106,7 @@ def test_a_page_s_process_that_is_frozen_lets_stop_through_and_is_replaced(surfe
     surfer.page.locator(".stop").click()
     stands(surfer)
     surfer.page.wait_for_function("sessionStorage.wasCutOff")
-    told(tracker, "page: its process was stopped by a signal 1 s ago; it starts anew")
+    reported(tracker, "page: its process was stopped by a signal 1 s ago; it starts anew")
     surfer.reads("stopped from the page by browser")
     has_class(surfer, "cut-off", False)
     assert tracker.page_processes() != [page]
@@ -171,8 +171,8 @@ def test_a_browser_that_hangs_is_told_once_it_is_back(surfer):
 
     is_held(surfer, silence, "as ")
     # (This computer may truly be busy, too.)
-    told = re.compile("It is back: it stood still itself for [45] s|too busy")
-    surfer.wait(surfer.page.locator(".note", has_text=told))
+    reported = re.compile("It is back: it stood still itself for [45] s|too busy")
+    surfer.wait(surfer.page.locator(".note", has_text=reported))
 
 
 HIDE = """() => {
@@ -204,8 +204,8 @@ def test_a_network_that_is_cut_is_told_from_a_page_in_the_background(
 
     is_held(far_surfer, silence, why)
     if not event:
-        told = re.compile("It is back, and went on itself all the time|too busy")
-        far_surfer.wait(far_surfer.page.locator(".note", has_text=told))
+        reported = re.compile("It is back, and went on itself all the time|too busy")
+        far_surfer.wait(far_surfer.page.locator(".note", has_text=reported))
 
 
 def test_what_was_pressed_while_the_page_did_not_answer_is_not_done_later(
@@ -323,13 +323,13 @@ def test_one_steers_and_who_watches_may_take_over_and_stop(browser, tracker, sur
     surfer.steer()  # who was not heard for long, as on a busy computer, steers no longer
     watcher.wait(watcher.page.locator(".driver", has_text="browser"))
     surfer.steer()  # the same, for that wait
-    told = watcher.page.get_by_text("steers; press Take over first")
+    reported = watcher.page.get_by_text("steers; press Take over first")
 
     def is_refused():
         if watcher.steers():  # the same, for that click
             surfer.steer()
             watcher.click(*goal)
-        return told.count()
+        return reported.count()
 
     goal = watcher.scene.truth(FAR[0])["effector"]
     watcher.click(*goal)

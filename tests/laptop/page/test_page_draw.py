@@ -313,14 +313,17 @@ def test_a_height_that_is_typed_moves_the_drawing_to_the_paper(surfer):
         there = np.array(surfer.at(*p))
         surfer.until(lambda: np.hypot(*(surfer.middle() - there)) < 6, "it, over the picture")
 
-    for typed, told in (("", "Measure from the paper up to the marker"), ("25", "as typed here")):
+    for typed, reported in (
+        ("", "Measure from the paper up to the marker"),
+        ("25", "as typed here"),
+    ):
 
         def act(typed=typed):
             height.fill(typed)
             height.press("Enter")
 
         surfer.order(act)
-        surfer.wait(page.get_by_text(told))
+        surfer.wait(page.get_by_text(reported))
         z = 0.0 if typed else 2.5  # without a height it lies where the marker moves
         lies_at(surfer.scene.project(np.array([(13.0, 0.0, z)]))[0])
     surfer.press("Remove")
@@ -418,8 +421,10 @@ def test_a_picture_is_traced_as_the_sliders_say(surfer):
     surfer.drop("discs.png", cv2.imencode(".png", grey)[1].tobytes())
     hatched = surfer.strokes("discs.png")
     assert hatched > 20
-    told = [surfer.slider(n).get_attribute("aria-valuenow") for n in ("detail", "shades", "smoo.*")]
-    assert told == ["50", "3", "30"]
+    reported = [
+        surfer.slider(n).get_attribute("aria-valuenow") for n in ("detail", "shades", "smoo.*")
+    ]
+    assert reported == ["50", "3", "30"]
     surfer.slide("shades", "PageDown", "0")
     surfer.facts("discs.png: 2 strokes")
     assert surfer.strokes("discs.png") == 2, "an outline each"

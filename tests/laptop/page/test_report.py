@@ -94,11 +94,11 @@ def test_the_error_in_a_report_is_what_the_tracker_saw(scene):
     scene.controller.runs.aim("A", 102.0, 118.0)
     scene.controller.runs.start()
     run(scene, 1)
-    (told,) = servo_runs(scene.controller.record())
-    assert told.errors[0, 1] == pytest.approx(np.hypot(42, 2), abs=0.5)
-    assert told.seen_error == pytest.approx(np.hypot(2, 2), abs=0.5)
-    assert [row[3] for row in told.steps.rows] == [-42, -32, -22, -12, -2]
-    assert told.samples["A"][:, 0].tolist() == [60, 70, 80, 90, 100]
+    (reported,) = servo_runs(scene.controller.record())
+    assert reported.errors[0, 1] == pytest.approx(np.hypot(42, 2), abs=0.5)
+    assert reported.seen_error == pytest.approx(np.hypot(2, 2), abs=0.5)
+    assert [row[3] for row in reported.steps.rows] == [-42, -32, -22, -12, -2]
+    assert reported.samples["A"][:, 0].tolist() == [60, 70, 80, 90, 100]
 
 
 def test_where_the_tip_was_not_seen_the_report_has_a_gap(scene):
@@ -108,9 +108,9 @@ def test_where_the_tip_was_not_seen_the_report_has_a_gap(scene):
     scene.server.tell("", 1, e={"A.u": 1.0, "A.v": 0.0})
     for tip in [(60, 120)] * 20 + [None] * 20 + [(100, 120)] * 20:
         scene.show(tip=tip)
-    (told,) = servo_runs(scene.controller.record())
-    assert np.isnan(told.paths["A"]).any(axis=1).sum() == 1
-    t, errors = told.errors.T
+    (reported,) = servo_runs(scene.controller.record())
+    assert np.isnan(reported.paths["A"]).any(axis=1).sum() == 1
+    t, errors = reported.errors.T
     gap = t[np.isnan(errors)]
     assert (gap[0], gap[-1]) == pytest.approx((1.0, 2.0), abs=0.2)
     assert np.isfinite(errors[[1, -2]]).all()
@@ -128,9 +128,13 @@ def test_a_run_is_kept_where_it_is_asked_for(scene, tmp_path):
     folder.mkdir(parents=True)
     for _ in range(2):  # when there is more of it, again
         text = report.render(scene.controller.record(), folder)
-    told = read_run(folder)
-    assert (told.kind, told.methods, told.ending.is_well) == ("servo", ["broyden"], True)
-    assert told.rows("goals")[0]["ended"] == "converged"
+    reported = read_run(folder)
+    assert (reported.kind, reported.methods, reported.ending.is_well) == (
+        "servo",
+        ["broyden"],
+        True,
+    )
+    assert reported.rows("goals")[0]["ended"] == "converged"
     assert {"errors.png", "report.html", "run.json"} <= {file.name for file in folder.iterdir()}
     assert text.count("<img") == (folder / "report.html").read_text().count("<img")
     assert "It is kept for a lab report, too: runs/mine" in text

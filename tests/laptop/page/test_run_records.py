@@ -52,8 +52,8 @@ def test_a_run_that_the_brick_does_by_itself_is_recorded_without_orders(scene):
     first, second = (scene.controller.record(number) for number in (1, 2))
     assert first.runs[0].orders is second.runs[0].orders is None
     assert [run.verdict for run in (first.runs[0], second.runs[0])] == ["converged", "marker lost"]
-    (told,) = servo_runs(first)
-    assert told.goals["A"] == pytest.approx((102, 118), abs=0.5), "as the brick's errors tell"
+    (reported,) = servo_runs(first)
+    assert reported.goals["A"] == pytest.approx((102, 118), abs=0.5), "as the brick's errors tell"
 
 
 def test_what_was_there_before_is_no_run(scene):

@@ -39,9 +39,9 @@ class Gate:
             method, path, headers={name: text for name, text in headers.items() if text}
         )
         answer = connection.getresponse()
-        told = answer.status, dict(answer.getheaders()), answer.read().decode()
+        reported = answer.status, dict(answer.getheaders()), answer.read().decode()
         connection.close()
-        return told
+        return reported
 
 
 @pytest.fixture(scope="module")

@@ -75,10 +75,10 @@ def test_wish_and_ink_are_shown_where_ink_on_the_paper_is_seen(arm, height, has_
         mapping.lay_paper(height)
     for way in look_around._ways(arm):
         reached, _ = look_around._planned(arm, way)
-        for told, true in played(poses_along(arm, reached, 0.7)):
+        for reported, true in played(poses_along(arm, reached, 0.7)):
             pixel = tuple(np.add(scene.truth(true)["effector"], dice.normal(0, 0.2, 2)))
             for mapping in mappings:
-                mapping.add(marker_place(arm, told), pixel, 20.0, scene.camera.size)
+                mapping.add(marker_place(arm, reported), pixel, 20.0, scene.camera.size)
     view = mappings[0].view
     assert view.is_paper
     angles = np.linspace(0, 2 * math.pi, 60)
@@ -90,7 +90,7 @@ def test_wish_and_ink_are_shown_where_ink_on_the_paper_is_seen(arm, height, has_
     drawn = list(played(poses_along(arm, goals, 0.3)))
     pens = np.array([(*kinematics.forward(arm, true)[:2], 0.0) for _, true in drawn])
     seen = np.array([scene.truth(true)["effector"] for _, true in drawn])
-    shifts = np.array([marker_shift(arm, told) for told, _ in drawn])
+    shifts = np.array([marker_shift(arm, reported) for reported, _ in drawn])
     places = mappings[-1].pen(seen, shifts)
     off = view.to_picture(places) - scene.project(pens)
     assert np.hypot(*off.T).max() < MOST + 0.5, "px: the ink, by the marker as it was seen"

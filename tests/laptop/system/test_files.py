@@ -19,7 +19,7 @@ def test_a_new_file_and_one_that_may_be_replaced_are_let_through(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "told"),
+    ("name", "reported"),
     [
         ("a.svg", "would be no .csv by its name"),
         ("a", "would be no .csv by its name"),
@@ -36,7 +36,7 @@ def test_a_new_file_and_one_that_may_be_replaced_are_let_through(tmp_path):
         ("a\udcff.csv", "has characters that cannot be shown; choose another name"),
     ],
 )
-def test_a_place_where_something_would_be_lost_is_refused(tmp_path, name, told):
+def test_a_place_where_something_would_be_lost_is_refused(tmp_path, name, reported):
     (tmp_path / "there.csv").write_text("mine")
     (tmp_path / "link.csv").symlink_to("there.csv")
     (tmp_path / "folder.csv").mkdir()
@@ -47,10 +47,10 @@ def test_a_place_where_something_would_be_lost_is_refused(tmp_path, name, told):
     (tmp_path / "notes.txt").write_text("mine")
     (tmp_path / "notes.csv").symlink_to("notes.txt")
     before = sorted(os.listdir(tmp_path))
-    with pytest.raises(CannotWrite, match=told):
+    with pytest.raises(CannotWrite, match=reported):
         check_new(tmp_path / name, CSV)
     if name in ("folder.csv", "pipe.csv", "device.csv", "nowhere.csv"):
-        with pytest.raises(CannotWrite, match=told):
+        with pytest.raises(CannotWrite, match=reported):
             write_whole(tmp_path / name, b"new")
     assert sorted(os.listdir(tmp_path)) == before
     assert (tmp_path / "there.csv").read_text() == "mine"

@@ -31,7 +31,7 @@ def test_a_head_is_enough_where_that_is_asked(ending):
 
 @pytest.mark.parametrize("whole", [True, False])
 @pytest.mark.parametrize(
-    ("data", "told"),
+    ("data", "reported"),
     [
         (b"", "is empty"),
         (b"no picture", "is neither PNG nor JPEG"),
@@ -42,7 +42,7 @@ def test_a_head_is_enough_where_that_is_asked(ending):
         (PNG + bytes(MAX_PICTURE_BYTES), "is longer than 40 MB"),
     ],
 )
-def test_what_may_not_be_decoded_is_refused(data, told, whole):
-    with pytest.raises(InvalidPicture, match=told) as refused:
+def test_what_may_not_be_decoded_is_refused(data, reported, whole):
+    with pytest.raises(InvalidPicture, match=reported) as refused:
         picture_size(data, whole)
     assert "\n" not in str(refused.value)

@@ -26,7 +26,7 @@ class Failing:
 @pytest.mark.parametrize("order", ORDERS)
 def test_an_order_in_which_the_tracker_fails_is_told(order):
     browser_state = pytest.importorskip("laptop.page.cards.browser_state").BrowserState(Failing())
-    told = []
-    browser_state.warn = told.append
+    reported = []
+    browser_state.warn = reported.append
     assert not asyncio.run(getattr(browser_state, order)(ORDERS[order]))
-    assert told == ["the tracker could not do this (BadJob: too long); look, then do it again"]
+    assert reported == ["the tracker could not do this (BadJob: too long); look, then do it again"]

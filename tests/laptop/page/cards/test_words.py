@@ -13,9 +13,9 @@ from shared.verdicts import VERDICT_TEXTS
 
 def test_every_end_of_a_drawing_is_told_in_its_words():
     card = pytest.importorskip("laptop.page.cards.draw_progress")
-    told = [JobStatus(9.0, 7, "rose", end, 2, 5, 4.0, 10.0, None, False, "") for end in ENDS]
+    reported = [JobStatus(9.0, 7, "rose", end, 2, 5, 4.0, 10.0, None, False, "") for end in ENDS]
     assert [
-        card.job_text(reported_state(status, is_lost=False, alone=False)) for status in told
+        card.job_text(reported_state(status, is_lost=False, alone=False)) for status in reported
     ] == [*("rose: done", "rose: aborted at 40 %", "rose: ended at 40 %")]
 
 

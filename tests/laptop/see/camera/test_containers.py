@@ -46,14 +46,14 @@ def trim(path, share):
     return path
 
 
-@pytest.mark.parametrize(("ending", "told"), [("avi", True), ("mp4", True), ("mov", True),
+@pytest.mark.parametrize(("ending", "reported"), [("avi", True), ("mp4", True), ("mov", True),
                                               ("mkv", False), ("ts", False)])  # fmt: skip
-def test_some_containers_tell_how_many_frames_they_have(film, ending, told):
+def test_some_containers_tell_how_many_frames_they_have(film, ending, reported):
     path = film(ending)
-    assert states_count(path) == told
+    assert states_count(path) == reported
     assert how_cut_off(path) == ""
     with open_camera(str(path)) as source:
-        assert source.guessed == (not told)
+        assert source.guessed == (not reported)
         assert len(everything(source)) == 10
         assert (source.count, source.guessed, source.notes) == (10, False, [])
 
@@ -178,13 +178,15 @@ def test_a_film_that_is_cut_off_is_called_so(film, ending):
         count = len(everything(source))
         assert 4 <= count <= 5
         if ending == "avi":
-            told = f"{10 - count} of 10 frames could not be read: the file is {cut}; copy it again"
+            reported = (
+                f"{10 - count} of 10 frames could not be read: the file is {cut}; copy it again"
+            )
         else:
-            told = (
+            reported = (
                 f"the file is {cut}: what comes after {count} frames could not be read; "
                 "copy it again"
             )
-        assert source.notes == [told]
+        assert source.notes == [reported]
 
 
 def test_an_mp4_with_its_table_in_front_may_be_cut_off(tmp_path):

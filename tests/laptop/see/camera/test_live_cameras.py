@@ -49,8 +49,8 @@ def test_the_drivers_time_stamp_is_believed_only_if_it_can_be_true(webcam, stamp
     source, (capture,) = webcam()
     capture.give(1, stamp=stamp)
     assert source.read(PATIENCE).t == pytest.approx(t)
-    told = "time stamps from the driver" in source.notes
-    assert told == (stamp in (49.98, 50.0))
+    reported = "time stamps from the driver" in source.notes
+    assert reported == (stamp in (49.98, 50.0))
 
 
 def test_a_picture_that_lay_in_the_driver_for_long_is_not_taken_for_a_new_one(webcam):

@@ -419,8 +419,10 @@ def test_a_picture_larger_than_any_cameras_is_not_decoded(tmp_path, data, monkey
     monkeypatch.setattr(cv2, "imdecode", decoded)
     path = tmp_path / "large.png"
     path.write_bytes(data)
-    told = r"large.png claims (30000 x 30000|65500 x 65500) pixels; it may have up to 50 million"
-    with pytest.raises(NoCamera, match=told):
+    reported = (
+        r"large.png claims (30000 x 30000|65500 x 65500) pixels; it may have up to 50 million"
+    )
+    with pytest.raises(NoCamera, match=reported):
         open_camera(str(path))
     with pytest.raises(NoCamera, match=r"of the 1 pictures .* can be read: large.png \(claims"):
         open_camera(str(tmp_path))

@@ -115,16 +115,16 @@ def test_the_middle_is_free_but_for_crosses_and_words(page):
 
 
 @pytest.mark.parametrize(
-    ("name", "paper", "told"),
+    ("name", "paper", "reported"),
     [
         ("board.doc", "a4", "board.doc: end its name in .pdf, .svg or .png"),
         ("none/board.pdf", "a4", "none/board.pdf: there is no folder none; make it first"),
         ("board.pdf", "a3", "paper 'a3': there is a board for a4 and for letter"),
     ],
 )
-def test_what_cannot_be_made_is_said_in_one_line(name, paper, told, tmp_path, monkeypatch):
+def test_what_cannot_be_made_is_said_in_one_line(name, paper, reported, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(marker_sheet.BadSheet, match=f"^{re.escape(told)}$"):
+    with pytest.raises(marker_sheet.BadSheet, match=f"^{re.escape(reported)}$"):
         write_board(tmp_path.__class__(name), paper)
     assert list(tmp_path.iterdir()) == []
 

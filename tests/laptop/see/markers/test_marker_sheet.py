@@ -45,7 +45,7 @@ def test_its_aruco_markers_are_found_by_number(page):
 
 
 @pytest.mark.parametrize(
-    ("name", "size", "told"),
+    ("name", "size", "reported"),
     [
         ("markers.doc", 20, r"markers\.doc: end its name in \.pdf, \.svg or \.png"),
         ("markers.pdf", 2, "size 2 mm: choose from 5 to 60"),
@@ -53,9 +53,9 @@ def test_its_aruco_markers_are_found_by_number(page):
         ("none/markers.pdf", 20, r"none/markers\.pdf: there is no folder none; make it first"),
     ],
 )
-def test_what_cannot_be_made_is_said_in_one_line(name, size, told, tmp_path, monkeypatch):
+def test_what_cannot_be_made_is_said_in_one_line(name, size, reported, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(BadSheet, match=told):
+    with pytest.raises(BadSheet, match=reported):
         write_sheet(Path(name), size)
     assert list(tmp_path.iterdir()) == []
 

@@ -110,8 +110,8 @@ def test_a_spec_too_long_for_a_file_name_is_no_file():
 @pytest.mark.parametrize("kind", ["", "ball:"])
 def test_a_file_that_is_not_there_is_called_so(tmp_path, kind):
     for missing in (tmp_path, "no/such/file.ini", "markers.ini"):
-        told = f"effector '{kind}{missing}': there is no file {missing}; make it with --pick"
-        assert refusal(read_spec, "effector", f"{kind}{missing}") == told
+        reported = f"effector '{kind}{missing}': there is no file {missing}; make it with --pick"
+        assert refusal(read_spec, "effector", f"{kind}{missing}") == reported
 
 
 def test_for_the_goal_a_point_is_offered_too():

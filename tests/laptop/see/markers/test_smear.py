@@ -44,13 +44,13 @@ def photo(u, v, radius, way=(0.0, 0.0), ground=None, seed=0, times=None, noise=3
 
 def clutter(seed):
     """A ground full of bricks in colours other than the marker's."""
-    luck = np.random.default_rng(seed)
+    rng = np.random.default_rng(seed)
     ground = np.full((HEIGHT, WIDTH, 3), GREY, np.uint8)
     colours = [(180, 80, 18), (60, 143, 15), (15, 197, 242), (235, 235, 235), (25, 25, 25)]
     for _ in range(15):
-        u, v = luck.integers(WIDTH), luck.integers(HEIGHT)
-        corner = int(u + luck.integers(5, 25)), int(v + luck.integers(5, 25))
-        cv2.rectangle(ground, (int(u), int(v)), corner, colours[luck.integers(5)], -1)
+        u, v = rng.integers(WIDTH), rng.integers(HEIGHT)
+        corner = int(u + rng.integers(5, 25)), int(v + rng.integers(5, 25))
+        cv2.rectangle(ground, (int(u), int(v)), corner, colours[rng.integers(5)], -1)
     return ground
 
 

@@ -33,11 +33,11 @@ ABOVE, SIDE = Pinhole(15, 0), Pinhole(80, 40)
 
 
 def taught(places, noise=0.5, cameras=(ABOVE, SIDE), seed=1, false=0.0):
-    luck, views = np.random.default_rng(seed), TwoViews()
+    rng, views = np.random.default_rng(seed), TwoViews()
     for place in places:
-        one, other = (np.array(camera(place)) + luck.normal(0, noise, 2) for camera in cameras)
-        if luck.random() < false:
-            other = luck.uniform((0, 0), SIZE)
+        one, other = (np.array(camera(place)) + rng.normal(0, noise, 2) for camera in cameras)
+        if rng.random() < false:
+            other = rng.uniform((0, 0), SIZE)
         views.add(tuple(one), tuple(other))
     return views
 

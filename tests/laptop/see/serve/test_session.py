@@ -145,8 +145,8 @@ def test_when_a_camera_is_given_up_the_other_goes_on_and_the_end_is_a_failure(mo
     run = TrackingSession(pipelines, None, None, Console(file=out))
     with pytest.raises(TrackingInterrupted, match="^camera 0 did not come back$"):
         run.run()
-    told = [line for line in out.getvalue().splitlines() if line.startswith("camera")]
-    assert told == ["camera A: camera 0 did not come back, 1 frames; B goes on"]
+    reported = [line for line in out.getvalue().splitlines() if line.startswith("camera")]
+    assert reported == ["camera A: camera 0 did not come back, 1 frames; B goes on"]
     assert pipelines[1].frames == 1, "it came after A had been given up"
     assert run.display.lines() == ["A: camera 0 did not come back, 1 frames", "B: ended, 1 frames"]
 

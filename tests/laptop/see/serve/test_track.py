@@ -138,9 +138,9 @@ def test_two_cameras_are_told_apart(run, video, tmp_path):
     assert in_turn[:4] == [("A", "0"), ("B", "0"), ("A", "1"), ("B", "1")]
     assert [camera for camera, _ in in_turn].count("B") == 5
     goals = [[*row.values()] for row in table if row["marker"] == "goal"]
-    told = {camera: [row[3:] for row in goals if row[-1] == camera] for camera in "AB"}
-    assert told["A"] == [["1.000", "2.000", "1.000", "A"]] * 3
-    assert told["B"] == [["3.000", "4.000", "1.000", "B"]] * 5
+    reported = {camera: [row[3:] for row in goals if row[-1] == camera] for camera in "AB"}
+    assert reported["A"] == [["1.000", "2.000", "1.000", "A"]] * 3
+    assert reported["B"] == [["3.000", "4.000", "1.000", "B"]] * 5
     assert (tmp_path / "view-A.png").exists()
     assert (tmp_path / "view-B.png").exists()
     first = out.read_bytes()
@@ -689,7 +689,7 @@ def test_a_camera_that_sees_no_board_tells_pixels_and_no_cm(run, video, tmp_path
 
 
 @pytest.mark.parametrize(
-    ("words", "status", "told"),
+    ("words", "status", "reported"),
     [
         (["--bar", "97"], 2, "--bar is of the board: add --board."),
         (["--marker-height", "25"], 2, "--marker-height is of board and page: leave --no-serve"),
@@ -700,9 +700,9 @@ def test_a_camera_that_sees_no_board_tells_pixels_and_no_cm(run, video, tmp_path
     ],
 )
 def test_what_is_said_of_a_board_is_checked_before_anything_starts(
-    run, video, tmp_path, words, status, told
+    run, video, tmp_path, words, status, reported
 ):
     out = tmp_path / "out.csv"
     shown = run("--camera", video(), "--no-serve", "--to", out, *words, status=status)
-    assert told in shown.output
+    assert reported in shown.output
     assert not out.exists()

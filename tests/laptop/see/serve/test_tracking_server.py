@@ -241,8 +241,8 @@ def test_the_state_tells_who_is_there_and_how_it_is_doing(server, brick, clock):
     until(lambda: server.state().status, client)
     clock.t += 0.5
     state = server.state()
-    told = (0.5, 1.0), 5.0, "limit", "the elbow", {"A.u": 3.0, "A.v": -4.0}, 17.5, 6, 2
-    assert state.status[1:] == (*told, None)  # nobody told of a battery
+    reported = (0.5, 1.0), 5.0, "limit", "the elbow", {"A.u": 3.0, "A.v": -4.0}, 17.5, 6, 2
+    assert state.status[1:] == (*reported, None)  # nobody told of a battery
     assert state.status_age == pytest.approx(0.5, abs=0.01)
     until(lambda: server.state().round_trip is not None, client)
     assert state.counters["bad"] == 0
@@ -413,11 +413,11 @@ def test_a_job_is_offered_and_the_brick_has_what_it_asks_for(server, brick, cloc
 def test_progress_is_known_with_its_age(server, brick, clock):
     client = linked(brick())
     until(lambda: server.state().round_trip is not None, client)
-    told = JobStatus(clock.now() - 0.5, 7, "rose", "drawing", 1, 9, 2.0, 30.0, 60.0, True, "")
-    assert client.send(told)
+    reported = JobStatus(clock.now() - 0.5, 7, "rose", "drawing", 1, 9, 2.0, 30.0, 60.0, True, "")
+    assert client.send(reported)
     until(lambda: server.state().progress is not None, client)
     state = server.state()
-    assert state.progress == told
+    assert state.progress == reported
     assert state.progress_age == pytest.approx(0.5, abs=0.1), "clocks are 5000 s apart"
 
 

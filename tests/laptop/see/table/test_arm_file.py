@@ -122,16 +122,16 @@ def test_an_arm_that_comes_along_is_copied_and_never_changed():
 
 
 @pytest.mark.parametrize(
-    ("values", "told"),
+    ("values", "reported"),
     [
         ({("arm", "marker_offset"): "far off"}, "must be two numbers"),
         ({("base", "link"): "3"}, r"there is no section \[base\]"),
         ({("elbow", "link"): "-3"}, "link = -3"),
     ],
 )
-def test_what_no_arm_can_have_is_not_written(mine, values, told):
+def test_what_no_arm_can_have_is_not_written(mine, values, reported):
     before = mine.read_bytes()
-    with pytest.raises(ArmNotWritten, match=told) as problem:
+    with pytest.raises(ArmNotWritten, match=reported) as problem:
         write_values(read_arm(mine), values)
     assert "write there: [" in str(problem.value)
     assert ".new" not in str(problem.value)

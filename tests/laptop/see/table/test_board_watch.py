@@ -266,9 +266,9 @@ class FakeStand:
 def test_people_are_told_the_pens_place_where_it_is_known_how_the_arm_stands(shown):
     views, _ = shown
     views.append(view(WHERE))
-    told = [(1.0, (0.1, 0.2))]
+    reported = [(1.0, (0.1, 0.2))]
     stand, lines = FakeStand(), []
-    watcher = BoardWatch(None, {"effector": 2.5}, "A", lines.append, stand, lambda: told[-1])
+    watcher = BoardWatch(None, {"effector": 2.5}, "A", lines.append, stand, lambda: reported[-1])
     assert watcher.board_place("effector", (320, 240)) is None
     look(watcher, 1)
     seen = tuple(pixels(WHERE, [[3.0, -4.0, 2.5]])[0])
@@ -283,7 +283,7 @@ def test_people_are_told_the_pens_place_where_it_is_known_how_the_arm_stands(sho
         pytest.approx((3.0, -4.0), abs=0.03),
         pytest.approx((13.0, -4.0), abs=0.03),
     )
-    told[-1] = None
+    reported[-1] = None
     far = tuple(pixels(WHERE, [[3.0, 6.0, 2.5]])[0])
     assert watcher.board_place("effector", far) is None, "no pose puts the marker there"
     assert stand.asked[-1] is None

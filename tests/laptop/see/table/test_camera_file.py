@@ -27,7 +27,7 @@ def test_a_camera_is_read_as_it_was_written(kept):
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("change", "reported"),
     [
         ({"lens": [1, 2]}, "lens is not 8 numbers"),
         ({"lens": [float("nan")] * 8}, "lens is not 8 numbers"),
@@ -54,17 +54,17 @@ def test_a_camera_is_read_as_it_was_written(kept):
         ({"rotation": [1e308, 0, 0]}, "rotation is more than 12.6 rad"),
     ],
 )
-def test_a_spoilt_file_is_refused_in_one_line(kept, change, told):
+def test_a_spoilt_file_is_refused_in_one_line(kept, change, reported):
     file, _ = kept
     file.write_text(json.dumps(json.loads(file.read_text()) | change))
-    with pytest.raises(BadCalibration, match=told) as error:
+    with pytest.raises(BadCalibration, match=reported) as error:
         read_camera(file)
     assert "\n" not in str(error.value)
     assert "make it anew" in str(error.value)
 
 
 @pytest.mark.parametrize(
-    ("key", "at", "value", "told"),
+    ("key", "at", "value", "reported"),
     [
         ("lens", 0, 1e308, "focal length is "),
         ("lens", 1, 1e308, "cx in the picture's sides is "),
@@ -81,13 +81,13 @@ def test_a_spoilt_file_is_refused_in_one_line(kept, change, told):
     ],
 )
 @pytest.mark.filterwarnings("error")
-def test_a_number_that_no_camera_has_is_refused_in_one_line(kept, key, at, value, told):
+def test_a_number_that_no_camera_has_is_refused_in_one_line(kept, key, at, value, reported):
     file, _ = kept
     known = json.loads(file.read_text())
     numbers = np.array(known[key])
     numbers[at] = value
     file.write_text(json.dumps(known | {key: numbers.tolist()}))
-    with pytest.raises(BadCalibration, match=told) as error:
+    with pytest.raises(BadCalibration, match=reported) as error:
         read_camera(file)
     assert "\n" not in str(error.value)
     assert "make it anew" in str(error.value)
@@ -99,9 +99,9 @@ def test_a_number_that_no_camera_has_is_refused_in_one_line(kept, key, at, value
 @pytest.mark.parametrize("tilts", [(0,), (70,), (30, 35, 0)])
 def test_honest_cameras_are_believed(tmp_path, paper, focal, tilts):
     lens = (focal, 318, 242, -0.2, 0.06, 0, 0)
-    luck = np.random.default_rng(2)
+    rng = np.random.default_rng(2)
     stands = [stand(focal / 12, tilt, 100 * tilt) for tilt in tilts]
-    found = calibrate([view(one, luck, 0.1, lens, paper) for one in stands])
+    found = calibrate([view(one, rng, 0.1, lens, paper) for one in stands])
     write_camera(tmp_path / "camera.json", found)
     assert read_camera(tmp_path / "camera.json").markers == found.markers
 

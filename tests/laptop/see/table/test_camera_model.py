@@ -53,21 +53,21 @@ def test_nothing_in_gives_nothing_out():
 
 def test_the_covariance_of_a_place_is_that_of_a_thousand_drawn_cameras():
     where = stand(50, 35, 30)
-    luck = np.random.default_rng(1)
+    rng = np.random.default_rng(1)
     spreads = np.array([4, 1, 1, 0.01, 0.01, 1e-4, 1e-4, 0, *[1e-3] * 3, *[0.02] * 3])
     camera = model(where, covariance=np.diag(spreads**2))
     seen = camera.project(np.array([(4.0, -6.0, 2.0)]))
     drawn = []
     for _ in range(800):
-        d = spreads * luck.standard_normal(14)
+        d = spreads * rng.standard_normal(14)
         other = CameraModel(
             SIZE, camera.lens + d[:8], camera.rotation + d[8:11], camera.translation + d[11:], d
         )
-        u = seen + 0.2 * luck.standard_normal(2)
-        drawn.append(other.to_table(u, 2.0 + 0.1 * luck.standard_normal())[0])
-    told = camera.placed(seen, 2.0, 0.2, 0.1)
-    assert told.xy[0] == pytest.approx((4, -6), abs=1e-6)
-    assert np.cov(np.array(drawn).T) == pytest.approx(told.covariance[0], rel=0.25, abs=2e-4)
+        u = seen + 0.2 * rng.standard_normal(2)
+        drawn.append(other.to_table(u, 2.0 + 0.1 * rng.standard_normal())[0])
+    reported = camera.placed(seen, 2.0, 0.2, 0.1)
+    assert reported.xy[0] == pytest.approx((4, -6), abs=1e-6)
+    assert np.cov(np.array(drawn).T) == pytest.approx(reported.covariance[0], rel=0.25, abs=2e-4)
 
 
 def test_a_plain_lens_from_straight_above_has_its_scale():

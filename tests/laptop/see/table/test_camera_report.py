@@ -11,8 +11,8 @@ TILTED = stand(52, 25, 200, 3)
 
 
 def found(*where, bar=None, seed=0, **options):
-    luck = np.random.default_rng(seed)
-    return calibrate([view(one, luck, **options) for one in where], bar)
+    rng = np.random.default_rng(seed)
+    return calibrate([view(one, rng, **options) for one in where], bar)
 
 
 def test_all_that_matters_is_told():

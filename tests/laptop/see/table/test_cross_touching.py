@@ -24,7 +24,7 @@ class Scene:
     """An arm that stands on a cross, with joints that are known to their play, and its camera."""
 
     def __init__(self, play=0.0):
-        self.luck, self.play = np.random.default_rng(5), play
+        self.rng, self.play = np.random.default_rng(5), play
         self.heard = []
         self.seen = CrossSample(None, "", VIEW)
         self.touching = CrossTouching(
@@ -34,12 +34,12 @@ class Scene:
 
     def at(self, k):
         """The point of the brick with the pen on cross k; the camera sees it."""
-        pen = CROSSES[k] + 0.02 * self.luck.standard_normal(2)
+        pen = CROSSES[k] + 0.02 * self.rng.standard_normal(2)
         q = np.array(kinematics.inverse(PLANAR, tuple(turned(-TURN, pen - BASE))))
         marker = pen + turned(TURN + q.sum(), OFFSET)
         seen = pixels(CAMERA, [[*marker, HEIGHT]])[0]
         self.seen = CrossSample(tuple(seen), "", VIEW)
-        q = tuple(q + math.radians(self.play) * self.luck.uniform(-0.5, 0.5, 2))
+        q = tuple(q + math.radians(self.play) * self.rng.uniform(-0.5, 0.5, 2))
         return BrickPoint(tuple(kinematics.forward(PLANAR, q)), q, 1.0)
 
 

@@ -30,16 +30,16 @@ def posed(pen):
     return (x, y), heading, pixels(CAMERA, [[*marker, HEIGHT]])[0]
 
 
-def touched(chosen, luck=None, placing=0.03, joints=0.02, scale=1.0, slip=None):
+def touched(chosen, rng=None, placing=0.03, joints=0.02, scale=1.0, slip=None):
     """The touches of some crosses; of a print that is `scale` times as large as it says."""
     touches = []
     for k in chosen:
-        at = scale * CROSSES[k] + (0 if luck is None else placing * luck.standard_normal(2))
+        at = scale * CROSSES[k] + (0 if rng is None else placing * rng.standard_normal(2))
         if k == slip:
             at = at + (0.0, -0.8)
         tip, heading, pixel = posed(at)
-        if luck is not None:
-            tip = tip + joints * luck.standard_normal(2)
+        if rng is not None:
+            tip = tip + joints * rng.standard_normal(2)
         touches.append(Touch(tuple(CROSSES[k]), tuple(tip), heading, tuple(pixel)))
     return touches
 
@@ -58,9 +58,9 @@ def test_without_errors_all_is_found(camera):
 def test_six_crosses_touched_to_03_mm_place_the_pen_to_half_a_millimetre(camera):
     off, claims = [], []
     for seed in range(15):
-        luck = np.random.default_rng(seed)
-        fit = fit_marker(camera, touched(SIX, luck))
-        pens = luck.uniform((-5, -7), (5, 7), (20, 2))
+        rng = np.random.default_rng(seed)
+        fit = fit_marker(camera, touched(SIX, rng))
+        pens = rng.uniform((-5, -7), (5, 7), (20, 2))
         poses = [posed(pen) for pen in pens]
         seen, headings = np.array([p[2] for p in poses]), np.array([p[1] for p in poses])
         off += list(10 * np.linalg.norm(fit.pen(camera, seen, headings) - pens, axis=1))
@@ -83,8 +83,8 @@ def test_the_joints_measure_is_turned_into_the_boards():
 
 
 def test_a_height_that_was_measured_is_kept(camera):
-    luck = np.random.default_rng(1)
-    fit = fit_marker(camera, touched(SIX, luck), height=HEIGHT)
+    rng = np.random.default_rng(1)
+    fit = fit_marker(camera, touched(SIX, rng), height=HEIGHT)
     assert fit.height == pytest.approx(HEIGHT, abs=0.05)
     assert fit.height_sigma <= 0.05
 
@@ -104,9 +104,9 @@ def test_it_tells_what_to_write_into_the_arms_file(camera):
 
 def test_the_arm_tells_of_a_print_that_is_too_small():
     """Of the camera alone nobody could: that the board is small looks like a camera far away."""
-    luck = np.random.default_rng(3)
-    untold = calibrate([view(CAMERA, luck, 0.02, scale=0.97)]).camera
-    fit = fit_marker(untold, touched(range(9), luck, scale=0.97))
+    rng = np.random.default_rng(3)
+    untold = calibrate([view(CAMERA, rng, 0.02, scale=0.97)]).camera
+    fit = fit_marker(untold, touched(range(9), rng, scale=0.97))
     (note,) = [line for line in fit.notes() if "the arm's measure" in line]
     assert "crosses are 3." in note or "crosses are 2.9" in note
     assert "nearer together than the board says: a bar of 97." in note or "a bar of 96.9" in note
@@ -136,7 +136,7 @@ def test_a_link_that_always_points_the_same_way_makes_it_unsure(camera):
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("change", "reported"),
     [
         (lambda t: t[:5], "5 crosses were touched; 6 are the least, 9 are better"),
         (lambda t: [], "0 crosses were touched"),
@@ -145,6 +145,6 @@ def test_a_link_that_always_points_the_same_way_makes_it_unsure(camera):
         (lambda t: [t[0]._replace(pixel=(1e5, -1e5)), *t[1:]], "seen where no table is"),
     ],
 )
-def test_what_tells_too_little_is_refused(camera, change, told):
-    with pytest.raises(BadTouches, match=told):
+def test_what_tells_too_little_is_refused(camera, change, reported):
+    with pytest.raises(BadTouches, match=reported):
         fit_marker(camera, change(touched(range(9))))

@@ -30,11 +30,11 @@ def side():
 
 def poses(count, seed=0):
     """Joint angles, with the tip above the table."""
-    luck = np.random.default_rng(seed)
+    rng = np.random.default_rng(seed)
     low, high = ([getattr(j, side) for j in ARM.joints] for side in ("lower", "upper"))
     found = []
     while len(found) < count:
-        q = luck.uniform(low, high)
+        q = rng.uniform(low, high)
         if 1.0 < marker_place(ARM, q)[2] < 18 and marker_place(ARM, q)[0] > 4:
             found.append(q)
     return np.array(found)
@@ -42,12 +42,12 @@ def poses(count, seed=0):
 
 def seen(side, count, seed=0, noise=0.2, joints=0.003):
     """Places by joints that are a little off, and where the camera sees the true ones."""
-    luck = np.random.default_rng(seed + 100)
+    rng = np.random.default_rng(seed + 100)
     true = poses(count, seed)
-    told = true + joints * luck.standard_normal(true.shape)
+    reported = true + joints * rng.standard_normal(true.shape)
     points = np.array([marker_place(ARM, q) for q in true])
-    sights = side(points) + noise * luck.standard_normal((count, 2))
-    return np.array([marker_place(ARM, q) for q in told]), sights, points
+    sights = side(points) + noise * rng.standard_normal((count, 2))
+    return np.array([marker_place(ARM, q) for q in reported]), sights, points
 
 
 def test_without_errors_the_camera_is_found(side):
@@ -79,7 +79,7 @@ def test_sights_of_something_else_do_no_harm(side):
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("change", "reported"),
     [
         (lambda p, s: (p[:11], s[:11]), "at 11 places so far; 12 are the least: let it move about"),
         (lambda p, s: (p[:1], s[:1]), "at 1 place so far"),
@@ -90,9 +90,9 @@ def test_sights_of_something_else_do_no_harm(side):
         (lambda p, s: (p[::-1], s), "is it the arm of this file, with its zero found"),
     ],
 )
-def test_moves_that_tell_too_little_or_fit_nothing_are_refused(side, change, told):
+def test_moves_that_tell_too_little_or_fit_nothing_are_refused(side, change, reported):
     points, sights, _ = seen(side, 40)
-    with pytest.raises(BadMoves, match=told):
+    with pytest.raises(BadMoves, match=reported):
         fit_moves(*change(points, sights), SIZE)
 
 
@@ -168,7 +168,7 @@ def test_in_rendered_pictures_a_ball_in_space_is_placed_to_some_millimetres():
     """Both by the board, and one by the tip's moves: the truth is the arm's."""
     learn, ask = 60, 40
     true = np.concatenate([poses(learn), poses(ask, 9)])
-    told = true[:learn] + 0.003 * np.random.default_rng(5).standard_normal((learn, 3))
+    reported = true[:learn] + 0.003 * np.random.default_rng(5).standard_normal((learn, 3))
     asked = np.array([marker_place(ARM, q) for q in true]) - (9.0, 0.0, 0.0)
     text = "board=a4,marker_stray=0,clutter=0"
     cells = [
@@ -184,7 +184,7 @@ def test_in_rendered_pictures_a_ball_in_space_is_placed_to_some_millimetres():
         ).camera
         for cell in cells[:2]
     )
-    points = np.array([marker_place(ARM, q) for q in told])
+    points = np.array([marker_place(ARM, q) for q in reported])
     both = np.isfinite(above[:learn] + beside[:learn]).all(axis=1)
     arm = fit_arm_pose(over, points[both], above[:learn][both])
     by_moves = fit_moves(arm.on_board(points[both]), beside[:learn][both], SIZE)
@@ -197,6 +197,6 @@ def test_in_rendered_pictures_a_ball_in_space_is_placed_to_some_millimetres():
         seen = np.isfinite(off)
         assert seen.sum() > ask / 4
         middle, late = np.quantile(off[seen], (0.5, 0.95))
-        told = f"{name}: {middle:.2f}, {late:.2f} mm, gap {10 * np.median(gaps[seen]):.2f} mm"
-        assert middle < most[0], told
-        assert late < most[1], told
+        reported = f"{name}: {middle:.2f}, {late:.2f} mm, gap {10 * np.median(gaps[seen]):.2f} mm"
+        assert middle < most[0], reported
+        assert late < most[1], reported

@@ -16,20 +16,20 @@ PLACES = np.column_stack([X.ravel(), Y.ravel()])
 HEIGHTS = 0.0, 1.0, 3.0, 5.0
 
 
-def lens(field, luck):
+def lens(field, rng):
     """A lens that is so many degrees wide, off its middle, and bent."""
     focal = SIZE[0] / 2 / np.tan(np.radians(field) / 2)
-    bend = luck.uniform(-0.3, 0.1) * min(1, (focal / SIZE[0]) ** 2)
-    return (focal, *(luck.normal(0, 8, 2) + (319.5, 239.5)), bend, -0.3 * min(bend, 0), 0, 0)
+    bend = rng.uniform(-0.3, 0.1) * min(1, (focal / SIZE[0]) ** 2)
+    return (focal, *(rng.normal(0, 8, 2) + (319.5, 239.5)), bend, -0.3 * min(bend, 0), 0, 0)
 
 
-def sheet_view(where, luck, through, stretch, skew, bend, noise):
+def sheet_view(where, rng, through, stretch, skew, bend, noise):
     """What is seen of a sheet that is printed askew and bent, cm at its rim."""
     flat = view(where, lens=through)
     x, y, _ = flat.points.T
     bent = bend[0] * (x / 10) ** 2 + bend[1] * x * y / 140 + bend[2] * (y / 14) ** 2
     shown = np.column_stack([x + skew * y, y * (1 + stretch), bent])
-    off = noise * luck.standard_normal(flat.pixels.shape)
+    off = noise * rng.standard_normal(flat.pixels.shape)
     return replace(flat, pixels=pixels(where, shown, through) + off)
 
 
@@ -44,14 +44,14 @@ def in_sigmas(tilts, field, seed, stretch=0.0, bend=0.0, noise=0.03):
         bend: standard deviation of how far the sheet is bent in each view, cm.
         noise: of a corner, px.
     """
-    luck = np.random.default_rng([seed, 41])
-    through = lens(field, luck)
-    askew = luck.normal(0, (stretch, stretch / 2))
+    rng = np.random.default_rng([seed, 41])
+    through = lens(field, rng)
+    askew = rng.normal(0, (stretch, stretch / 2))
     views = []
     for tilt in tilts:
-        turned = luck.uniform(0, 360, 2)
-        where = stand(0.065 * through[0], tilt, *turned, luck.uniform(-1, 1, 2))
-        views.append(sheet_view(where, luck, through, *askew, luck.normal(0, bend, 3), noise))
+        turned = rng.uniform(0, 360, 2)
+        where = stand(0.065 * through[0], tilt, *turned, rng.uniform(-1, 1, 2))
+        views.append(sheet_view(where, rng, through, *askew, rng.normal(0, bend, 3), noise))
     camera = calibrate(views).camera
     ratios = []
     for height in HEIGHTS:

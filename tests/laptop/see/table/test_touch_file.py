@@ -36,7 +36,7 @@ def test_each_arm_has_its_place(monkeypatch, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("change", "reported"),
     [
         ({"offset": [1]}, "offset is not 2 numbers"),
         ({"offset": ["a", "b"]}, "offset is not 2 numbers"),
@@ -53,9 +53,9 @@ def test_each_arm_has_its_place(monkeypatch, tmp_path):
         ({"arm": 5}, "arm is not a name"),
     ],
 )
-def test_a_spoilt_file_is_refused_in_one_line(kept, change, told):
+def test_a_spoilt_file_is_refused_in_one_line(kept, change, reported):
     kept.write_text(json.dumps(json.loads(kept.read_text()) | change))
-    with pytest.raises(BadTouches, match=told) as error:
+    with pytest.raises(BadTouches, match=reported) as error:
         read_touched(kept)
     assert "\n" not in str(error.value)
     assert "touch them anew" in str(error.value)

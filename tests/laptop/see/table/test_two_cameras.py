@@ -38,8 +38,8 @@ class SpaceCell:
             name: FakeWatch(where if seen else None)
             for (name, where), seen in zip(self.where.items(), sees, strict=True)
         }
-        self.lines, self.told, self.linked, self.arm = [], None, linked, arm
-        self.cameras = TwoCameras(self.watches, arm, lambda: self.told, self.lines.append)
+        self.lines, self.reported, self.linked, self.arm = [], None, linked, arm
+        self.cameras = TwoCameras(self.watches, arm, lambda: self.reported, self.lines.append)
         self.t, self.index, self.pairs = 10.0, {"A": 0, "B": 0}, []
 
     def q(self, t):
@@ -66,7 +66,7 @@ class SpaceCell:
                 self.index[name] += 1
                 self.pairs += self.cameras.see(name, frame, {"effector": (u, v, confidence)})
             if self.linked and self.index["A"] % 3 == 0:
-                self.told = self.t - 0.004, self.q(self.t - 0.004)
+                self.reported = self.t - 0.004, self.q(self.t - 0.004)
             self.t += 1 / 15
 
     def off(self):

@@ -74,8 +74,8 @@ def test_a_mirrored_picture_is_told(keep, grey):
     image = table(sheet(keep=keep))[:, ::-1].copy()
     if grey:
         image = image[:, :, 0].copy()
-    told = fault(image)
-    assert told.startswith("the picture is mirrored: ")
-    assert told.endswith("; turn mirroring off in the program that takes it")
+    reported = fault(image)
+    assert reported.startswith("the picture is mirrored: ")
+    assert reported.endswith("; turn mirroring off in the program that takes it")
     for upright in (image[::-1].copy(), image[:, ::-1].copy()):
         assert fault(upright) is None

@@ -14,17 +14,17 @@ FINE = 4
 """Rays a pixel and axis."""
 
 
-def pose(side, tilt, luck):
+def pose(side, tilt, rng):
     """A code's homography: `side` px wide, turned anyhow, tilted by `tilt` rad, near the middle."""
-    focal, azimuth, roll = 500.0, *luck.uniform(0, 2 * np.pi, 2)
+    focal, azimuth, roll = 500.0, *rng.uniform(0, 2 * np.pi, 2)
     across = tilt * np.array([np.cos(azimuth), np.sin(azimuth), 0])
     turned = cv2.Rodrigues(across)[0] @ cv2.Rodrigues(np.array([0, 0, roll]))[0]
-    middle = SIZE / 2 + luck.uniform(-2, 2, 2)
+    middle = SIZE / 2 + rng.uniform(-2, 2, 2)
     lens = np.array([[focal, 0, middle[0]], [0, focal, middle[1]], [0, 0, 1]])
     return lens @ np.column_stack([turned[:, :2], (0, 0, 2 * focal / side)])
 
 
-def photograph(code, homography, luck, blur=0.7, noise=3.0, shade=0.0, rim=1.0):
+def photograph(code, homography, rng, blur=0.7, noise=3.0, shade=0.0, rim=1.0):
     """A picture of a code, ray by ray: no polygon, no warp of ours."""
     drawn = cv2.aruco.generateImageMarker(cv2.aruco.getPredefinedDictionary(DICTIONARY), code, 6)
     at = (np.arange(SIZE * FINE) + 0.5) / FINE - 0.5
@@ -37,7 +37,7 @@ def photograph(code, homography, luck, blur=0.7, noise=3.0, shade=0.0, rim=1.0):
     light[inside] = np.where(drawn[row, column] > 0, 0.85, 0.03)[inside]
     light = light.reshape(SIZE, FINE, SIZE, FINE).mean(axis=(1, 3))
     light = cv2.GaussianBlur(light, (0, 0), blur) * (1 + shade * np.linspace(-0.5, 0.5, SIZE))
-    grey = 255 * (1.055 * light ** (1 / 2.4) - 0.055) + noise * luck.standard_normal(light.shape)
+    grey = 255 * (1.055 * light ** (1 / 2.4) - 0.055) + noise * rng.standard_normal(light.shape)
     encoded = cv2.imencode(".jpg", np.clip(np.round(grey), 0, 255), [cv2.IMWRITE_JPEG_QUALITY, 85])
     return cv2.imdecode(encoded[1], cv2.IMREAD_GRAYSCALE)
 
@@ -75,11 +75,11 @@ def rms(errors):
     ],
 )
 def test_the_middle_is_placed_far_better_than_where_the_diagonals_cross(side, tilt, options, limit):
-    luck = np.random.default_rng([side, 11])
+    rng = np.random.default_rng([side, 11])
     errors, crossings = [], []
     for code in range(5):
-        truth = pose(side, tilt, luck)
-        grey = photograph(code, truth, luck, **options)
+        truth = pose(side, tilt, rng)
+        grey = photograph(code, truth, rng, **options)
         quad = found(grey, code)
         if quad is None:
             continue
@@ -94,9 +94,9 @@ def test_the_middle_is_placed_far_better_than_where_the_diagonals_cross(side, ti
 
 
 def test_all_corners_are_placed_and_in_the_detectors_order():
-    luck = np.random.default_rng(5)
-    truth = pose(48, 0.6, luck)
-    grey = photograph(21, truth, luck)
+    rng = np.random.default_rng(5)
+    truth = pose(48, 0.6, rng)
+    grey = photograph(21, truth, rng)
     quad = found(grey, 21)
     homography, _ = align(grey, quad, 21, DICTIONARY)
     corners = project(homography, np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]))
@@ -106,8 +106,8 @@ def test_all_corners_are_placed_and_in_the_detectors_order():
 
 
 def test_where_the_pattern_is_not_that_of_the_code_the_detectors_corners_count():
-    luck = np.random.default_rng(6)
-    grey = photograph(3, pose(40, 0.2, luck), luck)
+    rng = np.random.default_rng(6)
+    grey = photograph(3, pose(40, 0.2, rng), rng)
     quad = found(grey, 3)
     homography, fits = align(grey, quad, 17, DICTIONARY)
     assert not fits
@@ -130,10 +130,10 @@ def test_corners_outside_of_the_picture_are_left_alone():
 
 def test_no_marker_is_lost_that_the_detector_finds():
     """Small and blurred ones too: where the pattern does not fit, the corners still count."""
-    luck = np.random.default_rng(9)
+    rng = np.random.default_rng(9)
     for side, blur in ((20, 0.7), (24, 1.0), (30, 1.8)):
         for code in range(4):
-            grey = photograph(code, pose(side, 0.2, luck), luck, blur=blur)
+            grey = photograph(code, pose(side, 0.2, rng), rng, blur=blur)
             image = cv2.cvtColor(grey, cv2.COLOR_GRAY2BGR)
             seen = Tracker([Marker("m", "aruco", id=code)]).find(image, 0.0)["m"]
             quad = found(grey, code)

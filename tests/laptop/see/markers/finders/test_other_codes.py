@@ -62,7 +62,7 @@ def why(image, marker=MARKER):
 
 @pytest.mark.parametrize("ground", [40, 235])
 @pytest.mark.parametrize(
-    ("dictionary", "number", "told"),
+    ("dictionary", "number", "reported"),
     [
         (cv2.aruco.DICT_4X4_50, 8, ", only 8"),
         (cv2.aruco.DICT_4X4_1000, 582, ", only 582"),
@@ -74,10 +74,10 @@ def why(image, marker=MARKER):
         (cv2.aruco.DICT_ARUCO_MIP_36h12, 5, ", only ArUco MIP 36h12 marker 5" + IS_4X4),
     ],
 )
-def test_a_code_that_is_not_it_is_named(dictionary, number, told, ground):
+def test_a_code_that_is_not_it_is_named(dictionary, number, reported, ground):
     for turn in (0, 20, 90, 200):
         image = table(code(dictionary, number), ground=ground, turn=turn)
-        assert why(image) == "no ArUco marker 7" + told
+        assert why(image) == "no ArUco marker 7" + reported
 
 
 def test_of_many_markers_some_are_named():
@@ -90,7 +90,7 @@ def test_of_many_markers_some_are_named():
 
 
 @pytest.mark.parametrize(
-    ("board", "told"),
+    ("board", "reported"),
     [
         (charuco(ids=np.arange(20, 37)), "a board of markers" + IS_SINGLE),
         (charuco(cv2.aruco.DICT_4X4_100, np.arange(60, 77)), "a board of markers" + IS_SINGLE),
@@ -106,8 +106,8 @@ def test_of_many_markers_some_are_named():
     ],
     ids=["ChArUco", "other numbers", "ChArUco 5x5", "grid"],
 )
-def test_a_board_is_told_apart_from_single_markers(board, told):
-    assert why(board) == f"no ArUco marker 7, only {told}"
+def test_a_board_is_told_apart_from_single_markers(board, reported):
+    assert why(board) == f"no ArUco marker 7, only {reported}"
 
 
 @pytest.mark.parametrize("paper", BOARDS)

@@ -13,7 +13,7 @@ from shared.config_files import InvalidFile, number
 
 
 @dataclass(frozen=True)
-class SightOptions:
+class IlcOptions:
     """Options of drawing by sight.
 
     times        rehearsals; 0: what is kept is drawn, and nothing learned
@@ -41,7 +41,7 @@ class SightOptions:
 
 
 @dataclass(frozen=True)
-class TypedSightOptions:
+class TypedIlcOptions:
     """The same as it is typed; None where nothing is."""
 
     trials: int | None
@@ -55,7 +55,7 @@ class TypedSightOptions:
     port: int | None
 
 
-BY_SIGHT = option_group(
+ILC_OPTIONS = option_group(
     click.option(
         "--trials",
         type=click.IntRange(0, 20),
@@ -91,9 +91,7 @@ BY_SIGHT = option_group(
 )
 
 
-def read_sight_options(
-    typed: TypedSightOptions, arm: Arm, emulated: str | None
-) -> SightOptions | None:
+def read_ilc_options(typed: TypedIlcOptions, arm: Arm, emulated: str | None) -> IlcOptions | None:
     """Return how it is to be learned by sight; None if it is not.
 
     Args:
@@ -121,7 +119,7 @@ def read_sight_options(
         at = x, y, degrees
     if emulated is None:
         emulated = SYNTHETIC if typed.camera == SYNTHETIC else ""
-    return SightOptions(
+    return IlcOptions(
         typed.trials,
         typed.camera,
         typed.camera_file,

@@ -35,12 +35,12 @@ from shared.arm_description import Arm, ArmError
 
 MEMORY_LIMIT = 3_000_000_000
 """Greatest memory of the process, bytes."""
-STUDIO_NICENESS = 10
+PLANNER_NICENESS = 10
 """Increment of the process's niceness: tracker, page and emulated brick come first."""
 
 
 def work(pipe: Connection, arm: Arm, folder: str) -> None:
-    """Be the process of the drawings, which does no more.
+    """Run the process that reads and plans drawings.
 
     Args:
         pipe: to who asks.
@@ -49,22 +49,22 @@ def work(pipe: Connection, arm: Arm, folder: str) -> None:
     """
     tempfile.tempdir = folder
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the tracker's, who then ends this
-    platforms.give_way(STUDIO_NICENESS)
+    platforms.lower_priority(PLANNER_NICENESS)
     platforms.limit_memory(MEMORY_LIMIT)
     cv2.setNumThreads(1)
     serve(pipe, arm)
 
 
 def serve(pipe: Connection, arm: Arm) -> None:
-    """Do requests until the other side is gone."""
-    studio = Studio(arm)
+    """Answer requests until the other side is gone."""
+    planner = DrawingPlanner(arm)
     with suppress(EOFError, OSError):
         while True:
             request = pipe.recv()
             if request is None:
-                continue  # it was to hurry, and was done by then
+                continue  # a preemption that came too late
             try:
-                for answer, last in studio.answers(request, pipe.poll):
+                for answer, last in planner.answers(request, pipe.poll):
                     pipe.send((answer, last))
             except ShowsNothing as error:
                 pipe.send((NothingShown(error), True))
@@ -77,12 +77,12 @@ def serve(pipe: Connection, arm: Arm) -> None:
                 pipe.send((why, True))
 
 
-class Hurried(Exception):
+class Preempted(Exception):
     """Something newer is asked for."""
 
 
-class Studio:
-    """Work of the process.
+class DrawingPlanner:
+    """Reader and planner of drawings, for one arm.
 
     Args:
         arm: that is to draw.
@@ -93,12 +93,14 @@ class Studio:
         self._number = -1
         self._artwork = Artwork("", (), ())
 
-    def answers(self, request: Request, hurry: Callable[[], bool]) -> Iterator[tuple[Answer, bool]]:
+    def answers(
+        self, request: Request, is_preempted: Callable[[], bool]
+    ) -> Iterator[tuple[Answer, bool]]:
         """Yield (answer, whether it is the last) of a request.
 
         Args:
             request: see Request.
-            hurry: tells whether another one waits already.
+            is_preempted: returns whether another request is waiting.
 
         Raises:
             ArmError: it cannot be done.
@@ -113,8 +115,8 @@ class Studio:
         placed, options = self._place(request)
         yield placed, bool(placed.why_not)
         if not placed.why_not:
-            with suppress(Hurried):  # then nobody waits for it any more
-                placed = self._plan(placed, options, hurry)
+            with suppress(Preempted):  # then nobody waits for it any more
+                placed = self._plan(placed, options, is_preempted)
             yield placed, True
 
     def _place(self, request: Request) -> tuple[PlacedDrawing, DrawingOptions]:
@@ -157,11 +159,11 @@ class Studio:
         return placed, options
 
     def _plan(
-        self, placed: PlacedDrawing, options: DrawingOptions, hurry: Callable[[], bool]
+        self, placed: PlacedDrawing, options: DrawingOptions, is_preempted: Callable[[], bool]
     ) -> PlacedDrawing:
         def on_progress(stage: str, share: float) -> None:
-            if hurry():
-                raise Hurried
+            if is_preempted():
+                raise Preempted
 
         plan = prepare(self._artwork, self._arm, options, on_progress)
         with tempfile.TemporaryDirectory(prefix="brickservo-") as folder:

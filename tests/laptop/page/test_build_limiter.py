@@ -4,7 +4,7 @@ import asyncio
 
 import pytest
 
-from laptop.page.build_turns import TURN, BuildTurns
+from laptop.page.build_limiter import BUILD_SLOT, BuildLimiter
 
 
 class FakePages:
@@ -20,8 +20,8 @@ class FakePages:
         if scope["number"] == "broken":
             raise ValueError("broken")
         await self.built.wait()
-        if self._leaves_turn and TURN in scope:
-            async with scope[TURN]:
+        if self._leaves_turn and BUILD_SLOT in scope:
+            async with scope[BUILD_SLOT]:
                 pass
         await self.read.wait()
         self.sent.append(scope["number"])
@@ -40,7 +40,7 @@ def ask(turns, numbers, path="/", kind="http"):
 def test_a_page_that_waits_for_its_turn_has_not_begun_and_comes_in_the_end():
     async def go():
         pages = FakePages()
-        asked = ask(BuildTurns(pages, "/", 2), range(5))
+        asked = ask(BuildLimiter(pages, "/", 2), range(5))
         await settle()
         assert pages.begun == [0, 1]
         pages.built.set()  # their turns end, though nobody has read them yet
@@ -58,7 +58,7 @@ def test_a_page_that_waits_for_its_turn_has_not_begun_and_comes_in_the_end():
 def test_what_is_no_page_waits_for_nobody(path, kind):
     async def go():
         pages = FakePages()
-        turns = BuildTurns(pages, "/", 1)
+        turns = BuildLimiter(pages, "/", 1)
         asked = ask(turns, range(2)) + ask(turns, ["other"], path, kind)
         await settle()
         assert pages.begun == [0, "other"]
@@ -72,7 +72,7 @@ def test_what_is_no_page_waits_for_nobody(path, kind):
 def test_pages_that_break_or_are_never_put_together_keep_no_turn():
     async def go():
         pages = FakePages(leaves_turn=False)
-        turns = BuildTurns(pages, "/", 1)
+        turns = BuildLimiter(pages, "/", 1)
         asked = ask(turns, ["broken", "cancelled", 1, 2])
         await settle()
         assert pages.begun == ["broken", "cancelled"]

@@ -4,7 +4,7 @@ import pytest
 
 from laptop.page.drawing_snapshots import DrawingState
 from laptop.page.marker_height import MarkerHeight
-from laptop.page.paper_words import needs_look, where_text
+from laptop.page.paper_text import needs_look, where_text
 
 MOVES = {"misfit": 1.94, "source": "the tip's own moves"}
 TYPED = MarkerHeight(2.5, "as typed here")
@@ -12,7 +12,7 @@ FOUND = MarkerHeight(2.4, "found by the board and the tip's moves", 0.23)
 
 
 @pytest.mark.parametrize(
-    ("state", "told", "look"),
+    ("state", "reported", "look"),
     [
         (DrawingState(), "", False),
         (
@@ -46,10 +46,10 @@ FOUND = MarkerHeight(2.4, "found by the board and the tip's moves", 0.23)
         ),
     ],
 )
-def test_it_says_at_which_height_and_how_well_that_is_known(state, told, look):
+def test_it_says_at_which_height_and_how_well_that_is_known(state, reported, look):
     text = where_text(state, False)
-    assert told in text
-    assert (text == "") == (told == "")
+    assert reported in text
+    assert (text == "") == (reported == "")
     assert needs_look(state) == look
     assert all(len(sentence.split()) <= 25 for sentence in text.split(". "))
 

@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from laptop.cli.draw_simulated import EmulatedBrickSpec, Taught, draw_simulated
+from laptop.cli.draw_simulated import EmulatedBrickSpec, LearnedOffsets, draw_simulated
 from laptop.measure.ilc import stored_offsets
 from laptop.measure.ilc.trials import LOG_PERIOD, LearningResult, TrialResult, run_trials
 
 if TYPE_CHECKING:
     from laptop.cli.draw_options import DrawOrders
-    from laptop.cli.sight_options import SightOptions
+    from laptop.cli.ilc_options import IlcOptions
     from laptop.drawing.preparing import DrawingPlan
     from laptop.measure.emulated_rig import EmulatedRig
     from laptop.measure.ilc.still_table import StillTable
@@ -33,9 +33,9 @@ NOISE_PX = 0.5
 """Noise of the emulated camera, which sees by its formula, px: ten times what the tracker has."""
 
 
-def simulate_by_sight(
+def simulate_ilc(
     plan: DrawingPlan,
-    asked: SightOptions,
+    asked: IlcOptions,
     folder: RunFolder,
     brick: EmulatedBrickSpec,
     orders: DrawOrders,
@@ -43,7 +43,7 @@ def simulate_by_sight(
     """Rehearse and draw on the emulated brick; return the exit status."""
     before = _before(plan, asked)
     if not asked.times:
-        return draw_simulated(plan, folder, brick, orders, Taught(_offsets_of(before)))
+        return draw_simulated(plan, folder, brick, orders, LearnedOffsets(_offsets_of(before)))
     from laptop.emulator.scene.scene import Scene
     from laptop.emulator.scene.scene_constants import read_scene
     from laptop.measure.emulated_rig import EmulatedRig
@@ -55,7 +55,7 @@ def simulate_by_sight(
     watched = _Watched(rig)
     with contextlib.redirect_stdout(io.StringIO()):
         learned = _run_trials(plan, asked, watched, view_of(scene, plan.arm), before)
-    taught = Taught(learned.numbers(), watched.records, asked.scene)
+    taught = LearnedOffsets(learned.numbers(), watched.records, asked.scene)
     return draw_simulated(plan, folder, brick, orders, taught)
 
 
@@ -73,7 +73,7 @@ class _Watched:
         return run
 
 
-def offsets_on_file(plan: DrawingPlan, asked: SightOptions) -> list[Any]:
+def offsets_on_file(plan: DrawingPlan, asked: IlcOptions) -> list[Any]:
     """Return what was learned before, for a drawing that is not rehearsed anew.
 
     Raises:
@@ -92,7 +92,7 @@ def _offsets_of(before: stored_offsets.StoredOffsets | None) -> list[Any]:
     return [[piece.numbers() for piece in stroke] for stroke in before.offsets]
 
 
-def draw_by_sight(plan: DrawingPlan, asked: SightOptions, arm: str) -> int:
+def draw_ilc(plan: DrawingPlan, asked: IlcOptions, arm: str) -> int:
     """Rehearse before a real camera, and let the brick that waits draw; return the exit status."""
     before = _before(plan, asked)
     with _live(plan, asked, arm) as (rig, still, view):
@@ -109,7 +109,7 @@ def draw_by_sight(plan: DrawingPlan, asked: SightOptions, arm: str) -> int:
 
 @contextmanager
 def _live(
-    plan: DrawingPlan, asked: SightOptions, arm: str
+    plan: DrawingPlan, asked: IlcOptions, arm: str
 ) -> Iterator[tuple[LiveRig, StillTable, TipView]]:
     """Open a rig with a real camera; give it, it with a table that has to stand, and its view."""
     from laptop.cli.rigs import RigOptions, live_rig
@@ -149,7 +149,7 @@ def _live(
         yield rig, still, TipView(known.camera, height, offset, turn, (x, y), to_align)
 
 
-def _before(plan: DrawingPlan, asked: SightOptions) -> stored_offsets.StoredOffsets | None:
+def _before(plan: DrawingPlan, asked: IlcOptions) -> stored_offsets.StoredOffsets | None:
     """Return what was learned before, if it is wanted."""
     if asked.forget:
         return None
@@ -169,7 +169,7 @@ def _gained(before: stored_offsets.StoredOffsets) -> str:
 
 def _run_trials(
     plan: DrawingPlan,
-    asked: SightOptions,
+    asked: IlcOptions,
     rig: Any,
     view: TipView,
     before: stored_offsets.StoredOffsets | None,

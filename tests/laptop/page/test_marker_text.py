@@ -2,7 +2,7 @@
 
 import pytest
 
-from laptop.page.marker_words import describe_marker, marker_title
+from laptop.page.marker_text import describe_marker, marker_title
 from laptop.see.markers.markers import Color, Marker
 
 
