@@ -67,7 +67,7 @@ def test_install_doctor_home_draw_and_servo_by_a_live_tracker(ssh_brick):
         assert summary["paths"][0]["greatest mm"] < 3
 
     ssh_brick.emulate("--realtime")
-    words = (
+    args = (
         "--camera",
         "synthetic",
         "--listen-port",
@@ -75,9 +75,9 @@ def test_install_doctor_home_draw_and_servo_by_a_live_tracker(ssh_brick):
         "--no-page",
         "--json",
     )
-    words += "--scene", "marker_height=0"  # no parallax between the tip and the goal on the paper
+    args += "--scene", "marker_height=0"  # no parallax between the tip and the goal on the paper
     tracker = subprocess.Popen(
-        [sys.executable, "-m", "laptop", "track", *words, "--no-simulate"],
+        [sys.executable, "-m", "laptop", "track", *args, "--no-simulate"],
         cwd=ROOT,
         env={**os.environ, "BRICKSERVO_STATE": str(ssh_brick.home / ".brickservo")},
         stdout=subprocess.PIPE,

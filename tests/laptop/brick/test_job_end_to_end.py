@@ -41,14 +41,14 @@ def job(tmp_path):
     return file
 
 
-def on_brick(ssh_brick, command, *words):
+def on_brick(ssh_brick, command, *args):
     """What a command gives, and the lines that it said."""
     said = []
 
     async def talk():
         address = read_address(ssh_brick.place)
         async with connected(address, Dialogue(said.append)) as brick:
-            return await command(brick, address, Dialogue(said.append), *words)
+            return await command(brick, address, Dialogue(said.append), *args)
 
     return asyncio.run(talk()), said
 
@@ -142,9 +142,9 @@ def test_a_drawing_is_drawn_by_what_one_types(ssh_brick, tmp_path):
         '<svg xmlns="http://www.w3.org/2000/svg" width="4cm" height="4cm" viewBox="0 0 4 4">'
         '<rect x="0" y="0" width="3" height="3" fill="none" stroke="black"/></svg>'
     )
-    words = ["draw", str(file), "--size", "4", "--brick", ssh_brick.place]
+    args = ["draw", str(file), "--size", "4", "--brick", ssh_brick.place]
     done = subprocess.run(
-        [sys.executable, "-m", "laptop", *words],
+        [sys.executable, "-m", "laptop", *args],
         cwd=ROOT,
         env=ssh_brick.environment,
         stdin=subprocess.DEVNULL,

@@ -136,19 +136,19 @@ def test_a_command_says_so(lying, name):
 @pytest.mark.long
 def test_a_log_is_written_over_nothing(lying, tmp_path):
     brick = lying({"logs": said(b".brickservo/logs/job.log\n"), "read": said(b"of the brick\n")})
-    words = ["brick", "log", "--brick", brick.place, "here"]
+    args = ["brick", "log", "--brick", brick.place, "here"]
     there = tmp_path / "here"
     there.mkdir()
     own = there / "job.log"
     own.write_text("of somebody\n")
     for _ in range(2):  # the second time it is there already
-        assert CliRunner().invoke(laptop, words).exit_code == 0
+        assert CliRunner().invoke(laptop, args).exit_code == 0
         assert own.read_text() == "of somebody\n"
         assert (there / "job-2.log").read_text() == "of the brick\n"
         assert len(list(there.iterdir())) == 2
     own.unlink()
     own.symlink_to(tmp_path / "elsewhere")
-    assert CliRunner().invoke(laptop, words).exit_code == 0
+    assert CliRunner().invoke(laptop, args).exit_code == 0
     assert not (tmp_path / "elsewhere").exists()
 
 

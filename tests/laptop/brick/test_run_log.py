@@ -17,11 +17,11 @@ def state(tmp_path, monkeypatch):
     return tmp_path
 
 
-def kept(*words, output=(), status=0, error=None):
+def kept(*args, output=(), status=0, error=None):
     """The text that is kept of one run, and what was said."""
     said = []
     try:
-        with BrickRunLog(BLUE, words, said.append) as log:
+        with BrickRunLog(BLUE, args, said.append) as log:
             for data in output:
                 log.add(data)
             if error:
@@ -50,9 +50,9 @@ def test_what_ended_a_run_is_kept_too():
     assert text.endswith(" s: the cable is cut\n")
 
 
-@pytest.mark.parametrize("words", [("--code", "ABCD-EFGH-JKMN"), ("--code=ABCD-EFGH-JKMN",)])
-def test_the_pairing_code_is_not_kept(words):
-    text, _ = kept("visual_servoing.py", *words, "--wait")
+@pytest.mark.parametrize("args", [("--code", "ABCD-EFGH-JKMN"), ("--code=ABCD-EFGH-JKMN",)])
+def test_the_pairing_code_is_not_kept(args):
+    text, _ = kept("visual_servoing.py", *args, "--wait")
     assert "ABCD" not in text
     assert "--code" in text
     assert "--wait" in text

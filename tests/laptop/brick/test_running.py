@@ -251,8 +251,8 @@ def test_a_watch_ends_its_own_program_though_another_has_begun_since(tmp_path):
     (tmp_path / ".brickservo" / "program").mkdir(parents=True)
     environment = {**os.environ, "HOME": str(tmp_path)}
 
-    def begin(words, **places):
-        command = ["sh", "-c", words.format(**places)]
+    def begin(args, **places):
+        command = ["sh", "-c", args.format(**places)]
         return subprocess.Popen(command, stdin=subprocess.PIPE, env=environment)
 
     programs = [
@@ -296,10 +296,10 @@ def test_a_program_without_its_watch_is_said_to_be_and_keeps_its_status(ssh_bric
 
 @pytest.mark.long
 def test_a_reader_who_has_gone_is_not_a_cable_that_is_pulled(ssh_brick):
-    for words in (("run", "driver.py", "--help"), ("doctor",)):
+    for args in (("run", "driver.py", "--help"), ("doctor",)):
         reads, writes = os.pipe()
         os.close(reads)
-        process = ssh_brick.command(*words, stdout=writes)
+        process = ssh_brick.command(*args, stdout=writes)
         os.close(writes)
         _, errors = process.communicate(timeout=PATIENCE)
         assert "connection to" not in errors
@@ -399,11 +399,11 @@ class Terminal:
         size = struct.pack("HHHH", lines, columns, 0, 0)
         fcntl.ioctl(self.inside, termios.TIOCSWINSZ, size)
 
-    def shows(self, words):
+    def shows(self, args):
         """Whether it has shown these words so far."""
         while select.select([self._here], [], [], 0)[0]:
             self.read.extend(os.read(self._here, 4096))
-        return words in self.read
+        return args in self.read
 
     def type(self, keys):
         os.write(self._here, keys)
@@ -414,7 +414,7 @@ class Terminal:
 
 
 @pytest.mark.parametrize(
-    ("script", "words", "code", "left"),
+    ("script", "args", "code", "left"),
     [
         ("robot/visual_servoing.py", (), "OWN", ()),
         ("robot/visual_servoing.py", (":7712", "--wait"), "OWN", (":7712", "--wait")),
@@ -440,9 +440,9 @@ class Terminal:
         ("", ("--code", "x"), None, ("--code", "x")),
     ],
 )
-def test_the_code_that_a_script_may_need_leaves_its_words(monkeypatch, script, words, code, left):
+def test_the_code_that_a_script_may_need_leaves_its_words(monkeypatch, script, args, code, left):
     monkeypatch.delenv("BRICKSERVO_CODE", raising=False)
-    assert running.code_for(script, words, "OWN") == (code, left)
+    assert running.code_for(script, args, "OWN") == (code, left)
 
 
 def test_a_code_in_the_environment_is_ahead_of_ones_own(monkeypatch):
@@ -477,11 +477,11 @@ def test_the_code_is_in_no_command_line(ssh_brick):
     looking = threading.Thread(target=look)
     looking.start()
     reported = {"BRICKSERVO_CODE": "ABCD-EFGH-JKMN"}
-    words = ("run", "visual_servoing.py", ":9", "--budget", "2")
-    _, out, errors = ssh_brick.run(*words, env=reported)
+    args = ("run", "visual_servoing.py", ":9", "--budget", "2")
+    _, out, errors = ssh_brick.run(*args, env=reported)
     over.set()
     looking.join()
-    assert any(b"visual_servoing.py\x00:9" in words for words in seen)
-    assert not [words for words in seen if b"ABCD-EFGH" in words or b"ABCDEFGH" in words]
+    assert any(b"visual_servoing.py\x00:9" in args for args in seen)
+    assert not [args for args in seen if b"ABCD-EFGH" in args or b"ABCDEFGH" in args]
     assert "pairing" not in out + errors  # it had the code, and found nobody there
     assert not list((ssh_brick.home / ".brickservo").glob("code-*"))

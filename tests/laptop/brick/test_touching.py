@@ -19,7 +19,7 @@ def typed(monkeypatch):
     return keys_for(monkeypatch, touching)
 
 
-def touch(ssh_brick, take, typed, at_ready=b"\r", skip=lambda: False, words=()):
+def touch(ssh_brick, take, typed, at_ready=b"\r", skip=lambda: False, args=()):
     """Touch on the brick, with some keys once it is ready; what was said."""
     said = []
 
@@ -33,7 +33,7 @@ def touch(ssh_brick, take, typed, at_ready=b"\r", skip=lambda: False, words=()):
                     loop.call_later(0.5 + 1.5 * k, typed, bytes((key,)))
 
         async with connected(address, Dialogue(said.append)) as brick:
-            await touching.touch(brick, address, Dialogue(say), words, take, skip)
+            await touching.touch(brick, address, Dialogue(say), args, take, skip)
 
     asyncio.run(talk())
     return said

@@ -22,8 +22,8 @@ def here(ssh_brick, tmp_path):
     folder.mkdir()
     shutil.copy(ROOT / "shared" / "arms" / "geared.ini", folder / "mine.ini")
 
-    def run(*words):
-        return ssh_brick.run(*words, cwd=folder, env={"PYTHONPATH": str(ROOT)})
+    def run(*args):
+        return ssh_brick.run(*args, cwd=folder, env={"PYTHONPATH": str(ROOT)})
 
     run.folder = folder
     return run
@@ -77,7 +77,7 @@ def test_figures_that_have_no_place_here_are_not_measured(ssh_brick, here):
     status, _, errors = here("bench", "--json", "file/brick.json")
     assert status == 1
     assert "there is no folder file; make it first" in errors
-    assert not any("bench_brick.py" in words for words in ssh_brick.python_starts)
+    assert not any("bench_brick.py" in args for args in ssh_brick.python_starts)
 
 
 @pytest.mark.long

@@ -17,7 +17,7 @@ from laptop.see.table.camera_fit import Calibration
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("args", "said"),
     [
         ([], "Give the camera, --camera 0 say, or --simulate."),
         (["--camera", "0", "--simulate"], "--simulate has an arm and cameras of its own"),
@@ -49,8 +49,8 @@ from laptop.see.table.camera_fit import Calibration
         (["--simulate", "--arm", "none.ini"], "none.ini"),
     ],
 )
-def test_what_makes_no_sense_is_refused_in_a_line(words, said, tmp_path):
-    done = CliRunner().invoke(laptop, ["measure", "accuracy", *words, "--out", str(tmp_path)])
+def test_what_makes_no_sense_is_refused_in_a_line(args, said, tmp_path):
+    done = CliRunner().invoke(laptop, ["measure", "accuracy", *args, "--out", str(tmp_path)])
     assert done.exit_code != 0
     assert said in done.output
     assert not list(tmp_path.iterdir())
@@ -58,7 +58,7 @@ def test_what_makes_no_sense_is_refused_in_a_line(words, said, tmp_path):
 
 @pytest.mark.claims
 def test_an_emulated_arm_is_measured_and_all_files_are_there(tmp_path):
-    words = [
+    args = [
         "measure",
         "accuracy",
         "--simulate",
@@ -69,7 +69,7 @@ def test_an_emulated_arm_is_measured_and_all_files_are_there(tmp_path):
         "--out",
         str(tmp_path),
     ]
-    done = CliRunner().invoke(laptop, words)
+    done = CliRunner().invoke(laptop, args)
     assert done.exit_code == 0, done.output
     reported = run_in(tmp_path)
     for one in reported["criteria"]:

@@ -50,8 +50,8 @@ def uv(tmp_path, monkeypatch):
     return make
 
 
-def reported(*words):
-    result = CliRunner().invoke(laptop, ["bundle", *map(str, words)])
+def reported(*args):
+    result = CliRunner().invoke(laptop, ["bundle", *map(str, args)])
     return result.exit_code, result.output
 
 
@@ -68,8 +68,8 @@ def test_all_that_a_class_installs_is_put_into_the_folder(uv, tmp_path):
     assert "needs Python (3.11, 3.12)" in how
     assert "uv tool install --no-index --find-links . --constraints constraints.txt" in how
     assert "6 wheels, 0 MB" in output
-    downloads = [words for words in asked() if "download" in words]
-    assert [words[words.index("--python-version") + 1] for words in downloads] == ["3.11", "3.12"]
+    downloads = [args for args in asked() if "download" in args]
+    assert [args[args.index("--python-version") + 1] for args in downloads] == ["3.11", "3.12"]
     assert "manylinux_2_28_x86_64" in downloads[0]
     assert "colorama==0.4.6" not in downloads[0]
     assert "win_amd64" in downloads[1]
@@ -86,19 +86,19 @@ def test_what_cannot_be_had_is_named_and_nothing_is_written(uv, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("words", "problem"),
+    ("args", "problem"),
     [
         (["class", "beos-3.12"], "'beos-3.12' is no system with a Python; write it as windows-3"),
         (["class", "windows"], "'windows' is no system with a Python"),
         (["full"], "full is not empty; give a folder that is new"),
     ],
 )
-def test_what_cannot_be_bundled_is_refused(uv, tmp_path, monkeypatch, words, problem):
+def test_what_cannot_be_bundled_is_refused(uv, tmp_path, monkeypatch, args, problem):
     uv()
     monkeypatch.chdir(tmp_path)
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "mine.txt").write_text("mine")
-    status, output = reported(*words)
+    status, output = reported(*args)
     assert status == 2
     assert problem in output
     assert not (tmp_path / "class").exists()

@@ -33,8 +33,8 @@ def run(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("BRICKSERVO_STATE", str(tmp_path / "state"))
 
-    def calibrate(*words, status=0):
-        result = CliRunner().invoke(laptop, ["measure", "arm", "--out", "out", *words])
+    def calibrate(*args, status=0):
+        result = CliRunner().invoke(laptop, ["measure", "arm", "--out", "out", *args])
         assert result.exit_code == status, result.output
         return result
 
@@ -55,7 +55,7 @@ def refused(result, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("words", "reported"),
+    ("args", "reported"),
     [
         ((), "Give the camera, --camera 0 say, or --simulate."),
         (("--camera", "0", "--simulate"), "a camera of its own: leave --camera out"),
@@ -74,14 +74,14 @@ def refused(result, tmp_path):
         (("--simulate", "--timeout", "5"), "5.0 is not in the range 60<=x<=900"),
     ],
 )
-def test_words_that_do_not_go_together_are_refused(run, tmp_path, words, reported):
-    result = run(*words, status=2)
+def test_words_that_do_not_go_together_are_refused(run, tmp_path, args, reported):
+    result = run(*args, status=2)
     assert reported in result.output
     assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize(
-    ("words", "reported"),
+    ("args", "reported"),
     [
         (("--scene", "board=none"), "the scene has no board: --scene board=a4,board_x=12"),
         (("--scene", "tilt=200"), "tilt = 200"),
@@ -90,8 +90,8 @@ def test_words_that_do_not_go_together_are_refused(run, tmp_path, words, reporte
         (("--arm", "nowhere.ini"), "nowhere.ini"),
     ],
 )
-def test_a_text_that_cannot_be_is_refused_before_anything_moves(run, words, reported):
-    result = run("--simulate", *words, status=1)
+def test_a_text_that_cannot_be_is_refused_before_anything_moves(run, args, reported):
+    result = run("--simulate", *args, status=1)
     assert reported in result.output
     assert isinstance(result.exception, SystemExit)
 
@@ -113,9 +113,9 @@ def test_an_emulated_arm_is_measured_and_drawn_with_and_reported(run, tmp_path):
     built = tmp_path / "built.ini"
     text = Path(find_arm("planar")).read_text()
     built.write_text(text.replace("link = 11.3", "link = 11.6").replace("= 9.5", "= 9.2"))
-    words = ("--seed", "3", "--built", str(built), "--plant", "cpu=0,backlash=3,spread=0")
+    args = ("--seed", "3", "--built", str(built), "--plant", "cpu=0,backlash=3,spread=0")
     result = run(
-        "--simulate", *words, "--bar", "100", "--crosses", "1,3,4,6,7,9", "--board-square", "0"
+        "--simulate", *args, "--bar", "100", "--crosses", "1,3,4,6,7,9", "--board-square", "0"
     )
     found = read_arm(tmp_path / "out" / "planar.ini")
     for joint, link in zip(found.joints, (11.6, 9.2), strict=True):
@@ -199,7 +199,7 @@ def test_a_dry_run_tells_and_changes_no_arm(run, tmp_path):
 @pytest.mark.long
 def test_what_sight_alone_does_not_tell_stays_as_it_was(run, tmp_path):
     """The disc sits 4 mm beside the pen: taken for the elbow's zero that is 1.5 degrees."""
-    words = (
+    args = (
         "--scene",
         "marker_stray=0.4",
         "--bar",
@@ -209,7 +209,7 @@ def test_what_sight_alone_does_not_tell_stays_as_it_was(run, tmp_path):
         "--timeout",
         "90",
     )
-    result = run("--simulate", "--plant", "cpu=0", *words)
+    result = run("--simulate", "--plant", "cpu=0", *args)
     assert re.search(r"elbow: home \(its zero\) +0\.000 +unknown", result.output)
     found, before = (read_arm(p).joints[1] for p in (str(tmp_path / "out/planar.ini"), PLANAR))
     assert (found.home, found.link) == (before.home, before.link)
@@ -253,7 +253,7 @@ def test_what_happens_to_pictures_in_mid_run_is_told(
 
 @pytest.mark.long
 def test_a_print_of_a_wrong_size_is_told_and_its_bar_measured_mends_it(run, tmp_path):
-    words = (
+    args = (
         "--simulate",
         "--scene",
         "board_scale=0.97,fps=6",
@@ -262,10 +262,10 @@ def test_a_print_of_a_wrong_size_is_told_and_its_bar_measured_mends_it(run, tmp_
         "--marker-height",
         "25",
     )
-    said = refused(run(*words, status=1), tmp_path)
+    said = refused(run(*args, status=1), tmp_path)
     assert "by the board the link of the shoulder is 3." in said  # the other one nobody knows
     assert "measure its bar with a ruler and give it, --bar" in said
-    run(*words, "--bar", "97")
+    run(*args, "--bar", "97")
 
 
 @pytest.mark.long

@@ -42,11 +42,11 @@ def pictures(scene, tmp_path_factory):
 def run(pictures, monkeypatch):
     monkeypatch.chdir(pictures)
 
-    def camera(*words, status=0):
+    def camera(*args, status=0):
         """Of the pictures before the first option."""
-        count = next((k for k, word in enumerate(words) if word.startswith("--")), len(words))
-        sources = [word for source in words[:count] for word in ("--camera", source)]
-        result = CliRunner().invoke(laptop, ["measure", "camera", *sources, *words[count:]])
+        count = next((k for k, word in enumerate(args) if word.startswith("--")), len(args))
+        sources = [word for source in args[:count] for word in ("--camera", source)]
+        result = CliRunner().invoke(laptop, ["measure", "camera", *sources, *args[count:]])
         assert result.exit_code == status, result.output
         return result
 
@@ -97,7 +97,7 @@ def test_a_picture_that_shows_no_board_as_it_is_is_left_out_with_its_cause(run):
 
 
 @pytest.mark.parametrize(
-    ("words", "reported"),
+    ("args", "reported"),
     [
         (["nothing.png"], "no marker of the board is seen; show it whole, sharp and lit"),
         (["small.png"], "no marker of the board is seen|too small|markers are seen"),
@@ -118,9 +118,9 @@ def test_a_picture_that_shows_no_board_as_it_is_is_left_out_with_its_cause(run):
         (["synthetic", "--scene", "board=a3"], "board = a3"),
     ],
 )
-def test_what_cannot_be_is_refused_in_one_line(run, words, reported, pictures):
+def test_what_cannot_be_is_refused_in_one_line(run, args, reported, pictures):
     before = set(pictures.iterdir())
-    result = run(*words, status=1)
+    result = run(*args, status=1)
     assert isinstance(result.exception, SystemExit)
     *counted, line = result.output.strip().splitlines()
     assert not counted or "pictures show the board" in counted[0]
@@ -139,16 +139,16 @@ def test_the_emulated_camera_is_calibrated_as_it_is(run):
 
 
 @pytest.mark.parametrize(
-    ("words", "reported"),
+    ("args", "reported"),
     [
         (["--paper", "a4"], "--paper is of the board: add --board"),
         (["--board", "--diameter", "30"], "--diameter is of the page of discs"),
         (["--board", "board.doc"], "board.doc would be no .pdf or .svg or .png by its name"),
     ],
 )
-def test_a_page_that_cannot_be_made_is_refused(words, reported, tmp_path, monkeypatch):
+def test_a_page_that_cannot_be_made_is_refused(args, reported, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    result = CliRunner().invoke(laptop, ["markers", *words])
+    result = CliRunner().invoke(laptop, ["markers", *args])
     assert result.exit_code
     assert reported in result.output
     assert list(tmp_path.iterdir()) == []

@@ -18,9 +18,9 @@ from laptop.cli.commands import (
 from laptop.cli.main import laptop, main
 
 
-def shown(*words):
+def shown(*args):
     """What a command prints, at 80 columns."""
-    result = CliRunner().invoke(laptop, list(words), terminal_width=80)
+    result = CliRunner().invoke(laptop, list(args), terminal_width=80)
     return result.exit_code, result.output
 
 
@@ -30,15 +30,15 @@ def test_every_command_stands_in_one_section_and_there_are_few():
     assert len(names) <= 14
 
 
-@pytest.mark.parametrize("words", [[], ["measure"], ["brick"], ["class"], ["bench"]])
-def test_help_says_whole_what_each_command_does(words):
-    status, text = shown(*words, "--help")
+@pytest.mark.parametrize("args", [[], ["measure"], ["brick"], ["class"], ["bench"]])
+def test_help_says_whole_what_each_command_does(args):
+    status, text = shown(*args, "--help")
     assert status == 0
     assert "..." not in text.partition("Commands:")[2].partition("Examples:")[0]
-    assert not words or "..." not in text.split("Options:")[1].partition("Examples:")[0]
+    assert not args or "..." not in text.split("Options:")[1].partition("Examples:")[0]
     assert max(map(len, text.splitlines())) <= 80
     group = laptop
-    for word in words:
+    for word in args:
         group = group.commands[word]
     for name, command in group.commands.items():
         first = command.get_short_help_str(limit=200)
@@ -98,10 +98,10 @@ def test_a_word_that_is_no_command_is_answered(word, said):
 
 def test_the_page_is_track_with_its_page_open(monkeypatch):
     begun = []
-    words = ("page", "open", "camera", "arm_file", "simulate")
+    args = ("page", "open", "camera", "arm_file", "simulate")
     monkeypatch.setattr(
         *(laptop.commands["track"], "callback"),
-        lambda **options: begun.append(tuple(options[word] for word in words)),
+        lambda **options: begun.append(tuple(options[word] for word in args)),
     )
     assert shown("page")[0] == 0
     status, reported = shown("page", "--camera=0", "--arm", "spatial", "--no-brick")
@@ -113,7 +113,7 @@ def test_the_page_is_track_with_its_page_open(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("args", "said"),
     [
         ("draw house --width 10", "--width is --size W[xH] here. See brickservo draw --help."),
         ("track --cam=0", "--cam is --camera SOURCE here. See brickservo track --help."),
@@ -137,8 +137,8 @@ def test_the_page_is_track_with_its_page_open(monkeypatch):
         ("demo --width 10", "No such option '--width'. See brickservo demo --help."),
     ],
 )
-def test_a_wrong_option_is_answered_with_the_one_of_that_command(monkeypatch, capsys, words, said):
-    monkeypatch.setattr("sys.argv", ["brickservo", *words.split()])
+def test_a_wrong_option_is_answered_with_the_one_of_that_command(monkeypatch, capsys, args, said):
+    monkeypatch.setattr("sys.argv", ["brickservo", *args.split()])
     assert main() == 2
     assert capsys.readouterr().err == f"laptop: {said}\n"
 
@@ -151,6 +151,6 @@ def test_no_wrong_option_is_one_of_some_command():
             there.update(name for param in command.params for name in param.opts)
             groups += [command] if isinstance(command, click.Group) else []
     assert set(OTHER_OPTIONS) <= there
-    wrong = [word for words in OTHER_OPTIONS.values() for word in words]
+    wrong = [word for args in OTHER_OPTIONS.values() for word in args]
     assert len(set(wrong)) == len(wrong)
     assert not set(wrong) & there

@@ -24,7 +24,7 @@ def quiet(monkeypatch, tmp_path):
     monkeypatch.setattr(listening, "own_addresses", lambda: ["10.42.0.1"])
     monkeypatch.setattr(listening, "_bind", lambda host, port: socket.socket())
     monkeypatch.setattr(importlib.metadata, "requires", lambda name: ["click>=8", "numpy<3"])
-    monkeypatch.setattr(doctor, "_answer", lambda *words: "")
+    monkeypatch.setattr(doctor, "_answer", lambda *args: "")
 
 
 def reported(status):
@@ -71,7 +71,7 @@ def test_without_a_network_it_says_what_to_connect(quiet, monkeypatch):
 def test_an_active_firewall_is_told_and_how_to_open_it(quiet, monkeypatch, name):
     monkeypatch.setattr(doctor.sys, "platform", "linux")
     monkeypatch.setattr(
-        doctor, "_answer", lambda *words: "active" if words[-1] == name else "inactive"
+        doctor, "_answer", lambda *args: "active" if args[-1] == name else "inactive"
     )
     assert f"{PORT}/tcp" in reported(0)["firewall"]
 

@@ -38,8 +38,8 @@ TWO_PENS = (
 def draw(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
-    def run(*words, status=0, **options):
-        done = CliRunner().invoke(laptop, ["draw", *words], **options)
+    def run(*args, status=0, **options):
+        done = CliRunner().invoke(laptop, ["draw", *args], **options)
         assert status in (None, done.exit_code), done.output
         return done
 
@@ -61,13 +61,13 @@ def test_a_drawing_is_shown_before_and_nothing_moves(draw, tmp_path):
 
 @pytest.mark.short(every=3)
 @pytest.mark.parametrize(
-    ("words", "pauses"), [((), 1), (("--touch-up",), 2), (("--repeat", "2"), 3)]
+    ("args", "pauses"), [((), 1), (("--touch-up",), 2), (("--repeat", "2"), 3)]
 )
-def test_an_emulated_hand_puts_in_the_next_pen(draw, tmp_path, words, pauses):
+def test_an_emulated_hand_puts_in_the_next_pen(draw, tmp_path, args, pauses):
     (tmp_path / "two.svg").write_text(TWO_PENS)
     done = draw(
         *("two.svg", "--size", "4", "--at", "13,0", "--pens", "colours", "--simulate"),
-        *("--out", "try", *words),
+        *("--out", "try", *args),
     )
     assert len(re.findall("paused at .* (?:put in the pen|nudge the tip)", done.output)) == pauses
     (summary,) = run_in(tmp_path / "try")["drawings"]
@@ -94,8 +94,8 @@ def test_the_hand_does_what_it_is_asked_for_and_nothing_else(line, presses):
 
 
 def test_what_cannot_be_reached_is_refused_but_shown(draw, tmp_path):
-    words = ("--at", "20,0", "--size", "10", "--to", "rose.svg", "--to", "a.job")
-    done = draw("rose", *words, status=1)
+    args = ("--at", "20,0", "--size", "10", "--to", "rose.svg", "--to", "a.job")
+    done = draw("rose", *args, status=1)
     assert "cannot be reached (red)" in done.output
     assert (tmp_path / "rose.svg").exists()
     assert not (tmp_path / "a.job").exists()
@@ -114,9 +114,9 @@ def test_standard_input_is_read(draw, tmp_path):
     assert (tmp_path / "a.job").exists()
 
 
-@pytest.mark.parametrize("words", [("--text", "Hi\\nyou"), ("star",)])
-def test_texts_and_cards_are_drawn(draw, words):
-    draw(*words, "--size", "4", "--to", "a.job")
+@pytest.mark.parametrize("args", [("--text", "Hi\\nyou"), ("star",)])
+def test_texts_and_cards_are_drawn(draw, args):
+    draw(*args, "--size", "4", "--to", "a.job")
 
 
 @pytest.mark.long
@@ -180,7 +180,7 @@ def test_what_is_drawn_is_never_written_over(draw, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("words", "reported"),
+    ("args", "reported"),
     [
         ((), "give one thing to draw"),
         (("rose", "--text", "a"), "give one thing to draw"),
@@ -231,8 +231,8 @@ def test_what_is_drawn_is_never_written_over(draw, tmp_path):
         (("https://a.org/b.svg",), "nothing is fetched from addresses; save it"),
     ],
 )
-def test_bad_input_is_told_in_a_line(draw, words, reported):
-    done = draw(*words, status=None)
+def test_bad_input_is_told_in_a_line(draw, args, reported):
+    done = draw(*args, status=None)
     assert done.exit_code in (1, 2)
     assert reported in done.output
     assert "Traceback" not in done.output
@@ -240,10 +240,10 @@ def test_bad_input_is_told_in_a_line(draw, words, reported):
 
 @pytest.mark.long
 def test_the_time_that_is_told_is_that_of_what_is_drawn(draw, tmp_path):
-    for words in ((), ("--repeat", "2"), ("--from", "50%")):
-        draw("grid", "--size", "3", "--simulate", "--out", "out", *words)
+    for args in ((), ("--repeat", "2"), ("--from", "50%")):
+        draw("grid", "--size", "3", "--simulate", "--out", "out", *args)
         (drawn,) = run_in(tmp_path / "out")["drawings"]
-        assert drawn["estimated s"] == pytest.approx(drawn["time s"], rel=0.06), words
+        assert drawn["estimated s"] == pytest.approx(drawn["time s"], rel=0.06), args
 
 
 def test_a_job_on_its_way_is_told_in_a_line():

@@ -22,8 +22,8 @@ def draw(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("BRICKSERVO_STATE", str(tmp_path / "state"))
 
-    def run(*words):
-        return CliRunner().invoke(laptop, ["draw", *words])
+    def run(*args):
+        return CliRunner().invoke(laptop, ["draw", *args])
 
     return run
 
@@ -73,7 +73,7 @@ def test_a_job_is_written_with_what_was_learned(draw, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("words", "complaint"),
+    ("args", "complaint"),
     [
         ((*LINE, "--trials", "-1"), "-1 is not in the range 0<=x<=20"),
         ((*LINE, "--trials", "99"), "99 is not in the range 0<=x<=20"),
@@ -96,5 +96,5 @@ def test_a_job_is_written_with_what_was_learned(draw, monkeypatch):
         ),
     ],
 )
-def test_bad_input_is_told_in_a_line(draw, words, complaint):
-    refused(draw(*words), complaint)
+def test_bad_input_is_told_in_a_line(draw, args, complaint):
+    refused(draw(*args), complaint)

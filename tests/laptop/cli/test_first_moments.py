@@ -14,7 +14,7 @@ SLOW = "print('importing', flush=True)\nimport time\ntime.sleep(60)\n"
 
 @pytest.mark.short("click--m laptop --help", "contextlib-robot/driver.py inverse 10,5")
 @pytest.mark.parametrize(
-    ("module", "words"),
+    ("module", "args"),
     [
         ("click", [*LAPTOP, "--help"]),
         ("numpy", [*LAPTOP, "simulate", "--out", "{out}", "robot/driver.py", "where"]),
@@ -29,12 +29,12 @@ SLOW = "print('importing', flush=True)\nimport time\ntime.sleep(60)\n"
     ],
     ids=lambda value: value if isinstance(value, str) else " ".join(value[:3]),
 )
-def test_ctrl_c_while_importing_is_silent(tmp_path, module, words):
+def test_ctrl_c_while_importing_is_silent(tmp_path, module, args):
     slow = tmp_path / "modules"
     slow.mkdir()
     (slow / f"{module}.py").write_text(SLOW)
     process = subprocess.Popen(
-        [sys.executable, *(word.format(out=tmp_path / "out") for word in words)],
+        [sys.executable, *(word.format(out=tmp_path / "out") for word in args)],
         cwd=ROOT,
         env={**os.environ, "PYTHONPATH": str(slow), "BRICKSERVO_STATE": str(tmp_path)},
         stdout=subprocess.PIPE,

@@ -27,25 +27,25 @@ def figures(tmp_path, monkeypatch):
     """Run a command with --json; returns its figures, and what it says to people."""
     monkeypatch.chdir(tmp_path)
 
-    def run(*words):
-        result = CliRunner().invoke(laptop, [*words[:1], "--json", *words[1:]])
+    def run(*args):
+        result = CliRunner().invoke(laptop, [*args[:1], "--json", *args[1:]])
         assert result.exit_code == 0, result.output
         return json.loads(result.stdout), result.stderr
 
     return run
 
 
-@pytest.mark.parametrize("words", WITH_FIGURES)
-def test_who_has_figures_has_the_option(words):
+@pytest.mark.parametrize("args", WITH_FIGURES)
+def test_who_has_figures_has_the_option(args):
     command = laptop
-    for word in words.split():
+    for word in args.split():
         command = command.commands[word]
     assert any("--json" in param.opts for param in command.params)
 
 
 def test_a_run_tells_its_record(figures, tmp_path):
-    words = ("--out", "try", "--no-picture", "driver.py", "line", "10,0", "9,2")
-    reported, said = figures("simulate", *words)
+    args = ("--out", "try", "--no-picture", "driver.py", "line", "10,0", "9,2")
+    reported, said = figures("simulate", *args)
     assert reported == json.loads((tmp_path / "try" / "run.json").read_text())
     assert reported["kind"] == "drawing"
     assert "run.json" in said, "people are told on the other stream"

@@ -52,10 +52,10 @@ def test_the_interpreter_does_not_end_under_a_thread_that_goes_on(work, printed,
 def test_a_closed_stream_neither_ends_a_command_nor_becomes_one_of_its_files(closed, tmp_path):
     script = tmp_path / "script.py"
     script.write_text("import sys\nprint('said')\nsys.stderr.write('told\\n')\ninput()\n")
-    words = [sys.executable, "-m", "laptop", "simulate", "--out", tmp_path / "out", script]
+    args = [sys.executable, "-m", "laptop", "simulate", "--out", tmp_path / "out", script]
     line = f'exec "$@" {closed}'
     done = subprocess.run(
-        ["sh", "-c", line, "sh", *words],
+        ["sh", "-c", line, "sh", *args],
         cwd=ROOT, stdin=subprocess.DEVNULL, capture_output=True, text=True,
     )  # fmt: skip
     assert done.returncode == 1, done.stderr  # of the script, for there is nothing to read
@@ -82,8 +82,8 @@ program.run()
 def test_a_tracker_ends_its_threads(tmp_path, page):
     """But for who starts the page's process: that may take longer than it is waited for."""
     film = write_film(tmp_path / "film.avi", [np.full((120, 160, 3), 130, np.uint8)])
-    words = ["track", "--camera", str(film), "--listen-port", "127.0.0.1:0", page]
-    done = python("-c", TELLING, *words, env={**os.environ, "BRICKSERVO_STATE": str(tmp_path)})
+    args = ["track", "--camera", str(film), "--listen-port", "127.0.0.1:0", page]
+    done = python("-c", TELLING, *args, env={**os.environ, "BRICKSERVO_STATE": str(tmp_path)})
     first, *others = done.stderr.splitlines()
     assert (done.returncode, first) == (0, "MainThread")
     if "page watcher" in others:

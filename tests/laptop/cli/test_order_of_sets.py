@@ -17,13 +17,13 @@ sys.exit(7)
 """
 
 
-def begun(seed, *words, options=()):
+def begun(seed, *args, options=()):
     """What a process that began with these words told, number, randomness, hash, words; and it."""
     environment = {key: value for key, value in os.environ.items() if key != "PYTHONHASHSEED"}
     if seed is not None:
         environment["PYTHONHASHSEED"] = seed
     done = subprocess.Popen(
-        [sys.executable, *options, "-c", BEGINS, *words],
+        [sys.executable, *options, "-c", BEGINS, *args],
         cwd=ROOT, env=environment, stdout=subprocess.PIPE, text=True,
     )  # fmt: skip
     reported = done.communicate()[0].split(maxsplit=3)

@@ -21,8 +21,8 @@ MARGIN = 16 / 25.4 * 96
 """Of the page's style, px."""
 
 
-def run(*words):
-    result = CliRunner().invoke(laptop, ["report", *map(str, words)])
+def run(*args):
+    result = CliRunner().invoke(laptop, ["report", *map(str, args)])
     assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
     return result
 

@@ -42,11 +42,11 @@ def simulate(tmp_path, monkeypatch):
     with a status, or with any if that is None.
     """
 
-    def run(*words, out=tmp_path / "out", with_picture=False, status=0):
+    def run(*args, out=tmp_path / "out", with_picture=False, status=0):
         with monkeypatch.context() as patch:
             if not with_picture:
                 patch.setattr(picture, "write_line_plot", lambda file, *_: Path(file).touch())
-            result = CliRunner().invoke(laptop, ["simulate", "--out", str(out), *map(str, words)])
+            result = CliRunner().invoke(laptop, ["simulate", "--out", str(out), *map(str, args)])
         assert result.exception is None or isinstance(result.exception, SystemExit), (
             result.exception
         )
@@ -80,9 +80,9 @@ def rows(out):
     return rows_in(out / "trace.csv")
 
 
-def process(*words, **options):
+def process(*args, **options):
     """The same as a process of its own."""
-    return python("-m", "laptop", "simulate", *words, **options)
+    return python("-m", "laptop", "simulate", *args, **options)
 
 
 # What it leaves
@@ -163,11 +163,11 @@ def test_the_plant_makes_a_difference(simulate, tmp_path):
 
 @pytest.mark.long
 def test_two_processes_give_the_same_bytes(tmp_path):
-    words = ["--plant", "seed=11,load=-0.01..0.01", DRIVER, "polyline", "12,5", "11,6", "10,5"]
+    args = ["--plant", "seed=11,load=-0.01..0.01", DRIVER, "polyline", "12,5", "11,6", "10,5"]
     out = []
     for seed in ("1", "4242"):
         env = dict(os.environ, PYTHONHASHSEED=seed)
-        done = process("--out", tmp_path / seed, *words, env=env)
+        done = process("--out", tmp_path / seed, *args, env=env)
         assert done.returncode == 0, done.stderr
         out.append(done.stdout.splitlines())
     assert (tmp_path / "1/trace.csv").read_bytes() == (tmp_path / "4242/trace.csv").read_bytes()
@@ -182,11 +182,11 @@ def test_in_virtual_time_nothing_is_told_of_how_fast_this_computer_is(simulate, 
 
 
 @pytest.mark.parametrize(
-    ("words", "cpu", "reported"),
+    ("args", "cpu", "reported"),
     [([], 1, "(cpu=1, whose start takes another "), (["--plant", "cpu=0"], 0, "(cpu=0; ")],
 )
-def test_how_slowly_the_brick_computes_is_told(simulate, script, words, cpu, reported):
-    result = simulate(*words, script("import time; time.sleep(0.1)"))
+def test_how_slowly_the_brick_computes_is_told(simulate, script, args, cpu, reported):
+    result = simulate(*args, script("import time; time.sleep(0.1)"))
     summary = run_in(result.out)
     assert reported in result.output
     assert summary["cpu"] == cpu
@@ -217,10 +217,10 @@ REFUSED = [
 ]
 
 
-@pytest.mark.parametrize(("words", "status"), REFUSED)
-def test_what_is_refused_leaves_the_files_of_the_run_before(simulate, line, words, status):
+@pytest.mark.parametrize(("args", "status"), REFUSED)
+def test_what_is_refused_leaves_the_files_of_the_run_before(simulate, line, args, status):
     before = files_in(line.out)
-    result = simulate(*words, out=line.out, status=status)
+    result = simulate(*args, out=line.out, status=status)
     assert files_in(line.out) == before
     assert f"no motor was asked to turn: {line.out} keeps the files of the run before" in (
         result.output
@@ -228,15 +228,15 @@ def test_what_is_refused_leaves_the_files_of_the_run_before(simulate, line, word
 
 
 def test_where_no_other_run_is_kept_the_files_tell_of_the_refused_one(simulate):
-    for words, status in ((["10,0"], 2), (["10,0", "99,0"], 1)):
-        result = simulate(DRIVER, "line", *words, status=status)
+    for args, status in ((["10,0"], 2), (["10,0", "99,0"], 1)):
+        result = simulate(DRIVER, "line", *args, status=status)
         summary = run_in(result.out)
-        assert (summary["status"], summary["typed"][3:]) == (status, words)
+        assert (summary["status"], summary["typed"][3:]) == (status, args)
         assert "keeps" not in result.output
 
 
 @pytest.mark.parametrize(
-    "words",
+    "args",
     [
         ["--fault", "stall:A@0", DRIVER, "move", "12,6"],
         ["--fault", "int@0.6", DRIVER, *LINE],
@@ -245,9 +245,9 @@ def test_where_no_other_run_is_kept_the_files_tell_of_the_refused_one(simulate):
         [DRIVER, "where"],
     ],
 )
-def test_what_was_not_refused_has_its_files(simulate, words):
+def test_what_was_not_refused_has_its_files(simulate, args):
     out = simulate(DRIVER, "where").out
-    result = simulate(*words, status=None)
+    result = simulate(*args, status=None)
     assert run_in(out)["status"] == result.exit_code
     assert "keeps" not in result.output
 
@@ -277,13 +277,13 @@ def test_where_nothing_moves_there_is_no_picture_nor_that_of_an_earlier_run(simu
 def test_the_picture_bears_no_folder_of_this_computer(simulate, script, monkeypatch, tmp_path):
     titles = []
 
-    def write(file, *words):
-        titles.append(words[4])
+    def write(file, *args):
+        titles.append(args[4])
         Path(file).touch()
 
     monkeypatch.setattr(picture, "write_line_plot", write)
-    words = ("--picture", script("print('hi')\n"), f"--log={tmp_path}/x y/a.jsonl", "10,0")
-    simulate(*words, with_picture=True)
+    args = ("--picture", script("print('hi')\n"), f"--log={tmp_path}/x y/a.jsonl", "10,0")
+    simulate(*args, with_picture=True)
     assert titles == ["mine.py --log=a.jsonl 10,0"]
 
 
@@ -408,8 +408,8 @@ try:
 except DeviceNotFound:
     print("gone")
 """
-    words = ["--plug", "in2=gyro", "--fault", "unplug:in2@2"]
-    result = simulate(*words, script(source))
+    args = ["--plug", "in2=gyro", "--fault", "unplug:in2@2"]
+    result = simulate(*args, script(source))
     assert result.output.splitlines()[0] == "gone", result.output
     assert run_in(result.out)["seconds"] == pytest.approx(2.05, abs=0.06)
 
@@ -538,9 +538,9 @@ def test_two_runs_do_not_write_into_one_folder(tmp_path, script):
     """Else one result is lost. A killed one leaves the folder free."""
     out = tmp_path / "out"
     slow = script("import sys; print('begun', flush=True); sys.stdin.read()")
-    words = [sys.executable, "-m", "laptop", "simulate", "--out", str(out), str(slow)]
+    args = [sys.executable, "-m", "laptop", "simulate", "--out", str(out), str(slow)]
     first = subprocess.Popen(
-        words, cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        args, cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     )
     assert first.stdout.readline() == "begun\n"
     second = process("--out", out, slow, stdin=subprocess.DEVNULL)
@@ -568,7 +568,7 @@ def test_a_number_that_is_none_is_out_of_range(simulate, script, value):
 
 
 @pytest.mark.parametrize(
-    ("words", "says"),
+    ("args", "says"),
     [
         (["--plant", "springs=3"], ["springs", "backlash"]),
         (["--plant", "backlash"], ["backlash"]),
@@ -636,8 +636,8 @@ def test_a_number_that_is_none_is_out_of_range(simulate, script, value):
     ],
     ids=lambda value: " ".join(value),
 )
-def test_a_bad_order_is_refused_in_one_line(simulate, script, words, says):
-    result = simulate(*words, script("print('it ran')"), status=None)
+def test_a_bad_order_is_refused_in_one_line(simulate, script, args, says):
+    result = simulate(*args, script("print('it ran')"), status=None)
     assert result.exit_code in (1, 2)
     assert "it ran" not in result.output
     assert in_one_line(result.output, *says)
@@ -659,17 +659,17 @@ def test_arms_of_ones_own_are_known_on_the_emulated_brick_too(simulate, tmp_path
     assert {path: path.read_bytes() for path in own.iterdir()} == before
 
 
-@pytest.mark.parametrize("words", [["--arm", "{}"], ["--arm={}"]], ids=["apart", "in one"])
+@pytest.mark.parametrize("args", [["--arm", "{}"], ["--arm={}"]], ids=["apart", "in one"])
 def test_an_arm_told_to_the_script_alone_is_not_the_one_on_the_brick(
-    simulate, script, tmp_path, words
+    simulate, script, tmp_path, args
 ):
     mine = tmp_path / "my own.ini"
     mine.write_text((ROOT / "shared/arms/geared.ini").read_text())
-    words = [word.format(mine) for word in words]
-    refused = simulate(script("print('it ran')"), *words, status=1)
+    args = [word.format(mine) for word in args]
+    refused = simulate(script("print('it ran')"), *args, status=1)
     assert "it ran" not in refused.output
     assert in_one_line(refused.output, "carries planar", f"--arm {mine} before")
-    simulate("--arm", "planar", script("print('it ran')"), *words)
+    simulate("--arm", "planar", script("print('it ran')"), *args)
     simulate(script("print('it ran')"), "--arm", "planar")
     simulate(script("print('it ran')"), "--arm", "left")  # none of ours
 
@@ -795,9 +795,9 @@ def test_a_bare_brick_has_the_motors_that_are_plugged_in(simulate, script):
         ("--arm", "none", "--plug", "C=large", "--plug", "A=medium"): "['Am', 'Cl']",
         ("--arm", "none", "--wheels", "left=C,right=B", "--plug", "B=medium"): "['Bm', 'Cl']",
     }
-    for words, wanted in cases.items():
-        result = simulate(*words, listing)
-        assert result.output.splitlines()[0] == wanted, words
+    for args, wanted in cases.items():
+        result = simulate(*args, listing)
+        assert result.output.splitlines()[0] == wanted, args
     turn = script(
         "from ev3dev2.motor import LargeMotor\nm = LargeMotor('outC')\n"
         "m.on_for_degrees(30, 360)\nprint(m.position)\n"
@@ -897,8 +897,8 @@ def test_a_run_of_nothing_or_of_another_arm_is_refused(tmp_path, rows):
 @pytest.mark.filterwarnings("ignore:unclosed file:ResourceWarning")
 def test_a_measured_brick_is_emulated_and_the_plant_overrides(simulate, tmp_path):
     file = tmp_path / "brick.json"
-    words = ["--json", file, "planar", "--bare", "D"]
-    bench = ["--plant", "cpu=2,access=0.002,rotor_friction=1.4", BENCH, *words]
+    args = ["--json", file, "planar", "--bare", "D"]
+    bench = ["--plant", "cpu=2,access=0.002,rotor_friction=1.4", BENCH, *args]
     simulate(*bench)
     result = simulate("--constants", file, "--plant", "access=0.0005", DRIVER, "where")
     summary = run_in(result.out)
@@ -999,9 +999,9 @@ def test_somebody_answers_at_a_terminal(tmp_path, answers, status, reported):
     """Keys count at once, and while the script waits for them no emulated time passes."""
     pty = pytest.importorskip("pty")
     ours, theirs = pty.openpty()
-    words = ["--out", str(tmp_path / "out"), "--no-picture", "--start", "unchecked"]
+    args = ["--out", str(tmp_path / "out"), "--no-picture", "--start", "unchecked"]
     child = subprocess.Popen(
-        [sys.executable, "-m", "laptop", "simulate", *words, DRIVER, "check"],
+        [sys.executable, "-m", "laptop", "simulate", *args, DRIVER, "check"],
         cwd=ROOT, stdin=theirs, stdout=theirs, stderr=theirs, start_new_session=True,
         preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0),
     )  # fmt: skip
@@ -1100,15 +1100,15 @@ def test_a_servos_log_becomes_its_goal_its_figures_and_the_true_error(simulate, 
 
 @pytest.mark.short(every=3)
 @pytest.mark.parametrize(
-    "words",
+    "args",
     ['{"kind":"run"}', '{"kind":"run","method":"chain","tolerance":5,"goal":{"A":"x"}}', "hello"],
 )
-def test_what_is_no_log_costs_the_figures_and_not_the_run(simulate, script, tmp_path, words):
-    source = f"import sys\nopen(sys.argv[2], 'w').write({words!r} + '\\n')\n"
+def test_what_is_no_log_costs_the_figures_and_not_the_run(simulate, script, tmp_path, args):
+    source = f"import sys\nopen(sys.argv[2], 'w').write({args!r} + '\\n')\n"
     result = simulate("--scene", "", script(source), "--log", tmp_path / "x.jsonl")
     reported = run_in(result.out)
     assert reported["kind"] == "script"
-    assert ("x.jsonl: " in " ".join(reported["notes"])) is (words != "hello")
+    assert ("x.jsonl: " in " ".join(reported["notes"])) is (args != "hello")
 
 
 @pytest.mark.parametrize("name", ["x.jsonl", "goal-true-path.csv"])
@@ -1122,6 +1122,6 @@ def test_where_the_log_would_take_somebodys_file_nothing_runs(simulate, tmp_path
 
 
 def test_the_words_of_a_script_are_kept_as_they_were_typed(simulate, script):
-    words = ("--out", "foo", "--out=bar", "two words")
-    reported = run_in(simulate("--timeout", "3", script("print(1)"), *words).out)
-    assert reported["typed"] == ["simulate", "--timeout", "3", "mine.py", *words]
+    args = ("--out", "foo", "--out=bar", "two words")
+    reported = run_in(simulate("--timeout", "3", script("print(1)"), *args).out)
+    assert reported["typed"] == ["simulate", "--timeout", "3", "mine.py", *args]

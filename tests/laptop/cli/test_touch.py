@@ -32,8 +32,8 @@ def run(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("BRICKSERVO_STATE", str(tmp_path / "state"))
 
-    def touch(*words, status=0):
-        result = CliRunner().invoke(laptop, ["measure", "pen", *words])
+    def touch(*args, status=0):
+        result = CliRunner().invoke(laptop, ["measure", "pen", *args])
         assert status in (None, result.exit_code), result.output
         return result
 
@@ -42,7 +42,7 @@ def run(tmp_path, monkeypatch):
 
 @pytest.mark.long
 @pytest.mark.parametrize(
-    "words",
+    "args",
     [
         ("--plant", "cpu=0", "--crosses", "1,3,4,6,7,9"),
         (),
@@ -50,9 +50,9 @@ def run(tmp_path, monkeypatch):
     ],
     ids=["six crosses", "nine crosses", "behind gears"],
 )
-def test_an_emulated_hand_finds_the_offset_to_half_a_millimetre(run, tmp_path, words):
-    result = run("--simulate", "--out", "out", "--scene", TEXT, *words)
-    arm = "geared" if "geared" in words else "planar"
+def test_an_emulated_hand_finds_the_offset_to_half_a_millimetre(run, tmp_path, args):
+    result = run("--simulate", "--out", "out", "--scene", TEXT, *args)
+    arm = "geared" if "geared" in args else "planar"
     assert "set the pen on cross 9 of 9, bottom right on the sheet, and press" in result.output
     truth = marker_offset(ARM, read_scene(TEXT))
     found = read_arm(tmp_path / "out" / f"{arm}.ini").marker_offset
@@ -96,11 +96,11 @@ def touched(run, recorded, tmp_path):
     """Run touch on what was recorded, crosses 2, 5 and 8 left out by blanks, or on other lines."""
     folder, lines = recorded
 
-    def go(*words, lines=lines, pictures=folder, status=0):
+    def go(*args, lines=lines, pictures=folder, status=0):
         file = tmp_path / "points.jsonl"
         file.write_text("\n".join(lines) + "\n")
-        words = ("--effector", "red", "--crosses", "1,3,4,6,7,9", *words)
-        return run(str(pictures), "--touches", str(file), *words, status=status)
+        args = ("--effector", "red", "--crosses", "1,3,4,6,7,9", *args)
+        return run(str(pictures), "--touches", str(file), *args, status=status)
 
     return go
 
@@ -193,7 +193,7 @@ def test_a_touch_beside_its_cross_writes_nothing(touched, recorded, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("words", "reported"),
+    ("args", "reported"),
     [
         ((), "Give the camera, --camera 0 say, or --simulate."),
         (
@@ -220,8 +220,8 @@ def test_a_touch_beside_its_cross_writes_nothing(touched, recorded, tmp_path):
         ),
     ],
 )
-def test_what_cannot_be_is_one_line(run, tmp_path, words, reported):
-    result = run(*words, status=None)
+def test_what_cannot_be_is_one_line(run, tmp_path, args, reported):
+    result = run(*args, status=None)
     assert result.exit_code != 0
     assert reported in result.output
     assert "Traceback" not in result.output

@@ -15,7 +15,7 @@ class Failing:
 
     state = None
 
-    async def call(self, method, *words):
+    async def call(self, method, *args):
         if method is SteeringCalls.claim:
             return ""
         raise RpcError("BadJob: too long")

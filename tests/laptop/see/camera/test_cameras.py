@@ -46,7 +46,7 @@ def test_a_stream_that_nobody_sends(scheme, capfd):
 
 
 def test_a_file_on_a_server_is_no_live_stream():
-    source = open_camera("http://somewhere/film.mp4", make=lambda *words: EndlessCapture())
+    source = open_camera("http://somewhere/film.mp4", make=lambda *args: EndlessCapture())
     assert isinstance(source, Recording)
 
 

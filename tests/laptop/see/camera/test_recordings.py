@@ -164,7 +164,7 @@ def test_a_film_that_cannot_be_decoded_is_refused_with_what_to_do(tmp_path, code
     path = tmp_path / "film.mp4"
     path.write_bytes(b"not looked at here")
     with pytest.raises(NoCamera) as refused:
-        open_camera(str(path), make=lambda *words: Undecodable(codec))
+        open_camera(str(path), make=lambda *args: Undecodable(codec))
     assert why in str(refused.value)
 
 
@@ -258,8 +258,8 @@ def test_a_film_with_colours_of_full_height_may_have_an_odd_one(tmp_path):
     out.release()
 
     class Higher:
-        def __init__(self, *words):
-            self.capture = cv2.VideoCapture(*words)
+        def __init__(self, *args):
+            self.capture = cv2.VideoCapture(*args)
 
         def get(self, key):
             return self.capture.get(key) + (key == cv2.CAP_PROP_FRAME_HEIGHT)
@@ -303,8 +303,8 @@ def test_played_live_the_newest_wins(video):
 
 def test_late_frames_are_passed_over_without_making_pictures_of_them(video):
     class Counting:
-        def __init__(self, *words):
-            self.capture, self.grabs, self.retrieves = cv2.VideoCapture(*words), 0, 0
+        def __init__(self, *args):
+            self.capture, self.grabs, self.retrieves = cv2.VideoCapture(*args), 0, 0
 
         def grab(self):
             self.grabs += 1
@@ -319,8 +319,8 @@ def test_late_frames_are_passed_over_without_making_pictures_of_them(video):
 
     made = []
 
-    def make(*words):
-        made.append(Counting(*words))
+    def make(*args):
+        made.append(Counting(*args))
         return made[-1]
 
     clock = FakeClock()

@@ -84,8 +84,8 @@ def video(tmp_path):
 def run(tmp_path):
     """Run `track WORDS` in this process, over old files; the result of click."""
 
-    def invoke(*words, status=0, over=("--replace",)):
-        result = CliRunner().invoke(laptop, ["track", *over, *map(str, words)])
+    def invoke(*args, status=0, over=("--replace",)):
+        result = CliRunner().invoke(laptop, ["track", *over, *map(str, args)])
         if result.exception and not isinstance(result.exception, SystemExit):
             raise result.exception
         assert result.exit_code == status, result.output
@@ -130,8 +130,8 @@ def test_a_lost_marker_has_no_place_and_no_confidence(run, video, tmp_path):
 def test_two_cameras_are_told_apart(run, video, tmp_path):
     one, two = video(3, "one.avi"), video(5, "two.avi")
     out = tmp_path / "out.csv"
-    words = ["--camera", one, "--camera", two, "--goal", "1,2", "--goal", "3,4", "--to", out]
-    run(*words, "--no-serve", "--to", tmp_path / "view.png")
+    args = ["--camera", one, "--camera", two, "--goal", "1,2", "--goal", "3,4", "--to", out]
+    run(*args, "--no-serve", "--to", tmp_path / "view.png")
     table = rows_in(out)
     assert list(table[0])[-1] == "camera"
     in_turn = [(row["camera"], row["frame"]) for row in table if row["marker"] == "effector"]
@@ -144,14 +144,14 @@ def test_two_cameras_are_told_apart(run, video, tmp_path):
     assert (tmp_path / "view-A.png").exists()
     assert (tmp_path / "view-B.png").exists()
     first = out.read_bytes()
-    run(*words, "--no-serve")
+    run(*args, "--no-serve")
     assert out.read_bytes() == first
 
 
 def test_a_colour_learned_at_the_first_camera_is_looked_for_at_all(run, video, tmp_path):
     green, red = video(3, "green.avi", effector=GREEN, goal=None), video(3, "red.avi", goal=GREEN)
-    words = ["--camera", green, "--camera", red, "--pick", "effector=30,60", "--effector", "disc"]
-    run(*words, "--no-serve", "--to", tmp_path / "out.csv")
+    args = ["--camera", green, "--camera", red, "--pick", "effector=30,60", "--effector", "disc"]
+    run(*args, "--no-serve", "--to", tmp_path / "out.csv")
     table = {(row["camera"], row["frame"]): row for row in rows_in(tmp_path / "out.csv")}
     for number in range(3):
         for camera, wanted in (("A", place(number)), ("B", (120, 25))):
@@ -187,10 +187,10 @@ def test_every_camera_is_opened_under_its_letter_and_asked_what_it_can_do(monkey
         return opener(*order), {"effector": "disc:red"}
 
     monkeypatch.setattr(setup, "open_camera", opener)
-    words = ["--no-serve", "--scene", "B.tilt=60", "--frame-size", "320x240", "--fps", "20"]
+    args = ["--no-serve", "--scene", "B.tilt=60", "--frame-size", "320x240", "--fps", "20"]
     for source in ("film.avi", "synthetic", "3", "synthetic"):
-        words += ["--camera", source]
-    with track_command.make_context("track", words) as context:
+        args += ["--camera", source]
+    with track_command.make_context("track", args) as context:
         assert context.params.pop("simulate")
         handed_in = ("page", "page_at", "page_hold", "announce", "replace", "files", "listen_at")
         for word in (*handed_in, "arm_file"):
@@ -222,8 +222,8 @@ def test_frames_that_cannot_be_read_are_told(run, video, tmp_path):
 def test_a_picked_colour_is_learned_used_and_kept(run, video, tmp_path, state):
     film = video(effector=GREEN)
     u, v = place(6)
-    words = ["--camera", film, "--no-serve", "--to", tmp_path / "out.csv"]
-    run(*words, "--pick", f"effector={u},{v}@6", "--effector", "disc")
+    args = ["--camera", film, "--no-serve", "--to", tmp_path / "out.csv"]
+    run(*args, "--pick", f"effector={u},{v}@6", "--effector", "disc")
     table = rows_in(tmp_path / "out.csv")
     assert {row["marker"] for row in table} == {"effector"}, "nobody showed a goal"
     assert [row["frame"] for row in table] == [str(k) for k in range(12)], "from the start"
@@ -232,7 +232,7 @@ def test_a_picked_colour_is_learned_used_and_kept(run, video, tmp_path, state):
     assert kept.kind == "disc"
     assert kept.color.hue == pytest.approx(135, abs=4)
 
-    run(*words)  # what was learned is known the next time
+    run(*args)  # what was learned is known the next time
     again = [row for row in rows_in(tmp_path / "out.csv") if row["marker"] == "effector"]
     assert [row["u"] for row in again] == [row["u"] for row in table]
 
@@ -243,17 +243,17 @@ def test_what_is_gone_in_the_frames_after_a_pick_is_refused(run, video, tmp_path
     once, late = (picture(number, effector=GREEN) for number in (0, 9))
     film = write_film(tmp_path / "film.avi", [plain, once, *[plain] * 7, late])
     (u, v), (last_u, last_v) = place(0), place(9)
-    words = ["--camera", film, "--no-serve", "--effector", "disc", "--pick"]
-    shown = run(*words, f"effector={u},{v}@1", status=1)
+    args = ["--camera", film, "--no-serve", "--effector", "disc", "--pick"]
+    shown = run(*args, f"effector={u},{v}@1", status=1)
     assert "of frame 1 is not found in the 5 after it (nothing of this colour)" in shown.output
     assert len(shown.output.splitlines()) == 1
     assert not (state / "markers.ini").exists()
-    run(*words, f"effector={last_u},{last_v}@9")  # after the last frame there is none
+    run(*args, f"effector={last_u},{last_v}@9")  # after the last frame there is none
 
 
 def test_a_goal_that_was_asked_for_is_tracked_beside_a_picked_effector(run, video, tmp_path):
-    words = ["--camera", video(effector=GREEN), "--no-serve", "--to", tmp_path / "out.csv"]
-    run(*words, "--pick", "effector=30,60", "--goal", "blue")
+    args = ["--camera", video(effector=GREEN), "--no-serve", "--to", tmp_path / "out.csv"]
+    run(*args, "--pick", "effector=30,60", "--goal", "blue")
     assert {row["marker"] for row in rows_in(tmp_path / "out.csv")} == {"effector", "goal"}
 
 
@@ -306,7 +306,7 @@ def test_a_live_camera_is_picked_from_that_many_frames_after_its_start(monkeypat
 
 
 @pytest.mark.parametrize(
-    ("words", "says"),
+    ("args", "says"),
     [
         (["--camera", "nowhere.mp4"], ["nowhere.mp4", "webcam's number"]),
         (["--effector", "mauve"], ["mauve", "disc:COLOUR"]),
@@ -349,12 +349,12 @@ def test_a_live_camera_is_picked_from_that_many_frames_after_its_start(monkeypat
     ],
     ids=lambda value: " ".join(value),
 )
-def test_what_cannot_be_done_is_refused_in_one_line(run, video, state, words, says, tmp_path):
+def test_what_cannot_be_done_is_refused_in_one_line(run, video, state, args, says, tmp_path):
     out = tmp_path / "out.csv"
     out.write_text("of an earlier run\n")
-    csv_first = [] if "--to" in words else ["--to", out]
-    film = [] if words[:2] == ["--camera", "nowhere.mp4"] else ["--camera", video()]
-    given = ["--no-serve", "--replace", *csv_first, *film, *words]
+    csv_first = [] if "--to" in args else ["--to", out]
+    film = [] if args[:2] == ["--camera", "nowhere.mp4"] else ["--camera", video()]
+    given = ["--no-serve", "--replace", *csv_first, *film, *args]
     result = CliRunner().invoke(laptop, ["track", *map(str, given)], prog_name="laptop")
     assert result.exit_code in (1, 2)
     last = result.stderr.strip().splitlines()[-1]
@@ -389,9 +389,9 @@ def test_a_name_that_does_not_fit_a_message(run, video, tmp_path):
 def test_where_markers_cannot_be_kept_the_old_sheet_stays(run, video, tmp_path):
     (tmp_path / "out.csv").write_text("old")
     (tmp_path / "file").touch()
-    words = ["--camera", video(), "--no-serve", "--to", tmp_path / "out.csv"]
-    words += ["--pick", "effector=30,60", "--markers", tmp_path / "file" / "markers.ini"]
-    shown = run(*words, status=1)
+    args = ["--camera", video(), "--no-serve", "--to", tmp_path / "out.csv"]
+    args += ["--pick", "effector=30,60", "--markers", tmp_path / "file" / "markers.ini"]
+    shown = run(*args, status=1)
     assert in_one_line(shown.stderr, "cannot write", "markers.ini")
     assert (tmp_path / "out.csv").read_text() == "old"
 
@@ -399,7 +399,7 @@ def test_where_markers_cannot_be_kept_the_old_sheet_stays(run, video, tmp_path):
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no /dev/full to stand for a full disk")
 def test_a_full_disk_at_the_start(run, video, tmp_path, monkeypatch):
     full = functools.partial(io.open, "/dev/full", "w")
-    monkeypatch.setattr("pathlib.Path.open", lambda *_, **words: full())
+    monkeypatch.setattr("pathlib.Path.open", lambda *_, **args: full())
     file = tmp_path / "out.csv"
     shown = run("--camera", video(), "--no-serve", "--to", file, status=1)
     assert in_one_line(shown.stderr, "out.csv", "No space left", "make room", "--to")
@@ -408,11 +408,11 @@ def test_a_full_disk_at_the_start(run, video, tmp_path, monkeypatch):
 def test_a_file_that_is_there_is_not_written_over(run, video, tmp_path):
     for name, option in (("out.csv", "--to"), ("view.png", "--to")):
         (tmp_path / name).write_text("old")
-        words = ["--camera", video(), "--no-serve", option, tmp_path / name]
-        shown = run(*words, status=1, over=())
+        args = ["--camera", video(), "--no-serve", option, tmp_path / name]
+        shown = run(*args, status=1, over=())
         assert in_one_line(shown.stderr, name, "is there already", "--replace")
         assert (tmp_path / name).read_text() == "old"
-        run(*words)
+        run(*args)
         assert (tmp_path / name).read_bytes() != b"old"
 
 
@@ -436,8 +436,8 @@ def test_a_disk_that_fills_up_on_the_way_ends_it_in_one_line(run, video, monkeyp
 
 def test_the_picture_shows_what_was_found_and_what_was_not(run, video, tmp_path):
     film = video(goal=None)
-    for name, words in (("last.png", ""), ("third.png", "@3")):
-        run("--camera", film, "--no-serve", "--to", f"{tmp_path / name}{words}")
+    for name, args in (("last.png", ""), ("third.png", "@3")):
+        run("--camera", film, "--no-serve", "--to", f"{tmp_path / name}{args}")
     last, third = (cv2.imread(str(tmp_path / name)) for name in ("last.png", "third.png"))
     assert last.shape == (8 * HEIGHT, 8 * WIDTH, 3)
     for image, number in ((last, 11), (third, 3)):
@@ -467,7 +467,7 @@ def test_a_view_bears_markers_at_and_beyond_the_edge():
 
 
 def test_programs_are_told_in_json_lines_and_people_beside_them(run, video):
-    words = [
+    args = [
         "--camera",
         video(2),
         "--camera",
@@ -476,7 +476,7 @@ def test_programs_are_told_in_json_lines_and_people_beside_them(run, video):
         "--page-port",
         "0",
     ]
-    shown = run(*words, "--listen-port", "127.0.0.1:0")
+    shown = run(*args, "--listen-port", "127.0.0.1:0")
     events = [json.loads(line) for line in shown.stdout.splitlines()]
     cameras, serving, page, ready, end = events
     assert [event.pop("event") for event in events] == EVENTS
@@ -515,8 +515,8 @@ def test_an_ipv6_host_is_told_without_brackets(run, video):
         socket.create_server(("::1", 0), family=socket.AF_INET6).close()
     except OSError:
         pytest.skip("no IPv6 here")
-    words = ["--camera", video(2), "--json", "--no-page", "--listen-port", "::1:0"]
-    serving = wait_for_event(run(*words).stdout.splitlines(), "serving")
+    args = ["--camera", video(2), "--json", "--no-page", "--listen-port", "::1:0"]
+    serving = wait_for_event(run(*args).stdout.splitlines(), "serving")
     assert serving["host"] == "::1"
     assert serving["addresses"] == [f"[::1]:{serving['port']}"]
 
@@ -525,8 +525,8 @@ def test_programs_are_told_why_it_does_not_begin(run, video, tmp_path):
     (tmp_path / "out.csv").write_text("old")
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
-        words = ["--camera", video(2), "--listen-port", f"127.0.0.1:{port}", "--json"]
-        shown = run(*words, "--to", tmp_path / "out.csv", status=1)
+        args = ["--camera", video(2), "--listen-port", f"127.0.0.1:{port}", "--json"]
+        shown = run(*args, "--to", tmp_path / "out.csv", status=1)
     (end,) = [json.loads(line) for line in shown.stdout.splitlines()]
     assert (end["event"], end["status"]) == ("end", 1)
     assert f"port {port} is in use" in end["reason"]
@@ -535,11 +535,11 @@ def test_programs_are_told_why_it_does_not_begin(run, video, tmp_path):
 
 
 @contextlib.contextmanager
-def a_tracker(*words):
+def a_tracker(*args):
     """A process that tracks what a synthetic camera sees."""
-    words = "--camera", "synthetic", "--scene", "width=320,height=240,clutter=0", *words
+    args = "--camera", "synthetic", "--scene", "width=320,height=240,clutter=0", *args
     tracker = subprocess.Popen(
-        [sys.executable, "-m", "laptop", "track", *words, "--listen-port", "0"],
+        [sys.executable, "-m", "laptop", "track", *args, "--listen-port", "0"],
         cwd=ROOT,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -571,7 +571,7 @@ def test_the_ports_number_in_the_help_is_the_servers():
 
 @pytest.mark.long
 def test_serving_plays_the_video_in_its_own_time_and_tells_the_brick_what_to_type(video, tmp_path):
-    words = (
+    args = (
         "--camera",
         video(),
         "--listen-port",
@@ -579,7 +579,7 @@ def test_serving_plays_the_video_in_its_own_time_and_tells_the_brick_what_to_typ
         "--to",
         tmp_path / "out.csv",
     )
-    done = python("-m", "laptop", "track", *words, timeout=PATIENCE)
+    done = python("-m", "laptop", "track", *args, timeout=PATIENCE)
     assert (done.returncode, done.stderr) == (0, "")
     assert "robot/visual_servoing.py" in done.stdout
     assert "pairing code, once: " in done.stdout
@@ -644,8 +644,8 @@ def test_with_a_board_markers_are_told_in_cm_on_it(run, tmp_path):
     image = np.round(to_srgb(scene.image(q))).astype(np.uint8)
     for k in range(2):
         cv2.imwrite(str(tmp_path / f"{k}.png"), image)
-    words = ["--camera", tmp_path, "--no-serve", "--to", tmp_path / "out.csv"]
-    shown = run(*words, "--board", "--bar", 100, "--marker-height", 25)
+    args = ["--camera", tmp_path, "--no-serve", "--to", tmp_path / "out.csv"]
+    shown = run(*args, "--board", "--bar", 100, "--marker-height", 25)
     assert "camera A: board a4: " in shown.output
     assert "scale: the bar is 100 mm long, as measured" in shown.output
     tip = kinematics.forward(arm, q)
@@ -655,7 +655,7 @@ def test_with_a_board_markers_are_told_in_cm_on_it(run, tmp_path):
         wanted = tip if row["marker"] == "effector" else (12, -9)
         place = float(row["x"]) + 9, float(row["y"])
         assert place == pytest.approx(wanted, abs=0.06), row
-    bare = run(*words)
+    bare = run(*args)
     assert "markers in 1 view" not in bare.output
     assert "x" not in rows_in(tmp_path / "out.csv")[0]
 
@@ -673,8 +673,8 @@ def test_after_touching_crosses_the_pens_place_is_told_on_the_board_and_by_the_a
     base = to_board @ (-9.0, 0.0)  # the board's middle is at 9, 0
     fit = MarkerFit(offset, 2.5, math.radians(-20), base, 1.0, np.eye(7), 0.2)
     write_touched(tmp_path / "t.json", TouchedArm("planar", "a4", None, fit))
-    words = ["--camera", tmp_path, "--no-serve", "--board", "--to", tmp_path / "out.csv"]
-    run(*words, "--touched", tmp_path / "t.json")
+    args = ["--camera", tmp_path, "--no-serve", "--board", "--to", tmp_path / "out.csv"]
+    run(*args, "--touched", tmp_path / "t.json")
     for row in rows_in(tmp_path / "out.csv"):
         pen = kinematics.forward(arm, q) if row["marker"] == "effector" else (12, -9)
         assert (float(row["arm_x"]), float(row["arm_y"])) == pytest.approx(pen, abs=0.06), row
@@ -689,7 +689,7 @@ def test_a_camera_that_sees_no_board_tells_pixels_and_no_cm(run, video, tmp_path
 
 
 @pytest.mark.parametrize(
-    ("words", "status", "reported"),
+    ("args", "status", "reported"),
     [
         (["--bar", "97"], 2, "--bar is of the board: add --board."),
         (["--marker-height", "25"], 2, "--marker-height is of board and page: leave --no-serve"),
@@ -700,9 +700,9 @@ def test_a_camera_that_sees_no_board_tells_pixels_and_no_cm(run, video, tmp_path
     ],
 )
 def test_what_is_said_of_a_board_is_checked_before_anything_starts(
-    run, video, tmp_path, words, status, reported
+    run, video, tmp_path, args, status, reported
 ):
     out = tmp_path / "out.csv"
-    shown = run("--camera", video(), "--no-serve", "--to", out, *words, status=status)
+    shown = run("--camera", video(), "--no-serve", "--to", out, *args, status=status)
     assert reported in shown.output
     assert not out.exists()
