@@ -103,7 +103,7 @@ class Feed:
             return self.newest
 
     def store_still(self, shown: FrameSnapshot) -> None:
-        """Keep a frame at hand that somebody has paused at."""
+        """Store a frame at which a browser has paused."""
         _put(self.stills, shown)
 
 
@@ -115,7 +115,7 @@ def _put(cache: OrderedDict[int, FrameSnapshot], shown: FrameSnapshot) -> None:
 
 
 class Ink:
-    """The ink of a job in a camera's picture, as far as it is here.
+    """Ink of a job in a camera's picture, as far as it was fetched.
 
     Attributes:
         version: of it; another one begins anew.
@@ -135,7 +135,7 @@ class AsyncController:
         pipe: to the controller.
         slow: to it, too, for calls that take a while.
         cameras: one more pipe for the frames of each camera, by its name.
-        runs: the folder in which the runs are kept of which somebody has opened the report.
+        runs: folder for the runs whose report somebody has opened.
 
     Attributes:
         call: makes a remote call, see `AsyncChannel.call`.
@@ -158,7 +158,7 @@ class AsyncController:
         self.call = AsyncChannel(pipe).call
         self.call_slowly = AsyncChannel(slow).call
         self.feeds = {name: Feed(AsyncChannel(pipe), name) for name, pipe in cameras.items()}
-        # In the addresses of pictures: what a browser kept of an earlier run is none of this one.
+        # Part of the pictures' addresses: a browser's cache of an earlier run does not match.
         self.run = secrets.token_hex(4)
         self.state: PageState | None = None
         self.past: deque[PlotSample] = deque(maxlen=round(HISTORY_DURATION / SAMPLE_PERIOD))
@@ -202,7 +202,7 @@ class AsyncController:
         return self.state
 
     async def drawing(self, revision: int) -> DrawingSnapshot:
-        """Return the drawing as it is at a revision, or later; one question for all browsers."""
+        """Return the drawing at a revision, or later; one call for all browsers."""
         async with self._draw_lock:
             if self._drawing[0] != revision:
                 self._drawing = revision, await self.call_slowly(DrawViews.drawing)
@@ -245,7 +245,7 @@ class AsyncController:
                 report.render(group, self._report_folders[group.number] if has_ended else None),
             )
         except ArmError as error:
-            why = str(error).partition(";")[0]  # the way out is another command's
+            why = str(error).partition(";")[0]  # the advice is for another command
             text = name, report.render(group, why_not_stored=f"it is not kept: {why}")
         if group.runs[-1].ended is not None:
             self._reports[key] = text

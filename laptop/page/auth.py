@@ -24,7 +24,7 @@ RedeemToken = Callable[[str], Awaitable[str]]
 
 
 class AuthMiddleware:
-    """ASGI middleware that lets nobody in without a cookie, nor from elsewhere.
+    """ASGI middleware that refuses requests without a cookie, and from other origins.
 
     The address with the token gives a cookie, and is left at once; from then on the cookie is
     asked for, with everything.
@@ -89,7 +89,7 @@ class AuthMiddleware:
             await send_text(send, 403, why or NO_TOKEN, connection="close")
 
     def _refusal(self, scope: Scope, headers: Mapping[str, str]) -> str | None:
-        """Return why a request is refused whoever sends it, or None."""
+        """Return why a request is refused with or without a cookie, or None."""
         if headers.get("host", "").lower() not in self._hosts:
             return "This page is not to be reached by that name."
         origin = headers.get("origin")
@@ -112,12 +112,12 @@ class AuthMiddleware:
         return max(numbers, default=0)
 
     async def _lead_in(self, send: Send, cookie: str) -> None:
-        """Lead to the page, with a cookie if there is a new one."""
+        """Redirect to the page, with a cookie if there is a new one."""
         given = f"{self._cookie}={cookie}; Path=/; HttpOnly; SameSite=Strict"
         await send_text(send, 303, "", location="/", **({"set_cookie": given} if cookie else {}))
 
     def _with_headers(self, send: Send, headers: Mapping[str, str]) -> Send:
-        """Add to every answer the headers that keep other pages out."""
+        """Add the security headers to every response."""
         policy = SECURITY_HEADERS["content-security-policy"]
         if self._gate_port:
             name = headers["host"].rpartition(":")[0]

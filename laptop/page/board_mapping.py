@@ -91,7 +91,7 @@ class BoardMapping:
         self.forget()
 
     def forget(self) -> None:
-        """Begin anew: the board, or the arm on it, stands elsewhere now."""
+        """Reset: the board, or the arm on it, has moved."""
         self._pairs.clear()
         self._grids.clear()
         self.view: TableView | None = None
@@ -100,7 +100,7 @@ class BoardMapping:
         self.height_sigma = 0.0
 
     def lay_paper(self, height: float | None) -> None:
-        """Take in how high the marker is over the paper, cm; None: that is to be found."""
+        """Set the marker's height over the paper, cm; None: to be estimated."""
         self._given_height = height
         self._fit()
 
@@ -118,7 +118,7 @@ class BoardMapping:
         return np.asarray(self._from_board.moved(on_board) - shifts[:, :2])
 
     def add(self, p: Sequence[float], pixel: Point, speed: float, size: tuple[int, int]) -> None:
-        """Take in that the marker was at p (x, y), cm, and at a pixel (u, v) at once.
+        """Add a pair: the marker's place p (x, y), cm, and its pixel (u, v) at that time.
 
         Args:
             p: cm.

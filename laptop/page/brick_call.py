@@ -65,7 +65,7 @@ class EmulatedBrickCall:
 
 
 class BrickCall:
-    """The call of a brick, by whoever is at a page.
+    """Start of a brick's program from a page.
 
     Args:
         start: what is done at a click; None: bricks are not called from here.

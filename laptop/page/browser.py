@@ -82,7 +82,7 @@ class Page:
         await self._show(state)
 
     def _add_more(self, several: bool) -> None:
-        """Add what is not always in sight: it folds, and scrolls by itself."""
+        """Add the parts below the fold, which scroll separately."""
         self._state = StateCard(self._browser_state)
         self._drive.add_more(several)
         self._draw.add_more()

@@ -1,4 +1,4 @@
-"""One camera as the page sees it: the frames at hand, their markers, the trail of the tip."""
+"""One camera as the page sees it: cached frames, their markers, the trail of the tip."""
 
 from __future__ import annotations
 
@@ -55,11 +55,11 @@ class MarkerTracker(Protocol):
 
 
 class FrameGone(ArmError):
-    """A frame that is no longer at hand."""
+    """A frame that is no longer cached."""
 
 
 class CameraFeed:
-    """One camera's frames and what is kept of them.
+    """Cache of one camera's frames.
 
     Args:
         watcher: of the camera.

@@ -1,4 +1,4 @@
-"""Edits of the markers' colours: pick, widen, narrow, rename, undo; each is kept in the file."""
+"""Edits of the markers' colours: pick, widen, narrow, rename, undo; each is stored in the file."""
 
 from __future__ import annotations
 
@@ -116,11 +116,11 @@ class ColourEdits:
     def _track(
         self, markers: dict[str, Marker], restored: Mapping[str, Marker] = MappingProxyType({})
     ) -> str:
-        """Track these markers from now on, and keep them; the file forgets those that go.
+        """Track these markers from now on, and store them; the file drops those that are removed.
 
         Args:
             markers: by name.
-            restored: what the file gets for those that go, by name.
+            restored: markers that the file gets instead of the removed ones, by name.
         """
         tracked = {marker.name: marker for marker in self.markers}
         stored: dict[str, Marker] = {}
@@ -129,7 +129,7 @@ class ColourEdits:
             stored = read_markers(self._file) if self._file.exists() else {}
             others = {name: marker for name, marker in stored.items() if name not in tracked}
             gone = {name: restored[name] for name in tracked if name in restored}
-            # Of those that stay as they are the file may know better than this camera's scene.
+            # Unchanged markers: the file's version may be better than that of this camera's scene.
             same = {name for name, marker in markers.items() if tracked.get(name) == marker}
             stay = {name: stored[name] for name in same if name in stored}
             new = {name: marker for name, marker in markers.items() if name not in same}

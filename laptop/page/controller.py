@@ -94,11 +94,11 @@ class PageController:
 
     @property
     def has_viewers(self) -> bool:
-        """Return True if somebody has the page open, or is about to."""
+        """Return True if a browser has the page open, or is expected to."""
         return self._viewers.are_there
 
     def expect_viewer(self) -> None:
-        """Count on somebody who is about to open the page."""
+        """Expect a browser to open the page."""
         self._viewers.expect()
 
     def opened(self) -> None:
@@ -111,11 +111,11 @@ class PageController:
             self.runs.note = self._emulated_brick.begin() or self.runs.note
 
     def arrived(self) -> None:
-        """Take in that a browser has the page, which asks from now on: expect nobody any more."""
+        """Handle that a browser has the page, which polls from now on: expect none any more."""
         self._viewers.arrive()
 
     def lose_page(self, why: str) -> None:
-        """Take in that the page's process is replaced, and why."""
+        """Handle that the page's process is replaced; `why` is the reason."""
         self.watch.lose_page(why)
         self.runs.note = f"page: its process {why}; it starts anew"
 
@@ -167,7 +167,7 @@ class PageController:
     # Heartbeat
 
     def heartbeat(self) -> None:
-        """Take in once what goes on; to be called every HEARTBEAT_PERIOD."""
+        """Update once; to be called every HEARTBEAT_PERIOD."""
         for feed in self._cameras.values():
             feed.extend_trail()
         self._hints.learn()
@@ -184,7 +184,7 @@ class PageController:
             self.runs.note = self.runs.brick_call.poll() or self.runs.note
 
     def _record(self) -> None:
-        """Keep what belongs to a run."""
+        """Record the samples of a run."""
         link = self._link.state()
         status = link.status
         if link.client and status:

@@ -21,7 +21,7 @@ CLOSING_DISTANCE = 12.0
 
 
 def smooth_path(points: Sequence[Point]) -> np.ndarray:
-    """Return the path (n, 2), px, that somebody meant who dragged along these points (u, v), px."""
+    """Return the intended path (n, 2), px, of a drag along points (u, v), px."""
     dragged = np.array(points, float)
     steps = np.hypot(*np.diff(dragged, axis=0).T)
     dragged = dragged[np.append(True, steps > 1e-6)]

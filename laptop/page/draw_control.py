@@ -75,7 +75,7 @@ class DrawControl:
         """End the process that reads and plans."""
         self._request.close()
 
-    # What is to be drawn
+    # The request
 
     def load(self, name: str, data: bytes) -> str:
         """Read a drawing from a file's bytes: SVG, PNG, JPEG, or a text."""
@@ -111,14 +111,14 @@ class DrawControl:
         return self._request.load(Source("path", "dragged path", path=path), placing)
 
     def trace_picture(self, tracing: Tracing) -> str:
-        """Draw the picture otherwise: it is read anew, and lies where it was."""
+        """Trace the picture with other settings; its placement stays."""
         return self._request.reload(
             lambda one: one._replace(tracing=tracing) if one.tracing else None,
             "there is no picture to trace; drop a PNG or JPEG first",
         )
 
     def hatch(self, areas: bool) -> str:
-        """Hatch areas of an SVG, or draw their outlines alone: it is read anew, too."""
+        """Hatch areas of an SVG, or draw their outlines only; its placement stays."""
         return self._request.reload(
             lambda one: None if one.is_hatched is None else one._replace(is_hatched=areas),
             "there is no SVG to hatch; drop one first",
@@ -160,7 +160,7 @@ class DrawControl:
             return self._start(placed.job, placed, dry, alone)
 
     def look_around(self) -> str:
-        """Let the arm look around, pen up, so that it is learned where pictures show the table."""
+        """Let the arm sweep its reach, pen up, to learn the mapping from pictures to the table."""
         if self._arm is None:
             return "the arm is not known here; give its file by BRICKSERVO_ARM"
         with tempfile.TemporaryDirectory(prefix="brickservo-") as folder:
@@ -196,7 +196,7 @@ class DrawControl:
         with self._lock:
             self._job.stop(reason)
 
-    # What is seen
+    # State
 
     def set_marker_height(self, mm: float | None) -> str:
         """Set the height of the arm's marker over the paper, mm; None: unknown."""
@@ -206,7 +206,7 @@ class DrawControl:
             return why
 
     def state(self) -> DrawingState:
-        """Return how it stands."""
+        """Return the state."""
         with self._lock:
             asked, placed, source = self._request, self._request.placed, self._request.source
             views = self._paper.views().values()

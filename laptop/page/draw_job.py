@@ -73,7 +73,7 @@ class DrawJob:
 
     @property
     def has_settled(self) -> bool:
-        """Return True if it has ended so long ago that all of its ink is known."""
+        """Return True if the job has ended so long ago that all of its ink is known."""
         return self._ended_at is not None and self._now() - self._ended_at > INK_GRACE
 
     def _is_overdue(self) -> bool:
@@ -124,7 +124,7 @@ class DrawJob:
         self._stop = Stop(reason) if self.is_on else None
 
     def state(self) -> JobState | None:
-        """Return how it stands; None: there is none."""
+        """Return the state of the job; None: there is none."""
         if self._offered and self._is_unreported():
             return unreported_state(self._offered.name, self._is_overdue())
         if self.progress is None:
@@ -133,7 +133,7 @@ class DrawJob:
         return reported_state(self.progress, not self._link.has_brick, alone)
 
     def handle(self, link: LinkState) -> JobUpdate | None:
-        """Take in how the brick gets on with it; return what is new, None: nothing."""
+        """Handle the brick's progress; return the update, None: none."""
         update, progress = None, link.progress
         if progress is not None and progress is not self.progress:
             changes_state = self.progress is None or self.progress.state != progress.state

@@ -74,7 +74,7 @@ class DrawingView:
         return self._grip is not None
 
     def update(self, snapshot: DrawingSnapshot) -> None:
-        """Take in how it is now; a hand that has it keeps it."""
+        """Update the drawing; a drag that is under way continues."""
         self.snapshot = snapshot
         placed = snapshot.placed
         self._lines = []
@@ -89,7 +89,7 @@ class DrawingView:
     # The hand
 
     def press(self, pixel: Point, width: int) -> bool:
-        """Take hold of the drawing; return whether there is something at this pixel (u, v).
+        """Begin a drag; return whether the drawing or a handle is at this pixel (u, v).
 
         Args:
             pixel: px.
@@ -141,7 +141,7 @@ class DrawingView:
     _began = Placing()
 
     def release(self) -> Placing | None:
-        """Let go of it; return where it is to lie, or None if it was not moved."""
+        """End the drag; return the new placement, or None if it was not moved."""
         self._grip, held = None, self.is_held
         if not held or self.moved == self._began:
             self.moved = None
@@ -149,7 +149,7 @@ class DrawingView:
         return self.moved
 
     def cancel(self) -> None:
-        """Let go of it; it lies where it lay."""
+        """Cancel the drag: the placement stays."""
         self._grip = self.moved = None
 
     def _placing(self, placed: PlacedDrawing) -> Placing:
@@ -170,7 +170,7 @@ class DrawingView:
         ]
         return np.array(corners), centre + (height + HANDLE_ARM) * up
 
-    # How it looks
+    # Rendering
 
     def svg(self, width: int, handles: bool) -> str:
         """Return it as SVG in a picture's pixels; "" where there is none, or nobody knows where.
@@ -261,7 +261,7 @@ def figure(snapshot: DrawingSnapshot) -> str:
     if placed is None or deviation is None or not placed.reachable:
         return ""
     wish, ink = thinned([placed.reachable, deviation.ink])
-    # Upright for who sits behind the arm: its x is up, its y to the left.
+    # Seen from behind the arm: its x is up, its y to the left.
     drawn = [[np.column_stack([-line[:, 1], -line[:, 0]]) for line in part] for part in (wish, ink)]
     points = np.vstack([line for part in drawn for line in part])
     low, high = points.min(axis=0) - 0.4, points.max(axis=0) + 0.4

@@ -42,7 +42,7 @@ class DrawingWorker:
         self._thread: threading.Thread | None = None
 
     def ask(self, request: Request) -> None:
-        """Have a request done as soon as what is under way is done."""
+        """Do a request next; a newer one replaces one that waits."""
         with self._changed:
             self._next = request
             if self._thread is None:
@@ -81,7 +81,7 @@ class DrawingWorker:
                 elif self._is_closing:
                     return
                 elif self._next is not None and not preempted:
-                    pipe.send(None)  # what is asked next makes this one worth nothing
+                    pipe.send(None)  # the next request makes this one obsolete
                     preempted = True
                 elif time.monotonic() > deadline:
                     self._end()
@@ -96,7 +96,7 @@ class DrawingWorker:
                 )
 
     def _begin(self) -> Connection:
-        """Return the pipe to the process, which is started where there is none."""
+        """Return the pipe to the process, which is started if necessary."""
         if self._pipe is None or self._process is None or not self._process.is_alive():
             self._end()
             known = multiprocessing.get_all_start_methods()

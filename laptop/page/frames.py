@@ -80,7 +80,7 @@ class Frames:
         return self._snapshot(feed, view, masks)
 
     def pin(self, camera: str, index: int) -> str:
-        """Keep a frame that was given out at hand, for picking in it."""
+        """Pin a frame in the cache, for picking in it."""
         feed = self._cameras[camera]
         try:
             feed.pinned.append(feed.find(index))

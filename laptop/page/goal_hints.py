@@ -35,7 +35,7 @@ class GoalHints:
         self._lock = threading.Lock()
 
     def learn(self) -> None:
-        """Take in where the tip is now; to be called at every heartbeat."""
+        """Sample the tip; to be called at every heartbeat."""
         if len(self._cameras) < 2:
             return
         for name, feed in self._cameras.items():

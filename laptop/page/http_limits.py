@@ -1,4 +1,4 @@
-"""HTTP for browsers, with limits: who never finishes a request holds up nobody for long."""
+"""HTTP with limits: a client that never finishes a request delays others only briefly."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 REQUEST_TIMEOUT = 5.0
 """Time that a request may take to come in, s."""
 MAX_UNFINISHED = 32
-"""Number of requests that are on their way; with one more, the oldest ends."""
+"""Greatest number of unfinished requests; one more ends the oldest."""
 GRACE = 0.25
 """A request that is in after this, s, was never on its way: many may come at the same moment."""
 
@@ -28,7 +28,7 @@ class LimitedHttp(H11Protocol):
         self._timer = self.loop.call_later(GRACE, self._count)
 
     def data_received(self, data: bytes) -> None:
-        """Take in what comes; a request that is complete is answered, and waited for no more."""
+        """Receive data; a request that is complete has no timeout any more."""
         super().data_received(data)
         if self._is_waiting():
             self._timer = self._timer or self.loop.call_later(GRACE, self._count)

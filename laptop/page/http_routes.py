@@ -71,7 +71,7 @@ class HttpRoutes:
     async def presence(
         self, request: Request, page: str = "", word: str = "", stood: float | None = None
     ) -> Response:
-        """Take in a word that a page says of itself, and for how long it stood still, s."""
+        """Handle a page's report of its presence, and of its standstill, s."""
         self._pulse.on_presence(page, request.scope[BROWSER], word)
         if stood is not None and math.isfinite(stood):
             await self._controller.call(SteeringCalls.report_return, stood)

@@ -98,7 +98,7 @@ class DrawViews(Protocol):
 
 
 class SteeringCalls(Protocol):
-    """Who steers; implemented by `laptop.page.steering.Steering`."""
+    """Steering; implemented by `laptop.page.steering.Steering`."""
 
     def on_status(self, browsers: Mapping[int, float], report: PageReport = ...) -> None: ...
     def report_return(self, stood: float) -> None: ...
@@ -108,7 +108,7 @@ class SteeringCalls(Protocol):
 
 
 class AdmissionCalls(Protocol):
-    """Who is let in; implemented by `laptop.page.login.Admission`."""
+    """Login; implemented by `laptop.page.login.Admission`."""
 
     def redeem(self, token: str) -> str: ...
 

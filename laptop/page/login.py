@@ -29,7 +29,7 @@ class LoginKey:
         return f"{login}.{self._signature(login)}"
 
     def browser(self, cookie: str) -> int:
-        """Return the number of the browser whose cookie this is; 0 if it is nobody's."""
+        """Return the number of the browser that a cookie belongs to; 0 if it is not valid."""
         login, _, signature = cookie.rpartition(".")
         is_ours = hmac.compare_digest(
             signature.encode("utf-8", "replace"), self._signature(login).encode()

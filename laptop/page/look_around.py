@@ -49,7 +49,7 @@ def survey_job(arm: Arm, file: Path) -> job.JobHeader:
 
 
 def _sweep_paths(arm: Arm) -> Iterator[list[Point]]:
-    """Yield ways of the tip, cm: out and in while the base or shoulder sweeps."""
+    """Yield paths of the tip, cm: out and in while the base or shoulder sweeps."""
     first = arm.joints[0]
     middle = min(max(0.0, first.lower + SWEEP_ANGLE), first.upper - SWEEP_ANGLE)
     middle = (

@@ -35,7 +35,7 @@ class MarkerHeight(NamedTuple):
 
 
 def given_height(mm: float | None, emulated: Mapping[str, Any]) -> MarkerHeight | None:
-    """Return the height that is told before anybody types one; None: there is none.
+    """Return the initial height of the marker; None: there is none.
 
     Args:
         mm: of --marker-height.
@@ -68,7 +68,7 @@ class HeightMemory:
         return MarkerHeight()
 
     def write(self, cm: float | None) -> str:
-        """Keep what is typed; return why that cannot be, or ""."""
+        """Store a typed height; return why it cannot be stored, or ""."""
         if self._file is None:
             return ""
         known = self._all()

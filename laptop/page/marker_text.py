@@ -1,4 +1,4 @@
-"""Names and looks of markers, for people."""
+"""Names and descriptions of markers, for people."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def marker_title(name: str) -> str:
 
 
 def describe_marker(marker: Marker) -> str:
-    """Return what a marker looks like, for people: its colour by the nearest one with a name."""
+    """Return a marker's description for people, its colour by the nearest named one."""
     if marker.color is None:
         return str(marker)
     hue = marker.color.hue
@@ -24,5 +24,5 @@ def describe_marker(marker: Marker) -> str:
 
 
 def _hue_distance(one: float, other: float) -> float:
-    """Return how far two hues are apart, degrees."""
+    """Return the distance of two hues, degrees."""
     return abs((one - other + 180) % 360 - 180)

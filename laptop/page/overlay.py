@@ -16,7 +16,7 @@ from shared.messages import EFFECTOR, GOAL
 
 MARKER_COLORS = {EFFECTOR: "#ffd60a", GOAL: "#40e0ff"}
 HIGH_CONFIDENCE = 0.9
-"""Confidence from which on nobody need be told of it."""
+"""Confidence from which on it is not shown."""
 OTHER_COLORS = ("#7dff8a", "#ff9df5", "#b9a5ff")
 
 

@@ -1,4 +1,4 @@
-"""Pages that browsers have open: each is put together, heard while it is there, and let go."""
+"""Pages that browsers have open: each is built, monitored, and released."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class PageClients:
         self._browser_states: dict[int, BrowserState] = {}  # the newest of each browser
 
     def serve(self) -> None:
-        """Have NiceGUI make pages, and tell of them."""
+        """Register the page and its events with NiceGUI."""
         ui.page("/", response_timeout=BUILD_TIMEOUT)(self._build)
         nice.exception_handler(404)(_unknown)
         nice.on_connect(self._connected)
@@ -49,7 +49,7 @@ class PageClients:
             self._controller, browser, _name(client), age=lambda: pulse.age(client.id)
         )
         before = self._browser_states.get(browser)
-        if before:  # it goes on where it was: pages are also loaded anew unasked
+        if before:  # restore its choices: browsers also reload pages by themselves
             browser_state.tool, browser_state.folds = before.tool, before.folds
         self._browser_states[browser] = browser_state
         async with client.request.scope[BUILD_SLOT]:
@@ -59,7 +59,7 @@ class PageClients:
         self._controller.pages.add(client.id)
         self._pulse.join(client.id, _browser(client), _is_local(client))
         await self._controller.call(StatusCalls.arrived)
-        # Who comes first steers.
+        # The first browser steers.
         await self._controller.call(SteeringCalls.claim, _browser(client), _name(client))
 
     def _disconnected(self, client: Client) -> None:

@@ -1,4 +1,4 @@
-"""Whether somebody has the page open."""
+"""Whether a browser has the page open."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ class PageViewers:
 
     @property
     def are_there(self) -> bool:
-        """Whether somebody has the page open, or is about to."""
+        """Whether a browser has the page open, or is expected to."""
         now = self._now()
         return now - self._last_question < VIEWER_TIMEOUT or now < self._expected_until
 
     def expect(self) -> None:
-        """Count on somebody who is about to open the page."""
+        """Expect a browser to open the page."""
         self._expected_until = self._now() + PAGE_OPEN_TIMEOUT
 
     def arrive(self) -> None:
-        """Take in that a browser has the page, which asks from now on: expect nobody any more."""
+        """Handle that a browser has the page, which polls from now on: expect none any more."""
         self._last_question, self._expected_until = self._now(), -math.inf
 
     def ask(self) -> None:
-        """Take in a question."""
+        """Record a poll."""
         self._last_question = self._now()

@@ -1,4 +1,4 @@
-"""A run is held when no page is heard any more, and it is told why that is so."""
+"""Watchdog of the page: holds a run when no page is heard any more, and reports why."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from laptop.page.steering import BROWSER_TIMEOUT, Steering
 
 
 class PageWatch:
-    """Holds runs that were ordered from a page when none is heard any more.
+    """Watchdog that holds runs that a page has ordered when no page is heard any more.
 
     Args:
-        steering: knows when pages were heard.
-        runs: that it holds.
-        clock: of people and pages, s.
-        holds: whether it does.
+        steering: gives the time since pages were heard.
+        runs: the runs to hold.
+        clock: of the pages, s.
+        holds: whether to hold them.
 
     Attributes:
-        why_page_stands: tells what keeps the page's process from going on, as "was stopped by a
+        why_page_stands: returns what keeps the page's process from going on, as "was stopped by a
             signal", or "".
     """
 
@@ -36,18 +36,18 @@ class PageWatch:
         self._last_heartbeat = math.inf  # s
 
     def lose_page(self, why: str) -> None:
-        """Take in that the page's process is replaced, and why."""
+        """Handle that the page's process is replaced; `why` is the reason."""
         self._page_ended = self._clock(), why
 
     def notice_standstill(self) -> None:
-        """Take in for how long this process stood still, or was too busy for a heartbeat."""
+        """Record a standstill of this process since its last heartbeat, if there was one."""
         now = self._clock()
         if (pause := now - self._last_heartbeat) > BUSY_DELAY:
             self._pauses.append((now, pause))
         self._last_heartbeat = now
 
     def poll(self) -> None:
-        """Hold what nobody hears; settle why, once a browser is back that knows."""
+        """Hold the run after a timeout; complete the reason once a browser is back."""
         silence = self._steering.silence
         if self._holds and silence > BROWSER_TIMEOUT and self._runs.is_driven:
             why = verdict(self._evidence(silence))
@@ -59,7 +59,7 @@ class PageWatch:
             self._open_note = ""
 
     def _evidence(self, silence: float) -> Evidence:
-        """Return all that is known of why no page was heard for so long, s."""
+        """Return the evidence of why no page was heard for `silence` s."""
         since = self._clock() - silence
         ended_at, ended = self._page_ended
         return self._steering.evidence()._replace(

@@ -47,7 +47,7 @@ class PaperBelow:
         self._fitted = 0
 
     def learn(self, points: np.ndarray, pixels: np.ndarray, size: tuple[int, int]) -> None:
-        """Take in all places so far; they are fitted when there are enough new ones.
+        """Set all places so far; they are fitted when there are enough new ones.
 
         Args:
             points: of the marker in its plane, (n, 2), cm.
@@ -67,7 +67,7 @@ class PaperBelow:
             self.camera = plane_camera(points, pixels, size)
 
     def forget(self) -> None:
-        """Begin anew."""
+        """Reset."""
         self.camera, self._fitted = None, 0
 
     def paper(self, height: float, points: np.ndarray) -> tuple[np.ndarray, float] | None:
@@ -130,7 +130,7 @@ def _state(camera: CameraModel) -> np.ndarray:
 def _fitted(
     points: np.ndarray, pixels: np.ndarray, size: tuple[int, int], guess: np.ndarray
 ) -> tuple[float, CameraModel] | None:
-    """Return what is left over, px (RMS), and the camera above the plane that is near a guess."""
+    """Return the residual, px (RMS), and the camera above the plane that is near a guess."""
     flat = np.column_stack([points, np.zeros(len(points))])
     try:
         state, off, information = refine(
@@ -145,7 +145,7 @@ def _fitted(
 
 
 def _guesses(points: np.ndarray, pixels: np.ndarray, size: tuple[int, int]) -> list[np.ndarray]:
-    """Return first states (14,): by each way in which a plane can be tilted, the best one."""
+    """Return initial states (14,): the best one of each of the two pose solutions of a plane."""
     flat = np.column_stack([points, np.zeros(len(points))])
     scored: list[tuple[float, int, np.ndarray]] = []
     for share in FOCAL_SHARES:

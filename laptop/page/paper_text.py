@@ -48,6 +48,6 @@ def height_text(marker: MarkerHeight) -> str:
 
 
 def needs_look(drawing: DrawingState) -> bool:
-    """Return True if looking around would tell more of where the paper is."""
+    """Return True if looking around would improve the mapping to the paper."""
     known = drawing.marker.cm is not None
     return bool(drawing.unmapped) or (known and not drawing.is_on_paper)

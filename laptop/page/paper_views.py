@@ -47,7 +47,7 @@ class PaperViews:
         self._tracks = {name: TipTrack() for name in cameras}
         self._joints = JointTrack()
         self._last_status: object = None
-        # Times, s, and where the joints said that the marker was, cm: frames come later.
+        # Times, s, and the marker's places by the joints, cm, until the frames of that time arrive.
         self._pairs: dict[str, deque[tuple[float, Sequence[float]]]] = {
             name: deque(maxlen=32) for name in cameras
         }
@@ -86,7 +86,7 @@ class PaperViews:
         return self._memory.write(self._given_height.cm) if self._memory else ""
 
     def _touched(self) -> MarkerHeight | None:
-        """Return what was told to those that place markers on a board, if anything was."""
+        """Return the marker's height by the touched crosses, if that is known."""
         reported = (feed.watcher.marker_height for feed in self._cameras.values())
         cm = next((height for height in reported if height is not None), None)
         return None if cm is None else MarkerHeight(cm, "by the touched crosses")
@@ -205,7 +205,7 @@ class PaperViews:
                     self.boards[name].add(p, *found, (width, height))
 
     def _notice_moves(self) -> None:
-        """Forget what was learned of a camera that was calibrated anew: it, or the board, moved."""
+        """Reset the mappings of a camera that was calibrated anew: it or the board has moved."""
         for name, feed in self._cameras.items():
             version, _ = feed.watcher.placing
             if version != self._versions[name]:

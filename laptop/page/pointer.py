@@ -35,8 +35,8 @@ class Pointer:
         if kind == "pointerdown" and button == 0:
             self.drag, self._unpressed = [point], 0
         elif kind == "pointermove" and self.drag:
-            # Moves from before it was pressed may be late.  After several it was let go of outside
-            # the picture, of which nothing is told.
+            # Moves from before the press may arrive late.  Several mean a release outside
+            # the picture, which sends no event.
             self._unpressed = 0 if buttons else self._unpressed + 1
             if buttons:
                 self.drag.append(point)

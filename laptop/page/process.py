@@ -27,7 +27,7 @@ from shared.arm_description import ArmError
 HOST, PORT = "127.0.0.1", 7780
 """Default address of the page; another free port if this one is taken."""
 EXIT_TIMEOUT = 2.0
-"""Time, s, that the page's process has to end after it was told; then it is killed."""
+"""Time, s, that the page's process has to terminate; then it is killed."""
 PAGE_NICENESS = 5
 """Increment of the page's niceness: tracker and brick come first."""
 WATCH_PERIOD = 0.25
@@ -202,7 +202,7 @@ class PageProcess:
                     self._closing.wait(RESTART_PAUSE)
 
     def _start(self) -> dict[threading.Thread, Connection]:
-        """Start a process; return who serves it here, and by which pipe."""
+        """Start a process; return the threads that serve it here, each with its pipe."""
         # Several: a STOP waits neither for the next picture nor for a frame to be read from a disk.
         cameras = self._controller.cameras
         pipes = [multiprocessing.Pipe() for _ in range(3 + len(cameras))]
@@ -236,11 +236,11 @@ class PageProcess:
         return rpc_threads
 
     def _watch(self) -> str:
-        """Wait until the process has died, stands still, or it is over; return why, or ""."""
+        """Wait until the process has ended or hangs, or this is closing; return why, or ""."""
         process, steering = self.process, self._controller.steering
         assert process is not None
         first = last_beats = steering.beats
-        # Times, s, that this thread has seen: while the tracker stood still, so did the page.
+        # Times, s, by this thread's periods: a standstill of the tracker does not count.
         silent = stopped = 0.0
         while not self._closing.is_set():
             if wait([process.sentinel], WATCH_PERIOD):
@@ -267,7 +267,7 @@ class PageProcess:
     def _end(self, rpc_threads: Mapping[threading.Thread, Connection]) -> None:
         """End the process, and all that waits for it."""
         assert self.process is not None
-        # One that stands still would not even take that in.
+        # A stopped process would not receive a signal to terminate.
         if not platforms.is_stopped(self.process.pid or 0):
             self.process.terminate()
             self.process.join(EXIT_TIMEOUT if self._closing.is_set() else WATCH_PERIOD)
@@ -275,7 +275,7 @@ class PageProcess:
             self.process.kill()
             self.process.join(EXIT_TIMEOUT)
         for thread, pipe in rpc_threads.items():
-            thread.join(EXIT_TIMEOUT)  # each has heard that the other side is gone
+            thread.join(EXIT_TIMEOUT)  # each ends as the other end is closed
             pipe.close()
 
 

@@ -83,7 +83,7 @@ class Pulse:
             self._tabs[page] = browser, sign._replace(presence=PRESENCE_WORDS[word])
 
     def signs(self) -> dict[int, Sign]:
-        """Return what is known of each browser: of several pages that of the most present.
+        """Return the sign of each browser: of several pages that of the most present.
 
         A page that loads counts only where there is no other: that it has come says nothing of why
         the one before it was not heard.

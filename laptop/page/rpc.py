@@ -83,6 +83,6 @@ def serve_requests(controller: PageInterface, pipe: Connection) -> None:
                     reply = f"the tracker stood still for {late:.0f} s; look, then do it again", ""
                 else:
                     reply = exposed_method(controller, name)(*args, **kwargs), ""
-            except Exception as error:  # it is for who called, not for this thread to end by
+            except Exception as error:  # for the caller; this thread goes on
                 reply = None, f"{type(error).__name__}: {error}"
             pipe.send(reply)

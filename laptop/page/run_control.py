@@ -228,7 +228,7 @@ class RunControl:
         return self._stop(RunEvent.STOP, reason)
 
     def hold_on_timeout(self, silence: float, why: SilenceCause) -> None:
-        """Hold a run that was ordered here, as no page is heard.
+        """Hold a run that was ordered here, because no page is heard.
 
         Args:
             silence: time since one was, s.
@@ -243,7 +243,7 @@ class RunControl:
     # Protocol
 
     def poll(self) -> None:
-        """Take in what the brick says, and do what is due then; to be called at every heartbeat."""
+        """Handle the brick's status, and do what is due; to be called at every heartbeat."""
         with self.lock:
             link = self._link.state()
             self._handle(self._event(link), link)
@@ -276,7 +276,7 @@ class RunControl:
             self._actions[action](link or self._link.state())
 
     def _refuses(self, order: RunEvent) -> bool:
-        """Return True if the table has no row for an order; else take in what the brick says."""
+        """Return True if the table has no row for an order; else handle the brick's status."""
         link = self._link.state()
         event = self._event(link)
         if (next_state(self.state, event), order) not in TRANSITIONS:

@@ -31,7 +31,7 @@ class RunGoal:
         self.aims: dict[str, Point] = {}
         self._waypoints: deque[Point] = deque()
         self._path_camera = ""  # in whose picture the path was drawn
-        self._was_used = False  # the aims have been gone for
+        self._was_used = False  # a run has gone to the aims
 
     @property
     def left(self) -> int:
@@ -93,7 +93,7 @@ class RunGoal:
         self._waypoints, self._path_camera = deque(), ""
 
     def use(self) -> None:
-        """Take in that it is gone for."""
+        """Mark the goal as used: a run goes to it."""
         self._was_used = True
 
     def go_on(self) -> None:

@@ -19,7 +19,7 @@ from shared.messages import EFFECTOR, GOAL, LEAST_CONFIDENCE, Start, Status
 from shared.verdicts import READY
 
 MAX_GROUPS = 10
-"""Greatest number of groups of runs that are kept."""
+"""Greatest number of groups of runs that are stored."""
 MAX_POINTS = 4000
 """A curve of more points is thinned to half of them."""
 JPEG_QUALITY = 90
@@ -105,7 +105,7 @@ class RunSummary(NamedTuple):
 
 
 class RunRecorder:
-    """Keeps the last groups of runs; one thread at a time.
+    """Recorder of the last groups of runs; for one thread at a time.
 
     Args:
         wall_clock: returns the time of day, s since 1970.

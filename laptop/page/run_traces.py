@@ -34,7 +34,7 @@ def _servo_run(record: RunRecord, began: float, name: str) -> ServoRun:
     tips = {camera: _since(began, curve) for camera, curve in record.tips.items()}
     curves = {camera: _since(began, curve) for camera, curve in record.goals.items()}
     orders = record.orders
-    if orders is None:  # perhaps the brick went to a pixel, of which it says only how far off
+    if orders is None:  # perhaps the goal was a pixel, of which the brick reports only the error
         curves.update(_goals_from_errors(tips, samples))
     goals = {camera: (float(g[-1, 1]), float(g[-1, 2])) for camera, g in curves.items()}
     t, e = _components(record.began - began, tips, curves, samples)
@@ -108,7 +108,7 @@ def _at_the_end(t: np.ndarray, errors: np.ndarray) -> float | None:
 def _image_samples(
     goals: dict[str, tuple[float, float]], measured: Sequence[StatusSample]
 ) -> dict[str, np.ndarray]:
-    """Return by camera the places (n, 2) where the brick looked, from the errors it told."""
+    """Return by camera the places (n, 2) where the brick sampled, from the errors it reported."""
     found = {}
     for camera, goal in goals.items():
         rows = f"{camera}.u", f"{camera}.v"

@@ -100,7 +100,7 @@ def _pulse(channel: AsyncChannel) -> Pulse:
 
 def _run_pages_with(app: FastAPI, pulse: Pulse, hosts: Sequence[str]) -> None:
     """Let an application serve NiceGUI's pages, and give them their pulse once it runs."""
-    tasks: list[asyncio.Task[None]] = []  # a task that nobody keeps may vanish
+    tasks: list[asyncio.Task[None]] = []  # a task without a reference may be collected
 
     async def begin() -> None:
         tasks.append(asyncio.create_task(pulse.run()))

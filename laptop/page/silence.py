@@ -57,7 +57,7 @@ class PageReport(NamedTuple):
 
 
 class Evidence(NamedTuple):
-    """All that is known when no page is heard any more.
+    """Evidence when no page is heard any more.
 
     browser     that was heard last, for people
     sign        what is known of it; None: nothing
@@ -103,7 +103,7 @@ def verdict(evidence: Evidence) -> SilenceCause:
     e = evidence
     browser = e.browser or "the browser"
     presence = e.sign.presence if e.sign else None
-    # What a page has said of itself is so, whatever else is slow.
+    # A page's own report counts first, whatever else is slow.
     if presence is Presence.CLOSED:
         return SilenceCause(f"the page was closed in {browser}", IN_FRONT)
     if presence is Presence.ASLEEP:

@@ -104,7 +104,7 @@ class StopGate:
                 self._streams -= 1
 
     async def _send_pulse(self, receive: Receive, send: Send, cors: Mapping[str, str]) -> None:
-        """Send signs of life until the browser is gone."""
+        """Send heartbeats until the browser is gone."""
         headers = {**cors, "content-type": "text/event-stream", "cache-control": "no-store"}
         named = [(name.replace("_", "-").encode(), text.encode()) for name, text in headers.items()]
         await send({"type": "http.response.start", "status": 200, "headers": named})

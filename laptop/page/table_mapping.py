@@ -110,14 +110,14 @@ class TableMapping:
         return len(self._places)
 
     def lay_paper(self, height: float | None) -> None:
-        """Take in how high the marker of an arm in a plane is over the paper, cm; None: unknown."""
+        """Set the height over the paper of a planar arm's marker, cm; None: unknown."""
         self._marker_height = height
         self._show_paper()
 
     def add(
         self, p: Sequence[float], pixel: Point, speed: float, size: tuple[int, int] | None = None
     ) -> None:
-        """Take in that the marker was at p (x, y[, z]), cm, and at a pixel (u, v), px, at once.
+        """Add a pair: the marker's place p (x, y[, z]), cm, and its pixel (u, v) at that time.
 
         Args:
             p: cm.
@@ -161,7 +161,7 @@ class TableMapping:
         return np.asarray(places[:, :2] / places[:, 2:] - shifts[:, :2])
 
     def forget(self) -> None:
-        """Begin anew: camera or arm stand elsewhere now."""
+        """Reset: the camera or the arm has moved."""
         self._places.clear()
         self._misfits.clear()
         self._below.forget()

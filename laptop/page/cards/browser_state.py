@@ -46,7 +46,7 @@ COLOUR_EDITS = {PICK: ColourCalls.pick, ADD: ColourCalls.add, REMOVE: ColourCall
 
 @dataclass
 class BrowserState:
-    """One browser's choices, and its way to the tracker.
+    """One browser's choices, and its connection to the tracker.
 
     Attributes:
         controller: the tracker's.
@@ -75,7 +75,7 @@ class BrowserState:
     show_tab: Callable[[str], None] = field(default=lambda tab: None)
 
     def warn(self, why: str) -> None:
-        """Tell the user why something was not done; "" for nothing."""
+        """Show the user why something was not done; "" shows nothing."""
         if why:
             ui.notify(why, type="warning", position="bottom", timeout=6000, multi_line=True)
 
@@ -96,7 +96,7 @@ class BrowserState:
         *args: P.args,
         **kwargs: P.kwargs,
     ) -> bool:
-        """Give an order, or say why not; return True if it was carried out."""
+        """Give an order, or show why not; return True if it was carried out."""
         return await self._done(partial(self.controller.call, method, *args, **kwargs))
 
     async def draw(
@@ -105,7 +105,7 @@ class BrowserState:
         *args: P.args,
         **kwargs: P.kwargs,
     ) -> bool:
-        """Do something about the drawing, or say why not; return True if it was done."""
+        """Change the drawing, or show why not; return True if it was changed."""
         return await self._done(partial(self.controller.call_slowly, method, *args, **kwargs))
 
     async def edit(
@@ -114,7 +114,7 @@ class BrowserState:
         *args: P.args,
         **kwargs: P.kwargs,
     ) -> bool:
-        """Change a marker's colour, or say why not; return True if it was changed."""
+        """Change a marker's colour, or show why not; return True if it was changed."""
         return await self._done(partial(self.controller.call_slowly, method, *args, **kwargs))
 
     async def _done(self, do: Callable[[], Awaitable[str]]) -> bool:
@@ -187,7 +187,7 @@ SYSTEMS = ("Android", "iPhone", "iPad", "Windows", "Mac", "Linux")
 
 
 def browser_name(user_agent: str) -> str:
-    """Return what a browser is, for people, by what it says of itself; "" if that is unknown."""
+    """Return a browser's name for people from its User-Agent; "" if unknown."""
     browser = next((name for word, name in BROWSERS if word in user_agent), "")
     system = next((word for word in SYSTEMS if word in user_agent), "")
     return " on ".join(filter(None, (browser, system)))

@@ -1,4 +1,4 @@
-"""One camera in one browser: its image, what is drawn over it, and what is clicked in it."""
+"""One camera in one browser: its image, its overlays, and clicks in it."""
 
 from __future__ import annotations
 
@@ -125,7 +125,7 @@ class CameraView:
 
     @property
     def _markers(self) -> tuple[tuple[str, str], ...]:
-        """Name and looks of each marker, as far as is known here."""
+        """Name and description of each marker, as far as known."""
         state = self._browser_state.controller.state
         return tuple(state.markers.items()) if state else ()
 
@@ -206,7 +206,7 @@ class CameraView:
                 facts.append(camera.trouble)
         self._caption.set_text(" · ".join(facts))
 
-    # What is sent to the browser, and what it answers
+    # Images that are sent to the browser, and its answers
 
     def _send(self, shown: FrameSnapshot) -> None:
         self._sent, self._sent_at = shown, time.monotonic()
@@ -263,7 +263,7 @@ class CameraView:
         self._answered.set()
 
     def _give_up(self) -> None:
-        """Let whatever comes next be loaded: what was sent is not to be had."""
+        """Let the next image be loaded: the one that was sent failed."""
         self._sent, self._searched = None, ()
         self._source, self._overlay = "", ""
         self._answered.set()
@@ -280,7 +280,7 @@ class CameraView:
         if self._is_sent(event.args):
             self._give_up()
 
-    # What is done in it
+    # Input by pointer and keys
 
     def _on_slider(self, event: events.GenericEventArguments) -> None:
         if isinstance(event.args, (int, float)):

@@ -53,7 +53,7 @@ def explain(element: ui.element, text: str) -> None:
     show, hide = (f'runMethod({tip.id}, "{what}", [])' for what in ("show", "hide"))
     element.on("focusin", js_handler=f"() => {show}")
     element.on("focusout", js_handler=f"() => {hide}")
-    # By itself it goes with the touch that shows it: it is to stay until there is another one.
+    # By default it closes when the touch ends; keep it open until the next touch.
     element.on("click", js_handler=f"() => setTimeout(() => {show}, {TOUCH_DELAY})")
 
 

@@ -77,12 +77,12 @@ class ColourCard:
                 ui.button("Rename it", on_click=self.rename).props("unelevated no-caps")
 
     def _on_fold(self, event: events.ValueChangeEventArguments[Any]) -> None:
-        """Let a click aim again once nobody sees what else it would do."""
+        """Select the tool Aim once the colour tools are folded away."""
         if not event.value and self._browser_state.tool in COLOUR_EDITS:
             self.choose_tool(AIM)
 
     def show(self, state: PageState) -> None:
-        """Offer the markers that there are, and let be pressed what can be done."""
+        """Show the markers, and enable the possible edits."""
         marker = self._browser_state.marker
         self._undo.set_enabled(state.undoable > 0)
         self._rename.set_enabled(marker in state.markers)
@@ -102,7 +102,7 @@ class ColourCard:
         self._marker_row.set_visibility(chosen != AIM)
 
     def toggle_pause(self) -> None:
-        """Let the images stand still, or go on."""
+        """Pause the images, or resume."""
         paused = self._browser_state.paused = not self._browser_state.paused
         self._pause.set_text("Go on" if paused else "Pause")
         self._pause.set_icon("play_circle" if paused else "pause_circle")

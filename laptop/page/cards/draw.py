@@ -1,4 +1,4 @@
-"""The card of drawings: what is drawn, where it lies, how long it takes, how the brick gets on."""
+"""The card of drawings: source, placement, duration and progress."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class DrawCard:
             self._add_buttons()
 
     def add_more(self) -> None:
-        """Add what is not always in sight."""
+        """Add the parts below the fold."""
         with ui.element("div").classes("part") as self.more:
             self._result = ui.element("div").classes("card result")
             with fold(self._browser_state, "What to draw", "collections", is_open=True):
@@ -110,10 +110,10 @@ class DrawCard:
                 .tooltip("else it pauses, pen up, when the link is lost")
             )
 
-    # What is shown
+    # Display
 
     async def show(self, state: PageState) -> None:
-        """Show what there is, and let be pressed what can be done."""
+        """Show the state, and enable the possible orders."""
         drawing, browser_state = state.drawing, self._browser_state
         if drawing.revision != self._revision:
             self._snapshot = await browser_state.controller.drawing(drawing.revision)
@@ -147,7 +147,7 @@ class DrawCard:
         self._progress.show(job)
 
     def _show_again(self) -> None:
-        """Have all be shown again that the tracker tells."""
+        """Reset all fields to the tracker's state."""
         self._revision = -1
 
     def _show_facts(self, drawing: DrawingState) -> None:
@@ -178,10 +178,10 @@ class DrawCard:
             ).classes("quiet")
             ui.html(figure(self._snapshot), sanitize=False)
 
-    # What is done
+    # Orders
 
     async def start(self) -> None:
-        """Have it drawn, or go on with it."""
+        """Start the drawing, or resume it."""
         job = (
             self._browser_state.controller.state
             and self._browser_state.controller.state.drawing.job

@@ -1,4 +1,4 @@
-"""The part of the card of drawings that says where the paper is, and lets the arm look for it."""
+"""Part of the card of drawings that shows where the paper is, and starts Look around."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from laptop.page.paper_text import needs_look, where_text
 
 
 class PaperPart:
-    """Part that shows what is known of the paper's place.
+    """Part that shows the state of the mapping to the paper.
 
     Args:
         browser_state: the browser's choices.
@@ -20,7 +20,7 @@ class PaperPart:
 
     def __init__(self, browser_state: BrowserState) -> None:
         self._browser_state = browser_state
-        self._marker: MarkerHeight | None = None  # the last that the tracker told
+        self._marker: MarkerHeight | None = None  # the tracker's last one
         self._typing_height = False
         self._mapping = ui.label().classes("quiet")
         self._height = ui.number(
@@ -58,6 +58,6 @@ class PaperPart:
         self._typing_height = False
         value, known = self._height.value, self._marker and self._marker.cm
         before = None if known is None else round(10 * known, 1)
-        self._marker = None  # the field shows again what is
+        self._marker = None  # the field returns to the tracker's value
         if value != before:
             await self._browser_state.draw(DrawCalls.set_marker_height, value)

@@ -1,4 +1,4 @@
-"""The part of the card of drawings that says where one lies, and by which pens it is drawn."""
+"""Part of the card of drawings for the placement and the pens."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class PlacePart:
 
     def __init__(self, browser_state: BrowserState, show_again: Callable[[], None]) -> None:
         self._browser_state, self._show_again = browser_state, show_again
-        self._placed: PlacedDrawing | None = None  # the last that the tracker told
+        self._placed: PlacedDrawing | None = None  # the tracker's last one
         self._typing = False  # in a field: what is typed is not to be changed
         self._asked: Placing | None = None  # by typing, not answered yet
         self._asked_at = -math.inf  # s
@@ -104,7 +104,7 @@ class PlacePart:
             await self._browser_state.draw(DrawCalls.place, at._replace(size=size, rotate=rotate))
 
     async def _apply(self, key: str) -> None:
-        """Lay it where a field says; what others say may be of an earlier place."""
+        """Place the drawing by one field; the other fields may show an earlier placement."""
         self._typing = False
         placed, value = self._placed, self._fields[key].value
         if placed is None or value is None or not math.isfinite(value):

@@ -1,4 +1,4 @@
-"""The part of the card of drawings that tells how the brick gets on with a job."""
+"""Part of the card of drawings that shows the progress of a job."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class ProgressPart:
                     )
 
     def show(self, job: JobState | None) -> None:
-        """Show how it gets on; None: there is none."""
+        """Show the progress; None: there is no job."""
         self._on_the_way.set_visibility(job is not None and job.is_on)
         self._job.set_visibility(job is not None)
         if job is None:

@@ -1,4 +1,4 @@
-"""The part of the card of drawings that says how a picture is traced, and an SVG hatched."""
+"""Part of the card of drawings for tracing a picture and hatching an SVG."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ TRACING_SLIDERS = (
 """Sliders of a picture: fields of a Tracing, their names for people, bounds, steps, and what they
 do."""
 STYLE_NAMES = {"auto": "as it looks", "photo": "photo", "lines": "lines"}
-"""Names of the ways in which a picture may be drawn, for people."""
+"""Names of the styles of a traced picture, for people."""
 
 
 class TracingPart:
@@ -29,9 +29,9 @@ class TracingPart:
 
     def __init__(self, browser_state: BrowserState) -> None:
         self._browser_state = browser_state
-        self._tracing: Tracing | None = None  # the last that the tracker told
-        self._is_hatched: bool | None = None  # the last that the tracker told
-        self._traced: list[Tracing] = []  # asked for here, not told yet
+        self._tracing: Tracing | None = None  # the tracker's last one
+        self._is_hatched: bool | None = None  # the tracker's last one
+        self._traced: list[Tracing] = []  # requested here, not confirmed yet
         self._style = ui.select(STYLE_NAMES, label="style").classes("w-full").props("dense")
         self._style.on("update:model-value", self._on_tracing)
         self._style.set_visibility(False)
@@ -78,7 +78,7 @@ class TracingPart:
         await self._on_tracing()
 
     async def _on_tracing(self) -> None:
-        """Have the picture drawn as style and sliders say."""
+        """Trace the picture by the style and the sliders."""
         values = {key: slider.value for key, slider in self._sliders.items()}
         shades = int(values["shades"])
         style = str(self._style.value)
@@ -88,8 +88,8 @@ class TracingPart:
         self._traced.append(asked)
         if not await self._browser_state.draw(DrawCalls.trace_picture, asked):
             self._traced.clear()
-            self._tracing = None  # the sliders show again what is
+            self._tracing = None  # the sliders return to the tracker's values
 
     async def _on_hatch(self) -> None:
         if not await self._browser_state.draw(DrawCalls.hatch, bool(self._hatch.value)):
-            self._is_hatched = None  # it shows again what is
+            self._is_hatched = None  # it returns to the tracker's value

@@ -120,7 +120,7 @@ class DriveCard:
             ui.label("Keys: S starts, H holds, Escape stops.").classes("quiet")
 
     def show(self, state: PageState) -> None:
-        """Show how the run goes, and let be pressed what can be done."""
+        """Show the run's state, and enable the possible orders."""
         status = state.status if state.brick else None
         text, tone = verdict_text(state)
         self._verdict.set_text(text)

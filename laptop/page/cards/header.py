@@ -42,7 +42,7 @@ class Header:
             ui.button(icon="dark_mode", on_click=self.toggle_dark).props(
                 'flat round color=white aria-label="dark or light"'
             ).classes("dark-or-light").tooltip("dark or light (D)")
-            # What is pressed here is the script's: it goes by two ways, and waits for no other.
+            # The script handles this button: it sends STOP on two channels at once.
             with ui.button(color="negative").props("unelevated").classes("stop"):
                 ui.html(STOP, sanitize=False)
         ui.element("div").classes("alarm").props("role=alert")
@@ -57,7 +57,7 @@ class Header:
 
     def toggle_dark(self) -> None:
         """Change between dark and light."""
-        # The first time it is as the system has it; then the other way round.
+        # The first time it follows the system's setting, then it is inverted.
         self._dark.set_value(self._dark.value is not True)
 
 

@@ -1,4 +1,4 @@
-"""The cards of figures: how to have a brick; link, cameras, markers; what was said last."""
+"""The cards of numbers: how to connect a brick; link, cameras, markers; the last message."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class StateCard:
         self._note = ui.label().classes("quiet note")
 
     def show(self, state: PageState) -> None:
-        """Show what was last to be said, and to who has no brick what to type."""
+        """Show the last message and, without a brick, the commands to type."""
         self._note.set_text(state.note)
         self._invitation.set_visibility(
             state.brick is None and not state.own and bool(state.commands)
@@ -118,7 +118,7 @@ def facts_of(state: PageState) -> list[Fact]:
 
 
 def _of(name: str, figures: str) -> str:
-    """Return what the field calls a marker and its looks."""
+    """Return the field's term for a marker, and its appearance."""
     return (
         f"{name}: {figures}. What the picture says of how sure it is, is the confidence, from 0 "
         "to 100 %; below 50 % it may be something else."
