@@ -25,7 +25,7 @@ MAX_TEXT = 1000
 
 
 class BrickProblem(ArmError):
-    """Something that keeps a command from the brick, with the next step, in one line.
+    """Problem that prevents a command on the brick, with the next step, in one line.
 
     Args:
         text: the line; what of it the brick has said may be anything, and is cut and made

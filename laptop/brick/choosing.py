@@ -80,7 +80,7 @@ def _is_bare(host: str) -> bool:
 
 
 def remember(address: BrickAddress, dialogue: Dialogue) -> None:
-    """Store an address as that of the last brick; where that cannot be, say so."""
+    """Store an address as that of the last brick; report where that fails."""
     invalid = None
     try:
         if last_brick() == address:

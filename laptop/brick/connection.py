@@ -114,7 +114,7 @@ def _is_ip(text: str) -> bool:
 
 @dataclass(frozen=True)
 class Dialogue:
-    """The person who has typed a command.
+    """Dialogue with the user who has typed a command.
 
     Args:
         show: called with a line to print.
@@ -227,7 +227,7 @@ async def _reach(address: BrickAddress) -> socket.socket:
 
 
 def unreached(address: BrickAddress, error: Exception) -> str:
-    """Return why nobody takes a connection, for people."""
+    """Return why a connection is refused, for people."""
     if isinstance(error, ConnectionRefusedError):
         return (
             f"{address} is there, but takes no ssh at port {address.port}; if it has just been "

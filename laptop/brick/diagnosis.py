@@ -52,7 +52,7 @@ async def doctor(
     by_hand: bool,
     report: Callable[[str], None],
 ) -> bool:
-    """Say what is found on a brick; return True if all of it is fine.
+    """Report the findings about a brick; return True if all are fine.
 
     Args:
         brick: the connection.
@@ -300,7 +300,7 @@ def _motors(facts: Mapping[str, Any], arm: Arm) -> list[Finding]:
 async def _by_hand(
     output: AsyncIterator[str], facts: Mapping[str, Any], report: Callable[[str], None]
 ) -> list[Finding]:
-    """Say which motors count while they are turned by hand; return the Finding of each."""
+    """Report which motors count while they are turned by hand; return a Finding for each."""
     report("now turn each joint by hand, one after the other, within half a minute")
     turned: dict[str, int] = {}
     gone: set[str] = set()

@@ -102,7 +102,7 @@ async def _announced() -> list[FoundBrick]:
 
 
 async def _ask(network: Zeroconf, service: str, name: str) -> list[FoundBrick]:
-    """Return the bricks of one announcement; none if nobody answers for it."""
+    """Return the bricks of one announcement; none if there is no answer."""
     with contextlib.suppress(ZeroconfError, ValueError):  # a name that is none
         info = AsyncServiceInfo(service, name)
         if await info.async_request(network, 1000 * LISTENING_TIME):
@@ -124,7 +124,7 @@ def _bricks(info: Any, service: str) -> list[FoundBrick]:
 
 
 async def _resolved() -> list[FoundBrick]:
-    """Return the computers that take ssh on a network that this one shares over a cable."""
+    """Return the computers that accept ssh on a network that this one shares over a cable."""
     places = list(_neighbours(_own_addresses()))
     accepts = await asyncio.gather(*(_accepts_ssh(place) for place in places))
     return [
@@ -201,7 +201,7 @@ def _are_neighbours(host: str, other: str) -> bool:
 def report(
     found: list[FoundBrick], last: BrickAddress | None, report_line: Callable[[str], None]
 ) -> None:
-    """Say which bricks there are, and what to type where two have one name.
+    """Report the bricks, and what to type where two have one name.
 
     Args:
         found: the bricks.

@@ -126,7 +126,7 @@ class Installed:
 
     @property
     def version(self) -> str:
-        """Version that was installed last; "" if there is none."""
+        """Version that is installed; "" if there is none."""
         return posixpath.basename(self.folder).partition("-")[0]
 
     def lacks(self, files: Mapping[str, ProgramFile]) -> list[str]:
@@ -138,7 +138,7 @@ class Installed:
         ]
 
     def leftover(self, files: Mapping[str, ProgramFile]) -> list[str]:
-        """Return the names of those that this program has put there and that are gone here."""
+        """Return the names of files that an earlier version has installed and this one lacks."""
         return sorted((self.ours & set(self.sums)) - set(files))
 
 
@@ -164,7 +164,7 @@ def parse_installed(text: str) -> Installed:
 async def install(
     brick: asyncssh.SSHClientConnection, address: BrickAddress, dialogue: Dialogue
 ) -> None:
-    """Let the program there be the one here, and say how long that took.
+    """Install this program on the brick, and report how long that took.
 
     Raises:
         BrickProblem: see `update`.
@@ -179,7 +179,7 @@ async def install(
 async def update(
     brick: asyncssh.SSHClientConnection, address: BrickAddress, dialogue: Dialogue
 ) -> str:
-    """Let the program there be the one here; return its version if it is so already, else "".
+    """Update the program on the brick; return its version if it is up to date, else "".
 
     Raises:
         BrickProblem: the brick cannot take it; what was there is as before.

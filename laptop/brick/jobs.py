@@ -127,7 +127,7 @@ class BrickJobStatus:
 
 
 def read_status(value: object) -> BrickJobStatus | None:
-    """Return the status of what the brick has sent, which may be anything; None: it is none."""
+    """Return the status in untrusted data of the brick; None: it is not valid."""
     if not isinstance(value, dict) or not isinstance(value.get("state"), str):
         return None
     known: dict[str, Any] = {}
@@ -377,7 +377,7 @@ class _Watching:
         self._last: BrickJobStatus | None = None
 
     async def follow(self, process: asyncssh.SSHClientProcess[bytes]) -> bool:
-        """Follow it until it is over or somebody leaves it to draw alone; return whether left.
+        """Follow the job until it ends or the user detaches; return True if detached.
 
         Args:
             process: process that runs FOLLOW.
@@ -391,7 +391,7 @@ class _Watching:
         keys = JobKeys(order, left.set)
 
         def on_typed(data: bytes) -> None:
-            if data != END_OF_INPUT:  # nobody types: then it is watched only
+            if data != END_OF_INPUT:  # no input: the job is only watched
                 keys.handle(data)
 
         output = lines(process.stdout, most=None)

@@ -27,7 +27,7 @@ def ssh_folder() -> Path:
 
 
 class KnownHosts:
-    """Keys of hosts in a file of OpenSSH's format, whoever has written it.
+    """Keys of hosts in a file of OpenSSH's format, also one that other programs write.
 
     Args:
         file: the file, which need not exist; that of this user's ssh if None.

@@ -1,4 +1,4 @@
-"""The key by which this computer is let in by a brick, so that nobody is asked for a password."""
+"""The ssh key by which this computer logs in to a brick without a password."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ grep -qsxF {key} .ssh/authorized_keys || echo {key} >>.ssh/authorized_keys
 async def trust(
     brick: asyncssh.SSHClientConnection, address: BrickAddress, dialogue: Dialogue
 ) -> None:
-    """Let a brick let this computer in by its key from now on; one is made where there is none.
+    """Authorize this computer's key on a brick; a key is made where there is none.
 
     Raises:
         BrickProblem: this computer has no key that can be used, or the brick does not take it.

@@ -21,7 +21,7 @@ SOURCES = ("robot/**/*.py", "shared/**/*.py", "shared/arms/*.ini")
 """Patterns of the files that the brick needs."""
 
 HOLD = 'exec 8<"$HOME/.brickservo/program/" && flock -s 8'
-"""Shell commands that keep the version that counts until what is started behind has ended."""
+"""Shell commands that hold the active version until the program started after them has ended."""
 THIS_VERSION = '"$(readlink -f "$HOME/.brickservo/program")"'
 """Folder of that version, for sh; the link would lead elsewhere after the next install."""
 

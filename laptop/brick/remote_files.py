@@ -40,7 +40,7 @@ async def put(
 async def read(
     brick: asyncssh.SSHClientConnection, path: str, most: int = MAX_SIZE
 ) -> bytes | None:
-    """Return the contents of a file there, None if there is none.
+    """Return the contents of a file on the brick, None if there is none.
 
     Args:
         brick: the connection.

@@ -40,7 +40,7 @@ def is_of(file: Path, address: BrickAddress) -> bool:
 
 
 class BrickRunLog:
-    """The log of one run, for a `with` block; where it cannot be stored, that is said once.
+    """The log of one run, for a `with` block; a failure to store it is reported once.
 
     Args:
         address: the brick's.

@@ -1,4 +1,4 @@
-"""Programs on the brick, on a terminal there: what they write comes here, what is typed goes there.
+"""Programs on a terminal of the brick: their output comes here, typed input goes there.
 
 A program of ours stops the arm when it is asked to end, and then ends in order: by Ctrl-C, which
 the terminal there makes a SIGINT of, or by SIGHUP. That comes when the connection ends. But TCP
@@ -42,7 +42,7 @@ LEAVING_PRESSES = 3
 """Number of the Ctrl-C by which the program is left to itself."""
 
 OWN_SCRIPTS, LOGS = ".brickservo/scripts", ".brickservo/logs"
-"""Folders on the brick for scripts that are not ours, and for logs."""
+"""Folders on the brick for users' scripts, and for logs."""
 SERVO, MAX_LOGS = "robot/visual_servoing.py", 10
 """The script that writes a log, and greatest number of logs that are stored there."""
 
@@ -170,7 +170,7 @@ def code_for(
 async def shell(
     brick: asyncssh.SSHClientConnection, address: BrickAddress, dialogue: Dialogue
 ) -> int:
-    """Let somebody type commands there; return the exit status of the last one."""
+    """Open a shell on the brick; return the exit status of its last command."""
     return await on_terminal(brick, None)
 
 
@@ -184,7 +184,7 @@ def _scripts() -> dict[str, str]:
 
 
 def find_script(script: str) -> str:
-    """Return the path on the brick of a script of the program; "" for a file of somebody's own.
+    """Return the path on the brick of a bundled script; "" for a user's own file.
 
     Args:
         script: its path, its name, its name without .py, or a file here.

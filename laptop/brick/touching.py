@@ -1,4 +1,4 @@
-"""Points touched with the arm on the brick, by hand guiding: each comes here as it is taken."""
+"""Points touched with the brick's arm by hand guiding, received one by one."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ DRIVER, PROBLEM = "robot/driver.py", "driver.py: "
 TAKE, END = b"\n", b"q\n"
 """Lines that the program there reads: a point is to be taken, or that was the last one."""
 STOPPED = 130
-"""Exit status of a command that somebody has stopped by Ctrl-C."""
+"""Exit status of a command that was stopped by Ctrl-C."""
 
 
 async def touch(
@@ -35,7 +35,7 @@ async def touch(
     on_point: Callable[[str], bool],
     on_skip: Callable[[], bool],
 ) -> None:
-    """Let somebody touch points with the arm; Enter here takes one, too, s skips, q ends.
+    """Let a user touch points with the arm; Enter takes a point, too, s skips, q ends.
 
     Args:
         brick: the connection.
@@ -70,7 +70,7 @@ async def touch(
 
 
 class _Touching:
-    """The program on the brick that touches, while somebody sits here.
+    """The program on the brick that takes points, with a user at this computer.
 
     Args:
         dialogue, on_point, on_skip: see `touch`.
@@ -78,7 +78,7 @@ class _Touching:
     Attributes:
         failed: exception of `on_point`; None: there was none.
         problem: problem that the program has printed; None: it has printed none.
-        is_stopped: whether somebody has given up.
+        is_stopped: whether the user has given up.
     """
 
     def __init__(

@@ -107,7 +107,7 @@ async def fetch_arm(
 async def list_arms(
     brick: asyncssh.SSHClientConnection, address: BrickAddress, dialogue: Dialogue
 ) -> None:
-    """Say which arms of its own a brick has."""
+    """Report the arm files of a brick."""
     dialogue.report(f"{address} has arms of its own: {await _arms(brick) or 'none'}")
 
 

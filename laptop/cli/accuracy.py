@@ -256,7 +256,7 @@ def accuracy(
 def _check_calibrations(
     sources: Sequence[str], calibrated: Sequence[Path], bar: float | None
 ) -> None:
-    """Refuse options that say nothing together."""
+    """Refuse calibrations that do not match the cameras, and an impossible bar."""
     from laptop.see.table.camera_fit import check_bar
 
     if calibrated and len(calibrated) != len(sources):
@@ -298,7 +298,7 @@ def _live(
     def report(status: JobStatus) -> None:
         nonlocal reported
         if status.state != DRAWING:
-            return  # what is fetched counts otherwise
+            return  # fetching has another progress
         share = int(10 * status.cm / status.cm_all) if status.cm_all else reported
         if share != reported:
             reported = share
@@ -326,7 +326,7 @@ def _live(
 def _calibrate_cameras(
     rig: LiveRig, names: Sequence[str], bar: float | None
 ) -> dict[str, Calibration]:
-    """Calibrate the cameras by the board as they see it now."""
+    """Calibrate the cameras by the board in their present pictures."""
     from laptop.measure.accuracy.sighting import BadSighting
     from laptop.see.markers.finders.board import find_board
     from laptop.see.table.camera_fit import calibrate

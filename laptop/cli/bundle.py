@@ -47,7 +47,7 @@ The same line with --reinstall behind `install` brings another version. To see w
 
 
 class CannotBundle(ArmError):
-    """Error: what is to be in the folder is not to be had."""
+    """Error: a part of the bundle is not available."""
 
 
 @click.command(
@@ -112,7 +112,7 @@ def _uv() -> str:
 
 
 def _fill(folder: Path, uv: str, targets: Sequence[tuple[str, str]]) -> None:
-    """Put all of it into a folder."""
+    """Fill the folder with all parts of the bundle."""
     _run(
         "this program",
         [uv, "build", "--quiet", "--wheel", "--out-dir", str(folder), str(REPO_ROOT)],

@@ -264,7 +264,7 @@ def _live(
     sources: Sequence[str],
     crosses: list[tuple[float, float]],
 ) -> Iterator[CalibrationSetup]:
-    """Open the camera, let the brick in, and have the pen set on the crosses."""
+    """Open the camera, accept the brick, and calibrate by the touched crosses."""
     from laptop.measure.arm.calibrating import CalibrationSetup
     from laptop.measure.arm.emulated_setups import SCENE_PREFIX
 
@@ -282,7 +282,7 @@ def _live(
 def _measured(
     setup: CalibrationSetup, arm: Arm, known: MeasuredByHand, seconds: float
 ) -> tuple[Identified, list[Measured]]:
-    """Let the arm measure itself, tell what came out, and return it.
+    """Let the arm measure itself, report the result, and return it.
 
     Args:
         setup: the arm before its camera.
@@ -312,7 +312,7 @@ def _measured(
 
 
 def _report_written(new: WrittenArm | None) -> None:
-    """Say what has become of the arm's file; None: it was not to be written."""
+    """Report the arm's file that was written; None: none was to be written."""
     if new is None:
         click.echo("the arm's file was left as it is, as wished")
     else:
@@ -382,7 +382,7 @@ def _calibrated(
 
 
 def _touched(rig: LiveRig, crosses: list[tuple[float, float]]) -> list[TouchSight]:
-    """Ask for the pen on each cross, and look."""
+    """Ask for the pen on each cross, and sample the marker."""
     from laptop.measure.arm.touching import touch_sight
 
     found = []

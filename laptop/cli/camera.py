@@ -110,7 +110,7 @@ def camera(
 
 
 def _views(sources: tuple[str, ...], scene: str) -> tuple[int, list[BoardView]]:
-    """Look at all pictures; how many there were, and the views of those that show the board.
+    """Return the number of pictures, and the views of those that show the board.
 
     Says which could not be read, and which are left out as they are mirrored or show two boards.
     """

@@ -1,4 +1,4 @@
-"""The class of our commands: words of before, what does not go together, help in sections."""
+"""Base class of the commands: former options, exclusive options, help in sections."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from laptop.cli.rules import check_rules
 
 
 class OwnCommand(click.Command):
-    """A command that also takes the words of before, and heeds RULES.
+    """A command that also accepts former options, and checks RULES.
 
     Args:
         sections: title -> names of options, in which its help shows these; None: in one list.
@@ -46,7 +46,7 @@ class OwnCommand(click.Command):
             )
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Take what is typed, in words of now; refuse what does not go together."""
+        """Parse arguments, with former options replaced; refuse options that exclude each other."""
         command = command_name(ctx)
         try:
             rest = super().parse_args(ctx, list(renamed_args(command, args)))

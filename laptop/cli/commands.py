@@ -99,7 +99,7 @@ OTHER_OPTIONS = {
 
 
 class FullHelpGroup(click.Group):
-    """Commands of which the help says whole what each does."""
+    """Group of commands whose help is not cut to one line."""
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the commands with what each does."""
@@ -117,10 +117,10 @@ class FullHelpGroup(click.Group):
 
 
 class CommandSections(FullHelpGroup):
-    """All commands, in sections, which may keep with what they make how they were called."""
+    """All commands, in sections; the typed arguments are stored in the context."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Keep the words, and take the group's own."""
+        """Store the typed arguments, and parse the group's own."""
         ctx.meta[TYPED] = list(args)
         return super().parse_args(ctx, args)
 
@@ -146,7 +146,7 @@ class CommandSections(FullHelpGroup):
 
 
 def no_command(word: str, commands: Mapping[str, click.Command]) -> str:
-    """Return what to say to a word that is no command."""
+    """Return the message for a word that is no command."""
     program = laptop_program()
     if word in OTHER_COMMANDS:
         return f"'{word}' {OTHER_COMMANDS[word].format(program=program, word=word)}."
@@ -159,7 +159,7 @@ def no_command(word: str, commands: Mapping[str, click.Command]) -> str:
 
 
 def no_option(error: click.NoSuchOption) -> str:
-    """Return what to say to a word that is no option of the command."""
+    """Return the message for a word that is no option of the command."""
     word, command = error.option_name, error.ctx and error.ctx.command
     for param in command.params if command else ():
         if any(word in OTHER_OPTIONS.get(name, ()) for name in param.opts):
@@ -169,7 +169,7 @@ def no_option(error: click.NoSuchOption) -> str:
 
 
 def no_value(error: click.BadOptionUsage) -> str:
-    """Return what to say to an option without its value."""
+    """Return the message for an option without its value."""
     for param in error.ctx.command.params if error.ctx else ():
         if error.option_name in param.opts and param.metavar:
             default = re.search(r"\[default: (.*?)\]", getattr(param, "help", None) or "")
@@ -179,7 +179,7 @@ def no_value(error: click.BadOptionUsage) -> str:
 
 
 def command_name(ctx: click.Context) -> str:
-    """Return the words of a command, without the program's name."""
+    """Return a command's name with its groups, without the program's name."""
     names = []
     while ctx.parent is not None:
         names.append(ctx.info_name or "")

@@ -40,7 +40,7 @@ def simulate_ilc(
     brick: EmulatedBrickSpec,
     orders: DrawOrders,
 ) -> int:
-    """Rehearse and draw on the emulated brick; return the exit status."""
+    """Run the trials and draw on the emulated brick; return the exit status."""
     before = _before(plan, asked)
     if not asked.times:
         return draw_simulated(plan, folder, brick, orders, LearnedOffsets(_offsets_of(before)))
@@ -60,7 +60,7 @@ def simulate_ilc(
 
 
 class _Watched:
-    """A rig that keeps what truly happened in its runs."""
+    """A rig that records the true motion of its runs."""
 
     def __init__(self, rig: EmulatedRig) -> None:
         self.arm = rig.arm
@@ -74,7 +74,7 @@ class _Watched:
 
 
 def offsets_on_file(plan: DrawingPlan, asked: IlcOptions) -> list[Any]:
-    """Return what was learned before, for a drawing that is not rehearsed anew.
+    """Return the stored offsets, for a drawing without new trials.
 
     Raises:
         click.ClickException: nothing was.
@@ -93,7 +93,7 @@ def _offsets_of(before: stored_offsets.StoredOffsets | None) -> list[Any]:
 
 
 def draw_ilc(plan: DrawingPlan, asked: IlcOptions, arm: str) -> int:
-    """Rehearse before a real camera, and let the brick that waits draw; return the exit status."""
+    """Run the trials before a real camera, and let the brick draw; return the exit status."""
     before = _before(plan, asked)
     with _live(plan, asked, arm) as (rig, still, view):
         learned = _run_trials(plan, asked, still, view, before)
@@ -174,7 +174,7 @@ def _run_trials(
     view: TipView,
     before: stored_offsets.StoredOffsets | None,
 ) -> LearningResult:
-    """Rehearse, say what each time has brought, and keep that."""
+    """Run the trials, report the result of each, and store the offsets."""
     first = before.offsets if before else None
     if before and first is not None:
         click.echo(

@@ -233,7 +233,7 @@ class DrawOrders:
             raise click.UsageError(f"--from {self.share}: give a share of its length, as 40%.")
 
     def args(self) -> tuple[str, ...]:
-        """Return what the program on the brick is told of it."""
+        """Return the arguments for the program on the brick."""
         args: tuple[str, ...] = ("--repeat", str(self.repeat)) if self.repeat > 1 else ()
         args += ("--resume",) if self.resume else ()
         return args if self.share is None else (*args, "--from", self.share)

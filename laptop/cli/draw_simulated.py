@@ -72,11 +72,11 @@ class EmulatedBrickSpec:
 
 @dataclass(frozen=True)
 class LearnedOffsets:
-    """Learned offsets of a drawing before it is drawn.
+    """Learned offsets of a drawing.
 
     offsets  as DrawingPlan.write_job takes it
-    records  of the drawing's rehearsals, to be shown beside
-    scene    before which it was rehearsed; None: before none
+    records  of the drawing's trials, to be shown beside it
+    scene    of the camera in the trials; None: no trials
     """
 
     offsets: Sequence[Any] = ()
@@ -135,7 +135,7 @@ def draw_simulated(
 def _drawn(
     plan: DrawingPlan, brick: EmulatedBrickSpec, orders: DrawOrders, taught: LearnedOffsets
 ) -> tuple[SimulationResult, float]:
-    """Let the emulated brick draw; return what came of it, and its own estimate of once, s."""
+    """Let the emulated brick draw; return the result, and the job's estimated duration, s."""
     plant = read_plant(brick.plant)
     with tempfile.TemporaryDirectory() as temporary:
         file = str(Path(temporary) / "drawing.job")
@@ -186,7 +186,7 @@ def _record(
 def _trial_records(
     records: Sequence[Sequence[Any]], last: Sequence[Any]
 ) -> list[tuple[str, Sequence[Any]]]:
-    """Return the first records of rehearsals and the last one, with what they are called."""
+    """Return (name, record) of the first trials and of the last one."""
     shown = [*records[:2], last]
     names = ["at first", "after 1", f"after {len(records)}"]
     names = [*names[: len(shown) - 1], names[-1]]
@@ -194,14 +194,14 @@ def _trial_records(
 
 
 class PenChanger:
-    """Somebody at the emulated brick who puts in the pen that it asks for, and presses CENTRE."""
+    """Emulated user who inserts the pen that the brick asks for, and presses CENTRE."""
 
     def __call__(self, brick: EmulatedBrick, devices: Peripherals) -> None:
-        """Be there from now on."""
+        """Attach to a brick and its devices."""
         self._world, self._press = brick.world, devices.press
 
     def handle(self, line: str) -> None:
-        """Do what a line of the brick's asks for; what else it waits for is not this hand's."""
+        """Handle a prompt of the brick for a pen; other prompts are ignored."""
         if any(asked in line for asked in WAIT_PROMPTS):
             self._press(Press("enter", self._world.now() + PEN_CHANGE_TIME, 0.2))
 
@@ -216,7 +216,7 @@ def _left_out(plan: DrawingPlan, orders: DrawOrders) -> float:
 
 
 def _summary(estimated: float, drawn: float, accuracy: drawing_plot.DrawingAccuracy) -> str:
-    """Say how it went in a line."""
+    """Return a summary in one line."""
     if not accuracy.inks:
         return f"nothing was drawn in {in_minutes(drawn)}"
     return (

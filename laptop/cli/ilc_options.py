@@ -42,7 +42,7 @@ class IlcOptions:
 
 @dataclass(frozen=True)
 class TypedIlcOptions:
-    """The same as it is typed; None where nothing is."""
+    """The same options as typed; None where nothing is typed."""
 
     trials: int | None
     camera: str | None
@@ -92,7 +92,7 @@ ILC_OPTIONS = option_group(
 
 
 def read_ilc_options(typed: TypedIlcOptions, arm: Arm, emulated: str | None) -> IlcOptions | None:
-    """Return how it is to be learned by sight; None if it is not.
+    """Return the options of learning by camera; None if there are no trials.
 
     Args:
         typed: as typed.

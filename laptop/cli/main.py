@@ -92,5 +92,5 @@ def main(command: click.Command | None = None, program: str = "") -> int:
 
 
 def _report(problem: str) -> None:
-    """Say it in one line; what files, peers and people wrote must not steer the terminal."""
+    """Report a problem in one line; untrusted text must not contain control characters."""
     click.echo(f"laptop: {printable(problem)}", err=True)

@@ -190,7 +190,7 @@ def typed_args(own: int = 0) -> list[str]:
 
 
 def _to_stderr(ctx: click.Context, param: click.Parameter, asked: bool) -> None:
-    """Let all that is said go to stderr, so that stdout bears the figures alone."""
+    """Redirect messages to stderr, so that stdout has the JSON only."""
     if asked and not ctx.resilient_parsing:
         ctx.meta[STDOUT] = sys.stdout
         ctx.with_resource(contextlib.redirect_stdout(sys.stderr))
@@ -222,7 +222,7 @@ def print_json(figures: Any) -> None:
 
 
 def write_run(folder: RunFolder, run: Run, files: Mapping[str, Any] | None = None) -> str:
-    """Write a run and its files, see RunFolder.write, and tell its figures."""
+    """Write a run and its files, see RunFolder.write, and print its values as JSON."""
     files_written = folder.write(run, files)
     print_json(as_json(run))
     return files_written

@@ -52,7 +52,7 @@ class RigOptions:
 def live_rig(
     asked: RigOptions, report: Callable[[JobStatus], None] = lambda status: None
 ) -> Iterator[LiveRig]:
-    """Open cameras, let a brick in, and look; all ends with the block.
+    """Open cameras, accept a brick, and track; all ends with the block.
 
     Before a synthetic camera an emulated brick comes by itself.
 
@@ -109,7 +109,7 @@ def live_rig(
 def _brick_of(
     asked: RigOptions, server: TrackingServer
 ) -> AbstractContextManager[Callable[[], str]] | None:
-    """Return what lets a brick come, see `start_brick`; None: people are told what to type."""
+    """Return the function that starts a brick, see `start_brick`; None: users start it."""
     from laptop.see.serve.setup import SYNTHETIC
 
     if SYNTHETIC in asked.sources:

@@ -32,7 +32,7 @@ class Excludes(NamedTuple):
 
 
 class Needs(NamedTuple):
-    """Some options are heard beside one of others alone.
+    """Some options have an effect only beside one of others.
 
     It says "{option} WHY: add {other}."
 
@@ -177,7 +177,7 @@ RULES: dict[str, tuple[Excludes | Needs | OneOf, ...]] = {
 
 
 def check_rules(command: str, given: Collection[str]) -> None:
-    """Refuse options that exclude each other, or that would be heard by nobody.
+    """Refuse options that exclude each other, or that would have no effect.
 
     Args:
         command: its words.
@@ -200,7 +200,7 @@ SOURCE_KINDS = {
 
 
 def check_source_options(given: Iterable[str], kind: str, name: str) -> None:
-    """Refuse options that a source does not hear: they would do nothing.
+    """Refuse options that do not apply to a source: they would have no effect.
 
     Args:
         given: as for `check_rules`, in the order in which they are to be looked at.

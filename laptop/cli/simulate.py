@@ -174,7 +174,7 @@ def _run(
 
 
 def _log_of(args: tuple[str, ...]) -> Path | None:
-    """Return where a script was told to write the servo's log; None: it was not."""
+    """Return the path of a script's --log option; None: it has none."""
     pairs = [(word, following) for word, following in pairwise((*args, ""))]
     named = [following for word, following in pairs if word == "--log"]
     named += [word.removeprefix("--log=") for word in args if word.startswith("--log=")]
@@ -183,7 +183,7 @@ def _log_of(args: tuple[str, ...]) -> Path | None:
 
 @contextlib.contextmanager
 def _paired(realtime: bool) -> Iterator[None]:
-    """Let a program in real time know the code of this computer's tracker, for a `with` block."""
+    """Give a program in real time the pairing code of this computer, for a `with` block."""
     from laptop.see.serve.pairing_file import known_code
 
     code = known_code() if realtime and CODE not in os.environ else None

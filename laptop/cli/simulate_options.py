@@ -132,7 +132,7 @@ OPTIONS = option_group(
 
 @dataclass(frozen=True, eq=False)
 class BrickSetup:
-    """An emulated brick as it is to be.
+    """Set-up of an emulated brick.
 
     arm       that programs are told; None: it has none
     built     the same as it truly is
@@ -179,7 +179,7 @@ class BrickOptions:
         return tuple(text for text in self.plug if text.startswith("in"))
 
     def read(self, report: Callable[[str], None]) -> BrickSetup:
-        """Return the brick; `tell` is called with a line on what was measured.
+        """Return the brick; `report` is called with a line about measured constants.
 
         Raises:
             ArmError: something in it cannot be.

@@ -37,7 +37,7 @@ def camera_of(scene: str | None) -> dict[str, str]:
 
 @dataclass(frozen=True, eq=False)
 class ScriptRun:
-    """A script's run on the emulated brick, as it is told and left.
+    """A script's run on the emulated brick, for its summary and its files.
 
     title    the script and its words
     run      what came of it
@@ -61,7 +61,7 @@ class ScriptRun:
 
     @property
     def is_seen(self) -> bool:
-        """Whether there is an arm or a robot of which a picture can be."""
+        """Whether there is an arm or a robot that can be drawn."""
         return self.brick.arm is not None or self.brick.wheels is not None
 
     @cached_property
@@ -71,7 +71,7 @@ class ScriptRun:
 
     @property
     def why_no_picture(self) -> str:
-        """Reason why there is no picture, for people; "" if nobody wanted one."""
+        """Reason why there is no picture, for people; "" if none was requested."""
         if not self.is_seen:
             return "; without an arm and --wheels there is no picture"
         mover = "arm" if self.brick.arm else "robot"

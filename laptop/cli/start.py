@@ -56,7 +56,7 @@ def _typed() -> str:
 
 
 def order_sets() -> None:
-    """Begin anew where sets would be walked in another order in each process.
+    """Restart the process with a fixed hash seed: sets then have the same order in each run.
 
     A program on the emulated brick, and what is drawn here, hangs on that order; see the
     emulator's README.  Commands that this one starts have it from here, in the environment.
@@ -78,7 +78,7 @@ def order_sets() -> None:
 
 
 def _open_streams() -> None:
-    """Let a standard stream that was closed be one that holds and keeps nothing.
+    """Replace a closed standard stream by an empty one.
 
     Else a file that is opened later would get its number, and what children write.
     """

@@ -120,7 +120,7 @@ class TouchOptions:
         return self.file is None or self.file == "-" or Path(self.file).is_fifo()
 
     def args(self, arm: Arm) -> tuple[str, ...]:
-        """Return what the program on the brick is told."""
+        """Return the arguments for the program on the brick."""
         return ("--arm", arm.name, *(("--pen", self.pen) if self.pen else ()))
 
 
@@ -138,7 +138,7 @@ class EmulatedHand:
     plant: str
 
     def simulation(self, arm: Arm, report: Callable[[str], None]) -> SimulatedTouching:
-        """Return the arm, the hand and the camera; `say` tells people a line."""
+        """Return the arm, the hand and the camera; `report` is called with a line for people."""
         from laptop.cli.touch_simulated import SimulatedTouching
 
         return SimulatedTouching(arm, self.scene, self.plant, report)
@@ -256,7 +256,7 @@ def touch(
 
 
 def _open(source: str | None, sight: PenCameraOptions, stack: ExitStack) -> CrossSampler:
-    """Open the camera, which is said where nothing is emulated."""
+    """Return a sampler of the real camera."""
     from laptop.see.camera.cameras import is_live, open_camera
     from laptop.see.table.cross_sampling import CrossSampler
     from laptop.system.decoders import quiet_decoders
@@ -270,7 +270,7 @@ def _open(source: str | None, sight: PenCameraOptions, stack: ExitStack) -> Cros
 
 
 def _marker(effector: str | None) -> Marker:
-    """Return the arm's marker, as it is told, or as the tracker has learned it."""
+    """Return the arm's marker as given, or as the tracker has learned it."""
     from laptop.see.markers.markers import BadMarker, read_markers, read_spec
     from laptop.see.serve.setup import markers_file
 
@@ -312,7 +312,7 @@ def _from_file(touching: CrossTouching, file: str) -> None:
 
 
 def _from_brick(touching: CrossTouching, name: str | None, args: tuple[str, ...]) -> None:
-    """Let somebody touch the crosses with the brick's arm."""
+    """Let the user touch the crosses with the brick's arm."""
     from laptop.brick import touching as on_brick
     from laptop.see.table.cross_touching import read_point
 
@@ -369,7 +369,7 @@ def _places(arm: Arm, out: Path | None) -> tuple[Path | None, Path]:
 def _conclude(
     touching: CrossTouching, arm: Arm, height: float | None, places: tuple[Path | None, Path]
 ) -> MarkerFit:
-    """Tell what was found, write it, and return it."""
+    """Report the fit, write it, and return it."""
     from laptop.see.table.arm_file import write_values
     from laptop.see.table.touch_file import TouchedArm, write_touched
 

@@ -86,15 +86,15 @@ class SimulatedTouching:
         self._index = -1
 
     def sampler(self, effector: str | None) -> CrossSampler:
-        """Look through its camera; before the run, at the arm at home."""
+        """Return a sampler of its camera, which shows the home pose before the run."""
         spec = effector or marker_specs(self._complete)[EFFECTOR]
         return CrossSampler(self, read_spec(EFFECTOR, spec), live=True)
 
     def read(self, timeout: float = 1.0) -> Frame | None:
-        """Return a picture of the arm as it stands."""
+        """Return a picture of the arm's present pose."""
         if self._camera is None:
             return self._at_home()
-        # It stands for longer than some pictures take; their noise differs.
+        # The arm rests while several pictures are taken; their noise differs.
         self._index += 1
         newest = self._camera.newest(self._brick.world.now())
         return self._camera.capture(max(newest - self._index % 5, 0))
@@ -147,7 +147,7 @@ class SimulatedTouching:
         self._ask(READY_TIME)
 
     def _ask(self, after: float) -> None:
-        """Tell the hand where to go, and when to press."""
+        """Schedule the hand's next place, and the press."""
         touching, now = self._touching, self._brick.world.now()
         while touching.cross is not None:
             if self._tries >= MAX_PRESSES:
@@ -169,7 +169,7 @@ class SimulatedTouching:
         self._devices.press(Press("down", now + PRESSING_TIME, PRESS_TIME))
 
     def _on_line(self, line: str) -> None:
-        # In the world's time, not the program's: what the laptop computes takes the brick none.
+        # In the world's time: the laptop's computation takes no time on the brick.
         self._brick.world.at(self._brick.world.now(), lambda: self._handle_point(line))
 
     def _handle_point(self, line: str) -> None:

@@ -43,7 +43,7 @@ LOCALHOST = "127.0.0.1"
 BRICK_TIMEOUT = 1e6
 """Timeout of an emulated brick, s; it ends with the tracker in any case."""
 END_TIMEOUT = 5.0
-"""Longest time that an emulated brick may take to end after it was told, s; then it is killed."""
+"""Longest time, s, that an emulated brick may take to terminate; then it is killed."""
 RUN_WHILE_INPUT_IS_OPEN = f"""
 import sys
 sys.path[0] = {REPO_ROOT!r}  # in place of the folder one is in, where any file may be
@@ -90,7 +90,7 @@ class TrackCameraOptions:
 
 @dataclass(frozen=True)
 class LinkOptions:
-    """Who is served, as it is typed.
+    """Options of the link, as typed.
 
     serve      whether a brick is
     listen_at  host and port where it is waited for; None: all addresses, the usual port
@@ -104,11 +104,11 @@ class LinkOptions:
 
 @dataclass(frozen=True)
 class PageOptions:
-    """The page, as it is typed.
+    """Options of the page, as typed.
 
     page       whether it is served; None: where a brick is
     page_at    host and port where it is to be had; None: this computer, the usual port or any
-    page_hold  a run is held when no page is heard
+    page_hold  whether a run is held when no page is heard
     open       what is to be seen is opened in a browser
     """
 
@@ -402,7 +402,7 @@ def start_brick(arm: str, place: str) -> Iterator[Callable[[], str]]:
 
 @contextlib.contextmanager
 def run_on_brick(port: int, name: str = "") -> Iterator[Callable[[], str]]:
-    """Let the real brick wait for orders, over ssh; what it says goes to the state folder.
+    """Start the program on the real brick over ssh; its output goes to the state folder.
 
     Gives a function as `start_brick` does.
 

@@ -1,4 +1,4 @@
-"""Libraries that decode pictures, kept from writing on the terminal."""
+"""Suppression of the messages that picture decoders write on the terminal."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 
 @contextmanager
 def quiet_decoders() -> Iterator[None]:
-    """Keep libjpeg and libpng from writing on the terminal: they know no log level.
+    """Suppress messages of libjpeg and libpng on the terminal: they have no log level.
 
     They write to file descriptor 2, whatever Python's stderr is; that goes on as before.
     """

@@ -1,4 +1,4 @@
-"""Files for people: written whole or not at all, and over nothing that somebody may miss."""
+"""Files for people: written atomically, and never over another kind of file."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def check_new(file: Path, endings: Sequence[str], replace: bool = False) -> None
 
 
 def check_shown(file: Path, advice: str = "choose another name") -> None:
-    """Refuse a name that would steer the terminal on which it is told.
+    """Refuse a name with control characters, which would change the terminal.
 
     Raises:
         CannotWrite: with the advice.
@@ -111,7 +111,7 @@ def written(file: Path, mode: int | None = None) -> Iterator[Path]:
             os.replace(draft, target)
         finally:
             draft.unlink(missing_ok=True)
-    except ArmError as error:  # whoever writes knows the draft alone
+    except ArmError as error:  # the writer knows the draft's name only
         if draft is None or str(draft) not in str(error):
             raise
         raise CannotWrite(str(error).replace(str(draft), str(file))) from None

@@ -1,4 +1,4 @@
-"""Findings of a check, part by part: each is fine, or says what to do."""
+"""Findings of a check, part by part, each with advice unless it is fine."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""PNG and JPEG from strangers: what their heads say, before anything is decoded.
+"""Headers of untrusted PNG and JPEG files, checked before anything is decoded.
 
 A decoder allocates what a head claims, and paints grey what is missing. So both are looked up
 first: the size in the head, and, where it matters, whether the file goes on to its end.
@@ -30,7 +30,7 @@ FRAMES = tuple(code for code in range(0xC0, 0xD0) if code not in (0xC4, 0xC8, 0x
 
 
 class InvalidPicture(ArmError, ValueError):
-    """No picture, or none that is decoded; the message says it, to stand behind its name."""
+    """Error: no picture, or none that is decoded; the message follows the file's name."""
 
 
 def is_picture(data: bytes) -> bool:

@@ -1,4 +1,4 @@
-"""Platform differences of Linux, macOS and Windows, in one way for all; asked here alone.
+"""Platform differences of Linux, macOS and Windows behind one interface.
 
 Rule: whoever on the laptop's side needs what not every system has asks here; but for Linux's way to
 its cameras, which is in laptop.see.camera.webcams.
@@ -81,7 +81,7 @@ def lock(descriptor: int) -> bool:
 
 
 def is_locked(descriptor: int) -> bool:
-    """Return True if somebody else has locked an open file."""
+    """Return True if another process has locked an open file."""
     if fcntl is None:
         free = _try(descriptor, 0)
         if free:
@@ -203,7 +203,7 @@ def open_folder(path: AnyPath) -> int:
 
 
 def own_group() -> Dict[str, Any]:
-    """Return the arguments by which a subprocess.Popen is not told of this terminal's Ctrl-C."""
+    """Return the arguments by which a subprocess.Popen does not get this terminal's Ctrl-C."""
     if hasattr(os, "killpg"):
         return {"start_new_session": True}
     return {"creationflags": getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)}
@@ -224,7 +224,7 @@ def kill_group(process: "subprocess.Popen[Any]") -> None:
 
 
 def end_in_order() -> None:
-    """Let the main thread of this process have SIGTERM; for its other threads."""
+    """Send SIGTERM to the main thread of this process; for its other threads."""
     if hasattr(os, "killpg"):
         os.kill(os.getpid(), signal.SIGTERM)  # it wakes one who waits
     else:  # there os.kill would end it at once

@@ -72,5 +72,5 @@ def name_of(source: str) -> str:
 
 
 def is_live(source: str) -> bool:
-    """Return True if a source goes on whether or not anybody looks."""
+    """Return True if a source is live: its frames do not wait for the reader."""
     return "://" in source or bool(WEBCAM.fullmatch(source))

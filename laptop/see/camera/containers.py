@@ -59,7 +59,7 @@ def _intact(file: BinaryIO, size: int) -> Sequence[int] | None:
     for base in (movi, 0):  # some count from the beginning of the file
         here = [k for k, entry in enumerate(entries) if _is_there(file, size, base, *entry)]
         found = max(found, here, key=len)
-    # An index whose places are wrong itself tells nothing.
+    # An index with wrong places is no evidence.
     return found if 2 * len(found) > len(entries) else None
 
 

@@ -1,4 +1,4 @@
-"""Cameras that go on whether or not anybody looks: a thread takes every frame, the newest wins."""
+"""Live cameras: a thread grabs every frame, and the reader gets the newest."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class LiveSource(Protocol):
 
 
 class LiveCamera:
-    """A camera that goes on whether or not anybody looks: its newest frame wins.
+    """A live camera, whose reader gets the newest frame.
 
     A thread of its own takes the frames.  When they stop coming, it opens the camera anew, less and
     less often, and gives up in the end.
@@ -175,7 +175,7 @@ class LiveCamera:
         stamp = capture.get(cv2.CAP_PROP_POS_MSEC) / 1000
         if not self._stamped:
             self._stamped = 0 <= arrived - stamp < MAX_STAMP_AGE
-        # From then on an old one is true: the picture lay in the driver while nobody took it.
+        # From then on an old stamp is right: the driver has buffered the picture.
         return stamp if self._stamped and stamp <= arrived else arrived
 
     def _reopen(self) -> Capture | None:

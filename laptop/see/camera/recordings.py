@@ -44,7 +44,7 @@ MAX_NAMED = 3
 
 
 class FileFacts(NamedTuple):
-    """Facts about a recording's file, from a look into it.
+    """Facts about a recording's file, read from its container.
 
     numbers  of the frames that a damaged file still holds; None: not known, or all of them
     stamped  False: a frame that is lost leaves no gap in the recording's own time stamps
@@ -222,7 +222,7 @@ class Recording:
 
     def _end(self) -> None:
         self.ended = True
-        if self.guessed:  # what was not there is not unread
+        if self.guessed:  # frames that do not exist are not unread
             self.unread -= self._failed_reads
             self.count, self.guessed = self._next - self._failed_reads, False
         elif self.count is not None:
@@ -257,7 +257,7 @@ class Recording:
         t = index / self.fps
         if self._stamped:
             stamp = self._capture.get(cv2.CAP_PROP_POS_MSEC) / 1000
-            # Containers exist that know no time: their stamps stand still.
+            # Some containers have no time: their stamps do not change.
             t = stamp if stamp > self._t else max(t, self._t + 1 / self.fps)
         self._t = t
         return t
@@ -277,7 +277,7 @@ class Recording:
 
 
 def _odd_height(capture: Capture) -> str:
-    """Say that a film's colours lie too high, if they do; "" if not.
+    """Return a note that a video's colours are shifted, if they are; else "".
 
     Colours of half the height are stretched to all of it, though of an odd one their last line
     reaches beyond the picture.

@@ -1,4 +1,4 @@
-"""Webcams: which there are, and how one is opened and kept from adapting by itself."""
+"""Webcams: listing them, and opening one with its automatic settings locked."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ class Webcam:
         return answer + form + ("" if answer == asked else f" (asked for {asked})")
 
     def _lock(self, capture: Capture) -> list[str]:
-        """Let the camera adapt, then keep what it found; what it answered."""
+        """Let the camera adapt, then lock its settings; return its answers."""
         auto, manual = (3.0, 1.0) if LINUX else (0.75, 0.25)
         before: float | None = None
         if not self._locked:
@@ -101,7 +101,7 @@ class Webcam:
                 notes.append(f"{name} cannot be locked (answers {answer:g})")
         after = None if before is None else self._brightness(capture, 5)
         if before and after and not 0.7 < after / before < 1.4:
-            # Some drivers tell no exposure while it is automatic; then an old one was locked.
+            # Some drivers report no exposure while it is automatic, and would lock an old one.
             notes.append(
                 f"the lock changed the brightness from {before:.0f} to {after:.0f} of 255: "
                 f"set the exposure by hand, e.g. v4l2-ctl -d {DEV}/video{self.index} -l"
@@ -159,7 +159,7 @@ def _line(file: Path) -> str:
 
 
 def _no_webcam(index: int, make: MakeCapture) -> str:
-    """Say why a webcam does not open, and which exist."""
+    """Return the error of a webcam that does not open, with those that exist."""
     found = webcams(make)
     others = "a video file, a folder of pictures, a stream (http://, rtsp://) or synthetic"
     if not found:

@@ -1,4 +1,4 @@
-"""What a marker looks like, where it is, and how sure that is.
+"""Appearance, detection and confidence of markers.
 
 In come a picture (BGR, uint8), its time in s, and the `Marker`s to look for: discs and balls of a
 colour, or ArUco codes.  Out comes a `Sighting` for each: u, v in px, a confidence from 0 to 1 and a

@@ -1,4 +1,4 @@
-"""The contour of a ball, its limb, in the picture itself: a mask loses what is dark or shines.
+"""The contour of a ball in the picture itself: a mask loses shaded and shining parts.
 
 Pure.  Along rays from about the centre, the strongest step of colour is looked for.  The circle
 through most of these steps is the contour; how well they fit it, and on how much of it there are

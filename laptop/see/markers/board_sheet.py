@@ -42,7 +42,7 @@ def write_board(file: Path, paper: str = "a4") -> Board:
     check_file(file)
     board = BOARDS[paper]
     x, y = board.width / 2, board.height / 2
-    # A whisker more: what is a hair's breadth below a whole pixel loses that pixel.
+    # A margin for rounding: a size just below an integer number of pixels would lose one.
     figure = Figure(figsize=(board.width / 2.54 + 1e-6, board.height / 2.54 + 1e-6))
     page = figure.add_axes((0, 0, 1, 1))
     page.axis("off")

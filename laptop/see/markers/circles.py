@@ -176,7 +176,7 @@ def _resampled(contours: list[np.ndarray]) -> np.ndarray:
 
 
 def _within(points: np.ndarray, picture: tuple[float, float, float, float]) -> np.ndarray:
-    """Tell the points of a rim from those where the picture's edge cuts the marker."""
+    """Separate the points of a rim from those where the picture's edge cuts the marker."""
     left, top, right, bottom = picture
     u, v = points.T
     return (u > left + 1) & (u < right - 1) & (v > top + 1) & (v < bottom - 1)

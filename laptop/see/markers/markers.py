@@ -1,4 +1,4 @@
-"""The look of a marker: from words, from a picked pixel, from a file that people can read.
+"""Description of a marker: from a text, from a picked pixel, from a file that people can read.
 
 A colour is a closed gate in hue, saturation and value, as light changes it least: hue is circular
 (red needs no special case), saturation and value have floors.  Angles of hue are degrees, 0 red,
@@ -280,7 +280,7 @@ def _read_section(file: str | Path, name: str, section: Mapping[str, str]) -> Ma
 
 
 def write_markers(file: str | Path, markers: Mapping[str, Marker]) -> None:
-    """Keep markers, whole or not at all.
+    """Store markers in a file, completely or not at all.
 
     Raises:
         BadMarker: the file cannot be written.

@@ -1,4 +1,4 @@
-"""A marker's colour, corrected: more of it let in, or some of it kept out.  Pure."""
+"""Correction of a marker's colour: including or excluding picked pixels.  Pure."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ _CONVERGED_STEP = 0.02
 _MAX_STEP = 0.4
 """Greatest change of a parameter in an iteration, in radii."""
 _HALF_WEIGHT_DEVIATION = 0.12
-"""Deviation of a share at which its weight is half: what is not the disc's must not pull."""
+"""Deviation of a share at which its weight is half: other objects must not bias the fit."""
 _DAMPING = 1e-3 * np.eye(5)
 
 
@@ -45,7 +45,7 @@ class Smear(NamedTuple):
 
     @property
     def length(self) -> float:
-        """Length of the way, px."""
+        """Length of the motion, px."""
         return math.hypot(self.du, self.dv)
 
     def moved(self, u: float, v: float) -> Smear:

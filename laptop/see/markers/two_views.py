@@ -38,7 +38,7 @@ class TwoViews:
         self._learned: tuple[int, np.ndarray | None, list[np.ndarray]] | None = None
 
     def add(self, one: Point, other: Point) -> None:
-        """Take in where the tip is in both pictures at one time, px, if that is new."""
+        """Add a pair of the tip's pixels in both pictures at one time, if it is new."""
         pair = (*one, *other)
         for known in self._pairs:
             distance = max(math.dist(known[:2], pair[:2]), math.dist(known[2:], pair[2:]))

@@ -1,4 +1,4 @@
-"""The tracker's view: a frame with what was found in it, for people to look at."""
+"""The tracker's view: a frame with its detections, for display."""
 
 from __future__ import annotations
 

@@ -49,7 +49,7 @@ class JobOffer:
         return part_of(self._packed, want.crc, want.part)
 
     def add_log(self, message: JobLog, offset: float) -> None:
-        """Keep what the brick logs of this job.
+        """Store what the brick logs of this job.
 
         Args:
             message: of this job, or of another one.

@@ -16,14 +16,14 @@ from shared.arm_description import Arm
 MAX_GAP = 1.0
 """Longest gap between two reports of the joints, s; the angles within a longer one are unknown."""
 DURATION = 20.0
-"""Time for which the joints' angles are kept, s."""
+"""Time for which the joints' angles are stored, s."""
 
 Joints = Callable[[], tuple[float, Sequence[float]] | None]
 """Reports the joints' last angles, rad, and their time, s; None: the brick has not reported any."""
 
 
 def marker_shift(arm: Arm, q: Sequence[float]) -> tuple[float, ...]:
-    """Return the way from the pen's tip to the marker with the joints at q (rad), cm.
+    """Return the vector from the pen's tip to the marker with the joints at q (rad), cm.
 
     As many numbers as a point of this arm has.  In space the last link's y points upwards.
     """

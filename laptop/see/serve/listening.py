@@ -13,7 +13,7 @@ from shared.arm_description import ArmError
 from shared.messages import PORT
 
 BACKLOG = 128
-"""Number of connections that the system keeps for the thread, so that a crowd shuts nobody out."""
+"""Number of connections that the system queues for the thread."""
 
 
 class CannotListen(ArmError, OSError):

@@ -170,7 +170,7 @@ class CameraPipeline:
         self._last_frame_at = now()
 
     def begin(self) -> None:
-        """Tell the camera that from here on there is one step after the other."""
+        """Switch a synthetic camera to its own pace: the steps follow one another from here on."""
         getattr(self.camera, "keep_pace", lambda: None)()
 
     def step(self, timeout: float) -> bool:

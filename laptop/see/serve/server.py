@@ -1,4 +1,4 @@
-"""The laptop's end of the link: listens, lets one brick in that knows the code, and serves it.
+"""The laptop's end of the link: listens, authenticates one brick, and serves it.
 
 Only the sockets run in a thread of their own; `publish` sends at once from the thread that calls
 it, so that an observation waits for nobody.
@@ -231,7 +231,7 @@ class TrackingServer:
         return bool(self._selector.select(timeout))
 
     def serve_once(self) -> None:
-        """Do once what is due: let callers in, read, answer, ping, send; never waits."""
+        """Do what is due once: accept, read, answer, ping, send; never waits."""
         with self._lock:
             with contextlib.suppress(BlockingIOError):
                 self._wake_receiver.recv(4096)
@@ -303,7 +303,7 @@ class TrackingServer:
                 self._selector.modify(caller.sock, events)
 
     def _handle(self, link: Link, message: object) -> None:
-        """Take in what the brick that is served says."""
+        """Handle a message of the connected brick."""
         now = self._now()
         if isinstance(message, Status):
             self._status = message, now, _lag(link, message.t, now)

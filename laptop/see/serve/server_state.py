@@ -1,4 +1,4 @@
-"""The state of the link to the brick, for whoever shows it."""
+"""The state of the link to the brick, for display."""
 
 from __future__ import annotations
 

@@ -117,7 +117,7 @@ class TrackingSession:
                 for pipeline in list(group):
                     if not pipeline.step(READ_TIMEOUT):
                         group.remove(pipeline)
-        except BaseException as error:  # it is the main thread's to tell
+        except BaseException as error:  # the main thread reports it
             self._error = self._error or error
             self._stop.set()
         finally:

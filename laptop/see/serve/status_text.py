@@ -43,7 +43,7 @@ def pipeline_status(pipeline: CameraPipeline) -> str:
 
 
 def link_status(state: ServerState) -> str:
-    """Tell of the connected brick, how far away and how it is doing; or why there is none."""
+    """Return the status of the connected brick, with round trip and age; or why there is none."""
     if state.client is None:
         why = state.lost and f" (last: {state.lost})"
         refused = state.refusal and f" (refused {state.refusal})"

@@ -25,7 +25,7 @@ class TipTrack:
         return self._seen[-1][0] if self._seen else -math.inf
 
     def add(self, t: float, pixel: Point) -> None:
-        """Take in where the tip was at t (s), px."""
+        """Add a sample of the tip at t (s), px."""
         if self._seen and t <= self._seen[-1][0]:
             return
         self._seen.append((t, pixel))

@@ -309,7 +309,7 @@ def _introduce(
     sources: Sequence[str],
     setup: TrackingSetup,
 ) -> None:
-    """Tell which cameras and markers are about to be tracked."""
+    """Report the cameras and markers that are tracked."""
     announce(
         announcements.CAMERAS,
         cameras=[
@@ -337,7 +337,7 @@ def _invite(
     cameras: int,
     page: bool,
 ) -> None:
-    """Tell where the brick is served, and with which code."""
+    """Report where the brick is served, and with which code."""
     host, _, _ = server.place.rpartition(":")
     code = pairing.show_code(server.code)
     announce(
@@ -354,7 +354,7 @@ def _invite(
 def _show(
     print_line: Callable[[str], None], announce: Announce, page: ServedPage, open_it: bool
 ) -> None:
-    """Tell where the page is, and open it in a browser if wanted."""
+    """Report the page's address, and open it in a browser if wanted."""
     if page.warning:
         print_line(page.warning)
     print_line(f"page: {page.address}")
@@ -365,7 +365,7 @@ def _show(
 
 
 def _invite_browser(print_line: Callable[[str], None], announce: Announce, address: str) -> None:
-    """Tell the address that lets one more browser in."""
+    """Report the address that admits one more browser."""
     print_line(f"page, for one more browser: {address}")
     announce(announcements.PAGE, url=address)
 

@@ -1,4 +1,4 @@
-"""Measured numbers in an arm's file: comments stay, the old file is kept beside it."""
+"""Measured numbers in an arm's file: comments stay, and the old file is backed up beside it."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ def check_writable(path: Path) -> None:
 
 
 def _back_up(path: Path) -> Path | None:
-    """Copy a file beside itself, to a free name; return None where it is not there.
+    """Back up a file beside itself, under a free name; return None if it does not exist.
 
     Raises:
         CannotWrite: there is no room.

@@ -81,13 +81,13 @@ class BoardWatch:
         self._begin()
 
     def _begin(self) -> None:
-        """Wait for a board that stands."""
+        """Reset the search for a board at rest."""
         self._search_count = 0
         self._best: BoardView | None = None
         self._last: BoardView | None = None
 
     def update(self, image: np.ndarray) -> None:
-        """Look for the board, or after it, in a picture (BGR, uint8), now and then."""
+        """Search or check the board in a picture (BGR, uint8), at intervals."""
         due = self._pictures % SEARCH_PERIOD == 0
         self._pictures += 1
         if self.calibration is None:
@@ -102,7 +102,7 @@ class BoardWatch:
     # Until it is known
 
     def _calibrate(self, view: BoardView | None) -> None:
-        """Take in a view, and calibrate as soon as one is good enough."""
+        """Add a view, and calibrate as soon as one shows enough markers."""
         if view and (self._best is None or len(view.numbers) > len(self._best.numbers)):
             self._best = view
         if self._best is None:
@@ -134,7 +134,7 @@ class BoardWatch:
             self._report_line(f"camera {self._name}: {line}")
 
     def _mark_in_place(self) -> None:
-        """Take in that camera and board stand where they are known to."""
+        """Confirm that camera and board are where they were calibrated."""
         self.why = ""
         self._unseen = 0
         self._next_check = self._pictures + CHECK_PERIOD
@@ -143,7 +143,7 @@ class BoardWatch:
     # Once it is known
 
     def _check_markers(self, image: np.ndarray, known: Calibration) -> None:
-        """Look whether some markers are where they were; if not, look at all."""
+        """Check some markers' places; if they differ, search the whole board."""
         self._next_check = self._pictures + CHECK_PERIOD
         board, numbers = known.board, list(known.board.numbers)
         start = self._pictures // CHECK_PERIOD * CHECKED_MARKERS
@@ -165,12 +165,12 @@ class BoardWatch:
         self._search_board(find_board(image), known)
 
     def _search_board(self, view: BoardView | None, known: Calibration) -> None:
-        """Tell a board that is covered from one that has moved."""
+        """Distinguish a board that is covered from one that has moved."""
         off, moved = self._view_fault(view, known)
         if moved:
             self._begin()
             self._last = view
-            self._pictures = 1  # the next look is soon
+            self._pictures = 1  # the next search is soon
             self.why = f"{off}; places in cm go on once it stands again"
             self._report_line(f"camera {self._name}: {self.why}")
         elif off:
@@ -199,7 +199,7 @@ class BoardWatch:
         return "", False
 
     def _recalibrate(self, view: BoardView | None, known: Calibration) -> None:
-        """Take in a view after something moved: it may be back, still move, or stand again."""
+        """Handle a view after a motion: the board may be back, still moving, or at rest."""
         off, moved = self._view_fault(view, known)
         if not off:
             self._mark_in_place()

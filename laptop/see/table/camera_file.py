@@ -62,7 +62,7 @@ def calibration_values(calibration: Calibration) -> dict[str, Any]:
 
 
 def write_camera(file: str | Path, calibration: Calibration) -> None:
-    """Keep a calibration.
+    """Store a calibration.
 
     Raises:
         BadCalibration: the file cannot be written.

@@ -58,7 +58,7 @@ class BadCalibration(ArmError, ValueError):
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """A camera, as the views have it.
+    """A camera's calibration, as fitted to views.
 
     camera   the model; its board is that of the last view
     board    which one was seen
@@ -177,7 +177,7 @@ def _alike(one: BoardView, other: BoardView) -> bool:
 
 
 def _fit(views: Sequence[BoardView], scale: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Fit all views: the state, what is left over (n, 2), px, and the state's covariance."""
+    """Fit all views: the state, the residuals (n, 2), px, and the state's covariance."""
     points = [scale * view.points for view in views]
     unknowns = Unknowns(len(views), sheet=True)
     state = np.zeros(unknowns.count)

@@ -39,7 +39,7 @@ class Placed(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class CameraModel:
-    """A camera's lens and place; what it says is as sure as its covariance has it.
+    """A camera's lens and pose, with their covariance.
 
     size        of the picture, (width, height), px
     lens        (8,), see LENS

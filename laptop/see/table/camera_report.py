@@ -1,4 +1,4 @@
-"""A calibration in words: what was seen, how sure it is, and what nobody can know from it."""
+"""Description of a calibration: its data, its uncertainty, and its limits."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ MEDIAN_PICTURES = 5
 MAX_REST_DISTANCE = 1.0
 """Greatest distance of a place from that median for a marker at rest, px."""
 SURE_AFTER = 3
-"""Number of looks at the first picture after which the tracker is sure, or never."""
+"""Number of times that the tracker gets the first picture until it confirms a marker."""
 MAX_PICTURES = 30
 """Greatest number of pictures in which the board is sought, and that may fail."""
 GOOD_SHARE = 0.75
@@ -80,7 +80,7 @@ class CrossSampler:
         return calibrate([best], bar)
 
     def sample(self) -> CrossSample:
-        """Look where the marker is now, and where the board."""
+        """Sample the present places of the marker and the board."""
         places, why = [], ""
         tracker, name = Tracker([self._marker]), self._marker.name  # it was elsewhere before
         for k in range(MEDIAN_PICTURES if self._live else 1):

@@ -68,7 +68,7 @@ def read_point(line: str) -> BrickPoint:
 
 
 def check_led(arm: Arm) -> None:
-    """Refuse, by BadTouches, an arm that nobody can lead by hand."""
+    """Raise BadTouches for an arm that cannot be guided by hand."""
     if arm.chain in PULLED_DOWN:
         raise BadTouches(
             f"{arm.name} is an arm in space: let go it would drop, so it is not led by hand"
@@ -122,7 +122,7 @@ class CrossTouching:
         return self._calibration.bar
 
     def request(self) -> str:
-        """Say what somebody is to do now."""
+        """Return the instruction for the next touch."""
         k = self._left[0]
         where = CROSS_NAMES[k]
         return f"set the pen on cross {k + 1} of {len(CROSSES)}, {where} on the sheet, and press"

@@ -49,7 +49,7 @@ class BadTouches(ArmError, ValueError):
 
 
 class Touch(NamedTuple):
-    """The pen stood on a cross.
+    """One touch of a cross with the pen.
 
     cross    where it is on the board, (x, y), cm
     tip      where the joints have the pen, (x, y) in the arm's frame, cm
@@ -240,7 +240,7 @@ class _Problem:
         return fit.x, surprise, fit.jac.T @ fit.jac
 
     def outlier(self, surprise: np.ndarray) -> BadTouches:
-        """Name the touch without which the others fit, or say that there is none."""
+        """Return a hint at the outlier among the touches, or that there is none."""
         count = len(self.crosses)
         best, by = math.inf, 0
         for left_out in range(count):

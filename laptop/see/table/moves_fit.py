@@ -172,7 +172,7 @@ def _first_guess(points: np.ndarray, pixels: np.ndarray, size: tuple[int, int]) 
 
 
 def fit_arm_pose(camera: CameraModel, points: np.ndarray, pixels: np.ndarray) -> ArmPoseFit:
-    """Find how the arm stands on the board that a camera is calibrated by.
+    """Fit the arm's pose on the board by which a camera is calibrated.
 
     Args:
         camera: the one that knows the board.

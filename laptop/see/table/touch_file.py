@@ -51,7 +51,7 @@ def touched_file(arm: str) -> Path:
 
 
 def write_touched(file: str | Path, found: TouchedArm) -> None:
-    """Keep what was found.
+    """Store a fit.
 
     Raises:
         BadTouches: the file cannot be written.

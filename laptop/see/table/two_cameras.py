@@ -45,7 +45,7 @@ MAX_PLACE_AGE = 1.0
 MAX_WAITING = 32
 """Greatest number of pictures of the first camera that wait for the second."""
 CELL_SIZE = 1.5
-"""Side of the cubes, in each of which the place with the slowest tip is kept, cm."""
+"""Side of the cubes in each of which the sample with the slowest tip is stored, cm."""
 MAX_SPEED = 250.0
 """Greatest speed of a usable tip, px/s: pictures are not timed to the millisecond."""
 REFIT_GROWTH = 1.3
@@ -103,7 +103,7 @@ class TwoCameras:
         self._lock = threading.Lock()
 
     def see(self, camera: str, frame: Frame, markers: Sights) -> list[PairedPlace]:
-        """Take in what a camera sees; return what is new of where markers are."""
+        """Add a camera's markers; return the new places of markers in space."""
         with self._lock:
             height, width = frame.image.shape[:2]
             self._sizes[camera] = width, height
@@ -120,7 +120,7 @@ class TwoCameras:
             return new
 
     def camera(self, name: str) -> CameraModel | None:
-        """Return a camera on the board; None: it does not know where it stands."""
+        """Return a camera's model on the board; None: its pose is unknown."""
         watch = self._watches[name]
         if watch.calibration and not watch.why:
             return watch.calibration.camera
@@ -167,7 +167,7 @@ class TwoCameras:
     # By the tip's own moves
 
     def _notice_moves(self) -> None:
-        """Forget what rests on a camera that was calibrated anew: it or the board has moved."""
+        """Reset the calibrations by motion when a camera was calibrated anew."""
         versions = {name: watch.version for name, watch in self._watches.items()}
         if any(self._versions.get(name, 0) not in (0, versions[name]) for name in versions):
             self._by_moves = {name: _ByMoves() for name in self._watches}
@@ -175,7 +175,7 @@ class TwoCameras:
         self._versions = versions
 
     def _learn(self) -> None:
-        """Take in where joints and cameras have the tip, for those that do not see the board."""
+        """Sample the tip by joints and cameras, for the cameras that do not see the board."""
         if self._arm is None:
             return
         reported = self._joints()
@@ -265,7 +265,7 @@ class _ByMoves:
         return self._far >= MOVED_PLACES
 
     def add(self, sample: _TipSample) -> bool:
-        """Take in a sample; return whether there are enough new ones to fit."""
+        """Add a sample; return whether there are enough new ones to fit."""
         key = tuple(math.floor(x / CELL_SIZE) for x in sample.point)
         known = self._samples.get(key)
         if known is None or sample.speed <= known.speed:

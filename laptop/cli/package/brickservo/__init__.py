@@ -29,7 +29,7 @@ PACKAGES = ("robot", "laptop", "shared")
 
 
 def open_packages() -> None:
-    """Let this process import the packages `robot`, `laptop` and `shared` of BrickServo.
+    """Make this process import the packages `robot`, `laptop` and `shared` of BrickServo.
 
     Raises:
         ImportError: this process has imported others of these names.

@@ -55,7 +55,7 @@ def find_aruco(image: np.ndarray, t: float, marker: Marker, track: Track) -> Tra
 def _why_none(
     grey: np.ndarray, marker: Marker, seen: Mapping[int, np.ndarray], track: Track
 ) -> str:
-    """Return why a marker is not seen: what is in sight instead, looked up only now and then.
+    """Return why a marker is not seen, by the other markers in the picture, searched at intervals.
 
     Args:
         grey: the whole frame, uint8.

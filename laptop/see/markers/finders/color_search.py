@@ -210,7 +210,7 @@ def _candidates(
 
 
 def _has_rival(best: Track, candidates: list[Track]) -> bool:
-    """Return True if another one, elsewhere, is as good."""
+    """Return True if another candidate, elsewhere, scores as high."""
     first = best.seen
     assert first is not None
 
