@@ -212,9 +212,12 @@ class EmulatedTest:
 )
 @out_option
 @json_option
-@in_groups(test=AccuracyOptions, sight=AccuracyCameraOptions, emulation=EmulatedTest)
+@in_groups(test=AccuracyOptions, camera_options=AccuracyCameraOptions, emulation=EmulatedTest)
 def accuracy(
-    test: AccuracyOptions, sight: AccuracyCameraOptions, emulation: EmulatedTest, out: Path | None
+    test: AccuracyOptions,
+    camera_options: AccuracyCameraOptions,
+    emulation: EmulatedTest,
+    out: Path | None,
 ) -> None:
     """Measure accuracy and repeatability of poses and paths after ISO 9283, by camera, in mm.
 
@@ -229,8 +232,8 @@ def accuracy(
         from laptop.measure.accuracy.plan import plan_accuracy
 
     with in_one_line():
-        sources = cameras_of(sight.cameras, sight.sources)
-        _check_calibrations(sources, sight.calibration, sight.bar)
+        sources = cameras_of(camera_options.cameras, camera_options.sources)
+        _check_calibrations(sources, camera_options.calibration, camera_options.bar)
         arm = read_arm(find_arm(test.arm_file))
         plan = plan_accuracy(arm, test.cycles, test.side, test.at)
         with run_folder("measure-accuracy", out, PICTURE, TABLE) as folder:
@@ -241,7 +244,7 @@ def accuracy(
                 built_arm = read_arm(find_arm(emulation.built)) if emulation.built else None
                 result, truth = _simulated(plan, built_arm, emulation)
             else:
-                result = _live(plan, sources, test.arm_file, sight)
+                result = _live(plan, sources, test.arm_file, camera_options)
             reported = report.accuracy_run(result, truth)
             reported.typed, reported.arm = typed_args(), numbers_of(arm)
             reported.built = built_arm and numbers_of(built_arm)
@@ -283,7 +286,7 @@ def _simulated(
 
 
 def _live(
-    plan: AccuracyPlan, sources: Sequence[str], arm_file: str, sight: AccuracyCameraOptions
+    plan: AccuracyPlan, sources: Sequence[str], arm_file: str, camera_options: AccuracyCameraOptions
 ) -> AccuracyResult:
     from laptop.cli.rigs import RigOptions, live_rig
     from laptop.measure.accuracy import accuracy_test
@@ -292,7 +295,7 @@ def _live(
     from shared.job_messages import DRAWING
 
     check_cameras(plan.arm, len(sources))
-    calibrations = [camera_file.read_camera(file) for file in sight.calibration]
+    calibrations = [camera_file.read_camera(file) for file in camera_options.calibration]
     reported = -1
 
     def report(status: JobStatus) -> None:
@@ -305,20 +308,25 @@ def _live(
             click.echo(f"  {10 * share} %")
 
     asked = RigOptions(
-        sources, arm_file, sight.scene, sight.effector, size=sight.size, call=sight.call
+        sources,
+        arm_file,
+        camera_options.scene,
+        camera_options.effector,
+        size=camera_options.size,
+        call=camera_options.call,
     )
     with live_rig(asked, report) as rig:
         names = [chr(ord("A") + k) for k in range(len(sources))]
         found = (
             dict(zip(names, calibrations, strict=True))
             if calibrations
-            else _calibrate_cameras(rig, names, sight.bar)
+            else _calibrate_cameras(rig, names, camera_options.bar)
         )
         cameras = {name: calibration.camera for name, calibration in found.items()}
-        sighting = ArmSighting(plan.arm, cameras, (sight.height or 0.0) / 10)
+        sighting = ArmSighting(plan.arm, cameras, (camera_options.height or 0.0) / 10)
         _check_still(rig, found)
         return accuracy_test.measure(
-            *(rig, plan, sighting, sight.stand(), _report_part),
+            *(rig, plan, sighting, camera_options.stand(), _report_part),
             lambda paths, run: _check_still(rig, found),
         )
 

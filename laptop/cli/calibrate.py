@@ -185,9 +185,11 @@ class EmulatedArm:
 )
 @click.option("--seed", type=click.IntRange(0), metavar="N", help="Of all that is emulated.")
 @json_option
-@in_groups(sight=CalibrationCameraOptions, wished=CalibrationOptions, emulation=EmulatedArm)
+@in_groups(
+    camera_options=CalibrationCameraOptions, wished=CalibrationOptions, emulation=EmulatedArm
+)
 def calibrate(
-    sight: CalibrationCameraOptions, wished: CalibrationOptions, emulation: EmulatedArm
+    camera_options: CalibrationCameraOptions, wished: CalibrationOptions, emulation: EmulatedArm
 ) -> None:
     """Let an arm measure itself by a camera: links, zeros, backlash, and its marker's place.
 
@@ -201,9 +203,9 @@ def calibrate(
         from laptop.see.table.arm_file import check_writable, own_file
 
     with in_one_line(), ExitStack() as stack:
-        sources = cameras_of(sight.cameras, sight.sources)
+        sources = cameras_of(camera_options.cameras, camera_options.sources)
         arm = read_arm(find_arm(wished.arm_file))
-        crosses = _crosses(sight.touch, arm)
+        crosses = _crosses(camera_options.touch, arm)
         is_emulated = emulation.simulate or SYNTHETIC in sources
         if not (wished.dry_run or is_emulated):
             check_writable(own_file(arm))
@@ -213,10 +215,10 @@ def calibrate(
             check_writable(own)
         built = emulation.truth() if emulation.simulate else None
         if emulation.simulate:
-            setup = _emulated(arm, built or arm, emulation, sight, crosses)
+            setup = _emulated(arm, built or arm, emulation, camera_options, crosses)
         else:
-            setup = stack.enter_context(_live(wished.arm_file, sight, sources, crosses))
-        result, rows = _measured(setup, arm, sight.known(), wished.seconds)
+            setup = stack.enter_context(_live(wished.arm_file, camera_options, sources, crosses))
+        result, rows = _measured(setup, arm, camera_options.known(), wished.seconds)
         # First: where the arm's file is refused, no record says that it is calibrated.
         new = None
         if not wished.dry_run:
@@ -244,23 +246,27 @@ def _emulated(
     arm: Arm,
     built: Arm,
     emulation: EmulatedArm,
-    sight: CalibrationCameraOptions,
+    camera_options: CalibrationCameraOptions,
     crosses: list[tuple[float, float]],
 ) -> CalibrationSetup:
     """Return an emulated arm before an emulated camera."""
     from laptop.measure.arm.emulated_setups import ideal_camera, rendered
 
     seed = emulation.seed or 0
-    if sight.scene is None:
-        known = sight.known()
-        return ideal_camera(arm, built, emulation.plant_text, seed, sight.bar, crosses, known)
-    return rendered(arm, built, emulation.plant_text, seed, sight.bar, crosses, sight.scene)
+    if camera_options.scene is None:
+        known = camera_options.known()
+        return ideal_camera(
+            arm, built, emulation.plant_text, seed, camera_options.bar, crosses, known
+        )
+    return rendered(
+        arm, built, emulation.plant_text, seed, camera_options.bar, crosses, camera_options.scene
+    )
 
 
 @contextmanager
 def _live(
     arm_file: str,
-    sight: CalibrationCameraOptions,
+    camera_options: CalibrationCameraOptions,
     sources: Sequence[str],
     crosses: list[tuple[float, float]],
 ) -> Iterator[CalibrationSetup]:
@@ -268,14 +274,14 @@ def _live(
     from laptop.measure.arm.calibrating import CalibrationSetup
     from laptop.measure.arm.emulated_setups import SCENE_PREFIX
 
-    scene, port = "", sight.port
+    scene, port = "", camera_options.port
     if SYNTHETIC in sources:
-        scene = f"{SCENE_PREFIX},{sight.scene or ''}"
+        scene = f"{SCENE_PREFIX},{camera_options.scene or ''}"
         port = 0 if port is None else port  # an emulated brick is told which
-    call = None if crosses else sight.call
-    asked = RigOptions(sources, arm_file, scene, sight.effector, port=port, call=call)
+    call = None if crosses else camera_options.call
+    asked = RigOptions(sources, arm_file, scene, camera_options.effector, port=port, call=call)
     with live_rig(asked) as rig:
-        found, check = _calibrated(rig, sight.calibration, sight.bar)
+        found, check = _calibrated(rig, camera_options.calibration, camera_options.bar)
         yield CalibrationSetup(rig, found, _touched(rig, crosses), check)
 
 

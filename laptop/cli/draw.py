@@ -85,7 +85,7 @@ EXAMPLES = examples(
 @in_groups(
     source=SourceOptions,
     place=PlaceOptions,
-    sight=TypedIlcOptions,
+    ilc_options=TypedIlcOptions,
     orders=DrawOrders,
     target=DrawTarget,
 )
@@ -93,7 +93,7 @@ def draw(
     arm_file: str,
     source: SourceOptions,
     place: PlaceOptions,
-    sight: TypedIlcOptions,
+    ilc_options: TypedIlcOptions,
     orders: DrawOrders,
     target: DrawTarget,
 ) -> None:
@@ -106,7 +106,7 @@ def draw(
         check_files(source.what, target.files, target.replace)
         arm = read_arm(find_arm(arm_file))
         emulated = f"--plant {target.plant} --built {target.built or ''}"
-        asked = read_ilc_options(sight, arm, emulated if target.simulate else None)
+        asked = read_ilc_options(ilc_options, arm, emulated if target.simulate else None)
         artwork = _artwork(source, arm)
         check_source_options(typed_options(click.get_current_context()), artwork.kind, artwork.name)
         plan = _prepared(artwork, arm, _options(source, place, artwork))

@@ -204,10 +204,10 @@ class EmulatedHand:
     "runs/TIME-measure-pen]",
 )
 @json_option
-@in_groups(sight=PenCameraOptions, asked=TouchOptions, hand=EmulatedHand)
+@in_groups(camera_options=PenCameraOptions, asked=TouchOptions, hand=EmulatedHand)
 def touch(
     arm_file: str,
-    sight: PenCameraOptions,
+    camera_options: PenCameraOptions,
     asked: TouchOptions,
     hand: EmulatedHand,
     out: Path | None,
@@ -223,10 +223,10 @@ def touch(
         from laptop.see.table.cross_touching import CrossTouching, check_led
         from laptop.see.table.marker_offset import MIN_TOUCHES, BadTouches
 
-    source = sight.source()
+    source = camera_options.source()
     report = partial(click.echo, file=sys.stdout)  # also while a program on the brick has that
     with in_one_line(), ExitStack() as stack:
-        check_bar(sight.bar)
+        check_bar(camera_options.bar)
         arm = read_arm(find_arm(arm_file))
         check_led(arm)
         folder = stack.enter_context(run_folder("measure-pen", out)) if hand.simulated else None
@@ -236,8 +236,12 @@ def touch(
                 f"{len(asked.crosses)} crosses; {MIN_TOUCHES} are the least, 9 are better"
             )
         simulation = hand.simulation(arm, report) if hand.simulated else None
-        sampler = simulation.sampler(sight.effector) if simulation else _open(source, sight, stack)
-        calibration = sampler.board(sight.bar)
+        sampler = (
+            simulation.sampler(camera_options.effector)
+            if simulation
+            else _open(source, camera_options, stack)
+        )
+        calibration = sampler.board(camera_options.bar)
         for line in describe(calibration):
             report(line)
         again = asked.is_live
@@ -250,19 +254,19 @@ def touch(
             _from_brick(touching, asked.name, asked.args(arm))
         if again:
             touching.check_camera(sampler.sample())
-        fit = _conclude(touching, arm, sight.height, places)
+        fit = _conclude(touching, arm, camera_options.height, places)
         if folder:
             report(folder.write(_record(arm, fit, hand, [file.name for file in places if file])))
 
 
-def _open(source: str | None, sight: PenCameraOptions, stack: ExitStack) -> CrossSampler:
+def _open(source: str | None, camera_options: PenCameraOptions, stack: ExitStack) -> CrossSampler:
     """Return a sampler of the real camera."""
     from laptop.see.camera.cameras import is_live, open_camera
     from laptop.see.table.cross_sampling import CrossSampler
     from laptop.system.decoders import quiet_decoders
 
     assert source is not None
-    marker = _marker(sight.effector)
+    marker = _marker(camera_options.effector)
     stack.enter_context(quiet_decoders())
     camera = open_camera(source)
     stack.callback(camera.close)

@@ -257,10 +257,12 @@ class TrackFiles:
     "(url), ready, end (status, reason).  All else goes to standard error.",
 )
 @replace_option
-@in_groups(sight=TrackCameraOptions, link=LinkOptions, page=PageOptions, written=TrackFiles)
+@in_groups(
+    camera_options=TrackCameraOptions, link=LinkOptions, page=PageOptions, written=TrackFiles
+)
 def track(
     arm_file: str | None,
-    sight: TrackCameraOptions,
+    camera_options: TrackCameraOptions,
     link: LinkOptions,
     page: PageOptions,
     written: TrackFiles,
@@ -278,20 +280,23 @@ def track(
 
     shown = link.serve if page.page is None else page.page
     # The page brings an emulated brick along; its arm is there from the beginning.
-    usual = "spatial" if shown and sight.camera.count(SYNTHETIC) > 1 else "planar"
+    usual = "spatial" if shown and camera_options.camera.count(SYNTHETIC) > 1 else "planar"
     arm = arm_file or usual
     with in_one_line():
         csv, picture = _outputs(written.files, written.replace)
         watch_boards = None
-        if sight.board:
+        if camera_options.board:
             from laptop.see.table.table_watch import watch_tables
 
             watch_boards = watch_tables(
-                sight.bar, sight.height, sight.touched, read_arm(find_arm(arm))
+                camera_options.bar,
+                camera_options.height,
+                camera_options.touched,
+                read_arm(find_arm(arm)),
             )
         host, port = link.listen_at
-        is_real = SYNTHETIC not in sight.camera
-        open_page = partial(_open_page, page, is_real, arm, sight.height)
+        is_real = SYNTHETIC not in camera_options.camera
+        open_page = partial(_open_page, page, is_real, arm, camera_options.height)
         status = track.track(
             TrackOptions(
                 csv=csv,
@@ -300,7 +305,7 @@ def track(
                 host=host or "",
                 port=port,
                 open=page.open,
-                **vars(sight),
+                **vars(camera_options),
             ),
             partial(open_synthetic, arm),
             Console(stderr=announce),

@@ -152,8 +152,8 @@ def test_the_usual_password_is_tried_with_its_being_said_and_kept_nowhere(home):
         assert said(BrickAddress("127.0.0.1", server.port), person) == ""
     assert server.tried == [("robot", "maker")]
     assert "no ssh key lets in: trying ev3dev's usual password" in person.read
-    kept = [path for path in home.rglob("*") if path.is_file() and b"maker" in path.read_bytes()]
-    assert kept == []
+    stored = [path for path in home.rglob("*") if path.is_file() and b"maker" in path.read_bytes()]
+    assert stored == []
 
 
 def test_the_usual_password_is_for_the_usual_user_alone(home):

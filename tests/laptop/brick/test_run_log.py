@@ -17,7 +17,7 @@ def state(tmp_path, monkeypatch):
     return tmp_path
 
 
-def kept(*args, output=(), status=0, error=None):
+def stored_log(*args, output=(), status=0, error=None):
     """The text that is kept of one run, and what was said."""
     said = []
     try:
@@ -33,7 +33,9 @@ def kept(*args, output=(), status=0, error=None):
 
 
 def test_a_run_is_kept_with_command_output_and_status():
-    text, said = kept("driver.py", "line", "10,0", "a b", output=[b"one\r", b"\ntwo\r\n"], status=2)
+    text, said = stored_log(
+        "driver.py", "line", "10,0", "a b", output=[b"one\r", b"\ntwo\r\n"], status=2
+    )
     first, second, *rest = text.splitlines()
     assert first == "brickservo brick run driver.py line 10,0 'a b'"
     assert second.startswith("on 10.42.0.3, 20")
@@ -45,21 +47,21 @@ def test_a_run_is_kept_with_command_output_and_status():
 
 
 def test_what_ended_a_run_is_kept_too():
-    text, _ = kept("driver.py", output=[b"half\n"], error=ValueError("the cable is cut"))
+    text, _ = stored_log("driver.py", output=[b"half\n"], error=ValueError("the cable is cut"))
     assert "half\n\nended after " in text
     assert text.endswith(" s: the cable is cut\n")
 
 
 @pytest.mark.parametrize("args", [("--code", "ABCD-EFGH-JKMN"), ("--code=ABCD-EFGH-JKMN",)])
 def test_the_pairing_code_is_not_kept(args):
-    text, _ = kept("visual_servoing.py", *args, "--wait")
+    text, _ = stored_log("visual_servoing.py", *args, "--wait")
     assert "ABCD" not in text
     assert "--code" in text
     assert "--wait" in text
 
 
 def test_of_a_long_run_the_beginning_and_the_end_are_kept():
-    text, _ = kept("a.py", output=[b"begin " + bytes(1 << 20), b"x" * (1 << 20), b" end"])
+    text, _ = stored_log("a.py", output=[b"begin " + bytes(1 << 20), b"x" * (1 << 20), b" end"])
     assert len(text) < run_log.MAX_HEAD + run_log.MAX_TAIL + 1000
     assert "begin" in text
     left_out = 6 + (1 << 21) + 4 - run_log.MAX_HEAD - run_log.MAX_TAIL
@@ -69,12 +71,12 @@ def test_of_a_long_run_the_beginning_and_the_end_are_kept():
 
 def test_the_oldest_run_goes_and_two_in_a_second_are_two():
     for _ in range(run_log.MAX_RUNS + 5):
-        kept("driver.py")
+        stored_log("driver.py")
     assert len(stored_runs()) == run_log.MAX_RUNS
 
 
 def test_runs_are_told_apart_by_brick():
-    kept("driver.py")
+    stored_log("driver.py")
     assert is_of(stored_runs()[0], BLUE)
     assert not is_of(stored_runs()[0], BrickAddress("10.42.0.30"))
 

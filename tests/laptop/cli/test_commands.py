@@ -144,13 +144,13 @@ def test_a_wrong_option_is_answered_with_the_one_of_that_command(monkeypatch, ca
 
 
 def test_no_wrong_option_is_one_of_some_command():
-    there = set()
+    existing = set()
     groups = [laptop]
     while groups:
         for command in groups.pop().commands.values():
-            there.update(name for param in command.params for name in param.opts)
+            existing.update(name for param in command.params for name in param.opts)
             groups += [command] if isinstance(command, click.Group) else []
-    assert set(OTHER_OPTIONS) <= there
+    assert set(OTHER_OPTIONS) <= existing
     wrong = [word for args in OTHER_OPTIONS.values() for word in args]
     assert len(set(wrong)) == len(wrong)
-    assert not set(wrong) & there
+    assert not set(wrong) & existing

@@ -18,14 +18,14 @@ def command_of(words):
 @pytest.mark.parametrize("words", OLD_OPTIONS)
 def test_each_old_option_is_one_of_now_and_none_of_now_is_old(words):
     command = command_of(words)
-    there = {name for param in command.params for name in param.opts + param.secondary_opts}
+    existing = {name for param in command.params for name in param.opts + param.secondary_opts}
     table = OLD_OPTIONS[words]
     now = {new.split()[0] for new in table.values() if new not in ("", "{}")}
-    assert now <= there
+    assert now <= existing
     assert "{}" not in table.values() or any(
         isinstance(param, click.Argument) for param in command.params
     )
-    assert not there & {old for old in table if " " not in old}
+    assert not existing & {old for old in table if " " not in old}
 
 
 def test_the_new_words_take_the_place_of_the_old_ones(capsys):

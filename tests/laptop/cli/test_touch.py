@@ -58,13 +58,13 @@ def test_an_emulated_hand_finds_the_offset_to_half_a_millimetre(run, tmp_path, a
     found = read_arm(tmp_path / "out" / f"{arm}.ini").marker_offset
     assert np.linalg.norm(truth) == pytest.approx(0.5)
     assert np.linalg.norm(np.array(found) - truth) < 0.05
-    kept = read_touched(tmp_path / "out" / f"{arm}.touched.json")
-    assert kept.fit.offset == pytest.approx(truth, abs=0.05)
-    assert kept.fit.base == pytest.approx((-12, 0), abs=0.3)  # of 2 degrees of play
-    assert kept.fit.height == pytest.approx(2.5, abs=0.1)
+    stored = read_touched(tmp_path / "out" / f"{arm}.touched.json")
+    assert stored.fit.offset == pytest.approx(truth, abs=0.05)
+    assert stored.fit.base == pytest.approx((-12, 0), abs=0.3)  # of 2 degrees of play
+    assert stored.fit.height == pytest.approx(2.5, abs=0.1)
     reported = run_in(tmp_path / "out")
     assert reported["files"] == [f"{arm}.ini", f"{arm}.touched.json"]
-    assert reported["marker"][2]["it is mm"] == pytest.approx(10 * kept.fit.height, abs=0.01)
+    assert reported["marker"][2]["it is mm"] == pytest.approx(10 * stored.fit.height, abs=0.01)
     assert find_arm("planar") == ARM.file, "an emulated arm leaves the real one alone"
 
 

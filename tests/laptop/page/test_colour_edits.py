@@ -37,9 +37,9 @@ def test_a_pick_leaves_what_the_file_knows_of_the_other_markers(scene):
     write_markers(scene.file, {GOAL: learned})
     shown = scene.show()
     assert scene.controller.colours.pick(EFFECTOR, "A", shown.index, (100, 120)) == ""
-    kept = read_markers(scene.file)
-    assert set(kept) == {EFFECTOR, GOAL}
-    assert kept[GOAL] == learned
+    stored = read_markers(scene.file)
+    assert set(stored) == {EFFECTOR, GOAL}
+    assert stored[GOAL] == learned
 
 
 def test_undo_takes_back_what_was_picked_on_the_disk_too(scene):

@@ -51,9 +51,9 @@ def test_a_way_of_two_points_is_a_line():
 @pytest.mark.parametrize("seed", range(20))
 def test_whatever_is_dragged_the_ends_stay_and_nothing_is_far_off(seed):
     dice = np.random.default_rng(seed)
-    way = np.cumsum(dice.normal(0, 12, (dice.integers(2, 120), 2)), axis=0) + 300
-    line = smooth_path([tuple(p) for p in way])
-    assert line[0] == pytest.approx(way[0])
+    path = np.cumsum(dice.normal(0, 12, (dice.integers(2, 120), 2)), axis=0) + 300
+    line = smooth_path([tuple(p) for p in path])
+    assert line[0] == pytest.approx(path[0])
     assert np.isfinite(line).all()
-    nearest = np.hypot(*(line[:, None] - way[None]).transpose(2, 0, 1)).min(axis=1)
+    nearest = np.hypot(*(line[:, None] - path[None]).transpose(2, 0, 1)).min(axis=1)
     assert nearest.max() < 40

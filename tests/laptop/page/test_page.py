@@ -311,8 +311,8 @@ def test_two_clicks_bring_the_true_tip_to_the_goal(surfer):
         surfer.page.get_by_role("link", name="Report").click()
     tab.value.get_by_text("Arrived: the tip is at the goal").wait_for()
     assert tab.value.get_by_text("What the servo measured and did, step by step").count() == 1
-    (kept,) = (surfer.tracker.state.parent / "runs").iterdir()
-    assert read_run(kept).rows("goals")[0]["ended"] == "converged"
+    (stored,) = (surfer.tracker.state.parent / "runs").iterdir()
+    assert read_run(stored).rows("goals")[0]["ended"] == "converged"
     drawn = "() => [...document.images].filter(image => image.naturalWidth).length"
     assert tab.value.evaluate(drawn) == 3
     with tab.value.expect_download() as saved:
@@ -326,9 +326,9 @@ def test_a_colour_is_picked_by_a_click_undone_and_kept_in_the_file(surfer):
     surfer.tool("Pick")
     surfer.click(u, v)
     surfer.reads("tip's marker: kept")
-    kept = read_markers(surfer.tracker.state / "markers.ini")["effector"]
-    assert min(kept.color.hue, 360 - kept.color.hue) < 15
-    assert kept.color.scene, "learned in this picture"
+    stored = read_markers(surfer.tracker.state / "markers.ini")["effector"]
+    assert min(stored.color.hue, 360 - stored.color.hue) < 15
+    assert stored.color.scene, "learned in this picture"
     surfer.order(surfer.button("Undo").click)
     file = surfer.tracker.state / "markers.ini"
     surfer.until(lambda: read_markers(file)["effector"].color.scene is None, "the old colour")
@@ -739,9 +739,9 @@ def test_a_recording_is_scrubbed_picked_in_renamed_in_and_waited_for(browser, fi
         page.get_by_label("effector is from now on").fill("ball")
         hand.order(page.get_by_role("button", name="Rename it").click)
         hand.wait(page.locator(f"[data-marker=ball][data-frame='{index}']"))
-        kept = read_markers(tracker.state / "markers.ini")
-        assert kept["ball"].color.hue == pytest.approx(223, abs=12)
-        assert "effector" not in kept
+        stored = read_markers(tracker.state / "markers.ini")
+        assert stored["ball"].color.hue == pytest.approx(223, abs=12)
+        assert "effector" not in stored
         hand.order(page.get_by_role("button", name="Undo").click)
         hand.wait(page.locator("[data-marker=effector]"))
 

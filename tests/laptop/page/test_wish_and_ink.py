@@ -38,8 +38,8 @@ def played(poses):
         yield q, tuple(np.add(q, side * PLAY / 2))
 
 
-def poses_along(arm, way, step):
-    ends = zip(way, way[1:], strict=False)
+def poses_along(arm, path, step):
+    ends = zip(path, path[1:], strict=False)
     counts = [(a, b, max(1, int(math.dist(a, b) / step))) for a, b in ends]
     points = [np.add(a, np.subtract(b, a) * k / n) for a, b, n in counts for k in range(n)]
     poses = []
@@ -73,8 +73,8 @@ def test_wish_and_ink_are_shown_where_ink_on_the_paper_is_seen(arm, height, has_
         mappings.insert(0, BoardMapping(board_watch(scene, height).place_at))
     for mapping in mappings:
         mapping.lay_paper(height)
-    for way in look_around._ways(arm):
-        reached, _ = look_around._planned(arm, way)
+    for path in look_around._sweep_paths(arm):
+        reached, _ = look_around._planned(arm, path)
         for reported, true in played(poses_along(arm, reached, 0.7)):
             pixel = tuple(np.add(scene.truth(true)["effector"], dice.normal(0, 0.2, 2)))
             for mapping in mappings:

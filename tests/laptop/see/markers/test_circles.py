@@ -11,7 +11,7 @@ from laptop.see.markers.circles import ellipse_of, find_circle
 WIDTH, HEIGHT = 160, 120
 X, Y = np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT))
 RADII = [8, 12, 20, 31]
-WAYS = [0.0, 0.7, 2.0, 3.5, 5.0]
+DIRECTIONS = [0.0, 0.7, 2.0, 3.5, 5.0]
 
 
 def disc(u=70.3, v=60.6, radius=20.0):
@@ -19,9 +19,9 @@ def disc(u=70.3, v=60.6, radius=20.0):
     return np.where(np.hypot(X - u, Y - v) <= radius, 255, 0).astype(np.uint8)
 
 
-def beyond(way, by=0.0, u=70.3, v=60.6):
+def beyond(direction, by=0.0, u=70.3, v=60.6):
     """Distance from a line through (u, v), moved by `by`, across the direction `way`."""
-    return (X - u) * math.cos(way) + (Y - v) * math.sin(way) - by
+    return (X - u) * math.cos(direction) + (Y - v) * math.sin(direction) - by
 
 
 def found(mask, near=None, expected=None):
@@ -66,11 +66,11 @@ def test_the_picture_s_corner_does_not_pull_at_what_is_found():
 # Partly hidden
 
 
-@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("direction", DIRECTIONS)
 @pytest.mark.parametrize("radius", [12, 20, 31])
-def test_of_a_disc_half_of_which_is_hidden_the_whole_is_found(radius, way):
+def test_of_a_disc_half_of_which_is_hidden_the_whole_is_found(radius, direction):
     mask = disc(radius=radius)
-    mask[beyond(way) > 0] = 0
+    mask[beyond(direction) > 0] = 0
     circle = found(mask)
     assert off(circle) < 0.08 * radius
     assert circle.radius == pytest.approx(radius, abs=0.08 * radius + 0.5)
@@ -80,12 +80,12 @@ def test_of_a_disc_half_of_which_is_hidden_the_whole_is_found(radius, way):
     assert circle.visible == 1
 
 
-@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("direction", DIRECTIONS)
 @pytest.mark.parametrize("radius", [12, 20, 31])
-def test_a_stripe_across_a_disc_does_not_make_two_of_it(radius, way):
+def test_a_stripe_across_a_disc_does_not_make_two_of_it(radius, direction):
     for by in (0, 0.3 * radius):
         mask = disc(radius=radius)
-        mask[np.abs(beyond(way, by)) < 0.15 * radius] = 0
+        mask[np.abs(beyond(direction, by)) < 0.15 * radius] = 0
         circle = found(mask)
         assert off(circle) < 0.1 * radius
         assert circle.radius == pytest.approx(radius, abs=0.1 * radius + 0.5)
@@ -112,10 +112,10 @@ def test_a_highlight_on_the_rim_does_not_dent_the_circle():
 # Neighbours
 
 
-@pytest.mark.parametrize("way", WAYS)
-def test_a_thread_to_a_neighbour_does_not_pull(way):
-    mask = disc() | disc(70.3 + 46 * math.cos(way), 60.6 + 46 * math.sin(way), 8)
-    end = round(70.3 + 46 * math.cos(way)), round(60.6 + 46 * math.sin(way))
+@pytest.mark.parametrize("direction", DIRECTIONS)
+def test_a_thread_to_a_neighbour_does_not_pull(direction):
+    mask = disc() | disc(70.3 + 46 * math.cos(direction), 60.6 + 46 * math.sin(direction), 8)
+    end = round(70.3 + 46 * math.cos(direction)), round(60.6 + 46 * math.sin(direction))
     cv2.line(mask, (70, 61), end, 255, 2)
     circle = found(mask)
     assert off(circle) < 0.15
@@ -130,9 +130,9 @@ def test_of_two_that_hang_together_by_a_thread_the_nearer_is_found(other):
     assert off(found(mask, (u + 3.0, 58.0), 20.0), u, 60) < 0.2
 
 
-@pytest.mark.parametrize("way", WAYS)
-def test_a_neighbour_that_touches_sticks_out_and_does_not_pull(way):
-    mask = disc() | disc(70.3 + 30 * math.cos(way), 60.6 + 30 * math.sin(way), 13)
+@pytest.mark.parametrize("direction", DIRECTIONS)
+def test_a_neighbour_that_touches_sticks_out_and_does_not_pull(direction):
+    mask = disc() | disc(70.3 + 30 * math.cos(direction), 60.6 + 30 * math.sin(direction), 13)
     circle = found(mask)
     assert off(circle) < 0.6
     assert circle.radius == pytest.approx(20, abs=1.2)
@@ -220,7 +220,7 @@ def within(a, b, turn, corners=False, u=70.3, v=60.6, finer=1):
 
 
 @pytest.mark.short(every=4)
-@pytest.mark.parametrize("turn", WAYS)
+@pytest.mark.parametrize("turn", DIRECTIONS)
 @pytest.mark.parametrize(("a", "b"), [(6, 3), (9, 3), (12, 3), (16, 4), (18, 6), (20, 20)])
 def test_an_ellipse_is_even_however_coarse_the_pixels(a, b, turn):
     for finer, inward in ((1, 0.5), (4, 0.125)):
@@ -234,14 +234,14 @@ def test_an_ellipse_is_even_however_coarse_the_pixels(a, b, turn):
 
 
 @pytest.mark.short(every=3)
-@pytest.mark.parametrize("turn", WAYS)
+@pytest.mark.parametrize("turn", DIRECTIONS)
 @pytest.mark.parametrize(("a", "b"), [(8, 4), (12, 4), (16, 4), (12, 6), (20, 6)])
 def test_a_bar_is_not_even(a, b, turn):
     assert ellipse_of(within(a, b, turn, corners=True, finer=4), 4).quality == 0
     assert ellipse_of(within(a, b, turn, corners=True)).quality < 0.5
 
 
-@pytest.mark.parametrize("turn", WAYS)
+@pytest.mark.parametrize("turn", DIRECTIONS)
 def test_what_is_too_slender_or_too_thin_is_no_disc(turn):
     for a, b in ((25, 4), (18, 3), (6, 1.5)):
         assert ellipse_of(within(a, b, turn)) is None

@@ -93,12 +93,12 @@ def test_what_was_learned_can_be_kept(tmp_path):
     for colour, gain in (("red", 1.0), ("#c8141e", 0.1), ("pink", 1.0)):
         marker = learn("goal", picture(colour=colour, gain=gain), (64, 60))
         write_markers(tmp_path / "markers.ini", {"goal": marker})
-        kept = read_markers(tmp_path / "markers.ini")["goal"]
-        assert kept.kind == marker.kind
-        assert kept.radius == pytest.approx(marker.radius, rel=1e-3)
-        assert kept.color.scene == marker.color.scene
+        stored = read_markers(tmp_path / "markers.ini")["goal"]
+        assert stored.kind == marker.kind
+        assert stored.radius == pytest.approx(marker.radius, rel=1e-3)
+        assert stored.color.scene == marker.color.scene
         for key in ("hue", "saturation", "value", "tolerance"):
-            assert getattr(kept.color, key) == pytest.approx(getattr(marker.color, key), rel=1e-3)
+            assert getattr(stored.color, key) == pytest.approx(getattr(marker.color, key), rel=1e-3)
 
 
 def test_the_gate_that_was_learned_holds_the_marker_and_nothing_else():

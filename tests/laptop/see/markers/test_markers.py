@@ -256,8 +256,8 @@ def test_the_limits_themselves_are_allowed(file, key):
 
 @pytest.mark.parametrize("key", ["hue", "tolerance", "saturation", "value"])
 def test_a_missing_number_is_named(file, key):
-    kept = "".join(line for line in COLOR.splitlines(True) if not line.startswith(key))
-    path = file("[effector]\n" + kept)
+    remaining = "".join(line for line in COLOR.splitlines(True) if not line.startswith(key))
+    path = file("[effector]\n" + remaining)
     assert refusal(read_markers, path) == (
         f"{path}: [effector] {key}: missing; a number from {NUMBERS[key][0]}"
     )

@@ -21,20 +21,20 @@ def sharp(u, v, radius):
     return np.clip(radius + 0.5 - np.hypot(us - u, vs - v), 0, 1)
 
 
-def mean_share(u, v, radius, way, times):
+def mean_share(u, v, radius, motion, times):
     """The mean of sharp discs at these times, -0.5 to 0.5, on a way whose middle is at 0."""
-    return np.mean([sharp(u + way[0] * t, v + way[1] * t, radius) for t in times], axis=0)
+    return np.mean([sharp(u + motion[0] * t, v + motion[1] * t, radius) for t in times], axis=0)
 
 
-def even(way):
+def even(motion):
     return (np.arange(SUBFRAMES) + 0.5) / SUBFRAMES - 0.5
 
 
-def photo(u, v, radius, way=(0.0, 0.0), ground=None, seed=0, times=None, noise=3.0):
+def photo(u, v, radius, motion=(0.0, 0.0), ground=None, seed=0, times=None, noise=3.0):
     """A picture in which light adds up, and only then becomes codes."""
-    still = not any(way)
-    times = [0.0] if still else even(way) if times is None else times
-    share = mean_share(u, v, radius, way, times)[..., None]
+    still = not any(motion)
+    times = [0.0] if still else even(motion) if times is None else times
+    share = mean_share(u, v, radius, motion, times)[..., None]
     behind = np.full((HEIGHT, WIDTH, 3), GREY) if ground is None else ground
     light = (behind / 255) ** 2.2 * (1 - share) + (np.array(RED) / 255) ** 2.2 * share
     codes = 255 * cv2.GaussianBlur(light, (0, 0), 0.7) ** (1 / 2.2)
@@ -67,20 +67,23 @@ def along(direction, length):
     return length * math.cos(math.radians(direction)), length * math.sin(math.radians(direction))
 
 
-def errors(seen, truth, way):
+def errors(seen, truth, motion):
     """Distances of a sighting from the truth along the way and across it, px."""
     du, dv = seen.u - truth[0], seen.v - truth[1]
-    length = math.hypot(*way)
-    return (abs(du * way[0] + dv * way[1]) / length, abs(dv * way[0] - du * way[1]) / length)
+    length = math.hypot(*motion)
+    return (
+        abs(du * motion[0] + dv * motion[1]) / length,
+        abs(dv * motion[0] - du * motion[1]) / length,
+    )
 
 
 # The model
 
 
-@pytest.mark.parametrize("way", [(12.0, 5.0), (-24.0, 18.0), (0.0, 40.0)])
-def test_a_smear_is_the_mean_of_the_discs_on_its_way(way):
-    smear = Smear(100.3, 80.4, *way, 10)
-    mean = mean_share(100.3, 80.4, 10, way, even(way)).astype(np.float32)
+@pytest.mark.parametrize("motion", [(12.0, 5.0), (-24.0, 18.0), (0.0, 40.0)])
+def test_a_smear_is_the_mean_of_the_discs_on_its_way(motion):
+    smear = Smear(100.3, 80.4, *motion, 10)
+    mean = mean_share(100.3, 80.4, 10, motion, even(motion)).astype(np.float32)
     # Their rims are a pixel wide, the model's is as soft as a lens makes it.
     soft = cv2.GaussianBlur(mean, (0, 0), 0.74)
     assert np.abs(smear_share(smear, mean.shape) - soft).max() < 0.03
@@ -90,8 +93,8 @@ def test_a_smear_is_the_mean_of_the_discs_on_its_way(way):
 @pytest.mark.parametrize("length", [12, 20, 30, 40])
 @pytest.mark.parametrize("radius", [8, 14, 20])
 def test_moments_and_a_fit_find_it_again(radius, length):
-    way = along(radius + length, length)
-    share = mean_share(100.3, 80.4, radius, way, even(way)).astype(np.float32)
+    motion = along(radius + length, length)
+    share = mean_share(100.3, 80.4, radius, motion, even(motion)).astype(np.float32)
     start = smear_of_moments(cv2.moments(share))
     assert (start.u, start.v) == pytest.approx((100.3, 80.4), abs=0.02)
     assert start.length == pytest.approx(length, abs=0.5)
@@ -118,9 +121,9 @@ def test_a_disc_aslant_at_rest_is_no_smear():
 @pytest.mark.parametrize("length", [15, 20, 30, 40])
 @pytest.mark.parametrize(("radius", "direction"), [(8, 20), (12, 100), (12, 225), (20, 310)])
 def test_a_smeared_disc_is_found_to_a_third_of_a_pixel_across_its_way(radius, direction, length):
-    way = along(direction, length)
-    seen = followed(radius).find(photo(101.3, 79.6, radius, way), 2 / 30)["tip"]
-    off, across = errors(seen, (101.3, 79.6), way)
+    motion = along(direction, length)
+    seen = followed(radius).find(photo(101.3, 79.6, radius, motion), 2 / 30)["tip"]
+    off, across = errors(seen, (101.3, 79.6), motion)
     assert across < 0.15
     assert off < 0.6
     assert seen.confidence >= 0.8 or length < radius
@@ -129,9 +132,9 @@ def test_a_smeared_disc_is_found_to_a_third_of_a_pixel_across_its_way(radius, di
 
 @pytest.mark.parametrize("seed", [1, 2, 3, 4])
 def test_a_smear_over_bricks_of_other_colours_is_found_too(seed):
-    ground, way = clutter(seed), along(80 * seed, 30)
-    seen = followed(12, ground).find(photo(101.3, 79.6, 12, way, ground), 2 / 30)["tip"]
-    off, across = errors(seen, (101.3, 79.6), way)
+    ground, motion = clutter(seed), along(80 * seed, 30)
+    seen = followed(12, ground).find(photo(101.3, 79.6, 12, motion, ground), 2 / 30)["tip"]
+    off, across = errors(seen, (101.3, 79.6), motion)
     assert across < 0.3
     assert off < 1
     assert 0.5 <= seen.confidence < 0.9
@@ -151,10 +154,10 @@ def test_it_is_followed_while_it_starts_to_move_and_stops():
 
 def test_an_uneven_way_moves_the_middle_and_is_not_called_certain():
     # From rest, evenly faster: half of the time the disc is in the first quarter of the way.
-    way, time = (30.0, 0.0), (np.arange(SUBFRAMES) + 0.5) / SUBFRAMES
-    seen = followed(12).find(photo(100, 80, 12, way, times=time**2 - 0.5), 2 / 30)["tip"]
+    motion, time = (30.0, 0.0), (np.arange(SUBFRAMES) + 0.5) / SUBFRAMES
+    seen = followed(12).find(photo(100, 80, 12, motion, times=time**2 - 0.5), 2 / 30)["tip"]
     middle = 100 + 30 * (0.25 - 0.5)
-    off, across = errors(seen, (middle, 80), way)
+    off, across = errors(seen, (middle, 80), motion)
     assert across < 0.3
     assert seen.confidence < 0.9 or off < 0.1 * 12 + 1
 

@@ -228,9 +228,9 @@ def test_a_picked_colour_is_learned_used_and_kept(run, video, tmp_path, state):
     assert {row["marker"] for row in table} == {"effector"}, "nobody showed a goal"
     assert [row["frame"] for row in table] == [str(k) for k in range(12)], "from the start"
     assert math.dist((float(table[0]["u"]), float(table[0]["v"])), place(0)) < 0.3
-    kept = read_markers(state / "markers.ini")["effector"]
-    assert kept.kind == "disc"
-    assert kept.color.hue == pytest.approx(135, abs=4)
+    stored = read_markers(state / "markers.ini")["effector"]
+    assert stored.kind == "disc"
+    assert stored.color.hue == pytest.approx(135, abs=4)
 
     run(*args)  # what was learned is known the next time
     again = [row for row in rows_in(tmp_path / "out.csv") if row["marker"] == "effector"]
@@ -265,9 +265,9 @@ def test_a_rectangle_may_be_picked_and_the_kind_said(run, video, state):
 def test_what_is_learned_stays_beside_what_was_known(run, video, state):
     write_markers(state / "markers.ini", {"goal": read_spec("goal", "ball:pink")})
     run("--camera", video(), "--no-serve", "--pick", "effector=30,60")
-    kept = read_markers(state / "markers.ini")
-    assert set(kept) == {"goal", "effector"}
-    assert str(kept["goal"]) == str(read_spec("goal", "ball:pink"))
+    stored = read_markers(state / "markers.ini")
+    assert set(stored) == {"goal", "effector"}
+    assert str(stored["goal"]) == str(read_spec("goal", "ball:pink"))
 
 
 def test_every_marker_of_a_file_that_is_named_is_tracked(run, video, tmp_path):

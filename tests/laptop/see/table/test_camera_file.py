@@ -9,15 +9,15 @@ from laptop.see.table.camera_fit import BadCalibration, calibrate
 
 
 @pytest.fixture
-def kept(tmp_path):
+def stored(tmp_path):
     file = tmp_path / "camera.json"
     calibration = calibrate([view(stand(52, 25), np.random.default_rng(0))], 97.5)
     write_camera(file, calibration)
     return file, calibration
 
 
-def test_a_camera_is_read_as_it_was_written(kept):
-    file, was = kept
+def test_a_camera_is_read_as_it_was_written(stored):
+    file, was = stored
     now = read_camera(file)
     for name in ("lens", "rotation", "translation", "covariance"):
         assert (getattr(now.camera, name) == getattr(was.camera, name)).all()
@@ -54,8 +54,8 @@ def test_a_camera_is_read_as_it_was_written(kept):
         ({"rotation": [1e308, 0, 0]}, "rotation is more than 12.6 rad"),
     ],
 )
-def test_a_spoilt_file_is_refused_in_one_line(kept, change, reported):
-    file, _ = kept
+def test_a_spoilt_file_is_refused_in_one_line(stored, change, reported):
+    file, _ = stored
     file.write_text(json.dumps(json.loads(file.read_text()) | change))
     with pytest.raises(BadCalibration, match=reported) as error:
         read_camera(file)
@@ -81,8 +81,8 @@ def test_a_spoilt_file_is_refused_in_one_line(kept, change, reported):
     ],
 )
 @pytest.mark.filterwarnings("error")
-def test_a_number_that_no_camera_has_is_refused_in_one_line(kept, key, at, value, reported):
-    file, _ = kept
+def test_a_number_that_no_camera_has_is_refused_in_one_line(stored, key, at, value, reported):
+    file, _ = stored
     known = json.loads(file.read_text())
     numbers = np.array(known[key])
     numbers[at] = value
@@ -114,10 +114,10 @@ def test_what_is_no_such_file_at_all_is_refused(tmp_path, text):
         read_camera(file)
 
 
-def test_a_file_that_is_not_there_or_cannot_be_written_is_told(tmp_path, kept):
+def test_a_file_that_is_not_there_or_cannot_be_written_is_told(tmp_path, stored):
     with pytest.raises(BadCalibration, match="cannot read .*: No such file or directory"):
         read_camera(tmp_path / "none.json")
     with pytest.raises(BadCalibration, match="cannot write .*: No such file or directory"):
-        write_camera(tmp_path / "none" / "c.json", kept[1])
+        write_camera(tmp_path / "none" / "c.json", stored[1])
     with pytest.raises(BadCalibration, match="is a folder"):
         read_camera(tmp_path)

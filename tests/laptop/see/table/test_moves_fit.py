@@ -137,8 +137,8 @@ def test_a_point_in_space_is_where_it_is_though_one_camera_sees_no_board(side, o
         arm = fit_arm_pose(over, points, above)
         beside = fit_moves(arm.on_board(points), sights, SIZE)
         asked = np.array([marker_place(ARM, q) for q in poses(50, 50 + seed)])
-        there, gap = triangulate(over, beside.camera, pixels(OVER, on_board(asked)), side(asked))
-        off += list(10 * np.linalg.norm(there - on_board(asked), axis=1))
+        places, gap = triangulate(over, beside.camera, pixels(OVER, on_board(asked)), side(asked))
+        off += list(10 * np.linalg.norm(places - on_board(asked), axis=1))
         gaps += list(10 * gap)
     assert np.median(off) < 0.7
     assert np.quantile(off, 0.95) < 1.5
@@ -192,8 +192,8 @@ def test_in_rendered_pictures_a_ball_in_space_is_placed_to_some_millimetres():
         (other, askew, "both see the board", (2.0, 4.0)),
         (by_moves.camera, beside, "one by moves", (2.5, 5.0)),
     ):
-        there, gaps = triangulate(over, camera, above[learn:], sights[learn:])
-        off = 10 * np.linalg.norm(there - asked[learn:], axis=1)
+        places, gaps = triangulate(over, camera, above[learn:], sights[learn:])
+        off = 10 * np.linalg.norm(places - asked[learn:], axis=1)
         seen = np.isfinite(off)
         assert seen.sum() > ask / 4
         middle, late = np.quantile(off[seen], (0.5, 0.95))

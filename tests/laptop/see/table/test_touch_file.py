@@ -14,20 +14,20 @@ FIT = MarkerFit(
 
 
 @pytest.fixture
-def kept(tmp_path):
+def stored(tmp_path):
     file = tmp_path / "new" / "mine.json"
     write_touched(file, TouchedArm("mine", "a4", 97.5, FIT))
     return file
 
 
-def test_what_was_written_is_read(kept):
-    found = read_touched(kept)
+def test_what_was_written_is_read(stored):
+    found = read_touched(stored)
     assert (found.arm, found.paper, found.bar) == ("mine", "a4", 97.5)
     for name in ("offset", "base", "covariance"):
         assert (getattr(found.fit, name) == getattr(FIT, name)).all()
     for name in ("height", "turn", "scale", "rms_mm"):
         assert getattr(found.fit, name) == getattr(FIT, name)
-    assert [one.name for one in kept.parent.iterdir()] == ["mine.json"]
+    assert [one.name for one in stored.parent.iterdir()] == ["mine.json"]
 
 
 def test_each_arm_has_its_place(monkeypatch, tmp_path):
@@ -53,10 +53,10 @@ def test_each_arm_has_its_place(monkeypatch, tmp_path):
         ({"arm": 5}, "arm is not a name"),
     ],
 )
-def test_a_spoilt_file_is_refused_in_one_line(kept, change, reported):
-    kept.write_text(json.dumps(json.loads(kept.read_text()) | change))
+def test_a_spoilt_file_is_refused_in_one_line(stored, change, reported):
+    stored.write_text(json.dumps(json.loads(stored.read_text()) | change))
     with pytest.raises(BadTouches, match=reported) as error:
-        read_touched(kept)
+        read_touched(stored)
     assert "\n" not in str(error.value)
     assert "touch them anew" in str(error.value)
 
