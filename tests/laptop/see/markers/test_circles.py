@@ -20,7 +20,7 @@ def disc(u=70.3, v=60.6, radius=20.0):
 
 
 def beyond(direction, by=0.0, u=70.3, v=60.6):
-    """Distance from a line through (u, v), moved by `by`, across the direction `way`."""
+    """Distance from a line through (u, v), moved by `by`, across a direction."""
     return (X - u) * math.cos(direction) + (Y - v) * math.sin(direction) - by
 
 
