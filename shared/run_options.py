@@ -1,13 +1,62 @@
 """Options of a run: the brick's command line and the laptop offer and refuse the same ones."""
 
 from shared.arm_description import ArmError
+from shared.record import record
 
 MYPY = False
 if MYPY:
+    from typing import NamedTuple  # noqa: F401
+
     from shared.messages import Start  # noqa: F401
 
-METHODS = ("report", "broyden", "kalman", "chain")
-"""Sources of the image Jacobian."""
+    ServoMethod = NamedTuple(
+        "ServoMethod",
+        [
+            ("name", str),
+            ("maker", str),
+            ("streams", bool),
+            ("help", str),
+            ("paragraphs", str),
+            ("words", str),
+        ],
+    )
+else:
+    ServoMethod = record("ServoMethod", "name maker streams help paragraphs words")
+ServoMethod.__doc__ = """A method of servoing.
+
+name        as it is typed, and as it stands in files
+maker       module:function; the function makes a servo as robot.servoing.runs.model_servo does
+streams     whether it can move while pictures stream in
+help        how it learns the image Jacobian, as a part of a sentence
+paragraphs  names of paragraphs of laptop.record.report.method that describe it
+words       what the lab report says of it beside them: sentences
+"""
+
+SERVO_METHODS = (
+    ServoMethod(
+        "report", "robot.servoing.report_servo:make", False, "as in the lab report",
+        "lab-step broyden", "",
+    ),
+    ServoMethod(
+        "broyden", "robot.servoing.runs:model_servo", True, "by each move",
+        "least-squares broyden", "",
+    ),
+    ServoMethod(
+        "kalman", "robot.servoing.runs:model_servo", True, "by each move",
+        "least-squares kalman", "",
+    ),
+    ServoMethod(
+        "chain", "robot.servoing.runs:model_servo", True, "with a model of the arm beside it",
+        "least-squares kalman",
+        "Method chain has beside it a model of the arm as a chain of revolute joints; whichever of"
+        " the two predicted better lately decides the next step.",
+    ),
+)  # fmt: skip
+"""The methods of servoing: the one place where they are registered, for the brick's programs, the
+page, the bench and the lab report."""
+
+METHODS = tuple(method.name for method in SERVO_METHODS)
+"""Their names: sources of the image Jacobian."""
 MODES = ("look", "stream")
 """Ways of servoing: look, then move; or move while pictures stream in."""
 ROWS = ("stereo", "xyz")
@@ -20,6 +69,12 @@ class InvalidRunOptions(ArmError):
 
 class TooFewPixels(ArmError):
     """Error for goals that leave joints undetermined."""
+
+
+def method_named(name):
+    # type: (str) -> ServoMethod
+    """Return the method of servoing of this name, one of METHODS."""
+    return SERVO_METHODS[METHODS.index(name)]
 
 
 def check_options(options, joints):
@@ -46,8 +101,10 @@ def check_options(options, joints):
             "one pixel does not say where {} joints are to go; give one of each of two cameras,"
             " such as A:400,200 and B:310,150".format(joints)
         )
-    if options.method == "report" and options.mode == "stream":
-        raise InvalidRunOptions("the report's method looks, then moves; take the mode look with it")
+    if options.mode == "stream" and not method_named(options.method).streams:
+        raise InvalidRunOptions(
+            "the {}'s method looks, then moves; take the mode look with it".format(options.method)
+        )
     if options.follow and options.mode != "stream":
         raise InvalidRunOptions("a goal that moves is followed in the mode stream only; take that")
     if options.follow and options.goals:

@@ -15,7 +15,14 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from laptop.bench.servo_scenarios import ARMS, SCENARIOS, ServoScenario, methods_of
+from laptop.bench.servo_scenarios import (
+    ARMS,
+    BASELINE,
+    ORACLE,
+    SCENARIOS,
+    ServoScenario,
+    methods_of,
+)
 from laptop.bench.servo_setups import (
     HEIGHT,
     WIDTH,
@@ -312,19 +319,20 @@ def _servo(
 ) -> tuple[Any, Any]:
     scenario, described = case.scenario, setting.configured
     rows = program["robot.servoing.rows"].Rows(case.rows, len(described.joints))
-    if method == "oracle":
-        models = {"oracle": lambda name: TrueJacobian(cameras[name], brick)}
+    if method == ORACLE:
+        kind = program["robot.servoing.image_models"].ModelKind
+        models = {ORACLE: kind(lambda name: TrueJacobian(cameras[name], brick))}
         servo = program["robot.servoing.servo"].Servo(
             described, models, scenario.tolerance, known=True, rows=rows
         )
         return servo, program["robot.servoing.stream"].Stream(
             servo
         ) if scenario.mode == "stream" else None
-    if method.startswith("report"):
+    if method.startswith(BASELINE):
         # It ends where it is near; after a goal that moves it has to go on.
         tolerance = 0.0 if scenario.speed else scenario.tolerance
         make = program["robot.servoing.report_servo"].ReportServo
-        return make(described.joints, tolerance, rows, robust=method != "report"), None
+        return make(described.joints, tolerance, rows, robust=method != BASELINE), None
     make = program["robot.servoing.runs"].make_servo
     return make(described, method, scenario.mode, scenario.tolerance, setting.seed, case.rows)
 

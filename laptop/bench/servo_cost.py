@@ -53,7 +53,7 @@ def step_cost(arm_name: str = "planar", keys: int = 24) -> str:
                     servo.observe_in_motion(name, around, seen(around, name))
         for _ in range(fits):
             for name in cameras:
-                servo.models.of("chain", name).seen_from(here, seen(here, name))
+                servo.models.of(DEFAULT, name).seen_from(here, seen(here, name))
         return servo
 
     fastest = [math.inf] * REWEIGH_PERIOD

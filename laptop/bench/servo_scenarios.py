@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from shared import run_options
+from shared.messages import Start
 
 ARMS = ("planar", "geared")
 """Default arms, in the plane; an arm in space is asked for by name."""
@@ -15,13 +16,16 @@ ARMS = ("planar", "geared")
 BASELINE = "report"
 """Name of the lab report's method, the baseline."""
 
+ORACLE = "oracle"
+"""Name of the servo that knows the true image Jacobian."""
+
 METHODS = (
     BASELINE,
     f"{BASELINE}, median",
     *(method for method in run_options.METHODS if method != BASELINE),
-    "oracle",
+    ORACLE,
 )
-DEFAULT = "chain"
+DEFAULT = Start().method
 """Name of the default method."""
 
 
@@ -90,5 +94,5 @@ def methods_of(name: str, rendered: bool = False) -> tuple[str, ...]:
     if rendered:
         return (DEFAULT,)
     if name == "latency":
-        return DEFAULT, "oracle"
-    return (BASELINE, DEFAULT, "oracle") if name == "moving" else METHODS
+        return DEFAULT, ORACLE
+    return (BASELINE, DEFAULT, ORACLE) if name == "moving" else METHODS

@@ -59,7 +59,7 @@ def table(results: Sequence[ServoResult]) -> list[Row]:
     moving = any(r.rms is not None for r in results)
     rows: list[Row] = []
     for key, group in groups.items():
-        bound = groups.get((*key[:2], "oracle"))
+        bound = groups.get((*key[:2], servo_scenarios.ORACLE))
         successes = sum(r.success for r in group)
         low, high = wilson(successes, len(group))
         share = f"{100 * successes / len(group):.1f}", f"{100 * low:.1f}..{100 * high:.1f}"

@@ -31,7 +31,7 @@ if MYPY:
     from shared.arm_description import Arm, Joint  # noqa: F401
 
     CameraModel = Union[ChainModel, LocalJacobian]
-    ModelMakers = Mapping[str, Callable[[str], CameraModel]]  # of a camera's name, by their own
+    ModelKinds = Mapping[str, "ModelKind"]  # by name
 
 MOTION_SIGMA = 2.0
 """Additional standard deviation of a frame taken in motion, px: the shutter, the two clocks."""
@@ -61,52 +61,64 @@ WORLD_CHANGE_ERROR = 25.0
 changed."""
 
 
-def models_of(method, arm):
-    # type: (str, Arm) -> ModelMakers
-    """Return {name: a function of a camera's name that makes its model}.
+class ModelKind(object):
+    """A kind of image model, and what the servo may ask of it.
 
     Args:
-        method: one of shared.run_options.METHODS.
-        arm: shared.arm_description.Arm.
+        make: makes the model of a camera, given its name.
+        far: predicts also far from where the arm stands; its models have `by_space`.
+        blames_all: lays what a new joint does to the charge of all that moved.
     """
 
-    def local(noise_aware):
-        # type: (bool) -> Callable[[str], CameraModel]
-        return lambda camera: LocalJacobian(2, len(arm.joints), noise_aware)
+    def __init__(self, make, far=False, blames_all=False):
+        # type: (Callable[[str], CameraModel], bool, bool) -> None
+        self.make, self.far, self.blames_all = make, far, blames_all
 
+
+def models_of(method, arm):
+    # type: (str, Arm) -> ModelKinds
+    """Return the ModelKinds by name of a method that goes by models alone.
+
+    Args:
+        method: one of shared.run_options.METHODS whose maker is runs.model_servo.
+        arm: shared.arm_description.Arm.
+    """
+    n, links = len(arm.joints), [joint.link for joint in arm.joints]
     if method == "broyden":
-        return {"broyden": local(False)}
-    if method == "kalman":
-        return {"kalman": local(True)}
-    links = [joint.link for joint in arm.joints]
-    return {"kalman": local(True), "chain": lambda camera: ChainModel(2, arm.chain, links)}
+        return {method: ModelKind(lambda camera: LocalJacobian(2, n, False), blames_all=True)}
+    kinds = {"kalman": ModelKind(lambda camera: LocalJacobian(2, n))}
+    if method == "chain":
+        kinds[method] = ModelKind(lambda camera: ChainModel(2, arm.chain, links), far=True)
+    return kinds
 
 
 class ImageModels(object):
     """The image models of all cameras.
 
     Args:
-        make: as models_of.
+        kinds: as models_of.
         joints: of the arm's description.
         sigma_of: gives a camera's noise, px.
 
     Attributes:
         names: of the kinds of models.
+        far: the name of the one that predicts far from where the arm stands; None: none does.
         local: the name of the one that knows J of one place alone.
         wrong: {name: share of its last steps that it has predicted wrongly}.
     """
 
-    def __init__(self, make, joints, sigma_of):
-        # type: (ModelMakers, Iterable[Joint], Callable[[str], float]) -> None
-        self._make = make
+    def __init__(self, kinds, joints, sigma_of):
+        # type: (ModelKinds, Iterable[Joint], Callable[[str], float]) -> None
+        self.kinds = kinds
         self._sigma_of = sigma_of
         self._joint_variance = [
             (JOINT_ERROR / joint.gear) ** 2 + (BACKLASH_ERROR * joint.backlash) ** 2
             for joint in joints
         ]
-        self.names = sorted(make)
-        self.local = next((name for name in self.names if name != "chain"), "chain")
-        self.wrong = dict.fromkeys(make, 0.5)
+        self.names = sorted(kinds)
+        self.far = next((name for name in self.names if kinds[name].far), None)
+        self.local = next((name for name in self.names if name != self.far), self.names[0])
+        self.wrong = dict.fromkeys(kinds, 0.5)
         self._models = {}  # type: Dict[Tuple[str, str], CameraModel]  # (name, camera): model
         # (name, camera): what it knew when the arm stood last.
         self._images = {}  # type: Dict[Tuple[str, str], LinearImageModel]
@@ -115,15 +127,11 @@ class ImageModels(object):
         # Camera: [(q, s)] of the last three.
         self._last_frames = {}  # type: Dict[str, List[Tuple[Pose, Pixel]]]
 
-    def __contains__(self, name):
-        # type: (str) -> bool
-        return name in self._make
-
     def of(self, name, camera):
         # type: (str, str) -> CameraModel
         """Return the model of that name and camera, made if it is new."""
         if (name, camera) not in self._models:
-            self._models[name, camera] = self._make[name](camera)
+            self._models[name, camera] = self.kinds[name].make(camera)
         return self._models[name, camera]
 
     def image(self, name, camera):
@@ -244,14 +252,11 @@ class ImageModels(object):
         # type: (Sequence[str], Rows) -> bool
         """Return whether several cameras see all but the same, and leave the depth untold.
 
-        Only the chain's model knows more than its last few steps have shown.
+        Only a model that predicts far knows more than its last few steps have shown.
         """
-        if len(cameras) == 1 or "chain" not in self:
+        if len(cameras) == 1 or self.far is None:
             return False
-        models = {camera: self.of("chain", camera) for camera in cameras}
-        by_space = {
-            c: model.by_space() for c, model in models.items() if isinstance(model, ChainModel)
-        }
+        by_space = {c: self.of(self.far, c).by_space() for c in cameras}  # type: ignore[union-attr]
         return condition(rows.values(by_space)) > MAX_STEREO_CONDITION
 
     def penalty(self, name, selection, n):

@@ -18,7 +18,17 @@ if MYPY:
     from robot.servoing.linear_algebra import Matrix, Vector  # noqa: F401
     from robot.servoing.measurement import Frames, Measurement  # noqa: F401
     from robot.servoing.sightings import MarkerFrame  # noqa: F401
-    from shared.arm_description import Joint  # noqa: F401
+    from shared.arm_description import Arm, Joint  # noqa: F401
+
+
+NAME = "report"
+"""Name of the method, and of the model in its log."""
+
+
+def make(method, arm, tolerance, rows, seed):
+    # type: (str, Arm, float, Rows, int) -> ReportServo
+    """Make the servo; see robot.servoing.runs.model_servo."""
+    return ReportServo(arm.joints, tolerance, rows)
 
 
 class ReportServo(object):
@@ -48,10 +58,12 @@ class ReportServo(object):
     """Errors from which on the first and the second of the steps are made, px."""
     STEP_SIZES = tuple(math.radians(x) for x in (10, 5, 2))
     """Sizes of the steps, far off and nearer, rad."""
+    LEARNS = False
+    """Whether the next run goes on with what this one has learned."""
 
     def __init__(self, joints, tolerance, rows=None, robust=False):
         # type: (Sequence[Joint], float, Optional[Rows], bool) -> None
-        self.using, self.J = "report", None  # type: Optional[str], Optional[Matrix]
+        self.using, self.J = NAME, None  # type: Optional[str], Optional[Matrix]
         self.rows = rows or Rows("stereo", len(joints))
         self.estimator = ReportEstimator(robust)
         self.cameras, self.detour_pose = (), None  # type: Sequence[str], Optional[Pose]

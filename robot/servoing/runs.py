@@ -15,7 +15,7 @@ from robot.tracker_address import Refusal
 from shared.arm_description import ArmError
 from shared.job_messages import Draw
 from shared.messages import Start
-from shared.run_options import check_options
+from shared.run_options import check_options, method_named
 from shared.verdicts import CONVERGED, READY, REFUSED
 
 MYPY = False  # which a type checker takes for true
@@ -109,13 +109,25 @@ def make_servo(arm, method, mode, tolerance, seed=0, rows="stereo", third=None):
         rows: as Rows' kind.
         third: as for Rows.
     """
-    counted = Rows(rows, len(arm.joints), third)
-    if method == "report":
-        from robot.servoing.report_servo import ReportServo  # not above: few runs need it
+    kind = method_named(method)
+    module, _, name = kind.maker.partition(":")
+    make = getattr(__import__(module, fromlist=[name]), name)  # (few runs need all of them)
+    servo = make(method, arm, tolerance, Rows(rows, len(arm.joints), third), seed)
+    return servo, Stream(servo) if kind.streams and mode == "stream" else None
 
-        return ReportServo(arm.joints, tolerance, counted), None
-    servo = Servo(arm, models_of(method, arm), tolerance, seed, rows=counted)
-    return servo, Stream(servo) if mode == "stream" else None
+
+def model_servo(method, arm, tolerance, rows, seed):
+    # type: (str, Arm, float, Rows, int) -> Servo
+    """Make the servo of a method that goes by image models alone.
+
+    Args:
+        method: see models_of.
+        arm: shared.arm_description.Arm.
+        tolerance: px.
+        rows: Rows.
+        seed: as for Servo.
+    """
+    return Servo(arm, models_of(method, arm), tolerance, seed, rows=rows)
 
 
 class Runs(object):
@@ -179,7 +191,7 @@ class Runs(object):
         )  # fmt: skip
         verdict = loop.run()
         self._reported = dict(reporter.progress(), verdict=verdict.word, reason=verdict.reason)
-        success = verdict.word == CONVERGED and options.method != "report"
+        success = verdict.word == CONVERGED and servo.LEARNS
         self._learned = (_kind(options), (servo, stream)) if success else None
         return verdict
 

@@ -48,7 +48,7 @@ if MYPY:
     )
 
     from robot.servoing.image_model import Features, LinearImageModel, Pixel, Pose  # noqa: F401
-    from robot.servoing.image_models import ModelMakers  # noqa: F401
+    from robot.servoing.image_models import ModelKinds  # noqa: F401
     from robot.servoing.linear_algebra import Matrix  # noqa: F401
     from robot.servoing.measurement import Frames, Measurement  # noqa: F401
     from robot.servoing.pose_search import Target  # noqa: F401
@@ -94,7 +94,7 @@ class Servo(object):
 
     Args:
         arm: shared.arm_description.Arm.
-        models: makers of the models, as models_of gives them.
+        models: ModelKinds by name, as models_of gives them.
         tolerance: px.
         seed: of the generator that draws restarts.
         known: the models need no exploring.
@@ -109,8 +109,11 @@ class Servo(object):
         tolerance: px.
     """
 
+    LEARNS = True
+    """Whether the next run goes on with what this one has learned."""
+
     def __init__(self, arm, models, tolerance, seed=0, known=False, rows=None):
-        # type: (Arm, ModelMakers, float, int, bool, Optional[Rows]) -> None
+        # type: (Arm, ModelKinds, float, int, bool, Optional[Rows]) -> None
         self.using, self.J = None, None  # type: Optional[str], Optional[Matrix]
         self.rows = rows or Rows("stereo", len(arm.joints))
         self.estimator = MedianEstimator(tolerance, self.rows)
@@ -249,8 +252,7 @@ class Servo(object):
         low, high = self._box
         to[k] += math.copysign(EXPLORING_STEP, (low[k] + high[k]) / 2 - q[k])
         name = self.models.local
-        if any(explored) and name != "broyden":
-            # (Plain Broyden would lay what the new joint does to the charge of all that moved.)
+        if any(explored) and not self.models.kinds[name].blames_all:
             reach = [FIRST_STEP / 2 * known for known in explored]
             low = [max(wall, a - r) for wall, a, r in zip(low, to, reach)]
             high = [min(wall, a + r) for wall, a, r in zip(high, to, reach)]
@@ -304,7 +306,7 @@ class Servo(object):
         self.J = tuple(self.rows.values(J))
         penalty = self.models.penalty(name, self._selection, len(q))
         self._progress.detours = False
-        if name == "chain":
+        if name == self.models.far:
             to, left = self._targets.choose(image, goal, q, penalty, error, self._progress)
             if self._progress.stalls(error, left):
                 # The penalty keeps it here, or geometry does: what if all were known?
@@ -339,7 +341,7 @@ class Servo(object):
     def _in_use(self):
         # type: () -> str
         """Return the name of the model that others use."""
-        return "chain" if "chain" in self.models else self.using or self.models.names[0]
+        return self.models.far or self.using or self.models.names[0]
 
     def known(self, camera):
         # type: (str) -> Optional[ImageKnowledge]

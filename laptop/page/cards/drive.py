@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from itertools import groupby
 
 from nicegui import ui
 
@@ -12,16 +13,21 @@ from laptop.page.interface import RunCalls
 from laptop.page.run_records import RunSummary
 from laptop.page.snapshots import DEFAULTS, PageState, points
 from shared.messages import BUDGET, GOAL, TOLERANCE
-from shared.run_options import METHODS, MODES, ROWS
+from shared.run_options import METHODS, MODES, ROWS, SERVO_METHODS
 from shared.verdicts import CONVERGED, READY, STOPPED, VERDICT_TEXTS
 
 ERROR = (
     "The error: so far the tip's marker is from the goal in the picture, in pixels. "
     "The picture is 640 wide, unless the camera was told otherwise."
 )
+METHOD_HELP = "; ".join(
+    f"{', '.join(method.name for method in alike)}: {words}"
+    for words, alike in groupby(reversed(SERVO_METHODS), lambda method: method.help)
+)
+"""What the methods do, those that do the same together."""
 CHOICE_HELP = (
-    "How the arm learns what its motors change in the picture (the image Jacobian). chain: with a "
-    "model of the arm beside it; kalman, broyden: by each move; report: as in the lab report.",
+    "How the arm learns what its motors change in the picture (the image Jacobian). "
+    f"{METHOD_HELP}.",
     "look: it looks, then moves. stream: it steers while it moves.",
     "stereo: all four coordinates of two cameras, weighed by their noise. xyz: three of them, as "
     "in the lab report.",

@@ -9,7 +9,7 @@ from markupsafe import Markup
 
 from laptop.record.figures.formulas import formula, matrix
 from laptop.record.run import ACCURACY, CALIBRATION, DRAWING, SERVO, TRACKING
-from shared.run_options import METHODS
+from shared.run_options import SERVO_METHODS, ServoMethod
 
 AIMS = {
     DRAWING: "to let the arm draw what is given, and to measure how far the ink is from it",
@@ -49,6 +49,37 @@ class MethodStep(NamedTuple):
     title: str
     text: str
     formulas: tuple[Markup, ...]
+
+
+PARAGRAPHS = {
+    "lab-step": (
+        "The lab report's step (method {})",
+        "Each step is solved for exactly, and cut to 10, 5 or 2 degrees, the less the nearer "
+        "the goal is. J is corrected by Broyden's update.",
+        r"J\, \Delta q = -e",
+    ),
+    "least-squares": (
+        "Step (method {})",
+        "Each step is a least-squares solution inside a region in which the prediction is "
+        "trusted, and inside the joints' limits.",
+        r"\min_{\Delta q} \ \|e + J\, \Delta q\|^2",
+    ),
+    "broyden": (
+        "Broyden's update",
+        "After each step J is corrected by the least change with which it explains what was seen.",
+        r"J \leftarrow J + \dfrac{(\Delta s - J\, \Delta q)\, \Delta q^T}"
+        r"{\Delta q^T \Delta q}",
+    ),
+    "kalman": (
+        "Broyden's update, weighted by a Kalman filter",
+        "P says how uncertain J is, \u03c3 is the noise of what is seen. A long move teaches "
+        "almost all that it shows, as Broyden's update does, a short one next to nothing.",
+        r"J \leftarrow J + \dfrac{(\Delta s - J\, \Delta q)\, (P\, \Delta q)^T}"
+        r"{\Delta q^T P\, \Delta q + \sigma^2}",
+    ),
+}
+"""Paragraphs of the methods of servoing by the names that shared.run_options.ServoMethod has, in
+the order of the report: title with the methods' names, text, formula in TeX."""
 
 
 def aim(kinds: Collection[str]) -> str:
@@ -229,52 +260,22 @@ def _servoing(methods: Collection[str]) -> Iterator[MethodStep]:
             ),
         ),
     )
-    if "report" in methods:
-        yield MethodStep(
-            "The lab report's step (method report)",
-            "Each step is solved for exactly, and cut to 10, 5 or 2 degrees, the less the nearer "
-            "the goal is. J is corrected by Broyden's update.",
-            (_set(r"J\, \Delta q = -e"),),
-        )
-    estimating = [m for m in reversed(METHODS) if m != "report" and m in methods]
-    if estimating:
-        yield MethodStep(
-            f"Step (method {' and '.join(estimating)})",
-            "Each step is a least-squares solution inside a region in which the prediction is "
-            "trusted, and inside the joints' limits.",
-            (_set(r"\min_{\Delta q} \ \|e + J\, \Delta q\|^2"),),
-        )
-    if {"report", "broyden"} & set(methods) or not methods:
-        yield MethodStep(
-            "Broyden's update",
-            "After each step J is corrected by the least change with which it explains what was "
-            "seen.",
-            (
-                _set(
-                    r"J \leftarrow J + \dfrac{(\Delta s - J\, \Delta q)\, \Delta q^T}"
-                    r"{\Delta q^T \Delta q}"
-                ),
-            ),
-        )
-    if {"chain", "kalman"} & set(methods):
-        more = (
-            " Method chain has beside it a model of the arm as a chain of revolute joints; "
-            "whichever of the two predicted better lately decides the next step."
-            if "chain" in methods
-            else ""
-        )
-        yield MethodStep(
-            "Broyden's update, weighted by a Kalman filter",
-            "P says how uncertain J is, \u03c3 is the noise of what is seen. A long move teaches "
-            "almost all that it shows, as Broyden's update does, a short one next to nothing."
-            + more,
-            (
-                _set(
-                    r"J \leftarrow J + \dfrac{(\Delta s - J\, \Delta q)\, (P\, \Delta q)^T}"
-                    r"{\Delta q^T P\, \Delta q + \sigma^2}"
-                ),
-            ),
-        )
+    used = [method for method in reversed(SERVO_METHODS) if method.name in methods]
+    for name, paragraph in PARAGRAPHS.items():
+        told = [method for method in used if name in method.paragraphs.split()]
+        if told or (name == "broyden" and not methods):
+            names = " and ".join(method.name for method in told)
+            more = [method.words for method in told if _last(method) == name and method.words]
+            title, text, tex = paragraph
+            yield MethodStep(title.format(names), " ".join([text, *more]), (_set(tex),))
+    for method in used:
+        if not method.paragraphs:
+            yield MethodStep(f"Step (method {method.name})", method.words, ())
+
+
+def _last(method: ServoMethod) -> str:
+    """Return the name of the paragraph that a method's own words close."""
+    return method.paragraphs.split()[-1]
 
 
 def _accuracy() -> MethodStep:

@@ -10,6 +10,7 @@ import pytest
 from robot.servoing import servo as servo_module
 from robot.servoing import target_poses
 from robot.servoing.image_model import straight
+from robot.servoing.image_models import ModelKind
 from robot.servoing.measurement import Measurement
 from robot.servoing.servo import Servo
 from shared.arm_description import find_arm, read_arm
@@ -50,7 +51,9 @@ class Known:
 
 def servo(name="known"):
     model = Known()
-    return Servo(ARM, {name: lambda camera: model}, TOLERANCE, known=True), model
+    return Servo(
+        ARM, {name: ModelKind(lambda camera: model, far=name == "chain")}, TOLERANCE, known=True
+    ), model
 
 
 def look(one, q, goal):
