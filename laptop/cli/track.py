@@ -31,6 +31,7 @@ from laptop.cli.options import (
 )
 from laptop.emulator.bundled_scripts import REPO_ROOT, SERVO
 from laptop.see.markers.kinds import COLOR_KINDS
+from laptop.see.serve.options import TrackedSight, TrackOptions, read_picture
 from laptop.system import platforms
 from laptop.system.files import check_new
 from shared import state
@@ -68,24 +69,6 @@ SECTIONS = {
     "A board on the table": ("--board", "--bar", "--marker-height", "--touched"),
     "What is written": ("--to", "--replace", "--json"),
 }
-
-
-@dataclass(frozen=True)
-class TrackCameraOptions:
-    """Cameras and markers, as they are typed; see TrackOptions."""
-
-    camera: tuple[str, ...]
-    effector: str | None
-    goal: tuple[str, ...]
-    pick: tuple[str, ...]
-    markers: Path | None
-    scene: str
-    fps: float | None
-    size: str | None
-    board: bool
-    bar: float | None
-    height: float | None
-    touched: Path | None
 
 
 @dataclass(frozen=True)
@@ -276,7 +259,6 @@ def track(
         from rich.console import Console
 
         from laptop.see.serve import announcements, track
-        from laptop.see.serve.options import TrackOptions
 
     shown = link.serve if page.page is None else page.page
     # The page brings an emulated brick along; its arm is there from the beginning.
@@ -319,8 +301,6 @@ def track(
 
 def _outputs(files: tuple[str, ...], replace: bool) -> tuple[Path | None, str | None]:
     """Return the table and the picture (FILE.png[@FRAME]) that are to be written."""
-    from laptop.see.serve.options import read_picture
-
     tables, pictures = [], []
     for file in files:
         if Path(file).suffix.lower() == ".csv":

@@ -8,10 +8,12 @@ import string
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from laptop.see.serve.pipeline import Point
 from shared.arm_description import ArmError
+
+if TYPE_CHECKING:
+    from laptop.see.serve.pipeline import Point
 
 CAMERA_NAMES = string.ascii_uppercase[:8]
 """Names of cameras in observations, as many as a brick listens to."""
@@ -21,9 +23,9 @@ class InvalidTrackOption(ArmError, ValueError):
     """An option of `track` that cannot be followed."""
 
 
-@dataclass(frozen=True)
-class TrackOptions:
-    """Options as typed; see `python -m laptop track --help`."""
+@dataclass(frozen=True, kw_only=True)
+class TrackedSight:
+    """Cameras and markers, as they are typed; see `python -m laptop track --help`."""
 
     camera: tuple[str, ...]
     effector: str | None
@@ -31,18 +33,31 @@ class TrackOptions:
     pick: tuple[str, ...]
     markers: Path | None
     scene: str
-    csv: Path | None
-    serve: bool
-    host: str
-    port: int | None
     fps: float | None
     size: str | None
-    picture: str | None
-    open: bool = False
     board: bool = False
     bar: float | None = None
     height: float | None = None
     touched: Path | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrackOptions(TrackedSight):
+    """What is seen, who is served with it, and what is written.
+
+    csv      file of what was seen, or None
+    serve    whether a brick is served
+    host, port  where it is waited for; "": all addresses, None: the usual port
+    picture  FILE.png[@FRAME], or None
+    open     what is to be seen is opened in a browser
+    """
+
+    csv: Path | None
+    serve: bool
+    host: str
+    port: int | None
+    picture: str | None
+    open: bool = False
 
 
 class Pick(NamedTuple):
