@@ -76,6 +76,33 @@ def _confusion(fit: ArmFit) -> str:
     return why if fit.model.spatial else f"{why}: touch crosses"
 
 
+def _of_joint(
+    joint: Joint,
+    key: str,
+    name: str,
+    unit: str,
+    numbers: tuple[float, float, float],
+    step: float,
+    why: str = "",
+) -> Measured:
+    """Return the line of one number of a joint.
+
+    Args:
+        joint: whose it is.
+        key: of the arm's file.
+        name: for people, behind the joint's.
+        unit: of the line; of "deg" the numbers are in rad.
+        numbers: what it was, what was found, and its standard uncertainty.
+        step: to which it is written into the file, in `unit`.
+        why: it is not known, or "".
+    """
+    was, found, sigma = map(math.degrees, numbers) if unit == "deg" else numbers
+    return Measured(
+        joint.name, key, f"{joint.name}: {name}", unit, was, found, sigma, why,
+        _number(found, step),
+    )  # fmt: skip
+
+
 def _link(fit: ArmFit, joint: Joint) -> Measured:
     model = fit.model
     is_base = model.spatial and joint is model.arm.joints[0]
@@ -91,10 +118,8 @@ def _link(fit: ArmFit, joint: Joint) -> Measured:
             why = "no board gives the scale"
         elif joint is model.arm.joints[-1]:
             why = _confusion(fit)
-    return Measured(
-        joint.name, "link", f"{joint.name}: {'height' if is_base else 'link'}", "cm",
-        joint.link, link, sigma, why, _number(link, 0.01),
-    )  # fmt: skip
+    name = "height" if is_base else "link"
+    return _of_joint(joint, "link", name, "cm", (joint.link, link, sigma), 0.01, why)
 
 
 def _zero(fit: ArmFit, joint: Joint) -> Measured:
@@ -105,31 +130,21 @@ def _zero(fit: ArmFit, joint: Joint) -> Measured:
         why = "no camera sees it: lay the board's edge along the arm's x, --board-square"
     elif not _is_learned(fit, f"{joint.name}.zero") or sigma > ANGLE_LIMIT:
         why = _confusion(fit)
-    return Measured(
-        joint.name, "home", f"{joint.name}: home (its zero)", "deg",
-        math.degrees(joint.home), math.degrees(home), math.degrees(sigma), why,
-        _number(math.degrees(home), 0.1),
-    )  # fmt: skip
+    return _of_joint(joint, "home", "home (its zero)", "deg", (joint.home, home, sigma), 0.1, why)
 
 
 def _backlash(fit: ArmFit, joint: Joint) -> Measured:
     backlash, sigma = _estimate(fit, joint, "backlash")
     backlash = max(backlash, 0.0)
     why = "" if sigma <= ANGLE_LIMIT else "gravity presses the link to one side at all poses"
-    return Measured(
-        joint.name, "backlash", f"{joint.name}: backlash", "deg",
-        math.degrees(joint.backlash), math.degrees(backlash), math.degrees(sigma), why,
-        _number(math.degrees(backlash), 0.1),
-    )  # fmt: skip
+    numbers = joint.backlash, backlash, sigma
+    return _of_joint(joint, "backlash", "backlash", "deg", numbers, 0.1, why)
 
 
 def _gear(fit: ArmFit, joint: Joint) -> Measured:
     gear, sigma = _estimate(fit, joint, "gear")
-    turns = joint.gear * gear
-    return Measured(
-        joint.name, "gear", f"{joint.name}: gear", "turns", joint.gear, turns,
-        joint.gear * sigma, "", _number(turns, 0.001),
-    )  # fmt: skip
+    numbers = joint.gear, joint.gear * gear, joint.gear * sigma
+    return _of_joint(joint, "gear", "gear", "turns", numbers, 0.001)
 
 
 def _of_marker(fit: ArmFit) -> list[Measured]:
