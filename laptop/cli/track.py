@@ -31,7 +31,7 @@ from laptop.cli.options import (
 )
 from laptop.emulator.bundled_scripts import REPO_ROOT, SERVO
 from laptop.see.markers.kinds import COLOR_KINDS
-from laptop.see.serve.options import TrackedSight, TrackOptions, read_picture
+from laptop.see.serve.options import TrackCameraOptions, TrackOptions, read_picture
 from laptop.system import platforms
 from laptop.system.files import check_new
 from shared import state

@@ -7,6 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
+from laptop.see.table.marker_offset import turned
 from laptop.see.table.plane_motion import nearest_motion
 
 
@@ -47,9 +48,7 @@ class TipView:
         c, s = np.cos(self.turn), np.sin(self.turn)
         board = self.camera.to_table(pixels, self.height) - np.array(self.base)
         markers = board @ np.array([[c, -s], [s, c]])
-        x, y = self.offset
-        c, s = np.cos(headings), np.sin(headings)
-        return np.asarray(markers - np.stack([c * x - s * y, s * x + c * y], axis=1))
+        return np.asarray(markers - turned(headings, self.offset))
 
     def aligned(self, pixels: np.ndarray, headings: np.ndarray, p: np.ndarray) -> TipView:
         """Return the view in which what was seen lies best on where the pen was to be.
@@ -61,9 +60,7 @@ class TipView:
             headings: of the last link in the arm's frame, (n,), rad.
             p: where the pen was to be, in the arm's frame, (n, 2), cm.
         """
-        x, y = self.offset
-        c, s = np.cos(headings), np.sin(headings)
-        desired = p + np.stack([c * x - s * y, s * x + c * y], axis=1)
+        desired = p + turned(headings, self.offset)
         board = self.camera.to_table(pixels, self.height)
         seen = np.isfinite(board).all(axis=1)
         turn, base = nearest_motion(desired[seen], board[seen])

@@ -24,7 +24,7 @@ class InvalidTrackOption(ArmError, ValueError):
 
 
 @dataclass(frozen=True, kw_only=True)
-class TrackedSight:
+class TrackCameraOptions:
     """Cameras and markers, as they are typed; see `python -m laptop track --help`."""
 
     camera: tuple[str, ...]
@@ -42,7 +42,7 @@ class TrackedSight:
 
 
 @dataclass(frozen=True, kw_only=True)
-class TrackOptions(TrackedSight):
+class TrackOptions(TrackCameraOptions):
     """What is seen, who is served with it, and what is written.
 
     csv      file of what was seen, or None

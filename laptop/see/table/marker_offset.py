@@ -135,7 +135,7 @@ class MarkerFit:
         return lines
 
 
-def turned(angles: np.ndarray, vector: np.ndarray) -> np.ndarray:
+def turned(angles: np.ndarray, vector: Sequence[float] | np.ndarray) -> np.ndarray:
     """Turn a vector (2,) by each of some angles (n,), rad: (n, 2)."""
     c, s = np.cos(angles), np.sin(angles)
     x, y = vector
