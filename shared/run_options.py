@@ -1,49 +1,42 @@
 """Options of a run: the brick's command line and the laptop offer and refuse the same ones."""
 
 from shared.arm_description import ArmError
-from shared.record import record
 
 MYPY = False
 if MYPY:
-    from typing import NamedTuple  # noqa: F401
-
     from shared.messages import Start  # noqa: F401
 
-    ServoMethod = NamedTuple(
-        "ServoMethod",
-        [
-            ("name", str),
-            ("maker", str),
-            ("streams", bool),
-            ("help", str),
-            ("paragraphs", str),
-            ("words", str),
-        ],
-    )
-else:
-    ServoMethod = record("ServoMethod", "name maker streams help paragraphs words")
-ServoMethod.__doc__ = """A method of servoing.
 
-name        as it is typed, and as it stands in files
-maker       module:function; the function makes a servo as robot.servoing.runs.model_servo does
-streams     whether it can move while pictures stream in
-help        how it learns the image Jacobian, as a part of a sentence
-paragraphs  names of paragraphs of laptop.record.report.method that describe it
-words       what the lab report says of it beside them: sentences
-"""
+class ServoMethod(object):
+    """A method of servoing.
+
+    Args:
+        name: as it is typed, and as it stands in files.
+        maker: module:function; the function makes a servo as robot.servoing.runs.model_servo does.
+        streams: whether it can move while pictures stream in.
+        help: how it learns the image Jacobian, as a part of a sentence.
+        paragraphs: names of paragraphs of laptop.record.report.method that describe it.
+        words: what the lab report says of it beside them: sentences.
+    """
+
+    def __init__(self, name, maker, streams, help, paragraphs, words=""):
+        # type: (str, str, bool, str, str, str) -> None
+        self.name, self.maker, self.streams = name, maker, streams
+        self.help, self.paragraphs, self.words = help, paragraphs, words
+
 
 SERVO_METHODS = (
     ServoMethod(
         "report", "robot.servoing.report_servo:make", False, "as in the lab report",
-        "lab-step broyden", "",
+        "lab-step broyden",
     ),
     ServoMethod(
         "broyden", "robot.servoing.runs:model_servo", True, "by each move",
-        "least-squares broyden", "",
+        "least-squares broyden",
     ),
     ServoMethod(
         "kalman", "robot.servoing.runs:model_servo", True, "by each move",
-        "least-squares kalman", "",
+        "least-squares kalman",
     ),
     ServoMethod(
         "chain", "robot.servoing.runs:model_servo", True, "with a model of the arm beside it",
