@@ -25,8 +25,6 @@ from shared.job_messages import ABORT, FETCHING, PAUSE, PAUSED, RESUME
 SCRIPT = Path(__file__).with_name("drop.js")
 MAX_FILE_BYTES = 8_000_000
 """Greatest size of a file, bytes."""
-FIRST_DRAWINGS = "rose", "spirograph", "knot", "owl", "house"
-"""Names of the bundled drawings that come first; the others follow."""
 
 
 class DrawCard:
@@ -69,7 +67,7 @@ class DrawCard:
             ui.button("Open a file", icon="upload_file").props("flat dense no-caps").on(
                 "click", js_handler=f"() => chooseDrawing({MAX_FILE_BYTES})"
             )
-            for name in dict.fromkeys((*FIRST_DRAWINGS, *gallery())):
+            for name in gallery():
                 ui.button(
                     name, on_click=partial(self._browser_state.draw, DrawCalls.choose, name)
                 ).props("outline dense no-caps")

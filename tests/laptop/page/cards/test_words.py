@@ -4,7 +4,6 @@ from types import SimpleNamespace
 
 import pytest
 
-from laptop.drawing.gallery_files import gallery
 from laptop.page.job_states import reported_state
 from laptop.page.report import verdict_text
 from shared.job_messages import ENDS, JobStatus
@@ -28,8 +27,3 @@ def test_a_verdict_of_the_table_is_told_on_the_page_and_in_its_report(word, monk
     )
     assert card.verdict_text(state)[0] == VERDICT_TEXTS[word]
     assert verdict_text(SimpleNamespace(ended=9.0, verdict=word)) == VERDICT_TEXTS[word]
-
-
-def test_the_drawings_that_are_shown_first_come_along():
-    card = pytest.importorskip("laptop.page.cards.draw")
-    assert set(card.FIRST_DRAWINGS) <= set(gallery())
