@@ -8,13 +8,12 @@ integer coordinates.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from importlib import import_module
 from typing import Protocol
 
 import numpy as np
 
-from laptop.see.markers.finders.aruco import find_aruco
-from laptop.see.markers.finders.ball import find_ball
-from laptop.see.markers.finders.disc import find_disc
+from laptop.see.markers.kinds import MARKER_KINDS
 from laptop.see.markers.markers import Marker
 from laptop.see.markers.tracks import Sighting, Track, Window
 
@@ -36,7 +35,14 @@ class MarkerFinder(Protocol):
         """
 
 
-FINDERS: dict[str, MarkerFinder] = {"disc": find_disc, "ball": find_ball, "aruco": find_aruco}
+def _finder(place: str) -> MarkerFinder:
+    """Return the function of module:function."""
+    module, _, name = place.partition(":")
+    function: MarkerFinder = getattr(import_module(module), name)
+    return function
+
+
+FINDERS = {kind.name: _finder(kind.finder) for kind in MARKER_KINDS}
 """Finders by the kind of marker."""
 
 
