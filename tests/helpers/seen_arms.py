@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from laptop.measure.arm.arm_fit import RestSights
-from laptop.measure.arm.arm_model import ArmModel, CameraPrior, MeasuredByHand, Standing
+from laptop.measure.arm.arm_model import ArmModel, CameraPrior, JointStates, MeasuredByHand
 from laptop.measure.arm.emulated_table import EmulatedTable, camera_over
 from laptop.measure.arm.pose_plan import scouts
 from laptop.measure.emulated_rig import marker_point
@@ -53,7 +53,7 @@ def rests(over, count=40, zeros=(0.0, 0.0), noise_px=0.0, phase=0.0, seed=0, mov
     pixels = pixels + noise_px * luck.standard_normal(pixels.shape)
     e = q + phase * math.radians(1) * luck.uniform(-1, 1, q.shape)
     sigma = np.full(len(q), max(noise_px, 0.05))
-    return RestSights(Standing(e, sides, np.zeros(q.shape)), {"A": pixels}, {"A": sigma})
+    return RestSights(JointStates(e, sides, np.zeros(q.shape)), {"A": pixels}, {"A": sigma})
 
 
 def model(over, known=None, described=ARM, seed=0, bar=100.0):

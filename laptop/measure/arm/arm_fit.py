@@ -19,7 +19,7 @@ from scipy.optimize import least_squares
 from laptop.measure.arm.arm_model import (
     SIGNS,
     ArmModel,
-    Standing,
+    JointStates,
     encoder_sigma,
     running_on,
     slopes,
@@ -52,19 +52,21 @@ class BadIdentification(ArmError, ValueError):
 class RestSights:
     """Rests of the arm, in the order of time.
 
-    stood   how the joints stood
-    pixels  of the marker by camera, (n, 2); nan where it was not seen
-    sigma   of each of these numbers by camera, px, (n,)
+    joint_states  how the joints stood
+    pixels        of the marker by camera, (n, 2); nan where it was not seen
+    sigma         of each of these numbers by camera, px, (n,)
     """
 
-    stood: Standing
+    joint_states: JointStates
     pixels: Mapping[str, np.ndarray]
     sigma: Mapping[str, np.ndarray]
 
     def __add__(self, other: RestSights) -> RestSights:
         """Return all rests of both."""
         return RestSights(
-            Standing(*map(np.concatenate, zip(self.stood, other.stood, strict=True))),
+            JointStates(
+                *map(np.concatenate, zip(self.joint_states, other.joint_states, strict=True))
+            ),
             {name: np.concatenate([self.pixels[name], other.pixels[name]]) for name in self.pixels},
             {name: np.concatenate([self.sigma[name], other.sigma[name]]) for name in self.sigma},
         )
@@ -141,7 +143,7 @@ class _ArmProblem:
         """Return what the cameras should see, rests and then touches, by camera."""
         found = {}
         for name in self.model.cameras:
-            seen = self.model.pixels(state, name, self.rests.stood)
+            seen = self.model.pixels(state, name, self.rests.joint_states)
             crosses, elbows = self.touching(name)
             if len(crosses):
                 touched = self.model.touched(state, name, crosses, elbows)
@@ -177,7 +179,7 @@ class _ArmProblem:
         sigma_e = encoder_sigma(self.model.arm)
         whiteners = {}
         for name in self.model.cameras:
-            seen_by_e = self.model.by_encoders(state, name, self.rests.stood) * sigma_e
+            seen_by_e = self.model.by_encoders(state, name, self.rests.joint_states) * sigma_e
             sigma = np.maximum(self.rests.sigma[name], MIN_PIXEL_ERROR)
             noise = seen_by_e @ seen_by_e.transpose(0, 2, 1)
             noise += sigma[:, None, None] ** 2 * np.eye(2)
@@ -224,7 +226,7 @@ def first_guess(model: ArmModel, rests: RestSights) -> tuple[ArmModel, np.ndarra
     height = model.mean[model.index("marker.height")]
     places = camera.to_table(pixels[seen], height) @ np.array([1, 1j])
     finite = np.isfinite(places)
-    e, places = rests.stood.e[seen][finite], places[finite]
+    e, places = rests.joint_states.e[seen][finite], places[finite]
     best, least = None, math.inf
     for signs in itertools.product(SIGNS, repeat=e.shape[1]):
         turned = np.cumsum(e * signs, axis=1)
@@ -262,7 +264,7 @@ def _first_in_space(model: ArmModel, rests: RestSights) -> tuple[ArmModel, np.nd
             state = start.copy()
             state[place] = x
             parts = [
-                model.pixels(state, name, rests.stood) - rests.pixels[name]
+                model.pixels(state, name, rests.joint_states) - rests.pixels[name]
                 for name in model.cameras
             ]
             flat = np.concatenate(parts).ravel()
@@ -289,7 +291,7 @@ def fit_arm(model: ArmModel, rests: RestSights, touches: Sequence[TouchSight] = 
     Raises:
         BadIdentification: too little was seen.
     """
-    model = replace(model, run_on=running_on(model.arm, rests.stood))
+    model = replace(model, run_on=running_on(model.arm, rests.joint_states))
     model, state = first_guess(model, rests)
     fit = _fitted(model, state, rests)
     elbows = bent_at(fit, touches)
@@ -428,16 +430,16 @@ def _fit_result(problem: _ArmProblem, x: np.ndarray) -> ArmFit:
     for name, pixels in problem.pixels(state).items():
         errors = pixels - problem.seen(name)
         finite = np.isfinite(errors).all(axis=1)
-        squares.append(errors[finite][: finite[: len(problem.rests.stood.e)].sum()] ** 2)
+        squares.append(errors[finite][: finite[: len(problem.rests.joint_states.e)].sum()] ** 2)
         count = 2 * int(finite.sum())
         white = np.full(errors.shape, np.nan)
         white[finite] = data[at : at + count].reshape(-1, 2)
         row = np.zeros((*errors.shape, m))
         row[finite] = own[at : at + count].reshape(-1, 2, m)
-        n = len(problem.rests.stood.e)
+        n = len(problem.rests.joint_states.e)
         residuals[name], derivatives[name] = white[:n], row[:n]
         by_joints[name] = problem.whiteners[name][:n] @ model.by_encoders(
-            state, name, problem.rests.stood
+            state, name, problem.rests.joint_states
         )
         whiteners[name] = problem.whiteners[name][:n]
         at += count

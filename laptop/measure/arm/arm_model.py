@@ -60,7 +60,7 @@ ANGLE_STEP = 1e-4
 """Step of a derivative by an angle, rad."""
 
 
-class Standing(NamedTuple):
+class JointStates(NamedTuple):
     """State of the joints, each (n, joints).
 
     e      angles by the encoders, rad
@@ -212,12 +212,12 @@ class ArmModel:
 
     # Where things are
 
-    def links_at(self, state: np.ndarray, stood: Standing) -> np.ndarray:
+    def links_at(self, state: np.ndarray, joint_states: JointStates) -> np.ndarray:
         """Angles of the links, rad, (n, joints)."""
         backlash = self.of_joints(state, "backlash")
-        back = np.minimum(stood.back, np.maximum(backlash, 0.0))
+        back = np.minimum(joint_states.back, np.maximum(backlash, 0.0))
         behind = backlash / 2 - back + self.of_joints(state, "lag")
-        turned = self.of_joints(state, "gear") * stood.e - stood.sides * behind
+        turned = self.of_joints(state, "gear") * joint_states.e - joint_states.sides * behind
         return np.array(self.signs) * turned + self.of_joints(state, "zero")
 
     def marker(self, state: np.ndarray, theta: np.ndarray) -> np.ndarray:
@@ -259,17 +259,18 @@ class ArmModel:
         first = self.index(f"{name}.0")
         return state[first : first + 14]
 
-    def pixels(self, state: np.ndarray, name: str, stood: Standing) -> np.ndarray:
+    def pixels(self, state: np.ndarray, name: str, joint_states: JointStates) -> np.ndarray:
         """Pixels (n, 2) of the marker in one camera's picture."""
-        points = self.marker(state, self.links_at(state, stood))
+        points = self.marker(state, self.links_at(state, joint_states))
         return self.cameras[name].project(self.camera_numbers(state, name), points)
 
-    def by_encoders(self, state: np.ndarray, name: str, stood: Standing) -> np.ndarray:
+    def by_encoders(self, state: np.ndarray, name: str, joint_states: JointStates) -> np.ndarray:
         """Return derivatives of the pixels by the encoders' angles, (n, 2, joints), px/rad."""
         columns = []
-        for unit in ANGLE_STEP * np.eye(stood.e.shape[1]):
+        for unit in ANGLE_STEP * np.eye(joint_states.e.shape[1]):
             ends = [
-                self.pixels(state, name, stood._replace(e=stood.e + sign * unit)) for sign in SIGNS
+                self.pixels(state, name, joint_states._replace(e=joint_states.e + sign * unit))
+                for sign in SIGNS
             ]
             columns.append((ends[0] - ends[1]) / (2 * ANGLE_STEP))
         return np.stack(columns, axis=-1)
@@ -301,10 +302,10 @@ class ArmModel:
         return self.cameras[name].project(self.camera_numbers(state, name), places)
 
 
-def running_on(arm: Arm, stood: Standing) -> tuple[bool, ...]:
+def running_on(arm: Arm, joint_states: JointStates) -> tuple[bool, ...]:
     """Return per joint whether its link mostly runs on where its motor stops."""
     counts = np.array([COUNT / joint.gear for joint in arm.joints])
-    share = (stood.back > MIN_RETREAT * counts).mean(axis=0)
+    share = (joint_states.back > MIN_RETREAT * counts).mean(axis=0)
     return tuple(bool(one) for one in share > MAX_RETREAT_SHARE)
 
 

@@ -21,10 +21,10 @@ from laptop.measure.arm.pose_plan import (
     approach_turn,
     choose,
     information_of,
+    joint_states_at,
     ordered,
     pose_job,
     scouts,
-    standing,
 )
 from laptop.measure.run_data import MEDIAN_NOISE, MeasuringRig, RunData
 from laptop.see.markers.finders.board import BoardView, find_board
@@ -271,7 +271,7 @@ def _visit(
         pixels[name] = places
         sigma[name] = MEDIAN_NOISE * noise / np.sqrt(np.maximum(seen.seen, 1))
         sigma[name] = np.where(np.isfinite(sigma[name]), sigma[name], 1.0)
-    return run, RestSights(standing(model.arm, poses, run), pixels, sigma)
+    return run, RestSights(joint_states_at(model.arm, poses, run), pixels, sigma)
 
 
 def _check_seen(rests: RestSights) -> None:

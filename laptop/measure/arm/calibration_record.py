@@ -62,7 +62,7 @@ def rests_table(done: Identified) -> list[list[str]]:
 
     `side` is the way by which a joint came there; `off` is what the fit leaves over.
     """
-    fit, stood = done.fit, done.rests.stood
+    fit, joint_states = done.fit, done.rests.joint_states
     joints = fit.model.arm.joints
     heading = ["pose", "t_s", "camera"]
     for joint in joints:
@@ -70,8 +70,10 @@ def rests_table(done: Identified) -> list[list[str]]:
     table = [[*heading, "u_px", "v_px", "off_u_px", "off_v_px"]]
     for name in sorted(fit.model.cameras):
         pixels = done.rests.pixels[name]
-        off = pixels - fit.model.pixels(fit.state, name, stood)
-        for k, (t, q, sides) in enumerate(zip(done.times, stood.e, stood.sides, strict=True)):
+        off = pixels - fit.model.pixels(fit.state, name, joint_states)
+        for k, (t, q, sides) in enumerate(
+            zip(done.times, joint_states.e, joint_states.sides, strict=True)
+        ):
             row = [str(k + 1), f"{t:.2f}", name]
             for angle, side in zip(np.degrees(q), sides, strict=True):
                 row += [f"{angle:.3f}", f"{side:.0f}"]

@@ -87,9 +87,9 @@ def explain(fit: ArmFit, rests: int, times: Sequence[float]) -> str:
 def _ends_off(fit: ArmFit) -> bool:
     """Return whether the last rests are off, which a robust loss takes for slips of the tracker."""
     for residuals in fit.residuals.values():
-        off = np.linalg.norm(residuals, axis=1)
-        off = off[np.isfinite(off)][-MIN_RESTS_AFTER:]
-        if len(off) == MIN_RESTS_AFTER and (off > JUMP_SIGMAS).all():
+        deviations = np.linalg.norm(residuals, axis=1)
+        deviations = deviations[np.isfinite(deviations)][-MIN_RESTS_AFTER:]
+        if len(deviations) == MIN_RESTS_AFTER and (deviations > JUMP_SIGMAS).all():
             return True
     return False
 
@@ -107,8 +107,8 @@ def fault_hypotheses(fit: ArmFit) -> list[FaultHypothesis]:
         """Return what of columns (n, k) no change of the fitted numbers could be."""
         return columns - matrix @ (inner @ (matrix.T @ columns))
 
-    off = unfitted(flat[:, None])[:, 0]
-    misfit = max(float(flat @ off) - len(flat), 1e-9)
+    deviations = unfitted(flat[:, None])[:, 0]
+    misfit = max(float(flat @ deviations) - len(flat), 1e-9)
     n = len(fit.residuals[names[0]])
     index = np.tile(np.arange(n), len(names))
     whose = np.repeat(np.arange(len(names)), n)
@@ -147,8 +147,8 @@ def loose_joint(fit: ArmFit) -> tuple[str, float] | None:
     residuals, by_joints = residuals[seen], by_joints[seen]
     # E[r r'] = I + sum of v_j b_j b_j': linear in the variances v_j.
     outer = np.einsum("nij,nkj->nikj", by_joints, by_joints).reshape(-1, by_joints.shape[2])
-    excess = (np.einsum("ni,nk->nik", residuals, residuals) - np.eye(2)).ravel()
-    variances, *_ = np.linalg.lstsq(outer, excess, rcond=None)
+    excess_covariance = (np.einsum("ni,nk->nik", residuals, residuals) - np.eye(2)).ravel()
+    variances, *_ = np.linalg.lstsq(outer, excess_covariance, rcond=None)
     gain = variances * (outer**2).sum(axis=0)
     order = np.argsort(gain)[::-1]
     worst, next_one = order[0], order[1]

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from laptop.measure.arm.arm_fit import DERIVATIVE_STEP, ArmFit
-from laptop.measure.arm.arm_model import ArmModel, Standing, encoder_sigma, slopes
+from laptop.measure.arm.arm_model import ArmModel, JointStates, encoder_sigma, slopes
 from laptop.measure.run_data import RunData
 from robot.motion import kinematics
 from robot.motion.gravity import Gravity
@@ -147,7 +147,7 @@ def choose(
         pixel_sigma: of a marker at rest, px.
     """
     all_poses = candidates(model.arm)
-    rows = telling(model, state, standing(model.arm, all_poses), pixel_sigma)
+    rows = sensitivities(model, state, joint_states_at(model.arm, all_poses), pixel_sigma)
     weights = np.zeros(len(model.names))
     for name, sigma in wanted.items():
         weights[model.index(name)] = 1 / sigma**2
@@ -166,13 +166,15 @@ def choose(
     return [all_poses[k] for k in chosen]
 
 
-def telling(model: ArmModel, state: np.ndarray, stood: Standing, pixel_sigma: float) -> np.ndarray:
+def sensitivities(
+    model: ArmModel, state: np.ndarray, joint_states: JointStates, pixel_sigma: float
+) -> np.ndarray:
     """Whitened derivatives (n, 2 cameras, m) of what is seen; 0 where nothing is.
 
     Args:
         model: with its cameras.
         state: all numbers.
-        stood: how the joints stand.
+        joint_states: how the joints stand.
         pixel_sigma: px.
     """
     parts = []
@@ -180,12 +182,12 @@ def telling(model: ArmModel, state: np.ndarray, stood: Standing, pixel_sigma: fl
     steps = np.where(free, DERIVATIVE_STEP * np.minimum(model.spread, 1.0), 1.0)
     sigma_e = encoder_sigma(model.arm)
     for name, camera in model.cameras.items():
-        pixels = model.pixels(state, name, stood)
+        pixels = model.pixels(state, name, joint_states)
         size = np.array(camera.size)
         seen = ((pixels > EDGE_MARGIN) & (pixels < size - EDGE_MARGIN)).all(axis=1)
-        derivative = slopes(partial(_pixels, model, name, stood), state, steps)
+        derivative = slopes(partial(_pixels, model, name, joint_states), state, steps)
         derivative[..., ~free] = 0.0
-        through = model.by_encoders(state, name, stood) * sigma_e
+        through = model.by_encoders(state, name, joint_states) * sigma_e
         noise = through @ through.transpose(0, 2, 1) + pixel_sigma**2 * np.eye(2)
         white = np.linalg.inv(np.linalg.cholesky(noise)) @ derivative
         white[~seen] = 0.0
@@ -193,8 +195,8 @@ def telling(model: ArmModel, state: np.ndarray, stood: Standing, pixel_sigma: fl
     return np.concatenate(parts, axis=1)
 
 
-def _pixels(model: ArmModel, name: str, stood: Standing, state: np.ndarray) -> np.ndarray:
-    return model.pixels(state, name, stood)
+def _pixels(model: ArmModel, name: str, joint_states: JointStates, state: np.ndarray) -> np.ndarray:
+    return model.pixels(state, name, joint_states)
 
 
 def ordered(
@@ -265,7 +267,9 @@ def information_of(fit: ArmFit) -> np.ndarray:
     return found
 
 
-def standing(arm: Arm, poses: Sequence[ApproachedPose], run: RunData | None = None) -> Standing:
+def joint_states_at(
+    arm: Arm, poses: Sequence[ApproachedPose], run: RunData | None = None
+) -> JointStates:
     """Return how the joints stand at poses: as they are wanted, or as a run has measured.
 
     A link rests on the flank by which it was pushed; where gravity pulls, on that on which it lies.
@@ -289,4 +293,4 @@ def standing(arm: Arm, poses: Sequence[ApproachedPose], run: RunData | None = No
                 back[at] = (pushed[at] * (np.array(moved) - row.q)).max(axis=0)
             moved, at = [], at + 1
         back[pressed != 0] = 0.0
-    return Standing(e, sides, back)
+    return JointStates(e, sides, back)

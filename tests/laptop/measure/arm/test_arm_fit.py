@@ -109,8 +109,10 @@ def test_no_play_is_never_found_as_less_than_none():
     over = seen_arms.table(seen_arms.built(backlash=(0.0, 2.0)))
     sights = seen_arms.rests(over, 36, ZEROS, noise_px=0.4, phase=0.5, seed=2)
     # The links ran on a little, as if pushed beyond the motors.
-    stood = sights.stood._replace(e=sights.stood.e - np.radians(0.2) * sights.stood.sides)
-    fit = fit_arm(seen_arms.model(over), RestSights(stood, sights.pixels, sights.sigma))
+    joint_states = sights.joint_states._replace(
+        e=sights.joint_states.e - np.radians(0.2) * sights.joint_states.sides
+    )
+    fit = fit_arm(seen_arms.model(over), RestSights(joint_states, sights.pixels, sights.sigma))
     assert 0 <= fit.value("shoulder.backlash") < math.radians(0.1)
 
 
@@ -118,10 +120,12 @@ def test_no_play_is_never_found_as_less_than_none():
 def test_where_a_link_mostly_runs_on_its_backlash_is_known_less_well():
     sights = seen_arms.rests(TABLE, 36, ZEROS, noise_px=0.3)
     fit = fit_arm(seen_arms.model(TABLE), sights)
-    back = np.zeros(sights.stood.back.shape)
+    back = np.zeros(sights.joint_states.back.shape)
     back[:25, 0] = math.radians(0.9)
-    stood = sights.stood._replace(back=back, e=sights.stood.e - sights.stood.sides * back)
-    other = fit_arm(seen_arms.model(TABLE), RestSights(stood, sights.pixels, sights.sigma))
+    joint_states = sights.joint_states._replace(
+        back=back, e=sights.joint_states.e - sights.joint_states.sides * back
+    )
+    other = fit_arm(seen_arms.model(TABLE), RestSights(joint_states, sights.pixels, sights.sigma))
     assert other.value("shoulder.backlash") == pytest.approx(math.radians(3.0), abs=0.003)
     assert other.sigma("shoulder.backlash") > 2 * fit.sigma("shoulder.backlash")
     assert other.sigma("elbow.backlash") == pytest.approx(fit.sigma("elbow.backlash"), rel=0.1)

@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 import seen_arms
 
-from laptop.measure.arm.arm_model import ArmModel, CameraPrior, MeasuredByHand, Standing, running_on
+from laptop.measure.arm.arm_model import (
+    ArmModel,
+    CameraPrior,
+    JointStates,
+    MeasuredByHand,
+    running_on,
+)
 from laptop.measure.arm.emulated_table import camera_over
 from laptop.measure.emulated_rig import marker_point
 
@@ -14,8 +20,8 @@ CAMERA = CameraPrior.of(camera_over(600.0, (0.0, 0.0), 60.0, 0.3, 1.0, 0.2))
 POSES = np.radians([(20.0, 40.0), (-50.0, 100.0), (120.0, -80.0)])
 
 
-def standing(q, sides=0.0, back=0.0):
-    return Standing(q, np.full(q.shape, sides), np.full(q.shape, back))
+def joint_states_at(q, sides=0.0, back=0.0):
+    return JointStates(q, np.full(q.shape, sides), np.full(q.shape, back))
 
 
 def changed(model, **values):
@@ -56,12 +62,12 @@ def test_a_link_lags_by_half_its_backlash_and_less_where_the_motor_went_back():
     q = POSES[:1]
     half = math.radians(1.0)
     for side in (1.0, -1.0):
-        (theta,) = model.links_at(state, standing(q, side))
+        (theta,) = model.links_at(state, joint_states_at(q, side))
         assert theta == pytest.approx(q[0] - side * half)
-        (theta,) = model.links_at(state, standing(q, side, math.radians(0.4)))
+        (theta,) = model.links_at(state, joint_states_at(q, side, math.radians(0.4)))
         assert theta == pytest.approx(q[0] - side * (half - math.radians(0.4)))
         # It can stay behind by no more than the whole backlash.
-        (theta,) = model.links_at(state, standing(q, side, math.radians(9.0)))
+        (theta,) = model.links_at(state, joint_states_at(q, side, math.radians(9.0)))
         assert theta == pytest.approx(q[0] + side * half)
 
 
@@ -72,7 +78,7 @@ def test_a_pen_on_a_cross_has_the_marker_where_forward_kinematics_have_it():
     crosses = bare.marker(bare.mean, q)[:, :2]
     seen = model.touched(model.mean, "A", crosses, np.array([1, -1]))
     assert seen == pytest.approx(model.pixels(
-        changed(model, shoulder__lag=0.0, elbow__lag=0.0), "A", standing(q)
+        changed(model, shoulder__lag=0.0, elbow__lag=0.0), "A", joint_states_at(q)
     ))  # fmt: skip
 
 
@@ -96,8 +102,8 @@ def test_a_link_has_no_less_play_than_none_and_all_else_is_free():
 
 def test_a_link_runs_on_where_its_motor_mostly_goes_back():
     back = np.radians([[0.9, 0.0], [0.9, 0.9], [0.1, 0.0], [0.5, 0.3]])
-    stood = Standing(np.zeros((4, 2)), np.ones((4, 2)), back)
-    assert running_on(seen_arms.ARM, stood) == (True, False)
+    joint_states = JointStates(np.zeros((4, 2)), np.ones((4, 2)), back)
+    assert running_on(seen_arms.ARM, joint_states) == (True, False)
     model = ArmModel(seen_arms.ARM, {"A": CAMERA}, run_on=(True, False))
     spreads = np.degrees([model.spread[model.index(f"{j}.lag")] for j in ("shoulder", "elbow")])
     assert spreads == pytest.approx([0.2, 0.06])

@@ -48,7 +48,7 @@ def test_the_rests_have_joints_in_degrees_and_what_the_fit_leaves_over(done):
     told = [dict(zip(heading, row, strict=True)) for row in rows]
     assert told[7]["u_px"] == told[7]["off_v_px"] == ""
     assert float(told[3]["elbow_deg"]) == pytest.approx(
-        math.degrees(done.rests.stood.e[3, 1]), abs=1e-3
+        math.degrees(done.rests.joint_states.e[3, 1]), abs=1e-3
     )
     assert told[3]["t_s"] == "15.00"
     off = np.array([[float(r["off_u_px"]), float(r["off_v_px"])] for r in told if r["u_px"]])

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import seen_arms
 
-from laptop.measure.arm.arm_model import ArmModel, CameraPrior, Standing
+from laptop.measure.arm.arm_model import ArmModel, CameraPrior, JointStates
 from laptop.measure.arm.emulated_table import camera_over
 from laptop.measure.arm.pose_plan import (
     ACCELERATION,
@@ -18,12 +18,12 @@ from laptop.measure.arm.pose_plan import (
     candidates,
     choose,
     joint_path,
+    joint_states_at,
     ordered,
     pose_job,
     scouts,
-    standing,
+    sensitivities,
     start_of,
-    telling,
 )
 from laptop.measure.run_data import RunData
 from robot.motion import kinematics
@@ -92,7 +92,7 @@ def test_the_pose_is_chosen_that_tells_most_and_then_another(model, state):
     wanted = {"shoulder.link": 0.01, "elbow.backlash": math.radians(0.1)}
     chosen = choose(model, state, information, wanted, 2, 0.5)
     every = candidates(ARM)
-    rows = telling(model, state, standing(ARM, every), 0.5)
+    rows = sensitivities(model, state, joint_states_at(ARM, every), 0.5)
 
     def left(*poses):
         whole = information + sum(rows[every.index(p)].T @ rows[every.index(p)] for p in poses)
@@ -108,13 +108,13 @@ def test_the_pose_is_chosen_that_tells_most_and_then_another(model, state):
 def test_what_lies_outside_the_picture_tells_nothing(model, state):
     away = state.copy()
     away[model.index("board.x")] = 500.0
-    rows = telling(model, away, standing(ARM, scouts(ARM, 4)), 0.5)
+    rows = sensitivities(model, away, joint_states_at(ARM, scouts(ARM, 4)), 0.5)
     assert not rows.any()
-    stood = standing(ARM, scouts(ARM, 12))
-    u, v = CAMERA.project(model.marker(state, model.links_at(state, stood))).T
+    joint_states = joint_states_at(ARM, scouts(ARM, 12))
+    u, v = CAMERA.project(model.marker(state, model.links_at(state, joint_states))).T
     inside = (u > 12) & (u < 628) & (v > 12) & (v < 468)
     assert 1 < inside.sum() < 12
-    assert (telling(model, state, stood, 0.5).any(axis=(1, 2)) == inside).all()
+    assert (sensitivities(model, state, joint_states, 0.5).any(axis=(1, 2)) == inside).all()
 
 
 def test_poses_are_gone_through_from_the_nearest_on():
@@ -162,8 +162,8 @@ def test_how_far_a_motor_went_back_is_told_by_the_log():
         LogRow(2, 0.3, 2.0, False, (0.92, 0.08)),
         LogRow(2, 0.3, 3.0, True, (0.90, 0.10)),
     ]
-    stood = standing(ARM, poses, RunData(rows, 1.0, {}))
-    assert isinstance(stood, Standing)
-    assert stood.e == pytest.approx(np.array([[0.5, 0.2], [0.9, 0.1]]))
-    assert stood.back == pytest.approx(np.array([[0.02, 0.01], [-0.02, -0.02]]))
-    assert stood.sides.tolist() == [[1, -1], [-1, 1]]
+    joint_states = joint_states_at(ARM, poses, RunData(rows, 1.0, {}))
+    assert isinstance(joint_states, JointStates)
+    assert joint_states.e == pytest.approx(np.array([[0.5, 0.2], [0.9, 0.1]]))
+    assert joint_states.back == pytest.approx(np.array([[0.02, 0.01], [-0.02, -0.02]]))
+    assert joint_states.sides.tolist() == [[1, -1], [-1, 1]]
