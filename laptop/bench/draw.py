@@ -211,8 +211,8 @@ def _elbow_down(seeds: range) -> Iterator[DrawCase]:
     for method in METHODS["planar"]:
         for condition, plant in plants:
             for n, line in enumerate(LINES[2], 1):
-                words, name = condition + ELBOW_DOWN, f"line {n}"
-                yield DrawCase("planar", method, words, plant, backlash, line, name, elbow="down")
+                label, name = condition + ELBOW_DOWN, f"line {n}"
+                yield DrawCase("planar", method, label, plant, backlash, line, name, elbow="down")
 
 
 class _CountingClock:

@@ -176,10 +176,10 @@ def _draw_paths(figure: Figure, result: AccuracyResult) -> None:
                 axes.set_ylabel("mm to the left" if kind == "line" else "mm outwards", labelpad=2)
             if row:
                 axes.set_xlabel("cm along the path")
-    words = (
+    footnote = (
         "of each path: each cycle (blue), their barycentre (red), and around it its repeatability"
     )
-    write_footnote(figure, words)
+    write_footnote(figure, footnote)
 
 
 def _tube(attained: Attained) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

@@ -16,7 +16,7 @@ from laptop.record.run import ACCURACY, Ending, Run, settings
 from laptop.record.run import table as run_table
 
 STANDARD = "ISO 9283:1998"
-WORDS = {
+MEANINGS = {
     "AP": "pose accuracy",
     "RP": "pose repeatability",
     "vAP": "multi-directional pose accuracy variation",
@@ -53,7 +53,7 @@ def table(
         cells = [f"{sign}{one.mm:.2f}", f"{2 * one.u_mm:.2f}"]
         rows.append(
             [
-                *(one.name, WORDS[one.name.split()[0]], *cells),
+                *(one.name, MEANINGS[one.name.split()[0]], *cells),
                 *([f"{truth[one.name]:.2f}"] if truth else []),
             ]
         )
@@ -97,7 +97,7 @@ def accuracy_run(result: AccuracyResult, truth: Mapping[str, float] | None = Non
     """
     plan = result.plan
     criteria = [
-        [one.name, WORDS[one.name.split()[0]], round(one.mm, 4), round(2 * one.u_mm, 4)]
+        [one.name, MEANINGS[one.name.split()[0]], round(one.mm, 4), round(2 * one.u_mm, 4)]
         + ([round(truth[one.name], 4)] if truth else [])
         for one in result.criteria
     ]

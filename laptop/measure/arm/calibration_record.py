@@ -50,11 +50,11 @@ def calibration_run(
         tables=[table("numbers", caption, headings, numbers), settings(values)],
     )
 
-    def tell_rests(path: str) -> None:
+    def write_rests(path: str) -> None:
         with open(path, "w", encoding="utf-8", newline="") as file:
             csv.writer(file).writerows(rests_table(done))
 
-    return run, {RESTS: (tell_rests, "every rest as the camera saw it, and what the fit leaves")}
+    return run, {RESTS: (write_rests, "every rest as the camera saw it, and what the fit leaves")}
 
 
 def rests_table(done: Identified) -> list[list[str]]:

@@ -199,17 +199,17 @@ def _names() -> dict[str, str]:
 def _note(demo: DemoResult) -> str:
     tolerance = demo.runs[0].tolerance if demo.runs else 5.0
     within = [run.within_mm for run in demo.runs if run.within_mm]
-    words = (
+    sentence = (
         "What the brick claims decides nothing here: the emulator knows where the tip truly is, "
         f"and a goal counts as reached where that is at most {MAX_TRUE_TOLERANCES:g} times the "
         f"tolerance of {tolerance:g} px away in the picture"
     )
     if within:
-        return words + (
+        return sentence + (
             f"s, or rather in space: that is at most {max(within):.0f} mm, in the direction in "
             "which the cameras tell least. A distance in px is that of all cameras together"
         )
-    return words + ". Millimetres are measured in the plane in which the marker on the tip moves"
+    return sentence + ". Millimetres are measured in the plane in which the marker on the tip moves"
 
 
 _LEFT = _names()

@@ -57,7 +57,7 @@ def test_the_table_has_value_uncertainty_and_the_truth_where_it_is_known():
 
 def test_every_criterion_has_its_words():
     for name in ("AP", "RP", "vAP", "AD", "RD", "AT", "RT"):
-        assert report.WORDS[name]
+        assert report.MEANINGS[name]
 
 
 def test_notes_say_what_a_fitted_stand_hides_and_what_the_camera_cannot_tell():
