@@ -9,7 +9,7 @@ import pytest
 from laptop.record.figures import line_accuracy
 from laptop.record.figures.line_accuracy import (
     BadWantedPath,
-    is_there_to_see,
+    has_content,
     measure,
     pen_down_runs,
     write_trace,
@@ -290,9 +290,9 @@ def test_there_is_to_see_a_wanted_path_ink_or_an_arm_that_moved():
     rest = [Row(t, (0.25, -0.5), 20.8, 0.0, 0) for t in (0.0, 0.005, 0.01)]
     settled = [*rest, rest[0]._replace(q=(0.25, -0.52))]
     for pen in (0, 1):  # an arm without a pen motor has it down always
-        assert not is_there_to_see([row._replace(pen=pen) for row in settled], [])
-    assert not is_there_to_see([], [])
-    assert is_there_to_see(rest, [LINE])
-    assert is_there_to_see([*rest, rest[0]._replace(pen=1)], [])
+        assert not has_content([row._replace(pen=pen) for row in settled], [])
+    assert not has_content([], [])
+    assert has_content(rest, [LINE])
+    assert has_content([*rest, rest[0]._replace(pen=1)], [])
     there_and_back = [*rest, rest[0]._replace(q=(0.25, -0.7)), *rest]
-    assert is_there_to_see(there_and_back, [])
+    assert has_content(there_and_back, [])
