@@ -10,6 +10,7 @@ from laptop.cli.bench import BenchCommand, choices, command_of, cpu_option, seed
 from laptop.cli.main import main
 from laptop.cli.options import without_own_arms
 from laptop.cli.start import order_sets
+from tests.claims.mutant_list import GROUPS
 
 PROGRAM = "python -m tests.claims"
 HERE = "tests.claims."
@@ -115,6 +116,12 @@ CLAIMS = (
         HERE + "brick",
         "What the brick's computing costs: counted, and as it is emulated.",
         (),
+    ),
+    BenchCommand(
+        "mutants",
+        HERE + "mutants",
+        "Safety-relevant lines broken one at a time: which test notices.",
+        (choices("--group", GROUPS, "Only lines that guard this; all."),),
     ),
 )
 
