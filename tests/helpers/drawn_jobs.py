@@ -1,9 +1,11 @@
-"""A job drawn on the emulated brick of a test, with orders at times."""
+"""A job drawn on the emulated brick of a test, with orders at times; a stroke by joint angles."""
+
+import math
 
 from robot.jobs.orders import JobOrders
 from robot.jobs.report import JobReport
 from robot.jobs.runner import JobRunner
-from shared.job import Job
+from shared.job import Job, Stroke
 
 
 class Drawn:
@@ -41,3 +43,10 @@ class Drawn:
         done = self.runner.run(*args, **options)
         self.robot.park()
         return done
+
+
+def move(q, end):
+    """A Stroke that leads every joint from one pose to another in 2 s, degrees."""
+    q, end = ([math.radians(angle) for angle in pose] for pose in (q, end))
+    cubics = [[a, 0.0, 3 * (b - a), 2 * (a - b)] for a, b in zip(q, end)]
+    return Stroke("", 1.0, 1.0, [([0.0, 2.0], [(0.5, 0.0, cubics, None)], end)])

@@ -242,11 +242,14 @@ def test_a_piece_that_goes_back_before_it_goes_on_is_refused(tmp_path, v):
 
 
 def test_what_turns_back_at_its_very_end_is_looked_at_as_far_as_it_goes(tmp_path):
-    # By 0.25 mm, as rounded numbers would have it, at 1000 rad/cm.
-    v, a, dt = 1.0, -1.0, 1.009
-    steep = (0.0, 0.0, 0.0, 0.0), (2.96 - 499.9595, 1000.0, 0.0, 0.0)
-    assert "beyond its limits" in refusal(one_segment(tmp_path, v, a, dt, *steep))
-    assert "runs backwards" in refusal(one_segment(tmp_path, v, a, 1.02, *steep))
+    # By 0.4 mm, as rounded numbers would have it, at 2 rad/cm: by 4.6 deg.
+    v, a, dt = 0.02, -0.001, 29.0
+    end = dt * (v + 0.5 * a * dt)
+    within, beyond = (math.radians(angle) - 2.0 * end for angle in (165, 169))
+    read_all(one_segment(tmp_path, v, a, dt, (within, 2.0, 0.0, 0.0)), PLANAR)
+    told = refusal(one_segment(tmp_path, v, a, dt, (beyond, 2.0, 0.0, 0.0)))
+    assert "shoulder at 173.6 deg, beyond its limits -90 to 170" in told
+    assert "runs backwards" in refusal(one_segment(tmp_path, v, a, 31.0, (0.0, 2.0, 0.0, 0.0)))
 
 
 def test_many_small_jumps_are_as_bad_as_a_large_one(tmp_path):

@@ -1,23 +1,15 @@
 """All of a job is looked at before anything moves: limits, the table, what was learned, times."""
 
-import math
-
 import jobs
 import pytest
+from drawn_jobs import move
 from rig import Shell
 
 from robot.jobs.checking import check_strokes
 from shared.arm_description import find_arm, read_arm
-from shared.job import BadJob, Job, Stroke, header_of, write_job
+from shared.job import BadJob, Job, header_of, write_job
 
 PLANAR, SPATIAL = (read_arm(find_arm(name)) for name in ("planar", "spatial"))
-
-
-def move(q, end):
-    """A Stroke that leads every joint from one pose to another in 2 s, degrees."""
-    q, end = ([math.radians(angle) for angle in pose] for pose in (q, end))
-    cubics = [[a, 0.0, 3 * (b - a), 2 * (a - b)] for a, b in zip(q, end)]
-    return Stroke("", 1.0, 1.0, [([0.0, 2.0], [(0.5, 0.0, cubics, None)], end)])
 
 
 def written(folder, strokes, arm=PLANAR):
@@ -64,6 +56,14 @@ def test_an_upright_arm_is_kept_off_the_table(tmp_path):
     path = written(tmp_path, [move(above, above[:2] + (-61,)), move(above, below)], SPATIAL)
     assert "stroke 2 goes " in refusal(path, SPATIAL)
     assert "cm into the table" in refusal(path, SPATIAL)
+
+
+def test_no_part_goes_deeper_into_the_table_than_half_a_centimetre(tmp_path):
+    above, deepest, deeper = (0, 0, -20), (0, -20, -45), (0, -20, -46)  # 0.48 cm and 0.54 cm
+    path = written(tmp_path, [move(above, deepest)], SPATIAL)
+    assert list(check_strokes(Job(path, SPATIAL), SPATIAL)) == [1]
+    path = written(tmp_path, [move(above, deeper)], SPATIAL)
+    assert "stroke 1 goes 0.5 cm into the table" in refusal(path, SPATIAL)
 
 
 def test_jobs_as_they_are_planned_pass(tmp_path):

@@ -6,6 +6,7 @@ import signal
 import statistics
 
 import pytest
+from drawn_jobs import move
 from offered_jobs import planned_job
 from servo_rig import PROGRAM
 
@@ -14,6 +15,7 @@ from laptop.emulator.virtual_tracker import LAPTOP_CLOCK_LEAD
 from laptop.see.serve.job_offer import JobOffer
 from robot.jobs import linked
 from robot.motion import kinematics
+from shared.job import header_of, write_job
 from shared.job_messages import Order
 from shared.messages import Start, Stop
 
@@ -338,6 +340,18 @@ def test_a_job_of_another_arm_is_refused_and_says_why(watched, tmp_path):
     assert states(laptop) == ["failed"]
     assert "was planned for planar (planar, links 12.3, 9.5 cm)" in laptop.reported[-1].reason
     assert laptop.down == []
+
+
+def test_its_last_stroke_is_looked_at_before_the_first_is_drawn(watched, tmp_path):
+    w = watched(plant="cpu=0")
+    strokes = [move((0, 100), (20, 100)), move((-85, 100), (-120, 100))]
+    path = tmp_path / "beyond.job"
+    write_job(str(path), header_of(w.arm, "beyond", 12.0, strokes, 0.0, 20.0), strokes)
+    laptop = drawn(w, Laptop(w, JobOffer(path)))
+    assert states(laptop) == ["failed"]
+    told = "stroke 2 needs the shoulder at -120.0 deg, beyond its limits"
+    assert told in laptop.told[-1].reason
+    assert not w.moved()
 
 
 def test_a_first_stroke_that_is_not_there_is_refused(watched, offer):

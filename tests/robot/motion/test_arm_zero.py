@@ -1,10 +1,14 @@
 """How long an arm believes its zero: not after a stall, a reset, nor another arm's moves."""
 
+import contextlib
+import functools
+
 import pytest
 from rig import degrees, far, switched_on
 
 from robot.ev3.brick_lock import BrickInUse
 from robot.motion.control_loop import Stalled
+from robot.motion.trajectory import JointMove
 from robot.motion.zero import NotHomed
 
 MOVES = {
@@ -84,6 +88,20 @@ def test_a_reset_while_a_program_waits_is_noticed_before_anything_moves(rig, mov
     rig.brick.reset_motors()
     assert refuses(rig, NotHomed, lambda: move(robot), "motor A reads 0", "reset since", "home")
     assert refuses(rig, NotHomed, robot.load_zero, "motor A reads 0", "home")
+
+
+@pytest.mark.parametrize("ends", ["well", "by an error"])
+def test_once_motors_are_given_back_nothing_moves_without_a_zero(tmp_path, ends):
+    """Homing and the check of the mounting borrow them before there is one."""
+    with switched_on(tmp_path, homed=False) as rig:
+        robot = rig.robot(awake=False)
+        with contextlib.suppress(KeyError), robot.lend_motors(zero_needed=False):
+            if ends == "by an error":
+                raise KeyError
+        move = rig.its(JointMove)([0.0], [0.5], [1.0])
+        for motor in robot.joints:
+            turn = functools.partial(robot.move_motor, motor, move)
+            assert refuses(rig, NotHomed, turn, "not been homed", "home")
 
 
 def test_an_arm_led_by_hand_is_no_reset(rig):

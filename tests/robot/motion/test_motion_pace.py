@@ -195,6 +195,21 @@ def test_a_joint_that_turns_is_not_called_blocked_because_ticks_are_long(
         )
 
 
+def test_a_joint_that_stands_under_full_feedback_is_given_up_after_half_a_second():
+    """Also where it is so stiff that no count is missed, and may be off by as much as it likes."""
+    world, ticks = World(), []
+    joint = Lagging(world, 0.0, stops=1.0)
+    joint.full_error = 0.1  # which is reached 0.1 s later
+    loop = ControlLoop(world, {joint: joint}, lambda: None, lambda line: None)
+    loop.pace.update = lambda *args: None
+    with pytest.raises(Stalled):
+        loop.run(
+            [joint], Even(), tolerances=Tolerances(error=math.inf),
+            on_tick=lambda t, now, angles: ticks.append(now),
+        )  # fmt: skip
+    assert ticks[-1] == pytest.approx(1.1 + 0.5, abs=0.05)
+
+
 def test_what_is_fed_forward_goes_at_the_plan_s_rate_from_the_first_tick_on():
     """Else an acceleration would be that of no time at all: the arm began with a blow."""
     world, ahead = World(), []

@@ -49,6 +49,11 @@ def test_a_joint_that_stands_where_a_free_one_would_have_turned_is_blocked():
     assert observed_turn([rest(0.0)], 0.1) == 0.0
 
 
+@pytest.mark.parametrize("turn", [0.06, -0.08])
+def test_a_joint_that_turned_by_less_than_a_free_one_is_blocked_though_it_turned(turn):
+    assert observed_turn([rest(turn)], 0.1) == 0.0
+
+
 @pytest.mark.parametrize(
     ("rests", "least"),
     [
