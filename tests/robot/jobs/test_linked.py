@@ -344,12 +344,13 @@ def test_a_job_of_another_arm_is_refused_and_says_why(watched, tmp_path):
 
 def test_its_last_stroke_is_looked_at_before_the_first_is_drawn(watched, tmp_path):
     w = watched(plant="cpu=0")
-    strokes = [move((0, 100), (20, 100)), move((-85, 100), (-120, 100))]
+    ways = ((0, 20), (40, 20), (-85, -120))  # of the shoulder; the runner itself looks one ahead
+    strokes = [move((begin, 100), (end, 100)) for begin, end in ways]
     path = tmp_path / "beyond.job"
     write_job(str(path), header_of(w.arm, "beyond", 12.0, strokes, 0.0, 20.0), strokes)
     laptop = drawn(w, Laptop(w, JobOffer(path)))
     assert states(laptop) == ["failed"]
-    told = "stroke 2 needs the shoulder at -120.0 deg, beyond its limits"
+    told = "stroke 3 needs the shoulder at -120.0 deg, beyond its limits"
     assert told in laptop.told[-1].reason
     assert not w.moved()
 
