@@ -51,7 +51,7 @@ MUTANTS = (
         "robot/motion/kinematics.py",
         "if not joint.lower <= angle <= joint.upper:",
         "if not joint.lower <= angle:",
-        ("tests/robot/motion/test_kinematics.py", "tests/robot/motion/test_trajectory.py"),
+        ("tests/robot/motion/test_trajectory.py::test_a_line_that_cannot_be_had_is_refused_whole",),
     ),
     Mutant(
         "limits",
@@ -138,10 +138,7 @@ MUTANTS = (
         "robot/servoing/sightings.py",
         "SIGHT_TIMEOUT = 0.3",
         "SIGHT_TIMEOUT = 0.45",
-        (
-            "tests/robot/servoing/test_servo_faults.py::"
-            "test_what_passes_holds_the_arm_and_it_goes_on",
-        ),
+        ("tests/robot/servoing/test_sightings.py",),
     ),
     Mutant(
         "stopping",
@@ -150,8 +147,8 @@ MUTANTS = (
         "elif now - axis.slack_at > STALL_TIMEOUT and now - axis.stands_since > STALL_TIMEOUT:",
         "elif False:",
         (
-            ARM + "test_a_chase_notices_a_blocked_joint_that_has_hardly_anything_to_go",
-            ARM + "test_a_blocked_joint_is_noticed_by_the_arm_itself",
+            "tests/robot/motion/test_motion_pace.py::"
+            "test_a_joint_that_stands_under_full_feedback_is_given_up_after_half_a_second",
         ),
     ),
     Mutant(
@@ -164,7 +161,7 @@ MUTANTS = (
     ),
     Mutant(
         "stopping",
-        "a run is held half as late when no page is heard",
+        "a run is held after 3 s without a page, not 2",
         "laptop/page/page_watch.py",
         "if self._holds and silence > UNHEARD_TIMEOUT and self._runs.is_driven:",
         "if self._holds and silence > 1.5 * UNHEARD_TIMEOUT and self._runs.is_driven:",
@@ -263,7 +260,9 @@ MUTANTS = (
         "robot/jobs/checking.py",
         "if lowest < -MAX_DEPTH:",
         "if lowest < 1.5 * -MAX_DEPTH:",
-        ("tests/robot/jobs/test_checking.py::test_an_upright_arm_is_kept_off_the_table",),
+        (
+            "tests/robot/jobs/test_checking.py::test_no_part_goes_deeper_into_the_table_than_half_a_centimetre",
+        ),
     ),
     Mutant(
         "jobs",
@@ -283,7 +282,9 @@ MUTANTS = (
         "robot/jobs/linked.py",
         "for _ in check_strokes(job, description):",
         "for _ in ():",
-        ("tests/robot/jobs/test_linked.py::test_a_job_of_another_arm_is_refused_and_says_why",),
+        (
+            "tests/robot/jobs/test_linked.py::test_its_last_stroke_is_looked_at_before_the_first_is_drawn",
+        ),
     ),
     Mutant(
         "jobs",
@@ -314,7 +315,9 @@ MUTANTS = (
         "robot/motion/arm.py",
         "self._zero_needed = True",
         "pass",
-        ("tests/robot/test_unhomed.py::test_in_what_they_borrow_nothing_else_moves_either",),
+        (
+            "tests/robot/motion/test_arm_zero.py::test_once_motors_are_given_back_nothing_moves_without_a_zero",
+        ),
     ),
     Mutant(
         "zero",

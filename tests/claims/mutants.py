@@ -29,7 +29,7 @@ from tests.claims.mutant_list import MUTANTS, Mutant
 COPIED = ("robot", "shared", "laptop", "tests", "pyproject.toml", "README.md")
 """Entries of the checkout that the tests need."""
 
-TIMEOUT = 600.0
+TIMEOUT = 1800.0
 """Longest time of the tests of a mutant, s."""
 
 FAILED, PASSED = 1, 0
@@ -153,8 +153,10 @@ class Checkout:
 
 def failed_test(out: str) -> str:
     """Return the first test that failed, by pytest's short summary; "" if there is none."""
-    found = re.search(r"^(?:FAILED|ERROR) (\S+?::\w+(?:\[.*?\])?)(?: - .*)?$", out, re.MULTILINE)
-    return found[1].rpartition("/")[2] if found else ""
+    found = re.search(
+        r"^(?:FAILED|ERROR) (?:\S*?/)*(\w+\.py::\w+(?:\[.*?\])?)(?: - .*)?$", out, re.MULTILINE
+    )
+    return found[1] if found else ""
 
 
 def last_line(out: str) -> str:

@@ -54,8 +54,8 @@ def test_by_kind_the_unbroken_come_first_with_the_same_tests():
 
 
 def test_the_test_that_failed_first_is_read():
-    out = "..F\nFAILED tests/a/test_b.py::test_c[1 - 2] - assert 1 == 2\n1 failed\n"
-    assert mutants.failed_test(out) == "test_b.py::test_c[1 - 2]"
+    out = "..F\nFAILED tests/a/test_b.py::test_c[1 - 2/3] - assert 1 == 2\n1 failed\n"
+    assert mutants.failed_test(out) == "test_b.py::test_c[1 - 2/3]"
     assert mutants.failed_test("3 passed\n") == ""
     assert mutants.last_line("ERROR: not found\n\n") == "ERROR: not found"
 
