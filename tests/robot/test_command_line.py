@@ -55,6 +55,16 @@ def test_every_script_is_tested():
     assert {"driver", "tracking_client", "visual_servoing", "bench_brick"} <= set(SCRIPTS)
 
 
+@pytest.mark.parametrize("name", ["driver", "visual_servoing", "tracking_client", "bench_brick"])
+def test_its_help_ends_with_two_examples(name, capsys):
+    with pytest.raises(SystemExit):
+        importlib.import_module("robot." + name).main(["--help"])
+    title, one, other = capsys.readouterr().out.splitlines()[-3:]
+    assert title == "examples:"
+    for example in (one, other):
+        assert re.match(rf"  {name}\.py \S", example)
+
+
 def test_its_usage_can_be_wrapped(parser, monkeypatch):
     """Python 3.5 takes it apart, and gives up where brackets stand within a word of an option."""
     for one in of_argparse(parser):

@@ -8,7 +8,6 @@ import sys
 import pytest
 from rig import Terminal, described, switched_on
 
-from robot import turtle_graphics
 from robot.motion import kinematics
 from robot.turtle_graphics import BadTurtle, NoTurtleCommand, Turtle
 from shared.arm_description import find_arm, read_arm
@@ -275,11 +274,3 @@ def test_a_signal_stops_it_and_parks(tmp_path, monkeypatch, capsys):
         assert outcome.t < t + 0.6
         assert "stopped by SIGTERM" in err
         assert rig.on_file()["parked"]
-
-
-def test_the_table_of_the_readme_has_all_of_it():
-    from places import ROBOT
-
-    text = (ROBOT / "README.md").read_text(encoding="utf-8").partition("## A turtle")[2]
-    for name in turtle_graphics.COMMANDS:
-        assert f"`{name}" in text, name
