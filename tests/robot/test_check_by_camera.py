@@ -185,9 +185,9 @@ def test_pictures_of_a_while_ago_are_not_taken_for_what_a_jog_has_done(looked):
     [
         (FromAbove(mirrored=True), LEFT_OF_AXLE, ["right of the arm", "picture is mirrored"]),
         (FromAbove(), (0.0, -8.0), ["right of the arm", "the marker lies there"]),
-        (FromAbove(), (0.0, 0.5), ["in one line with the arm", "if the picture was mirrored"]),
-        (FromAbove(), (20.0, 15.0), ["aside of the way round the marker goal", "from the side"]),
-        (FromAbove(), (13.0, 4.0), ["times as far as it should", "that lies elsewhere"]),
+        (FromAbove(), (0.0, 0.5), ["in one line", "mirrored"]),
+        (FromAbove(), (20.0, 15.0), ["aside of the way", "from the side"]),
+        (FromAbove(), (13.0, 4.0), ["times as far", "that lies elsewhere"]),
         (FromAbove(scale=1.5), LEFT_OF_AXLE, ["33 px apart", "bring the camera nearer"]),
     ],
 )
@@ -230,7 +230,7 @@ def test_a_marker_that_is_on_nothing_that_turns_is_told(looked):
     )
     status, _, err = w.check()
     assert status == 1
-    assert in_one_line(err, "takes for the marker effector stood", "put that on the tip")
+    assert in_one_line(err, "marker effector stood", "on the tip")
 
 
 def test_a_motor_that_moves_nothing_is_named(looked):
@@ -238,7 +238,7 @@ def test_a_motor_that_moves_nothing_is_named(looked):
     w.brick.plant.joints[1].link.half_backlash = math.radians(9)
     status, _, err = w.check()
     assert status == 1
-    assert in_one_line(err, "port B turned, and nothing moved", "backlash = 2 of [elbow]")
+    assert in_one_line(err, "port B", "nothing moved", "backlash = 2 of [elbow]")
 
 
 @pytest.mark.parametrize("fault", ["jam", "kill_encoder"])
@@ -247,7 +247,7 @@ def test_a_joint_that_does_not_turn_is_named(looked, fault):
     getattr(w.brick, fault)("B")
     status, _, err = w.check()
     assert status == 1
-    assert in_one_line(err, "the elbow (port B) does not turn", "check again")
+    assert in_one_line(err, "elbow (port B)", "check again")
     assert not w.brick.driven()
 
 
@@ -262,7 +262,7 @@ def test_a_picture_that_moves_at_rest_moves_nothing(looked):
     shake()
     status, _, err = w.check()
     assert status == 1
-    assert in_one_line(err, "px in the picture, though nothing turns", "let nobody walk")
+    assert in_one_line(err, " px ", "though nothing turns")
     assert w.writes == []
 
 
@@ -275,7 +275,7 @@ def test_a_camera_that_is_touched_at_a_jog_is_told(looked):
     w.at_a_jog(bump)
     status, out, err = w.check()
     assert status == 1
-    assert in_one_line(err, "the marker goal moved by", "camera, table or marker were touched")
+    assert in_one_line(err, "marker goal moved", "touched")
     assert "written" not in out
 
 
@@ -288,12 +288,12 @@ def test_a_marker_that_is_not_seen_at_first_moves_nothing(looked, hidden):
     w.hidden.add(hidden)
     status, _, err = w.check()
     assert status == 1
-    assert in_one_line(err, "marker lost (camera A does not see the marker " + hidden + ": look")
+    assert in_one_line(err, "marker lost (camera A ", "marker " + hidden)
     assert w.writes == []
 
 
 LOST = [
-    (lambda w: w.hidden.add("effector"), ["marker lost", "does not see the marker effector"]),
+    (lambda w: w.hidden.add("effector"), ["marker lost", "marker effector"]),
     (lambda w: w.tracker.silence(), ["while the motor at port", "turned: "]),
     (lambda w: w.tracker.restart(30.0), ["link lost", "127.0.0.1"]),
     (lambda w: w.tracker.pictures.freeze("A"), ["picture", "A"]),
@@ -317,7 +317,7 @@ def test_what_turns_stops_when_it_is_not_seen(looked, act, messages):
 @pytest.mark.parametrize(
     ("tracker", "messages"),
     [
-        ({"fps": 2.0}, ["camera slow", "gives only 2 pictures a second"]),
+        ({"fps": 2.0}, ["camera slow", "only 2 pictures"]),
         ({"latency": 1.5}, ["camera late", "1.5 s late"]),
     ],
 )
@@ -354,7 +354,7 @@ def test_of_an_arm_in_space_the_base_is_seen_and_the_rest_is_asked(
     status, out, err = w.check()
     assert (status, err) == (0, "")
     assert out.count("Which part moved?") == 2
-    assert "shoulder and elbow move the tip in one upright plane" in out
+    assert "in one upright plane" in out
     found = read_arm(find_arm("spatial"))
     assert [(j.port, j.direction) for j in found.joints] == [
         (j.port, j.direction) for j in w.built.joints

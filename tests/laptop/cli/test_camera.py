@@ -57,7 +57,7 @@ def test_a_picture_tells_where_the_camera_stands(run, scene, pictures):
     result = run("board.png", "--bar", "100", "--to", "camera.json")
     assert "markers in 1 view" in result.output
     assert "25 degrees from straight down" in result.output
-    assert "scale: the bar is 100 mm long, as measured" in result.output
+    assert "bar is 100 mm" in result.output
     reported = json.loads((pictures / "camera.json").read_text())
     rotation, _ = cv2.Rodrigues(np.array(reported["rotation"]))
     position = -rotation.T @ np.array(reported["translation"]) + (9, 0, 0)  # the board is at 9, 0
@@ -66,12 +66,12 @@ def test_a_picture_tells_where_the_camera_stands(run, scene, pictures):
         "camera and board are"
     )
     moved = run("moved.png", "--calibration", "camera.json", status=1)
-    assert "has moved since by 6.0 px" in moved.output
+    assert " 6.0 px" in moved.output
 
 
 def test_pictures_without_the_board_are_counted(run):
     result = run("nothing.png", "board.png")
-    assert result.output.startswith("1 of 2 pictures show the board\n")
+    assert result.output.startswith("1 of 2 ")
     assert "measure the bar" in result.output
 
 
@@ -82,38 +82,36 @@ def test_pictures_that_cannot_be_read_are_named(run, pictures, tmp_path):
         (tmp_path / name).write_bytes(b"no picture")
     result = run(str(tmp_path))
     first, second, *_ = result.output.splitlines()
-    assert first == (
-        f"{tmp_path}: 4 of 5 frames could not be read: b.png (is a damaged picture, and cannot be "
-        "read), c.png (is neither PNG nor JPEG), d.png (is neither PNG nor JPEG) and 1 more"
-    )
+    assert first.startswith(f"{tmp_path}: 4 of 5 frames")
+    assert re.findall(r"\w\.png", first) == ["b.png", "c.png", "d.png"]
     assert "markers in 1 view;" in second
 
 
 def test_a_picture_that_shows_no_board_as_it_is_is_left_out_with_its_cause(run):
     result = run("mirrored.png", "board.png")
     first, second, *_ = result.output.splitlines()
-    assert first.startswith("mirrored.png: the picture is mirrored: ")
-    assert second == "1 of 2 pictures show the board"
+    assert first.startswith("mirrored.png: ")
+    assert second.startswith("1 of 2 ")
 
 
 @pytest.mark.parametrize(
     ("args", "reported"),
     [
-        (["nothing.png"], "no marker of the board is seen; show it whole, sharp and lit"),
+        (["nothing.png"], "no marker"),
         (["small.png"], "no marker of the board is seen|too small|markers are seen"),
-        (["mirrored.png"], r"mirrored.png: the picture is mirrored: 2\d markers are seen in its"),
-        (["two.png"], r"two.png: two boards are seen, 2\d markers twice: show one of them alone"),
-        (["board.png", "turned.png"], "pictures of 480x640, 640x480: some are turned on their"),
-        (["none.png"], "no camera, file or folder 'none.png'"),
-        (["board.png", "wide.png"], "pictures of 1280x960, 640x480: take all of one camera"),
-        (["board.png", "--bar", "9"], "bar 9 mm: it is 100 mm long on paper"),
-        (["board.png", "--bar", "nan"], "bar nan mm: it is 100 mm long on paper"),
-        (["board.png", "--to", "no/c.json"], "no/c.json: there is no folder no; make it first"),
+        (["mirrored.png"], r"mirrored.png: .* mirrored: 2\d "),
+        (["two.png"], r"two.png: two boards .* 2\d "),
+        (["board.png", "turned.png"], "480x640, 640x480: .* turned"),
+        (["none.png"], "'none.png'"),
+        (["board.png", "wide.png"], "1280x960, 640x480: .* one camera"),
+        (["board.png", "--bar", "9"], "bar 9 mm"),
+        (["board.png", "--bar", "nan"], "bar nan mm"),
+        (["board.png", "--to", "no/c.json"], "no/c.json: .*no folder"),
         (
             ["board.png", "--calibration", "no.json"],
-            "cannot read no.json: No such file or directory",
+            "cannot read no.json",
         ),
-        (["board.png", "--calibration", "board.png"], "board.png: this is no camera's file"),
+        (["board.png", "--calibration", "board.png"], "board.png: .*no camera's file"),
         (["board.png", "--scene", "board=a4"], "only the source synthetic has a scene"),
         (["synthetic", "--scene", "board=a3"], "board = a3"),
     ],
@@ -143,7 +141,7 @@ def test_the_emulated_camera_is_calibrated_as_it_is(run):
     [
         (["--paper", "a4"], "--paper is of the board: add --board"),
         (["--board", "--diameter", "30"], "--diameter is of the page of discs"),
-        (["--board", "board.doc"], "board.doc would be no .pdf or .svg or .png by its name"),
+        (["--board", "board.doc"], ".pdf or .svg or .png"),
     ],
 )
 def test_a_page_that_cannot_be_made_is_refused(args, reported, tmp_path, monkeypatch):
@@ -158,8 +156,7 @@ def test_the_board_is_written_for_the_paper(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     result = CliRunner().invoke(laptop, ["markers", "--board"])
     assert result.exit_code == 0
-    assert "board.pdf: print it on a4 at 100 %" in result.output
-    assert "132 x 219 mm in the middle are free to draw on" in result.output
+    assert re.search(r"^board.pdf: .* a4 .* 100 %.* 132 x 219 mm", result.output, re.DOTALL)
     assert (tmp_path / "board.pdf").read_bytes()[:5] == b"%PDF-"
 
 

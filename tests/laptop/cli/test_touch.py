@@ -53,7 +53,7 @@ def run(tmp_path, monkeypatch):
 def test_an_emulated_hand_finds_the_offset_to_half_a_millimetre(run, tmp_path, args):
     result = run("--simulate", "--out", "out", "--scene", TEXT, *args)
     arm = "geared" if "geared" in args else "planar"
-    assert "set the pen on cross 9 of 9, bottom right on the sheet, and press" in result.output
+    assert "cross 9 of 9" in result.output
     truth = marker_offset(ARM, read_scene(TEXT))
     found = read_arm(tmp_path / "out" / f"{arm}.ini").marker_offset
     assert np.linalg.norm(truth) == pytest.approx(0.5)
@@ -155,12 +155,12 @@ def test_a_file_of_another_and_a_folder_that_is_none_are_told_before(touched, tm
     out.mkdir()
     (out / "planar.touched.json").write_text("precious")
     result = touched("--out", str(out), status=1)
-    assert "is no file of touched crosses, and would be lost; move it away" in result.output
+    assert "would be lost" in result.output
     assert (out / "planar.touched.json").read_text() == "precious"
     result = touched("--out", str(out / "planar.touched.json"), status=2)
     assert "is a file" in result.output
     result = touched("--out", str(tmp_path / "a\nb"), status=1)
-    assert "has characters that cannot be shown" in result.output
+    assert "cannot be shown" in result.output
     assert nothing_written(tmp_path)
 
 
@@ -171,8 +171,8 @@ def test_a_disc_that_is_not_seen_leaves_its_cross_out(touched, recorded, tmp_pat
     image[..., 2] = image[..., :2].max(axis=2)  # nothing is red any more
     cv2.imwrite(str(pictures / "3.png"), image)
     result = touched(pictures=pictures, status=1)
-    assert re.search(r"the arm's marker is not seen \(.*\): cross 4 is left out", result.output)
-    assert "5 crosses were touched; 6 are the least, 9 are better" in result.output
+    assert "cross 4 is left out" in result.output
+    assert re.search(r"\b5 crosses .* 6 ", result.output)
     assert nothing_written(tmp_path)
 
 
@@ -181,7 +181,7 @@ def test_a_camera_that_moved_writes_nothing(touched, recorded, tmp_path):
     pictures = shutil.copytree(folder, tmp_path / "pictures")
     cv2.imwrite(str(pictures / "5.png"), np.roll(cv2.imread(str(folder / "5.png")), 4, axis=1))
     result = touched(pictures=pictures, status=1)
-    assert "has moved since by 4.0 px" in result.output
+    assert " 4.0 px" in result.output
     assert nothing_written(tmp_path)
 
 
@@ -195,21 +195,21 @@ def test_a_touch_beside_its_cross_writes_nothing(touched, recorded, tmp_path):
 @pytest.mark.parametrize(
     ("args", "reported"),
     [
-        ((), "Give the camera, --camera 0 say, or --simulate."),
+        ((), "--camera 0"),
         (
             ("--camera", "0", "--simulate"),
-            "has a camera of its own: leave --camera out.",
+            "leave --camera out.",
         ),
         (("--camera", "synthetic"), "add --simulate."),
         (("--camera", "0", "--plant", "cpu=0"), "add --simulate."),
-        (("--camera", "0", "--simulate", "--touches", "x"), "--simulate has a camera of its own"),
+        (("--camera", "0", "--simulate", "--touches", "x"), "leave --camera out"),
         (("--camera", "0", "--touches", "x", "--brick", "ev3"), "--touches calls no brick"),
-        (("--simulate", "--arm", "spatial"), "let go it would drop"),
+        (("--simulate", "--arm", "spatial"), "would drop"),
         (("--simulate", "--scene", "board=none"), "the scene has no board to touch"),
         (("--simulate", "--bar", "5"), "bar"),
         (("--simulate", "--crosses", "1,2"), "6 are the least"),
-        (("--simulate", "--crosses", "1,2,x"), "'1,2,x' is not a list of crosses"),
-        (("--simulate", "--crosses", "1,1,2,3,4,5,6"), "is not a list of crosses"),
+        (("--simulate", "--crosses", "1,2,x"), "'1,2,x'"),
+        (("--simulate", "--crosses", "1,1,2,3,4,5,6"), "'1,1,2,3,4,5,6'"),
         (("nowhere.png", "--touches", "x", "--effector", "red"), "nowhere.png"),
         (
             (
@@ -230,7 +230,7 @@ def test_what_cannot_be_is_one_line(run, tmp_path, args, reported):
 
 def test_files_of_points_that_are_none_are_one_line(touched, tmp_path):
     result = touched(lines=["ended, status 0"], status=1)
-    assert "'ended, status 0' is no JSON: it is no point of driver.py touch --json" in result.output
+    assert "'ended, status 0' is no JSON" in result.output
     result = touched(lines=[], status=1)
     assert "0 crosses were touched" in result.output
     assert nothing_written(tmp_path)
