@@ -1,7 +1,5 @@
 """Viewers, state, history and the emulated brick that comes along."""
 
-import re
-
 import pytest
 from page_scene import PATH, PageScene
 
