@@ -28,6 +28,7 @@ from typing import Iterator, List, Optional, Sequence, Set, Union
 from laptop.emulator.host.instruction_costs import CALLS, COSTS, METHODS, imports
 from laptop.emulator.host.syntax_tree import (
     any_whole_number,
+    as_loaded,
     as_run,
     assigned_names,
     default_values,
@@ -38,7 +39,6 @@ from laptop.emulator.host.syntax_tree import (
     parameter_names,
     stored_names,
     walk_scope,
-    without_types,
 )
 
 MYPY = False
@@ -50,7 +50,7 @@ if MYPY:
 COUNT, SPEND, LOAD, ENROL = "_count_", "_spend_", "_load_", "_enrol_"
 """Names in an instrumented module: of its count; of the function that adds to it where no statement
 can stand; of the function that charges a function's imports; and of the builtin that each module
-calls first with its names, the length of its source (but for types) and its imports, see
+calls first with its names, the length of its source (as it is loaded) and its imports, see
 processor.Processor.enrol."""
 
 DUE, LOOK = "_due_", "_look_"
@@ -67,7 +67,7 @@ _WALRUS = sys.version_info >= (3, 8)
 
 def compiled(source: bytes, file: str) -> CodeType:
     """Compile a module's `source` (bytes) with its counts."""
-    tree = _Counting().module(as_run(ast.parse(source, file)), len(without_types(source)))
+    tree = _Counting().module(as_run(ast.parse(source, file)), len(as_loaded(source)))
     return compile(tree, file, "exec", dont_inherit=True)
 
 

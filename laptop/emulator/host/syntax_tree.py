@@ -7,6 +7,7 @@ from typing import Iterable, Iterator, List, Set
 _SCOPES = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda, ast.ClassDef)
 _LEAVES = (ast.Return, ast.Raise, ast.Break, ast.Continue)
 _FOR_CHECKERS = re.compile(rb"^if MYPY:\n(?:(?:[ \t]+.*)?\n)+?(?=\S|\Z)", re.MULTILINE)
+_NOT_COMPILED = re.compile(rb"^[ \t]+|  # .*", re.MULTILINE)
 _TYPE_COMMENT = re.compile(
     rb"(?:^[ \t]+# type: (?!ignore).*\n|  # type: (?!ignore).*)", re.MULTILINE
 )
@@ -38,9 +39,14 @@ def as_run(tree: ast.Module) -> ast.Module:
     return tree
 
 
-def without_types(source: bytes) -> bytes:
-    """Return a module's source (bytes) without the parts that only type checkers read."""
-    return _TYPE_COMMENT.sub(b"", _FOR_CHECKERS.sub(b"", source))
+def as_loaded(source: bytes) -> bytes:
+    """Return a module's source (bytes) as far as it is in what is compiled.
+
+    What stands under `if MYPY:` is not run, but compiled, and so it is loaded.  Indents and
+    comments are not in what is compiled.
+    """
+    bare = _FOR_CHECKERS.sub(lambda block: _NOT_COMPILED.sub(b"", block.group()), source)
+    return _TYPE_COMMENT.sub(b"", bare)
 
 
 def may_leave(statement: ast.stmt) -> bool:

@@ -207,7 +207,7 @@ def test_a_module_tells_what_it_imports_and_how_long_it_is(monkeypatch):
     assert counted(source, monkeypatch)[1] == [(len(source), ["ev3dev2", "json"])]
 
 
-def test_what_type_checkers_alone_read_costs_nothing(monkeypatch):
+def test_what_type_checkers_alone_read_is_loaded_and_not_run(monkeypatch):
     plain = "import json\n\nMYPY = False\nif MYPY:\n    pass\n\n\n"
     plain += "def f(a):\n    return a\n\n\nB = f(1)\n"
     typed = plain.replace(
@@ -218,8 +218,11 @@ def test_what_type_checkers_alone_read_costs_nothing(monkeypatch):
     for source in (plain, typed):
         space, reported = counted(source, monkeypatch)
         counts.append((space["_count_"], reported))
-    assert counts[0] == counts[1]
-    assert counts[0][1][0][1] == ["json"]
+    (plain_count, [(plain_length, asked)]), (typed_count, [(typed_length, also)]) = counts
+    assert plain_count == typed_count
+    assert asked == also == ["json"]
+    names = "import argparse\n\nfrom typing import List\n\nBs = List[int]\n"
+    assert typed_length - plain_length == len(names) - len("pass\n")
 
 
 def test_imports_are_known_with_all_that_they_bring():
