@@ -157,13 +157,13 @@ def test_of_a_browser_s_pages_the_one_counts_that_is_most_present():
 
 
 @pytest.mark.parametrize(
-    ("page", "browser", "word"),
+    ("page", "sender", "word"),
     [("page", 2, "closed"), ("stranger", 1, "closed"), ("page", 1, "nonsense"), ("", 0, "")],
 )
-def test_a_word_of_nobody_or_of_another_browser_is_none(page, browser, word):
+def test_a_word_of_nobody_or_of_another_browser_is_none(page, sender, word):
     pulse = made([], [])
     pulse.join("page", 1)
-    pulse.on_presence(page, browser, word)
+    pulse.on_presence(page, sender, word)
     assert pulse.signs() == {1: Sign(Presence.SHOWN)}
 
 
