@@ -22,9 +22,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from laptop.emulator.bundled_scripts import REPO_ROOT
-
 from laptop.bench.bench import BadBench, BenchRecord, BenchTable
+from laptop.emulator.bundled_scripts import REPO_ROOT
 from tests.claims.mutant_list import MUTANTS, Mutant
 
 COPIED = ("robot", "shared", "laptop", "tests", "pyproject.toml", "README.md")
