@@ -39,7 +39,7 @@ def test_statuses_are_taken_until_they_are_over_and_then_what_is_said():
     reader = StatusReader()
     found = [reader.handle(line) for line in [*reported, "driver.py: the elbow is blocked"]]
     assert [status and status.stroke for status in found] == [3, None, 4, None, None]
-    assert reader.said == "driver.py: the elbow is blocked\n"
+    assert reader.final_output == "driver.py: the elbow is blocked\n"
 
 
 @pytest.mark.parametrize(
@@ -69,7 +69,7 @@ def test_what_a_program_says_at_its_end_is_kept_in_part_only():
     reader.handle('{"over": true}')
     for _ in range(1000):
         reader.handle("A" * 1000)
-    assert len(reader.said) <= 4000
+    assert len(reader.final_output) <= 4000
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ from accuracy_rigs import camera_above
 from click.testing import CliRunner
 from run_json import run_in
 
-from laptop.cli.accuracy import _check_still, _look
+from laptop.cli.accuracy import _calibrate_cameras, _check_still
 from laptop.cli.main import laptop
 from laptop.measure.accuracy.sighting import BadSighting
 from laptop.see.markers.board import BOARDS
@@ -114,4 +114,4 @@ def test_a_board_that_is_covered_when_it_is_looked_at_is_said(monkeypatch, capsy
     _check_still(StillRig(), {"A": found})
     assert capsys.readouterr().out.startswith("camera A: the board is covered")
     with pytest.raises(BadSighting, match="camera B does not see the board: lay it flat"):
-        _look(StillRig(), ["B"], None)
+        _calibrate_cameras(StillRig(), ["B"], None)

@@ -89,7 +89,7 @@ def test_the_hand_does_what_it_is_asked_for_and_nothing_else(line, presses):
     hand = PenChanger()
     brick = SimpleNamespace(world=SimpleNamespace(now=lambda: 20.0))
     hand(brick, SimpleNamespace(press=pressed.append))
-    hand.hear(line)
+    hand.handle(line)
     assert [(press.button, press.t) for press in pressed] == [("enter", 25.0)] * presses
 
 

@@ -11,12 +11,12 @@ def watched(frames_late, tells_late):
     ink = InkTrack()
     events = []
     for k in range(60):
-        events.append((0.1 * k + frames_late, "see", 0.1 * k, (10.0 * k, 5.0)))
+        events.append((0.1 * k + frames_late, "add_tip", 0.1 * k, (10.0 * k, 5.0)))
     for k in range(30):
         t = 0.2 * k + 0.01
-        events.append((t + tells_late, "tell", t, 1 <= t < 2 or 3 <= t < 4))
+        events.append((t + tells_late, "set_pen", t, 1 <= t < 2 or 3 <= t < 4))
     for t, down in ((1.0, True), (2.0, False), (3.0, True), (4.0, False)):
-        events.append((t + tells_late, "tell", t, down))
+        events.append((t + tells_late, "set_pen", t, down))
     for _, kind, t, what in sorted(events, key=lambda event: event[0]):
         getattr(ink, kind)(t, what)
     return ink
