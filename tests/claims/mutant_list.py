@@ -125,8 +125,8 @@ MUTANTS = (
         "stopping",
         "in motion the arm goes on without seeing its marker",
         "robot/servoing/loop.py",
-        "if not halt and not self._lookout.goes_on_seeing():",
-        "if halt and not self._lookout.goes_on_seeing():",
+        "if not halt and not self._receiver.still_sees():",
+        "if halt and not self._receiver.still_sees():",
         (
             "tests/robot/servoing/test_servo_faults.py::"
             "test_what_passes_holds_the_arm_and_it_goes_on",
@@ -163,8 +163,8 @@ MUTANTS = (
         "stopping",
         "a run is held after 3 s without a page, not 2",
         "laptop/page/page_watch.py",
-        "if self._holds and silence > UNHEARD_TIMEOUT and self._runs.is_driven:",
-        "if self._holds and silence > 1.5 * UNHEARD_TIMEOUT and self._runs.is_driven:",
+        "if self._holds and silence > BROWSER_TIMEOUT and self._runs.is_driven:",
+        "if self._holds and silence > 1.5 * BROWSER_TIMEOUT and self._runs.is_driven:",
         ("tests/laptop/page/test_controller.py",),
     ),
     Mutant(
@@ -182,8 +182,8 @@ MUTANTS = (
         "stopping",
         "a STOP that was lost with the link is not said again",
         "laptop/page/repeated_stop.py",
-        "if status is not self._told:",
-        "if status is self._told:",
+        "if status is not self._last_status:",
+        "if status is self._last_status:",
         (
             "tests/laptop/page/test_run_control.py::"
             "test_a_stop_is_said_until_the_brick_has_heard_it",
@@ -364,9 +364,9 @@ MUTANTS = (
     Mutant(
         "zero",
         "a joint that stands is called one that turns",
-        "robot/servoing/stall_witness.py",
-        "if abs(turn) > max(doubt, least):",
-        "if abs(turn) > doubt:",
-        ("tests/robot/servoing/test_stall_witness.py",),
+        "robot/servoing/stall_diagnosis.py",
+        "if abs(turn) > max(uncertainty, least):",
+        "if abs(turn) > uncertainty:",
+        ("tests/robot/servoing/test_stall_diagnosis.py",),
     ),
 )

@@ -351,7 +351,7 @@ def test_its_last_stroke_is_looked_at_before_the_first_is_drawn(watched, tmp_pat
     laptop = drawn(w, Laptop(w, JobOffer(path)))
     assert states(laptop) == ["failed"]
     told = "stroke 3 needs the shoulder at -120.0 deg, beyond its limits"
-    assert told in laptop.told[-1].reason
+    assert told in laptop.reported[-1].reason
     assert not w.moved()
 
 
