@@ -128,7 +128,7 @@ class Shell:
         """End the tracker."""
         if self._tracker:
             tracker, self._tracker = self._tracker, None
-            _end(*tracker)
+            _end(tracker)
 
     def _parse(self, words, status):
         parse(words[3:])
