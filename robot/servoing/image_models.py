@@ -82,7 +82,12 @@ def models_of(method, arm):
     Args:
         method: one of shared.run_options.METHODS whose maker is runs.model_servo.
         arm: shared.arm_description.Arm.
+
+    Raises:
+        KeyError: none of them.
     """
+    if method not in ("broyden", "kalman", "chain"):
+        raise KeyError(method)
     n, links = len(arm.joints), [joint.link for joint in arm.joints]
     if method == "broyden":
         return {method: ModelKind(lambda camera: LocalJacobian(2, n, False), blames_all=True)}

@@ -210,7 +210,7 @@ class Servo(object):
             return self._start_from(at_shares(shares, *self._box))
         if action == EXPLORE_ANEW:
             return self._explore_anew(q, goal, measurements)
-        return self._move(q, goal, error, measurements)
+        return self.move(q, goal, error, measurements)
 
     def _judge(self, q, seen, q_before, seen_before):
         # type: (Pose, Dict[str, Features], Pose, Dict[str, Features]) -> None
@@ -297,9 +297,16 @@ class Servo(object):
         """Return the Decision to go to q (rad), as far as the limits allow."""
         return Decision(action, self._targets.inside(q), "", "")
 
-    def _move(self, q, goal, error, measurements):
+    def move(self, q, goal, error, measurements):
         # type: (List[float], Features, float, Sequence[Measurement]) -> Decision
-        """Take a step by the best model, within the trust region; `error` is |e|, px."""
+        """Take a step by the best model, within the trust region: what another law overrides.
+
+        Args:
+            q: where the joints are, rad.
+            goal: features, px, of the cameras that are gone by.
+            error: distance from it, px.
+            measurements: by which this is decided.
+        """
         name = self.using = self.models.best()
         image = self.models.together(name, self._selection)
         J = {c: self.models.image(name, c).jacobian(q) for c in self.cameras}

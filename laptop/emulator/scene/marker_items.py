@@ -48,9 +48,8 @@ def marker_offset(arm: Arm, constants: dict[str, Any]) -> np.ndarray:
 def outer_radius(constants: dict[str, Any]) -> float:
     """Return the radius of a marker with all that belongs to it, cm."""
     radius = constants["marker_radius"]
-    if constants["marker"] == "disc":
-        return float(radius + constants["rim"])
-    return float(radius * (1.4 if constants["marker"] == "aruco" else 1.0))
+    by_kind = {"disc": radius + constants["rim"], "ball": radius, "aruco": 1.4 * radius}
+    return float(by_kind[constants["marker"]])
 
 
 def beam_light(constants: dict[str, Any]) -> np.ndarray:
@@ -76,6 +75,7 @@ def marker_items(
         return [Item([ball_contour(centre, radius, camera)], light, "ball", name, (centre, radius))]
     if constants["marker"] == "aruco":
         return _aruco(name, radius, centre, angle)
+    assert constants["marker"] == "disc", "a kind without a picture"
     return _disc(name, radius, constants["rim"], light, centre)
 
 

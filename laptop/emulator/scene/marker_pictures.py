@@ -66,6 +66,7 @@ class LoneMarker:
                 (bits, white),
             ]
         light = light_of(self.colour) if isinstance(self.colour, str) else self.colour
+        assert self.kind in ("disc", "ball"), "a kind without a picture"
         if self.kind == "ball":
             light = _ball_straight_on(place, self.radius, light, box, lamp)
         return [([place + circle(self.radius, 256)], np.asarray(light))]

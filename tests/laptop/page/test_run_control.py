@@ -124,7 +124,7 @@ def test_a_start_while_a_run_is_on_is_refused(scene, verdict):
 @pytest.mark.parametrize(
     ("orders", "why"),
     [
-        (("guess",), "'guess' is no method; take one of report, broyden"),
+        (("guess",), "'guess' is no method; take one of report, "),
         (("chain", "jump"), "'jump' is no mode"),
         (("chain", "look", "all"), "'all' is no rows"),
         (("chain", "look", "stereo", 0.1), "tolerance 0.1: from 0.5 to 200 px"),

@@ -308,7 +308,7 @@ def test_every_mode_of_every_sensor_can_be_read(run, name):
     kind = KINDS[name]
     driver, address, *_ = lines[0].split()
     assert driver == kind.driver
-    assert address == "ev3-ports:in3" + (":i2c1" if "nxt-us" in driver else "")
+    assert address == "ev3-ports:in3" + (":i2c1" if kind.connection == "nxt-i2c" else "")
     assert [line.split()[1:3] for line in lines[1:]] == [["True", "True"]] * (len(lines) - 1)
     assert len(lines) - 1 == len([mode for mode in kind.modes if mode.measure])
 

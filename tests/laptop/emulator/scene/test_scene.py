@@ -22,7 +22,7 @@ from laptop.emulator.scene.optics import (
 )
 from laptop.emulator.scene.poses import ScriptedPoses
 from laptop.emulator.scene.scene import Scene
-from laptop.emulator.scene.scene_constants import CAMERAS, CONSTANTS, BadScene, read_scene
+from laptop.emulator.scene.scene_constants import CAMERAS, CONSTANTS, MARKERS, BadScene, read_scene
 from laptop.emulator.scene.synthetic_camera import SyntheticCamera
 from laptop.emulator.scene.tabletop import _bricks
 from laptop.emulator.scene.workcell import cameras, marker_centre
@@ -701,7 +701,7 @@ def test_the_constants_are_the_defaults_with_what_is_given():
         ("tilt=nan", ["tilt = nan", "0 to 90"]),
         ("tilt=91", ["tilt = 91", "0 to 90"]),
         ("jpeg=90.5", ["jpeg = 90.5", "whole number from 0 to 100"]),
-        ("marker=cube", ["marker = cube", "disc, ball, aruco"]),
+        ("marker=cube", ["marker = cube", ", ".join(MARKERS)]),
         ("goal=invisible", ["goal = invisible", "green", "none"]),
         ("fps=100,exposure=0.02", ["exposure = 0.02", "1/fps", "0.0100 s"]),
         ("occlusion=1", ["occlusion = 1", "0 (never) or from 2"]),

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from odd_files import ODD
 
+from laptop.see.markers import kinds
 from laptop.see.markers.markers import (
     ARUCO_IDS,
     NAMED_COLORS,
@@ -234,7 +235,7 @@ WRONG = [
         for value in [*wrong, *NEVER]
     ),
     *(("scene", value, "three numbers from 0 to 255: red, green, blue") for value in SCENES),
-    *(("kind", value, "one of disc, ball, aruco") for value in KINDS),
+    *(("kind", value, "one of " + ", ".join(kinds.KINDS)) for value in KINDS),
 ]
 
 

@@ -16,7 +16,7 @@ from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.scene_constants import read_scene
 from laptop.emulator.scene.sensor import through_jpeg
 from laptop.emulator.scene.synthetic_camera import SyntheticCamera
-from laptop.see.markers.kinds import KINDS
+from laptop.see.markers.kinds import COLOR_KINDS, KINDS
 from laptop.see.markers.learning import learn
 from laptop.see.markers.markers import Marker, read_spec
 from laptop.see.markers.tracker import FINDERS, Tracker
@@ -118,7 +118,7 @@ def test_a_word_is_as_precise_as_a_pick():
     assert len(claims(seen)) == 16
 
 
-@pytest.mark.parametrize("kind", ["disc", "ball"])
+@pytest.mark.parametrize("kind", COLOR_KINDS)
 def test_an_edge_in_the_background_pulls_by_less_than_a_pixel(kind):
     ground = np.full((HEIGHT, WIDTH, 3), 230, np.uint8)
     ground[:, WIDTH // 2 :] = 40
@@ -166,7 +166,7 @@ def test_a_disc_seen_aslant_is_an_ellipse_and_its_centre_is_found():
 
 @pytest.mark.short(every=3)
 @pytest.mark.parametrize("colour", ["#c8141e", "#c8143c", "#c83214", "#d01010"])
-@pytest.mark.parametrize("kind", ["disc", "ball"])
+@pytest.mark.parametrize("kind", COLOR_KINDS)
 def test_red_just_works_on_either_side_of_hue_zero(kind, colour):
     for marker in (learned(kind, colour=colour), read_spec(NAME, f"{kind}:red")):
         seen, _ = follow(marker, [picture(kind, colour=colour, seed=k) for k in range(3)])
@@ -243,7 +243,7 @@ def filmed(text, count, step=1, still=False):
 
 
 @pytest.mark.short("disc")
-@pytest.mark.parametrize("kind", ["disc", "ball"])
+@pytest.mark.parametrize("kind", COLOR_KINDS)
 def test_effector_and_goal_are_followed_among_bricks_of_all_colours(kind):
     tracker = Tracker([read_spec("effector", f"{kind}:red"), read_spec("goal", f"{kind}:green")])
     for frame, truth, visible in filmed(f"marker={kind},clutter=12", 15):
@@ -292,7 +292,7 @@ def test_what_is_beside_a_disc_does_not_pull():
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("kind", ["disc", "ball"])
+@pytest.mark.parametrize("kind", COLOR_KINDS)
 def test_what_a_hand_hides_is_not_claimed(kind):
     first, markers, tracker, hidden = None, [], None, 0
     for frame, truth, visible in filmed(f"marker={kind},occlusion=2,fps=8", 33, still=True):
@@ -365,7 +365,7 @@ def beside(place, other, kind, seed, hidden=False):
 
 @pytest.mark.short(every=2)
 @pytest.mark.parametrize("speed", [0, 3])
-@pytest.mark.parametrize("kind", ["disc", "ball"])
+@pytest.mark.parametrize("kind", COLOR_KINDS)
 def test_another_one_of_its_colour_is_not_taken_for_it_while_it_is_hidden(kind, speed):
     """However long it is hidden, and wherever it comes from under the hand."""
     marker = learned(kind)
@@ -385,7 +385,7 @@ def test_another_one_of_its_colour_is_not_taken_for_it_while_it_is_hidden(kind, 
     assert all(off(s, 60.3 + 8 * speed, 70.4) < 0.6 for s in seen[50:])
 
 
-@pytest.mark.parametrize("kind", ["disc", "ball"])
+@pytest.mark.parametrize("kind", COLOR_KINDS)
 def test_where_the_camera_was_moved_all_of_it_is_elsewhere_and_it_is_found_again(kind):
     marker = learned(kind)
     pictures = [beside((60.3, 70.4), (200 if k else -500, 60), kind, k) for k in range(5)]
@@ -405,7 +405,7 @@ def test_the_last_other_one_is_taken_after_all_if_nothing_else_is_there_for_long
     assert len(claims(seen[-5:])) == 5
 
 
-@pytest.mark.parametrize("kind", ["disc", "ball"])
+@pytest.mark.parametrize("kind", COLOR_KINDS)
 def test_a_marker_never_seen_whole_in_the_light_it_has_is_said_to_be_in_the_dark(kind):
     seen, why = follow(learned(kind), [picture(kind)] * 2 + [picture(kind, gain=0.0001)] * 3)
     assert seen[2:] == [None] * 3
@@ -422,7 +422,7 @@ def test_in_black_white_and_grey_frames_nothing_is_seen(spec, shade):
     assert all(why)
 
 
-@pytest.mark.parametrize("kind", ["disc", "ball"])
+@pytest.mark.parametrize("kind", COLOR_KINDS)
 def test_a_marker_that_leaves_the_picture_is_followed_to_the_edge_and_then_gone(kind):
     marker = learned(kind)
     places = [(U, V - 6 * k) for k in range(16)]
@@ -447,7 +447,7 @@ def test_a_ball_cut_by_the_picture_s_edge_is_found_where_it_is(u, v):
 
 
 @pytest.mark.short(every=3)
-@pytest.mark.parametrize("kind", ["disc", "ball"])
+@pytest.mark.parametrize("kind", COLOR_KINDS)
 @pytest.mark.parametrize("cover", ["#808080", "#c98f6b"], ids=["grey", "skin"])
 @pytest.mark.parametrize("down", [False, True])
 def test_what_an_edge_that_comes_across_hides_in_part_is_placed_or_doubted(kind, cover, down):
@@ -570,7 +570,7 @@ def test_a_square_of_the_same_colour_is_not_claimed_to_be_a_disc(side, turn):
 
 
 @pytest.mark.short(every=3)
-@pytest.mark.parametrize("kind", ["disc", "ball"])
+@pytest.mark.parametrize("kind", COLOR_KINDS)
 @pytest.mark.parametrize(
     "shape", ["triangle", "bar", "cross", "two discs that touch", "disc on a bar"]
 )
@@ -588,7 +588,7 @@ def test_another_shape_of_the_same_colour_is_not_claimed(shape, kind):
     assert claims(seen) == []
 
 
-@pytest.mark.parametrize("kind", ["disc", "ball"])
+@pytest.mark.parametrize("kind", COLOR_KINDS)
 def test_between_two_that_are_alike_it_is_not_sure_and_says_so(kind):
     other = picture(kind, 35, 50, noise=0, jpeg=0, blur=0)
     both = [picture(kind, 105, 60, background=other, seed=k) for k in range(4)]
@@ -603,7 +603,7 @@ def test_between_two_that_are_alike_it_is_not_sure_and_says_so(kind):
         assert why[-2:] == ["", ""]
 
 
-@pytest.mark.parametrize("kind", ["disc", "ball"])
+@pytest.mark.parametrize("kind", COLOR_KINDS)
 def test_one_that_is_known_is_not_lost_because_another_one_comes(kind):
     alone = [picture(kind, 35, 50, seed=k) for k in range(3)]
     other = picture(kind, 105, 60, noise=0, jpeg=0, blur=0)
@@ -615,7 +615,7 @@ def test_one_that_is_known_is_not_lost_because_another_one_comes(kind):
 
 @pytest.mark.short(every=5)
 @pytest.mark.parametrize("colour", ["black", "orange", "purple", "white", "#1f0a0a", "#ffd0d0"])
-@pytest.mark.parametrize("kind", ["disc", "ball"])
+@pytest.mark.parametrize("kind", COLOR_KINDS)
 def test_something_larger_on_the_marker_s_side_of_grey_is_not_taken_for_it(kind, colour):
     """A linear discriminant is an open half-space: all that lies far out would be the marker."""
     ground = marker_frame("disc", 38, 54, 30, colour, size=(WIDTH, HEIGHT), noise=0, blur=0)
@@ -682,7 +682,7 @@ def test_the_lock_is_kept_while_the_light_changes(kind, colour, light):
 
 
 @pytest.mark.parametrize("change", [{"gain": 0.3}, {"gain": 1.8}, {"warm": 0.4}, {"warm": -0.4}])
-@pytest.mark.parametrize("kind", ["disc", "ball"])
+@pytest.mark.parametrize("kind", COLOR_KINDS)
 def test_what_was_learned_in_one_light_is_found_in_another(kind, change):
     seen, _ = follow(learned(kind), [picture(kind, 40, 60, seed=k, **change) for k in range(2)])
     assert all(off(s, 40, 60) < 0.6 for s in seen)
@@ -785,7 +785,7 @@ def test_a_frame_may_be_read_only_and_a_part_of_a_larger_one():
     assert max(map(off, seen)) < 0.1
 
 
-@pytest.mark.parametrize("kind", ["disc", "ball"])
+@pytest.mark.parametrize("kind", COLOR_KINDS)
 def test_every_number_is_finite_and_every_confidence_from_nothing_to_one(kind):
     marker = learned(kind)
     pictures = [picture(kind, U, V, radius, seed=radius) for radius in range(1, 40, 3)]
@@ -810,7 +810,7 @@ def test_a_marker_s_name_is_what_its_sighting_is_called():
 
 
 @pytest.mark.short(every=2)
-@pytest.mark.parametrize("kind", ["disc", "ball"])
+@pytest.mark.parametrize("kind", COLOR_KINDS)
 @pytest.mark.parametrize(("radius", "rate"), [(10, 1.1), (60, 1 / 1.1)])
 def test_a_marker_that_comes_nearer_or_goes_away_is_followed(kind, radius, rate):
     """Up to eight times as large as it was picked: what counts is the size that it had before."""
@@ -824,7 +824,7 @@ def test_a_marker_that_comes_nearer_or_goes_away_is_followed(kind, radius, rate)
         assert math.hypot(seen.u - 200.3, seen.v - 160.4) < 0.01 * size + 0.1
 
 
-@pytest.mark.parametrize("kind", ["disc", "ball"])
+@pytest.mark.parametrize("kind", COLOR_KINDS)
 @pytest.mark.parametrize(("picked", "radius", "why"), [(10, 50, "larger"), (50, 10, "smaller")])
 def test_what_has_another_size_than_was_picked_is_said(kind, picked, radius, why):
     def frame(size):

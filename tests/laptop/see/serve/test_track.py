@@ -31,6 +31,7 @@ from laptop.emulator.scene.optics import to_srgb
 from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.scene_constants import read_scene
 from laptop.see.camera.frames import Frame
+from laptop.see.markers.kinds import COLOR_KINDS
 from laptop.see.markers.markers import Marker, read_markers, read_spec, write_markers
 from laptop.see.markers.tracker import Sighting
 from laptop.see.markers.view import AnnotatedFrame, draw
@@ -329,7 +330,7 @@ def test_a_live_camera_is_picked_from_that_many_frames_after_its_start(monkeypat
         (["--pick", "effector"], ["NAME=U,V@FRAME"]),
         (["--pick", "tip=30,60"], ["tip", "effector, goal"]),
         (["--pick", "effector=30,60", "--pick", "effector=30,60"], ["twice"]),
-        (["--pick", "effector=30,60", "--effector", "red"], ["red", "disc or ball"]),
+        (["--pick", "effector=30,60", "--effector", "red"], ["red", " or ".join(COLOR_KINDS)]),
         (["--pick", "effector=70,110"], ["no colour", "70,110"]),
         (["--markers", "nofile.ini"], ["nofile.ini", "--pick"]),
         (["--to", "no/folder/out.csv"], ["no/folder/out.csv", "no folder no/folder"]),
