@@ -105,7 +105,7 @@ def test_another_renderer_s_ball_is_where_it_says():
     assert (m["m10"] / m["m00"], m["m01"] / m["m00"]) == pytest.approx((u, v), abs=0.02 * radius)
 
 
-@pytest.mark.long
+@pytest.mark.claims
 def test_smears_of_another_renderer_are_placed_or_doubted():
     claims = [one for seed in range(5000, 5020) for one in RayCase(seed).run()]
     sure = [one for one in claims if one.confidence >= 0.9 and not one.clear]

@@ -104,12 +104,12 @@ def test_a_skeleton_fails_and_is_told_why_in_figures(handout, tmp_path):
         pytest.param(
             *("servoing", "u2 / TEST_MOVE], [v1 /", "v1 / TEST_MOVE], [u2 /"),
             r"WRONG  first_jacobian",
-            marks=pytest.mark.long,
+            marks=pytest.mark.claims,
         ),
         pytest.param(
             *("servoing", "return [-(d", "return [(d"),
             r"WRONG  step\((.|\n)*WRONG  camera 1: .* px off the goal",
-            marks=pytest.mark.long,
+            marks=pytest.mark.claims,
         ),
     ],
 )
@@ -192,7 +192,7 @@ def test_of_a_script_that_never_ends_no_more_is_told_than_that(name, right, wron
     assert output.count("WRONG") <= 3
 
 
-@pytest.mark.long
+@pytest.mark.claims
 def test_a_script_that_never_ends_is_not_tried_before_another_camera(tmp_path):
     change = ("math.hypot(*e) < NEAR_ENOUGH", "False"), ("range(1, MOST_STEPS + 1)", "iter(int, 1)")
     status, output = check(changed(named("servoing"), tmp_path, *change))

@@ -55,6 +55,7 @@ SEEING = {
     "servo": (*SIMULATE, "--scene", "", "visual_servoing.py", "--goal", "400,200"),
     "sight": ("draw", "--line", "10,0 9,3", "--trials", "1", "--simulate", "--out", "{out}"),
 }
+COMMANDS = {**QUICK, **SEEING}
 """Commands by name; a `{out}` in them is a folder."""
 
 COMPARED = ("said", "trace.csv", "run.json")
@@ -124,29 +125,29 @@ def left_by(place, computer, commands):
 
 @pytest.fixture(scope="module")
 def usual(tmp_path_factory):
-    """What the quick commands leave here."""
-    return left_by(str(tmp_path_factory.mktemp("computer")), {}, QUICK)
+    """What the commands leave here."""
+    return left_by(str(tmp_path_factory.mktemp("computer")), {}, COMMANDS)
 
 
-@pytest.mark.long
+@pytest.mark.claims  # which of them it is, where the next test has failed
 @pytest.mark.parametrize("other", list(COMPUTERS))
 def test_the_same_words_leave_the_same_bytes_on_a_computer_with_another(
     usual, tmp_path_factory, other
 ):
     place = str(tmp_path_factory.mktemp("computer"))
     there = left_by(place, COMPUTERS[other], QUICK)
+    assert {key for key in there if usual[key] != there[key]} == set()
+
+
+@pytest.mark.long
+def test_the_same_words_leave_the_same_bytes_where_all_is_otherwise(usual, tmp_path_factory):
+    place = str(tmp_path_factory.mktemp("computer"))
+    there = left_by(place, everything(), COMMANDS)
     assert {key for key in usual if usual[key] != there[key]} == set()
 
 
 @pytest.mark.long
-def test_what_sees_leaves_the_same_bytes_where_all_is_otherwise(tmp_path_factory):
-    here, there = (
-        left_by(str(tmp_path_factory.mktemp("computer")), one, SEEING) for one in ({}, everything())
-    )
-    assert {key for key in here if here[key] != there[key]} == set()
-
-
 def test_the_commands_do_what_they_are_for(usual):
     """Else all would be alike of what was refused."""
-    for name in QUICK:
+    for name in COMMANDS:
         assert usual[name, "said"].endswith(b"status 0\n"), usual[name, "said"].decode()

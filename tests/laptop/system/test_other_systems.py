@@ -114,7 +114,7 @@ def test_tracker_page_and_brick_come_and_ctrl_c_ends_them(system, tmp_path):
     assert "Traceback" not in errors
 
 
-@pytest.mark.long
+@pytest.mark.claims
 def test_the_demo_draws_and_arrives(tmp_path):
     status, out, errors = run(
         "windows", tmp_path, "demo", "--out", tmp_path / "Schau", "--seed", "7"
