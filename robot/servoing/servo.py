@@ -299,14 +299,7 @@ class Servo(object):
 
     def move(self, q, goal, error, measurements):
         # type: (List[float], Features, float, Sequence[Measurement]) -> Decision
-        """Take a step by the best model, within the trust region: what another law overrides.
-
-        Args:
-            q: where the joints are, rad.
-            goal: features, px, of the cameras that are gone by.
-            error: distance from it, px.
-            measurements: by which this is decided.
-        """
+        """Take a step from q, rad, by the best model, or another law's; `error` is |e|, px."""
         name = self.using = self.models.best()
         image = self.models.together(name, self._selection)
         J = {c: self.models.image(name, c).jacobian(q) for c in self.cameras}
