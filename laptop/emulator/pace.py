@@ -3,7 +3,7 @@
 It goes with the wall's clock, and waits for whoever is late. With p_k the promise of member k (a
 brick, a synthetic camera), the time until which nothing more of it happens:
 
-    now = min(speed wall - lag, p_1, ..., p_n)
+    now = min(wall - lag, p_1, ..., p_n)
 
 So no promise is ever overtaken. This is the conservative synchronisation of distributed simulation;
 a promise is a null message with its lookahead (Chandy and Misra, Distributed simulation, IEEE
@@ -12,7 +12,7 @@ back: a picture that people have seen cannot be taken back.
 
 A busy computer so slows down the whole world, brick, camera and physics alike, and nothing in it is
 late. A delay below MAX_CATCH_UP is caught up with; the rest goes into `lag`, and shows as pace
-below 1. The speed is 1, unless who looks on has set another.
+below 1.
 
 The clock is a small file in the state folder, mapped by all.  A lock on a byte of it says that a
 member lives: whoever is killed keeps nobody waiting.
@@ -57,10 +57,10 @@ POLL_PERIOD = 0.001
 
 MAX_MEMBERS = 16
 _NAME_LENGTH = 40
-_MAGIC = b"BSCLOCK2"
+_MAGIC = b"BSCLOCK1"
 _LAG = struct.Struct("=d")
 _PROMISES = struct.Struct("={}d".format(MAX_MEMBERS))
-_LAG_AT, _SPEED_AT, _PROMISES_AT = 8, 16, 24
+_LAG_AT, _PROMISES_AT = 8, 16
 _NAMES_AT = _PROMISES_AT + _PROMISES.size
 _SIZE = _NAMES_AT + MAX_MEMBERS * _NAME_LENGTH
 
@@ -97,9 +97,7 @@ class _File(object):
     @staticmethod
     def _blank() -> bytes:
         promises = _PROMISES.pack(*[math.inf] * MAX_MEMBERS)
-        return (
-            _MAGIC + _LAG.pack(0.0) + _LAG.pack(1.0) + promises + bytes(MAX_MEMBERS * _NAME_LENGTH)
-        )
+        return _MAGIC + _LAG.pack(0.0) + promises + bytes(MAX_MEMBERS * _NAME_LENGTH)
 
     @classmethod
     def shared(cls, path: str) -> "_File":
@@ -166,22 +164,6 @@ class _File(object):
         return lag
 
     @property
-    def speed(self) -> float:
-        """World's seconds in a second of the wall's clock, where nobody is late."""
-        (speed,) = _LAG.unpack_from(self.map, _SPEED_AT)  # type: Tuple[float]
-        return speed
-
-    def unhindered(self) -> float:
-        """Return the time now if nobody is late, s."""
-        return self.speed * wall.monotonic() - self.lag
-
-    def set_speed(self, speed: float) -> None:
-        """Go on from now at a speed.  Call it locked."""
-        now = self.settle()
-        _LAG.pack_into(self.map, _SPEED_AT, speed)
-        _LAG.pack_into(self.map, _LAG_AT, speed * wall.monotonic() - now)
-
-    @property
     def promises(self) -> Tuple[float, ...]:
         """Per member, until when nothing more of it happens, s; inf where there is none."""
         return _PROMISES.unpack_from(self.map, _PROMISES_AT)
@@ -195,7 +177,7 @@ class _File(object):
         while True:
             promises = self.promises
             limit = min(promises)
-            now = self.unhindered()
+            now = wall.monotonic() - self.lag
             if now - limit <= MAX_CATCH_UP:
                 return min(now, limit)
             latest = promises.index(limit)
@@ -253,7 +235,7 @@ class PacedClock(object):
         """Return the seconds since some moment, the same for every process of the world."""
         file = self._file
         limit = min(file.promises)
-        now = file.unhindered()
+        now = wall.monotonic() - file.lag
         if now <= limit:
             return now
         if now - limit > MAX_CATCH_UP:
@@ -268,17 +250,7 @@ class PacedClock(object):
 
     def worth_waiting(self, until: float) -> float:
         """Return the wall seconds that it takes at least until the clock shows `until` (s)."""
-        return max((until - self._file.unhindered()) / self._file.speed, POLL_PERIOD)
-
-    @property
-    def speed(self) -> float:
-        """World's seconds in a second of the wall's clock, where nobody is late."""
-        return self._file.speed
-
-    def set_speed(self, speed: float) -> None:
-        """Let the world go on at a speed, above 0, for all who live in it."""
-        with self._file.locked():
-            self._file.set_speed(speed)
+        return max(until - (wall.monotonic() - self._file.lag), POLL_PERIOD)
 
     def join(self, name: str) -> "Member":
         """Let the world wait for a new Member from now on.
@@ -294,7 +266,7 @@ class PacedClock(object):
         """Name of whom the clock waits for just now; "" for nobody."""
         promises = self._file.promises
         limit = min(promises)
-        if self._file.unhindered() <= limit:
+        if wall.monotonic() - self._file.lag <= limit:
             return ""
         return self._file.name(promises.index(limit))
 
@@ -334,7 +306,7 @@ class Member(object):
 
 
 class PaceMeter(object):
-    """Meter of the pace of a PacedClock: emulated seconds per second of the wall's clock and speed.
+    """Meter of the pace of a PacedClock: emulated seconds per second of the wall's clock.
 
     A sample counts as one second at most: while this process itself stands still, nothing is known.
 
@@ -361,7 +333,6 @@ class PaceMeter(object):
             return self.latest
         if self._last is not None:
             passed = [after - before for before, after in zip(self._last, now)]
-            passed[0] /= getattr(self._clock, "speed", 1.0)
             if passed[1] > self.MAX_INTERVAL:
                 passed = [each * self.MAX_INTERVAL / passed[1] for each in passed]
             self._samples.append(passed)

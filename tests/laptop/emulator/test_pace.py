@@ -51,26 +51,6 @@ def test_with_nobody_to_wait_for_it_goes_as_the_wall_does(clock, wall):
     assert wall.t == pytest.approx(1004.0)
 
 
-@pytest.mark.parametrize("speed", [3.0, 0.25])
-def test_it_goes_at_another_speed_from_when_that_is_set_and_nobody_is_late(clock, wall, speed):
-    start = clock.now()
-    wall.t += 2.0
-    clock.set_speed(speed)
-    assert clock.now() - start == pytest.approx(2.0), "it does not jump"
-    meter = PaceMeter(clock, window=4.0)
-    for _ in range(5):
-        meter.sample()
-        wall.t += 1.0
-    assert clock.now() - start == pytest.approx(2.0 + 5 * speed)
-    assert meter.latest == pytest.approx(1.0), "the computer is not busy"
-    member = clock.join("brick")
-    now, before = clock.now(), wall.t
-    member.promise(now + 9.0)
-    clock.sleep_until(now + 3.0)
-    assert wall.t - before == pytest.approx(3.0 / speed, abs=0.01)
-    member.leave()
-
-
 @pytest.mark.parametrize("kind", sorted(ODD))
 def test_whatever_has_become_of_its_file_there_is_a_clock(tmp_path, wall, kind):
     ODD[kind][0](str(tmp_path / pace.FILE))
