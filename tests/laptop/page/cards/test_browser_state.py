@@ -4,6 +4,7 @@ import asyncio
 
 import pytest
 
+from laptop.page.cards.browser_state import BrowserState
 from laptop.page.interface import ColourCalls, DrawCalls, RunCalls, SteeringCalls
 from laptop.page.rpc import RpcError
 
@@ -25,7 +26,7 @@ class Failing:
 
 @pytest.mark.parametrize("order", ORDERS)
 def test_an_order_in_which_the_tracker_fails_is_told(order):
-    browser_state = pytest.importorskip("laptop.page.cards.browser_state").BrowserState(Failing())
+    browser_state = BrowserState(Failing())
     reported = []
     browser_state.warn = reported.append
     assert not asyncio.run(getattr(browser_state, order)(ORDERS[order]))

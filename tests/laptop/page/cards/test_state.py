@@ -2,6 +2,8 @@
 
 import pytest
 
+from laptop.page.cards import state as card
+
 
 @pytest.mark.parametrize(
     ("volts", "says", "warns"),
@@ -14,7 +16,6 @@ import pytest
 def test_the_battery_is_shown_if_the_brick_tells_with_a_warning_if_it_is_low(
     scene, volts, says, warns
 ):
-    card = pytest.importorskip("laptop.page.cards.state")
 
     def battery():
         facts = card.facts_of(scene.controller.state())
@@ -27,7 +28,6 @@ def test_the_battery_is_shown_if_the_brick_tells_with_a_warning_if_it_is_low(
 
 
 def test_a_marker_is_told_in_words_and_in_the_field_s_terms(scene):
-    card = pytest.importorskip("laptop.page.cards.state")
     facts = {fact.name: fact for fact in card.facts_of(scene.controller.state())}
     assert facts["tip's marker"].text == "red disc"
     assert facts["tip's marker"].explanation.startswith("effector: disc, hue 0 +- 20, ")
