@@ -250,6 +250,22 @@ def _exit(number: int, frame: Optional[FrameType]) -> "NoReturn":
     raise SystemExit(128 + number)
 
 
+@contextlib.contextmanager
+def signals_blocked() -> Iterator[None]:
+    """Block the signals of ENDING in this thread for a `with` block, where the system knows how.
+
+    A process that is started in it has them blocked from its first moment on, and for good.
+    """
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, ENDING)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 def raise_signals(numbers: Iterable[int]) -> None:
     """Raise signals in this process that were intercepted for another program, in order.
 

@@ -9,6 +9,7 @@ import threading
 from typing import Iterator
 
 from laptop.emulator.host import guard_process
+from laptop.system import platforms
 
 BEAT_PERIOD = 0.25
 """Period of the heartbeats, s."""
@@ -32,12 +33,13 @@ def guarded(name: str) -> Iterator[None]:
     """
     args = [guard_process.__file__, os.getpid(), name, PATIENCE, SIGNAL_TIMEOUT]
     try:
-        process = subprocess.Popen(
-            [sys.executable, "-I", "-S", *map(str, args)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.DEVNULL,
-            bufsize=0,
-        )
+        with platforms.signals_blocked():  # else Ctrl-C interrupts it before it can ignore that
+            process = subprocess.Popen(
+                [sys.executable, "-I", "-S", *map(str, args)],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.DEVNULL,
+                bufsize=0,
+            )
     except OSError:  # no resources for another process: the run goes on without it
         yield
         return

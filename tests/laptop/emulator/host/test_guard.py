@@ -14,6 +14,7 @@ from waiting import PATIENCE
 
 from laptop.emulator.host import guard, guard_process
 from laptop.emulator.host.guard import guarded
+from laptop.system import platforms
 
 PROGRAM = """
 import builtins, functools, os, signal, sys
@@ -108,6 +109,22 @@ def test_a_script_that_hangs_is_ended_and_told_why(hanging, source, status, mess
     assert re.match(message, err)
     assert err.count("\n") == 1
     assert process.returncode == status
+
+
+@pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="no signals can be blocked")
+def test_ctrl_c_does_not_reach_the_guard_even_before_it_ignores_it(tmp_path, monkeypatch):
+    (tmp_path / "first.py").write_text(
+        "import signal, sys\n"
+        "blocked = signal.pthread_sigmask(signal.SIG_BLOCK, [])\n"
+        f"open({str(tmp_path / 'blocked')!r}, 'w').write(' '.join(map(str, map(int, blocked))))\n"
+        "sys.stdin.read()\n"
+    )
+    monkeypatch.setattr(guard_process, "__file__", str(tmp_path / "first.py"))
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, [])
+    with guarded("mine.py"):
+        assert signal.pthread_sigmask(signal.SIG_BLOCK, []) == before, "of ours, none is"
+    blocked = {int(number) for number in (tmp_path / "blocked").read_text().split()}
+    assert blocked - before == set(platforms.ENDING) - before
 
 
 @pytest.mark.long
