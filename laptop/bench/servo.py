@@ -1,4 +1,4 @@
-"""Visual servoing: the report's method, ours, and an oracle that knows the true Jacobian.
+"""Visual servoing: ours, the report's method, the literature's, and two that know the truth.
 
 One seed is one set-up: arm, errors of its description, camera, start, goal and noise; all methods
 run on it.  Everything is real but the points: the servo loop, the arm's control on emulated motors,
@@ -10,14 +10,17 @@ from __future__ import annotations
 
 import math
 import random
+from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
+from laptop.bench.servo_peers import PEERS, PeerServo, TrueJacobian, stacked_jacobian
 from laptop.bench.servo_scenarios import (
     ARMS,
     BASELINE,
+    CLAIRVOYANT,
     ORACLE,
     SCENARIOS,
     ServoScenario,
@@ -26,7 +29,6 @@ from laptop.bench.servo_scenarios import (
 from laptop.bench.servo_setups import (
     HEIGHT,
     WIDTH,
-    PinholeCamera,
     PinholeCameras,
     Pixel,
     Pixels,
@@ -38,14 +40,14 @@ from laptop.bench.servo_setups import (
     set_up,
 )
 from laptop.emulator.device.brick import EmulatedBrick
-from laptop.emulator.device.plant_constants import CPU
+from laptop.emulator.device.plant_constants import CPU, read_plant
 from laptop.emulator.host.program import Program
 from laptop.emulator.rendered_tracker import rendered
 from laptop.emulator.rig import Rig
 from laptop.emulator.scene import scene as pictured
 from laptop.emulator.virtual_tracker import FrameChain, Markers, See, VirtualTracker
 from robot.motion import kinematics
-from robot.servoing.image_model import LinearImageModel, straight
+from robot.servoing.linear_algebra import distance
 
 MAX_MOVES, TIME_BUDGET = 60, 180.0
 """Limits of every run, moves and s, which a failure counts as."""
@@ -53,52 +55,15 @@ MAX_MOVES, TIME_BUDGET = 60, 180.0
 SUCCESS_TOLERANCES = 1.6
 """Greatest true distance at which a claim is true, in tolerances."""
 
+PHASES = "first look", "exploring", "moving", "looking", "deciding"
+"""Phases of a run: until something is measured first; joints turn, to explore or to get there;
+from their rest to the next measurement; from there to the next motion or the verdict."""
+
+REST_RANGE = math.radians(0.2)
+"""Distance of every joint from where it ends within which the arm rests, rad."""
+
 FOLLOW_WINDOW = (6.0, 20.0)
 """Time from which and up to which the distance from a moving goal counts, s."""
-
-
-class TrueJacobian:
-    """Model of an oracle: J at the true pose, by the interface of robot.servoing's models.
-
-    Args:
-        camera: that sees the tip.
-        brick: whose true pose counts.
-    """
-
-    def __init__(self, camera: PinholeCamera, brick: EmulatedBrick) -> None:
-        self._camera, self._brick = camera, brick
-
-    def observe(self, q: Any, s: Any, variance: float, standing: bool = True) -> None:
-        """Learn nothing."""
-
-    def prepare(self, q: Any, s: Any, variance: float) -> Iterator[None]:
-        """Learn nothing."""
-        return iter(())
-
-    def seen_from(self, q: Sequence[float], s: Sequence[float]) -> LinearImageModel:
-        """Return the linear model at the true pose; elsewhere it does not hold."""
-        jacobian = self._camera.jacobian(self._brick.plant.q)
-        offset = [
-            y - sum(a * b for a, b in zip(row, q, strict=True))
-            for y, row in zip(s, jacobian, strict=True)
-        ]
-        return straight(jacobian, offset)
-
-    def refit(self) -> Iterator[None]:
-        """Fit nothing."""
-        return iter(())
-
-    def shape(self) -> Any:
-        """Return the same model without its place in the image."""
-        return straight(self._camera.jacobian(self._brick.plant.q))
-
-    def covariance(self) -> list[list[float]]:
-        """Return zeros, as there is no uncertainty."""
-        n = len(self._brick.plant.q)
-        return [[0.0] * n for _ in range(n)]
-
-    def inflate_variances(self) -> None:
-        """Do nothing, as there is no uncertainty."""
 
 
 @dataclass(frozen=True)
@@ -109,6 +74,7 @@ class ServoResult:
     error    true distance from the goal at the end, in the image, all cameras' together
     miss     the same where they are, mm; None where the goal moves
     rms      true distance from a moving goal; None where it stands
+    phases   where the seconds of the run went, by PHASES
     """
 
     scene: str
@@ -125,6 +91,7 @@ class ServoResult:
     error: float
     miss: float | None = None
     rms: float | None = None
+    phases: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -219,7 +186,7 @@ def run_one(case: ServoCase, method: str) -> ServoResult:
     cameras, goal = view.cameras, view.goal
     chain = FrameChain(30.0, scenario.latency, scenario.jitter, scenario.drops)
     plant = f"{setting.plant},cpu={case.cpu}"
-    verdict, rms = None, None
+    verdict, rms, seconds = None, None, TIME_BUDGET
     with Rig(setting.configured, setting.arm, plant, start=setting.start) as rig:
         world, brick = rig.world, rig.brick
         with (
@@ -230,7 +197,10 @@ def run_one(case: ServoCase, method: str) -> ServoResult:
         ):
             began = world.now()
             try:
+                if method == CLAIRVOYANT:
+                    loop.go_to_goal(setting, brick)
                 verdict = loop.servoing.run()
+                seconds = world.now() - began
                 loop.arm.park()
                 word = verdict.word
             except Exception as problem:  # a crash is a result here, and must not end the bench
@@ -254,23 +224,66 @@ def run_one(case: ServoCase, method: str) -> ServoResult:
         success=success,
         claimed=claimed,
         verdict=word,
-        moves=verdict.moves if verdict and success else MAX_MOVES,
+        moves=verdict.moves + (method == CLAIRVOYANT) if verdict and success else MAX_MOVES,
         measurements=verdict.measurements if verdict else 0,
         frames=verdict.frames if verdict else 0,
-        seconds=verdict.seconds if verdict and success else TIME_BUDGET,
+        seconds=seconds if success else TIME_BUDGET,
         error=error,
         miss=None if moves else miss,
         rms=rms,
+        phases=phases_of(loop.decisions, brick.record, began),
     )
 
 
 class ServoLoop(NamedTuple):
-    """A program's VisualServoing, its servo and its arm, and the program."""
+    """A program's VisualServoing, its servo and its arm, the program, and what it decides.
+
+    decisions  (when, s; action; computing, s) of each, as they come
+    """
 
     servoing: Any
     servo: Any
     arm: Any
     program: Program
+    decisions: list[tuple[float, str, float]]
+
+    def go_to_goal(self, setting: SetUp, brick: EmulatedBrick) -> None:
+        """Go to the goal's joint angles, by one who is told them, and by how much the zero is off.
+
+        At the speed of the servo's own moves.  It counts as decided at once, and as a move.
+        """
+        self.decisions.append((self.program.clock.now(), "move", 0.0))
+        error = math.radians(read_plant(setting.plant)["zero_error"])
+        fastest = max(joint.max_speed for joint in setting.arm.joints)
+        speed = min(1.0, self.program["robot.servoing.loop"].MAX_JOINT_SPEED / fastest)
+        self.arm.reach([a - error for a in setting.goal], speed)
+
+
+def phases_of(
+    decisions: Sequence[tuple[float, str, float]], record: Sequence[Any], began: float
+) -> dict[str, float]:
+    """Return where the seconds of a run went, by PHASES.
+
+    Args:
+        decisions: as ServoLoop has them.
+        record: the brick's, of the true motion.
+        began: when the run began, s.
+    """
+    seconds = dict.fromkeys(PHASES, 0.0)
+    rested, kind = began, "first look"
+    times = [sample.t for sample in record]
+    for k, (t, action, computing) in enumerate(decisions):
+        seconds["deciding"] += computing
+        seconds[kind] += t - computing - rested
+        if k + 1 == len(decisions):
+            break
+        kind = "looking"
+        following = decisions[k + 1][0] - decisions[k + 1][2]
+        poses = [s.q for s in record[bisect_left(times, t) : bisect_right(times, following)]]
+        turning = [k for k, q in enumerate(poses) if distance(q, poses[-1]) > REST_RANGE]
+        rested = times[bisect_left(times, t) + turning[-1]] if turning else t
+        seconds["exploring" if action == "explore" else "moving"] += rested - t
+    return seconds
 
 
 @contextmanager
@@ -303,10 +316,26 @@ def servo_loop(
         servo, stream = _servo(program, method, setting, cameras, rig.brick, case)
         client = tracker.client(program.clock, make=program["robot.tracking_client"].TrackingClient)
         reporter = program["robot.servoing.run_reporter"].RunReporter(say=lambda line: None)
+        decisions = noted_decisions(reporter)
         servoing = program["robot.servoing.loop"]
         terms = servoing.RunTerms(**options)
         loop = servoing.VisualServoing(arm, client, program.clock, servo, terms, stream, reporter)
-        yield ServoLoop(loop, servo, arm, program)
+        yield ServoLoop(loop, servo, arm, program, decisions)
+
+
+def noted_decisions(reporter: Any) -> list[tuple[float, str, float]]:
+    """Return a list to which a RunReporter adds each step from now on, as ServoLoop has them."""
+    decisions: list[tuple[float, str, float]] = []
+    step = reporter.step
+
+    def noted(
+        t: float, servo: Any, q: Any, seen: Any, decision: Any, frames: int, computing: float
+    ) -> None:
+        decisions.append((t, decision.action, computing))
+        step(t, servo, q, seen, decision, frames, computing)
+
+    reporter.step = noted
+    return decisions
 
 
 def _servo(
@@ -319,7 +348,13 @@ def _servo(
 ) -> tuple[Any, Any]:
     scenario, described = case.scenario, setting.configured
     rows = program["robot.servoing.rows"].Rows(case.rows, len(described.joints))
-    if method == ORACLE:
+    if method in PEERS:
+        servo = PeerServo(
+            PEERS[method], described, scenario.tolerance, rows,
+            stacked_jacobian(cameras, brick, rows),
+        )  # fmt: skip
+        return servo, None
+    if method in (ORACLE, CLAIRVOYANT):
         kind = program["robot.servoing.image_models"].ModelKind
         models = {ORACLE: kind(lambda name: TrueJacobian(cameras[name], brick))}
         servo = program["robot.servoing.servo"].Servo(

@@ -19,11 +19,19 @@ BASELINE = "report"
 ORACLE = "oracle"
 """Name of the servo that knows the true image Jacobian."""
 
+CLAIRVOYANT = "clairvoyant"
+"""Name of the servo that is told the goal's joint angles, goes there, and looks."""
+
+PEERS = ("peer-broyden", "peer-kalman", "peer-rls", "peer-ibvs")
+"""Names of the literature's laws; see servo_peers."""
+
 METHODS = (
     BASELINE,
     f"{BASELINE}, median",
     *(method for method in run_options.METHODS if method != BASELINE),
+    *PEERS,
     ORACLE,
+    CLAIRVOYANT,
 )
 DEFAULT = Start().method
 """Name of the default method."""
@@ -95,4 +103,6 @@ def methods_of(name: str, rendered: bool = False) -> tuple[str, ...]:
         return (DEFAULT,)
     if name == "latency":
         return DEFAULT, ORACLE
-    return (BASELINE, DEFAULT, ORACLE) if name == "moving" else METHODS
+    if name == "moving":
+        return BASELINE, DEFAULT, ORACLE
+    return tuple(method for method in METHODS if method not in PEERS)

@@ -1,4 +1,7 @@
-"""Figures of the servoing bench: rates with their intervals, percentiles, ratios to the oracle."""
+"""Figures of the servoing bench: rates with their intervals, percentiles, ratios to a bound.
+
+The bound is who knows the goal's joint angles, or else who knows the true Jacobian.
+"""
 
 from __future__ import annotations
 
@@ -42,8 +45,10 @@ MOVING_HEADINGS: Row = (
 )  # fmt: skip
 LEGEND = (
     "p50/p95 (or p50) of all runs, failures at the full budget; mm: true distance of those that"
-    " say converged; x: times the oracle's"
+    " say converged; x: times the clairvoyant's, or the oracle's where there is none"
 )
+PHASES_HEADINGS: Row = ("arm", "scene", "method", *servo.PHASES)
+PHASES_TITLE = "where the seconds of the runs that succeeded go, mean, s"
 
 
 def _grouped(results: Sequence[ServoResult]) -> dict[tuple[str, str, str], list[ServoResult]]:
@@ -59,7 +64,8 @@ def table(results: Sequence[ServoResult]) -> list[Row]:
     moving = any(r.rms is not None for r in results)
     rows: list[Row] = []
     for key, group in groups.items():
-        bound = groups.get((*key[:2], servo_scenarios.ORACLE))
+        best_known = groups.get((*key[:2], servo_scenarios.CLAIRVOYANT))
+        bound = best_known or groups.get((*key[:2], servo_scenarios.ORACLE))
         successes = sum(r.success for r in group)
         low, high = wilson(successes, len(group))
         share = f"{100 * successes / len(group):.1f}", f"{100 * low:.1f}..{100 * high:.1f}"
@@ -101,6 +107,16 @@ def table(results: Sequence[ServoResult]) -> list[Row]:
     return rows
 
 
+def phases_table(results: Sequence[ServoResult]) -> list[Row]:
+    """Return the mean seconds of each phase of those that succeeded, by the rows of `table`."""
+    rows: list[Row] = []
+    for key, group in _grouped(results).items():
+        runs = [r.phases for r in group if r.success]
+        means = (sum(run[phase] for run in runs) / len(runs) for phase in servo.PHASES if runs)
+        rows.append((*key, *([f"{x:.2f}" for x in means] or "-" * len(servo.PHASES))))
+    return rows
+
+
 def failures(results: Sequence[ServoResult]) -> list[str]:
     """Return a line per row with failures: the verdicts, numbers aside, and how often each."""
     lines = []
@@ -134,6 +150,8 @@ def _shown(results: list[ServoResult], it: Any) -> Iterator[BenchTable | str]:
     headings = MOVING_HEADINGS if it.scene == "moving" else HEADINGS
     title = f"{seeds_of(it)}, cpu={it.cpu:g}, figures from the emulator; {LEGEND}"
     yield BenchTable(title, headings, table(results), 2)
+    if it.scene != "moving":
+        yield BenchTable(PHASES_TITLE, PHASES_HEADINGS, phases_table(results), 2)
     yield from failures(results)
     yield step_cost((it.arms or servo_scenarios.ARMS)[0])
 

@@ -177,6 +177,9 @@ BENCHES = (
 
         SETUP is {", ".join(servo_scenarios.SCENARIOS)}: as it should be, or 10 % outliers, the LEGO
         stress, 2 px, late pictures, a goal that moves.
+
+        The clairvoyant is told the goal's joint angles, goes there, and looks once; the laws of
+        the literature run if --method names them: {", ".join(servo_scenarios.PEERS)}.
         """,
         (
             seeds_option(

@@ -3,14 +3,15 @@
 import json
 import math
 from dataclasses import replace
+from typing import NamedTuple, Tuple
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from laptop.bench import servo, servo_setups, servo_table
+from laptop.bench import servo, servo_setups, servo_table, show
 from laptop.bench.servo import ServoCase, ServoResult
-from laptop.bench.servo_scenarios import ARMS, SCENARIOS, ServoScenario
+from laptop.bench.servo_scenarios import ARMS, PEERS, SCENARIOS, ServoScenario
 from laptop.bench.servo_table import wilson
 from laptop.cli.main import laptop
 from laptop.emulator.device.plant_constants import read_plant
@@ -23,7 +24,10 @@ from shared.run_options import METHODS
 
 SEED = 77
 NOMINAL = SCENARIOS["nominal"][0][1]
-RUN = ServoResult("nominal", "planar", "chain", 1, True, True, "converged", 5, 6, 36, 6.0, 2.0)
+RUN = ServoResult(
+    "nominal", "planar", "chain", 1, True, True, "converged", 5, 6, 36, 6.0, 2.0,
+    phases=dict(zip(servo.PHASES, (0.3, 1.0, 2.5, 2.0, 0.2))),
+)  # fmt: skip
 FAILED = replace(
     RUN, success=False, claimed=False, verdict="budget spent", moves=60, seconds=180.0, error=140.0
 )
@@ -132,19 +136,6 @@ def test_the_cameras_jacobian_is_the_chain_rule():
     assert np.array(camera.jacobian(q)) == pytest.approx(np.array(lens).T @ tip, rel=1e-4)
 
 
-def test_the_oracle_knows_the_jacobian_of_the_true_pose():
-    """Also where the encoders say something else."""
-    setting, cameras = servo_setups.set_up("planar", SEED, NOMINAL)
-    brick = brick_of(setting)
-    told, s, camera = [a + 0.02 for a in setting.start], (300.0, 200.0), cameras["A"]
-    picture = servo.TrueJacobian(camera, brick).seen_from(told, s)
-    truth = np.array(camera.jacobian(brick.plant.q))
-    assert np.array(picture.jacobian(told)) == pytest.approx(truth)
-    assert picture.predict(told) == pytest.approx(s)
-    ahead = picture.predict([told[0] + 0.1, told[1] - 0.2])
-    assert ahead == pytest.approx(s + truth @ (0.1, -0.2))
-
-
 @pytest.mark.parametrize("speed", [10.0, 50.0])
 def test_a_moving_goal_runs_at_its_speed_where_the_tip_can_be(speed):
     setting, cameras = servo_setups.set_up("planar", SEED, ServoScenario(speed=speed))
@@ -194,15 +185,16 @@ def test_the_default_reaches_a_goal_truly():
 
 
 def run_with(monkeypatch, verdict, scenario=NOMINAL):
-    """A run whose loop says `verdict` at once: the arm stays where it started."""
+    """A run whose loop says `verdict` when its seconds are over: the arm stays where it started."""
 
     class Loop:
-        def __init__(self, *args, **kwargs):
-            pass
+        def __init__(self, arm, client, clock, *args):
+            self._clock = clock
 
         def run(self):
             if isinstance(verdict, Exception):
                 raise verdict
+            self._clock.sleep(verdict.seconds)
             return verdict
 
     monkeypatch.setattr(loop, "VisualServoing", Loop)
@@ -228,7 +220,7 @@ def test_truth_without_a_claim_is_no_success(monkeypatch):
     said = run_with(monkeypatch, verdict_of("converged"))
     assert silent.error == said.error < 5
     assert (silent.success, said.success) == (False, True)
-    assert (said.moves, said.seconds) == (3, 4.5)
+    assert (said.moves, said.seconds) == (3, pytest.approx(4.5))
 
 
 def test_a_crash_is_a_result(monkeypatch):
@@ -251,8 +243,123 @@ def test_who_gives_up_on_a_moving_goal_is_left_behind(monkeypatch):
     assert result.rms == pytest.approx(math.sqrt(np.mean(squares)), rel=0.02)
 
 
+def test_who_is_told_the_goals_angles_goes_there_once_and_looks_once(monkeypatch):
+    """It takes the motion, at the servo's 60 degrees/s, and a look: six frames or more, late."""
+    records, judged = [], servo.phases_of
+    monkeypatch.setattr(servo, "phases_of", lambda *args: records.append(args) or judged(*args))
+    (result,) = servo.run_case(ServoCase("nominal", NOMINAL, "planar", SEED, ("clairvoyant",)))
+    assert (result.success, result.verdict) == (True, "converged")
+    assert (result.moves, result.measurements) == (1, 1)
+    ((_, record, began),) = records
+    run = [sample for sample in record if sample.t >= began]
+    poses, times = np.degrees([sample.q for sample in run]), np.array([sample.t for sample in run])
+    ahead = np.searchsorted(times, times[0] + 0.1)
+    speeds = (poses[ahead:] - poses[:-ahead]) / (times[ahead:] - times[:-ahead])[:, None]
+    assert np.abs(speeds).max() == pytest.approx(60, rel=0.12)
+    turning = np.abs(poses - poses[-1]).max(axis=1) > 0.3
+    phases = result.phases
+    assert phases["moving"] == pytest.approx(times[turning].max() - began, abs=0.1)
+    assert 6 / 30 < phases["looking"] < 12 / 30 + 0.1
+    assert phases["exploring"] == 0
+    assert 0 <= phases["first look"] < 0.01
+    assert 0 < phases["deciding"] < 0.1
+    assert sum(phases.values()) == pytest.approx(result.seconds, abs=0.01)
+
+
+def test_a_law_of_the_literature_reaches_a_goal_truly():
+    (result,) = servo.run_case(ServoCase("nominal", NOMINAL, "planar", SEED, ("peer-ibvs",)))
+    assert (result.success, result.claimed, result.verdict) == (True, True, "converged")
+    assert 1 < result.moves < 6
+    assert result.measurements == result.moves + 1
+    assert result.phases["exploring"] == 0
+    assert sum(result.phases.values()) == pytest.approx(result.seconds, abs=0.01)
+
+
 def verdict_of(word, error=None):
     return Verdict(word, "", error, (0.0, 0.0), 3, 4, 24, 4.5)
+
+
+# ---- phases
+
+
+class Sample(NamedTuple):
+    """What counts of a MotionSample."""
+
+    t: float
+    q: Tuple[float, ...]
+
+
+def turning(begins, ends, before, after):
+    """Samples of a joint that turns from `before` to `after`, rad, and stands until 20 s."""
+    times = np.arange(begins, 20, 0.25)
+    shares = np.clip((times - begins) / (ends - begins), 0, 1)
+    return [Sample(t, (before + x * (after - before), 0.1)) for t, x in zip(times, shares)]
+
+
+def motion(*turns):
+    """The record from 10 s on of a joint that stands at 0 rad, and turns so: begins, ends, to."""
+    record = turning(10, 11, 0, 0)
+    for begins, ends, to in turns:
+        at = record[-1].q[0]
+        record = [s for s in record if s.t < begins] + turning(begins, ends, at, to)
+    return record
+
+
+DECISIONS = [
+    (11.0, "explore", 0.2),
+    (13.0, "move", 0.5),
+    (16.0, "restart", 0.25),
+    (17.5, "end", 0.125),
+]
+RECORD = motion((11, 12, 0.4), (13, 15, 1.2))
+
+
+def test_the_seconds_of_a_run_go_where_joints_turn_and_stand_by_hand():
+    """Joints turn in the samples up to 11.75 s and 14.75 s; they stood already for the restart."""
+    phases = servo.phases_of(DECISIONS, RECORD, 10.0)
+    assert tuple(phases) == servo.PHASES
+    assert phases == pytest.approx(
+        {
+            "first look": 11 - 0.2 - 10,
+            "exploring": 11.75 - 11,
+            "moving": 14.75 - 13,
+            "looking": (12.5 - 11.75) + (15.75 - 14.75) + (17.375 - 16),
+            "deciding": 0.2 + 0.5 + 0.25 + 0.125,
+        }
+    )
+    assert sum(phases.values()) == pytest.approx(17.5 - 10)
+
+
+@pytest.mark.parametrize(
+    ("action", "phase"), [("explore", "exploring"), ("move", "moving"), ("restart", "moving")]
+)
+def test_whoever_turns_joints_explores_or_moves(action, phase):
+    phases = servo.phases_of([(11.0, action, 0.0), (12.5, "end", 0.0)], RECORD, 10.0)
+    expected = {"first look": 1.0, phase: 0.75, "looking": 0.75}
+    assert {name: x for name, x in phases.items() if x} == pytest.approx(expected)
+
+
+def test_who_follows_a_goal_looks_on_where_it_has_got_there():
+    """Such an "end" is none."""
+    decisions = [(11.0, "move", 0.0), (12.5, "end", 0.0), (13.0, "move", 0.0), (16.0, "end", 0.0)]
+    phases = servo.phases_of(decisions, RECORD, 10.0)
+    assert phases["moving"] == pytest.approx(0.75 + 1.75)
+    assert phases["looking"] == pytest.approx(0.75 + 0.5 + 1.25)
+
+
+@pytest.mark.parametrize("count", range(5))
+def test_the_phases_of_a_run_end_with_its_last_decision(count):
+    phases = servo.phases_of(DECISIONS[:count], RECORD, 10.0)
+    until = DECISIONS[count - 1][0] if count else 10.0
+    assert sum(phases.values()) == pytest.approx(until - 10)
+
+
+def test_a_joint_that_creeps_within_a_fifth_of_a_degree_stands():
+    """It has come so near at 14 s, and stays within 0.1 degrees until the next decision."""
+    creeping = motion((11, 12, 0.4), (13, 14, 1.2), (14, 16, 1.2 + math.radians(0.1)))
+    assert servo.phases_of(DECISIONS, creeping, 10.0)["moving"] == pytest.approx(13.75 - 13)
+    farther = motion((11, 12, 0.4), (13, 14, 1.2), (14, 16, 1.2 + math.radians(1.0)))
+    assert servo.phases_of(DECISIONS, farther, 10.0)["moving"] > 14 - 13
 
 
 # ---- rendered
@@ -305,6 +412,31 @@ def test_a_failed_run_counts_the_whole_budget():
     assert head["x error"] == "2.00"
     assert best[-3:] == ("1.00/1.00", "1.00/1.00", "1.00")
     assert servo_table.failures(results) == ["planar; nominal; chain: 1 x budget spent"]
+
+
+def test_ratios_are_to_the_clairvoyant_where_the_condition_has_it():
+    known = replace(RUN, method="clairvoyant", moves=1, seconds=2.0, error=0.5)
+    oracle = replace(RUN, method="oracle", moves=4, seconds=3.0, error=1.0)
+    elsewhere = [replace(r, scene="later") for r in (RUN, oracle)]
+    rows = servo_table.table([RUN, oracle, known, *elsewhere])
+    assert [row[-3:] for row in rows] == [
+        ("5.00/5.00", "3.00/3.00", "4.00"),
+        ("4.00/4.00", "1.50/1.50", "2.00"),
+        ("1.00/1.00", "1.00/1.00", "1.00"),
+        ("1.25/1.25", "2.00/2.00", "2.00"),
+        ("1.00/1.00", "1.00/1.00", "1.00"),
+    ]
+
+
+def test_the_phases_are_means_of_what_succeeded():
+    longer = replace(RUN, phases=dict(zip(servo.PHASES, (0.5, 2.0, 2.5, 4.0, 0.0))))
+    failed = replace(FAILED, phases=dict.fromkeys(servo.PHASES, 36.0))
+    lost = replace(failed, method="report")
+    ours, theirs = servo_table.phases_table([RUN, longer, failed, lost])
+    head = dict(zip(servo_table.PHASES_HEADINGS, ours))
+    assert ours[:3] == ("planar", "nominal", "chain")
+    assert [head[phase] for phase in servo.PHASES] == ["0.40", "1.50", "2.50", "3.00", "0.10"]
+    assert theirs == ("planar", "nominal", "report", "-", "-", "-", "-", "-")
 
 
 def test_without_an_oracle_there_are_no_ratios():
@@ -374,6 +506,36 @@ def test_bench_servo_takes_what_is_asked(bench):
     assert (second["success"], second["seconds"]) == (False, 180.0)
 
 
+PHASES_TITLE = "where the seconds of the runs that succeeded go, mean, s"
+
+
+def tables_of(bench, monkeypatch, *args):
+    """What `bench servo` prints as tables: (title, headings, rows, sections) of each."""
+    tables = []
+    monkeypatch.setattr(show, "table", lambda *table: tables.append(table))
+    monkeypatch.setattr(servo_table, "step_cost", lambda arm: "")
+    shown = bench("--seeds", "3:5", *args)
+    assert shown.exit_code == 0, shown.output
+    return tables
+
+
+def test_where_goals_stand_the_phases_are_shown_below(bench, monkeypatch):
+    first, second = tables_of(bench, monkeypatch)
+    assert first[0].startswith("seeds 3:5, cpu=1, ")
+    assert first[0].endswith("x: times the clairvoyant's, or the oracle's where there is none")
+    assert second[0] == PHASES_TITLE
+    assert second[1][3:] == ("first look", "exploring", "moving", "looking", "deciding")
+    assert second[2:] == (
+        [("planar", "nominal", "chain", "0.30", "1.00", "2.50", "2.00", "0.20")],
+        2,
+    )
+
+
+def test_where_the_goal_moves_there_are_no_phases(bench, monkeypatch):
+    (only,) = tables_of(bench, monkeypatch, "moving")
+    assert only[0] != PHASES_TITLE
+
+
 def test_whatever_a_run_may_be_ordered_to_do_is_compared():
     (offered,) = (
         p.type.choices
@@ -382,7 +544,8 @@ def test_whatever_a_run_may_be_ordered_to_do_is_compared():
     )
     assert set(METHODS) < set(offered)
     (case,) = servo.cases(range(5, 6), "nominal", ("planar",))
-    assert case.methods == offered
+    assert case.methods == tuple(method for method in offered if method not in PEERS)
+    assert {*PEERS, "oracle", "clairvoyant"} < set(offered)
 
 
 @pytest.mark.parametrize(
