@@ -45,8 +45,9 @@ START_TIME = 0.1
 """Time from the start of a motion without spare time, s: a longer tick would lengthen the push
 that sets a joint going through its backlash."""
 
-IDLE_SHARE, SPARE_TIME = 0.15, 0.008
-"""Share of a period that is left to the system; and mean spare time of a tick, s."""
+IDLE_SHARE, SPARE_TIME = 0.15, 0.016
+"""Share of a period that is left to the system; and spare time of a tick, s: a longer period leaves
+more of the processor to whatever uses it."""
 
 BRAKING_TIME = 0.05
 """Time whose travel at the present speed a joint needs to stop, s."""
@@ -249,7 +250,7 @@ class ControlLoop(object):
             if spare and t > START_TIME:
                 spare(due - IDLE_SHARE * pace.period)
                 end = now_of()
-                computing += max(0.0, end - due) + SPARE_TIME
+                pace.add_spare(max(0.0, end - due) + SPARE_TIME)
             since = max(due, end) - began
             pace.update(end, since, computing)
             if pace.slow == HOPELESS_TICKS or since > DEAD_MAN:

@@ -67,7 +67,7 @@ class LoopTiming(object):
         self.lead = LEAD
         self.slow = 0
         self.latest = 0.0
-        self._n, self._sum = 0, 0.0
+        self._n, self._sum, self._spare = 0, 0.0, 0.0
         self._first = None  # type: Optional[float]
         self._reported = False
         self._late_at = None  # type: Optional[float]
@@ -78,6 +78,11 @@ class LoopTiming(object):
         self.slow = 0
         self._late_at = None
         self.rate = self._wanted
+
+    def add_spare(self, seconds):
+        # type: (float) -> None
+        """Add the time of this tick that other work takes after the command, s."""
+        self._spare += seconds
 
     def update(self, t, since_last, computing):
         # type: (float, float, float) -> None
@@ -91,13 +96,13 @@ class LoopTiming(object):
             most = MAX_RATE_CHANGE * since_last
             self.rate += min(max(self._wanted - self.rate, -most), most)
         if self._n == AVERAGED_TICKS:
-            self._choose(self._sum / AVERAGED_TICKS)
-            self._n, self._sum = 0, 0.0
+            self._choose(self._sum / AVERAGED_TICKS, self._spare / AVERAGED_TICKS)
+            self._n, self._sum, self._spare = 0, 0.0, 0.0
 
-    def _choose(self, computing):
-        # type: (float) -> None
-        """Choose period, delay, lead and rate by the mean computing time of a tick, s."""
-        wanted = PERIOD_MARGIN * computing
+    def _choose(self, computing, spare):
+        # type: (float, float) -> None
+        """Choose period, delay, lead and rate by a tick's mean computing and spare time, s."""
+        wanted = PERIOD_MARGIN * (computing + spare)
         self.period = min(max(wanted, MIN_PERIOD), MAX_PERIOD)
         self.delay = max(self.period, computing) / 2 + READ_SHARE * computing
         self.lead = LEAD + LEAD_SHARE * (self.period - MIN_PERIOD)

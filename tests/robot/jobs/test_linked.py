@@ -304,7 +304,7 @@ def test_all_of_it_goes_at_the_pace_of_the_brick_too(watched, offer):
     w = watched()
     laptop = drawn(w, Laptop(w, offer(w)))
     assert states(laptop) == ["drawing", "done"]
-    assert max(off(tip) for _, tip in laptop.down) < 0.3
+    assert max(off(tip) for _, tip in laptop.down) < 0.4
     times = [status.t for status in laptop.statuses]
     assert max(b - a for a, b in zip(times, times[1:], strict=False)) < 3.0
 

@@ -259,13 +259,25 @@ def test_spare_time_is_what_is_left_of_a_tick_when_its_motors_are_driven(period)
 
 def test_who_needs_more_than_the_spare_time_makes_the_period_longer():
     noted = []
-    for needs, since, computing in ((0.0, 0.02, SPARE_TIME), (0.03, 0.03, SPARE_TIME + 0.03)):
+    for needs, since, beside in ((0.0, 0.02, SPARE_TIME), (0.03, 0.03, SPARE_TIME + 0.03)):
         world = World()
         joint = Lagging(world, 0.0)
         loop = ControlLoop(world, {joint: joint}, lambda: None, lambda line: None)
+        loop.pace.add_spare = lambda seconds, noted=noted: noted.append(seconds)
         loop.pace.update = lambda t, since, computing: noted.append((since, computing))
         loop.run(
             [joint], Even(), on_tick=lambda t, now, angles: STOP if t > 1 else None,
             spare=lambda until, world=world, needs=needs: world.sleep(needs),
         )  # fmt: skip
-        assert noted[-1] == pytest.approx((since, computing), abs=1e-9)
+        assert noted[-2] == pytest.approx(beside, abs=1e-9)
+        assert noted[-1] == pytest.approx((since, 0.0), abs=1e-9)
+
+
+def test_other_works_time_lengthens_the_period_and_no_delay():
+    busy, alone = LoopTiming(lambda line: None), LoopTiming(lambda line: None)
+    for k in range(AVERAGED_TICKS):
+        busy.add_spare(0.016)
+        for pace in (busy, alone):
+            pace.update(0.04 * k, 0.04, 0.012)
+    assert (busy.period, alone.period) == (pytest.approx(0.035), MIN_PERIOD)
+    assert busy.delay - busy.period / 2 == pytest.approx(alone.delay - alone.period / 2)
