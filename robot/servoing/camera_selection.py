@@ -46,12 +46,17 @@ class CameraSelection(object):
         self._explored = [self._known] * self._joints
         self._samples.clear()
 
-    def sample(self, cameras):
-        # type: (Sequence[str]) -> List[str]
-        """Count a measurement of these cameras; return those that have seen every joint move."""
+    def sample(self, cameras, motions):
+        # type: (Sequence[str], int) -> List[str]
+        """Count a measurement of these cameras; return those that have seen every joint move.
+
+        Args:
+            cameras: that have measured.
+            motions: number of motions in which every joint is explored.
+        """
         for camera in cameras:
             self._samples[camera] = self._samples.get(camera, 0) + 1
-        return [c for c in cameras if self._known or self._samples[c] > self._joints]
+        return [c for c in cameras if self._known or self._samples[c] > motions]
 
     def choose(self, cameras, known, sigma_of):
         # type: (Sequence[str], Sequence[str], Callable[[str], float]) -> bool
@@ -80,6 +85,11 @@ class CameraSelection(object):
         # type: () -> bool
         """Whether every joint has been moved."""
         return all(self._explored)
+
+    def explored_all(self):
+        # type: () -> None
+        """Count every joint as explored."""
+        self._explored = [True] * self._joints
 
     def next_joint(self):
         # type: () -> Tuple[int, List[bool]]

@@ -1,8 +1,8 @@
 """The image of a chain of revolute joints, learned on the way: no camera is calibrated.  Pure.
 
     q   joint angles, rad (n)
-    s   image features, px (m)
-    J   image Jacobian ds/dq, px/rad: m rows, n columns
+    s   image features, px: u and v
+    J   image Jacobian ds/dq, px/rad: 2 rows, n columns
 
 This model and local_jacobian's have one interface: `observe` learns from what was seen at which
 joint angles; `prepare` does so early, in slices, while the arm is still being measured; `seen_from`
@@ -20,7 +20,6 @@ from robot.servoing.linear_algebra import (
     back_substituted,
     cholesky,
     distance,
-    dot,
     forward_substituted,
 )
 from robot.servoing.robust import RESIDUAL_SCALE, agrees, robust_weight
@@ -33,17 +32,17 @@ if MYPY:
     from robot.servoing.linear_algebra import Matrix, Vector  # noqa: F401
     from robot.servoing.robust import Learned  # noqa: F401
 
-LINK_SIGMA = 400.0
-"""Standard deviation of how far, in px, the sum of the links' directions can move the marker."""
+SCALE_SIGMA = 20.0
+"""Standard deviation of the image's scale before anything is known of it, px/cm."""
 
-LINK_ERROR_SIGMA = 25.0
-"""Standard deviation of a single link's deviation from that, px: length, zero and lens may be
-off."""
+SKEW_SHARE, MIN_SKEW = 0.25, 1.0
+"""Standard deviation of a planar image's deviation from a similarity, as a share of its scale, and
+the least, px/cm: a tilted camera foreshortens."""
 
 BASE_SIGMA = 1e4
 """Standard deviation of where the base is seen, px."""
 
-SIGMA_PER_RADIAN = 2.3
+SIGMA_PER_RADIAN = 6.0
 """Model error per radian of a key-frame's distance from the arm, px/rad: perspective and lens."""
 
 MIN_KEY_DISTANCE, MAX_KEYS = math.radians(2.5), 24
@@ -59,33 +58,8 @@ MOVED_WORLD_SIGMA = 40.0
 """Error of what was seen before the world changed, from then on, px."""
 
 
-def _precision(axes):
-    # type: (Matrix) -> List[List[float]]
-    """Return the terms' prior precision, px^-2: the rows of its lower triangle.
-
-    Each axis of space may be seen in any way (LINK_SIGMA px along the whole arm); each term by
-    itself deviates from that (LINK_ERROR_SIGMA).  The inverse of LINK_ERROR_SIGMA^2 I +
-    LINK_SIGMA^2 sum u u', the u being orthogonal unit vectors (Sherman and Morrison 1950); a
-    constant offset may be anything.
-
-    Args:
-        axes: the tip's coordinates in space as coefficients of the terms, cm: a row for each axis.
-    """
-    units = []
-    for axis in axes:
-        norm = math.sqrt(dot(axis, axis))
-        units.append([a / norm for a in axis])
-    share = LINK_SIGMA**2 / (LINK_ERROR_SIGMA**2 + LINK_SIGMA**2)
-    precision = [[1 / BASE_SIGMA**2]]
-    for i in range(1, len(axes[0])):
-        precision.append(
-            [0.0]
-            + [
-                ((i == j) - share * sum(u[i] * u[j] for u in units)) / LINK_ERROR_SIGMA**2
-                for j in range(1, i + 1)
-            ]
-        )
-    return precision
+SIMILAR_SIGMA = 40.0
+SCALE_SIGMA = 20.0
 
 
 class _Key(object):
@@ -112,47 +86,49 @@ class _Key(object):
         self.products = products + [a * y for y in s for a in terms]
 
 
-# Fitting the chain.  A revolute joint moves its links on circles; an affine camera shows circles as
-# ellipses (Ruf and Horaud 1999, projective kinematics).  So s = W t(q), linear in the terms t of
-# chain_terms, where W holds camera and link lengths.  W minimizes
+# Fitting the chain.  A camera far off sees space by an affine map (Mundy and Zisserman 1992), so
+# s = W t(q), linear in the terms t of chain_terms: 1 and the tip's place by the described links.
+# W minimizes
 #
-#     sum_k w_k |s_k - W t_k|^2 + tr W P W'      over key-frames k, P the prior precision,
+#     sum_k w_k |s_k - W t_k|^2 + tr (W - W0) P (W - W0)'      over key-frames k,
 #
-# so (P + sum_k w_k t_k t_k') W' = sum_k w_k t_k s_k', solved by Cholesky factors: one for all rows.
-# A key-frame enters, leaves or changes its weight as w t t' is added or subtracted: recursive least
-# squares in information form.  The usual form, an update of the inverse, costs more where frames
-# are replaced.  Gauss-Newton on camera and lengths needs a start near the truth and iterations;
-# this fit needs neither, and the lengths of the description enter no more than as the prior.
+# P the prior precision, so (P + sum_k w_k t_k t_k') W' = P W0' + sum_k w_k t_k s_k', solved by
+# Cholesky factors: one for all rows.  A key-frame enters, leaves or changes its weight as w t t' is
+# added or subtracted: recursive least squares in information form.  The usual form, an update of
+# the inverse, costs more where frames are replaced.
+# A camera that looks at a plane sees a similarity, foreshortened.  So W0 in the plane is the
+# similarity that fits best: u + iv = o + d (x - iy), where only o and d, 4 numbers, are to be
+# known; y is turned round, since v runs down.  In the motion of one joint it predicts the others.
+# A mirrored picture is further from W0, and takes more frames.  In space W0 is 0.
 # The weight is w = robust_weight / (variance + (SIGMA_PER_RADIAN distance)^2): robust by the
 # residual of the fit before (iteratively reweighted least squares); the distance from the arm makes
-# it a locally weighted regression (Atkeson, Moore and Schaal 1997), which takes up perspective and
-# lens.
+# it a locally weighted regression (Atkeson, Moore and Schaal 1997), which takes up perspective,
+# lens and links that are not as described.
 
 
 class ChainModel(object):
-    """The image as a linear function of the sines and cosines of a chain of revolute joints.
+    """A camera's image as a linear function of where the tip of a chain of revolute joints is.
 
     Args:
-        rows: m.
         chain: kind of the arm's chain, a key of CHAINS.
         links: their lengths, cm (n).
     """
 
-    def __init__(self, rows, chain, links):
-        # type: (int, str, Vector) -> None
-        self._rows = rows
-        self._chain, self._slopes_at, axes = CHAINS[chain]
-        self._axes = axes(links)
-        precision = _precision(self._axes)
-        size = len(precision)
+    def __init__(self, chain, links):
+        # type: (str, Vector) -> None
+        terms = CHAINS[chain](links)
+        self._chain, self._slopes_at = terms.chain, terms.slopes
+        self._size = size = terms.size
+        self._planar = size == 3
         triangle = size * (size + 1) // 2
         # The normal equations: the lower triangle row by row, then the right sides.
-        self._prior = self._sums = sum(precision, []) + [0.0] * (rows * size)  # type: List[float]
+        self._sums = [0.0] * (triangle + 2 * size)
         self._triangle = [slice(i * (i + 1) // 2, (i + 1) * (i + 2) // 2) for i in range(size)]
-        self._sides = [slice(triangle + k * size, triangle + (k + 1) * size) for k in range(rows)]
+        self._sides = [slice(triangle + k * size, triangle + (k + 1) * size) for k in range(2)]
         self._keys = []  # type: List[_Key]
         self._fits = self._refits = 0
         self._fitted = None  # type: Optional[Matrix]  # W
+        self._scale_variance = 0.0  # of d, (px/cm)^2
         self._shape = None  # type: Optional[LinearImageModel]
         # Where the slopes were evaluated last; covariance of J there.
         self._here = None  # type: Optional[Tuple[float, ...]]
@@ -167,7 +143,7 @@ class ChainModel(object):
 
         Args:
             q: joint angles, rad (n).
-            s: px (m).
+            s: u and v, px.
             variance: of each element of s, px^2.
             standing: whether the arm stood; frames in motion do not replace better key-frames.
         """
@@ -183,7 +159,7 @@ class ChainModel(object):
                 near.append(key)
         if near and not standing and min(key.variance for key in near) <= variance:
             return
-        new = _Key(tuple(q), self._chain.terms(q), tuple(s), variance)
+        new = _Key(tuple(q), self._chain.terms(q)[: self._size], tuple(s), variance)
         old = near or self._keys[: 1 - MAX_KEYS]
         if len(old) == 1:  # most often, and half as much to do
             self._replace(old[0], new)
@@ -254,7 +230,7 @@ class ChainModel(object):
         """Return the image model as last fitted, without its offset; the same until the next."""
         if self._fitted is None or self._shape is None or self._shape.W is not self._fitted:
             W = self._fitted or self._solve()
-            self._shape = LinearImageModel(self._chain, W, [0.0] * self._rows)
+            self._shape = LinearImageModel(self._chain, W, [0.0, 0.0])
         return self._shape
 
     def _weigh(self, key, weight):
@@ -274,12 +250,45 @@ class ChainModel(object):
 
     def _solve(self):
         # type: () -> Matrix
-        """Fit W (m x terms, px) by least squares, and return it."""
+        """Fit W (2 x terms, px) by least squares, and return it."""
         sums = self._sums
-        self._L = L = cholesky([sums[part] for part in self._triangle])
-        W = [back_substituted(L, forward_substituted(L, sums[side])) for side in self._sides]
+        N = [sums[part] for part in self._triangle]
+        sides = [sums[side] for side in self._sides]
+        if self._planar:
+            means, precision = self._similarity(N, sides)
+            for side, mean in zip(sides, means):
+                for i, a in enumerate(mean, 1):
+                    side[i] += precision * a
+        else:
+            precision = 1 / SCALE_SIGMA**2
+        N[0][0] += 1 / BASE_SIGMA**2
+        for row in N[1:]:
+            row[-1] += precision
+        self._L = L = cholesky(N)
+        W = [back_substituted(L, forward_substituted(L, side)) for side in sides]
         self._fitted, self._waiting, self._covariance = W, False, None
         return W
+
+    def _similarity(self, N, sides):
+        # type: (Matrix, Matrix) -> Tuple[Matrix, float]
+        """Fit u + iv = o + d (x - iy); return its px/cm (2 x 2), and the precision of that prior.
+
+        With p = x + iy and means over all weights, d = sum w (p - mean p) (z - mean z) / sum w
+        |p - mean p|^2, by least squares.
+
+        Args:
+            N: lower triangle of the normal equations.
+            sides: their right sides.
+        """
+        (n,), (x, xx), (y, _, yy) = N
+        (u, xu, yu), (v, xv, yv) = sides
+        n = n or 1.0
+        spread = xx + yy - (x * x + y * y) / n + 1 / SCALE_SIGMA**2
+        real = (xu - yv - (x * u - y * v) / n) / spread
+        imag = (xv + yu - (x * v + y * u) / n) / spread
+        self._scale_variance = 1 / spread
+        skew = SKEW_SHARE**2 * (real * real + imag * imag) + MIN_SKEW**2
+        return ((real, imag), (imag, -real)), 1 / skew
 
     def _fit(self, q):
         # type: (Pose) -> Matrix
@@ -301,7 +310,7 @@ class ChainModel(object):
         weights = [key.weight for key in self._keys]
         columns = zip(*[key.products for key in self._keys])
         self._fitted = None
-        self._sums = [p + sum(map(mul, weights, column)) for p, column in zip(self._prior, columns)]
+        self._sums = [sum(map(mul, weights, column)) for column in columns]
 
     def _weight_for(self, key, q, W):
         # type: (_Key, Pose, Matrix) -> float
@@ -314,7 +323,7 @@ class ChainModel(object):
             for a, b in zip(w, terms):
                 off -= a * b
             excess += off * off
-        return robust_weight(excess / (variance * self._rows * RESIDUAL_SCALE**2)) / variance
+        return robust_weight(excess / (2 * variance * RESIDUAL_SCALE**2)) / variance
 
     def covariance(self):
         # type: () -> Matrix
@@ -322,14 +331,20 @@ class ChainModel(object):
         if self._covariance is None:
             # slope' N^-1 slope, from one side: N^-1 = L'^-1 L^-1
             halves = [forward_substituted(self._L, slope) for slope in self._slopes]
-            self._covariance = [[sum(map(mul, a, b)) for b in halves] for a in halves]
+            scale = self._scale_variance
+            self._covariance = [
+                [
+                    sum(map(mul, a, b)) + scale * sum(map(mul, one, other))
+                    for b, other in zip(halves, self._slopes)
+                ]
+                for a, one in zip(halves, self._slopes)
+            ]
         return self._covariance
 
     def by_space(self):
         # type: () -> Matrix
-        """Return the image Jacobian by the tip's place, px/cm: m rows, a column for each axis."""
-        W = self._fit(self._keys[-1].q)
-        return [[dot(w, axis) / dot(axis, axis) for axis in self._axes] for w in W]
+        """Return the image Jacobian by the tip's place, px/cm: 2 rows, a column for each axis."""
+        return [w[1:] for w in self._fit(self._keys[-1].q)]
 
     def inflate_variances(self):
         # type: () -> None

@@ -48,6 +48,11 @@ class LinearImageModel(object):
         """Return the same with another offset, px (m)."""
         return LinearImageModel(self._chain, self.W, offset)
 
+    def terms(self, q):
+        # type: (Pose) -> Vector
+        """Return the chain's terms at q (rad), in which the image is linear."""
+        return self._chain.terms(q)
+
     def _at(self, q):
         # type: (Pose) -> None
         """Evaluate the terms at q (rad), unless they are of there."""

@@ -93,7 +93,7 @@ def models_of(method, arm):
         return {method: ModelKind(lambda camera: LocalJacobian(2, n, False), blames_all=True)}
     kinds = {"kalman": ModelKind(lambda camera: LocalJacobian(2, n))}
     if method == "chain":
-        kinds[method] = ModelKind(lambda camera: ChainModel(2, arm.chain, links), far=True)
+        kinds[method] = ModelKind(lambda camera: ChainModel(arm.chain, links), far=True)
     return kinds
 
 
@@ -124,6 +124,7 @@ class ImageModels(object):
         self.far = next((name for name in self.names if kinds[name].far), None)
         self.local = next((name for name in self.names if name != self.far), self.names[0])
         self.wrong = dict.fromkeys(kinds, 0.5)
+        self._forgiving = False
         self._models = {}  # type: Dict[Tuple[str, str], CameraModel]  # (name, camera): model
         # (name, camera): what it knew when the arm stood last.
         self._images = {}  # type: Dict[Tuple[str, str], LinearImageModel]
@@ -154,6 +155,18 @@ class ImageModels(object):
         # type: () -> str
         """Return the name of the model that was the least wrong lately."""
         return min(self.names, key=self.wrong.__getitem__)
+
+    def prefer(self, name):
+        # type: (Optional[str]) -> None
+        """Prefer the model of that name; the next step, in which it is explored, judges none."""
+        self.wrong = {other: 0.5 if other == name else MAX_STEP_ERROR for other in self.names}
+        self._forgiving = True
+
+    def forgive(self):
+        # type: () -> bool
+        """Return whether the step that has just been made judges none, as `prefer` has it."""
+        forgiving, self._forgiving = self._forgiving, False
+        return forgiving
 
     # Learning
 

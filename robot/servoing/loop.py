@@ -201,11 +201,13 @@ class VisualServoing(object):
             self._halt = None
             speed = self._speed * (BLIND_SPEED_SHARE if self._sightings.any_blind else 1.0)
             far = self._follow or distance(to, q) > CHASE_THRESHOLD
-            stream = self._stream if decision.action == "move" and far else None
+            explores = decision.action == "explore" and self._servo.explores_in_motion
+            steered = explores or decision.action == "move" and far
+            stream = self._stream if steered else None
             self._chasing_now = stream is not None
             self._learning.begin(stream)
             if stream is not None:
-                stream.begin(to, self._servo.detour_pose)
+                stream.begin(to, self._servo.detour_pose, q if explores else None)
                 self._chaser, self._chased, self._chase_began = stream, [], self._clock.now()
                 self._arm.chase(self._steer, speed, within=LANDING_COUNTS, spare=self._spare)
                 seen = self._chased
@@ -312,7 +314,9 @@ class VisualServoing(object):
                 del self._chased[:-MAX_CHASE_FRAMES]
                 for frame in frames:
                     self._chaser.see(frame, self._sightings.goals.get(frame.camera))
-            return
+            now = self._clock.now()
+            if now >= until:
+                return
         if now - self._receiver.reported_at >= STATUS_PERIOD:
             self._receiver.report()
             now = self._receiver.reported_at

@@ -120,10 +120,10 @@ class LearningInMotion(object):
 
     def _chase(self, stream):
         # type: (Stream) -> Iterator[None]
-        """Aim by what was seen; then learn from a frame and make use of it: slice by slice."""
+        """Aim by what was seen; then learn from the frames that wait: slice by slice."""
         for _ in stream.reaim():
             yield
-        if self._unlearned:  # each camera in its turn: they come in the same order every time
+        while self._unlearned:  # each camera in its turn: they come in the same order every time
             waited = min(self._unlearned, key=lambda one: self._learned_at.get(one[0].camera, 0.0))
             self._unlearned.remove(waited)
             frame, q = waited

@@ -50,6 +50,7 @@ class ReportServo(object):
         rows: Rows.
         cameras: those that it goes by; none at first.
         detour_pose: None: it knows no other postures.
+        explores_in_motion: False: it moves a joint at a time.
     """
 
     EXPLORING_STEP = math.radians(10)
@@ -58,6 +59,7 @@ class ReportServo(object):
     """Errors from which on the first and the second of the steps are made, px."""
     STEP_SIZES = tuple(math.radians(x) for x in (10, 5, 2))
     """Sizes of the steps, far off and nearer, rad."""
+    explores_in_motion = False
     LEARNS = False
     """Whether the next run goes on with what this one has learned."""
 

@@ -14,6 +14,7 @@ from operator import sub
 
 from robot.servoing.camera_selection import CameraSelection
 from robot.servoing.decision import Decision, end_of_run
+from robot.servoing.exploration import LINEAR_ITERATIONS, explore_one, inward, is_seen_moving
 from robot.servoing.image_models import ImageModels
 from robot.servoing.linear_algebra import distance, length
 from robot.servoing.measurement import MedianEstimator, error_of
@@ -61,12 +62,6 @@ if MYPY:
 STOP_MARGIN = 0.7
 """Share of the tolerance at which it ends; what is off by more is corrected once."""
 
-EXPLORING_STEP = math.radians(8)
-"""Size of a joint's exploring step, rad."""
-
-MIN_EXPLORED_SIGMAS = 6.0
-"""Least motion of the marker by which an exploring step shows something, standard deviations."""
-
 FLAT_VIEW = "seen by {}, the tip may be off along the line of sight; look from another side, too"
 """Reason of a run that ends since its cameras leave the depth untold."""
 
@@ -76,11 +71,8 @@ WAYPOINT_DISTANCE = 150.0
 MIN_STEP_SIGMAS = 6.0
 """Least motion of the marker by which a step judges the models, standard deviations."""
 
-LINEAR_ITERATIONS = 4
-"""Steps of a search by an image that is linear in the joints' angles."""
-
-CHASE_UNCERTAINTY_SHARE = 0.3
-"""Share of J's uncertainty that counts in a chase, which learns on the way."""
+CHASE_ITERATIONS = 5
+"""Steps of a search in a chase: the next one goes on from there."""
 
 AIM_TOLERANCE_SHARE = 0.3
 """Share of the tolerance that an aim of the stream may be off: the next one comes soon."""
@@ -107,6 +99,7 @@ class Servo(object):
         estimator: has `measurements(frames)`.
         models: ImageModels.
         tolerance: px.
+        steered: a Stream steers while the arm moves.
     """
 
     LEARNS = True
@@ -119,14 +112,23 @@ class Servo(object):
         self.estimator = MedianEstimator(tolerance, self.rows)
         self.models = ImageModels(models, arm.joints, self.estimator.sigma_of)
         self.tolerance, self._known = tolerance, known
+        self.steered = False
         self._targets = TargetPoses(arm, tolerance)
-        self._box = self._targets.box
         self._selection = CameraSelection(self.rows, len(arm.joints), known)
         self._progress = Progress(tolerance, known)
         self._verification = TipVerification(tolerance)
         self._region = FIRST_STEP
         self._uniform = uniform_draws(seed)
         self._last_measurement = None  # type: Optional[LastMeasurement]
+
+    @property
+    def explores_in_motion(self):
+        # type: () -> bool
+        """Whether all joints are explored in one motion, by a model that learns from its frames.
+
+        Not to verify the tip: that motion would end at the goal again.
+        """
+        return self.steered and self.models.far is not None and not self._verification.begun
 
     @property
     def cameras(self):
@@ -172,12 +174,17 @@ class Servo(object):
         q = list(q)
         seen = {measurement.camera: measurement.s for measurement in measurements}
         before = self._last_measurement
-        is_first = before is None
-        if before is not None and self._selection.explored:
+        in_motion = self.models.forgive()
+        if in_motion:  # nothing was predicted, so the track has to tell
+            self._verification.missed = math.inf
+        elif before is not None and self._selection.explored:
             self._judge(q, seen, *before)
         self.models.update(q, measurements)
         self._choose_cameras(q, sorted(seen))
-        unknown = is_first or self._known or not self._selection.explored
+        if in_motion:
+            J = {c: self.models.image(self._in_use(), c).jacobian(q) for c in self.cameras}
+            self.J = tuple(self.rows.values(J))
+        unknown = before is None or self._known or not self._selection.explored
         self._last_measurement = q, seen
         used = [measurement for measurement in measurements if measurement.camera in self.cameras]
         goal = self._selection.together({m.camera: m.goal for m in used})
@@ -197,8 +204,10 @@ class Servo(object):
             self._progress = Progress(self.tolerance, self._known)  # should the goal move on
             return end_of_run(CONVERGED)
         self._verification.record_elsewhere()
-        if not unknown and self.using is None and not self._marker_moved(q):
-            return end_of_run(SINGULAR, DOES_NOT_MOVE)
+        if not unknown and (in_motion or self.using is None):
+            image = self.models.together(self.using or self.models.local, self._selection)
+            if not is_seen_moving(image.jacobian(q), self.estimator.sigma):
+                return end_of_run(SINGULAR, DOES_NOT_MOVE)
         progress.refined = progress.refined or error < self.tolerance
         if not self._selection.explored:
             return self._explore(q, goal)
@@ -207,7 +216,7 @@ class Servo(object):
             return end_of_run(UNREACHABLE, "no nearer than {:.1f} px".format(progress.nearest))
         if action == START_ELSEWHERE:
             shares = [self._uniform(*RESTART_RANGE) for _ in q]
-            return self._start_from(at_shares(shares, *self._box))
+            return self._start_from(at_shares(shares, *self._targets.box))
         if action == EXPLORE_ANEW:
             return self._explore_anew(q, goal, measurements)
         return self.move(q, goal, error, measurements)
@@ -230,38 +239,28 @@ class Servo(object):
     def _choose_cameras(self, q, cameras):
         # type: (Pose, Sequence[str]) -> None
         """Choose rows and cameras by what has been explored; begin a new progress if none stays."""
-        known = self._selection.sample(cameras)
+        known = self._sample(cameras)
         name = self._in_use()
         self.rows.choose({c: self.models.image(name, c).jacobian(q) for c in known})
         if self._selection.choose(cameras, known, self.estimator.sigma_of):
             self._progress = Progress(self.tolerance, self._known)
 
-    def _marker_moved(self, q):
-        # type: (Pose) -> bool
-        """Return whether exploring has shown that any joint moves the marker."""
-        columns = zip(*self.models.together(self.models.local, self._selection).jacobian(q))
-        moved = max(map(length, columns)) * EXPLORING_STEP
-        return moved > MIN_EXPLORED_SIGMAS * self.estimator.sigma
+    def _sample(self, cameras):
+        # type: (Sequence[str]) -> List[str]
+        """Count a measurement of these cameras; return those that have seen every joint move."""
+        motions = 1 if self.explores_in_motion else len(self._targets.box[0])
+        return self._selection.sample(cameras, motions)
 
     def _explore(self, q, goal):
         # type: (List[float], Features) -> Decision
-        """Move a joint of which nothing is known; those that are known go on meanwhile."""
+        """Move a joint of which nothing is known, or all of them in one motion."""
         self.using = None
-        k, explored = self._selection.next_joint()
-        to = list(q)
-        low, high = self._box
-        to[k] += math.copysign(EXPLORING_STEP, (low[k] + high[k]) / 2 - q[k])
-        name = self.models.local
-        if any(explored) and not self.models.kinds[name].blames_all:
-            reach = [FIRST_STEP / 2 * known for known in explored]
-            low = [max(wall, a - r) for wall, a, r in zip(low, to, reach)]
-            high = [min(wall, a + r) for wall, a, r in zip(high, to, reach)]
-            penalty = self.models.penalty(name, self._selection, len(q))
-            penalty[k] = [0.0] * len(q)
-            for row in penalty:
-                row[k] = 0.0
-            image = self.models.together(name, self._selection)
-            to, _ = best_pose(image, goal, to, (low, high), to, penalty, LINEAR_ITERATIONS)
+        if self.explores_in_motion:
+            self._selection.explored_all()
+            self.using = self.models.far
+            self.models.prefer(self.using)
+            return self._go("explore", inward(q, self._targets.box))
+        to = explore_one(q, self._targets.box, goal, self.models, self._selection)
         return self._go("explore", to)
 
     def _verify_tip(self, q, goal, measurements):
@@ -279,7 +278,7 @@ class Servo(object):
         self.models.inflate_variances()
         self.models.update(q, measurements)
         self._selection.forget()
-        self._selection.sample([measurement.camera for measurement in measurements])
+        self._sample([measurement.camera for measurement in measurements])
         self._progress.begin_exploring()
         return self._explore(q, goal)
 
@@ -300,6 +299,7 @@ class Servo(object):
     def move(self, q, goal, error, measurements):
         # type: (List[float], Features, float, Sequence[Measurement]) -> Decision
         """Take a step from q, rad, by the best model, or another law's; `error` is |e|, px."""
+        box = self._targets.box
         name = self.using = self.models.best()
         image = self.models.together(name, self._selection)
         J = {c: self.models.image(name, c).jacobian(q) for c in self.cameras}
@@ -310,8 +310,8 @@ class Servo(object):
             to, left = self._targets.choose(image, goal, q, penalty, error, self._progress)
             if self._progress.stalls(error, left):
                 # The penalty keeps it here, or geometry does: what if all were known?
-                here = best_pose(image, goal, q, self._box)
-                to, left = best_posture(image, goal, q, self._box, here, left, self.tolerance)
+                here = best_pose(image, goal, q, box)
+                to, left = best_posture(image, goal, q, box, here, left, self.tolerance)
                 action = self._progress.assess_stall(left, self.models.wrong[name])
                 if action == EXPLORE_ANEW:
                     return self._explore_anew(q, goal, measurements)
@@ -327,8 +327,8 @@ class Servo(object):
             if greatest > self._region:
                 to = [b + (a - b) * self._region / greatest for a, b in zip(to, q)]
         else:
-            low = [max(wall, a - self._region) for wall, a in zip(self._box[0], q)]
-            high = [min(wall, a + self._region) for wall, a in zip(self._box[1], q)]
+            low = [max(wall, a - self._region) for wall, a in zip(box[0], q)]
+            high = [min(wall, a + self._region) for wall, a in zip(box[1], q)]
             nearer = min(1.0, WAYPOINT_DISTANCE / error)
             tip = self._selection.together({m.camera: m.s for m in measurements})
             waypoint = [y + nearer * (g - y) for y, g in zip(tip, goal)]
@@ -380,8 +380,7 @@ class Servo(object):
     def uncertainty_penalty(self, q):
         # type: (Pose) -> List[List[float]]
         """Return the uncertainty of J as a penalty for `nearing`, n x n, px^2/rad^2, at q (rad)."""
-        penalty = self.models.penalty(self._in_use(), self._selection, len(q))
-        return [[CHASE_UNCERTAINTY_SHARE * value for value in row] for row in penalty]
+        return self.models.penalty(self._in_use(), self._selection, len(q))
 
     def nearing(self, image, goal, start, q, penalty):
         # type: (LinearImageModel, Features, Pose, Pose, Matrix) -> Iterator[Target]
@@ -395,4 +394,4 @@ class Servo(object):
             penalty: as uncertainty_penalty gives it.
         """
         sharp = (AIM_TOLERANCE_SHARE * self.tolerance) ** 2
-        return descent(image, goal, start, self._box, q, penalty, sharp=sharp)
+        return descent(image, goal, start, self._targets.box, q, penalty, CHASE_ITERATIONS, sharp)

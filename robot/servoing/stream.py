@@ -1,7 +1,7 @@
 """Steering by what is seen while the arm moves.  Pure."""
 
 import math
-from operator import sub
+from operator import mul, sub
 
 from robot.motion.linear_systems import damped_solve
 from robot.motion.online_trajectory import Landing, Moving
@@ -12,6 +12,7 @@ from shared.record import record
 MYPY = False  # which a type checker takes for true
 if MYPY:
     from typing import (  # noqa: F401
+        Any,
         Dict,
         Generator,
         Iterator,
@@ -29,7 +30,6 @@ if MYPY:
     from robot.servoing.servo import Servo  # noqa: F401
     from robot.servoing.sightings import MarkerFrame  # noqa: F401
 
-    _Recent = Tuple[Pose, Features, Optional[LinearImageModel], Vector]
 
 ZERO_VELOCITY = 0.0, 0.0
 """Velocity of a goal that stands, px/s."""
@@ -50,6 +50,36 @@ else:
 # t of the last frame, s; image model, and its median error, px; goal, px, and its velocity, px/s.
 
 
+class _Recent(object):
+    """One of the last frames, and what the image model missed in it.
+
+    Args:
+        q: joint angles, rad (n).
+        s: px (m).
+
+    Attributes:
+        shape: LinearImageModel by which it was predicted last; None at first.
+    """
+
+    __slots__ = ("q", "shape", "_missed", "_s", "_terms")
+
+    def __init__(self, q, s):
+        # type: (Pose, Features) -> None
+        self.q, self._s = q, s
+        self.shape = self._terms = None  # type: Any
+        self._missed = ()  # type: Vector
+
+    def missed_by(self, shape):
+        # type: (LinearImageModel) -> Vector
+        """Return what was seen less what is predicted, px (m); evaluated once for each model."""
+        if self.shape is not shape:
+            if self._terms is None:
+                self._terms = shape.terms(self.q)
+            self.shape = shape
+            self._missed = [y - sum(map(mul, w, self._terms)) for y, w in zip(self._s, shape.W)]
+        return self._missed
+
+
 class Stream(object):
     """Steering by what is seen while the arm moves: every frame is of the joints at its own time.
 
@@ -57,7 +87,7 @@ class Stream(object):
     moves is predicted.  Aiming is a search that is done in slices, between control ticks.
 
     Args:
-        servo: Servo, whose models have been explored.
+        servo: Servo; that it is steered is recorded there.
     """
 
     MIN_FRAMES, MAX_FRAMES, FRAMES_RANGE = 5, 12, math.radians(4)
@@ -69,23 +99,39 @@ class Stream(object):
     ARRIVAL_DISTANCE, MIN_AIMS, ARRIVAL_TIME = math.radians(2), 3, 0.06
     """Distance from the aim within which the arm has arrived, rad, after this number of aims, and
     standing for this time, s: a joint that passes by goes on beyond."""
+    EXPLORING_DELAY, MIN_EXPLORED = 0.15, math.radians(4)
+    """Delay between the starts of two joints that explore, s; motion of every joint that must have
+    been seen before there is an aim, rad."""
     SIGHT_MAX_AGE = 0.3
     """Longest silence of a camera in use, s."""
 
     def __init__(self, servo):
         # type: (Servo) -> None
         self._servo = servo
+        servo.steered = True
         self._still_since = None  # type: Optional[float]
 
-    def begin(self, q, detour_pose=None):
-        # type: (Pose, Optional[Pose]) -> None
-        """Begin with the first aim, rad (n); `detour_pose` if it leads to another posture."""
+    def begin(self, q, detour_pose=None, explore_from=None):
+        # type: (Pose, Optional[Pose], Optional[Pose]) -> None
+        """Begin a motion.
+
+        Args:
+            q: the first aim, rad (n).
+            detour_pose: where it leads, if that is another posture, rad (n).
+            explore_from: where the arm stands, rad (n), if its models are to be explored: the
+                joints begin one after the other, so that the motion of each is seen by itself; the
+                aim follows as soon as every one has moved.
+        """
+        self._explore_from = explore_from
+        self._exploring_began = None  # type: Optional[float]
+        self._low, self._high = list(q), list(q)  # the ranges in which the joints were seen, rad
+        if explore_from is not None:
+            self._low = self._high = list(explore_from)
         self._aim, self._aimed_at = tuple(q), 0.0  # type: Pose, float
         self._drift = None  # type: Optional[Vector]
         self._better = detour_pose or self._aim  # so far; a better one may be found on the path
         self._uncertainty_penalty = self._servo.uncertainty_penalty(q)
-        # Camera: the last frames, [(q, s, shape, what the shape missed, px)].
-        self._recent = {}  # type: Dict[str, List[_Recent]]
+        self._recent = {}  # type: Dict[str, List[_Recent]]  # camera: the last frames
         # Camera: (t, goal, its speed) in the last one.
         self._seen = {}  # type: Dict[str, Tuple[float, Pixel, Pixel]]
         # Time of the newest frame that has not been aimed by.
@@ -102,28 +148,25 @@ class Stream(object):
         if q is None or camera not in self._servo.cameras:
             return
         recent = self._recent.setdefault(camera, [])
-        recent.append((q, s, None, ()))
+        recent.append(_Recent(q, s))
         del recent[: -self.MAX_FRAMES]
         speed = ZERO_VELOCITY
         if goal is not None:
             where, speed = goal.at(t) or where, goal.velocity
         self._seen[camera] = t, where, speed
         self._q, self._news_at = q, t
+        if self._explore_from is not None:
+            self._low, self._high = list(map(min, self._low, q)), list(map(max, self._high, q))
 
     def _sight(self, camera):
         # type: (str) -> Sight
         """Return a camera's last frames as a Sight, with the median error of its model."""
         shape = self._servo.shape(camera)
         recent = self._recent[camera]
-        if recent[0][2] is not shape:
+        if recent[0].shape is not shape:
             del recent[: -self.MIN_FRAMES]
-        off = []
-        for k, (q, s, by, missed) in enumerate(recent):
-            if by is not shape:
-                missed = list(map(sub, s, shape.predict(list(q))))
-                recent[k] = q, s, shape, missed
-            off.append(missed)
-        if distance(recent[0][0], recent[-1][0]) >= self.FRAMES_RANGE:
+        off = [frame.missed_by(shape) for frame in recent]
+        if distance(recent[0].q, recent[-1].q) >= self.FRAMES_RANGE:
             off = off[-self.MIN_FRAMES :]
         t, where, speed = self._seen[camera]
         return Sight(t, shape, [median(column) for column in zip(*off)], where, speed)
@@ -134,6 +177,10 @@ class Stream(object):
         t, self._news_at = self._news_at, None
         if t is None:
             return
+        if self._explore_from is not None:
+            if min(map(sub, self._high, self._low)) < self.MIN_EXPLORED:
+                return
+            self._explore_from, self._better = None, self._q
         cameras = sorted(c for c, seen in self._seen.items() if t - seen[0] < self.SIGHT_MAX_AGE)
         if not self._servo.suffices(cameras):
             return
@@ -143,6 +190,8 @@ class Stream(object):
             yield
         image, wanted, speed = self._servo.together(sights, t)
         q, start = self._q, self._better
+        self._uncertainty_penalty = self._servo.uncertainty_penalty(q)  # that has learned since
+        yield
         if self._drift is not None:
             start = [a + v * (t - self._aimed_at) for a, v in zip(self._aim, self._drift)]
         better, left = yield from self._nearing(image, wanted, start, q)
@@ -188,6 +237,14 @@ class Stream(object):
             q: joint angles at that time, rad (n).
             follow: do not end near a goal that moves.
         """
+        if self._explore_from is not None:
+            if self._exploring_began is None:
+                self._exploring_began = t
+            begun = (t - self._exploring_began) / self.EXPLORING_DELAY
+            return [
+                b if k <= begun else a
+                for k, (a, b) in enumerate(zip(self._explore_from, self._aim))
+            ]
         if self._still_since is None or distance(q, self._still_at) > self.STANDSTILL_RANGE:
             self._still_at, self._still_since, self._confirmed = q, t, False
         stands_for = t - self._still_since

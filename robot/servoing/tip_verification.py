@@ -121,25 +121,26 @@ class TipVerification(object):
 
     Attributes:
         missed: by how much all models missed the last measurement, px.
+        begun: whether the joints have been turned, and no answer is seen yet.
     """
 
     def __init__(self, tolerance):
         # type: (float) -> None
         self.missed = 0.0
-        self._begun = self._answered = False
+        self.begun = self._answered = False
         self._limit = max(SURPRISE_TOLERANCES * tolerance, MIN_SURPRISE)
 
     def begin(self):
         # type: () -> bool
         """Begin to turn the joints; return whether that is the first time."""
-        first, self._begun = not self._begun, True
+        first, self.begun = not self.begun, True
         return first
 
     def record_elsewhere(self):
         # type: () -> None
         """Record that the supposed tip is not at the goal."""
-        self._answered = self._answered or self._begun
-        self._begun = False
+        self._answered = self._answered or self.begun
+        self.begun = False
 
     def is_needed(
         self,
@@ -159,7 +160,7 @@ class TipVerification(object):
             before: (q, {camera: s}) of the last measurement, rad and px.
             J: by which the last move was made, px/rad; None if by none.
         """
-        if self._begun:
+        if self.begun:
             return True
         if not by_model:
             return not self._answered

@@ -90,7 +90,7 @@ def test_the_image_of_an_arm_in_space_is_learned_from_a_few_looks():
         return (camera @ forward(ARM, q) / (1 + 0.004 * forward(ARM, q)[0])).tolist()
 
     low, high = (0.6 * np.array([getattr(j, s) for j in ARM.joints]) for s in ("lower", "upper"))
-    model = ChainModel(2, "spatial", [joint.link for joint in ARM.joints])
+    model = ChainModel("spatial", [joint.link for joint in ARM.joints])
     for q in rng.uniform(low, high, (16, 3)).tolist():
         model.observe(q, see(q), 0.1)
     off = []

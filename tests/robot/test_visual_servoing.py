@@ -401,7 +401,8 @@ def test_the_log_is_as_described(undisturbed):
     assert last["measurements"] == len(steps)
     assert last["moves"] == len(steps) - 1
     assert last["frames"] == sum(step["frames"] for step in steps)
-    assert [step["action"] for step in steps[:2]] == ["explore", "explore"]
+    explored = [step["action"] for step in steps].count("explore")
+    assert explored == {"look": 2, "stream": 1}[mode]
     assert steps[-1]["action"] == "hold"
     for step in steps:
         assert step["error"] == pytest.approx(math.dist(step["s"], step["goal"]))
@@ -414,7 +415,7 @@ def test_what_was_seen_is_logged_with_the_angles_at_its_time(undisturbed):
     """Within the play and the counts, and 10 ms of a joint at full speed."""
     _, w, shown = undisturbed
     seen = [line for line in shown.log if line["kind"] == "seen" and line["q"]]
-    assert len(seen) > 50
+    assert len(seen) > 30
     for line in seen:
         truly = w.brick.record[int(round(200 * (shown.began + line["t"])))].q
         assert line["q"] == pytest.approx(truly, abs=math.radians(4))
@@ -430,17 +431,18 @@ def test_the_log_is_whole_after_a_signal(watched):
 
 
 def test_every_move_and_the_end_is_told_in_a_line(undisturbed):
-    _, _, shown = undisturbed
+    mode, _, shown = undisturbed
     lines = shown.out.splitlines()
     moves = [line for line in lines if line.startswith("move ")]
     assert len(moves) == shown.log[-1]["moves"]
     for number, line in enumerate(moves, 1):
         assert line.startswith(f"move {number}: ")
         assert line.endswith(" deg")
-    assert "explore, +8.0 +0.0 deg" in moves[0]
-    assert any(name in moves[2] for name in ("chain", "kalman"))
+    first = {"look": "+8.0 +0.0", "stream": "+8.0 +8.0"}[mode]
+    assert f"explore, {first} deg" in moves[0]
+    assert all("chain" in move or "kalman" in move or "explore" in move for move in moves)
     assert lines[-1].startswith("converged: ")
-    assert f"after {len(moves)} moves" in lines[-1]
+    assert f"after {len(moves)} move" in lines[-1]
 
 
 def test_the_laptop_is_told_how_it_goes_and_how_it_ended(undisturbed):

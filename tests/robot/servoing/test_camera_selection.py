@@ -14,7 +14,7 @@ def selection(joints, looks, explored=True):
     chosen = CameraSelection(Rows("stereo", joints), joints)
     for camera, times in sorted(looks.items()):
         for _ in range(times):
-            chosen.sample([camera])
+            chosen.sample([camera], joints)
     while explored and not chosen.explored:
         chosen.next_joint()
     return chosen
@@ -33,7 +33,7 @@ def selection(joints, looks, explored=True):
 )
 def test_it_goes_by_cameras_that_have_seen_every_joint_move(joints, looks, seeing, used, explored):
     chosen = selection(joints, looks)
-    known = chosen.sample(list(seeing))
+    known = chosen.sample(list(seeing), joints)
     chosen.choose(list(seeing), known, NOISE.get)
     assert chosen.used == list(used)
     assert chosen.explored is explored
@@ -62,7 +62,14 @@ def test_joints_are_explored_one_after_the_other_and_forgotten():
         (2, [True, True, False]),
     ]
     assert chosen.explored
-    assert chosen.sample(["A"]) == []
+    assert chosen.sample(["A"], 3) == []
     chosen.forget()
     assert not chosen.explored
-    assert CameraSelection(Rows("stereo", 3), 3, known=True).sample(["A"]) == ["A"]
+    assert CameraSelection(Rows("stereo", 3), 3, known=True).sample(["A"], 3) == ["A"]
+
+
+def test_in_one_motion_every_joint_is_explored():
+    chosen = CameraSelection(Rows("stereo", 2), 2)
+    chosen.explored_all()
+    assert chosen.explored
+    assert [chosen.sample(["A"], 1) for _ in range(2)] == [[], ["A"]]

@@ -110,7 +110,8 @@ class NotingServo:
 class NotingStream:
     """It has something to do after each frame, and aims where it went anyway."""
 
-    def begin(self, q, detour_pose=None):
+    def begin(self, q, detour_pose=None, explore_from=None):
+        assert explore_from is None
         self.began, self.news = (q, detour_pose), False
 
     def see(self, frame, goal):

@@ -54,9 +54,22 @@ def test_the_filter_is_the_textbooks():
         assert np.linalg.eigvalsh(P).min() > 0
 
 
+LINKS = 11.3, 9.5
+
+
 def planar_terms(q):
     headings = np.cumsum(q)
-    return np.concatenate([[1.0], np.ravel(np.column_stack([np.cos(headings), np.sin(headings)]))])
+    return np.array([1.0, np.array(LINKS) @ np.cos(headings), np.array(LINKS) @ np.sin(headings)])
+
+
+def similarity(poses, seen, weights):
+    """d of u + iv = o + d (x - iy) by numpy, d being near 0 by the prior, and its variance."""
+    terms = np.array([planar_terms(q) for q in poses])
+    root = np.sqrt(weights)
+    columns = np.column_stack([np.ones(len(poses)), terms[:, 1] - 1j * terms[:, 2]])
+    A = np.vstack([root[:, None] * columns, [0, 1 / chain_model.SCALE_SIGMA]])
+    z = np.append(root * (seen[:, 0] + 1j * seen[:, 1]), 0)
+    return np.linalg.lstsq(A, z, rcond=None)[0][1], np.linalg.inv(A.conj().T @ A)[1, 1].real
 
 
 def test_the_chains_fit_is_numpys_weighted_ridge():
@@ -65,43 +78,39 @@ def test_the_chains_fit_is_numpys_weighted_ridge():
     Some fits weigh the key-frames for the place that they are seen from.
     """
     rng = np.random.default_rng(3)
-    links, n, m = (11.3, 9.5), 2, 3
+    n = 2
     poses = rng.uniform(-1.2, 1.2, (10, n))
     variances = rng.uniform(0.1, 4, 10)
-    true = rng.normal(0, 100, (m, 2 * n + 1))
-    noise = rng.normal(0, 1, (10, m)) * np.sqrt(variances)[:, None]
+    true = rng.normal(0, 10, (2, 3))
+    noise = rng.normal(0, 1, (10, 2)) * np.sqrt(variances)[:, None]
     seen = np.array([true @ planar_terms(q) for q in poses]) + noise
-    model = ChainModel(m, "planar", links)
+    model = ChainModel("planar", LINKS)
     for q, s, variance in zip(poses, seen, variances, strict=True):
         model.observe(q.tolist(), s.tolist(), float(variance))
-    here, s_here = rng.uniform(-1, 1, n), rng.normal(0, 100, m)
+    here, s_here = rng.uniform(-1, 1, n), rng.normal(0, 100, 2)
     for _ in range(chain_model.REWEIGH_PERIOD + 1):
         picture = model.seen_from(here.tolist(), s_here.tolist())
 
-    u = np.array(links) / np.linalg.norm(links)
-    spread = np.zeros((2 * n + 1, 2 * n + 1))
-    spread[0, 0] = chain_model.BASE_SIGMA**2
-    of_links = chain_model.LINK_SIGMA**2 * np.outer(
-        u, u
-    ) + chain_model.LINK_ERROR_SIGMA**2 * np.eye(n)
-    spread[1:, 1:] = np.kron(of_links, np.eye(2))
-    whiten = np.linalg.cholesky(np.linalg.inv(spread)).T
     distances = ((poses - here) ** 2).sum(axis=1)
     sd = np.sqrt(variances + chain_model.SIGMA_PER_RADIAN**2 * distances)
+    d, scale_variance = similarity(poses, seen, 1 / sd**2)
+    skew = math.hypot(chain_model.SKEW_SHARE * abs(d), chain_model.MIN_SKEW)
+    whiten = np.diag([1 / chain_model.BASE_SIGMA, 1 / skew, 1 / skew])
+    mean = np.array([[0, d.real, d.imag], [0, d.imag, -d.real]])
     A = np.vstack([np.array([planar_terms(q) for q in poses]) / sd[:, None], whiten])
-    b = np.vstack([seen / sd[:, None], np.zeros((2 * n + 1, m))])
+    b = np.vstack([seen / sd[:, None], whiten @ mean.T])
     W = np.linalg.lstsq(A, b, rcond=None)[0].T
 
     for there in rng.uniform(-2, 2, (5, n)):
         expected = s_here + W @ (planar_terms(there) - planar_terms(here))
         assert np.allclose(picture.predict(there.tolist()), expected, atol=1e-3)
 
-    # and its covariance is that of the slopes of the terms
+    # and its covariance is that of the slopes of the terms, and of the scale
     h = 1e-6
     slopes = np.array(
         [(planar_terms(here + h * e) - planar_terms(here - h * e)) / (2 * h) for e in np.eye(n)]
     )
-    covariance = slopes @ np.linalg.inv(A.T @ A) @ slopes.T
+    covariance = slopes @ (np.linalg.inv(A.T @ A) + scale_variance * np.eye(3)) @ slopes.T
     assert np.allclose(model.covariance(), covariance, rtol=1e-4, atol=1e-3)
     assert np.linalg.eigvalsh(model.covariance()).min() > 0
 

@@ -9,6 +9,7 @@ import pytest
 
 from robot.servoing import servo as servo_module
 from robot.servoing import target_poses
+from robot.servoing.exploration import is_seen_moving
 from robot.servoing.image_model import straight
 from robot.servoing.image_models import ModelKind
 from robot.servoing.measurement import Measurement
@@ -158,3 +159,12 @@ def test_another_posture_is_looked_for_where_three_tenths_would_be_left(
     look(one, (most - 60 * DEG, 0.4), (SCALE * (most + beyond), SCALE * 0.4))
     assert bool(looked) is looks
     assert one.detour_pose == (list(other) if looks and other else None)
+
+
+@pytest.mark.parametrize(
+    ("slope", "sigma", "moves"),
+    [(40, 2.0, False), (50, 2.0, True), (20, 0.1, False), (23, 0.1, True)],
+)
+def test_a_step_of_eight_degrees_shows_what_is_clear_of_the_noise(slope, sigma, moves):
+    """0.14 rad: 6 px of a noise of 2 px, and never less than 3 px."""
+    assert is_seen_moving(((1.0, 0.6 * slope), (0.0, 0.8 * slope)), sigma) is moves
