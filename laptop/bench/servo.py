@@ -57,7 +57,8 @@ SUCCESS_TOLERANCES = 1.6
 
 PHASES = "first look", "exploring", "moving", "looking", "deciding"
 """Phases of a run: until something is measured first; joints turn, to explore or to get there;
-from their rest to the next measurement; from there to the next motion or the verdict."""
+from their rest to the next measurement; from there to the next motion or the verdict.  Who explores
+while going does both in one motion, which counts as exploring."""
 
 REST_RANGE = math.radians(0.2)
 """Distance of every joint from where it ends within which the arm rests, rad."""
@@ -198,7 +199,7 @@ def run_one(case: ServoCase, method: str) -> ServoResult:
             began = world.now()
             try:
                 if method == CLAIRVOYANT:
-                    loop.go_to_goal(setting, brick)
+                    loop.go_to_goal(setting)
                 verdict = loop.servoing.run()
                 seconds = world.now() - began
                 loop.arm.park()
@@ -247,7 +248,7 @@ class ServoLoop(NamedTuple):
     program: Program
     decisions: list[tuple[float, str, float]]
 
-    def go_to_goal(self, setting: SetUp, brick: EmulatedBrick) -> None:
+    def go_to_goal(self, setting: SetUp) -> None:
         """Go to the goal's joint angles, by one who is told them, and by how much the zero is off.
 
         At the speed of the servo's own moves.  It counts as decided at once, and as a move.

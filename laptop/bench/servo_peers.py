@@ -15,14 +15,12 @@ import numpy as np
 from laptop.bench.servo_setups import PinholeCamera, PinholeCameras
 from laptop.emulator.device.brick import EmulatedBrick
 from robot.servoing.decision import Decision, end_of_run
+from robot.servoing.exploration import EXPLORING_STEP
 from robot.servoing.image_model import LinearImageModel, straight
 from robot.servoing.measurement import Measurement, MedianEstimator, error_of
 from robot.servoing.rows import Rows
 from shared.arm_description import Arm
 from shared.verdicts import CONVERGED
-
-EXPLORING_STEP = math.radians(8)
-"""Size of a joint's exploring step, rad: that of ours."""
 
 DAMPING = 0.05
 """Damping of the least-squares step, as a share of J's greatest singular value."""

@@ -58,10 +58,6 @@ MOVED_WORLD_SIGMA = 40.0
 """Error of what was seen before the world changed, from then on, px."""
 
 
-SIMILAR_SIGMA = 40.0
-SCALE_SIGMA = 20.0
-
-
 class _Key(object):
     """A key-frame: what was seen at one pose.
 
