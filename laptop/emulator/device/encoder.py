@@ -13,7 +13,18 @@ only 200 ms after the last.  Source: the speeds that ev3dev's driver was observe
 """
 
 import math
-from collections import deque
+
+MYPY = False
+if MYPY:
+    from typing import List, Tuple  # noqa: F401
+
+EDGES_PER_COUNT = 2
+SPEED_WINDOW = 0.02
+"""Time that the edges of an estimate have to span, s, if there are enough of them."""
+STANDSTILL_TIME = 0.05
+"""Time without an edge after which a standstill is entered, s."""
+MIN_EDGES, MAX_EDGES = 4, 64
+"""Fewest and most edges of an estimate."""
 
 
 class Encoder(object):
@@ -28,33 +39,25 @@ class Encoder(object):
         updated_at: time of the latest edge, or of the latest notice that there was none, s.
     """
 
-    EDGES_PER_COUNT = 2
-    SPEED_WINDOW = 0.02
-    """Time that the edges of an estimate have to span, s, if there are enough of them."""
-    STANDSTILL_TIME = 0.05
-    """Time without an edge after which a standstill is entered, s."""
-    MIN_EDGES, MAX_EDGES = 4, 64
-    """Fewest and most edges of an estimate."""
-
     def __init__(self, phase: float = 0.0) -> None:
         self.phase = phase
         self.edges = 0
         self.dead = False
         # It has stood still for as long as it takes to know that.
-        self._times = deque((-k * self.STANDSTILL_TIME, 0) for k in range(self.MIN_EDGES, -1, -1))
+        self._times = [(-k * STANDSTILL_TIME, 0) for k in range(MIN_EDGES, -1, -1)]  # type: List[Tuple[float, int]]
         self.updated_at = 0.0
         self.speed = 0
         """Counts per second over the last 4 to 64 edges that span 20 ms, a whole number."""
 
     def update(self, t: float, shaft: float) -> None:
         """Count the edges up to the shaft's angle (rad) at time `t`, s."""
-        edges = math.floor((math.degrees(shaft) + self.phase) * self.EDGES_PER_COUNT)
+        edges = math.floor((math.degrees(shaft) + self.phase) * EDGES_PER_COUNT)
         if edges != self.edges and not self.dead:
             step = 1 if edges > self.edges else -1
             for edge in range(self.edges + step, edges + step, step):
                 self._append(t, edge)
             self.edges = edges
-        elif t - self.updated_at >= self.STANDSTILL_TIME:
+        elif t - self.updated_at >= STANDSTILL_TIME:
             self.add_standstill(t)
 
     def add_standstill(self, t: float) -> None:
@@ -64,11 +67,11 @@ class Encoder(object):
     def _append(self, t: float, edge: int) -> None:
         times = self._times
         times.append((t, edge))
-        while len(times) > self.MAX_EDGES + 1 or (
-            len(times) > self.MIN_EDGES + 1 and t - times[1][0] >= self.SPEED_WINDOW
+        while len(times) > MAX_EDGES + 1 or (
+            len(times) > MIN_EDGES + 1 and t - times[1][0] >= SPEED_WINDOW
         ):
-            times.popleft()
+            times.pop(0)
         self.updated_at = t
         since, first = times[0]
-        turned = (edge - first) / self.EDGES_PER_COUNT
+        turned = (edge - first) / EDGES_PER_COUNT
         self.speed = int(turned / (t - since)) if t > since else 0

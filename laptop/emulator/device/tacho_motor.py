@@ -21,7 +21,7 @@ import re
 from operator import itemgetter
 from typing import Any, Callable, Dict, Tuple
 
-from laptop.emulator.device.encoder import Encoder
+from laptop.emulator.device.encoder import EDGES_PER_COUNT, STANDSTILL_TIME, Encoder
 
 MYPY = False
 if MYPY:
@@ -234,11 +234,11 @@ class TachoMotor(object):
     @property
     def position(self) -> int:
         """Position, counts, truncated towards zero."""
-        return _truncated(self.encoder.edges - self._zero, Encoder.EDGES_PER_COUNT)
+        return _truncated(self.encoder.edges - self._zero, EDGES_PER_COUNT)
 
     def _set_position(self, counts: int) -> None:
         """Count on from here as if this were `counts`."""
-        self._zero = self.encoder.edges - counts * Encoder.EDGES_PER_COUNT
+        self._zero = self.encoder.edges - counts * EDGES_PER_COUNT
 
     @property
     def state(self) -> str:
@@ -271,7 +271,7 @@ class TachoMotor(object):
     def begin_at(self, t: float) -> None:
         """Count from where the shaft is at `t`, s, as a driver that is loaded then."""
         edges = math.floor((math.degrees(self.drive.shaft) + self.encoder.phase))
-        self.encoder.edges = edges * Encoder.EDGES_PER_COUNT
+        self.encoder.edges = edges * EDGES_PER_COUNT
         self.encoder.updated_at = self.t = t
         self._sensed_at = self.drive.angle
         self._next_notify = t + NOTIFY_PERIOD
@@ -398,7 +398,7 @@ class TachoMotor(object):
         if angle != self._sensed_at:
             self._sensed_at = angle
             encoder.update(t, self.drive.shaft)
-        elif t - encoder.updated_at >= encoder.STANDSTILL_TIME:
+        elif t - encoder.updated_at >= STANDSTILL_TIME:
             encoder.add_standstill(t)
 
     def tick(self, t: float) -> None:
