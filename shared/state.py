@@ -12,6 +12,8 @@
     BRICKSERVO_PLAN   simulate                     driver, other scripts    file to append the
                                                                             wanted paths to;
                                                                             if unset nobody watches
+    BRICKSERVO_PURE   people                       the emulator            1: without its compiled
+                                                                            modules
     BRICKSERVO_LOCK   simulate --realtime          whatever may move        file whose lock is the
                                                    motors                   right to move them; if
                                                                             unset, their own folder
@@ -68,7 +70,7 @@ laptop.see.serve.announcements.
 import os
 
 STATE, ARM, PLAN = "BRICKSERVO_STATE", "BRICKSERVO_ARM", "BRICKSERVO_PLAN"
-LOCK = "BRICKSERVO_LOCK"
+LOCK, PURE = "BRICKSERVO_LOCK", "BRICKSERVO_PURE"
 PROGRAM, CODE = "BRICKSERVO_PROGRAM", "BRICKSERVO_CODE"
 """Environment variables."""
 PAIRING_FILE, MARKERS_FILE, TRACKER_FILE = "pairing", "markers.ini", "tracker"

@@ -53,6 +53,7 @@ LIBRARIES = {
     "laptop.see.table.moves_fit": {*PICTURES, "scipy"},
     "laptop.see.table.views_fit": {*PICTURES, "scipy"},
     "laptop.emulator": {"ev3dev2"},  # it is the brick's Python, too
+    "laptop.emulator.compiling": {"mypyc", "setuptools"},
     "laptop.emulator.scene": {*PICTURES, "ev3dev2"},
     "laptop.page": {*PICTURES, "matplotlib"},
     "laptop.page.board_mapping": {*PICTURES, "scipy"},

@@ -13,4 +13,9 @@ Begin with these modules:
     live             the arm's pose for cameras in other processes
     virtual_tracker  the real server and link in virtual time
     faults           faults, scheduled on the brick, its link and its cameras
+    compiled         the same physics as extension modules, if they were built
 """
+
+from laptop.emulator import compiled
+
+compiled.install()
