@@ -11,6 +11,7 @@ import math
 import os
 from collections import namedtuple
 
+from heard_motor import listen
 from places import ROBOT
 
 from laptop.emulator import rig as emulated
@@ -103,13 +104,10 @@ class Rig(emulated.Rig):
             os.remove(Checked(self.arm, self.state_folder).file)
 
     def _listen(self, motor):
-        write = motor.write
-
         def heard(attribute, text):
             self.writes.append((self.world.now(), motor.port, attribute, text))
-            write(attribute, text)
 
-        motor.write = heard
+        listen(self.brick.sysfs, motor, heard)
 
     @contextlib.contextmanager
     def running(self):
