@@ -22,7 +22,7 @@ from laptop.emulator.rig import Rig
 from laptop.emulator.scene import scene as pictured
 from laptop.emulator.scene.camera_placement import place_camera
 from laptop.emulator.scene.scene_constants import read_scene
-from laptop.emulator.scene.workcell import completed, marker_centre
+from laptop.emulator.scene.workcell import workcell
 from robot.motion import kinematics
 from robot.servoing.rows import Rows
 from shared.arm_description import Arm, find_arm, read_arm
@@ -92,15 +92,17 @@ class PinholeCamera:
     """
 
     def __init__(self, arm: Arm, constants: dict[str, Any]) -> None:
-        self._arm = arm
-        self._constants = completed(arm, constants)
+        self._workcell = workcell(arm, constants)
         self._pinhole = place_camera(arm, constants)
+        self._last: tuple[Pose, Pixel] | None = None  # mostly the arm stands
 
     def __call__(self, q: Sequence[float]) -> Pixel:
         """Return (u, v), px, with the joints at q, rad."""
-        place = marker_centre(self._arm, self._constants, tuple(q))
-        u, v = self._pinhole.project(place[None])[0]
-        return float(u), float(v)
+        q = tuple(q)
+        if self._last is None or self._last[0] != q:
+            u, v = self._pinhole.project(self._workcell.tip_marker(q)[None])[0]
+            self._last = q, (float(u), float(v))
+        return self._last[1]
 
     def jacobian(self, q: Sequence[float]) -> tuple[tuple[float, ...], ...]:
         """Return ds/dq at q by central differences, px/rad."""

@@ -5,10 +5,7 @@ Only this module tells the two apart; all else works with either.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
-
-import numpy as np
 
 from laptop.emulator.scene.planar import PlanarWorkcell
 from laptop.emulator.scene.scene_constants import CAMERAS, named_cameras
@@ -39,20 +36,6 @@ def workcell(arm: Arm, constants: dict[str, Any]) -> Workcell:
     values = {**constants, **{k: v for k, v in usual.items() if constants[k] is None}}
     kind.check(arm, values)
     return kind(arm, values)
-
-
-def completed(arm: Arm, constants: dict[str, Any]) -> dict[str, Any]:
-    """Return the constants with the defaults that depend on arm and camera.
-
-    Raises:
-        BadScene: the arm cannot be shown so.
-    """
-    return workcell(arm, constants).constants
-
-
-def marker_centre(arm: Arm, constants: dict[str, Any], q: Sequence[float]) -> np.ndarray:
-    """Return the centre (3,), cm, of the marker on the tip with the joints at q, rad."""
-    return _kind(arm)(arm, constants).tip_marker(q)
 
 
 def cameras(arm: Arm, text: str = "") -> str:

@@ -25,7 +25,7 @@ from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.scene_constants import CAMERAS, CONSTANTS, MARKERS, BadScene, read_scene
 from laptop.emulator.scene.synthetic_camera import SyntheticCamera
 from laptop.emulator.scene.tabletop import _bricks
-from laptop.emulator.scene.workcell import cameras, marker_centre
+from laptop.emulator.scene.workcell import cameras, workcell
 from laptop.see.markers.board import BOARDS
 from laptop.see.markers.markers import read_spec
 from laptop.see.markers.tracker import Tracker
@@ -474,7 +474,7 @@ def test_in_space_the_tip_is_the_balls_centre_and_the_goal_stands_where_it_is_sa
     height = 12 + 11.3 * math.sin(up) + 9.5 * math.sin(up + bend)
     expected = out * math.cos(base), out * math.sin(base), height
     constants = read_scene("goal_x=7,goal_y=-4,goal_z=6.5")
-    np.testing.assert_allclose(marker_centre(SPATIAL, constants, q), expected)
+    np.testing.assert_allclose(workcell(SPATIAL, constants).tip_marker(q), expected)
     centres = Scene(SPATIAL, constants).centres(q)
     np.testing.assert_allclose(centres["effector"], expected)
     assert tuple(centres["goal"]) == (7, -4, 6.5)
