@@ -31,14 +31,18 @@ MODULES = (
     "laptop.emulator.device.encoder",
     "laptop.emulator.device.motor_and_link",
     "laptop.emulator.device.plant",
+    "laptop.emulator.device.stepping",
     "laptop.emulator.device.tacho_motor",
 )
 """Modules that are compiled."""
 
 READ = (
     "laptop.emulator.compiling",
+    "laptop.emulator.device.hand_guiding",
     "laptop.emulator.device.masses",
+    "laptop.emulator.device.motion_record",
     "laptop.emulator.device.plant_constants",
+    "laptop.emulator.device.wheels",
     "robot.motion.gravity",
     "robot.motion.kinematics",
     "shared.arm_description",

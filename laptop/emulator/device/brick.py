@@ -1,6 +1,5 @@
 """The emulated brick: plant, motor drivers and the sysfs they show, on one world's clock."""
 
-import math
 from typing import Dict, List, Optional, Sequence, Tuple, Union
 
 from laptop.emulator.device.buttons import INPUTS
@@ -9,8 +8,9 @@ from laptop.emulator.device.motion_record import MotionRecord
 from laptop.emulator.device.plant import ArmPlant
 from laptop.emulator.device.plant_constants import at_port, read_plant
 from laptop.emulator.device.ports import OutputPort
+from laptop.emulator.device.stepping import Stepper, time_of_sample
 from laptop.emulator.device.sysfs import Sysfs
-from laptop.emulator.device.tacho_motor import DRIVER, TICK, TachoMotor
+from laptop.emulator.device.tacho_motor import DRIVER, TachoMotor
 from laptop.emulator.device.wheels import BarePlant
 
 MYPY = False
@@ -25,30 +25,17 @@ if MYPY:
     from shared.arm_description import Arm  # noqa: F401
 
 
-STEP = 0.001
-"""Step of the physics, s."""
-TICK_STEPS = round(TICK / STEP)
-"""Steps between two ticks of the motor drivers."""
-SAMPLE_STEPS = 5
-"""Steps between two samples of the record."""
 PORTS = "ABCD"
 """Letters of the output ports."""
 
 FIRST_MOTOR_NUMBER = 9
 """Number of the motor's device at port A: the system counts on from there after replugging."""
 
-PUSH_ANGLE, PUSH_SPEED = math.radians(20), math.radians(200)
-"""Angle, rad, and speed, rad/s, at which a hand turns what a motor moves."""
-
 ACCESS_TIME = 0.44e-3
 """Time that the kernel takes for an access to an attribute, s."""
 
 MIN_ACCESS_TIME = 0.001
 """Time of an access with its overhead, on a brick that computes in no time, s."""
-
-
-def _time_of_sample(number: int) -> float:
-    return number * SAMPLE_STEPS * STEP
 
 
 def _access_time(constants: "PlantConstants") -> float:
@@ -113,14 +100,9 @@ class EmulatedBrick(object):
         if arm is not None and self.plant.weighs:
             for joint in arm.joints:
                 self.motors[joint.port].hold()
-        self.record = MotionRecord(_time_of_sample)
-        self._steps = 0
-        self._hand = None  # type: Optional[HandGuiding]
-        # Links and bare rotors in a hand, and where that takes them, rad.
-        self._pushed = []  # type: List[Tuple[Union[DrivenLink, Drive], float]]
-        self._tip_at, self._tip = self.plant.q, self.plant.tip()  # joint angles, and the true tip
-        self._sample()
-        world.bodies.append(self.advance)
+        self.record = MotionRecord(time_of_sample)
+        self._stepper = Stepper(self.plant, self.motors, self.record)
+        world.bodies.append(self._stepper.advance)
 
     def _plug(self, port: str, kind: str) -> None:
         motor = TachoMotor(
@@ -153,29 +135,7 @@ class EmulatedBrick(object):
 
     def advance(self, t: float) -> None:
         """Advance physics and drivers to time `t`, s."""
-        step, motors = self.plant.step, self.motors.values()
-        while (self._steps + 1) * STEP <= t + 1e-9:
-            if self._hand is not None:
-                self._hand.guide((self._steps + 1) * STEP, STEP)
-            step(STEP)
-            for moved, end in self._pushed:
-                moved.angle = max(end, moved.angle - PUSH_SPEED * STEP)
-            self._steps += 1
-            now = self._steps * STEP
-            regulate = self._steps % TICK_STEPS == 0
-            for motor in motors:
-                motor.sense(now)
-                if regulate:
-                    motor.tick(now)
-            if self._steps % SAMPLE_STEPS == 0:
-                self._sample()
-
-    def _sample(self) -> None:
-        q = self.plant.q
-        if q != self._tip_at:  # mostly it stands
-            self._tip_at, self._tip = q, self.plant.tip()
-        x, y, z = self._tip
-        self.record.append(q, x, y, z, int(self.plant.pen_down))
+        self._stepper.advance(t)
 
     def reset_motors(self) -> None:
         """Reset all motors as brickrun does after the Back button: coast, encoders to zero."""
@@ -213,8 +173,7 @@ class EmulatedBrick(object):
     def push(self, port: str) -> None:
         """Turn back what the motor at `port` moves, or lift the pen, as a hand, and keep it so."""
         self.jam(port)
-        moved = self._moved(port)
-        self._pushed.append((moved, moved.angle - PUSH_ANGLE))
+        self._stepper.push(self._moved(port))
 
     def guide(self, places: Sequence["HandPlace"]) -> None:
         """Let a hand lead the tip through HandPlaces.
@@ -226,10 +185,10 @@ class EmulatedBrick(object):
             raise BadHand("a hand leads an arm, and there is none; leave --hand out")
         arm = self.plant.arm
         motors = [self.motors[joint.port] for joint in arm.joints]
-        coasts, now = (lambda k: motors[k].mode == "coast"), self._steps * STEP
-        if self._hand is not None:
-            self._hand.release()
-        self._hand = HandGuiding(arm, self.plant.links, coasts, places, now)
+        coasts, stepper = (lambda k: motors[k].mode == "coast"), self._stepper
+        if stepper.hand is not None:
+            stepper.hand.release()
+        stepper.hand = HandGuiding(arm, self.plant.links, coasts, places, stepper.now)
 
     def kill_encoder(self, port: str) -> None:
         """Stop the counts of the encoder at `port`."""

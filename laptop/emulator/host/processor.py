@@ -17,6 +17,7 @@ import functools
 import importlib
 import json
 import math
+import operator
 import os
 import re
 import sys
@@ -58,6 +59,8 @@ world's clock, so that an endless program reaches its time limit."""
 
 SWITCH_INTERVAL = 5e-3
 """Time after which Python switches threads, s (`sys.getswitchinterval`)."""
+
+_count_of = operator.itemgetter(COUNT)
 
 
 class Processor(object):
@@ -106,7 +109,7 @@ class Processor(object):
         """
         names[COUNT] = 0
 
-        def spend(cost: float) -> None:
+        def spend(cost: int) -> None:
             names[COUNT] += cost
 
         def check_clock() -> None:
@@ -167,10 +170,7 @@ class Processor(object):
         return cost + sum(map(self._loaded, others))
 
     def _total(self) -> int:
-        total = 0
-        for names in self._modules:
-            total += names[COUNT]
-        return total
+        return sum(map(_count_of, self._modules))
 
     def instructions(self) -> float:
         """Return the instructions since the last call; by themselves, without PROGRAM_FACTOR."""

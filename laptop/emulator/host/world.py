@@ -277,6 +277,10 @@ class World(object):
         before = run.exit
         limit = run.limit if before is None and run.limit is not None else math.inf
         try:
+            if self._events.first_t > t and t < limit and not self.realtime:  # mostly
+                if t > self.t:
+                    self._integrate(t)
+                return
             while True:
                 event = self._events.first if self._events.first_t <= t else None
                 due = t if event is None else max(event.t, self.t)
