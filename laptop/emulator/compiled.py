@@ -43,6 +43,7 @@ READ = (
     "laptop.emulator.device.motion_record",
     "laptop.emulator.device.plant_constants",
     "laptop.emulator.device.wheels",
+    "robot.motion.chains",
     "robot.motion.gravity",
     "robot.motion.kinematics",
     "shared.arm_description",

@@ -18,6 +18,7 @@ if MYPY:
     from typing import Dict, List  # noqa: F401
 
     from laptop.emulator.device.plant_constants import PlantConstants  # noqa: F401
+    from robot.motion.chains import FixedPoint  # noqa: F401
     from shared.arm_description import Arm, Pen  # noqa: F401
 
 
@@ -71,6 +72,10 @@ class ArmPlant(object):
             self.drives[joint.port] = drive
             self.joints.append(drive)
             self.links.append(link)
+        self._positions = kinematics.chain_of(arm).positions
+        # Joint angles, rad, and where the joints and the tip are there, cm.
+        self._placed_at = None  # type: Optional[Tuple[float, ...]]
+        self._places = ()  # type: Sequence[FixedPoint]
         self._heavy = self.weighs
         # Joint angles, rad, and the torques of gravity there, Nm.
         self._pulled_at, self._torques = None, ()  # type: Optional[List[float]], Sequence[float]
@@ -105,8 +110,15 @@ class ArmPlant(object):
 
     def tip(self) -> Tuple[float, float, Optional[float]]:
         """Return the true tip, cm: x, y and z, which is None in the plane."""
-        x, y, *z = kinematics.forward(self.arm, self.q)
+        x, y, *z = self._placed()[-1]
         return x, y, z[0] if z else None
+
+    def _placed(self) -> "Sequence[FixedPoint]":
+        """Return where the joints and the tip truly are, cm."""
+        q = self.q
+        if q != self._placed_at:
+            self._placed_at, self._places = q, self._positions(self.arm, q)
+        return self._places
 
     def step(self, h: float) -> None:
         """Advance everything by `h` seconds."""
@@ -141,7 +153,7 @@ class ArmPlant(object):
             self._drag_pen()
 
     def _drag_pen(self) -> None:
-        *axes, (x, y) = kinematics.joint_positions(self.arm, self.q)
+        *axes, (x, y) = self._placed()
         levers = []  # m: each joint moves the tip across its own
         v_x = v_y = 0.0
         for link, (axis_x, axis_y) in zip(self.links, axes):
