@@ -6,6 +6,7 @@ points (x, y) or (x, y, z), cm, that are joined by straight lines and dense wher
 are cm, deviations mm.
 """
 
+import functools
 import itertools
 import math
 import os
@@ -246,14 +247,15 @@ def _segments(points: np.ndarray, path: np.ndarray) -> tuple[np.ndarray, np.ndar
         Three arrays, points x segments: distance, cm; the foot's place as a share of the segment,
         below 0 and above 1 beyond its ends; the side, positive on the left as seen from above.
     """
-    a = path[:-1]
-    vector = np.diff(path, axis=0)
-    offset = points[:, None, :] - a
+    starts, vector = path[:-1].T, np.diff(path, axis=0)
     square = np.maximum((vector**2).sum(axis=1), 1e-18)
-    share = (offset * vector).sum(axis=2) / square
-    miss = offset - np.clip(share, 0, 1)[:, :, None] * vector
-    side = vector[:, 0] * offset[:, :, 1] - vector[:, 1] * offset[:, :, 0]
-    return np.linalg.norm(miss, axis=2), share, side
+    # Coordinate by coordinate: numpy is slow at sums along an axis of two or three.
+    offset = [p[:, None] - start for p, start in zip(points.T, starts, strict=True)]
+    share = functools.reduce(np.add, map(np.multiply, offset, vector.T)) / square
+    foot = np.clip(share, 0, 1)
+    miss = [o - foot * v for o, v in zip(offset, vector.T, strict=True)]
+    side = vector[:, 0] * offset[1] - vector[:, 1] * offset[0]
+    return np.sqrt(functools.reduce(np.add, map(np.square, miss))), share, side
 
 
 def distances(points: np.ndarray, path: np.ndarray) -> np.ndarray:
