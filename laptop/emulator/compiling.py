@@ -35,7 +35,7 @@ def build(target: str) -> None:
             "mypyc is not installed; write uv run --group compiled "
             "python -m laptop.emulator.compiling"
         ) from None
-    from setuptools.errors import BaseError
+    from setuptools.errors import BaseError, CCompilerError
 
     os.makedirs(os.path.dirname(target), exist_ok=True)
     made = tempfile.mkdtemp(dir=os.path.dirname(target), prefix="made-")
@@ -60,7 +60,7 @@ def build(target: str) -> None:
             extension.extra_compile_args += EXACT[kind]
         try:
             command.run()
-        except BaseError as error:
+        except (BaseError, CCompilerError) as error:
             raise CannotCompile(
                 "no C compiler could make them ({}); install one, such as gcc with Python's "
                 "headers, or go on without: all runs as before, in pure Python".format(error)
