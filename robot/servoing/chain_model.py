@@ -16,12 +16,7 @@ from operator import mul
 
 from robot.servoing.chain_terms import CHAINS
 from robot.servoing.image_model import LinearImageModel
-from robot.servoing.linear_algebra import (
-    back_substituted,
-    cholesky,
-    distance,
-    forward_substituted,
-)
+from robot.servoing.linear_algebra import distance, sandwiched
 from robot.servoing.robust import RESIDUAL_SCALE, agrees, robust_weight
 
 MYPY = False  # which a type checker takes for true
@@ -31,16 +26,6 @@ if MYPY:
     from robot.servoing.image_model import Features, Pose  # noqa: F401
     from robot.servoing.linear_algebra import Matrix, Vector  # noqa: F401
     from robot.servoing.robust import Learned  # noqa: F401
-
-SCALE_SIGMA = 20.0
-"""Standard deviation of the image's scale before anything is known of it, px/cm."""
-
-SKEW_SHARE, MIN_SKEW = 0.25, 1.0
-"""Standard deviation of a planar image's deviation from a similarity, as a share of its scale, and
-the least, px/cm: a tilted camera foreshortens."""
-
-BASE_SIGMA = 1e4
-"""Standard deviation of where the base is seen, px."""
 
 SIGMA_PER_RADIAN = 6.0
 """Model error per radian of a key-frame's distance from the arm, px/rad: perspective and lens."""
@@ -84,18 +69,10 @@ class _Key(object):
 
 # Fitting the chain.  A camera far off sees space by an affine map (Mundy and Zisserman 1992), so
 # s = W t(q), linear in the terms t of chain_terms: 1 and the tip's place by the described links.
-# W minimizes
-#
-#     sum_k w_k |s_k - W t_k|^2 + tr (W - W0) P (W - W0)'      over key-frames k,
-#
-# P the prior precision, so (P + sum_k w_k t_k t_k') W' = P W0' + sum_k w_k t_k s_k', solved by
-# Cholesky factors: one for all rows.  A key-frame enters, leaves or changes its weight as w t t' is
-# added or subtracted: recursive least squares in information form.  The usual form, an update of
-# the inverse, costs more where frames are replaced.
-# A camera that looks at a plane sees a similarity, foreshortened.  So W0 in the plane is the
-# similarity that fits best: u + iv = o + d (x - iy), where only o and d, 4 numbers, are to be
-# known; y is turned round, since v runs down.  In the motion of one joint it predicts the others.
-# A mirrored picture is further from W0, and takes more frames.  In space W0 is 0.
+# W minimizes sum_k w_k |s_k - W t_k|^2 over key-frames k, beside what is known of cameras before
+# (affine_camera).  It is made of sum_k w_k t_k t_k' and sum_k w_k t_k s_k' alone, so a key-frame
+# enters, leaves or changes its weight as w t t' is added or subtracted: recursive least squares in
+# information form.  The usual form, an update of the inverse, costs more where frames are replaced.
 # The weight is w = robust_weight / (variance + (SIGMA_PER_RADIAN distance)^2): robust by the
 # residual of the fit before (iteratively reweighted least squares); the distance from the arm makes
 # it a locally weighted regression (Atkeson, Moore and Schaal 1997), which takes up perspective,
@@ -115,16 +92,12 @@ class ChainModel(object):
         terms = CHAINS[chain](links)
         self._chain, self._slopes_at = terms.chain, terms.slopes
         self._size = size = terms.size
-        self._planar = size == 3
-        triangle = size * (size + 1) // 2
         # The normal equations: the lower triangle row by row, then the right sides.
-        self._sums = [0.0] * (triangle + 2 * size)
-        self._triangle = [slice(i * (i + 1) // 2, (i + 1) * (i + 2) // 2) for i in range(size)]
-        self._sides = [slice(triangle + k * size, triangle + (k + 1) * size) for k in range(2)]
+        self._sums = [0.0] * (size * (size + 1) // 2 + 2 * size)
+        self._camera = terms.camera
         self._keys = []  # type: List[_Key]
         self._fits = self._refits = 0
         self._fitted = None  # type: Optional[Matrix]  # W
-        self._scale_variance = 0.0  # of d, (px/cm)^2
         self._shape = None  # type: Optional[LinearImageModel]
         # Where the slopes were evaluated last; covariance of J there.
         self._here = None  # type: Optional[Tuple[float, ...]]
@@ -204,12 +177,10 @@ class ChainModel(object):
     def refit(self):
         # type: () -> Iterator[None]
         """Fit anew if there is something new: an iterator, each step a slice of the work."""
-        if self._fitted is not None and not self._waiting:
+        self._refits += self._waiting
+        if self._refits < REWEIGH_PERIOD_IN_MOTION:
             return
-        W = self._solve()
-        self._refits += 1
-        if self._refits % REWEIGH_PERIOD_IN_MOTION:
-            return
+        self._refits, W = 0, self._solve()
         q = self._keys[-1].q
         deserved = []
         for key in self._keys:
@@ -224,9 +195,8 @@ class ChainModel(object):
     def shape(self):
         # type: () -> LinearImageModel
         """Return the image model as last fitted, without its offset; the same until the next."""
-        if self._fitted is None or self._shape is None or self._shape.W is not self._fitted:
-            W = self._fitted or self._solve()
-            self._shape = LinearImageModel(self._chain, W, [0.0, 0.0])
+        if self._fitted is None or self._waiting or self._shape is None:
+            self._shape = LinearImageModel(self._chain, self._solve(), [0.0, 0.0])
         return self._shape
 
     def _weigh(self, key, weight):
@@ -247,44 +217,9 @@ class ChainModel(object):
     def _solve(self):
         # type: () -> Matrix
         """Fit W (2 x terms, px) by least squares, and return it."""
-        sums = self._sums
-        N = [sums[part] for part in self._triangle]
-        sides = [sums[side] for side in self._sides]
-        if self._planar:
-            means, precision = self._similarity(N, sides)
-            for side, mean in zip(sides, means):
-                for i, a in enumerate(mean, 1):
-                    side[i] += precision * a
-        else:
-            precision = 1 / SCALE_SIGMA**2
-        N[0][0] += 1 / BASE_SIGMA**2
-        for row in N[1:]:
-            row[-1] += precision
-        self._L = L = cholesky(N)
-        W = [back_substituted(L, forward_substituted(L, side)) for side in sides]
+        W, self._C = self._camera(self._sums)
         self._fitted, self._waiting, self._covariance = W, False, None
         return W
-
-    def _similarity(self, N, sides):
-        # type: (Matrix, Matrix) -> Tuple[Matrix, float]
-        """Fit u + iv = o + d (x - iy); return its px/cm (2 x 2), and the precision of that prior.
-
-        With p = x + iy and means over all weights, d = sum w (p - mean p) (z - mean z) / sum w
-        |p - mean p|^2, by least squares.
-
-        Args:
-            N: lower triangle of the normal equations.
-            sides: their right sides.
-        """
-        (n,), (x, xx), (y, _, yy) = N
-        (u, xu, yu), (v, xv, yv) = sides
-        n = n or 1.0
-        spread = xx + yy - (x * x + y * y) / n + 1 / SCALE_SIGMA**2
-        real = (xu - yv - (x * u - y * v) / n) / spread
-        imag = (xv + yu - (x * v + y * u) / n) / spread
-        self._scale_variance = 1 / spread
-        skew = SKEW_SHARE**2 * (real * real + imag * imag) + MIN_SKEW**2
-        return ((real, imag), (imag, -real)), 1 / skew
 
     def _fit(self, q):
         # type: (Pose) -> Matrix
@@ -325,16 +260,7 @@ class ChainModel(object):
         # type: () -> Matrix
         """Return the covariance of each row of J where it was last seen from, n x n, (px/rad)^2."""
         if self._covariance is None:
-            # slope' N^-1 slope, from one side: N^-1 = L'^-1 L^-1
-            halves = [forward_substituted(self._L, slope) for slope in self._slopes]
-            scale = self._scale_variance
-            self._covariance = [
-                [
-                    sum(map(mul, a, b)) + scale * sum(map(mul, one, other))
-                    for b, other in zip(halves, self._slopes)
-                ]
-                for a, one in zip(halves, self._slopes)
-            ]
+            self._covariance = sandwiched(self._slopes, self._C)
         return self._covariance
 
     def by_space(self):

@@ -8,12 +8,14 @@ W      image coefficients: a row for each image feature, of an offset, px, and o
 
 import math
 
+from robot.servoing.affine_camera import planar_camera, spatial_camera
 from robot.servoing.image_model import Chain
 
 MYPY = False  # which a type checker takes for true
 if MYPY:
     from typing import List  # noqa: F401
 
+    from robot.servoing.affine_camera import Camera  # noqa: F401
     from robot.servoing.image_model import Pose  # noqa: F401
     from robot.servoing.linear_algebra import Matrix, Vector  # noqa: F401
 
@@ -30,6 +32,12 @@ class ChainTerms(object):
     """
 
     size = 0
+
+    @staticmethod
+    def camera(sums):
+        # type: (Vector) -> Camera
+        """Fit the camera, as affine_camera does."""
+        raise NotImplementedError
 
     def __init__(self, links):
         # type: (Vector) -> None
@@ -48,7 +56,7 @@ class ChainTerms(object):
 
     def slopes(self, terms):
         # type: (Vector) -> Matrix
-        """Return d terms / dq of those in which the image is linear: a list for each joint."""
+        """Return the tip's dp/dq, cm/rad: a list for each joint."""
         raise NotImplementedError
 
 
@@ -56,6 +64,7 @@ class PlanarTerms(ChainTerms):
     """1, x, y; x and y of the forearm."""
 
     size = 3
+    camera = staticmethod(planar_camera)
 
     def terms(self, q):
         # type: (Pose) -> List[float]
@@ -74,9 +83,9 @@ class PlanarTerms(ChainTerms):
 
     def slopes(self, terms):
         # type: (Vector) -> Matrix
-        """Return d terms / dq: the first joint turns both links."""
+        """Return dp/dq: the first joint turns both links."""
         _, x, y, x2, y2 = terms
-        return [0.0, -y, x], [0.0, -y2, x2]
+        return [-y, x], [-y2, x2]
 
 
 class SpatialTerms(ChainTerms):
@@ -86,6 +95,7 @@ class SpatialTerms(ChainTerms):
     """
 
     size = 4
+    camera = staticmethod(spatial_camera)
 
     def terms(self, q):
         # type: (Pose) -> List[float]
@@ -110,12 +120,12 @@ class SpatialTerms(ChainTerms):
 
     def slopes(self, terms):
         # type: (Vector) -> Matrix
-        """Return d terms / dq: the yaw turns all that reaches out."""
+        """Return dp/dq: the yaw turns all that reaches out."""
         _, x, y, z, cos, sin, out, out2, z2 = terms
         return (
-            [0.0, -y, x, 0.0],
-            [0.0, -z * cos, -z * sin, out],
-            [0.0, -z2 * cos, -z2 * sin, out2],
+            [-y, x, 0.0],
+            [-z * cos, -z * sin, out],
+            [-z2 * cos, -z2 * sin, out2],
         )
 
 

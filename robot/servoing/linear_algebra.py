@@ -10,7 +10,7 @@ from robot.motion.linear_systems import dot as dot
 
 MYPY = False  # which a type checker takes for true
 if MYPY:
-    from typing import List, Sequence  # noqa: F401
+    from typing import List, Sequence, Tuple  # noqa: F401
 
     Vector = Sequence[float]
     Matrix = Sequence[Sequence[float]]  # rows
@@ -37,49 +37,52 @@ def median(values):
     return values[half] if len(values) % 2 else (values[half - 1] + values[half]) / 2
 
 
-def cholesky(N):
-    # type: (Matrix) -> List[List[float]]
-    """Return the rows of the lower triangle L with L L' = N, by the lower triangle of N."""
-    L = []  # type: List[List[float]]
-    for row in N:
-        new, left = [], row[len(L)]  # type: List[float], float
-        for value, other in zip(row, L):
-            for a, b in zip(new, other):
-                value -= a * b
-            value /= other[-1]
-            left -= value * value
-            new.append(value)
-        new.append(math.sqrt(left))
-        L.append(new)
-    return L
+def normal_equations(J, e):
+    # type: (Matrix, Vector) -> Tuple[List[List[float]], List[float]]
+    """Return (the lower triangle of J'J, J'e), for J of 2 or 3 columns.
+
+    Row by row, and written out: there are many on the way to one aim.
+    """
+    aa = ab = bb = ac = bc = cc = ae = be = ce = 0.0
+    if len(J[0]) == 2:
+        for (a, b), r in zip(J, e):
+            aa += a * a
+            ab += a * b
+            bb += b * b
+            ae += a * r
+            be += b * r
+        return [[aa], [ab, bb]], [ae, be]
+    for (a, b, c), r in zip(J, e):
+        aa += a * a
+        ab += a * b
+        bb += b * b
+        ac += a * c
+        bc += b * c
+        cc += c * c
+        ae += a * r
+        be += b * r
+        ce += c * r
+    return [[aa], [ab, bb], [ac, bc, cc]], [ae, be, ce]
 
 
-def forward_substituted(L, b):
-    # type: (Matrix, Vector) -> List[float]
-    """Return y with L y = b, for a lower triangle L."""
-    y = []  # type: List[float]
-    for row, value in zip(L, b):
-        for a, known in zip(row, y):
-            value -= a * known
-        y.append(value / row[-1])
-    return y
-
-
-def back_substituted(L, y):
-    # type: (Matrix, Vector) -> List[float]
-    """Return x with L' x = y, for a lower triangle L."""
-    x = list(y)
-    for i in range(len(L) - 1, -1, -1):
-        row = L[i]
-        x[i] = known = x[i] / row[-1]
-        for j in range(i):
-            x[j] -= row[j] * known
-    return x
+def sandwiched(D, C):
+    # type: (Matrix, Matrix) -> Matrix
+    """Return D C D' for a symmetric C, both 2 x 2 or 3 x 3."""
+    if len(C) == 2:
+        (p, q), (_, r) = C
+        (a, b), (c, d) = D
+        pa, qa, pc, qc = p * a + q * b, q * a + r * b, p * c + q * d, q * c + r * d
+        mixed = a * pc + b * qc
+        return (a * pa + b * qa, mixed), (mixed, c * pc + d * qc)
+    (xx, xy, xz), (_, yy, yz), (_, _, zz) = C
+    halves = [(xx * a + xy * b + xz * c, xy * a + yy * b + yz * c, xz * a + yz * b + zz * c)
+              for a, b, c in D]  # fmt: skip
+    return [[a * x + b * y + c * z for x, y, z in halves] for a, b, c in D]
 
 
 def solve_definite(H, b):
     # type: (Matrix, Vector) -> List[float]
-    """Return x with H x = b, for a positive definite H (its lower triangle)."""
+    """Return x with H x = b, for a positive definite H (its lower triangle), up to 3 x 3."""
     if len(b) == 2:  # these two most often by far, and several times as fast
         (a,), (c, d) = H
         det = a * d - c * c
@@ -95,8 +98,7 @@ def solve_definite(H, b):
         x2 = (x2 - e2 * x0 - e3 * x1) / (d2 - e2 * l2 - e3 * l3)
         x1 = x1 / d1 - e3 * x2
         return [x0 / d0 - e1 * x1 - e2 * x2, x1, x2]
-    L = cholesky(H)
-    return back_substituted(L, forward_substituted(L, b))
+    return [b[0] / H[0][0]]
 
 
 def condition(J):

@@ -4,7 +4,7 @@ import itertools
 import math
 from operator import add, itemgetter, mul, sub
 
-from robot.servoing.linear_algebra import solve_definite
+from robot.servoing.linear_algebra import normal_equations, solve_definite
 
 MYPY = False  # which a type checker takes for true
 if MYPY:
@@ -130,17 +130,11 @@ def descent(
     damping = 1e-4
     yield q, math.sqrt(square)
     for _ in range(iterations):
-        columns = list(zip(*image.jacobian(q)))
-        H, downhill, trace = [], [], 0.0
-        for k, a in enumerate(columns):
-            row = [sum(map(mul, a, b)) for b in columns[: k + 1]]
-            downhill.append(sum(map(mul, a, e)))
-            if penalty:
-                row = list(map(add, row, penalty[k]))
-                downhill[k] -= pull[k]
-            H.append(row)
-            trace += row[k]
-        extra = damping * trace + 1e-9
+        H, downhill = normal_equations(image.jacobian(q), e)
+        if penalty:
+            H = [list(map(add, row, more)) for row, more in zip(H, penalty)]
+            downhill = list(map(sub, downhill, pull))
+        extra = damping * sum([row[-1] for row in H]) + 1e-9
         for row in H:
             row[-1] += extra
         candidate = _step_in_box(H, downhill, q, low, high)

@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from robot.servoing import chain_model, local_jacobian
+from robot.servoing import affine_camera, chain_model, local_jacobian
 from robot.servoing.chain_model import ChainModel
 from robot.servoing.image_model import straight
 from robot.servoing.linear_algebra import condition
@@ -67,7 +67,7 @@ def similarity(poses, seen, weights):
     terms = np.array([planar_terms(q) for q in poses])
     root = np.sqrt(weights)
     columns = np.column_stack([np.ones(len(poses)), terms[:, 1] - 1j * terms[:, 2]])
-    A = np.vstack([root[:, None] * columns, [0, 1 / chain_model.SCALE_SIGMA]])
+    A = np.vstack([root[:, None] * columns, [0, 1 / affine_camera.SCALE_SIGMA]])
     z = np.append(root * (seen[:, 0] + 1j * seen[:, 1]), 0)
     return np.linalg.lstsq(A, z, rcond=None)[0][1], np.linalg.inv(A.conj().T @ A)[1, 1].real
 
@@ -94,8 +94,8 @@ def test_the_chains_fit_is_numpys_weighted_ridge():
     distances = ((poses - here) ** 2).sum(axis=1)
     sd = np.sqrt(variances + chain_model.SIGMA_PER_RADIAN**2 * distances)
     d, scale_variance = similarity(poses, seen, 1 / sd**2)
-    skew = math.hypot(chain_model.SKEW_SHARE * abs(d), chain_model.MIN_SKEW)
-    whiten = np.diag([1 / chain_model.BASE_SIGMA, 1 / skew, 1 / skew])
+    skew = math.hypot(affine_camera.SKEW_SHARE * abs(d), affine_camera.MIN_SKEW)
+    whiten = np.diag([1 / affine_camera.OFFSET_SIGMA, 1 / skew, 1 / skew])
     mean = np.array([[0, d.real, d.imag], [0, d.imag, -d.real]])
     A = np.vstack([np.array([planar_terms(q) for q in poses]) / sd[:, None], whiten])
     b = np.vstack([seen / sd[:, None], whiten @ mean.T])
