@@ -59,8 +59,9 @@ if MYPY:
 
     LastMeasurement = Tuple[List[float], Dict[str, Features]]  # q, rad; s by camera, px
 
-STOP_MARGIN = 0.7
-"""Share of the tolerance at which it ends; what is off by more is corrected once."""
+STOP_SIGMAS = 3.0
+"""Distance of the error from the tolerance at which it ends, standard deviations of what was
+measured; what is off by more is corrected once."""
 
 FLAT_VIEW = "seen by {}, the tip may be off along the line of sight; look from another side, too"
 """Reason of a run that ends since its cameras leave the depth untold."""
@@ -190,7 +191,8 @@ class Servo(object):
         goal = self._selection.together({m.camera: m.goal for m in used})
         error = length(error_of(used, self.rows))
         progress = self._progress
-        if error < self.tolerance * (1 if progress.refined else STOP_MARGIN):
+        doubt = STOP_SIGMAS * math.sqrt(max([m.variance for m in used]))
+        if error < self.tolerance - (0.0 if progress.refined else doubt):
             if not unknown and self.models.see_flat(self.cameras, self.rows):
                 if progress.flat:
                     return end_of_run(SINGULAR, FLAT_VIEW.format(" and ".join(self.cameras)))

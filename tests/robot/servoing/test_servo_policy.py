@@ -19,6 +19,7 @@ from shared.verdicts import CONVERGED
 
 ARM = read_arm(find_arm("planar"))
 DEG = math.radians(1)
+VARIANCE = 0.01
 TOLERANCE = 5.0
 SCALE = 600.0
 """px per rad, of either joint along an axis of its own."""
@@ -60,17 +61,18 @@ def servo(name="known"):
 def look(one, q, goal):
     """The Decision at q for the goal (px), seen exactly."""
     s = tuple(SCALE * a for a in q)
-    return one.decide(q, [Measurement("A", s, goal, 0.01, 6)])
+    return one.decide(q, [Measurement("A", s, goal, VARIANCE, 6)])
 
 
 def test_a_servo_keeps_few_things_in_mind():
     assert len(vars(servo()[0])) <= 15
 
 
-@pytest.mark.parametrize(("share", "ends"), [(0.69, True), (0.71, False)])
-def test_it_ends_at_seven_tenths_of_the_tolerance(share, ends):
+@pytest.mark.parametrize(("sigmas", "ends"), [(3.1, True), (2.9, False)])
+def test_it_ends_three_standard_deviations_within_the_tolerance(sigmas, ends):
     one, _ = servo()
-    decision = look(one, (0.3, 0.4), (SCALE * 0.3 + share * TOLERANCE, SCALE * 0.4))
+    error = TOLERANCE - sigmas * math.sqrt(VARIANCE)
+    decision = look(one, (0.3, 0.4), (SCALE * 0.3 + error, SCALE * 0.4))
     assert (decision.verdict == CONVERGED) is ends
 
 
@@ -78,7 +80,7 @@ def test_it_ends_at_seven_tenths_of_the_tolerance(share, ends):
 def test_what_was_corrected_once_ends_at_the_tolerance(share, ends):
     one, _ = servo()
     goal = (SCALE * 0.3, SCALE * 0.4)
-    assert look(one, (0.3 + 0.9 * TOLERANCE / SCALE, 0.4), goal).action == "move"
+    assert look(one, (0.3 + 0.97 * TOLERANCE / SCALE, 0.4), goal).action == "move"
     decision = look(one, (0.3 + share * TOLERANCE / SCALE, 0.4), goal)
     assert (decision.verdict == CONVERGED) is ends
 
