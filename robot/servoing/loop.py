@@ -76,6 +76,9 @@ MAX_JOINT_SPEED, BLIND_SPEED_SHARE = math.radians(60), 0.5
 """Greatest speed of any joint, rad/s; the share of it when a camera has lost sight of the
 marker."""
 
+TOO_SLOW_TO_STEER = "this brick is too slow to be steered while it moves: it looks, then moves"
+"""Line for people when a stream is given up."""
+
 HOLD = Halt("", "")
 """Halt of a motion while too little is seen."""
 
@@ -293,6 +296,12 @@ class VisualServoing(object):
         self._sightings.history.add(t, q)
         if self._halt:
             return STOP
+        if self._chaser.is_late(t):
+            if self._stream is not None:
+                self._reporter.note(t, TOO_SLOW_TO_STEER)
+                self._stream.give_up()
+            self._stream = None
+            return None
         aim = self._chaser.aim(t, q, self._follow)  # it notes since when the joints stand
         late = t - self._chase_began > CHASE_TIMEOUT and not self._sightings.goal_moves(t)
         return None if late else aim

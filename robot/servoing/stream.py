@@ -102,8 +102,9 @@ class Stream(object):
     EXPLORING_DELAY, MIN_EXPLORED = 0.15, math.radians(4)
     """Delay between the starts of two joints that explore, s; motion of every joint that must have
     been seen before there is an aim, rad."""
-    SIGHT_MAX_AGE = 0.3
-    """Longest silence of a camera in use, s."""
+    SIGHT_MAX_AGE, AIM_MAX_AGE = 0.3, 1.6
+    """Longest silence of a camera in use, s; age of what the last aim goes by beyond which the
+    brick is too slow to steer: on one that keeps up it is 0.2 to 1.1 s."""
 
     def __init__(self, servo):
         # type: (Servo) -> None
@@ -123,7 +124,7 @@ class Stream(object):
                 aim follows as soon as every one has moved.
         """
         self._explore_from = explore_from
-        self._exploring_began = None  # type: Optional[float]
+        self._exploring_began = self._news_used_at = None  # type: Optional[float]
         self._low, self._high = list(q), list(q)  # the ranges in which the joints were seen, rad
         if explore_from is not None:
             self._low = self._high = list(explore_from)
@@ -216,6 +217,7 @@ class Stream(object):
         # type: (Pose, LinearImageModel, Vector, float) -> None
         """Make q (rad) the aim, unless it is all but the same; of a moving goal, with its drift."""
         self._aims += 1
+        self._news_used_at = t
         if any(speed):
             J = image.jacobian(q)
             size = math.sqrt(sum([dot(row, row) for row in J]))
@@ -227,6 +229,18 @@ class Stream(object):
             self._aim, self._confirmed = q, False
         elif self._still_since is not None and t > self._still_since:
             self._confirmed = True
+
+    def give_up(self):
+        # type: () -> None
+        """Steer no more: from now on joints are explored one by one."""
+        self._servo.steered = False
+
+    def is_late(self, t):
+        # type: (float) -> bool
+        """Return whether the last aim, at time t (s), is too old to go by; asked in every tick."""
+        if self._news_used_at is None:
+            self._news_used_at = t
+        return t - self._news_used_at > self.AIM_MAX_AGE
 
     def aim(self, t, q, follow=False):
         # type: (float, Pose, object) -> Union[Pose, Moving, Landing, None]

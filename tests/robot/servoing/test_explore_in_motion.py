@@ -78,10 +78,25 @@ def test_the_aim_follows_as_soon_as_each_joint_was_seen_to_move(exploring):
     assert stream.aim(0.7, q) == pytest.approx((0.8, 0.4), abs=0.1)
 
 
+def test_an_aim_is_late_by_the_frame_that_it_goes_by(exploring):
+    servo, stream, _, goal = exploring
+    assert not stream.is_late(0.0)
+    assert not stream.is_late(0.99 * Stream.AIM_MAX_AGE)
+    assert stream.is_late(1.01 * Stream.AIM_MAX_AGE)
+    for k in range(3):
+        q = [a - k * 1.1 * Stream.MIN_EXPLORED for a in START]
+        seen_at(servo, stream, 1.0 + 0.1 * k, q, goal)
+    assert not stream.is_late(1.1 + Stream.AIM_MAX_AGE)
+    assert stream.is_late(1.3 + Stream.AIM_MAX_AGE)
+
+
 def test_only_a_servo_that_is_steered_explores_in_motion():
     assert make_servo(ARM, "chain", "stream", 5.0)[0].explores_in_motion
     assert not make_servo(ARM, "chain", "look", 5.0)[0].explores_in_motion
     assert not make_servo(ARM, "kalman", "stream", 5.0)[0].explores_in_motion
+    servo, stream = make_servo(ARM, "chain", "stream", 5.0)
+    stream.give_up()
+    assert not servo.explores_in_motion
 
 
 @pytest.mark.parametrize("mode", ["look", "stream"])

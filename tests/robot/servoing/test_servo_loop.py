@@ -122,6 +122,9 @@ class NotingStream:
             self.news = False
             yield
 
+    def is_late(self, t):
+        return False
+
     def aim(self, t, q, follow):
         return THERE
 

@@ -13,6 +13,7 @@ from rig import degrees
 from servo_rig import NOT_YET, Camera, SpaceCamera, Watched, circling
 
 from robot.motion import kinematics
+from robot.servoing.loop import TOO_SLOW_TO_STEER
 from robot.servoing.rows import Rows
 from shared.arm_description import find_arm, read_arm
 
@@ -57,6 +58,14 @@ def judge(w, shown, verdict, says=""):
 
 def notes(shown):
     return [line["text"] for line in shown.log if line["kind"] == "note"]
+
+
+@pytest.mark.parametrize("cpu", [1, 2])
+def test_a_brick_that_is_too_slow_to_be_steered_looks_then_moves(space, cpu):
+    w = space(plant=f"cpu={cpu}")
+    shown = w.run("--mode", "stream")
+    assert judge(w, shown, "converged")
+    assert [note for note in notes(shown) if "too slow" in note] == [TOO_SLOW_TO_STEER] * (cpu - 1)
 
 
 @pytest.mark.short("chain-stereo")
