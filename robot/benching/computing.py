@@ -23,6 +23,7 @@ from robot.motion.zero import Zero
 from robot.servoing.loop import VisualServoing
 from robot.servoing.run_reporter import RunReporter
 from robot.servoing.runs import make_servo
+from robot.servoing.servo import Servo
 from shared.arm_description import find_arm, read_arm
 from shared.messages import Observation, decode
 from shared.signing import LineSigner
@@ -342,9 +343,10 @@ def measure_servoing(description, mode, laps, pieces):
     arm = arm_of_files(description, clock)
     goal = GOALS[kinematics.coordinates(description)]
     servo, stream = make_servo(description, "chain", mode, tolerance=5)
+    assert isinstance(servo, Servo)
     if pieces:
         _time(laps, servo, "decide", lambda one: "{}: decision, {}".format(name, one.action))
-        _time(laps, servo, "observe_in_motion", name + ": learning from a frame")
+        _time(laps, servo.models, "observe_in_motion", name + ": learning from a frame")
         if stream:
             _time(laps, stream, "see", name + ": steering by a frame")
     cameras = SyntheticCameras(arm, clock, goal)
