@@ -137,13 +137,21 @@ class Trajectory(object):
                 for s, slope in ((0.0, c1), (length, c1 + length * (2 * c2 + 3 * c3 * length))):
                     now = (slope > 1e-9) - (slope < -1e-9)
                     if now and sign and now != sign:
-                        # (Where between two knots the slope is all but straight.)
-                        s *= c1 / (c1 - slope) if s else 0.0
-                        turns.append(t + _time(s, v, a))
+                        turns.append(t + _time(_root(c1, c2, c3, now) if s else 0.0, v, a))
                     first, sign = first or now, now or sign
             directions.append(first)
             reversals.append(tuple(turns))
         return tuple(directions), tuple(reversals)
+
+
+def _root(c1, c2, c3, sign):
+    # type: (float, float, float, int) -> float
+    """Return where (cm) the slope c1 + 2 c2 s + 3 c3 s^2 changes to `sign`.
+
+    Of the two forms of the root, it is the one without a difference of like numbers.
+    """
+    root = sign * math.sqrt(max(0.0, c2 * c2 - 3 * c1 * c3))
+    return -c1 / (c2 + root) if sign * c2 > 0 else (root - c2) / (3 * c3)
 
 
 def _time(s, v, a):

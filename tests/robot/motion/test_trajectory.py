@@ -222,6 +222,25 @@ def test_directions_and_reversals_of_joint_angles_given_by_hand():
     assert within.reversals == ((0.5,),)
 
 
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize(("turn", "other"), [(0.2, 3.0), (0.9, -0.3), (0.5, -40.0), (0.3, 1e6)])
+def test_a_joint_turns_round_where_its_slope_is_zero(turn, other, sign):
+    """The slope is the parabola sign (s - turn) (s - other), from 0 to 1 cm at 1 cm/s."""
+    cubic = [sign * c for c in (0.0, turn * other, -(turn + other) / 2, 1 / 3)]
+    motion = Trajectory([0, 1], [(1.0, 0.0, [cubic], None)], [sum(cubic)])
+    assert motion.reversals[0] == pytest.approx((turn,), abs=1e-6)
+
+
+def test_a_joint_that_stands_at_a_knot_and_goes_on_there_and_back_turns_where_it_does():
+    # 1 - s, then -s + 1.5 s^2: from 0 down on, and up from 2/3 cm on.
+    segments = [
+        (1.0, 0.0, [(0.0, -1.0, 0.5, 0.0)], None),
+        (1.0, 0.0, [(-0.5, 0.0, -0.5, 0.5)], None),
+    ]
+    motion = Trajectory([0, 1, 2], segments, [-0.5])
+    assert motion.reversals[0] == pytest.approx((1 + 2 / 3,))
+
+
 # Shapes
 
 
