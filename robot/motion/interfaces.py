@@ -34,6 +34,11 @@ if MYPY:
             # type: () -> Tuple[Tuple[float, ...], ...]
             """Times of each joint's reversals, s."""
 
+        @property
+        def extremes(self):
+            # type: () -> Tuple[Tuple[float, ...], ...]
+            """Angles of each joint at the start, at its reversals and at the end, rad."""
+
         def at(self, t):
             # type: (float) -> SetPoint
             """Return (q, path) at time `t` (s), see Trajectory.at."""

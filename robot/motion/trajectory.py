@@ -26,6 +26,8 @@ if MYPY:
     NumbersOfSegment = Tuple[float, float, List[List[float]], Optional[List[float]]]
     PieceNumbers = Tuple[List[float], List[NumbersOfSegment], List[float]]  # a TimedPiece
     AlongPath = Optional[Tuple[Vector, Vector]]  # J^T t, dq/ds
+    # signs, and per joint s and rad
+    Turns = Tuple[Tuple[int, ...], Tuple[Tuple[float, ...], ...], Tuple[Tuple[float, ...], ...]]
     SetPoint = Tuple[List[float], AlongPath]  # q, path
     Followed = TypeVar("Followed")
 
@@ -58,6 +60,7 @@ class Trajectory(object):
         start, end: joint angles at the start and end, rad.
         directions: per joint, the sign of its first motion (0: it does not move).
         reversals: per joint, the times (s) of its reversals.
+        extremes: per joint, its angles at the start, at each reversal and at the end, rad.
     """
 
     def __init__(self, times, segments, end, turning=None):
@@ -67,7 +70,7 @@ class Trajectory(object):
         self._k = 0
         self.duration = times[-1]
         self.start, self.end = tuple(cubic[0] for cubic in segments[0][2]), tuple(end)
-        self.directions, self.reversals = self._turns(turning or segments)
+        self.directions, self.reversals, self.extremes = self._turns(turning or segments)
 
     def numbers(self):
         # type: () -> PieceNumbers
@@ -125,23 +128,27 @@ class Trajectory(object):
         return [v * (c1 + s * (c2 + c2 + 3.0 * c3 * s)) for _, c1, c2, c3 in cubics]
 
     def _turns(self, segments):
-        # type: (Sequence[Segment]) -> Tuple[Tuple[int, ...], Tuple[Tuple[float, ...], ...]]
-        """Return per joint the sign of its first motion, and the times of its reversals, s."""
-        directions, reversals = [], []
+        # type: (Sequence[Segment]) -> Turns
+        """Return per joint its first sign, and the times and angles of its reversals, see above."""
+        directions, reversals, extremes = [], [], []
         for j in range(len(self.end)):
-            first, sign, turns = 0, 0, []
+            first, sign, turns, angles = 0, 0, [], [segments[0][2][j][0]]
             for t, (v, a, cubics, _), t_end in zip(self._times, segments, self._times[1:]):
-                _, c1, c2, c3 = cubics[j]
+                c0, c1, c2, c3 = cubics[j]
                 dt = t_end - t
                 length = dt * (v + 0.5 * a * dt)
                 for s, slope in ((0.0, c1), (length, c1 + length * (2 * c2 + 3 * c3 * length))):
                     now = (slope > 1e-9) - (slope < -1e-9)
                     if now and sign and now != sign:
-                        turns.append(t + _time(_root(c1, c2, c3, now) if s else 0.0, v, a))
+                        s = _root(c1, c2, c3, now) if s else 0.0
+                        turns.append(t + _time(s, v, a))
+                        angles.append(c0 + s * (c1 + s * (c2 + s * c3)))
                     first, sign = first or now, now or sign
             directions.append(first)
             reversals.append(tuple(turns))
-        return tuple(directions), tuple(reversals)
+            angles.append(c0 + length * (c1 + length * (c2 + length * c3)))
+            extremes.append(tuple(angles))
+        return tuple(directions), tuple(reversals), tuple(extremes)
 
 
 def _root(c1, c2, c3, sign):
@@ -193,6 +200,7 @@ class JointMove(object):
         self._travels = [b - a for a, b in zip(start, end)]
         signs = tuple((b > a) - (b < a) for a, b in zip(start, end))
         self.directions, self.reversals = signs, ((),) * len(signs)
+        self.extremes = tuple(zip(start, end))
 
     def at(self, t):
         # type: (float) -> SetPoint

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robot.motion import kinematics, trajectory
-from robot.motion.backlash import BacklashCompensation
+from robot.motion.backlash import BacklashCompensation, crossed_turns
 from robot.motion.gravity import Gravity
 from robot.motion.trajectory import Trajectory
 from shared.arm_description import Arm
@@ -76,7 +76,7 @@ def paths_of(arm: Arm, motions: Sequence[Trajectory]) -> list[PiecePath]:
     gravity = Gravity(arm)
     preload = gravity.preload_sides if gravity.loaded else None
     # It is approached from behind: all backlash is taken up along its direction.
-    sides = gravity.sides(motions[0].start, motions[0].directions)
+    sides = gravity.sides(motions[0].start, crossed_turns(arm.joints, motions[0])[0])
     out = []
     for motion in motions:
         backlash = BacklashCompensation(arm.joints, motion, sides, preload)
