@@ -8,7 +8,7 @@ import math
 import random
 
 import pytest
-from rig import described
+from rig import described, switched_on
 
 from robot.motion.backlash import BacklashCompensation, crossed_turns, pose_behind
 from robot.motion.trajectory import Trajectory
@@ -106,3 +106,37 @@ def test_a_learned_correction_does_not_change_which_reversals_are_crossed():
     motion = Trajectory(*corrected.numbers(), turning=plan.numbers()[1])
     assert crossed_turns(JOINT, motion)[1] == crossed_turns(JOINT, plan)[1]
     assert crossed_turns(JOINT, corrected)[1] == [[]]
+
+
+@pytest.mark.parametrize("seed", range(1, 4))
+@pytest.mark.parametrize("apart", [0.06, 0.1])
+def test_a_slight_reversal_does_not_throw_the_link(seed, apart, tmp_path):
+    """The shoulder's speed is a parabola of time, zero at 0.5 s -+ `apart` / 2."""
+    bend = math.radians(60)
+
+    def angle(t):
+        return bend * ((t - 0.5) ** 3 / 3 - (apart / 2) ** 2 * (t - 0.5))
+
+    ticks = [0.05 * k for k in range(21)]
+    segments = []
+    for t in ticks[:-1]:
+        speed = bend * ((t - 0.5) ** 2 - (apart / 2) ** 2)
+        shoulder = angle(t), speed, bend * (t - 0.5), bend / 3
+        segments.append((1.0, 0.0, [shoulder, (0.6 + 0.2 * t, 0.2, 0.0, 0.0)], None))
+    off = []
+
+    def compare(now, links):
+        shoulder, elbow = rig.q
+        t = (elbow - 0.6) / 0.2
+        if 0.3 < t < 0.8:
+            off.append(abs(math.degrees(shoulder - angle(t))))
+
+    with switched_on(tmp_path, "geared", plant=f"seed={seed}") as rig:
+        robot = rig.robot()
+        motion = rig.its(Trajectory)(ticks, segments, [angle(1.0), 0.8])
+        assert motion.reversals[0] == pytest.approx((0.5 - apart / 2, 0.5 + apart / 2), abs=1e-3)
+        assert math.degrees(abs(motion.extremes[0][2] - motion.extremes[0][1])) < 0.02
+        robot.pre_approach(motion)
+        robot.follow([motion], on_tick=compare)
+    assert len(off) > 10
+    assert max(off) < 0.45
