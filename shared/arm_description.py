@@ -6,6 +6,7 @@ any way is refused in one line that names the file, the section, the key, the va
 and the next step.
 """
 
+import math
 import os
 
 from shared.arm_keys import (  # noqa: F401 (some are for those who have an arm)
@@ -51,6 +52,13 @@ else:
     Arm = record(
         "Arm", "name chain joints pen elbow speed file marker_offset", defaults=((0.0, 0.0),)
     )
+
+JOINT_ACCELERATION = math.radians(200)
+"""Maximum acceleration of a joint that carries others, rad/s^2: slowed harder than its friction
+does, a link runs ahead in its backlash."""
+
+MOTOR_ACCELERATION = math.radians(3000)
+"""Maximum acceleration of a motor's shaft, rad/s^2: by a quarter of its torque."""
 
 ARMS_FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "arms")
 
@@ -108,6 +116,21 @@ park_angle  angle at which the arm is parked low, rad, or None: wherever it is
 """
 
 Pen.__doc__ = """The pen's motor: port, "large" | "medium", its shaft's angles up and down, rad."""
+
+
+def joint_accelerations(joints):
+    # type: (Sequence[Joint]) -> List[float]
+    """Return the maximum acceleration of each joint, rad/s^2.
+
+    Friction F slows a link of inertia I by F / I.  What the last joint carries lies near the tip,
+    as most of what the joint before it carries does.  So I goes with the square of the reach.
+    """
+    out = [JOINT_ACCELERATION] * len(joints)
+    if len(joints) > 1:
+        before, last = joints[-2:]
+        lighter = (1 + before.link / last.link) ** 2 * JOINT_ACCELERATION
+        out[-1] = max(JOINT_ACCELERATION, min(lighter, MOTOR_ACCELERATION / last.gear))
+    return out
 
 
 def find_arm(name_or_path):

@@ -5,7 +5,7 @@ Lengths are cm, angles rad, times s.
 
 import math
 
-from shared.arm_description import ArmError
+from shared.arm_description import ArmError, joint_accelerations
 from shared.config_files import InvalidFile, number
 
 MYPY = False
@@ -38,8 +38,8 @@ many would be a speed that no segment has."""
 SPEED_MARGIN = 1.02
 """Greatest planned speed of a joint, times its greatest speed: room for rounding."""
 
-MAX_ACCELERATION = math.radians(240)
-"""Greatest acceleration of a joint, rad/s^2; robot.motion.trajectory plans a little less. A joint
+ACCELERATION_MARGIN = 1.2
+"""Greatest acceleration of a joint, times the planned one: room for bends between knots. A joint
 that were to do much more would lag so far that it would seem blocked."""
 
 MAX_SPEED_JUMP = math.radians(6)
@@ -164,12 +164,12 @@ def check_joints(path, k, pieces, joints, between=go_on, more=0.0):
         pieces: of the stroke.
         joints: the arm's.
         between: called before each piece.
-        more: acceleration allowed beyond MAX_ACCELERATION, rad/s^2.
+        more: acceleration allowed beyond what is planned with ACCELERATION_MARGIN, rad/s^2.
 
     Raises:
         BadJob: it names the joint, the value and the limit.
     """
-    hardest = MAX_ACCELERATION + more
+    limits = [ACCELERATION_MARGIN * most + more for most in joint_accelerations(joints)]
 
     def refuse(joint, what, *numbers):
         # type: (Joint, str, *float) -> NoReturn
@@ -189,7 +189,7 @@ def check_joints(path, k, pieces, joints, between=go_on, more=0.0):
             # (A segment that turns back at its very end has been a little farther before.)
             s = end if v_end >= 0 else -0.5 * v * v / a
             top = max(v, -v_end, v_end)
-            for n, (joint, cubic) in enumerate(zip(joints, cubics)):
+            for n, (joint, cubic, hardest) in enumerate(zip(joints, cubics, limits)):
                 low, high, steepest = _span(cubic, s)
                 if low < joint.lower or high > joint.upper:
                     low, high = _range(cubic, s)

@@ -20,8 +20,8 @@ from robot.motion.backlash import (
 )
 from robot.motion.gravity import Gravity
 from robot.motion.motor_model import PEN_ACCELERATION, PEN_SPEED
-from robot.motion.trajectory import JOINT_ACCELERATION, JointMove, Trajectory
-from shared.arm_description import Arm, Joint
+from robot.motion.trajectory import JointMove, Trajectory
+from shared.arm_description import JOINT_ACCELERATION, Arm, Joint
 from shared.job import JOIN_TOLERANCE
 
 DIRECT, GEARED, IN_SPACE = "direct", "geared", "in space"

@@ -24,8 +24,9 @@ from robot.motion.following import LinkFollower
 from robot.motion.gravity import Gravity
 from robot.motion.joint_controller import GAINS
 from robot.motion.online_trajectory import STOP
-from robot.motion.trajectory import JOINT_ACCELERATION, JointMove
+from robot.motion.trajectory import JointMove
 from robot.motion.zero import Zero
+from shared.arm_description import JOINT_ACCELERATION
 
 MYPY = False
 if MYPY:

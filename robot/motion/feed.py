@@ -15,7 +15,7 @@ To scale the set-points' speed in the loop instead would leave position and spee
 import math
 
 from robot.motion.online_trajectory import STOP
-from robot.motion.trajectory import JOINT_ACCELERATION
+from shared.arm_description import JOINT_ACCELERATION
 
 MYPY = False
 if MYPY:

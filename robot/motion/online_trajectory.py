@@ -18,7 +18,7 @@ import math
 from robot.motion import kinematics
 from robot.motion.backlash import crossed, crossing_time
 from robot.motion.joint_controller import LEAD
-from robot.motion.trajectory import JOINT_ACCELERATION
+from shared.arm_description import JOINT_ACCELERATION
 from shared.record import record
 
 MYPY = False

@@ -9,6 +9,7 @@ and a tick only evaluates them.
 import math
 
 from robot.motion import kinematics
+from shared.arm_description import JOINT_ACCELERATION, joint_accelerations
 
 MYPY = False
 if MYPY:
@@ -33,9 +34,6 @@ if MYPY:
 
 SPEED_UP_TIME = 0.2
 """Minimum time in which the tip reaches its speed, s."""
-
-JOINT_ACCELERATION = math.radians(200)
-"""Maximum acceleration of a joint, rad/s^2: a link slowed harder runs ahead in its backlash."""
 
 MIN_PATH_SPEED = 0.5
 """Minimum speed of the tip at which errors along the path are separated, cm/s."""
@@ -307,12 +305,16 @@ def _timed(arm, knots, speed):
 
         dq/dt = q' v,    d2q/dt2 = q'' v^2 + q' a
 
-    A joint's maximum speed, and half of JOINT_ACCELERATION for q'' v^2, cap v at each knot; the
+    A joint's maximum speed, and half of its acceleration for q'' v^2, cap v at each knot; the
     other half bounds a.  With a constant, v^2 is linear in s; so a forward and a backward pass over
     v^2 give the fastest profile under the cap (Bobrow, Dubowsky and Gibson, 1985, here with
     constant limits).  Limits of torque would need the masses and the battery's voltage.
     """
-    fastest = [joint.max_speed for joint in arm.joints]
+    # Half of a joint's acceleration is for bends, half for speeding up and slowing down.
+    limits = [
+        (joint.max_speed, 0.5 * most)
+        for joint, most in zip(arm.joints, joint_accelerations(arm.joints))
+    ]
     v = [speed] * len(knots)
     v[0] = v[-1] = 0.0
     gains, pieces = [], []  # of speed squared from knot to knot at the most; cubics
@@ -320,30 +322,21 @@ def _timed(arm, knots, speed):
         zip(knots, knots[1:])
     ):
         s = s1 - s0
-        max_slope, max_bend, cubics = 0.0, 0.0, []
-        cap = speed
-        for q0, q1, m0, m1, max_speed in zip(q, q_there, slopes, slopes_there, fastest):
+        cap, acceleration, cubics = speed, speed / SPEED_UP_TIME, []
+        for q0, q1, m0, m1, (max_speed, half) in zip(q, q_there, slopes, slopes_there, limits):
             mean = (q1 - q0) / s
             c2, c3 = (3.0 * mean - m0 - m0 - m1) / s, (m0 + m1 - mean - mean) / (s * s)
             cubics.append((q0, m0, c2, c3))
             # (Of the slope's parabola, the ends and the middle.)
-            for slope in (m0, m1, 1.5 * mean - 0.25 * (m0 + m1)):
-                slope = abs(slope)
-                if slope > max_slope:
-                    max_slope = slope
-                if slope * cap > max_speed:
-                    cap = max_speed / slope
-            for bend in (c2 + c2, c2 + c2 + 6.0 * c3 * s):
-                bend = abs(bend)
-                if bend > max_bend:
-                    max_bend = bend
-        # Half of a joint's acceleration is for bends, half for speeding up and slowing down.
-        if max_bend * cap * cap > JOINT_ACCELERATION / 2:
-            cap = math.sqrt(JOINT_ACCELERATION / 2 / max_bend)
+            slope = max(abs(m0), abs(m1), abs(1.5 * mean - 0.25 * (m0 + m1)))
+            if slope * cap > max_speed:
+                cap = max_speed / slope
+            if slope * acceleration > half:
+                acceleration = half / slope
+            bend = max(abs(c2), abs(c2 + 3.0 * c3 * s))
+            if 2.0 * bend * cap * cap > half:
+                cap = math.sqrt(0.5 * half / bend)
         v[k], v[k + 1] = min(v[k], cap), min(v[k + 1], cap)
-        acceleration = speed / SPEED_UP_TIME
-        if max_slope * acceleration > JOINT_ACCELERATION / 2:
-            acceleration = JOINT_ACCELERATION / 2 / max_slope
         gains.append(2 * acceleration * s)
         pieces.append((s, cubics, across))
     squares = [x * x for x in v]

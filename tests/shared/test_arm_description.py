@@ -8,12 +8,15 @@ import pytest
 
 from shared.arm_description import (
     ARMS_FOLDER,
+    JOINT_ACCELERATION,
+    MOTOR_ACCELERATION,
     Arm,
     ArmError,
     BadArmFile,
     Pen,
     find_arm,
     is_bundled,
+    joint_accelerations,
     read_arm,
 )
 
@@ -551,3 +554,19 @@ def test_ones_own_arm_of_a_name_comes_before_that_which_comes_along(tmp_path, mo
     assert is_bundled(read_arm(find_arm("geared")))
     with pytest.raises(BadArmFile):
         find_arm("../arms/planar")
+
+
+def test_a_last_joint_is_accelerated_harder_as_far_as_its_motor_goes():
+    """The same friction holds less inertia there: by the square of the reach."""
+    joints = read_arm(find_arm("planar")).joints
+    usual, last = joint_accelerations(joints)
+    assert usual == JOINT_ACCELERATION
+    assert last == pytest.approx(usual * (20.8 / 9.5) ** 2)
+    assert joint_accelerations(joints[:1]) == [usual]
+    *others, last = joint_accelerations(read_arm(find_arm("spatial")).joints)
+    assert others == [usual, usual]
+    assert last > 4 * usual
+    _, last = joint_accelerations(read_arm(find_arm("geared")).joints)
+    assert last == pytest.approx(MOTOR_ACCELERATION / 5)
+    slow = (joints[0], joints[1]._replace(gear=40.0))
+    assert joint_accelerations(slow) == [usual, usual]

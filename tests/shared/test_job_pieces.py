@@ -8,10 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robot.motion.trajectory import JOINT_ACCELERATION
 from shared import job_pieces
-from shared.arm_description import find_arm, read_arm
-from shared.job_pieces import MAX_ACCELERATION, MAX_JUMP, SPEED_MARGIN, BadJob, check_joints
+from shared.arm_description import JOINT_ACCELERATION, find_arm, joint_accelerations, read_arm
+from shared.job_pieces import ACCELERATION_MARGIN, MAX_JUMP, SPEED_MARGIN, BadJob, check_joints
 
 PLANAR = read_arm(find_arm("planar"))
 numbers = st.floats(-1, 1)
@@ -33,10 +32,18 @@ def test_the_least_and_greatest_angle_and_speed_of_a_segment_are_found(v, a, dt,
     pieces = [([0.0, dt], [(v, a, [(q, c1, c2, c3)], None)], (float(angle[-1]),))]
     joint = PLANAR.joints[0]._replace(lower=-math.inf, upper=math.inf, max_speed=math.inf)
 
+    usual = ACCELERATION_MARGIN * JOINT_ACCELERATION
+
     def is_refused(joint, hardest=math.inf):
         with mock.patch.object(job_pieces, "MAX_SPEED_JUMP", math.inf):
             try:
-                check_joints("a.job", 1, pieces, [joint], more=hardest - MAX_ACCELERATION)
+                check_joints(
+                    "a.job",
+                    1,
+                    pieces,
+                    [joint],
+                    more=hardest - usual,
+                )
             except BadJob:
                 return True
         return False
@@ -63,5 +70,20 @@ def test_a_joint_that_would_start_at_once_is_refused(v, message):
         check_joints("a.job", 3, pieces, PLANAR.joints[:1])
 
 
-def test_what_is_planned_may_be_drawn():
-    assert JOINT_ACCELERATION < MAX_ACCELERATION < 1.3 * JOINT_ACCELERATION
+@pytest.mark.parametrize("n", [0, 1])
+@pytest.mark.parametrize("share", [1.1, 1.3])
+def test_each_joint_may_be_accelerated_a_little_harder_than_is_planned_for_it(n, share):
+    a = share * joint_accelerations(PLANAR.joints)[n]
+    dt = 0.01
+    middle = 0.5 * a * dt**2  # of the way, cm: a radian per cm
+
+    def cubics(angle):
+        return [(angle, 1.0, 0.0, 0.0) if k == n else (0.0,) * 4 for k in range(2)]
+
+    segments = [(0.0, a, cubics(0.0), None), (a * dt, -a, cubics(middle), None)]
+    pieces = [([0.0, dt, 2 * dt], segments, [c[0] for c in cubics(2 * middle)])]
+    if share < ACCELERATION_MARGIN:
+        check_joints("a.job", 1, pieces, PLANAR.joints)
+    else:
+        with pytest.raises(BadJob, match=f"accelerated by {math.degrees(a):.0f} deg"):
+            check_joints("a.job", 1, pieces, PLANAR.joints)

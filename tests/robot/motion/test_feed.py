@@ -17,7 +17,7 @@ from robot.motion.feed import (
     with_speed_limit,
 )
 from robot.motion.online_trajectory import STOP
-from shared.arm_description import find_arm, read_arm
+from shared.arm_description import JOINT_ACCELERATION, find_arm, joint_accelerations, read_arm
 
 ARM = read_arm(find_arm("planar"))
 LINE = [(10.0, 0.0), (5.0, 10.0)]
@@ -46,7 +46,7 @@ def test_at_full_rate_nothing_changes():
     for k in range(-10, 101):
         t = k / 100 * plan.duration
         assert feed.at(t)[0] == pytest.approx(plan.at(t)[0])
-        assert feed.speeds(t) == pytest.approx(plan.speeds(t))
+        assert feed.speeds(t) == pytest.approx(plan.speeds(t), abs=1e-5)  # rounded at the end
         assert feed.sides_at(t) == plan.sides_at(t)
 
 
@@ -101,7 +101,7 @@ def test_no_joint_slows_down_harder_than_a_plan_does_unless_that_took_too_long()
         feed.order(t, 0.0)
         ramp = feed.duration - t
         hardest = max(map(abs, plan.speeds(t))) / ramp
-        soft = hardest <= trajectory.JOINT_ACCELERATION * 1.001
+        soft = hardest <= JOINT_ACCELERATION * 1.001
         assert soft or ramp == pytest.approx(MAX_RAMP_TIME)
 
 
@@ -165,7 +165,8 @@ def test_what_is_left_is_the_same_way_begun_at_rest(points, share):
         assert max(map(abs, rest.speeds(t))) <= fastest * 1.001
         h = 1e-4
         hard = [abs(b - a) / h for a, b in zip(rest.speeds(t), rest.speeds(t + h))]
-        assert max(hard) < trajectory.JOINT_ACCELERATION * 1.6
+        for harder, most in zip(hard, joint_accelerations(ARM.joints)):
+            assert harder < most * 1.6
 
 
 def test_before_the_start_all_is_left_and_at_the_end_nothing():

@@ -6,13 +6,13 @@ import random
 import pytest
 from rig import REPORT_LINES, degrees, described, from_line
 
-from robot.motion import backlash, trajectory
+from robot.motion import backlash
 from robot.motion.backlash import BacklashCompensation
 from robot.motion.classic_steps import STEP_SIZE, has_arrived, jacobian_step
 from robot.motion.kinematics import Unreachable, forward, jacobian
 from robot.motion.paths import BadPath, arc, circle, line_from, polyline, rectangle, spread
 from robot.motion.trajectory import JointMove, Trajectory, joint_path, plan
-from shared.arm_description import ArmError
+from shared.arm_description import ArmError, joint_accelerations
 
 PLANAR = described("planar")
 GEARED = described("geared")
@@ -116,9 +116,9 @@ def test_speeds_stay_within_the_limits(arm, line):
 def test_joints_are_not_accelerated_harder_than_the_play_allows(arm, line):
     (motion,) = plan(arm, polyline(line), arm.speed)
     step = 0.02  # the control tick: what the motors see
-    for k in range(2):
+    for k, most in enumerate(joint_accelerations(arm.joints)):
         speeds = [speeds_of(motion, t)[k] for t in times(motion, step)]
-        assert max(map(abs, smoothest(speeds, step))) <= 1.1 * trajectory.JOINT_ACCELERATION
+        assert max(map(abs, smoothest(speeds, step))) <= 1.1 * most
 
 
 def test_the_tip_reaches_its_speed_and_keeps_it_where_the_joints_allow():
