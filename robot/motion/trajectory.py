@@ -35,6 +35,10 @@ if MYPY:
 SPEED_UP_TIME = 0.2
 """Minimum time in which the tip reaches its speed, s."""
 
+MAX_BEND = 0.5 * JOINT_ACCELERATION
+"""Maximum acceleration of a joint by the bends of a path, rad/s^2.  Where a joint turns round in a
+bend, its link stands while the motor crosses the backlash, however light the link is."""
+
 MIN_PATH_SPEED = 0.5
 """Minimum speed of the tip at which errors along the path are separated, cm/s."""
 
@@ -305,12 +309,11 @@ def _timed(arm, knots, speed):
 
         dq/dt = q' v,    d2q/dt2 = q'' v^2 + q' a
 
-    A joint's maximum speed, and half of its acceleration for q'' v^2, cap v at each knot; the
-    other half bounds a.  With a constant, v^2 is linear in s; so a forward and a backward pass over
-    v^2 give the fastest profile under the cap (Bobrow, Dubowsky and Gibson, 1985, here with
+    A joint's maximum speed, and MAX_BEND for q'' v^2, cap v at each knot; half of the joint's own
+    acceleration bounds a.  With a constant, v^2 is linear in s; so a forward and a backward pass
+    over v^2 give the fastest profile under the cap (Bobrow, Dubowsky and Gibson, 1985, here with
     constant limits).  Limits of torque would need the masses and the battery's voltage.
     """
-    # Half of a joint's acceleration is for bends, half for speeding up and slowing down.
     limits = [
         (joint.max_speed, 0.5 * most)
         for joint, most in zip(arm.joints, joint_accelerations(arm.joints))
@@ -334,8 +337,8 @@ def _timed(arm, knots, speed):
             if slope * acceleration > half:
                 acceleration = half / slope
             bend = max(abs(c2), abs(c2 + 3.0 * c3 * s))
-            if 2.0 * bend * cap * cap > half:
-                cap = math.sqrt(0.5 * half / bend)
+            if 2.0 * bend * cap * cap > MAX_BEND:
+                cap = math.sqrt(0.5 * MAX_BEND / bend)
         v[k], v[k + 1] = min(v[k], cap), min(v[k + 1], cap)
         gains.append(2 * acceleration * s)
         pieces.append((s, cubics, across))
