@@ -24,6 +24,8 @@ that undoes it, until those left are deep enough.
 
 import math
 
+from shared.arm_description import JOINT_ACCELERATION
+
 MYPY = False
 if MYPY:
     from typing import Callable, Dict, List, Optional, Sequence, Tuple  # noqa: F401
@@ -50,7 +52,7 @@ SLIGHT_SHARE = 0.075
 APPROACH_MARGIN = math.radians(2)
 """Distance of a run-up beyond the backlash, rad."""
 
-APPROACH_SPEED, APPROACH_ACCELERATION = 0.3, math.radians(15)
+APPROACH_SPEED, APPROACH_ACCELERATION = 0.3, 0.2 * JOINT_ACCELERATION
 """Limits of a run-up, share of full speed and rad/s^2: the links stay on their motors' side."""
 
 PRELOAD_STEP, PRELOAD_RESOLUTION = 0.12, 0.01
