@@ -32,7 +32,7 @@ MOVE_SETTLES = {DIRECT: 0.092, GEARED: 0.145, IN_SPACE: 0.13}
 APPROACH_SETTLES = {DIRECT: 0.068, GEARED: 0.07, IN_SPACE: 0.1}
 """Settling time of the slow move to where a stroke begins, s."""
 
-PIECE_SETTLES = {DIRECT: 0.081, GEARED: 0.122, IN_SPACE: 0.144}
+PIECE_SETTLES = {DIRECT: 0.099, GEARED: 0.122, IN_SPACE: 0.144}
 """Settling time of each piece of a stroke, s."""
 
 PEN_SETTLES = 0.085
@@ -41,7 +41,7 @@ PEN_SETTLES = 0.085
 BETWEEN_STROKES = {DIRECT: 0.025, GEARED: 0.025, IN_SPACE: 0.055}
 """Time the brick needs to compute and store each stroke, s."""
 
-READING = {DIRECT: 0.0078, GEARED: 0.0078, IN_SPACE: 0.0142}
+READING = {DIRECT: 0.0093, GEARED: 0.0078, IN_SPACE: 0.0142}
 """Time the brick needs to read each cubic of a stroke's motions, s."""
 
 
