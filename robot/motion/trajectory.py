@@ -310,9 +310,11 @@ def _timed(arm, knots, speed):
         dq/dt = q' v,    d2q/dt2 = q'' v^2 + q' a
 
     A joint's maximum speed, and MAX_BEND for q'' v^2, cap v at each knot; half of the joint's own
-    acceleration bounds a.  With a constant, v^2 is linear in s; so a forward and a backward pass
-    over v^2 give the fastest profile under the cap (Bobrow, Dubowsky and Gibson, 1985, here with
-    constant limits).  Limits of torque would need the masses and the battery's voltage.
+    acceleration bounds a, or MAX_BEND as far as bends use that up: else a rose, which goes by its
+    bends all the way, is off by a third more.  With a constant, v^2 is linear in s; so a forward
+    and a backward pass over v^2 give the fastest profile under the cap (Bobrow, Dubowsky and
+    Gibson, 1985, here with constant limits).  Limits of torque would need the masses and the
+    battery's voltage.
     """
     limits = [
         (joint.max_speed, 0.5 * most)
@@ -326,6 +328,7 @@ def _timed(arm, knots, speed):
     ):
         s = s1 - s0
         cap, acceleration, cubics = speed, speed / SPEED_UP_TIME, []
+        max_bend, steep = 0.0, []
         for q0, q1, m0, m1, (max_speed, half) in zip(q, q_there, slopes, slopes_there, limits):
             mean = (q1 - q0) / s
             c2, c3 = (3.0 * mean - m0 - m0 - m1) / s, (m0 + m1 - mean - mean) / (s * s)
@@ -334,11 +337,15 @@ def _timed(arm, knots, speed):
             slope = max(abs(m0), abs(m1), abs(1.5 * mean - 0.25 * (m0 + m1)))
             if slope * cap > max_speed:
                 cap = max_speed / slope
+            steep.append((slope, half))
+            max_bend = max(max_bend, abs(c2), abs(c2 + 3.0 * c3 * s))
+        if 2.0 * max_bend * cap * cap > MAX_BEND:
+            cap = math.sqrt(0.5 * MAX_BEND / max_bend)
+        bent = 2.0 * max_bend * cap * cap / MAX_BEND
+        for slope, half in steep:
+            half -= bent * (half - MAX_BEND)
             if slope * acceleration > half:
                 acceleration = half / slope
-            bend = max(abs(c2), abs(c2 + 3.0 * c3 * s))
-            if 2.0 * bend * cap * cap > MAX_BEND:
-                cap = math.sqrt(0.5 * MAX_BEND / bend)
         v[k], v[k + 1] = min(v[k], cap), min(v[k + 1], cap)
         gains.append(2 * acceleration * s)
         pieces.append((s, cubics, across))
