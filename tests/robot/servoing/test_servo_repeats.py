@@ -66,7 +66,7 @@ FAULTS = {
 @pytest.mark.parametrize("fault", sorted(FAULTS))
 def test_pictures_that_repeat_in_mid_motion_hold_the_arm(watched, fault, mode, noise):
     w = watched(noise=noise)
-    w.in_motion(4.0, partial(FAULTS[fault], w.tracker.pictures))
+    w.in_motion(3.0 if mode == "stream" else 4.0, partial(FAULTS[fault], w.tracker.pictures))
     shown = w.run("--mode", mode)
     assert shown.log[-1]["verdict"] == FROZEN
     assert "the picture of camera A does not change" in shown.err
