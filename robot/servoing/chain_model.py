@@ -195,8 +195,9 @@ class ChainModel(object):
     def shape(self):
         # type: () -> LinearImageModel
         """Return the image model as last fitted, without its offset; the same until the next."""
-        if self._fitted is None or self._waiting or self._shape is None:
-            self._shape = LinearImageModel(self._chain, self._solve(), [0.0, 0.0])
+        W = self._up_to_date()
+        if self._shape is None or self._shape.W is not W:
+            self._shape = LinearImageModel(self._chain, W, [0.0, 0.0])
         return self._shape
 
     def _weigh(self, key, weight):
@@ -221,10 +222,15 @@ class ChainModel(object):
         self._fitted, self._waiting, self._covariance = W, False, None
         return W
 
+    def _up_to_date(self):
+        # type: () -> Matrix
+        """Return W, with all that was observed in it."""
+        return self._solve() if self._fitted is None or self._waiting else self._fitted
+
     def _fit(self, q):
         # type: (Pose) -> Matrix
-        """Return W, with all that was observed in it; now and then weigh the key-frames anew."""
-        W = self._solve() if self._fitted is None or self._waiting else self._fitted
+        """Return W, up to date; now and then weigh the key-frames anew."""
+        W = self._up_to_date()
         self._fits += 1
         if self._fits % REWEIGH_PERIOD == 0 and self._keys:
             self._weigh_all(q, W)

@@ -76,7 +76,9 @@ MAX_JOINT_SPEED, BLIND_SPEED_SHARE = math.radians(60), 0.5
 """Greatest speed of any joint, rad/s; the share of it when a camera has lost sight of the
 marker."""
 
-TOO_SLOW_TO_STEER = "this brick is too slow to be steered while it moves: it looks, then moves"
+TOO_SLOW_TO_STEER = (
+    "the brick, or the camera, is too slow for steering while the arm moves: it looks, then moves"
+)
 """Line for people when a stream is given up."""
 
 HOLD = Halt("", "")

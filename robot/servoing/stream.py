@@ -103,8 +103,8 @@ class Stream(object):
     """Delay between the starts of two joints that explore, s; motion of every joint that must have
     been seen before there is an aim, rad."""
     SIGHT_MAX_AGE, AIM_MAX_AGE = 0.3, 1.6
-    """Longest silence of a camera in use, s; age of what the last aim goes by beyond which the
-    brick is too slow to steer: on one that keeps up it is 0.2 to 1.1 s."""
+    """Longest silence of a camera in use, s; age of what the last aim goes by beyond which brick or
+    camera is too slow to steer by: where they keep up it is 0.2 to 1.1 s."""
 
     def __init__(self, servo):
         # type: (Servo) -> None

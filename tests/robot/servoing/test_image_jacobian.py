@@ -524,6 +524,20 @@ def test_how_the_image_moves_with_the_place_is_that_of_an_affine_camera(chain):
 
 
 @pytest.mark.parametrize("name", ["planar", "spatial"])
+def test_the_shape_in_a_chase_is_of_what_was_seen_at_rest_before_it(name):
+    arm = read_arm(find_arm(name))
+    poses = iter(scattered(12, joints=len(arm.joints)))
+    model = ChainModel(arm.chain, [joint.link for joint in arm.joints])
+    for k in range(6):
+        model.observe(next(poses), (10.0 * k, 5.0), 1.0)
+    before = model.shape().W
+    rest = next(poses)
+    model.observe(rest, (300.0, 200.0), 1.0)
+    at_rest = model.seen_from(rest, (300.0, 200.0))
+    assert model.shape().W == at_rest.W != before
+
+
+@pytest.mark.parametrize("name", ["planar", "spatial"])
 @pytest.mark.parametrize("standing", [True, False])
 def test_every_new_key_frame_is_in_the_next_fit(name, standing):
     arm = read_arm(find_arm(name))
