@@ -156,8 +156,7 @@ class MedianEstimator(object):
             return None
         for camera in spreads:
             usual = self.sigma_of(camera)
-            share = 0.3 if camera in self._sigmas else 0.5
-            self._sigmas[camera] = usual + share * (spreads[camera] - usual)
+            self._sigmas[camera] = usual + 0.3 * (spreads[camera] - usual)
         return measurements
 
 

@@ -59,9 +59,9 @@ if MYPY:
 
     LastMeasurement = Tuple[List[float], Dict[str, Features]]  # q, rad; s by camera, px
 
-STOP_SIGMAS = 3.0
+STOP_SIGMAS, MAX_MARGIN = 3.0, 0.3
 """Distance of the error from the tolerance at which it ends, standard deviations of what was
-measured; what is off by more is corrected once."""
+measured, but at most this share of it; what is off by more is corrected once."""
 
 FLAT_VIEW = "seen by {}, the tip may be off along the line of sight; look from another side, too"
 """Reason of a run that ends since its cameras leave the depth untold."""
@@ -192,7 +192,8 @@ class Servo(object):
         error = length(error_of(used, self.rows))
         progress = self._progress
         doubt = STOP_SIGMAS * math.sqrt(max([m.variance for m in used]))
-        if error < self.tolerance - (0.0 if progress.refined else doubt):
+        margin = 0.0 if progress.refined else min(doubt, MAX_MARGIN * self.tolerance)
+        if error < self.tolerance - margin:
             if not unknown and self.models.see_flat(self.cameras, self.rows):
                 if progress.flat:
                     return end_of_run(SINGULAR, FLAT_VIEW.format(" and ".join(self.cameras)))

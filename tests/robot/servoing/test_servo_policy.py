@@ -58,10 +58,10 @@ def servo(name="known"):
     ), model
 
 
-def look(one, q, goal):
+def look(one, q, goal, variance=VARIANCE):
     """The Decision at q for the goal (px), seen exactly."""
     s = tuple(SCALE * a for a in q)
-    return one.decide(q, [Measurement("A", s, goal, VARIANCE, 6)])
+    return one.decide(q, [Measurement("A", s, goal, variance, 6)])
 
 
 def test_a_servo_keeps_few_things_in_mind():
@@ -73,6 +73,13 @@ def test_it_ends_three_standard_deviations_within_the_tolerance(sigmas, ends):
     one, _ = servo()
     error = TOLERANCE - sigmas * math.sqrt(VARIANCE)
     decision = look(one, (0.3, 0.4), (SCALE * 0.3 + error, SCALE * 0.4))
+    assert (decision.verdict == CONVERGED) is ends
+
+
+@pytest.mark.parametrize(("share", "ends"), [(0.69, True), (0.71, False)])
+def test_it_ends_at_seven_tenths_of_the_tolerance_however_noisy(share, ends):
+    one, _ = servo()
+    decision = look(one, (0.3, 0.4), (SCALE * 0.3 + share * TOLERANCE, SCALE * 0.4), 4.0)
     assert (decision.verdict == CONVERGED) is ends
 
 
