@@ -18,7 +18,7 @@ MYPY = False
 if MYPY:
     from types import ModuleType  # noqa: F401
 
-HOUSE = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+REPO_ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 """Folder that holds `laptop`, `robot` and `shared`."""
 
 FOLDER = ".compiled"
@@ -55,7 +55,7 @@ SUFFIX = importlib.machinery.EXTENSION_SUFFIXES[0]
 
 
 def path_of(module: str, suffix: str = ".py") -> str:
-    """Return the path of a module below HOUSE, or below the folder of the compiled ones."""
+    """Return the path of a module below REPO_ROOT, or below the folder of the compiled ones."""
     return os.path.join(*module.split(".")) + suffix
 
 
@@ -64,16 +64,16 @@ def key() -> str:
     import hashlib  # nobody else needs it, and few have compiled anything
 
     # In their tracebacks stand paths of the sources.
-    digest = hashlib.sha256("\0".join([SUFFIX, HOUSE]).encode())
+    digest = hashlib.sha256("\0".join([SUFFIX, REPO_ROOT]).encode())
     for module in MODULES + READ:
-        with open(os.path.join(HOUSE, path_of(module)), "rb") as file:
+        with open(os.path.join(REPO_ROOT, path_of(module)), "rb") as file:
             digest.update(b"\0" + file.read())
     return digest.hexdigest()[:20]
 
 
 def folder() -> str:
     """Return the folder of the modules that were compiled of these sources; it need not exist."""
-    return os.path.join(HOUSE, FOLDER, key())
+    return os.path.join(REPO_ROOT, FOLDER, key())
 
 
 class CompiledFinder(object):
@@ -103,7 +103,7 @@ class CompiledFinder(object):
 
 def install() -> bool:
     """Let all imports from now on find the compiled modules; return whether there are any."""
-    if os.environ.get(PURE) or not os.path.isdir(os.path.join(HOUSE, FOLDER)):
+    if os.environ.get(PURE) or not os.path.isdir(os.path.join(REPO_ROOT, FOLDER)):
         return False
     found = folder()
     if not os.path.isdir(found):

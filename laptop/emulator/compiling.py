@@ -40,11 +40,14 @@ def build(target: str) -> None:
     os.makedirs(os.path.dirname(target), exist_ok=True)
     made = tempfile.mkdtemp(dir=os.path.dirname(target), prefix="made-")
     before = os.getcwd()
-    os.chdir(compiled.HOUSE)  # mypyc tells modules' names by their paths
+    os.chdir(compiled.REPO_ROOT)  # mypyc tells modules' names by their paths
     try:
         extensions = mypycify(
             ["--python-executable", sys.executable, "--explicit-package-bases"]
-            + [os.path.join(compiled.HOUSE, compiled.path_of(name)) for name in compiled.MODULES],
+            + [
+                os.path.join(compiled.REPO_ROOT, compiled.path_of(name))
+                for name in compiled.MODULES
+            ],
             group_name=compiled.GROUP,
             target_dir=os.path.join(made, "c"),
             opt_level="3",

@@ -162,6 +162,13 @@ class Watched(Terminal):
 
         self.world.at(after, look)
 
+    def loosen(self, seed):
+        """Have the effector seen at one place whatever the joints do, with a little noise."""
+        see, rng = self.tracker.see, random.Random(seed)
+        self.tracker.see = lambda *frame: dict(
+            see(*frame), effector=(300 + rng.gauss(0, 0.3), 200 + rng.gauss(0, 0.3), 1.0)
+        )
+
     def moved(self):
         """Whether any motor was driven or any link turned; a weight settles within its play."""
         play = max(joint.backlash for joint in self.arm.joints)

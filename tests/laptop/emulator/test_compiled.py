@@ -30,7 +30,7 @@ def elsewhere(tmp_path, monkeypatch):
         copy = tmp_path / compiled.path_of(module)
         copy.parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(ROOT / compiled.path_of(module), copy)
-    monkeypatch.setattr(compiled, "HOUSE", str(tmp_path))
+    monkeypatch.setattr(compiled, "REPO_ROOT", str(tmp_path))
     monkeypatch.setattr(sys, "meta_path", list(sys.meta_path))
     monkeypatch.delenv("BRICKSERVO_PURE", raising=False)
     return tmp_path
@@ -73,7 +73,7 @@ def test_another_python_or_place_has_its_own(elsewhere, monkeypatch):
         other.setattr(compiled, "SUFFIX", ".cpython-399-x86_64-linux-gnu.so")
         keys.add(compiled.key())
     shutil.copytree(elsewhere, elsewhere / "moved", ignore=shutil.ignore_patterns("moved"))
-    monkeypatch.setattr(compiled, "HOUSE", str(elsewhere / "moved"))
+    monkeypatch.setattr(compiled, "REPO_ROOT", str(elsewhere / "moved"))
     keys.add(compiled.key())
     assert len(keys) == 3
 

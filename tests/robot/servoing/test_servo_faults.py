@@ -7,7 +7,6 @@ reached is read from the emulated plant and the camera's own formula.
 
 import math
 import os
-import random
 import signal
 from collections import namedtuple
 
@@ -308,10 +307,7 @@ def test_a_marker_that_is_never_seen_is_named_and_nothing_moves(watched, name):
 @pytest.mark.parametrize("seed", range(84))
 def test_a_marker_that_no_joint_moves_is_told_with_what_may_be_loose(watched, seed):
     w = watched()
-    see, rng = w.tracker.see, random.Random(seed)
-    w.tracker.see = lambda *frame: dict(
-        see(*frame), effector=(300 + rng.gauss(0, 0.3), 200 + rng.gauss(0, 0.3), 1.0)
-    )
+    w.loosen(seed)
     shown = w.run()
     assert judge(w, shown, "singular", "not on the tip")
     assert "far beyond backlash in the arm's file; driver.py check tells" in shown.err
