@@ -79,7 +79,8 @@ def turn_folds(page, is_open):
     """Open all that folds away and can be seen, or close it."""
     closed = page.locator(f".fold [role=button][aria-expanded={str(not is_open).lower()}]:visible")
     while closed.count():
-        closed.first.evaluate("head => head.click()")  # wherever it is scrolled to
+        # Wherever it is scrolled to; and the last click may have come into effect since.
+        closed.evaluate_all("heads => heads.slice(0, 1).forEach(head => head.click())")
         page.wait_for_timeout(50)
 
 
