@@ -39,10 +39,8 @@ SERVO_METHODS = (
         "least-squares kalman",
     ),
     ServoMethod(
-        "chain", "robot.servoing.runs:model_servo", True, "with a model of the arm beside it",
-        "least-squares kalman",
-        "Method chain has beside it a model of the arm as a chain of revolute joints; whichever of"
-        " the two predicted better lately decides the next step.",
+        "chain", "robot.servoing.runs:model_servo", True, "by a model of the arm, from each frame",
+        "least-squares chain",
     ),
 )  # fmt: skip
 """The methods of servoing: the one place where they are registered, for the brick's programs, the

@@ -357,7 +357,7 @@ def _servo(
         return servo, None
     if method in (ORACLE, CLAIRVOYANT):
         kind = program["robot.servoing.image_models"].ModelKind
-        models = {ORACLE: kind(lambda name: TrueJacobian(cameras[name], brick))}
+        models = kind(ORACLE, lambda name: TrueJacobian(cameras[name], brick))
         servo = program["robot.servoing.servo"].Servo(
             described, models, scenario.tolerance, known=True, rows=rows
         )

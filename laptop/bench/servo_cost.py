@@ -13,7 +13,7 @@ from laptop.bench.servo_scenarios import DEFAULT
 from laptop.bench.servo_setups import Pixel
 from robot.motion import kinematics
 from robot.servoing.chain_model import REWEIGH_PERIOD
-from robot.servoing.image_models import models_of
+from robot.servoing.image_models import model_kind
 from robot.servoing.measurement import Measurement
 from robot.servoing.servo import Servo
 from shared.arm_description import find_arm, read_arm
@@ -42,7 +42,7 @@ def step_cost(arm_name: str = "planar", keys: int = 24) -> str:
         return [Measurement(name, seen(q, name), seen(goal, name), 0.1, 6) for name in cameras]
 
     def prepared(fits: int) -> Servo:
-        servo = Servo(arm, models_of(DEFAULT, arm), 5.0)
+        servo = Servo(arm, model_kind(DEFAULT, arm), 5.0)
         here: Sequence[float] = start
         for _ in arm.joints:  # all are explored
             here = servo.decide(here, measured(here)).q or here
@@ -53,7 +53,7 @@ def step_cost(arm_name: str = "planar", keys: int = 24) -> str:
                     servo.observe_in_motion(name, around, seen(around, name))
         for _ in range(fits):
             for name in cameras:
-                servo.models.of(DEFAULT, name).seen_from(here, seen(here, name))
+                servo.models.of(name).seen_from(here, seen(here, name))
         return servo
 
     fastest = [math.inf] * REWEIGH_PERIOD

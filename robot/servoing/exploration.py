@@ -52,17 +52,16 @@ def explore_one(q, walls, goal, models, selection):
     k, explored = selection.next_joint()
     to = list(q)
     to[k] = inward(q, walls)[k]
-    name = models.local
-    if not any(explored) or models.kinds[name].blames_all:
+    if not any(explored) or models.kind.blames_all:
         return to
     reach = [FIRST_STEP / 2 * known for known in explored]
     low = [max(wall, a - r) for wall, a, r in zip(walls[0], to, reach)]
     high = [min(wall, a + r) for wall, a, r in zip(walls[1], to, reach)]
-    penalty = models.penalty(name, selection, len(q))
+    penalty = models.penalty(selection, len(q))
     penalty[k] = [0.0] * len(q)
     for row in penalty:
         row[k] = 0.0
-    image = models.together(name, selection)
+    image = models.together(selection)
     return best_pose(image, goal, to, (low, high), to, penalty, LINEAR_ITERATIONS)[0]
 
 

@@ -4,7 +4,7 @@ import contextlib
 import json
 from collections import OrderedDict
 
-from robot.servoing.image_models import models_of
+from robot.servoing.image_models import model_kind
 from robot.servoing.loop import POLL_TIMEOUT, RunTerms, VisualServoing
 from robot.servoing.repeated_pictures import RepeatedPictures
 from robot.servoing.rows import Rows
@@ -121,13 +121,13 @@ def model_servo(method, arm, tolerance, rows, seed):
     """Make the servo of a method that goes by image models alone.
 
     Args:
-        method: see models_of.
+        method: see model_kind.
         arm: shared.arm_description.Arm.
         tolerance: px.
         rows: Rows.
         seed: as for Servo.
     """
-    return Servo(arm, models_of(method, arm), tolerance, seed, rows=rows)
+    return Servo(arm, model_kind(method, arm), tolerance, seed, rows=rows)
 
 
 class Runs(object):

@@ -49,7 +49,7 @@ if MYPY:
     )
 
     from robot.servoing.image_model import Features, LinearImageModel, Pixel, Pose  # noqa: F401
-    from robot.servoing.image_models import ModelKinds  # noqa: F401
+    from robot.servoing.image_models import ModelKind  # noqa: F401
     from robot.servoing.linear_algebra import Matrix  # noqa: F401
     from robot.servoing.measurement import Frames, Measurement  # noqa: F401
     from robot.servoing.pose_search import Target  # noqa: F401
@@ -83,18 +83,18 @@ RESTART_RANGE = 0.25, 0.75
 
 
 class Servo(object):
-    """The servo law: models learn how the image moves; the one that was right lately decides.
+    """The servo law: models learn how each camera's image moves, and say where the goal is.
 
     Args:
         arm: shared.arm_description.Arm.
-        models: ModelKinds by name, as models_of gives them.
+        kind: ModelKind, as model_kind gives it.
         tolerance: px.
         seed: of the generator that draws restarts.
         known: the models need no exploring.
         rows: Rows; all if None.
 
     Attributes:
-        using: name of the model that made the last step; None when exploring.
+        using: name of the models that made the last step; None when exploring.
         J: of that model, px/rad, its rows those that count; None before there is one.
         rows: Rows.
         estimator: has `measurements(frames)`.
@@ -106,12 +106,12 @@ class Servo(object):
     LEARNS = True
     """Whether the next run goes on with what this one has learned."""
 
-    def __init__(self, arm, models, tolerance, seed=0, known=False, rows=None):
-        # type: (Arm, ModelKinds, float, int, bool, Optional[Rows]) -> None
+    def __init__(self, arm, kind, tolerance, seed=0, known=False, rows=None):
+        # type: (Arm, ModelKind, float, int, bool, Optional[Rows]) -> None
         self.using, self.J = None, None  # type: Optional[str], Optional[Matrix]
         self.rows = rows or Rows("stereo", len(arm.joints))
         self.estimator = MedianEstimator(tolerance, self.rows)
-        self.models = ImageModels(models, arm.joints, self.estimator.sigma_of)
+        self.models = ImageModels(kind, arm.joints, self.estimator.sigma_of)
         self.tolerance, self._known = tolerance, known
         self.steered = False
         self._targets = TargetPoses(arm, tolerance)
@@ -129,7 +129,7 @@ class Servo(object):
 
         Not to verify the tip: that motion would end at the goal again.
         """
-        return self.steered and self.models.far is not None and not self._verification.begun
+        return self.steered and self.models.kind.far and not self._verification.begun
 
     @property
     def cameras(self):
@@ -150,7 +150,7 @@ class Servo(object):
 
     def observe_in_motion(self, camera, q, s):
         # type: (str, Pose, Pixel) -> None
-        """Learn, with all models, as ImageModels.observe_in_motion."""
+        """Learn, as ImageModels.observe_in_motion."""
         self.models.observe_in_motion(camera, q, s)
 
     def prepare(self, q, frames):
@@ -183,8 +183,7 @@ class Servo(object):
         self.models.update(q, measurements)
         self._choose_cameras(q, sorted(seen))
         if in_motion:
-            J = {c: self.models.image(self._in_use(), c).jacobian(q) for c in self.cameras}
-            self.J = tuple(self.rows.values(J))
+            self.J = tuple(self.rows.values(self.models.jacobians(self.cameras, q)))
         unknown = before is None or self._known or not self._selection.explored
         self._last_measurement = q, seen
         used = [measurement for measurement in measurements if measurement.camera in self.cameras]
@@ -208,7 +207,7 @@ class Servo(object):
             return end_of_run(CONVERGED)
         self._verification.record_elsewhere()
         if not unknown and (in_motion or self.using is None):
-            image = self.models.together(self.using or self.models.local, self._selection)
+            image = self.models.together(self._selection)
             if not is_seen_moving(image.jacobian(q), self.estimator.sigma):
                 return end_of_run(SINGULAR, DOES_NOT_MOVE)
         progress.refined = progress.refined or error < self.tolerance
@@ -236,15 +235,14 @@ class Servo(object):
         wrong = self.models.judge(q, before, now)
         if self.using is None:
             return
-        self._verification.missed = moved * min(wrong.values())
-        self._region = next_region(self._region, distance(q, q_before), wrong[self.using])
+        self._verification.missed = moved * wrong
+        self._region = next_region(self._region, distance(q, q_before), wrong)
 
     def _choose_cameras(self, q, cameras):
         # type: (Pose, Sequence[str]) -> None
         """Choose rows and cameras by what has been explored; begin a new progress if none stays."""
         known = self._sample(cameras)
-        name = self._in_use()
-        self.rows.choose({c: self.models.image(name, c).jacobian(q) for c in known})
+        self.rows.choose(self.models.jacobians(known, q))
         if self._selection.choose(cameras, known, self.estimator.sigma_of):
             self._progress = Progress(self.tolerance, self._known)
 
@@ -260,8 +258,8 @@ class Servo(object):
         self.using = None
         if self.explores_in_motion:
             self._selection.explored_all()
-            self.using = self.models.far
-            self.models.prefer(self.using)
+            self.using = self.models.kind.name
+            self.models.explore_in_motion()
             return self._go("explore", inward(q, self._targets.box))
         to = explore_one(q, self._targets.box, goal, self.models, self._selection)
         return self._go("explore", to)
@@ -301,21 +299,20 @@ class Servo(object):
 
     def move(self, q, goal, error, measurements):
         # type: (List[float], Features, float, Sequence[Measurement]) -> Decision
-        """Take a step from q, rad, by the best model, or another law's; `error` is |e|, px."""
+        """Take a step from q, rad, by the models, or another law's; `error` is |e|, px."""
         box = self._targets.box
-        name = self.using = self.models.best()
-        image = self.models.together(name, self._selection)
-        J = {c: self.models.image(name, c).jacobian(q) for c in self.cameras}
-        self.J = tuple(self.rows.values(J))
-        penalty = self.models.penalty(name, self._selection, len(q))
+        self.using = self.models.kind.name
+        image = self.models.together(self._selection)
+        self.J = tuple(self.rows.values(self.models.jacobians(self.cameras, q)))
+        penalty = self.models.penalty(self._selection, len(q))
         self._progress.detours = False
-        if name == self.models.far:
+        if self.models.kind.far:
             to, left = self._targets.choose(image, goal, q, penalty, error, self._progress)
             if self._progress.stalls(error, left):
                 # The penalty keeps it here, or geometry does: what if all were known?
                 here = best_pose(image, goal, q, box)
                 to, left = best_posture(image, goal, q, box, here, left, self.tolerance)
-                action = self._progress.assess_stall(left, self.models.wrong[name])
+                action = self._progress.assess_stall(left, self.models.wrong)
                 if action == EXPLORE_ANEW:
                     return self._explore_anew(q, goal, measurements)
                 if action == TRY_POSTURE:
@@ -341,16 +338,11 @@ class Servo(object):
 
     # For other users of the models, too
 
-    def _in_use(self):
-        # type: () -> str
-        """Return the name of the model that others use."""
-        return self.models.far or self.using or self.models.names[0]
-
     def known(self, camera):
         # type: (str) -> Optional[ImageKnowledge]
         """Return the ImageKnowledge of a camera; None before the arm has stood before it."""
         if self._last_measurement and camera in self._last_measurement[1]:
-            model = self.models.of(self._in_use(), camera)
+            model = self.models.of(camera)
             return ImageKnowledge(
                 model.shape(), model.covariance(), self.estimator.sigma_of(camera)
             )
@@ -359,15 +351,14 @@ class Servo(object):
     def shape(self, camera):
         # type: (str) -> LinearImageModel
         """Return the image model of a camera without its offset, as far as known."""
-        return self.models.of(self._in_use(), camera).shape()
+        return self.models.of(camera).shape()
 
     def learn_shape(self, camera, q, s):
         # type: (str, Pose, Pixel) -> Iterator[None]
         """Learn from a frame taken in motion: an iterator, each step a slice of the work."""
-        name = self._in_use()
-        self.models.observe_in_motion(camera, q, s, name)
+        self.models.observe_in_motion(camera, q, s)
         yield
-        for _ in self.models.of(name, camera).refit():
+        for _ in self.models.of(camera).refit():
             yield
 
     def together(self, sights, t):
@@ -383,7 +374,7 @@ class Servo(object):
     def uncertainty_penalty(self, q):
         # type: (Pose) -> List[List[float]]
         """Return the uncertainty of J as a penalty for `nearing`, n x n, px^2/rad^2, at q (rad)."""
-        return self.models.penalty(self._in_use(), self._selection, len(q))
+        return self.models.penalty(self._selection, len(q))
 
     def nearing(self, image, goal, start, q, penalty):
         # type: (LinearImageModel, Features, Pose, Pose, Matrix) -> Iterator[Target]

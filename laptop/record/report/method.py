@@ -77,6 +77,13 @@ PARAGRAPHS = {
         r"J \leftarrow J + \dfrac{(\Delta s - J\, \Delta q)\, (P\, \Delta q)^T}"
         r"{\Delta q^T P\, \Delta q + \sigma^2}",
     ),
+    "chain": (
+        "The image of a chain of joints",
+        "What a camera sees of the tip is all but linear in where it is, and that is known by the "
+        "arm's lengths: t holds 1 and the tip's coordinates. W is fitted to what was seen, each "
+        "picture k weighted by its noise and by how near the arm is.",
+        r"\min_W \ \sum_k w_k \|s_k - W\, t(q_k)\|^2 \qquad J = W\, \dfrac{\partial t}{\partial q}",
+    ),
 }
 """Paragraphs of the methods of servoing by the names that shared.run_options.ServoMethod has, in
 the order of the report: title with the methods' names, text, formula in TeX."""

@@ -17,7 +17,7 @@ import pytest
 from robot.motion.online_trajectory import Landing, Moving
 from robot.servoing.goal_estimate import GoalEstimate
 from robot.servoing.image_model import stacked, straight
-from robot.servoing.image_models import models_of
+from robot.servoing.image_models import model_kind
 from robot.servoing.joint_history import JointHistory
 from robot.servoing.linear_algebra import condition, length, median
 from robot.servoing.measurement import (
@@ -127,7 +127,7 @@ class Rig:
 
 
 def rig(method, start, goal_at, see=oblique, tolerance=3.0, seed=0, **more):
-    servo = Servo(ARM, models_of(method, ARM), tolerance, seed)
+    servo = Servo(ARM, model_kind(method, ARM), tolerance, seed)
     return Rig(servo, {"A": see}, {"A": see(goal_at)}, start, **more)
 
 
@@ -639,7 +639,7 @@ def test_no_command_leaves_the_limits(method):
 def test_the_same_seed_makes_the_same_run(method):
     def trace(seed):
         world = rig(method, (0.3, 0.9), (0.5, 0.5), noise=0.5, seed=4)
-        world.servo = Servo(ARM, models_of(method, ARM), 3.0, seed)
+        world.servo = Servo(ARM, model_kind(method, ARM), 3.0, seed)
         world.goals["A"] = (3000.0, 3000.0)
         world.run(40)
         return world.poses
@@ -687,9 +687,8 @@ def test_caution_alone_is_no_reason_to_call_a_goal_unreachable(monkeypatch):
         world.step()
     world.goals["A"] = oblique((0.9, 0.7))
     world.servo._progress._stalled, world.servo._progress._checked = 10, True
-    for name in world.servo.models.names:
-        model = world.servo.models.of(name, "A")
-        monkeypatch.setattr(model, "covariance", lambda: [[4e6, 0.0], [0.0, 4e6]])
+    model = world.servo.models.of("A")
+    monkeypatch.setattr(model, "covariance", lambda: [[4e6, 0.0], [0.0, 4e6]])
     assert world.run(12) != UNREACHABLE
 
 
@@ -702,12 +701,12 @@ def test_exploring_anew_learns_from_its_first_step(method):
     world.cameras["A"] = lambda q: tuple(3 * x for x in see(q))  # the camera comes nearer
     world.goals["A"] = (5000.0, 5000.0)
     while True:
-        before, known = world.q, world.servo.models.of(method, "A").J
+        before, known = world.q, world.servo.models.of("A").J
         if world.step().action == "explore":
             break
     moved = next(k for k, (a, b) in enumerate(zip(before, world.q)) if abs(a - b) > DEG)
     world.step()
-    learned = world.servo.models.of(method, "A").J
+    learned = world.servo.models.of("A").J
     off, still_off = (
         length([row[moved] - t[moved] for row, t in zip(J, slopes(world.cameras["A"], before))])
         for J in (known, learned)
@@ -722,7 +721,7 @@ def test_the_log_is_told_which_model_steps_and_with_which_jacobian():
     assert (world.servo.using, world.servo.J) == (None, None)
     while world.step().action != "move":
         assert world.servo.using is None
-    assert world.servo.using in ("kalman", "chain")
+    assert world.servo.using == "chain"
     assert len(world.servo.J) == 2
     at = world.poses[-2]
     for row, true in zip(world.servo.J, slopes(oblique, at)):
@@ -763,7 +762,7 @@ def test_three_joints_before_two_cameras_reach_their_goals():
     for seed, (start, goal_at) in enumerate(
         [((0.2, 0.3, 0.6), (-0.5, 0.8, 0.9)), ((-0.6, 1.0, -1.2), (0.3, 0.6, -0.7))]
     ):
-        servo = Servo(arm, models_of("kalman", arm), 5.0, seed)
+        servo = Servo(arm, model_kind("kalman", arm), 5.0, seed)
         goals = {c: see(goal_at) for c, see in cameras.items()}
         world = Rig(servo, cameras, goals, start, joints, noise=0.5, seed=seed)
         assert world.run(40) == CONVERGED

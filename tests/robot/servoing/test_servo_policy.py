@@ -54,7 +54,7 @@ class Known:
 def servo(name="known"):
     model = Known()
     return Servo(
-        ARM, {name: ModelKind(lambda camera: model, far=name == "chain")}, TOLERANCE, known=True
+        ARM, ModelKind(name, lambda camera: model, far=name == "chain"), TOLERANCE, known=True
     ), model
 
 

@@ -98,7 +98,7 @@ def test_once_the_picture_changes_again_it_goes_on(watched, mode):
         w.tracker.pictures.freeze()
         w.world.at(w.struck + 3.0, w.tracker.pictures.release)
 
-    w.in_motion(4.0, strike)
+    w.in_motion(3.0 if mode == "stream" else 4.0, strike)
     shown = w.run("--mode", mode)
     assert shown.log[-1]["verdict"] == "converged"
     assert w.error() < 7

@@ -20,7 +20,7 @@ from shared.arm_description import find_arm, read_arm
 ABOVE, SIDE = SpaceCamera(math.radians(10)), SpaceCamera(math.radians(90))
 START, GOAL = degrees(-30, 60, -80), (11.0, 8.0, 8.0)
 IN_SPACE = {"arm": "spatial", "start": START, "goal": GOAL, "cameras": {"A": ABOVE, "B": SIDE}}
-MIDST = 4.0
+MIDST = 3.0
 """In the midst of a long move, s."""
 
 FAR = 9.0

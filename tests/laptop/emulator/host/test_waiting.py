@@ -178,10 +178,7 @@ def test_it_does_what_is_ordered(waiting, orders):
         key: value for key, value in orders._asdict().items() if key in run
     }
     models = {line["model"] for line in shown.log if line["kind"] == "step"} - {None}
-    # (Beside the chain another model learns, and goes first as long as it is right more often.)
-    beside = {"kalman"} if orders.method == "chain" else set()
-    assert models
-    assert models <= {orders.method} | beside
+    assert models == {orders.method}
 
 
 def test_who_has_just_arrived_explores_no_more_on_the_way_to_the_next_point(waiting):

@@ -37,6 +37,7 @@ def test_formulas_are_those_of_the_arms_and_of_what_was_done(plain):
     assert titles([], [SERVO], ["chain", "kalman"])[1:] == [
         "Step (method chain and kalman)",
         "Broyden's update, weighted by a Kalman filter",
+        "The image of a chain of joints",
     ]
     assert titles([], [ACCURACY, CALIBRATION], []) == [
         *("Accuracy and repeatability", "Calibration")
