@@ -29,6 +29,10 @@
                                                                             numbers that it is of
     ARM.checked       driver                       driver, visual_servoing  which motor is where
                                                                             was looked at for these
+    ARM.cameras       visual_servoing              the same                 what its last success
+                                                                            has seen, see
+                                                                            robot.servoing.
+                                                                            camera_memory
     arms/             driver, people, brick        whoever reads an arm     arms of one's own, by
                                                                             name
     live/             simulate --realtime          synthetic cameras        pose of the arm, ink:

@@ -91,6 +91,13 @@ class CameraSelection(object):
         """Count every joint as explored."""
         self._explored = [True] * self._joints
 
+    def explored_by(self, cameras):
+        # type: (Sequence[str]) -> None
+        """Count every joint as explored, before the eyes of these cameras."""
+        self.explored_all()
+        for camera in cameras:
+            self._samples[camera] = self._joints
+
     def next_joint(self):
         # type: () -> Tuple[int, List[bool]]
         """Return (the joint that is explored next, which joints were explored before)."""

@@ -27,6 +27,8 @@ if MYPY:
     from robot.servoing.linear_algebra import Matrix, Vector  # noqa: F401
     from robot.servoing.robust import Learned  # noqa: F401
 
+    KeyFrame = Tuple[Sequence[float], Features, float]  # q, rad; s, px; variance, px^2
+
 SIGMA_PER_RADIAN = 6.0
 """Model error per radian of a key-frame's distance from the arm, px/rad: perspective and lens."""
 
@@ -41,6 +43,13 @@ REWEIGH_PERIOD_IN_MOTION = 12
 
 MOVED_WORLD_SIGMA = 40.0
 """Error of what was seen before the world changed, from then on, px."""
+
+RECALLED_SIGMA = 6.0
+"""Additional error of what an earlier run has seen, px."""
+
+MAX_MISS, MISS_PER_RADIAN = 8.0, 0.25
+"""Distance of a place from what an earlier run lets expect up to which that still holds, px, and
+what is added to it for each radian from the nearest key-frame, as a share of |J|."""
 
 
 class _Key(object):
@@ -138,6 +147,30 @@ class ChainModel(object):
                 self._weigh(key, 0.0)
         self._keys = [key for key in self._keys if key.weight] + [new]
         self._waiting = True
+
+    @property
+    def key_frames(self):
+        # type: () -> List[KeyFrame]
+        """What it goes by: [(q, s, variance)], rad, px and px^2."""
+        return [(key.q, key.s, key.variance) for key in self._keys]
+
+    def recall(self, key_frames):
+        # type: (Sequence[KeyFrame]) -> None
+        """Begin with the key-frames of an earlier run."""
+        for q, s, variance in key_frames[-MAX_KEYS:]:
+            terms = self._chain.terms(q)[: self._size]
+            key = _Key(tuple(q), terms, tuple(s), variance + RECALLED_SIGMA**2)
+            self._weigh(key, 1 / key.variance)
+            self._keys.append(key)
+        self._waiting = True
+
+    def expects(self, q, s):
+        # type: (Pose, Features) -> bool
+        """Return whether s (px) at q (rad) is about what its key-frames let expect."""
+        image = self.shape()
+        size = math.sqrt(sum([a * a for row in image.jacobian(q) for a in row]))
+        near = min([distance(key.q, q) for key in self._keys])
+        return distance(image.predict(q), s) < MAX_MISS + MISS_PER_RADIAN * size * near
 
     def prepare(self, q, s, variance):
         # type: (Pose, Features, float) -> Iterator[None]

@@ -26,6 +26,7 @@ else:
 Decision.__doc__ = """Decision of a servo.
 
 action   "explore" | "move" | "restart": go to q (rad, n); "end": with a verdict and its reason
+reason   of the verdict; where it goes on, a line for people, or ""
 """
 
 

@@ -3,7 +3,7 @@
 import math
 
 from robot.servoing.linear_algebra import length
-from robot.servoing.pose_search import best_pose
+from robot.servoing.pose_search import best_pose, within
 from robot.servoing.progress import FIRST_STEP
 
 MYPY = False  # which a type checker takes for true
@@ -55,14 +55,13 @@ def explore_one(q, walls, goal, models, selection):
     if not any(explored) or models.kind.blames_all:
         return to
     reach = [FIRST_STEP / 2 * known for known in explored]
-    low = [max(wall, a - r) for wall, a, r in zip(walls[0], to, reach)]
-    high = [min(wall, a + r) for wall, a, r in zip(walls[1], to, reach)]
+    near = within(reach, to, walls)
     penalty = models.penalty(selection, len(q))
     penalty[k] = [0.0] * len(q)
     for row in penalty:
         row[k] = 0.0
     image = models.together(selection)
-    return best_pose(image, goal, to, (low, high), to, penalty, LINEAR_ITERATIONS)[0]
+    return best_pose(image, goal, to, near, to, penalty, LINEAR_ITERATIONS)[0]
 
 
 def is_seen_moving(J, sigma):

@@ -19,11 +19,13 @@ if MYPY:
         Mapping,
         Optional,
         Sequence,
+        Set,
         Tuple,
         Union,
     )
 
     from robot.servoing.camera_selection import CameraSelection  # noqa: F401
+    from robot.servoing.chain_model import KeyFrame  # noqa: F401
     from robot.servoing.image_model import Features, LinearImageModel, Pixel, Pose  # noqa: F401
     from robot.servoing.linear_algebra import Matrix  # noqa: F401
     from robot.servoing.measurement import Measurement  # noqa: F401
@@ -61,6 +63,13 @@ degrees apart, and none that are 30 degrees apart."""
 
 WORLD_CHANGE_ERROR = 25.0
 """Error of a prediction, px, beside half of the step, beyond which the world has changed."""
+
+
+NOT_AS_BEFORE = (
+    "camera {} does not see the tip where the last run would have: the camera, the marker or the"
+    " zero is elsewhere; it learns anew"
+)
+"""Line for people when what an earlier run has seen is dropped."""
 
 
 class ModelKind(object):
@@ -110,6 +119,7 @@ class ImageModels(object):
     Attributes:
         kind: ModelKind.
         wrong: share of the last steps that was predicted wrongly.
+        news: a line for people that has not been said yet; "" if there is none.
     """
 
     def __init__(self, kind, joints, sigma_of):
@@ -120,7 +130,8 @@ class ImageModels(object):
             (JOINT_ERROR / joint.gear) ** 2 + (BACKLASH_ERROR * joint.backlash) ** 2
             for joint in joints
         ]
-        self.wrong, self._forgiving = FIRST_WRONG, False
+        self.wrong, self._forgiving, self.news = FIRST_WRONG, False, ""
+        self._recalled = set()  # type: Set[str]  # cameras of an earlier run, not seen yet
         self._models = {}  # type: Dict[str, CameraModel]  # by camera
         # Camera: what its model knew when the arm stood last.
         self._images = {}  # type: Dict[str, LinearImageModel]
@@ -164,6 +175,38 @@ class ImageModels(object):
         return forgiving
 
     # Learning
+
+    def recall(self, views):
+        # type: (Mapping[str, Sequence[KeyFrame]]) -> None
+        """Begin with the key-frames of an earlier run, by camera; the kind predicts far."""
+        for camera in views:
+            self.of(camera).recall(views[camera])  # type: ignore[union-attr]
+            self._recalled.add(camera)
+
+    def test_recalled(self, q, measurements):
+        # type: (Pose, Iterable[Measurement]) -> List[str]
+        """Keep what an earlier run has seen where the first Measurements, at q (rad), agree.
+
+        Returns:
+            Cameras of which they agree; none but the first time.
+        """
+        kept, dropped = [], []  # type: List[str], List[str]
+        for m in measurements if self._recalled else ():
+            if m.camera in self._recalled:
+                agrees = self.of(m.camera).expects(q, m.s)  # type: ignore[union-attr]
+                (kept if agrees else dropped).append(m.camera)
+        for camera in self._recalled.difference(kept):
+            del self._models[camera]
+        self._recalled = set()
+        if dropped:
+            self.news = NOT_AS_BEFORE.format(" and ".join(dropped))
+        return kept
+
+    def views(self):
+        # type: () -> Dict[str, List[KeyFrame]]
+        """Return the key-frames by camera, as `recall` takes them; none if it has no such."""
+        models = self._models if self.kind.far else {}
+        return {c: models[c].key_frames for c in models}  # type: ignore[union-attr]
 
     def observe_in_motion(self, camera, q, s):
         # type: (str, Pose, Pixel) -> None

@@ -190,6 +190,8 @@ class VisualServoing(object):
                 self._clock.now(), self._servo, q, measurements, decision, frames, now - began
             )
             to = decision.q
+            if to is not None and decision.reason:
+                self._reporter.note(now, decision.reason)
             if to is None:
                 if self._follow and decision.verdict == CONVERGED:
                     continue

@@ -95,6 +95,13 @@ def best_posture(
     return best
 
 
+def within(reach, q, walls):
+    # type: (Pose, Pose, Walls) -> Walls
+    """Return the walls of what every joint can reach from q by so much, rad (n), inside others."""
+    low = [max(wall, a - r) for wall, a, r in zip(walls[0], q, reach)]
+    return low, [min(wall, a + r) for wall, a, r in zip(walls[1], q, reach)]
+
+
 def at_shares(shares, low, high):
     # type: (Vector, Pose, Pose) -> List[float]
     """Return joint angles by their shares of their ranges, rad (n)."""

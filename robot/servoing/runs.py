@@ -2,8 +2,10 @@
 
 import contextlib
 import json
+import os
 from collections import OrderedDict
 
+from robot.servoing.camera_memory import CameraMemory
 from robot.servoing.image_models import model_kind
 from robot.servoing.loop import POLL_TIMEOUT, RunTerms, VisualServoing
 from robot.servoing.repeated_pictures import RepeatedPictures
@@ -149,6 +151,7 @@ class Runs(object):
         self._reported = {"error": None, "verdict": READY, "run": 0}  # type: Dict[str, Any]
         # Options and servo of a run that was a success.
         self._learned = None  # type: Optional[Tuple[_Kind, _Made]]
+        self._memory = CameraMemory(arm.description, os.path.dirname(arm.zero.file), print_line)
 
     def run(self, options, number=1):
         # type: (Start, int) -> Verdict
@@ -191,19 +194,29 @@ class Runs(object):
         )  # fmt: skip
         verdict = loop.run()
         self._reported = dict(reporter.progress(), verdict=verdict.word, reason=verdict.reason)
-        success = verdict.word == CONVERGED and servo.LEARNS
-        self._learned = (_kind(options), (servo, stream)) if success else None
+        self._learned = None
+        if verdict.word == CONVERGED and servo.LEARNS:
+            self._learned = _kind(options), (servo, stream)
+            views = servo.models.views()  # type: ignore[union-attr]
+            if views:
+                self._memory.save(views)
         return verdict
 
     def _servo(self, options):
         # type: (Start) -> _Made
-        """Return what make_servo does; one that has just been a success goes on."""
+        """Return what make_servo does; one that has just been a success goes on.
+
+        Others begin with what the last success has seen.
+        """
         if self._learned and self._learned[0] == _kind(options):
             return self._learned[1]
-        return make_servo(
+        servo, stream = make_servo(
             self._arm.description, options.method, options.mode, options.tolerance,
             rows=options.rows, third=self._third,
         )  # fmt: skip
+        if servo.LEARNS and servo.models.kind.far:  # type: ignore[union-attr]
+            servo.models.recall(self._memory.load())  # type: ignore[union-attr]
+        return servo, stream
 
     def wait(self):
         # type: () -> None

@@ -18,7 +18,7 @@ from robot.servoing.exploration import LINEAR_ITERATIONS, explore_one, inward, i
 from robot.servoing.image_models import ImageModels
 from robot.servoing.linear_algebra import distance, length
 from robot.servoing.measurement import MedianEstimator, error_of
-from robot.servoing.pose_search import at_shares, best_pose, best_posture, descent
+from robot.servoing.pose_search import at_shares, best_pose, best_posture, descent, within
 from robot.servoing.progress import (
     EXPLORE_ANEW,
     FIRST_STEP,
@@ -161,7 +161,18 @@ class Servo(object):
             an iterator over slices of the work; None if it is too early.
         """
         measurements = self.estimator.glance(frames)
-        return self.models.prepare(q, measurements) if measurements else None
+        if not measurements:
+            return None
+        self._test_recalled(q, measurements)
+        return self.models.prepare(q, measurements)
+
+    def _test_recalled(self, q, measurements):
+        # type: (Pose, Sequence[Measurement]) -> None
+        """Go by what an earlier run has seen if the first Measurements, at q (rad), agree."""
+        kept = self.models.test_recalled(q, measurements)
+        if self.rows.suffice(kept):
+            self._selection.explored_by(kept)
+            self.using = self.models.kind.name
 
     def decide(self, q, measurements, chase=()):
         # type: (Pose, Sequence[Measurement], Sequence[MarkerFrame]) -> Decision
@@ -180,6 +191,7 @@ class Servo(object):
             self._verification.missed = math.inf
         elif before is not None and self._selection.explored:
             self._judge(q, seen, *before)
+        self._test_recalled(q, measurements)
         self.models.update(q, measurements)
         self._choose_cameras(q, sorted(seen))
         if in_motion:
@@ -295,7 +307,8 @@ class Servo(object):
     def _go(self, action, q):
         # type: (str, Pose) -> Decision
         """Return the Decision to go to q (rad), as far as the limits allow."""
-        return Decision(action, self._targets.inside(q), "", "")
+        news, self.models.news = self.models.news, ""
+        return Decision(action, self._targets.inside(q), "", news)
 
     def move(self, q, goal, error, measurements):
         # type: (List[float], Features, float, Sequence[Measurement]) -> Decision
@@ -327,25 +340,21 @@ class Servo(object):
             if greatest > self._region:
                 to = [b + (a - b) * self._region / greatest for a, b in zip(to, q)]
         else:
-            low = [max(wall, a - self._region) for wall, a in zip(box[0], q)]
-            high = [min(wall, a + self._region) for wall, a in zip(box[1], q)]
-            nearer = min(1.0, WAYPOINT_DISTANCE / error)
             tip = self._selection.together({m.camera: m.s for m in measurements})
+            nearer = min(1.0, WAYPOINT_DISTANCE / error)
             waypoint = [y + nearer * (g - y) for y, g in zip(tip, goal)]
-            to, _ = best_pose(image, waypoint, q, (low, high), q, penalty, LINEAR_ITERATIONS)
+            near = within([self._region] * len(q), q, box)
+            to, _ = best_pose(image, waypoint, q, near, q, penalty, LINEAR_ITERATIONS)
         gain = self._progress.gain
         return self._go("move", [a + gain * (b - a) for a, b in zip(q, to)])
-
-    # For other users of the models, too
 
     def known(self, camera):
         # type: (str) -> Optional[ImageKnowledge]
         """Return the ImageKnowledge of a camera; None before the arm has stood before it."""
         if self._last_measurement and camera in self._last_measurement[1]:
             model = self.models.of(camera)
-            return ImageKnowledge(
-                model.shape(), model.covariance(), self.estimator.sigma_of(camera)
-            )
+            sigma = self.estimator.sigma_of(camera)
+            return ImageKnowledge(model.shape(), model.covariance(), sigma)
         return None
 
     def shape(self, camera):
