@@ -16,12 +16,13 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from laptop.bench.servo_peers import PEERS, PeerServo, TrueJacobian, stacked_jacobian
+from laptop.bench.servo_peers import PeerServo, TrueJacobian, law_named, true_jacobians
 from laptop.bench.servo_scenarios import (
     ARMS,
     BASELINE,
     CLAIRVOYANT,
     ORACLE,
+    PEERS,
     SCENARIOS,
     ServoScenario,
     methods_of,
@@ -350,11 +351,8 @@ def _servo(
     scenario, described = case.scenario, setting.configured
     rows = program["robot.servoing.rows"].Rows(case.rows, len(described.joints))
     if method in PEERS:
-        servo = PeerServo(
-            PEERS[method], described, scenario.tolerance, rows,
-            stacked_jacobian(cameras, brick, rows),
-        )  # fmt: skip
-        return servo, None
+        truth = true_jacobians(cameras, brick)
+        return PeerServo(law_named(method), described, scenario.tolerance, rows, truth), None
     if method in (ORACLE, CLAIRVOYANT):
         kind = program["robot.servoing.image_models"].ModelKind
         models = kind(ORACLE, lambda name: TrueJacobian(cameras[name], brick))

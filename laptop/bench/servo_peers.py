@@ -7,17 +7,20 @@ does; its computing is not charged, and it has neither restarts nor a verificati
 from __future__ import annotations
 
 import math
+import pkgutil
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from laptop.bench.servo_scenarios import PEERS
 from laptop.bench.servo_setups import PinholeCamera, PinholeCameras
 from laptop.emulator.device.brick import EmulatedBrick
 from robot.servoing.decision import Decision, end_of_run
 from robot.servoing.exploration import EXPLORING_STEP
 from robot.servoing.image_model import LinearImageModel, straight
 from robot.servoing.measurement import Measurement, MedianEstimator, error_of
+from robot.servoing.report_servo import LookThenMoveServo
 from robot.servoing.rows import Rows
 from shared.arm_description import Arm
 from shared.verdicts import CONVERGED
@@ -115,17 +118,22 @@ class PeerLaw(NamedTuple):
     damping: float
 
 
-PEERS = {
-    "peer-broyden": PeerLaw(broyden, 0.0, math.radians(30), DAMPING),
-    "peer-kalman": PeerLaw(kalman, FIRST_SIGMA**2, math.radians(30), DAMPING),
-    "peer-rls": PeerLaw(rls, 1 / EXPLORING_STEP**2, math.radians(30), DAMPING),
-    "peer-ibvs": PeerLaw(None, 0.0, math.radians(60), 0.0),
-}
-"""The laws of the literature by the names that are typed.  peer-ibvs is the classical law dq =
--pinv(J) e with the true J (Chaumette and Hutchinson 2006)."""
+BROYDEN = PeerLaw(broyden, 0.0, math.radians(30), DAMPING)
+KALMAN = PeerLaw(kalman, FIRST_SIGMA**2, math.radians(30), DAMPING)
+RLS = PeerLaw(rls, 1 / EXPLORING_STEP**2, math.radians(30), DAMPING)
+IBVS = PeerLaw(None, 0.0, math.radians(60), 0.0)
+"""The laws of the literature; their names stand in servo_scenarios.PEERS.  IBVS is the classical
+law dq = -pinv(J) e with the true J (Chaumette and Hutchinson 2006)."""
 
 
-class PeerServo:
+def law_named(name: str) -> PeerLaw:
+    """Return the law of this name, one of servo_scenarios.PEERS."""
+    law = pkgutil.resolve_name(PEERS[name])
+    assert isinstance(law, PeerLaw)
+    return law
+
+
+class PeerServo(LookThenMoveServo):
     """A servo by a law of the literature, by the interface of robot.servoing.servo.Servo.
 
     Args:
@@ -133,14 +141,11 @@ class PeerServo:
         arm: as the brick describes it.
         tolerance: px.
         rows: Rows.
-        true_jacobian: cameras -> J at the true pose, px/rad.
+        true_jacobians: cameras -> {camera: J at the true pose, px/rad}.
 
     Attributes:
         as Servo's.
     """
-
-    LEARNS = explores_in_motion = False
-    detour_pose = None
 
     def __init__(
         self,
@@ -148,37 +153,23 @@ class PeerServo:
         arm: Arm,
         tolerance: float,
         rows: Rows,
-        true_jacobian: Callable[[Sequence[str]], Array],
+        true_jacobians: Callable[[Sequence[str]], dict[str, Any]],
     ) -> None:
         self.using: str | None = "peer"
         self.J: Any = None
         self.rows, self.estimator = rows, MedianEstimator(tolerance, rows)
         self.cameras: Sequence[str] = ()
         self._law, self._tolerance = law, tolerance
-        self._true_jacobian = true_jacobian
+        self._true_jacobians = true_jacobians
         self._low = np.array([joint.lower for joint in arm.joints])
         self._high = np.array([joint.upper for joint in arm.joints])
-        self._columns: list[Array] = []
+        self._columns: list[dict[str, Array]] = []  # of J as explored, by camera
         self._P = law.P * np.eye(len(arm.joints))
-        self._before: tuple[Array, Array] | None = None  # q, s
+        self._before: tuple[Array, dict[str, Any]] | None = None  # q, s by camera
 
     def suffices(self, cameras: Iterable[str]) -> bool:
         """Return what Servo.suffices does."""
         return (set(self.cameras) <= set(cameras)) and self.rows.suffice(cameras)
-
-    def observe_in_motion(self, camera: str, q: Any, s: Any) -> None:
-        """Ignore what is seen in motion."""
-
-    def known(self, camera: str) -> None:
-        """Return None: no camera is asked why a joint stands."""
-
-    def learn_shape(self, camera: str, q: Any, s: Any) -> Iterator[None]:
-        """Return an empty iterator: there is nothing to learn."""
-        return iter(())
-
-    def prepare(self, q: Any, frames: Any) -> Iterator[None]:
-        """Return an empty iterator: there is nothing to prepare."""
-        return iter(())
 
     def decide(
         self, q: Sequence[float], measurements: Sequence[Measurement], chase: Any = ()
@@ -187,29 +178,39 @@ class PeerServo:
         self.cameras = self.cameras or [m.camera for m in measurements]
         measurements = [m for m in measurements if m.camera in self.cameras]
         here, n = np.array(q), len(q)
-        s = np.array(self.rows.values({m.camera: m.s for m in measurements}))
-        e = np.array(error_of(measurements, self.rows))
+        s: dict[str, Any] = {m.camera: np.array(m.s) for m in measurements}
         before, self._before = self._before, (here.copy(), s)
+        e = error_of(measurements, self.rows)
         if np.linalg.norm(e) < self._tolerance:
             return end_of_run(CONVERGED)
         if self._law.update is None:
-            J = self._true_jacobian(self.cameras)
+            J = self._chosen(self._true_jacobians(self.cameras))
         elif self.J is None:
             if before is not None:  # the joint before has just been explored
                 k = len(self._columns)
-                self._columns.append((s - before[1]) / (here[k] - before[0][k] or math.inf))
+                turned = here[k] - before[0][k] or math.inf
+                self._columns.append({c: (s[c] - before[1][c]) / turned for c in s})
             if len(self._columns) < n:
                 k = len(self._columns)
                 middle = (self._low[k] + self._high[k]) / 2
                 here[k] += math.copysign(EXPLORING_STEP, middle - here[k])
                 return Decision("explore", list(here), "", "")
-            J = np.column_stack(self._columns)
+            J = self._chosen({c: np.column_stack([x[c] for x in self._columns]) for c in s})
         else:
             J = np.array(self.J)
             if before is not None and np.any(here != before[0]):
-                J, self._P = self._law.update(J, self._P, here - before[0], s - before[1])
+                ds = np.subtract(self.rows.values(s), self.rows.values(before[1]))
+                J, self._P = self._law.update(J, self._P, here - before[0], ds)
         self.J = tuple(map(tuple, J))
-        return self._step(here, e, J)
+        if len(J) < len(e):  # the rows have just been chosen
+            e = error_of([m for m in measurements if m.camera in self.cameras], self.rows)
+        return self._step(here, np.array(e), J)
+
+    def _chosen(self, J: dict[str, Any]) -> Array:
+        """Return the rows of J that count; settle on them, and on their cameras, at first."""
+        self.rows.choose({c: tuple(map(tuple, rows)) for c, rows in J.items()})
+        self.cameras = [c for c in self.cameras if self.rows.count([c])]
+        return np.array(self.rows.values(J))
 
     def _step(self, q: Array, e: Array, J: Array) -> Decision:
         """Return the Decision to step from q (rad): damped least squares, no joint too far."""
@@ -224,13 +225,8 @@ class PeerServo:
         return Decision("move", [float(a) for a in to], "", "")
 
 
-def stacked_jacobian(
-    cameras: PinholeCameras, brick: EmulatedBrick, rows: Rows
-) -> Callable[[Sequence[str]], Array]:
-    """Return a function: names of cameras -> J of their rows at the true pose, px/rad."""
-
-    def true_jacobian(names: Sequence[str]) -> Array:
-        by_camera = {name: cameras[name].jacobian(brick.plant.q) for name in names}
-        return np.array(rows.values(by_camera))
-
-    return true_jacobian
+def true_jacobians(
+    cameras: PinholeCameras, brick: EmulatedBrick
+) -> Callable[[Sequence[str]], dict[str, Array]]:
+    """Return a function: names of cameras -> {camera: J at the true pose, px/rad}."""
+    return lambda names: {c: np.array(cameras[c].jacobian(brick.plant.q)) for c in names}

@@ -22,8 +22,14 @@ ORACLE = "oracle"
 CLAIRVOYANT = "clairvoyant"
 """Name of the servo that is told the goal's joint angles, goes there, and looks."""
 
-PEERS = ("peer-broyden", "peer-kalman", "peer-rls", "peer-ibvs")
-"""Names of the literature's laws; see servo_peers."""
+PEERS = {
+    "peer-broyden": "laptop.bench.servo_peers:BROYDEN",
+    "peer-kalman": "laptop.bench.servo_peers:KALMAN",
+    "peer-rls": "laptop.bench.servo_peers:RLS",
+    "peer-ibvs": "laptop.bench.servo_peers:IBVS",
+}
+"""Laws of the literature: name -> module:constant, a PeerLaw.  The one place where they are
+registered."""
 
 METHODS = (
     BASELINE,

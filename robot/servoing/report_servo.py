@@ -31,7 +31,38 @@ def make(method, arm, tolerance, rows, seed):
     return ReportServo(arm.joints, tolerance, rows)
 
 
-class ReportServo(object):
+class LookThenMoveServo(object):
+    """Base of a servo that looks, then moves: what is seen in motion teaches it nothing.
+
+    Attributes:
+        LEARNS: False: the next run goes on with nothing that this one has learned.
+        detour_pose: None: it knows no other postures.
+        explores_in_motion: False: it moves a joint at a time.
+    """
+
+    LEARNS = explores_in_motion = False
+    detour_pose = None  # type: Optional[Pose]
+
+    def observe_in_motion(self, camera, q, s):
+        # type: (str, Pose, Pixel) -> None
+        """Ignore what is seen in motion."""
+
+    def known(self, camera):
+        # type: (str) -> None
+        """Return None: no camera is asked why a joint stands."""
+
+    def learn_shape(self, camera, q, s):
+        # type: (str, Pose, Pixel) -> Iterator[None]
+        """Return an empty iterator: there is nothing to learn."""
+        return iter(())
+
+    def prepare(self, q, frames):
+        # type: (Pose, Frames) -> Iterator[None]
+        """Return an empty iterator: there is nothing to prepare."""
+        return iter(())
+
+
+class ReportServo(LookThenMoveServo):
     """The lab report's algorithm: Broyden with gamma = 1, steps of 10, 5 and 2 degrees.
 
     What it leaves open: the exploring steps are of 10 degrees and not taken back; dx is the step as
@@ -49,8 +80,6 @@ class ReportServo(object):
         J: px/rad, its rows those that count; None at first.
         rows: Rows.
         cameras: those that it goes by; none at first.
-        detour_pose: None: it knows no other postures.
-        explores_in_motion: False: it moves a joint at a time.
     """
 
     EXPLORING_STEP = math.radians(10)
@@ -59,16 +88,13 @@ class ReportServo(object):
     """Errors from which on the first and the second of the steps are made, px."""
     STEP_SIZES = tuple(math.radians(x) for x in (10, 5, 2))
     """Sizes of the steps, far off and nearer, rad."""
-    explores_in_motion = False
-    LEARNS = False
-    """Whether the next run goes on with what this one has learned."""
 
     def __init__(self, joints, tolerance, rows=None, robust=False):
         # type: (Sequence[Joint], float, Optional[Rows], bool) -> None
         self.using, self.J = NAME, None  # type: Optional[str], Optional[Matrix]
         self.rows = rows or Rows("stereo", len(joints))
         self.estimator = ReportEstimator(robust)
-        self.cameras, self.detour_pose = (), None  # type: Sequence[str], Optional[Pose]
+        self.cameras = ()  # type: Sequence[str]
         self._low = [joint.lower for joint in joints]
         self._high = [joint.upper for joint in joints]
         self._tolerance = tolerance
@@ -82,24 +108,6 @@ class ReportServo(object):
         if not self.cameras:
             return self.rows.suffice(cameras)
         return set(self.cameras) <= set(cameras)
-
-    def observe_in_motion(self, camera, q, s):
-        # type: (str, Pose, Pixel) -> None
-        """Ignore what is seen in motion."""
-
-    def known(self, camera):
-        # type: (str) -> None
-        """Return None: the report asks no camera why a joint stands."""
-
-    def learn_shape(self, camera, q, s):
-        # type: (str, Pose, Pixel) -> Iterator[None]
-        """Return an empty iterator: there is nothing to learn."""
-        return iter(())
-
-    def prepare(self, q, frames):
-        # type: (Pose, Frames) -> Iterator[None]
-        """Return an empty iterator: there is nothing to prepare."""
-        return iter(())
 
     def decide(self, q, measurements, chase=()):
         # type: (Pose, Sequence[Measurement], Sequence[MarkerFrame]) -> Decision
