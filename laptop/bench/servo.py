@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import math
 import random
-from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from laptop.bench.servo_peers import PeerServo, TrueJacobian, law_named, true_jacobians
+from laptop.bench.servo_phases import phases_of
 from laptop.bench.servo_scenarios import (
     ARMS,
     BASELINE,
@@ -48,21 +48,12 @@ from laptop.emulator.rig import Rig
 from laptop.emulator.scene import scene as pictured
 from laptop.emulator.virtual_tracker import FrameChain, Markers, See, VirtualTracker
 from robot.motion import kinematics
-from robot.servoing.linear_algebra import distance
 
 MAX_MOVES, TIME_BUDGET = 60, 180.0
 """Limits of every run, moves and s, which a failure counts as."""
 
 SUCCESS_TOLERANCES = 1.6
 """Greatest true distance at which a claim is true, in tolerances."""
-
-PHASES = "first look", "exploring", "moving", "looking", "deciding"
-"""Phases of a run: until something is measured first; joints turn, to explore or to get there;
-from their rest to the next measurement; from there to the next motion or the verdict.  Who explores
-while going does both in one motion, which counts as exploring."""
-
-REST_RANGE = math.radians(0.2)
-"""Distance of every joint from where it ends within which the arm rests, rad."""
 
 FOLLOW_WINDOW = (6.0, 20.0)
 """Time from which and up to which the distance from a moving goal counts, s."""
@@ -259,33 +250,6 @@ class ServoLoop(NamedTuple):
         fastest = max(joint.max_speed for joint in setting.arm.joints)
         speed = min(1.0, self.program["robot.servoing.loop"].MAX_JOINT_SPEED / fastest)
         self.arm.reach([a - error for a in setting.goal], speed)
-
-
-def phases_of(
-    decisions: Sequence[tuple[float, str, float]], record: Sequence[Any], began: float
-) -> dict[str, float]:
-    """Return where the seconds of a run went, by PHASES.
-
-    Args:
-        decisions: as ServoLoop has them.
-        record: the brick's, of the true motion.
-        began: when the run began, s.
-    """
-    seconds = dict.fromkeys(PHASES, 0.0)
-    rested, kind = began, "first look"
-    times = [sample.t for sample in record]
-    for k, (t, action, computing) in enumerate(decisions):
-        seconds["deciding"] += computing
-        seconds[kind] += t - computing - rested
-        if k + 1 == len(decisions):
-            break
-        kind = "looking"
-        following = decisions[k + 1][0] - decisions[k + 1][2]
-        poses = [s.q for s in record[bisect_left(times, t) : bisect_right(times, following)]]
-        turning = [k for k, q in enumerate(poses) if distance(q, poses[-1]) > REST_RANGE]
-        rested = times[bisect_left(times, t) + turning[-1]] if turning else t
-        seconds["exploring" if action == "explore" else "moving"] += rested - t
-    return seconds
 
 
 @contextmanager

@@ -24,6 +24,7 @@ from laptop.bench.bench import (
 )
 from laptop.bench.servo import ServoCase, ServoResult
 from laptop.bench.servo_cost import step_cost
+from laptop.bench.servo_phases import PHASES
 
 
 def wilson(successes: int, n: int) -> tuple[float, float]:
@@ -47,7 +48,7 @@ LEGEND = (
     "p50/p95 (or p50) of all runs, failures at the full budget; mm: true distance of those that"
     " say converged; x: times the clairvoyant's, or the oracle's where there is none"
 )
-PHASES_HEADINGS: Row = ("arm", "scene", "method", *servo.PHASES)
+PHASES_HEADINGS: Row = ("arm", "scene", "method", *PHASES)
 PHASES_TITLE = "where the seconds of the runs that succeeded go, mean, s"
 
 
@@ -112,8 +113,8 @@ def phases_table(results: Sequence[ServoResult]) -> list[Row]:
     rows: list[Row] = []
     for key, group in _grouped(results).items():
         runs = [r.phases for r in group if r.success]
-        means = (sum(run[phase] for run in runs) / len(runs) for phase in servo.PHASES if runs)
-        rows.append((*key, *([f"{x:.2f}" for x in means] or "-" * len(servo.PHASES))))
+        means = (sum(run[phase] for run in runs) / len(runs) for phase in PHASES if runs)
+        rows.append((*key, *([f"{x:.2f}" for x in means] or "-" * len(PHASES))))
     return rows
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from laptop.bench import servo, servo_setups, servo_table, show
+from laptop.bench import servo, servo_phases, servo_setups, servo_table, show
 from laptop.bench.servo import ServoCase, ServoResult
 from laptop.bench.servo_scenarios import ARMS, PEERS, SCENARIOS, ServoScenario
 from laptop.bench.servo_table import wilson
@@ -26,7 +26,7 @@ SEED = 77
 NOMINAL = SCENARIOS["nominal"][0][1]
 RUN = ServoResult(
     "nominal", "planar", "chain", 1, True, True, "converged", 5, 6, 36, 6.0, 2.0,
-    phases=dict(zip(servo.PHASES, (0.3, 1.0, 2.5, 2.0, 0.2))),
+    phases=dict(zip(servo_phases.PHASES, (0.3, 1.0, 2.5, 2.0, 0.2))),
 )  # fmt: skip
 FAILED = replace(
     RUN, success=False, claimed=False, verdict="budget spent", moves=60, seconds=180.0, error=140.0
@@ -316,8 +316,8 @@ RECORD = motion((11, 12, 0.4), (13, 15, 1.2))
 
 def test_the_seconds_of_a_run_go_where_joints_turn_and_stand_by_hand():
     """Joints turn in the samples up to 11.75 s and 14.75 s; they stood already for the restart."""
-    phases = servo.phases_of(DECISIONS, RECORD, 10.0)
-    assert tuple(phases) == servo.PHASES
+    phases = servo_phases.phases_of(DECISIONS, RECORD, 10.0)
+    assert tuple(phases) == servo_phases.PHASES
     assert phases == pytest.approx(
         {
             "first look": 11 - 0.2 - 10,
@@ -334,7 +334,7 @@ def test_the_seconds_of_a_run_go_where_joints_turn_and_stand_by_hand():
     ("action", "phase"), [("explore", "exploring"), ("move", "moving"), ("restart", "moving")]
 )
 def test_whoever_turns_joints_explores_or_moves(action, phase):
-    phases = servo.phases_of([(11.0, action, 0.0), (12.5, "end", 0.0)], RECORD, 10.0)
+    phases = servo_phases.phases_of([(11.0, action, 0.0), (12.5, "end", 0.0)], RECORD, 10.0)
     expected = {"first look": 1.0, phase: 0.75, "looking": 0.75}
     assert {name: x for name, x in phases.items() if x} == pytest.approx(expected)
 
@@ -342,14 +342,14 @@ def test_whoever_turns_joints_explores_or_moves(action, phase):
 def test_who_follows_a_goal_looks_on_where_it_has_got_there():
     """Such an "end" is none."""
     decisions = [(11.0, "move", 0.0), (12.5, "end", 0.0), (13.0, "move", 0.0), (16.0, "end", 0.0)]
-    phases = servo.phases_of(decisions, RECORD, 10.0)
+    phases = servo_phases.phases_of(decisions, RECORD, 10.0)
     assert phases["moving"] == pytest.approx(0.75 + 1.75)
     assert phases["looking"] == pytest.approx(0.75 + 0.5 + 1.25)
 
 
 @pytest.mark.parametrize("count", range(5))
 def test_the_phases_of_a_run_end_with_its_last_decision(count):
-    phases = servo.phases_of(DECISIONS[:count], RECORD, 10.0)
+    phases = servo_phases.phases_of(DECISIONS[:count], RECORD, 10.0)
     until = DECISIONS[count - 1][0] if count else 10.0
     assert sum(phases.values()) == pytest.approx(until - 10)
 
@@ -357,9 +357,9 @@ def test_the_phases_of_a_run_end_with_its_last_decision(count):
 def test_a_joint_that_creeps_within_a_fifth_of_a_degree_stands():
     """It has come so near at 14 s, and stays within 0.1 degrees until the next decision."""
     creeping = motion((11, 12, 0.4), (13, 14, 1.2), (14, 16, 1.2 + math.radians(0.1)))
-    assert servo.phases_of(DECISIONS, creeping, 10.0)["moving"] == pytest.approx(13.75 - 13)
+    assert servo_phases.phases_of(DECISIONS, creeping, 10.0)["moving"] == pytest.approx(13.75 - 13)
     farther = motion((11, 12, 0.4), (13, 14, 1.2), (14, 16, 1.2 + math.radians(1.0)))
-    assert servo.phases_of(DECISIONS, farther, 10.0)["moving"] > 14 - 13
+    assert servo_phases.phases_of(DECISIONS, farther, 10.0)["moving"] > 14 - 13
 
 
 # ---- rendered
@@ -429,13 +429,19 @@ def test_ratios_are_to_the_clairvoyant_where_the_condition_has_it():
 
 
 def test_the_phases_are_means_of_what_succeeded():
-    longer = replace(RUN, phases=dict(zip(servo.PHASES, (0.5, 2.0, 2.5, 4.0, 0.0))))
-    failed = replace(FAILED, phases=dict.fromkeys(servo.PHASES, 36.0))
+    longer = replace(RUN, phases=dict(zip(servo_phases.PHASES, (0.5, 2.0, 2.5, 4.0, 0.0))))
+    failed = replace(FAILED, phases=dict.fromkeys(servo_phases.PHASES, 36.0))
     lost = replace(failed, method="report")
     ours, theirs = servo_table.phases_table([RUN, longer, failed, lost])
     head = dict(zip(servo_table.PHASES_HEADINGS, ours))
     assert ours[:3] == ("planar", "nominal", "chain")
-    assert [head[phase] for phase in servo.PHASES] == ["0.40", "1.50", "2.50", "3.00", "0.10"]
+    assert [head[phase] for phase in servo_phases.PHASES] == [
+        "0.40",
+        "1.50",
+        "2.50",
+        "3.00",
+        "0.10",
+    ]
     assert theirs == ("planar", "nominal", "report", "-", "-", "-", "-", "-")
 
 
