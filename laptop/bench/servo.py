@@ -12,7 +12,7 @@ import math
 import random
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 from laptop.bench.servo_peers import PeerServo, TrueJacobian, law_named, true_jacobians
@@ -34,6 +34,8 @@ from laptop.bench.servo_setups import (
     Pixel,
     Pixels,
     SetUp,
+    further_goals,
+    goal_circle,
     image_distance,
     is_in_image,
     moving_goal,
@@ -61,13 +63,15 @@ FOLLOW_WINDOW = (6.0, 20.0)
 
 @dataclass(frozen=True)
 class ServoResult:
-    """One run: px, s; `moves` and `seconds` of a failure are those of the budget.
+    """One run to one goal: px, s; `moves` and `seconds` of a failure are those of the budget.
 
     success  claimed and true; where the goal moves, that it was followed to the end
     error    true distance from the goal at the end, in the image, all cameras' together
     miss     the same where they are, mm; None where the goal moves
     rms      true distance from a moving goal; None where it stands
     phases   where the seconds of the run went, by PHASES
+    mode     "look" or "stream", as the method ran
+    goal     number of the goal, from 1 on
     """
 
     scene: str
@@ -85,6 +89,8 @@ class ServoResult:
     miss: float | None = None
     rms: float | None = None
     phases: dict[str, float] = field(default_factory=dict)
+    mode: str = "look"
+    goal: int = 1
 
 
 @dataclass(frozen=True)
@@ -99,6 +105,12 @@ class ServoCase:
     rendered: bool = False
     rows: str = "stereo"
     cpu: float = CPU
+
+    def scene_of(self, goal: int) -> str:
+        """Return the name of what a goal, by its number, belongs to."""
+        if self.scenario.goals == 1:
+            return self.name
+        return f"{self.name}, {'first' if goal == 1 else 'later'}"
 
 
 def points(
@@ -126,6 +138,21 @@ def points(
         return {"effector": tip, "goal": seen(goal(t)[name], draw)}
 
     return see
+
+
+class StandingGoals:
+    """Goals that stand, one after the other: time, s -> place of the goal in each picture, px."""
+
+    def __init__(self, first: Pixels) -> None:
+        self._since: list[tuple[float, Pixels]] = [(-math.inf, first)]
+
+    def add(self, t: float, goal: Pixels) -> None:
+        """Add the goal from t on, s."""
+        self._since.append((t, goal))
+
+    def __call__(self, t: float) -> Pixels:
+        """Return the goal's place at t."""
+        return next(goal for since, goal in reversed(self._since) if since <= t)
 
 
 class ServoView(NamedTuple):
@@ -156,10 +183,10 @@ def _set_up(case: ServoCase) -> tuple[SetUp, ServoView]:
     else:
         setting, cameras = set_up(case.arm, case.seed, scenario)
     if scenario.speed:
-        return setting, ServoView(cameras, shown, moving_goal(cameras, setting, scenario.speed))
+        at_first = replace(setting, goal=goal_circle(setting)[0])
+        return at_first, ServoView(cameras, shown, moving_goal(cameras, setting, scenario.speed))
     fixed = {name: one.truth(setting.goal)["goal"] for name, one in shown.items()}
-    fixed = fixed or cameras(setting.goal)
-    return setting, ServoView(cameras, shown, lambda t: fixed)
+    return setting, ServoView(cameras, shown, StandingGoals(fixed or cameras(setting.goal)))
 
 
 def _bounds(scenario: ServoScenario) -> dict[str, Any]:
@@ -172,45 +199,69 @@ def _bounds(scenario: ServoScenario) -> dict[str, Any]:
     }
 
 
-def run_one(case: ServoCase, method: str) -> ServoResult:
-    """Run one method on one set-up."""
-    scenario, moves = case.scenario, bool(case.scenario.speed)
+def run_one(case: ServoCase, method: str) -> list[ServoResult]:
+    """Run one method on one set-up, to each of its goals.
+
+    It goes on from where it stands, and as robot.servoing.runs does: with what it has learned if
+    it says that it has reached the goal before.
+    """
+    scenario = case.scenario
     setting, view = _set_up(case)
-    cameras, goal = view.cameras, view.goal
+    goals = [setting.goal, *further_goals(setting, view.cameras, scenario)]
     chain = FrameChain(30.0, scenario.latency, scenario.jitter, scenario.drops)
     plant = f"{setting.plant},cpu={case.cpu}"
-    verdict, rms, seconds = None, None, TIME_BUDGET
+    results: list[ServoResult] = []
     with Rig(setting.configured, setting.arm, plant, start=setting.start) as rig:
-        world, brick = rig.world, rig.brick
+        world, cameras = rig.world, view.cameras
+        see = view.see(rig.brick, case)
         with (
-            VirtualTracker(
-                world, view.see(brick, case), chain, tuple(cameras), case.seed
-            ) as tracker,
+            VirtualTracker(world, see, chain, tuple(cameras), case.seed) as tracker,
             servo_loop(case, method, setting, cameras, tracker, rig, **_bounds(scenario)) as loop,
         ):
-            began = world.now()
-            try:
-                if method == CLAIRVOYANT:
-                    loop.go_to_goal(setting)
-                verdict = loop.servoing.run()
-                seconds = world.now() - began
-                loop.arm.park()
-                word = verdict.word
-            except Exception as problem:  # a crash is a result here, and must not end the bench
-                word = f"{type(problem).__name__}: {problem}"
-            if moves:
-                # A servo that gave up early stands while the goal goes on.
-                world.sleep(max(0.0, began + FOLLOW_WINDOW[1] - world.now()))
-                rms = _rms(brick, cameras, goal, began)
+            for goal in goals:
+                if results and isinstance(view.goal, StandingGoals):
+                    view.goal.add(world.now(), cameras(goal))
+                    loop.prepare(learned=results[-1].claimed and loop.servo.LEARNS)
+                aimed = replace(setting, goal=goal)
+                results.append(_run(case, method, len(results) + 1, aimed, view, rig, loop))
+    return results
+
+
+def _run(
+    case: ServoCase,
+    method: str,
+    number: int,
+    setting: SetUp,
+    view: ServoView,
+    rig: Rig,
+    loop: ServoLoop,
+) -> ServoResult:
+    """Run a loop to the goal of this number, the setting's."""
+    scenario, moves = case.scenario, bool(case.scenario.speed)
+    world, brick, cameras = rig.world, rig.brick, view.cameras
+    verdict, rms, seconds, began = None, None, TIME_BUDGET, world.now()
+    try:
+        if method == CLAIRVOYANT:
+            loop.go_to_goal(setting)
+        verdict = loop.servoing.run()
+        seconds = world.now() - began
+        loop.arm.park()
+        word = verdict.word
+    except Exception as problem:  # a crash is a result here, and must not end the bench
+        word = f"{type(problem).__name__}: {problem}"
+    if moves:
+        # A servo that gave up early stands while the goal goes on.
+        world.sleep(max(0.0, began + FOLLOW_WINDOW[1] - world.now()))
+        rms = _rms(brick, cameras, view.goal, began)
     q = brick.plant.q
-    error = image_distance(cameras(q), goal(world.now()), loop.servo.rows)
+    error = image_distance(cameras(q), view.goal(world.now()), loop.servo.rows)
     miss = 10 * math.dist(*(kinematics.forward(setting.arm, pose) for pose in (q, setting.goal)))
     claimed = word == "converged"
     success = claimed and error <= SUCCESS_TOLERANCES * scenario.tolerance
     if moves:
         success, claimed = word in ("converged", "budget spent"), False
     return ServoResult(
-        scene=case.name,
+        scene=case.scene_of(number),
         arm=case.arm,
         method=method,
         seed=case.seed,
@@ -225,31 +276,79 @@ def run_one(case: ServoCase, method: str) -> ServoResult:
         miss=None if moves else miss,
         rms=rms,
         phases=phases_of(loop.decisions, brick.record, began),
+        mode="stream" if loop.stream else "look",
+        goal=number,
     )
 
 
-class ServoLoop(NamedTuple):
-    """A program's VisualServoing, its servo and its arm, the program, and what it decides.
+class ServoLoop:
+    """The loops of one method on a rig, a run after the other, as robot.servoing.runs has them.
 
-    decisions  (when, s; action; computing, s) of each, as they come
+    Args:
+        program: that they run in.
+        arm: its RobotArm.
+        make: () -> a new servo, and the stream to steer by or None.
+        options: of RunTerms.
+
+    Attributes:
+        servoing: VisualServoing of the run.
+        servo: of the run.
+        stream: of the run, or None.
+        client: TrackingClient.
+        arm: RobotArm.
+        program: Program.
+        decisions: (when, s; action; computing, s) of each of the run, as they come.
     """
 
-    servoing: Any
-    servo: Any
-    arm: Any
-    program: Program
-    decisions: list[tuple[float, str, float]]
+    def __init__(
+        self,
+        program: Program,
+        arm: Any,
+        make: Callable[[], tuple[Any, Any]],
+        options: dict[str, Any],
+    ) -> None:
+        self.program, self.arm = program, arm
+        self._make, self._options = make, options
+        self.servo, self.stream = make()
+        self.client: Any = None
+        self._pictures: Any = None
+
+    def prepare(self, learned: bool = False, **options: Any) -> None:
+        """Prepare the next run.
+
+        Args:
+            learned: whether the servo goes on with what it has learned; else it is a new one.
+            options: of RunTerms, in place of those of all runs.
+        """
+        if not learned:
+            self.servo, self.stream = self._make()
+        program = self.program
+        reporter = program["robot.servoing.run_reporter"].RunReporter(say=lambda line: None)
+        self.decisions = noted_decisions(reporter)
+        loop = program["robot.servoing.loop"]
+        terms = loop.RunTerms(**{**self._options, **options})
+        if self._pictures is None:
+            repeated = program["robot.servoing.repeated_pictures"].RepeatedPictures
+            self._pictures = repeated(self.arm.description.joints)
+        self.servoing = loop.VisualServoing(
+            self.arm, self.client, program.clock, self.servo, terms, self.stream, reporter,
+            self._pictures,
+        )  # fmt: skip
 
     def go_to_goal(self, setting: SetUp) -> None:
         """Go to the goal's joint angles, by one who is told them, and by how much the zero is off.
 
-        At the speed of the servo's own moves.  It counts as decided at once, and as a move.
+        At the speed of the servo's own moves.  It counts as decided at once, and as a move, and is
+        within the run's budget.
         """
-        self.decisions.append((self.program.clock.now(), "move", 0.0))
+        clock = self.program.clock
+        began = clock.now()
         error = math.radians(read_plant(setting.plant)["zero_error"])
         fastest = max(joint.max_speed for joint in setting.arm.joints)
         speed = min(1.0, self.program["robot.servoing.loop"].MAX_JOINT_SPEED / fastest)
         self.arm.reach([a - error for a in setting.goal], speed)
+        self.prepare(learned=True, budget=self._options["budget"] - (clock.now() - began))
+        self.decisions.append((began, "move", 0.0))
 
 
 @contextmanager
@@ -279,14 +378,15 @@ def servo_loop(
             setting.configured, program.clock, state, say=lambda line: None
         )
         arm.load_zero()
-        servo, stream = _servo(program, method, setting, cameras, rig.brick, case)
-        client = tracker.client(program.clock, make=program["robot.tracking_client"].TrackingClient)
-        reporter = program["robot.servoing.run_reporter"].RunReporter(say=lambda line: None)
-        decisions = noted_decisions(reporter)
-        servoing = program["robot.servoing.loop"]
-        terms = servoing.RunTerms(**options)
-        loop = servoing.VisualServoing(arm, client, program.clock, servo, terms, stream, reporter)
-        yield ServoLoop(loop, servo, arm, program, decisions)
+
+        def make() -> tuple[Any, Any]:
+            return _servo(program, method, setting, cameras, rig.brick, case)
+
+        loop = ServoLoop(program, arm, make, options)
+        client = program["robot.tracking_client"].TrackingClient
+        loop.client = tracker.client(program.clock, make=client)
+        loop.prepare(learned=True)
+        yield loop
 
 
 def noted_decisions(reporter: Any) -> list[tuple[float, str, float]]:
@@ -323,9 +423,8 @@ def _servo(
         servo = program["robot.servoing.servo"].Servo(
             described, models, scenario.tolerance, known=True, rows=rows
         )
-        return servo, program["robot.servoing.stream"].Stream(
-            servo
-        ) if scenario.mode == "stream" else None
+        steers = scenario.mode == "stream"
+        return servo, program["robot.servoing.stream"].Stream(servo) if steers else None
     if method.startswith(BASELINE):
         # It ends where it is near; after a goal that moves it has to go on.
         tolerance = 0.0 if scenario.speed else scenario.tolerance
@@ -348,7 +447,7 @@ def _rms(
 
 def run_case(case: ServoCase) -> list[ServoResult]:
     """Run all methods on one set-up."""
-    return [run_one(case, method) for method in case.methods]
+    return [result for method in case.methods for result in run_one(case, method)]
 
 
 def cases(
@@ -359,14 +458,18 @@ def cases(
     rendered: bool = False,
     rows: str = "stereo",
     cpu: float = CPU,
+    mode: str | None = None,
 ) -> list[ServoCase]:
-    """Return a case per seed, arm and condition of a scene, by default with the scene's methods."""
+    """Return a case per seed, arm and condition of a scene.
+
+    By default with the scene's methods, in the scene's mode.
+    """
     methods = tuple(methods) or methods_of(name, rendered)
     kinds = "rendered" if rendered else "", rows if rows != "stereo" else ""
     return [
         ServoCase(
             ", ".join(filter(None, (label or name, *kinds))),
-            scene,
+            replace(scene, mode=mode or scene.mode),
             arm,
             seed,
             methods,

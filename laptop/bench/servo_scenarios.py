@@ -39,8 +39,8 @@ METHODS = (
     ORACLE,
     CLAIRVOYANT,
 )
-DEFAULT = Start().method
-"""Name of the default method."""
+DEFAULT, DEFAULT_MODE = Start().method, Start().mode
+"""Name of the default method, and of the default mode."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,8 @@ class ServoScenario:
     bend       range of the elbow's angle, deg
     turn       greatest angle of the first joint, deg
     speed      of the goal, px/s
-    mode       "look" or "stream"
+    mode       "look" or "stream", of methods that can
+    goals      number of goals, one after the other
     """
 
     tolerance: float = 5.0
@@ -70,7 +71,8 @@ class ServoScenario:
     bend: tuple[float, float] = (20.0, 125.0)
     turn: float = 85.0
     speed: float = 0.0
-    mode: str = "look"
+    mode: str = DEFAULT_MODE
+    goals: int = 1
 
 
 SCENARIOS = {
@@ -85,9 +87,10 @@ SCENARIOS = {
         )
     ],
     "precise": [("2 px", ServoScenario(tolerance=2.0))],
+    "goals": [("", ServoScenario(goals=3))],
     "latency": [
         (
-            f"stream, {1000 * t:.0f} ms",
+            f"{1000 * t:.0f} ms late",
             ServoScenario(latency=t, jitter=0.02, drops=0.05, mode="stream"),
         )
         for t in (0.03, 0.12, 0.25, 0.4)

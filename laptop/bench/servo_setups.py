@@ -34,6 +34,9 @@ Pixel = tuple[float, float]
 Pixels = dict[str, Pixel]
 """Places by camera, px."""
 
+LEAST_WAY = 80
+"""Least distance of a goal from where the tip comes from, all cameras' together, px."""
+
 MAX_DRAWN_POSES = 1000
 """Number of poses that are drawn for one camera; after them another camera is drawn."""
 
@@ -217,13 +220,33 @@ def set_up(arm_name: str, seed: int, scenario: ServoScenario) -> tuple[SetUp, Pi
         for _ in range(MAX_DRAWN_POSES):
             start, goal = next(poses), next(poses)
             seen = cameras.shows(start) and cameras.shows(goal)
-            if seen and image_distance(cameras(start), cameras(goal)) >= 80:
+            if seen and image_distance(cameras(start), cameras(goal)) >= LEAST_WAY:
                 plant = f"zero_error={draw.uniform(-1.5, 1.5):.3f}"
                 return SetUp(seed, arm, described, plant, scenes, start, goal), cameras
 
 
-def moving_goal(cameras: PinholeCameras, set_up: SetUp, speed: float) -> Callable[[float], Pixels]:
-    """Return the path of a goal on a circle on the table, at a steady `speed`, px/s."""
+def further_goals(set_up: SetUp, cameras: PinholeCameras, scenario: ServoScenario) -> list[Pose]:
+    """Return the goals of a scenario after the first, drawn as that: each in every picture.
+
+    Each is LEAST_WAY or more from the one before, and on its elbow branch; where none is found, it
+    is the place before that.
+    """
+    draw = random.Random(f"{set_up.seed}/goals")
+    drawn = _drawn_poses(set_up.arm, scenario, 1 if set_up.goal[-1] > 0 else -1, draw)
+    places = [set_up.start, set_up.goal]
+    for _ in range(scenario.goals - 1):
+        here = cameras(places[-1])
+        fit = (
+            pose
+            for pose in itertools.islice(drawn, MAX_DRAWN_POSES)
+            if cameras.shows(pose) and image_distance(here, cameras(pose)) >= LEAST_WAY
+        )
+        places.append(next(fit, places[-2]))
+    return places[2:]
+
+
+def goal_circle(set_up: SetUp) -> list[Pose]:
+    """Return the poses of a goal that goes round on a circle on the table, once."""
     draw = random.Random(f"{set_up.seed}/path")
     radius = draw.uniform(2.5, 5)
     side = math.copysign(1, set_up.goal[-1])
@@ -245,7 +268,13 @@ def moving_goal(cameras: PinholeCameras, set_up: SetUp, speed: float) -> Callabl
         poses = [pose(middle + p) for p in ring]
         radius *= 0.99
         ring *= 0.99
-    path = np.array([[x for place in cameras(q).values() for x in place] for q in poses if q])
+    return [q for q in poses if q]
+
+
+def moving_goal(cameras: PinholeCameras, set_up: SetUp, speed: float) -> Callable[[float], Pixels]:
+    """Return the path of a goal on a set-up's circle, at a steady `speed`, px/s."""
+    poses = goal_circle(set_up)
+    path = np.array([[x for place in cameras(q).values() for x in place] for q in poses])
     along = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
 
     def at(t: float) -> Pixels:

@@ -38,17 +38,17 @@ def wilson(successes: int, n: int) -> tuple[float, float]:
 
 Row = tuple[str, ...]
 HEADINGS: Row = (
-    "arm", "scene", "method", "success %", "Wilson 95 %", "false", "moves", "looks", "frames",
-    "time s", "error px", "mm", "x moves", "x time", "x error",
+    "arm", "scene", "method", "mode", "success %", "Wilson 95 %", "false", "moves", "looks",
+    "frames", "time s", "error px", "mm", "x moves", "x time", "x error",
 )  # fmt: skip
 MOVING_HEADINGS: Row = (
-    "arm", "scene", "method", "to the end %", "Wilson 95 %", "rms px", "frames", "x rms",
+    "arm", "scene", "method", "mode", "to the end %", "Wilson 95 %", "rms px", "frames", "x rms",
 )  # fmt: skip
 LEGEND = (
     "p50/p95 (or p50) of all runs, failures at the full budget; mm: true distance of those that"
     " say converged; x: times the clairvoyant's, or the oracle's where there is none"
 )
-PHASES_HEADINGS: Row = ("arm", "scene", "method", *PHASES)
+PHASES_HEADINGS: Row = ("arm", "scene", "method", "mode", *PHASES)
 PHASES_TITLE = "where the seconds of the runs that succeeded go, mean, s"
 
 
@@ -67,6 +67,7 @@ def table(results: Sequence[ServoResult]) -> list[Row]:
     for key, group in groups.items():
         best_known = groups.get((*key[:2], servo_scenarios.CLAIRVOYANT))
         bound = best_known or groups.get((*key[:2], servo_scenarios.ORACLE))
+        mode = group[0].mode
         successes = sum(r.success for r in group)
         low, high = wilson(successes, len(group))
         share = f"{100 * successes / len(group):.1f}", f"{100 * low:.1f}..{100 * high:.1f}"
@@ -92,7 +93,7 @@ def table(results: Sequence[ServoResult]) -> list[Row]:
             for field in ("frames", "measurements")
         )
         if moving:
-            rows.append((*key, *share, both("rms", 1), frames_used, ratio("rms", 50, 95)))
+            rows.append((*key, mode, *share, both("rms", 1), frames_used, ratio("rms", 50, 95)))
             continue
         claimed = [r for r in group if r.claimed]
         missed = [r for r in claimed if r.miss is not None]
@@ -100,9 +101,9 @@ def table(results: Sequence[ServoResult]) -> list[Row]:
         false = f"{sum(not r.success for r in claimed)}"
         rows.append(
             (
-                *key, *share, false, both("moves", 0), measured, frames_used, both("seconds", 1),
-                both("error", 1), miss, ratio("moves", 50, 95), ratio("seconds", 50, 95),
-                ratio("error", 50),
+                *key, mode, *share, false, both("moves", 0), measured, frames_used,
+                both("seconds", 1), both("error", 1), miss, ratio("moves", 50, 95),
+                ratio("seconds", 50, 95), ratio("error", 50),
             )
         )  # fmt: skip
     return rows
@@ -114,7 +115,7 @@ def phases_table(results: Sequence[ServoResult]) -> list[Row]:
     for key, group in _grouped(results).items():
         runs = [r.phases for r in group if r.success]
         means = (sum(run[phase] for run in runs) / len(runs) for phase in PHASES if runs)
-        rows.append((*key, *([f"{x:.2f}" for x in means] or "-" * len(PHASES))))
+        rows.append((*key, group[0].mode, *([f"{x:.2f}" for x in means] or "-" * len(PHASES))))
     return rows
 
 
@@ -138,13 +139,17 @@ def _cases(it: Any) -> list[ServoCase]:
         raise BadBench(
             "--scene moving: its goals run round in the plane; take another with --arm spatial"
         )
+    if it.scene == "moving" and it.mode == "look":
+        raise BadBench(
+            "--mode look: a goal that moves is followed in the mode stream only; take that"
+        )
     if it.rendered and it.scene not in servo_scenarios.RENDERED:
         raise BadBench(
             f"--scene {it.scene} is made of points with noise; with --rendered take one of "
             f"{', '.join(servo_scenarios.RENDERED)}"
         )
     arms = it.arms or servo_scenarios.ARMS
-    return servo.cases(it.seeds, it.scene, arms, it.methods, it.rendered, it.rows, it.cpu)
+    return servo.cases(it.seeds, it.scene, arms, it.methods, it.rendered, it.rows, it.cpu, it.mode)
 
 
 def _shown(results: list[ServoResult], it: Any) -> Iterator[BenchTable | str]:

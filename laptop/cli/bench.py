@@ -27,7 +27,7 @@ from laptop.cli.options import (
     without_own_arms,
 )
 from laptop.emulator.device.plant_constants import CPU
-from shared.run_options import ROWS
+from shared.run_options import MODES, ROWS
 
 Option = Callable[[Any], Any]
 
@@ -176,7 +176,7 @@ BENCHES = (
         f"""Servoing from random starts to random goals, beside the report's method and an oracle.
 
         SETUP is {", ".join(servo_scenarios.SCENARIOS)}: as it should be, or 10 % outliers, the LEGO
-        stress, 2 px, late pictures, a goal that moves.
+        stress, 2 px, three goals in a run, late pictures, a goal that moves.
 
         The clairvoyant is told the goal's joint angles, goes there, and looks once; the laws of
         the literature run if --method names them: {", ".join(servo_scenarios.PEERS)}.
@@ -210,12 +210,20 @@ BENCHES = (
                 "Several times for several.  [default: those that the scene is about]",
             ),
             click.option(
+                "--mode",
+                type=click.Choice(MODES),
+                help="look: look, then move; stream: move while pictures stream in, by methods "
+                f"that can.  [default: {servo_scenarios.DEFAULT_MODE}; of latency and moving: "
+                "stream]",
+            ),
+            click.option(
                 "--rendered", is_flag=True, help="Through rendered frames and the tracker."
             ),
             cpu_option(),
         ),
         (
             "servo --seeds 1000:1010 --method chain",
+            "servo goals --method chain --mode stream",
             "servo latency --arm geared --cluster tcp://127.0.0.1:8786",
         ),
     ),

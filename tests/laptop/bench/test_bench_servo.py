@@ -199,9 +199,10 @@ def run_with(monkeypatch, verdict, scenario=NOMINAL):
 
     monkeypatch.setattr(loop, "VisualServoing", Loop)
     # What computes in no time has this process's own modules.
-    return servo.run_one(
+    (result,) = servo.run_one(
         ServoCase("nominal", scenario, "planar", SEED, ("chain",), cpu=0.0), "chain"
     )
+    return result
 
 
 def test_a_claim_that_is_not_true_is_no_success(monkeypatch):
@@ -434,7 +435,7 @@ def test_the_phases_are_means_of_what_succeeded():
     lost = replace(failed, method="report")
     ours, theirs = servo_table.phases_table([RUN, longer, failed, lost])
     head = dict(zip(servo_table.PHASES_HEADINGS, ours))
-    assert ours[:3] == ("planar", "nominal", "chain")
+    assert ours[:4] == ("planar", "nominal", "chain", "look")
     assert [head[phase] for phase in servo_phases.PHASES] == [
         "0.40",
         "1.50",
@@ -442,7 +443,7 @@ def test_the_phases_are_means_of_what_succeeded():
         "3.00",
         "0.10",
     ]
-    assert theirs == ("planar", "nominal", "report", "-", "-", "-", "-", "-")
+    assert theirs == ("planar", "nominal", "report", "look", "-", "-", "-", "-", "-")
 
 
 def test_without_an_oracle_there_are_no_ratios():
@@ -506,7 +507,7 @@ def test_bench_servo_takes_what_is_asked(bench):
     shown = bench(*arguments.split(), "--json")
     assert shown.exit_code == 0, shown.output
     methods = "chain", "oracle"
-    assert bench.orders == [(range(3, 5), "latency", ("geared",), methods, True, "stereo", 2)]
+    assert bench.orders == [(range(3, 5), "latency", ("geared",), methods, True, "stereo", 2, None)]
     first, second = json.loads(shown.stdout)
     assert (first["success"], first["verdict"], first["rms"]) == (True, "converged", None)
     assert (second["success"], second["seconds"]) == (False, 180.0)
@@ -530,9 +531,9 @@ def test_where_goals_stand_the_phases_are_shown_below(bench, monkeypatch):
     assert first[0].startswith("seeds 3:5, cpu=1, ")
     assert first[0].endswith("x: times the clairvoyant's, or the oracle's where there is none")
     assert second[0] == PHASES_TITLE
-    assert second[1][3:] == ("first look", "exploring", "moving", "looking", "deciding")
+    assert second[1][4:] == ("first look", "exploring", "moving", "looking", "deciding")
     assert second[2:] == (
-        [("planar", "nominal", "chain", "0.30", "1.00", "2.50", "2.00", "0.20")],
+        [("planar", "nominal", "chain", "look", "0.30", "1.00", "2.50", "2.00", "0.20")],
         2,
     )
 
