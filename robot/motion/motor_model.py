@@ -25,6 +25,10 @@ backlash."""
 KNOWN_FRICTION_MARGIN = 0.15
 """Margin of friction for the sum of all pushes, a share of the first guess."""
 
+HIDDEN_FRICTION = 0.15
+"""Friction that a fast motion may hide, a share of the first guess: of a motor that runs faster
+than its model, some is learned as that much less friction, and is back where the joint stands."""
+
 PEN_SPEED, PEN_ACCELERATION = math.radians(400), math.radians(3000)
 """Maximum speed and acceleration of the pen's motor, rad/s and rad/s^2."""
 
@@ -85,6 +89,7 @@ class StallDetector(object):
     def __init__(self, model, friction, backlash, max_missing, max_pushed):
         # type: (MotorModel, float, float, float, float) -> None
         self._share, self._lag = model.share, model.lag
+        self._least_friction = (1.0 - HIDDEN_FRICTION) * friction
         self._friction_margins = (
             MOVING_FRICTION_MARGIN * friction,
             STANDING_FRICTION_MARGIN * friction,
@@ -115,7 +120,10 @@ class StallDetector(object):
         self._angle, self._speed, friction, self.load = self._counted
         self._slack = STOPPING_TIME * abs(self._speed)
         turned = self._low - self._turned_at
-        self.friction = friction + self._friction_margins[-self._taken_up < turned < self._taken_up]
+        margin = self._friction_margins[-self._taken_up < turned < self._taken_up]
+        self.friction = friction + margin
+        friction = max(friction, self._least_friction)
+        self._held = friction + margin
         self._back = friction + self._friction_margins[1]
         self._known, self._pushed = friction + self._known_margin, 0.0
 
@@ -150,12 +158,12 @@ class StallDetector(object):
                 self.missing, self.stalled = self._pushed, True
                 return
         # An implicit Euler step of the observer's equation is precise enough, and cheap.
-        friction, before = self.friction, self._speed
+        friction, before = self._held, self._speed
         if not before:
             if -friction <= push <= friction:
                 return  # static friction holds it
             if push * self._direction < 0.0 and friction < self._back:
-                self.friction = self._back  # backwards it may meet a link that stands
+                self.friction = self._held = self._back  # backwards it may meet a link that stands
                 return
         if before > 0.0 or (not before and push > 0.0):
             push -= friction

@@ -66,6 +66,31 @@ def test_a_constant_load_is_not_taken_for_a_stall(load):
     assert drive(Motor(5.0, load), swing(30, 3.0), 6.0)[0] is None
 
 
+def to_rest(way, seconds):
+    """A path of `way` deg that ends at rest; the jerk is least."""
+
+    def path(t):
+        x = min(max(t / seconds, 0.0), 1.0)
+        return 0.3 + way * x**3 * (10 - 15 * x + 6 * x * x), way / seconds * 30 * (x - x * x) ** 2
+
+    return path
+
+
+@pytest.mark.parametrize("speed_per_duty", [8.6, 11.2, 12.0])
+@pytest.mark.parametrize("seconds", [0.6, 0.9, 1.1])
+def test_friction_that_a_fast_motion_hid_is_no_stall_at_its_end(speed_per_duty, seconds):
+    """Who runs faster by its duty than the model is learned as less stiff, until it stands."""
+    motor = Motor(8.3, 0.0, speed_per_duty)
+    assert drive(motor, to_rest(210, seconds), seconds + 1.0)[0] is None
+
+
+@pytest.mark.parametrize("seconds", [0.6, 0.9, 1.1])
+def test_who_is_blocked_while_it_slows_down_is_noticed_though_friction_was_hidden(seconds):
+    jams_at = 0.7 * seconds
+    t, _ = drive(Motor(8.3, 0.0, 11.2), to_rest(210, seconds), seconds + 1.0, jams_at=jams_at)
+    assert jams_at < t < jams_at + 0.1
+
+
 def test_what_stands_unpushed_misses_nothing():
     detector = StallDetector(MotorModel(1.0, GAINS["large"]), 1.0, 0.0, 0.03, 9.0)
     detector.begin(0.0, 0.01, 1.0)
