@@ -21,7 +21,13 @@ BRICK_SIDE += sorted((ROOT / "laptop" / "course" / "solutions").glob("*.py"))
 # These need OpenCV, or the laptop's side of the link, and so never see an old Python.
 LAPTOP_SIDE = tuple(
     "laptop/emulator/" + name
-    for name in ("scene/", "virtual_tracker.py", "rendered_tracker.py", "watching.py")
+    for name in (
+        "scene/",
+        "virtual_tracker.py",
+        "rendered_tracker.py",
+        "watching.py",
+        "loopback.py",
+    )
 )
 BRICK_SIDE = [
     path for path in BRICK_SIDE if not path.relative_to(ROOT).as_posix().startswith(LAPTOP_SIDE)

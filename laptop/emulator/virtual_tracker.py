@@ -41,6 +41,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from laptop.emulator.host.world import World
+from laptop.emulator.loopback import Loopback
 from laptop.emulator.picture_faults import PictureFaults
 from laptop.see.serve.server import TrackingServer
 from robot.tracker_address import SaltedKey, ServerAddress
@@ -155,6 +156,7 @@ class VirtualTracker:
         self._flood = 0.0  # lines/s
         self._garbage = 0.0  # lines said so far
         self._reserved: socket.socket | None = None
+        self._loopback = Loopback()
         self._closed = False
 
         self.server = self._serve(0)
@@ -205,6 +207,8 @@ class VirtualTracker:
         world = self.world
         deadline = math.inf if timeout is None else world.now() + timeout
         while True:
+            self._loopback.connect(wlist)
+            self._loopback.settle()
             found = real_select.select(rlist, wlist, xlist, 0)
             if any(found):
                 return found
@@ -243,6 +247,7 @@ class VirtualTracker:
             served.sock.close()
             served.link.reason = "cut"
             self.server.serve_once()
+            self._loopback.settle()
 
     def silence(self, seconds: float = math.inf) -> None:
         """Say and read nothing for so long, with every socket open: the laptop is out of reach."""
@@ -256,6 +261,7 @@ class VirtualTracker:
     def restart(self, after: float) -> None:
         """End the server as Ctrl-C does, and start it again at the same port `after` s later."""
         self.server.close()
+        self._loopback.settle()
         # Bound, but not listening: who connects is refused, and no other program gets the port.
         self._reserved = socket.socket()
         self._reserved.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -302,7 +308,7 @@ class VirtualTracker:
     # The server's turns
 
     def _serve(self, port: int) -> TrackingServer:
-        return TrackingServer(
+        server = TrackingServer(
             HOST,
             port,
             self.code,
@@ -310,6 +316,8 @@ class VirtualTracker:
             threaded=False,
             salt=self.key.salt,
         )
+        self._loopback.listen(server._listener)
+        return server
 
     def _at(self, t: float, action: Callable[[], None]) -> None:
         """Do something at t that a client may notice."""
@@ -319,7 +327,9 @@ class VirtualTracker:
             while due and due[0] <= t:
                 heapq.heappop(due)
             if not self._closed:
+                self._loopback.settle()
                 action()
+                self._loopback.settle()
 
         heapq.heappush(due, t)
         self.world.at(t, act)
