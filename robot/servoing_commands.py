@@ -14,7 +14,7 @@ from robot.servoing.runs import Runs, print_line
 from robot.tracker_address import at_terminal, find_tracker
 from shared.arm_description import ArmError, find_arm, read_arm
 from shared.messages import BUDGET, TOLERANCE, Start
-from shared.run_options import METHODS, MODES, ROWS, InvalidRunOptions, check_options
+from shared.run_options import METHODS, MODES, ROWS, InvalidRunOptions, check_options, usual_mode
 from shared.state import default_arm
 from shared.verdicts import CONVERGED
 
@@ -92,10 +92,13 @@ def _parser():
         help="the second camera's row with --rows xyz (default: as exploring shows)",
     )  # fmt: skip
     parser.add_argument("--method", choices=METHODS, default=DEFAULTS.method)
-    parser.add_argument("--mode", choices=MODES, default=DEFAULTS.mode)
+    parser.add_argument(
+        "--mode", choices=MODES,
+        help="look, then move; or steer while moving (default: stream; with the report's, look)",
+    )  # fmt: skip
     parser.add_argument(
         "--follow", action="store_true",
-        help="after a goal that moves, until the budget is spent; needs --mode stream",
+        help="after a goal that moves, until the budget is spent",
     )  # fmt: skip
     parser.add_argument(
         "--tolerance", type=number_in(*TOLERANCE), default=DEFAULTS.tolerance, metavar="PX"
@@ -130,9 +133,9 @@ def _run(parser, args):
         parser.error(
             "--third is the second camera's row with --rows xyz; add that, or leave it out"
         )
+    mode = args.mode or usual_mode(args.method)
     options = Start(
-        args.method, args.mode, args.rows, args.tolerance, args.budget, args.follow,
-        goals,
+        args.method, mode, args.rows, args.tolerance, args.budget, args.follow, goals
     )  # fmt: skip
     if args.wait and (options != DEFAULTS or args.low):
         parser.error(

@@ -5,7 +5,7 @@
                                              first time it asks for the pairing code
     visual_servoing.py --goal 400,200        to a pixel
     visual_servoing.py --arm spatial --goal A:400,200 --goal B:310,150     in space, by two cameras
-    visual_servoing.py --mode stream --follow --budget 30    after a goal marker that moves
+    visual_servoing.py --follow --budget 30    after a goal marker that moves
     visual_servoing.py --wait                a run whenever the laptop says so, and as it orders
 
 The joints' zero must be known (driver.py home), because of their limits.

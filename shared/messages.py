@@ -55,7 +55,7 @@ else:
     )  # fmt: skip
     Start = record(
         "Start", "method mode rows tolerance budget follow goals",
-        defaults=("chain", "look", "stereo", 5.0, 60.0, False, {}),
+        defaults=("chain", "stream", "stereo", 5.0, 60.0, False, {}),
     )  # fmt: skip
     Stop = record("Stop", "reason")
     Bye = record("Bye", "reason")

@@ -68,6 +68,12 @@ def method_named(name):
     return SERVO_METHODS[METHODS.index(name)]
 
 
+def usual_mode(method):
+    # type: (str) -> str
+    """Return the mode of a method where none is asked for: it steers while it moves if it can."""
+    return "look" if method in METHODS and not method_named(method).streams else "stream"
+
+
 def check_options(options, joints):
     # type: (Start, int) -> None
     """Refuse options that exclude each other.

@@ -21,6 +21,7 @@ from laptop.bench.servo_scenarios import (
     ARMS,
     BASELINE,
     CLAIRVOYANT,
+    MOVED,
     ORACLE,
     PEERS,
     SCENARIOS,
@@ -38,6 +39,7 @@ from laptop.bench.servo_setups import (
     goal_circle,
     image_distance,
     is_in_image,
+    moved_cameras,
     moving_goal,
     rendered_set_up,
     set_up,
@@ -203,11 +205,14 @@ def run_one(case: ServoCase, method: str) -> list[ServoResult]:
     """Run one method on one set-up, to each of its goals.
 
     It goes on from where it stands, and as robot.servoing.runs does: with what it has learned if
-    it says that it has reached the goal before.
+    it says that it has reached the goal before; as a new program, with what that has stored.
     """
     scenario = case.scenario
     setting, view = _set_up(case)
-    goals = [setting.goal, *further_goals(setting, view.cameras, scenario)]
+    view = view._replace(cameras=PinholeCameras(view.cameras))  # a set-up is another run's, too
+    moves = scenario.meanwhile == MOVED
+    later = moved_cameras(setting, view.cameras) if moves else view.cameras
+    goals = [setting.goal, *further_goals(setting, later, scenario)]
     chain = FrameChain(30.0, scenario.latency, scenario.jitter, scenario.drops)
     plant = f"{setting.plant},cpu={case.cpu}"
     results: list[ServoResult] = []
@@ -220,8 +225,13 @@ def run_one(case: ServoCase, method: str) -> list[ServoResult]:
         ):
             for goal in goals:
                 if results and isinstance(view.goal, StandingGoals):
+                    cameras.update(later)
                     view.goal.add(world.now(), cameras(goal))
-                    loop.prepare(learned=results[-1].claimed and loop.servo.LEARNS)
+                    learned = results[-1].claimed and loop.servo.LEARNS
+                    if scenario.meanwhile:
+                        loop.prepare(views=loop.servo.models.views() if learned else None)
+                    else:
+                        loop.prepare(learned=learned)
                 aimed = replace(setting, goal=goal)
                 results.append(_run(case, method, len(results) + 1, aimed, view, rig, loop))
     return results
@@ -313,15 +323,20 @@ class ServoLoop:
         self.client: Any = None
         self._pictures: Any = None
 
-    def prepare(self, learned: bool = False, **options: Any) -> None:
+    def prepare(
+        self, learned: bool = False, views: dict[str, Any] | None = None, **options: Any
+    ) -> None:
         """Prepare the next run.
 
         Args:
             learned: whether the servo goes on with what it has learned; else it is a new one.
+            views: what a new one begins with, of the one before.
             options: of RunTerms, in place of those of all runs.
         """
         if not learned:
             self.servo, self.stream = self._make()
+        if views:
+            self.servo.models.recall(views)
         program = self.program
         reporter = program["robot.servoing.run_reporter"].RunReporter(say=lambda line: None)
         self.decisions = noted_decisions(reporter)

@@ -43,6 +43,10 @@ DEFAULT, DEFAULT_MODE = Start().method, Start().mode
 """Name of the default method, and of the default mode."""
 
 
+MOVED = "moved"
+"""What happens to the cameras between two programs, of a ServoScenario."""
+
+
 @dataclass(frozen=True)
 class ServoScenario:
     """Ranges from which a set-up is drawn, and the task.
@@ -59,6 +63,8 @@ class ServoScenario:
     speed      of the goal, px/s
     mode       "look" or "stream", of methods that can
     goals      number of goals, one after the other
+    meanwhile  "" one program goes to all of them; "program" another one to each, which begins with
+               what the last one has seen; "moved" the same, and somebody has moved the cameras
     """
 
     tolerance: float = 5.0
@@ -73,6 +79,7 @@ class ServoScenario:
     speed: float = 0.0
     mode: str = DEFAULT_MODE
     goals: int = 1
+    meanwhile: str = ""
 
 
 SCENARIOS = {
@@ -88,6 +95,10 @@ SCENARIOS = {
     ],
     "precise": [("2 px", ServoScenario(tolerance=2.0))],
     "goals": [("", ServoScenario(goals=3))],
+    "programs": [
+        ("next program", ServoScenario(goals=2, meanwhile="program")),
+        ("cameras moved", ServoScenario(goals=2, meanwhile=MOVED)),
+    ],
     "latency": [
         (
             f"{1000 * t:.0f} ms late",
@@ -110,6 +121,8 @@ def methods_of(name: str, rendered: bool = False) -> tuple[str, ...]:
     """Return the default methods of a scenario."""
     if rendered:
         return (DEFAULT,)
+    if name == "programs":
+        return DEFAULT, CLAIRVOYANT
     if name == "latency":
         return DEFAULT, ORACLE
     if name == "moving":

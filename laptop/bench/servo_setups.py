@@ -37,6 +37,10 @@ Pixels = dict[str, Pixel]
 LEAST_WAY = 80
 """Least distance of a goal from where the tip comes from, all cameras' together, px."""
 
+MOVED_BY = 10.0, 60.0
+"""Range of the angles by which a moved camera is turned round the table and its line of sight, deg,
+either way."""
+
 MAX_DRAWN_POSES = 1000
 """Number of poses that are drawn for one camera; after them another camera is drawn."""
 
@@ -223,6 +227,23 @@ def set_up(arm_name: str, seed: int, scenario: ServoScenario) -> tuple[SetUp, Pi
             if seen and image_distance(cameras(start), cameras(goal)) >= LEAST_WAY:
                 plant = f"zero_error={draw.uniform(-1.5, 1.5):.3f}"
                 return SetUp(seed, arm, described, plant, scenes, start, goal), cameras
+
+
+def moved_cameras(set_up: SetUp, cameras: PinholeCameras) -> PinholeCameras:
+    """Return the cameras after somebody has moved them; they see what they saw of the arm."""
+    draw = random.Random(f"{set_up.seed}/moved")
+
+    def moved(constants: dict[str, Any]) -> PinholeCamera:
+        turns = {key: draw.choice((-1, 1)) * draw.uniform(*MOVED_BY) for key in ("azimuth", "roll")}
+        return PinholeCamera(
+            set_up.arm, {**constants, **{key: constants[key] + turns[key] for key in turns}}
+        )
+
+    for _ in range(MAX_DRAWN_POSES):
+        found = PinholeCameras({name: moved(set_up.scenes[name]) for name in cameras})
+        if found.shows(set_up.start) and found.shows(set_up.goal):
+            return found
+    return cameras
 
 
 def further_goals(set_up: SetUp, cameras: PinholeCameras, scenario: ServoScenario) -> list[Pose]:

@@ -61,7 +61,7 @@ class RunCalls(Protocol):
     def start(
         self,
         method: str = DEFAULTS.method,
-        mode: str = DEFAULTS.mode,
+        mode: str = "",
         rows: str = DEFAULTS.rows,
         tolerance: float = DEFAULTS.tolerance,
         budget: float = DEFAULTS.budget,

@@ -27,7 +27,7 @@ from laptop.see.serve.pipeline import Point
 from laptop.see.serve.server_state import ServerState as LinkState
 from shared.arm_description import ArmError
 from shared.messages import BUDGET, TOLERANCE, Start, Status
-from shared.run_options import check_options
+from shared.run_options import check_options, usual_mode
 from shared.verdicts import CONVERGED
 
 START_TIMEOUT = 3.0
@@ -169,7 +169,7 @@ class RunControl:
     def start(
         self,
         method: str = DEFAULTS.method,
-        mode: str = DEFAULTS.mode,
+        mode: str = "",
         rows: str = DEFAULTS.rows,
         tolerance: float = DEFAULTS.tolerance,
         budget: float = DEFAULTS.budget,
@@ -179,7 +179,7 @@ class RunControl:
 
         Args:
             method: name of the control method, see `shared.run_options`.
-            mode: a word, see there.
+            mode: a word, see there; "": as is usual with the method.
             rows: a word, see there.
             tolerance: distance from the goal, px, that is near enough.
             budget: time for the run, s.
@@ -197,6 +197,7 @@ class RunControl:
                 return _DRAWING
             if why := self._goal.why_none():
                 return why
+            mode = mode or usual_mode(method)
             options = Start(method, mode, rows, tolerance, budget, follow, goals=dict(self.aims))
             try:
                 check_options(options, self._joint_count())

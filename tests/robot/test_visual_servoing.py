@@ -56,7 +56,7 @@ REFUSED = [
     ("a method", ("--method", "magic"), 2, "'magic'"),
     ("a mode", ("--mode", "fast"), 2, "'fast'"),
     ("report and stream", ("--method", "report", "--mode", "stream"), 2, "take the mode look"),
-    ("follow and look", ("--follow",), 2, "in the mode stream only"),
+    ("follow and look", ("--follow", "--mode", "look"), 2, "in the mode stream only"),
     (
         "follow a pixel",
         ("--follow", "--mode", "stream", "--goal", "3,4"),
@@ -472,3 +472,12 @@ def test_a_log_of_a_killed_program_has_all_steps_but_the_last(watched, tmp_path)
     reported = shown.out.count("\nmove ")
     text = (tmp_path / "log.jsonl").read_text()
     assert [json.loads(line)["kind"] for line in text.splitlines()].count("step") == reported
+
+
+@pytest.mark.parametrize(
+    ("args", "mode"),
+    [((), "stream"), (("--method", "report"), "look"), (("--mode", "look"), "look")],
+)
+def test_it_steers_while_it_moves_where_the_method_can(watched, args, mode):
+    shown = watched().run(*args, "--budget", "2")
+    assert shown.log[0]["mode"] == mode

@@ -13,7 +13,7 @@ from laptop.page.interface import RunCalls
 from laptop.page.run_records import RunSummary
 from laptop.page.snapshots import DEFAULTS, PageState, points
 from shared.messages import BUDGET, GOAL, TOLERANCE
-from shared.run_options import METHODS, MODES, ROWS, SERVO_METHODS
+from shared.run_options import METHODS, MODES, ROWS, SERVO_METHODS, usual_mode
 from shared.verdicts import CONVERGED, READY, STOPPED, VERDICT_TEXTS
 
 ERROR = (
@@ -106,6 +106,7 @@ class DriveCard:
         with fold(self._browser_state, "How it drives", "tune"):
             self._method = ui.select(list(METHODS), value=DEFAULTS.method, label="method")
             self._mode = ui.select(list(MODES), value=DEFAULTS.mode, label="mode")
+            self._method.on_value_change(lambda e: self._mode.set_value(usual_mode(e.value)))
             self._rows = ui.select(list(ROWS), value=DEFAULTS.rows, label="rows of two cameras")
             self._rows.set_visibility(several)
             self._tolerance, self._budget = (

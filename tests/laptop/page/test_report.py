@@ -72,7 +72,7 @@ def test_a_report_is_one_file_that_says_what_was_ordered_and_what_came_of_it(tmp
     run(scene, 1, "budget spent", camera="AB"[cameras - 1])
     text = report.render(scene.controller.record())
     for words in (
-        "Not there in time", "Because; 12.5 px off", ">broyden<", "mode look",
+        "Not there in time", "Because; 12.5 px off", ">broyden<", "mode stream",
         "tolerance 7 px", "budget 90 s", "the marker", "5 moves", 'class="verdict bad"',
         "Save this",
     ):  # fmt: skip

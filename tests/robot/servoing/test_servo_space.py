@@ -262,14 +262,14 @@ def test_one_frozen_camera_of_two_holds_an_arm_in_space(space, frozen, mode):
 
 @pytest.mark.long
 def test_a_planar_arm_goes_on_with_the_camera_that_is_left(watched):
-    """Slower, and it says so."""
+    """Slower from the next motion on, and it says so."""
     cameras = {"A": watched().cameras["A"]}
     paces = {}
     for hidden in (False, True):
         w = watched(cameras={**cameras, "B": type(cameras["A"])(roll=-0.4)})
         if hidden:
             w.world.at(2.0, lambda w=w: w.hidden.add("B"))
-        shown = w.run()
+        shown = w.run("--mode", "look")
         assert shown.log[-1]["verdict"] == "converged"
         assert w.error() < 7
         assert ("camera B: marker lost; on with A" in notes(shown)) == hidden

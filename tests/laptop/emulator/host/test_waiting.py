@@ -401,7 +401,7 @@ def test_who_is_killed_between_runs_leaves_the_arm_parked(waiting):
         (Start(mode="fast"), "planar", "'fast' is no mode; take one of look, stream"),
         (Start(rows="all"), "planar", "'all' is no rows; take one of stereo, xyz"),
         (Start("report", "stream"), "planar", "the report's method looks, then moves"),
-        (Start(follow=True), "planar", "in the mode stream only"),
+        (Start(mode="look", follow=True), "planar", "in the mode stream only"),
         (Start(mode="stream", follow=True, goals={"A": PIXEL}), "planar", "aim at it, not at a"),
         (Start(goals={"A": PIXEL}), "spatial", "one pixel does not say where 3 joints are to go"),
     ],
@@ -471,8 +471,8 @@ def test_a_log_that_cannot_be_written_is_told_and_nothing_moves(waiting):
 @pytest.mark.parametrize(
     "args",
     [
-        ("--goal", "400,200"), ("--method", "report"), ("--mode", "stream"), ("--rows", "xyz"),
-        ("--tolerance", "6"), ("--budget", "10"), ("--follow", "--mode", "stream"), ("--low",),
+        ("--goal", "400,200"), ("--method", "report"), ("--mode", "look"), ("--rows", "xyz"),
+        ("--tolerance", "6"), ("--budget", "10"), ("--follow",), ("--low",),
     ],
     ids=lambda args: args[0],
 )  # fmt: skip
