@@ -7,30 +7,30 @@ camera that knows the table sees its marker.  No file gives the arm its errors.
 from __future__ import annotations
 
 import math
-import random
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from laptop.bench import ilc_bounds
 from laptop.bench.bench import BenchRecord, BenchTable, silenced
+from laptop.bench.ilc_rig import AgeingRig, IlcCase
 from laptop.drawing.artwork import Artwork
 from laptop.drawing.lines import in_place, line_through
 from laptop.drawing.options import DrawingOptions
 from laptop.drawing.planning import Learned
 from laptop.drawing.preparing import DrawingPlan, prepare
 from laptop.emulator.device.plant_constants import CPU
-from laptop.emulator.scene.scene import Scene
-from laptop.emulator.scene.scene_constants import read_scene
-from laptop.measure.emulated_rig import EmulatedRig, RenderedRig
-from laptop.measure.ilc.emulated_view import view_of
 from laptop.measure.ilc.trials import DrawingLearner, run_trials
-from laptop.measure.ilc.view import TipView
 from laptop.measure.run_data import RunData
-from laptop.record.figures.line_accuracy import distances, pen_down_runs, place, refined
-from shared.arm_description import Arm, ArmError, find_arm, read_arm
+from laptop.record.figures.line_accuracy import distances
+from shared.arm_description import Arm, ArmError
+
+ABOUT = PATHS, BOUNDS = "paths", "bounds"
+"""Words for what is measured."""
 
 ARMS = ("planar", "geared")
 
@@ -50,35 +50,8 @@ LINES = {
 CURVES = ("circle", "wave")
 """Names of the curves."""
 
-MAX_LINK_ERROR, MAX_ZERO_ERROR, MAX_BACKLASH, MAX_LOAD = 0.05, 1.5, 3.0, 0.015
-"""Greatest errors: share of a link, of the zero, deg, backlash, deg, load, Nm at every joint."""
-
-VOLTAGE_RANGE = 7.85, 7.95
-"""Range of the motors' voltage, V, drawn anew for each drawing."""
-
-NOISE_PX, FPS = 0.5, 20.0
-"""Sigma of a seen place, px, and rate, Hz, of the ideal camera."""
-
 Inks = list[np.ndarray]
 """Inks of some drawings, (n, 2) each, cm."""
-
-
-@dataclass(frozen=True)
-class IlcCase:
-    """One arm that draws one path.
-
-    seed, arm, path  names of them
-    wrong            whether it is built otherwise than described
-    rendered         whether the real tracker gets rendered pictures
-    cpu              slowness of its brick
-    """
-
-    seed: int
-    arm: str
-    path: str
-    wrong: bool = True
-    rendered: bool = False
-    cpu: float = CPU
 
 
 @dataclass(frozen=True)
@@ -138,65 +111,6 @@ def artwork_of(path: str) -> Artwork:
     else:
         points = np.stack([6 + 8 * angle / angle[-1], 4 + 2 * np.sin(angle)], axis=1)
     return Artwork(path, (points,), ("",))
-
-
-class AgeingRig:
-    """An emulated arm with another battery voltage for each drawing.
-
-    Args:
-        case: which arm.
-
-    Attributes:
-        arm: as it is described.
-        view: of its camera.
-        rig: EmulatedRig of the last drawing.
-        rendered: whether pictures are rendered for the real tracker.
-        plant: text of its plant's constants, errors included.
-    """
-
-    rig: EmulatedRig
-
-    def __init__(self, case: IlcCase) -> None:
-        self.arm: Arm = read_arm(find_arm(case.arm))
-        rng = random.Random(f"{case.arm}/{case.seed}")
-        self.plant = f"seed={case.seed},cpu={case.cpu:g}"
-        self._built = self.arm
-        if case.wrong:
-            links = [
-                joint.link * (1 + rng.uniform(-1, 1) * MAX_LINK_ERROR) for joint in self.arm.joints
-            ]
-            joints = zip(self.arm.joints, links, strict=True)
-            self._built = self.arm._replace(
-                joints=tuple(joint._replace(link=link) for joint, link in joints)
-            )
-            self.plant += (
-                f",backlash={rng.uniform(0, MAX_BACKLASH):.3f}"
-                f",zero_error={rng.uniform(-1, 1) * MAX_ZERO_ERROR:.3f}"
-                f",load={rng.uniform(-1, 1) * MAX_LOAD:.4f}"
-            )
-        self._battery = random.Random(f"battery/{case.arm}/{case.seed}/{case.path}")
-        self.rendered = case.rendered
-        self._scene = Scene(self._built, read_scene(f"fps={FPS:g},seed={case.seed}"))
-        self.view: TipView = view_of(self._scene, self.arm)
-
-    def measure(self, job: Path, dry: bool = True) -> RunData:
-        """Measure a job's run, as MeasuringRig.measure."""
-        plant = f"{self.plant},voltage={self._battery.uniform(*VOLTAGE_RANGE):.3f}"
-        seed = self._battery.randrange(2**31)
-        if self.rendered:
-            self.rig = RenderedRig(self.arm, {"A": self._scene}, self._built, plant, seed)
-        else:
-            height = self._scene.constants["marker_height"]
-            camera = {"A": self._scene}
-            self.rig = EmulatedRig(
-                self.arm, self._built, plant, camera, height, NOISE_PX, FPS, seed
-            )
-        return self.rig.measure(job, dry)
-
-    def ink(self) -> np.ndarray:
-        """Return the true ink of the last drawing, (n, 2), cm."""
-        (strokes,) = pen_down_runs(self.rig.last.record)
-        return np.asarray(refined(np.array([place(row) for row in strokes], float))[:, :2])
 
 
 def plan_of(arm: Arm, path: str) -> DrawingPlan:
@@ -312,11 +226,17 @@ def _row(key: tuple[str, bool, str], every: Sequence[IlcResult]) -> list[str]:
     return row + [""] * (len(HEADINGS) - len(row))
 
 
-BENCH = BenchRecord(
-    "drawing",
-    lambda it: cases(it.seeds, cpu=it.cpu),
-    run_case,
-    lambda results, it: [
-        BenchTable("Drawn by sight: mm, after 0 to 3 rehearsals", HEADINGS, table(results), 3)
-    ],
-)
+def _cases(it: Any) -> list[IlcCase]:
+    if it.about == BOUNDS:
+        return ilc_bounds.cases(it.seeds, list(LINES), it.cpu)
+    return cases(it.seeds, cpu=it.cpu)
+
+
+def _shown(results: Sequence[IlcResult], it: Any) -> list[BenchTable]:
+    if it.about == BOUNDS:
+        title = f"What bounds lines after {TRIALS} rehearsals: mm, planar arms as built"
+        return [BenchTable(title, ilc_bounds.HEADINGS, ilc_bounds.table(results))]
+    return [BenchTable("Drawn by sight: mm, after 0 to 3 rehearsals", HEADINGS, table(results), 3)]
+
+
+BENCH = BenchRecord("drawing", _cases, run_case, _shown)

@@ -248,9 +248,20 @@ BENCHES = (
 
         Each seed's arm draws them as it is built and once as it is described.  The first five as
         built are seen in rendered pictures by the real tracker.
+
+        TABLE is paths, as above; or bounds: what is left, with each of its causes taken away.
         """,
-        (seeds_option("1:5", "One arm each."), cpu_option()),
-        ("ilc --seeds 1:5", "ilc --json"),
+        (
+            click.argument(
+                "about",
+                type=click.Choice(("paths", "bounds")),
+                default="paths",
+                metavar="[TABLE]",
+            ),
+            seeds_option("1:5", "One arm each."),
+            cpu_option(),
+        ),
+        ("ilc --seeds 1:5", "ilc bounds", "ilc --json"),
     ),
     BenchCommand(
         "accuracy",

@@ -108,10 +108,16 @@ def _end_of(folder: str, arm: "Arm") -> "Angles":
     return tuple(min(max(a, j.lower), j.upper) for a, j in zip(angles, arm.joints))
 
 
-def park_on_file(arm: "Arm", q: Sequence[float], folder: str) -> Zero:
+def park_on_file(arm: "Arm", q: Sequence[float], folder: str, fineness: float = 1) -> Zero:
     """Leave the state in `folder` of an arm parked at `q` (rad), pen up, where its encoders read 0.
 
     Somebody has looked which motor is where.
+
+    Args:
+        arm: that is parked.
+        q: its joint angles, rad.
+        folder: of the state.
+        fineness: counts per degree of the motors' encoders.
 
     Returns:
         The robot.motion.zero.Zero.
@@ -120,13 +126,20 @@ def park_on_file(arm: "Arm", q: Sequence[float], folder: str) -> Zero:
     if arm.pen:
         turns[arm.pen.port] = -arm.pen.up
     state = Zero(arm, folder)
-    state.save({p: math.degrees(turn) for p, turn in turns.items()}, dict.fromkeys(turns, 0))
+    state.save(
+        {p: fineness * math.degrees(turn) for p, turn in turns.items()}, dict.fromkeys(turns, 0)
+    )
     Checked(arm, folder).save({})
     return state
 
 
 def prepare_home(
-    folder: str, arm: Optional["Arm"], q: Optional["Angles"], start: "Start", homed: bool
+    folder: str,
+    arm: Optional["Arm"],
+    q: Optional["Angles"],
+    start: "Start",
+    homed: bool,
+    fineness: float = 1,
 ) -> None:
     """Write the state of a brick that is switched on.
 
@@ -136,12 +149,13 @@ def prepare_home(
         q: where it stands, rad.
         start: as for `read_start`.
         homed: whether its zero is known.
+        fineness: counts per degree of the motors' encoders.
     """
     _copy_own_arms(folder)
     if arm is None or q is None:
         return
     if homed:
-        park_on_file(arm, q, folder)
+        park_on_file(arm, q, folder, fineness)
     elif start != UNCHECKED:
         Checked(arm, folder).save({})
 

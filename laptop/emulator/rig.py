@@ -233,7 +233,9 @@ class Rig(object):
             )
             let_joints_touch(brick, devices)
             folder = self._given_folder or stack.enter_context(temporary_folders.made("home"))
-            prepare_home(folder, self.arm, self._q, self._start, self._homed)
+            prepare_home(
+                folder, self.arm, self._q, self._start, self._homed, self._plant["encoder"]
+            )
             undone.pop_all()
         self._parts = _Parts(stack, world, brick, devices, folder)
         return self

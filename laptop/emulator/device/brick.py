@@ -106,7 +106,11 @@ class EmulatedBrick(object):
 
     def _plug(self, port: str, kind: str) -> None:
         motor = TachoMotor(
-            port, kind, self.plant.drives[port], at_port(self.plant.plant, port)["phase"]
+            port,
+            kind,
+            self.plant.drives[port],
+            at_port(self.plant.plant, port)["phase"],
+            int(self.plant.plant["encoder"]),
         )
         self.motors[port] = motor
         discovery = {"address": "ev3-ports:out" + port, "driver_name": DRIVER[kind]}

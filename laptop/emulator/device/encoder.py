@@ -31,7 +31,9 @@ class Encoder(object):
     """Edges of the shaft's encoder, with the driver's estimate of speed from their times.
 
     Args:
-        phase: angle of the shaft past an edge where it starts, deg, 0 to 0.5.
+        phase: angle of the shaft past an edge where it starts, deg, 0 to 0.5; of a finer encoder
+            the same share of its step.
+        fineness: counts per degree; those of an EV3 motor give 1.
 
     Attributes:
         edges: seen so far, positive forwards; two a count.
@@ -39,8 +41,9 @@ class Encoder(object):
         updated_at: time of the latest edge, or of the latest notice that there was none, s.
     """
 
-    def __init__(self, phase: float = 0.0) -> None:
+    def __init__(self, phase: float = 0.0, fineness: int = 1) -> None:
         self.phase = phase
+        self._fineness, self._most = fineness, MAX_EDGES * fineness + 1
         self.edges = 0
         self.dead = False
         # It has stood still for as long as it takes to know that.
@@ -51,7 +54,8 @@ class Encoder(object):
 
     def update(self, t: float, shaft: float) -> None:
         """Count the edges up to the shaft's angle (rad) at time `t`, s."""
-        edges = math.floor((math.degrees(shaft) + self.phase) * EDGES_PER_COUNT)
+        turned = math.degrees(shaft) * self._fineness
+        edges = math.floor((turned + self.phase) * EDGES_PER_COUNT)
         if edges != self.edges and not self.dead:
             step = 1 if edges > self.edges else -1
             for edge in range(self.edges + step, edges + step, step):
@@ -67,7 +71,7 @@ class Encoder(object):
     def _append(self, t: float, edge: int) -> None:
         times = self._times
         times.append((t, edge))
-        while len(times) > MAX_EDGES + 1 or (
+        while len(times) > self._most or (
             len(times) > MIN_EDGES + 1 and t - times[1][0] >= SPEED_WINDOW
         ):
             times.pop(0)

@@ -34,6 +34,7 @@ if MYPY:
             "phase": Optional[float],
             "access": Optional[float],
             "cpu": float,
+            "encoder": int,
             "spread": float,
             "seed": Optional[float],
             "gravity": float,
@@ -115,6 +116,9 @@ CONSTANTS = {
         "x",
         "how slowly the brick computes: 1 as it truly does, 2 half as fast, 0 in no time",
     ),
+    "encoder": Constant(
+        1, (1, 100), "counts/deg", "resolution of the encoders, a whole number", int
+    ),
     "spread": Constant(0.2, (0.0, 0.5), "", "half-width of the random draw, as a fraction"),
     "seed": Constant(None, (0, 2**31), "", "draw the scattered constants with this seed"),
 }
@@ -148,7 +152,9 @@ SCATTERED_BY_PORT = {
 }  # fmt: skip
 """Constants that a seed draws for every motor by itself."""
 
-_DRAW_ORDER = sorted(CONSTANTS, key=lambda key: (key == "cpu", key in IN_SPACE, key))
+_DRAW_ORDER = sorted(
+    CONSTANTS, key=lambda key: (key == "encoder", key == "cpu", key in IN_SPACE, key)
+)
 """Order in which a seed draws: newer keys last, so that its plants stay the same."""
 
 

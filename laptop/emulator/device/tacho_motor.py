@@ -96,17 +96,21 @@ class TachoMotor(object):
         kind: "large" or "medium".
         drive: the plant's Drive; its `duty` is set, its `angle` and `shaft` are read.
         phase: angle of the shaft past an encoder edge where it starts, deg.
+        fineness: counts per degree of its encoder, 1 as it is.  The driver regulates by degrees.
 
     Attributes:
         notifications: number of changes of the state that `poll` has been woken for.
         unplugged: whether its cable is pulled.
     """
 
-    def __init__(self, port: str, kind: str, drive: "Drive", phase: float = 0.25) -> None:
+    def __init__(
+        self, port: str, kind: str, drive: "Drive", phase: float = 0.25, fineness: int = 1
+    ) -> None:
         self.port = port
         self.kind = kind
         self.drive = drive
-        self.encoder = Encoder(phase)
+        self.encoder = Encoder(phase, fineness)
+        self._fineness = fineness
         self.notifications = 0
         self.unplugged = False
         self._fixed = {  # type: Settings
@@ -114,10 +118,11 @@ class TachoMotor(object):
             "driver_name": DRIVER[kind],
             "commands": " ".join(COMMANDS),
             "stop_actions": " ".join(STOP_ACTIONS),
-            "count_per_rot": COUNTS_PER_TURN,
-            "max_speed": MAX_SPEED[kind],
+            "count_per_rot": COUNTS_PER_TURN * fineness,
+            "max_speed": MAX_SPEED[kind] * fineness,
         }
-        self._limits = dict(LIMITS, speed_sp=(-MAX_SPEED[kind], MAX_SPEED[kind]))
+        self._top = top = MAX_SPEED[kind] * fineness
+        self._limits = dict(LIMITS, speed_sp=(-top, top))
         self.t = 0.0
         self._sensed_at = None  # type: Optional[float]  # the drive's angle
         self._notified = ""
@@ -270,8 +275,8 @@ class TachoMotor(object):
 
     def begin_at(self, t: float) -> None:
         """Count from where the shaft is at `t`, s, as a driver that is loaded then."""
-        edges = math.floor((math.degrees(self.drive.shaft) + self.encoder.phase))
-        self.encoder.edges = edges * EDGES_PER_COUNT
+        turned = math.degrees(self.drive.shaft) * self._fineness
+        self.encoder.edges = math.floor(turned + self.encoder.phase) * EDGES_PER_COUNT
         self.encoder.updated_at = self.t = t
         self._sensed_at = self.drive.angle
         self._next_notify = t + NOTIFY_PERIOD
@@ -355,7 +360,7 @@ class TachoMotor(object):
     def _deceleration(self) -> float:
         """Deceleration of a ramp down, counts/s2."""
         ramp_down = self._active["ramp_down_sp"]  # type: int
-        return MAX_SPEED[self.kind] * 1000.0 / ramp_down
+        return self._top * 1000.0 / ramp_down
 
     def _begin_ramp_down(self) -> None:
         self._ramping = True
@@ -457,7 +462,7 @@ class TachoMotor(object):
         self._integral += error  # also where Ki is 0
         total = kp * error + ki * self._integral + kd * (self._last_error - error)
         self._last_error = error
-        duty = _truncated(total, 10000)
+        duty = _truncated(total, 10000 * self._fineness)
         self._overloaded = not -100 <= duty <= 100
         if self._overloaded:
             self._integral -= error
@@ -476,10 +481,12 @@ class TachoMotor(object):
                 self._begin_ramp_down()
         goal = self._goal_speed
         if to_position and not goal:
-            goal = self._direction * min(MIN_RAMP_SPEED, abs(self._active["speed_sp"]))
+            goal = self._direction * min(
+                MIN_RAMP_SPEED * self._fineness, abs(self._active["speed_sp"])
+            )
         rising = abs(goal) > abs(self._ramp_speed)
         time = self._active["ramp_up_sp" if rising else "ramp_down_sp"] / 1000.0
-        top = float(MAX_SPEED[self.kind])
+        top = float(self._top)
         step = top * RAMP_PERIOD / time if time else top * 2
         self._ramp_speed += max(-step, min(step, goal - self._ramp_speed))
         if self._ramp_end is None:

@@ -1,6 +1,10 @@
 """The bench of drawing by sight: which cases, and what its table says of results."""
 
-from laptop.bench.ilc import HEADINGS, IlcCase, IlcResult, cases, table
+import math
+
+from laptop.bench import ilc_bounds
+from laptop.bench.ilc import HEADINGS, IlcResult, cases, table
+from laptop.bench.ilc_rig import WITHOUT, AgeingRig, IlcCase
 
 
 def result(greatest, *, wrong=True, path="line 1", failed=False, means=(), rendered=False):
@@ -49,3 +53,38 @@ def test_the_table_has_a_row_for_each_path_and_for_all_of_a_kind():
 def test_a_group_of_which_nothing_was_drawn_has_no_figures():
     (row, _) = table([result((), failed=True)])
     assert row[3:] == ["0 of 1"] + [""] * (len(HEADINGS) - 4)
+
+
+def test_each_cause_is_taken_away_of_the_same_arms():
+    todo = ilc_bounds.cases(range(2), ["line 1", "line 2"])
+    assert len(todo) == len(set(todo)) == 2 * 2 * len(WITHOUT)
+    plants = {
+        without: AgeingRig(IlcCase(7, "planar", "line 1", without=without)) for without in WITHOUT
+    }
+    assert plants["backlash"].arm.joints[0].backlash == 0 < plants[""].arm.joints[0].backlash
+    assert plants["backlash"].arm.joints[0].link == plants[""].arm.joints[0].link
+    changed = plants["half of the motors' friction"].plant
+    assert changed == plants[""].plant + ",rotor_friction=0.5"
+
+
+def test_what_a_cause_costs_is_told_of_pairs():
+    def drawn(greatest, without="", path="line 1"):
+        case = IlcCase(1, "planar", path, without=without)
+        return IlcResult(case, (9.0, greatest), (2.0, 0.5), (1.0, 0.2), (1.0,), 3.0, 0.4)
+
+    failed = IlcResult(IlcCase(1, "planar", "line 3", without="backlash"), failed=True)
+    rows = ilc_bounds.table(
+        [
+            drawn(1.0),
+            drawn(3.0, path="line 2"),
+            drawn(0.5, "backlash"),
+            drawn(1.5, "backlash", "line 2"),
+            failed,
+        ]
+    )
+    plain, without = (dict(zip(ilc_bounds.HEADINGS, row, strict=True)) for row in rows)
+    assert plain["greatest, median"] == "2.00"
+    assert plain["less than with all, mean"] == ""
+    assert without["drawn"] == "2 of 3"
+    # 0.5 and 1.5 less: their mean, and its standard error.
+    assert without["less than with all, mean"] == f"1.00 +- {math.sqrt(0.5) / math.sqrt(2):.2f}"

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from arms import PLANAR as ARM
 
-from laptop.bench.ilc import AgeingRig, IlcCase, plan_of, run_case
+from laptop.bench.ilc import plan_of, run_case
+from laptop.bench.ilc_rig import AgeingRig, IlcCase
 from laptop.drawing.artwork import Artwork
 from laptop.drawing.lines import in_place, line_through
 from laptop.drawing.options import DrawingOptions
