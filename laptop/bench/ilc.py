@@ -15,8 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from laptop.bench import ilc_bounds
-from laptop.bench.bench import BenchRecord, BenchTable, silenced
+from laptop.bench import ilc_bounds, ilc_drawings
+from laptop.bench.bench import BenchRecord, BenchTable, flat, silenced
+from laptop.bench.ilc_drawings import DrawingResult
 from laptop.bench.ilc_rig import AgeingRig, IlcCase
 from laptop.drawing.artwork import Artwork
 from laptop.drawing.lines import in_place, line_through
@@ -29,8 +30,8 @@ from laptop.measure.run_data import RunData
 from laptop.record.figures.line_accuracy import distances
 from shared.arm_description import Arm, ArmError
 
-ABOUT = PATHS, BOUNDS = "paths", "bounds"
-"""Words for what is measured."""
+BOUNDS, DRAWINGS = "bounds", "drawings"
+"""Words for what is measured beside the paths."""
 
 ARMS = ("planar", "geared")
 
@@ -229,14 +230,23 @@ def _row(key: tuple[str, bool, str], every: Sequence[IlcResult]) -> list[str]:
 def _cases(it: Any) -> list[IlcCase]:
     if it.about == BOUNDS:
         return ilc_bounds.cases(it.seeds, list(LINES), it.cpu)
+    if it.about == DRAWINGS:
+        return ilc_drawings.cases(it.seeds, ARMS, it.cpu)
     return cases(it.seeds, cpu=it.cpu)
 
 
-def _shown(results: Sequence[IlcResult], it: Any) -> list[BenchTable]:
+def _work(case: IlcCase) -> Sequence[IlcResult | DrawingResult]:
+    return ilc_drawings.run_case(case) if case.path == ilc_drawings.PATH else [run_case(case)]
+
+
+def _shown(results: Sequence[Any], it: Any) -> list[BenchTable]:
     if it.about == BOUNDS:
         title = f"What bounds lines after {TRIALS} rehearsals: mm, planar arms as built"
         return [BenchTable(title, ilc_bounds.HEADINGS, ilc_bounds.table(results))]
+    if it.about == DRAWINGS:
+        title = f"Drawings with some strokes rehearsed {ilc_drawings.TRIALS} times: mm"
+        return [BenchTable(title, ilc_drawings.HEADINGS, ilc_drawings.table(results), 1)]
     return [BenchTable("Drawn by sight: mm, after 0 to 3 rehearsals", HEADINGS, table(results), 3)]
 
 
-BENCH = BenchRecord("drawing", _cases, run_case, _shown)
+BENCH = BenchRecord("drawing", _cases, _work, _shown, gather=flat)

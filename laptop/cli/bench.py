@@ -249,12 +249,13 @@ BENCHES = (
         Each seed's arm draws them as it is built and once as it is described.  The first five as
         built are seen in rendered pictures by the real tracker.
 
-        TABLE is paths, as above; or bounds: what is left, with each of its causes taken away.
+        TABLE is paths, as above; bounds: what is left, with each of its causes taken away; or
+        drawings: one of thirty strokes, of which none, some or all are rehearsed.
         """,
         (
             click.argument(
                 "about",
-                type=click.Choice(("paths", "bounds")),
+                type=click.Choice(("paths", "bounds", "drawings")),
                 default="paths",
                 metavar="[TABLE]",
             ),

@@ -16,7 +16,14 @@ import click
 
 from laptop.cli.draw_simulated import EmulatedBrickSpec, LearnedOffsets, draw_simulated
 from laptop.measure.ilc import stored_offsets
-from laptop.measure.ilc.trials import LOG_PERIOD, LearningResult, TrialResult, run_trials
+from laptop.measure.ilc.sampled_trials import run_sampled_trials
+from laptop.measure.ilc.trials import (
+    LOG_PERIOD,
+    LearningResult,
+    TrialResult,
+    Unseen,
+    run_trials,
+)
 
 if TYPE_CHECKING:
     from laptop.cli.draw_options import DrawOrders
@@ -167,6 +174,19 @@ def _gained(before: stored_offsets.StoredOffsets) -> str:
     return f"{before.trials} rehearsals have taught: {missed}"
 
 
+def _foretold(unseen: Unseen, continued: bool) -> str:
+    """Say what a few strokes have told of all others."""
+    seen = f"{unseen.strokes} of {unseen.total} strokes were rehearsed"
+    if continued:
+        return f"{seen}; the others keep what was learned before"
+    if not unseen.kinds:
+        return f"{seen}; they foretell nothing of the others, which are drawn as before"
+    return (
+        f"{seen}; foretold from one another they miss {unseen.left_mm:.1f} mm rms in place of "
+        f"{unseen.without_mm:.1f}, and so the others are foretold from them"
+    )
+
+
 def _run_trials(
     plan: DrawingPlan,
     asked: IlcOptions,
@@ -195,7 +215,14 @@ def _run_trials(
             err=True,
         )
 
-    learned = run_trials(plan, rig, view, asked.times, first, on_trial=on_trial)
+    if asked.strokes is None:
+        learned = run_trials(plan, rig, view, asked.times, first, on_trial=on_trial)
+    else:
+        learned = run_sampled_trials(
+            plan, rig, view, asked.times, asked.strokes, first, on_trial=on_trial
+        )
+    if learned.unseen:
+        click.echo(_foretold(learned.unseen, first is not None), err=True)
     if before and first is None:
         less = before.without_mm - learned.steps[0].rms_mm
         click.echo(

@@ -316,7 +316,7 @@ SECTIONS = {
         *("--brick", "--detach", "--arm", "--json"),
     ),
     "Taught by camera": (
-        *("--trials", "--camera", "--calibration", "--arm-at", "--marker-height", "--bar"),
+        *("--trials", "--of", "--camera", "--calibration", "--arm-at", "--marker-height", "--bar"),
         *("--forget", "--scene", "--listen-port"),
     ),
 }

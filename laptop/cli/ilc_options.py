@@ -17,6 +17,7 @@ class IlcOptions:
     """Options of drawing by sight.
 
     times        rehearsals; 0: what is kept is drawn, and nothing learned
+    strokes      number of strokes in them, which teach all; None: all
     camera       source of the camera, as for `track`
     camera_file  of `measure camera --out`; None: the board is looked for in the picture
     arm_at       where the arm stands on the board, (x, y, degrees); None: as the drawing lies
@@ -29,6 +30,7 @@ class IlcOptions:
     """
 
     times: int
+    strokes: int | None
     camera: str | None
     camera_file: Path | None
     arm_at: tuple[float, float, float] | None
@@ -45,6 +47,7 @@ class TypedIlcOptions:
     """The same options as typed; None where nothing is typed."""
 
     trials: int | None
+    of: int | None
     camera: str | None
     camera_file: Path | None
     arm_at: str | None
@@ -61,6 +64,12 @@ ILC_OPTIONS = option_group(
         type=click.IntRange(0, 20),
         metavar="N",
         help="Teach the path by camera first, in N trials on scrap; 0: draw as taught before.",
+    ),
+    click.option(
+        "--of",
+        type=click.IntRange(3),
+        metavar="M",
+        help="With --trials: rehearse M strokes that stand for all, and foretell the others.",
     ),
     click.option("--camera", metavar="SOURCE", help="For --trials, as for track."),
     click.option(
@@ -121,6 +130,7 @@ def read_ilc_options(typed: TypedIlcOptions, arm: Arm, emulated: str | None) -> 
         emulated = SYNTHETIC if typed.camera == SYNTHETIC else ""
     return IlcOptions(
         typed.trials,
+        typed.of,
         typed.camera,
         typed.camera_file,
         at,

@@ -83,7 +83,7 @@ RULES: dict[str, tuple[Excludes | Needs | OneOf, ...]] = {
         Excludes(("--line",), ("--paper", "--at", "--size", "--rotate"), "lies where it is"),
         Needs(("--touch-up",), ("--pens",), "is for several pens"),
         Needs(
-            (*("--camera", *OF_LIVE), "--scene", "--listen-port", "--forget"),
+            (*("--camera", *OF_LIVE), "--scene", "--listen-port", "--forget", "--of"),
             ("--trials",),
             "is for a path that is taught by camera",
         ),

@@ -93,6 +93,12 @@ class DrawingPlan:
         if self.missed and not (self.options.clip and self.strokes):
             raise strokes.refusal(self.missed, self.total, self.options.clip)
 
+    def part(self, numbers: Sequence[int]) -> DrawingPlan:
+        """Return the plan of some of its strokes alone, by their numbers from 0 on."""
+        own = tuple(self.strokes[k] for k in numbers)
+        after = _count([stroke.placed for stroke in own])
+        return replace(self, strokes=own, after=after, estimate=estimate(self.arm, own))
+
     def write_job(
         self,
         file: str | os.PathLike[str],

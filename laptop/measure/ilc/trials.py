@@ -56,6 +56,24 @@ class TrialResult:
     greatest_mm: float
 
 
+@dataclass(frozen=True)
+class Unseen:
+    """What the trials of a few strokes tell of all others, joined strokes counted as one.
+
+    strokes     in the trials
+    total       of the drawing
+    kinds       of an arm's errors that foretell them, see ArmErrors; (): nothing does
+    without_mm  rms error of the strokes in the trials, as the arm is described
+    left_mm     rms error of each of them when it is foretold from the rest
+    """
+
+    strokes: int
+    total: int
+    kinds: tuple[str, ...]
+    without_mm: float
+    left_mm: float
+
+
 @dataclass(frozen=True, eq=False)
 class LearningResult:
     """Result of a drawing's trials.
@@ -65,6 +83,7 @@ class LearningResult:
     floor_mm noise floor: what two drawings of it differ by, about, rms
     why      it ended before all were done, or what else is to be reported; ""
     no_gain  nothing that was tried was better than what it began with
+    unseen   what a few strokes tell of all others; None: all were in the trials
     """
 
     offsets: DrawingOffsets
@@ -72,10 +91,22 @@ class LearningResult:
     floor_mm: float
     why: str
     no_gain: bool
+    unseen: Unseen | None = None
 
     def numbers(self) -> list[list[planning.Learned]]:
         """Offsets as a job has them."""
         return [[piece.numbers() for piece in stroke] for stroke in self.offsets]
+
+
+def merged_numbers(plan: DrawingPlan) -> list[list[int]]:
+    """Return the numbers of a drawing's strokes, joined ones together."""
+    out: list[list[int]] = []
+    for k, stroke in enumerate(plan.strokes):
+        if k and planning.is_joined(plan.strokes[k - 1], stroke):
+            out[-1].append(k)
+        else:
+            out.append([k])
+    return out
 
 
 class DrawingLearner:
@@ -90,12 +121,7 @@ class DrawingLearner:
         self.plan = plan
         self.paths = [paths_of(plan.arm, stroke.motions) for stroke in plan.strokes]
         first = first or [[none(piece) for piece in stroke] for stroke in self.paths]
-        self._merged_strokes: list[list[int]] = []
-        for k, stroke in enumerate(plan.strokes):
-            if k and planning.is_joined(plan.strokes[k - 1], stroke):
-                self._merged_strokes[-1].append(k)
-            else:
-                self._merged_strokes.append([k])
+        self._merged_strokes = merged_numbers(plan)
         self._learners = []
         for joined in self._merged_strokes:
             pieces = [piece for k in joined for piece in self.paths[k]]

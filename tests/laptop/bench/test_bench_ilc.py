@@ -2,9 +2,11 @@
 
 import math
 
-from laptop.bench import ilc_bounds
+from laptop.bench import ilc_bounds, ilc_drawings
 from laptop.bench.ilc import HEADINGS, IlcResult, cases, table
 from laptop.bench.ilc_rig import WITHOUT, AgeingRig, IlcCase
+from laptop.measure.ilc.trials import merged_numbers
+from shared.arm_description import find_arm, read_arm
 
 
 def result(greatest, *, wrong=True, path="line 1", failed=False, means=(), rendered=False):
@@ -88,3 +90,36 @@ def test_what_a_cause_costs_is_told_of_pairs():
     assert without["drawn"] == "2 of 3"
     # 0.5 and 1.5 less: their mean, and its standard error.
     assert without["less than with all, mean"] == f"1.00 +- {math.sqrt(0.5) / math.sqrt(2):.2f}"
+
+
+def test_thirty_strokes_of_the_sunflower_stay_apart():
+    for arm in ("planar", "geared"):
+        plan = ilc_drawings.plan_of(read_arm(find_arm(arm)))
+        assert len(merged_numbers(plan)) == ilc_drawings.STROKES
+
+
+def test_drawings_are_told_by_arm_and_by_how_many_strokes_were_rehearsed():
+    def drawn(arm, count, greatest, kinds=()):
+        case = IlcCase(1, arm, ilc_drawings.PATH)
+        return ilc_drawings.DrawingResult(case, count, greatest, greatest / 2, 10.0 * count, kinds)
+
+    failed = ilc_drawings.DrawingResult(IlcCase(2, "planar", ilc_drawings.PATH), 6, failed=True)
+    rows = ilc_drawings.table(
+        [
+            drawn("geared", 0, 3.0),
+            drawn("planar", 6, 2.0, ("zeros",)),
+            drawn("planar", 6, 4.0),
+            failed,
+            drawn("planar", 0, 8.0),
+        ]
+    )
+    assert [row[:2] for row in rows] == [
+        ["planar", "0 of 30"],
+        ["planar", "6 of 30"],
+        ["geared", "0 of 30"],
+    ]
+    some = dict(zip(ilc_drawings.HEADINGS, rows[1], strict=True))
+    assert some["drawn"] == "2 of 3"
+    assert some["foretold"] == "1 of 2"
+    assert some["greatest, median"] == "3.00"
+    assert some["rehearsals, s"] == "60"

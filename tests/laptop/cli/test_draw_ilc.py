@@ -59,6 +59,30 @@ def test_what_was_rehearsed_is_kept_and_drawn_again(draw, tmp_path):
     assert json.loads(file.read_text())["rehearsals"] == 2
 
 
+@pytest.mark.long
+def test_a_few_rehearsed_strokes_teach_all(draw, tmp_path):
+    places = [(10, 10), (40, 15), (70, 10), (20, 50), (60, 45), (85, 60), (40, 80)]
+    lines = "".join(
+        f'<line x1="{x}" y1="{y}" x2="{x + 12 * (-1) ** k}" y2="{y + 14}"/>'
+        for k, (x, y) in enumerate(places)
+    )
+    head = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100"><g stroke="black">'
+    (tmp_path / "seven.svg").write_text(f"{head}{lines}</g></svg>")
+    common = ("seven.svg", "--size", "10", *PLANT)
+    plain = draw(*common, "--out", "plain")
+    assert plain.exit_code == 0, plain.output
+    done = draw(*common, "--trials", "2", "--of", "4", "--out", "taught")
+    assert done.exit_code == 0, done.output
+    assert "4 of 7 strokes were rehearsed; foretold from one another they miss" in done.output
+    assert off("taught") < 0.6 * off("plain")
+    # What was foretold is kept beside what was rehearsed.
+    again = draw(*common, "--trials", "0", "--out", "again")
+    assert again.exit_code == 0, again.output
+    assert off("again") == pytest.approx(off("taught"))
+    more = draw(*common, "--trials", "1", "--of", "4", "--out", "more")
+    assert "the others keep what was learned before" in more.output
+
+
 def test_a_job_is_written_with_what_was_learned(draw, monkeypatch):
     stored = stored_offsets.StoredOffsets(
         [[Offsets(np.array([0.0, 4.4721]), np.full((2, 2), 0.01))]], 2, 3.0, 0.5
@@ -86,6 +110,8 @@ def test_a_job_is_written_with_what_was_learned(draw, monkeypatch):
         ((*LINE, "--trials", "3", *PLANT, "--camera", "0"), "leave --camera out"),
         ((*LINE, "--camera", "0"), "--camera is for a path that is taught by camera: add --trials"),
         ((*LINE, "--forget"), "--forget is for"),
+        ((*LINE, "--of", "6"), "--of is for"),
+        ((*LINE, "--trials", "3", "--of", "2"), "x>=3"),
         ((*LINE, "--built", "planar"), "add --simulate"),
         (("house", "--arm", "spatial", "--trials", "3"), "spatial moves"),
         (("--line", "10,0", "--trials", "3"), "two points"),
