@@ -60,10 +60,10 @@ def test_all_conditions_are_in_the_mode_that_is_asked_for(mode):
 FOLLOWS = """
 from shared import messages
 start = messages.Start
-messages.Start = lambda *args, **options: start(*args, **options)._replace(mode="stream")
+messages.Start = lambda *args, **options: start(*args, **options)._replace(mode="look")
 from laptop.bench import servo
 (case,) = servo.cases(range(5, 6), "nominal", ("planar",))
-assert case.scenario.mode == "stream"
+assert case.scenario.mode == "look"
 """
 
 
@@ -171,3 +171,24 @@ def test_the_budget_of_who_is_told_begins_with_its_motion():
     assert result.success
     assert result.seconds == pytest.approx(FOLLOW_WINDOW[1], abs=0.3)
     assert result.rms < 6
+
+
+# ---- the next program
+
+
+@pytest.mark.parametrize(("meanwhile", "explores"), [("program", False), ("moved", True)])
+def test_the_next_program_explores_only_where_a_camera_was_moved(meanwhile, explores):
+    first, second = run("chain", ServoScenario(goals=2, meanwhile=meanwhile))
+    assert first.success
+    assert second.success
+    assert first.phases["exploring"] > 0
+    assert (second.phases["exploring"] > 0) == explores
+
+
+def test_a_moved_camera_sees_the_arm_where_it_stands_and_not_at_its_old_place():
+    setting, cameras = servo_setups.set_up("planar", SEED, LOOK)
+    moved = servo_setups.moved_cameras(setting, cameras)
+    for q in (setting.start, setting.goal):
+        assert moved.shows(q)
+    assert servo_setups.image_distance(cameras(setting.goal), moved(setting.goal)) > 10
+    assert servo_setups.set_up("planar", SEED, LOOK)[1](setting.goal) == cameras(setting.goal)

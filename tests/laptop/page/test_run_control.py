@@ -16,6 +16,13 @@ def test_a_start_goes_to_the_point_that_was_clicked(scene):
     ]
 
 
+@pytest.mark.parametrize(("method", "mode"), [("chain", "stream"), ("report", "look")])
+def test_where_no_mode_is_chosen_it_steers_if_the_method_can(scene, method, mode):
+    scene.show()
+    assert scene.controller.runs.start(method) == ""
+    assert [start.mode for start in scene.server.sent] == [mode]
+
+
 FOLLOW = ("chain", "stream", "stereo", 8.0, 300.0, True)
 
 
