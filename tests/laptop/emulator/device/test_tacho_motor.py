@@ -13,6 +13,7 @@ import pytest
 from heard_motor import listen
 
 from laptop.emulator.device.plant_constants import MOTORS
+from laptop.emulator.rig import Rig
 
 TICK = 0.002
 
@@ -939,3 +940,29 @@ def test_jam_blocks_a_bare_motor(bench):
     bench.sleep(0.5)
     assert bench.degrees("C") == at
     assert motor.is_stalled
+
+
+# A finer encoder
+
+
+def test_a_finer_encoder_counts_more_and_is_regulated_alike(bench):
+    turned = []
+    for plant, fineness in (("", 1), ("encoder=4", 4)):
+        rig = bench(plant)
+        motor = rig.motor("D")
+        assert motor.count_per_rot == 360 * fineness
+        # Without the integral the speed that it comes to tells the gain.
+        motor.speed_i = 0
+        motor.run_forever(speed_sp=200 * fineness)
+        rig.watch("D", 1.0)
+        assert motor.position == pytest.approx(fineness * rig.degrees("D"), abs=1)
+        turned.append(rig.degrees("D"))
+    assert turned[0] > 50
+    assert turned[1] == pytest.approx(turned[0], rel=0.1)
+
+
+def test_a_finer_encoder_leaves_the_brick_its_zero():
+    with Rig(plant="encoder=2", start="60,-60") as rig:
+        run = rig.run("driver.py", "move", "10,4", "--stay")
+        assert run.outcome.status == 0
+        assert rig.tip[:2] == pytest.approx((10.0, 4.0), abs=0.6)
