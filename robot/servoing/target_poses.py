@@ -65,9 +65,8 @@ class TargetPoses(object):
         straight = best_pose(image, goal, q, self.box, q, penalty)
         left = straight[1]
         target_pose = progress.target_pose
-        if left <= (
-            self._tolerance if target_pose else max(self._tolerance, MAX_LEFTOVER_SHARE * error)
-        ):
+        bearable = max(self._tolerance, MAX_LEFTOVER_SHARE * error)
+        if left <= (self._tolerance if target_pose else bearable):
             return straight
         if target_pose is None:
             target = best_posture(
@@ -77,9 +76,20 @@ class TargetPoses(object):
             target = best_pose(image, goal, target_pose, self.box, q, penalty)
             if target[1] >= left - 1:
                 target = straight
+            left = target[1]
+            if left > bearable and self._at_wall(target[0]):
+                # The model has learned since, and may know a better one.
+                target = best_posture(
+                    image, goal, q, self.box, target, left, self._tolerance, penalty
+                )
         progress.target_pose = target[0]
         progress.detours = target is not straight
         return target
+
+    def _at_wall(self, q):
+        # type: (Pose) -> bool
+        """Return whether a joint of q (rad) is at a wall of the box."""
+        return any(not low < a < high for a, low, high in zip(q, *self.box))
 
     def other_posture(self, q, tried):
         # type: (Pose, List[Pose]) -> Optional[Pose]
