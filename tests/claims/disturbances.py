@@ -46,7 +46,7 @@ MODES = ("look", "stream")
 BUDGET = 60.0
 """Of every run, s."""
 
-STRIKE = (0.5, 2.5)
+STRIKE = (0.5, 2.0)
 """Between these times of a run something goes wrong, s: as soon as a link turns fast, if one does.
 """
 FAST, PATIENCE = 0.6, 1.0
