@@ -96,7 +96,7 @@ class Loopback:
 
     def __init__(self) -> None:
         self._listener: socket.socket | None = None
-        self._port = 0
+        self._address: Any = ("", 0)
         self._connections: dict[Any, _LoopbackPair] = {}  # by the client's address
 
     def listen(self, listener: socket.socket) -> None:
@@ -111,7 +111,7 @@ class Loopback:
             return sock, address
 
         _change(listener, accept=accept)
-        self._listener, self._port = listener, listener.getsockname()[1]
+        self._listener, self._address = listener, listener.getsockname()
 
     def connect(self, socks: Sequence[Any]) -> None:
         """Await the connections of sockets, and count those to the listener as its clients.
@@ -123,9 +123,12 @@ class Loopback:
             if not hasattr(sock, "getpeername") or hasattr(type(sock), "counted"):
                 continue
             with contextlib.suppress(OSError):
+                address = sock.getsockname()
+                if address[0] != self._address[0]:
+                    continue  # it is about to leave this computer, and may take its time
                 select.select([], [sock], [], PATIENCE)
-                if sock.getpeername()[1] == self._port:
-                    self._add(sock.getsockname(), "client", sock)
+                if sock.getpeername() == self._address:
+                    self._add(address, "client", sock)
 
     def settle(self) -> None:
         """Wait until all that is on its way has arrived."""
