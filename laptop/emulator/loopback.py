@@ -22,8 +22,9 @@ PATIENCE = 1.0
 POLL_PAUSE = 0.0002
 """Pause between two looks for it, wall s."""
 
-ENOUGH = 2048
-"""Number of bytes that need not be more to go on: of many the rest may wait for room, bytes."""
+ENOUGH = 16384
+"""Number of bytes that need not be more to go on, bytes: of lines of a hundred, as many and half of
+that again find room in a client's receive buffer; the rest may wait until it has read."""
 
 
 @dataclass
