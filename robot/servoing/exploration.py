@@ -49,8 +49,6 @@ def explore_one(q, walls, goal, models, selection):
         models: ImageModels.
         selection: CameraSelection, which counts that joint as explored.
     """
-    if selection.explored:  # of a model that needs none: all turn, to see whether the tip follows
-        return inward(q, walls)
     k, explored = selection.next_joint()
     to = list(q)
     to[k] = inward(q, walls)[k]

@@ -177,12 +177,3 @@ def test_another_posture_is_looked_for_where_three_tenths_would_be_left(
 def test_a_step_of_eight_degrees_shows_what_is_clear_of_the_noise(slope, sigma, moves):
     """0.14 rad: 6 px of a noise of 2 px, and never less than 3 px."""
     assert is_seen_moving(((1.0, 0.6 * slope), (0.0, 0.8 * slope)), sigma) is moves
-
-
-def test_a_model_that_needs_no_exploring_turns_all_joints_to_verify_the_tip():
-    one, _ = servo()
-    far = SCALE * 1.2, SCALE * 0.4
-    assert look(one, (0.3, 0.4), far).action == "move"
-    jumped = one.decide((0.5, 0.4), [Measurement("A", far, far, VARIANCE, 6)])
-    assert jumped.action == "explore"
-    assert all(abs(a - b) > 0.1 for a, b in zip(jumped.q, (0.5, 0.4)))
