@@ -90,7 +90,7 @@ class Servo(object):
         kind: ModelKind, as model_kind gives it.
         tolerance: px.
         seed: of the generator that draws restarts.
-        known: the models need no exploring.
+        known: the models need no exploring, and no surprise makes the servo verify the tip.
         rows: Rows; all if None.
 
     Attributes:
@@ -117,7 +117,7 @@ class Servo(object):
         self._targets = TargetPoses(arm, tolerance)
         self._selection = CameraSelection(self.rows, len(arm.joints), known)
         self._progress = Progress(tolerance, known)
-        self._verification = TipVerification(tolerance)
+        self._verification = TipVerification(math.inf if known else tolerance)
         self._region = FIRST_STEP
         self._uniform = uniform_draws(seed)
         self._last_measurement = None  # type: Optional[LastMeasurement]
