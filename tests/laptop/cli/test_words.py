@@ -15,7 +15,7 @@ from laptop.cli.main import laptop
 from laptop.cli.old_options import OLD_OPTIONS
 from laptop.cli.rules import RULES
 
-MOST_NAMES = 86
+MOST_NAMES = 87
 SEVERAL_FORMS = {
     "--arm": {"FILE", "ARM", "choice"},  # of a bench those that it can
     "--arm-at": {"X,Y,DEG"},
