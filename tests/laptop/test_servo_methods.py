@@ -35,7 +35,7 @@ from shared.arm_description import find_arm, read_arm
 from shared.messages import Start
 
 assert make_servo(read_arm(find_arm("planar")), "mine", "look", 5.0)[0] == ("mine", 5.0)
-run_options.check_options(Start(method="mine"), 2)
+run_options.check_options(Start("mine", run_options.usual_mode("mine")), 2)
 assert _parser().parse_args(["--method", "mine"]).method == "mine"
 assert "mine" in methods_of("nominal")
 method.formula = lambda tex: tex
