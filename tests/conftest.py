@@ -21,6 +21,7 @@ IMPORT = re.compile(
 )
 BRICK_SIDE = ("robot", "shared", "laptop.emulator")
 LAPTOP_ONLY = (
+    "laptop.emulator.loopback",
     "laptop.emulator.scene",
     "laptop.emulator.virtual_tracker",
     "laptop.emulator.watching",

@@ -12,6 +12,7 @@ import contextlib
 import select
 import socket
 import time as wall
+import weakref
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -29,18 +30,18 @@ that again find room in a client's receive buffer; the rest may wait until it ha
 
 @dataclass
 class _LoopbackEnd:
-    """One end of a connection.
+    """One end of a connection, whose socket lives as long as others need it.
 
     Attributes:
-        sock: its socket.
-        recv: reads from it without a count.
+        socket_of: returns its socket, None once nobody holds it.
+        plain: class of the socket, by which it is read without a count.
         sent, read: number of bytes so far.
         arrived: number of bytes of the other end's of which is known that they have arrived.
         hung_up: whether it is known that the end of the other one has arrived.
     """
 
-    sock: socket.socket
-    recv: Callable[[int, int], bytes]
+    socket_of: Callable[[], socket.socket | None]
+    plain: Any
     sent: int = 0
     read: int = 0
     arrived: int = 0
@@ -48,12 +49,13 @@ class _LoopbackEnd:
 
     @property
     def closed(self) -> bool:
-        return self.sock.fileno() < 0
+        sock = self.socket_of()
+        return sock is None or sock.fileno() < 0
 
     def holds(self, size: int) -> bool:
         """Return True if it holds so many bytes, or no more can come."""
         try:
-            data = self.recv(size, socket.MSG_PEEK)
+            data = self.plain.recv(self.socket_of(), size, socket.MSG_PEEK)
         except BlockingIOError:
             return False
         except OSError:
@@ -62,7 +64,8 @@ class _LoopbackEnd:
 
     def await_all_of(self, other: _LoopbackEnd) -> None:
         """Wait until it has what the other end has sent, and that it has hung up."""
-        if self.closed:
+        sock = self.socket_of()
+        if sock is None or self.closed:
             return
         if other.sent > self.arrived:
             size = min(other.sent - self.read, ENOUGH)
@@ -71,7 +74,7 @@ class _LoopbackEnd:
                 wall.sleep(POLL_PAUSE)
             self.arrived = other.sent
         if other.closed and not self.hung_up:
-            _await_end(self.sock)
+            _await_end(sock)
             self.hung_up = True
 
 
@@ -155,7 +158,7 @@ class Loopback:
 def _counted(sock: socket.socket) -> _LoopbackEnd:
     """Have a socket count its bytes from now on."""
     plain: Any = type(sock)
-    end = _LoopbackEnd(sock, lambda size, flags: plain.recv(sock, size, flags))
+    end = _LoopbackEnd(weakref.ref(sock), plain)
 
     def send(sock: socket.socket, data: bytes, *flags: int) -> int:
         sent: int = plain.send(sock, data, *flags)

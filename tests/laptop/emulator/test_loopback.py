@@ -1,7 +1,10 @@
 """Connections within this process: what is on its way is waited for, and nothing else is."""
 
+import gc
 import socket
 import time
+
+import pytest
 
 from laptop.emulator.loopback import Loopback
 
@@ -38,6 +41,19 @@ def test_who_connects_to_another_computer_is_not_waited_for_and_our_own_is_told_
             server.send(b"two")
             loopback.settle()
             assert (server.recv(9), client.recv(9)) == (b"one", b"two")
+
+
+@pytest.mark.filterwarnings("ignore:unclosed:ResourceWarning")
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_a_socket_that_nobody_holds_any_more_hangs_up():
+    """As that of a program that was killed: its system closes it."""
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        loopback, client, server = linked(listener)
+        with server:
+            del client
+            gc.collect()
+            loopback.settle()
+            assert server.recv(9) == b""
 
 
 def test_where_nothing_is_on_its_way_it_goes_on_at_once():
