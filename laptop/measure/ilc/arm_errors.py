@@ -74,7 +74,6 @@ class ArmErrors:
     """Errors of an arm's description, as far as they are known.
 
     Attributes:
-        kinds: of KINDS; (): none of them foretells a stroke.
         values: see Values; none: nothing foretells a stroke.
         without_cm: rms error of the strokes as the arm is described, cm.
         left_cm: of each stroke as the others foretell it, rms, cm.

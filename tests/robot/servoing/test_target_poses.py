@@ -28,7 +28,7 @@ def chosen(lower, under_way):
     joints = shoulder._replace(lower=lower, upper=UPPER), elbow
     progress = Progress(TOLERANCE)
     progress.target_pose = under_way
-    error = math.dist(Wave().predict(HERE), GOAL)
+    error = math.hypot(*Wave().predict(HERE))  # of GOAL, 0
     poses = TargetPoses(PLANAR._replace(joints=joints), TOLERANCE)
     return (*poses.choose(Wave(), GOAL, HERE, None, error, progress), progress.detours)
 
