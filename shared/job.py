@@ -37,10 +37,10 @@ from shared.record import record
 
 MYPY = False
 if MYPY:
-    from typing import Any, Dict, Iterable, Iterator, NoReturn, Optional, Tuple  # noqa: F401
+    from typing import Any, Dict, Iterable, Iterator, List, NoReturn, Optional, Tuple  # noqa: F401
 
     from shared.arm_description import Arm  # noqa: F401
-    from shared.job_pieces import Between  # noqa: F401
+    from shared.job_pieces import Between, Piece  # noqa: F401
     from shared.records import Offsets, Stroke
 
     __all__ = ["BadJob", "JobHeader", "Offsets", "Stroke", "header_of"]
@@ -165,7 +165,9 @@ class Job(object):
         self.between = go_on  # type: Between
         try:
             self._offsets, self._lengths, self.crc = self._scan()
-            self.header = read_header(self._parsed(0), len(self._offsets) - 2)
+            self.header = read_header(_object(self._line(0)), len(self._offsets) - 2)
+            # CRC-32 of the line of each stroke that was found fit for the arm; 0: not yet
+            self._fit = array("L", [0]) * len(self._offsets)
         except OSError as error:
             raise BadJob("{}: {}; give a job's file".format(path, error.strerror)) from None
         except (InvalidFile, ValueError, KeyError, TypeError, RecursionError) as error:
@@ -175,35 +177,48 @@ class Job(object):
 
     def stroke(self, k):
         # type: (int) -> Stroke
-        """Read the k-th Stroke, from 1 on.
+        """Read the k-th Stroke, from 1 on; check it, unless it was found fit as it is.
 
         Raises:
             BadJob: it was damaged or taken away meanwhile, or asks of the arm what that cannot do.
         """
         try:
-            value = self._parsed(k)
+            line = self._line(k)
+            crc = zlib.crc32(line) & 0xFFFFFFFF
+            value = _object(line)
             self.between()
-            if value["stroke"] != k:
-                raise InvalidFile("has another stroke where {} should be".format(k))
-            pieces = []
-            for piece in value["pieces"]:
-                pieces.append(read_piece(piece, len(self.header.links)))
-                self.between()
-            if not pieces:
-                raise InvalidFile("has a stroke without a piece")
-            offsets = [_offsets(one, len(pieces[0][2])) for one in value.get("offsets", ())]
-            cm, start_s = number(value["cm"]), number(value["start_s"])
-            if not 0 <= start_s <= MAX_SECONDS:
-                raise InvalidFile("has a stroke that begins after {:g} s".format(start_s))
-            stroke = Stroke(word(value["layer"]), cm, start_s, pieces, offsets)
-            check_joined(pieces, self.between)
+            known = crc == self._fit[k]
+            if known:
+                pieces, offsets = value["pieces"], value.get("offsets", ())
+            else:
+                pieces, offsets = self._checked(k, value)
+            stroke = Stroke(
+                word(value["layer"]), number(value["cm"]), number(value["start_s"]), pieces, offsets
+            )
         except OSError as error:
             raise BadJob("{}: {}; send it again".format(self.path, error.strerror)) from None
         except (InvalidFile, ValueError, KeyError, TypeError, IndexError, RecursionError) as error:
             raise self._bad(error) from None
-        if self._arm:
+        if self._arm and not known:
             check_joints(self.path, k, pieces, self._arm.joints, self.between)
+            self._fit[k] = crc
         return stroke
+
+    def _checked(self, k, value):
+        # type: (int, Dict[str, Any]) -> Tuple[List[Piece], List[Offsets]]
+        """Return the pieces and offsets of a stroke that was read; raise if it is none."""
+        if value["stroke"] != k:
+            raise InvalidFile("has another stroke where {} should be".format(k))
+        pieces = []
+        for piece in value["pieces"]:
+            pieces.append(read_piece(piece, len(self.header.links)))
+            self.between()
+        if not pieces:
+            raise InvalidFile("has a stroke without a piece")
+        if not 0 <= number(value["start_s"]) <= MAX_SECONDS:
+            raise InvalidFile("has a stroke that begins after {:g} s".format(value["start_s"]))
+        check_joined(pieces, self.between)
+        return pieces, [_offsets(one, len(pieces[0][2])) for one in value.get("offsets", ())]
 
     def strokes(self):
         # type: () -> Iterator[Stroke]
@@ -275,11 +290,11 @@ class Job(object):
             ))  # fmt: skip
         return offsets, lengths, end["crc"]
 
-    def _parsed(self, k):
-        # type: (int) -> Dict[str, Any]
+    def _line(self, k):
+        # type: (int) -> bytes
         with open(open_file(self.path), "rb") as file:
             file.seek(self._offsets[k])
-            return _object(file.readline(MAX_LINE))
+            return file.readline(MAX_LINE)
 
 
 def _length(line):

@@ -8,6 +8,7 @@ import zlib
 
 import pytest
 
+import shared.job
 from robot.motion import paths, trajectory
 from shared.arm_description import find_arm, read_arm
 from shared.job import BadJob, Job, Stroke, header_of, write_job
@@ -387,3 +388,21 @@ def test_a_segment_that_is_no_way_is_refused(tmp_path, v):
     still = [[1.0, 0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]]
     piece = ([0.0, 0.05], [(v, 0.0, still, None)], [1.0, 1.0])
     assert "does not go on" in refusal(written(tmp_path, [Stroke("", 0.2, 1.0, [piece])]))
+
+
+def test_a_stroke_that_was_found_fit_is_checked_again_only_if_it_has_changed(tmp_path, monkeypatch):
+    path = written(tmp_path)
+    job, checked = Job(path, PLANAR), []
+    check = shared.job.check_joints
+    monkeypatch.setattr("shared.job.check_joints", lambda *args: checked.append(check(*args)))
+    first, second = job.strokes()
+    assert len(checked) == 2
+    again = job.stroke(2)
+    assert len(checked) == 2
+    assert json.dumps(again) == json.dumps(second)
+    with open(path, "r+b") as file:
+        text = file.read()
+        file.seek(0)
+        file.write(text.replace(b'"stroke":2', b'"stroke":3'))
+    with pytest.raises(BadJob, match="another stroke where 2 should be"):
+        job.stroke(2)
