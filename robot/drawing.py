@@ -235,18 +235,26 @@ def _direction(piece):
 
 def announce(pieces):
     # type: (Sequence[Piece]) -> None
-    """Append the wanted path to the file $BRICKSERVO_PLAN, for observers; one JSON line."""
-    file = os.environ.get(PLAN)
-    if file:
-        points = [pieces[0][0]] + [p for piece in pieces for p in piece[1:]]
+    """Tell observers the wanted path, if there are any."""
+    if os.environ.get(PLAN):
         import json  # not above: few are watched
 
-        try:
-            with open(open_to_write(file, os.O_APPEND), "a") as out:
-                out.write(json.dumps({"path": points}) + "\n")
-        except OSError as error:
-            raise NotAnnounced(
-                "cannot write {}: {}; make room or unset BRICKSERVO_PLAN".format(
-                    file, error.strerror
-                )
-            ) from None
+        points = [pieces[0][0]] + [p for piece in pieces for p in piece[1:]]
+        append_to_plan(json.dumps({"path": points}) + "\n")
+
+
+def append_to_plan(line):
+    # type: (str) -> None
+    """Append a JSON line to the file $BRICKSERVO_PLAN: a path, or a stroke as it stands in a job.
+
+    Raises:
+        NotAnnounced: it cannot be written.
+    """
+    file = os.environ[PLAN]
+    try:
+        with open(open_to_write(file, os.O_APPEND), "a") as out:
+            out.write(line)
+    except OSError as error:
+        raise NotAnnounced(
+            "cannot write {}: {}; make room or unset BRICKSERVO_PLAN".format(file, error.strerror)
+        ) from None

@@ -165,7 +165,7 @@ class Job(object):
         self.between = go_on  # type: Between
         try:
             self._offsets, self._lengths, self.crc = self._scan()
-            self.header = read_header(_object(self._line(0)), len(self._offsets) - 2)
+            self.header = read_header(_object(self.line(0)), len(self._offsets) - 2)
             # CRC-32 of the line of each stroke that was found fit for the arm; 0: not yet
             self._fit = array("L", [0]) * len(self._offsets)
         except OSError as error:
@@ -183,7 +183,7 @@ class Job(object):
             BadJob: it was damaged or taken away meanwhile, or asks of the arm what that cannot do.
         """
         try:
-            line = self._line(k)
+            line = self.line(k)
             crc = zlib.crc32(line) & 0xFFFFFFFF
             value = _object(line)
             self.between()
@@ -290,8 +290,9 @@ class Job(object):
             ))  # fmt: skip
         return offsets, lengths, end["crc"]
 
-    def _line(self, k):
+    def line(self, k):
         # type: (int) -> bytes
+        """Return the line of the k-th stroke, from 1 on, as it stands in the file."""
         with open(open_file(self.path), "rb") as file:
             file.seek(self._offsets[k])
             return file.readline(MAX_LINE)

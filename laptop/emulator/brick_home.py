@@ -13,6 +13,7 @@ from typing import Iterator, List, Optional, Sequence, Tuple, Union
 from laptop.emulator.brick_environment import BRICK_STATE, brick_environment
 from laptop.emulator.faults import InvalidSimulationOption
 from laptop.record.names import RUN, TRACE
+from robot.motion import kinematics
 from robot.motion.checked import Checked
 from robot.motion.zero import Zero
 from robot.tracker_address import Memory, ServerAddress
@@ -24,7 +25,9 @@ MYPY = False
 if MYPY:
     from laptop.emulator.faults import WatchingTracker  # noqa: F401
     from laptop.emulator.host.world import World  # noqa: F401
+    from robot.motion.chains import FixedPoint  # noqa: F401
     from shared.arm_description import Arm  # noqa: F401
+    from shared.job_pieces import Piece  # noqa: F401
 
     Start = Union[str, Sequence[float]]
     Angles = Tuple[float, ...]  # of the joints, rad
@@ -41,6 +44,9 @@ RECORD_POLL_PERIOD = 0.02
 
 LAPTOP = "127.0.0.1"
 """Host of a tracker beside the brick."""
+
+POINTS_PER_SEGMENT = 2
+"""Number of straight parts, between two knots, of the wanted path as it is shown."""
 
 
 def read_start(text: "Start", arm: Optional["Arm"]) -> Tuple[Optional["Angles"], bool]:
@@ -200,19 +206,38 @@ def _copy_own_arms(folder: str) -> None:
             shutil.copyfile(file, os.path.join(target, name))
 
 
-def wanted_paths(file: str) -> List[List[Tuple[float, ...]]]:
-    """Read the paths in a file, one JSON line each; return [] if there is none."""
+def wanted_paths(file: str, arm: Optional["Arm"]) -> List[List[Tuple[float, ...]]]:
+    """Read the paths of an arm's tip in a file, one JSON line each; return [] if there is none.
+
+    A line holds points, cm, or is a stroke's of a job.  That is followed here, for a brick that
+    nobody watches need not do it.
+    """
     if not os.path.exists(file):
         return []
     with open(file) as lines:
         paths = []  # type: List[List[Tuple[float, ...]]]
         for number, line in enumerate(lines, 1):
             try:
-                points = json.loads(line)["path"]
+                said = json.loads(line)
+                points = _points_along(said["pieces"], arm) if "pieces" in said else said["path"]
                 paths.append([(float(x), float(y), *map(float, rest)) for x, y, *rest in points])
-            except (ValueError, KeyError, TypeError):
+            except (ValueError, KeyError, TypeError, AttributeError):
                 raise InvalidSimulationOption(
                     'line {} of $BRICKSERVO_PLAN is not {{"path": [[x, y], ...]}}; '
                     "correct the script that wrote it".format(number)
                 ) from None
     return paths
+
+
+def _points_along(pieces: Sequence["Piece"], arm: Optional["Arm"]) -> List["FixedPoint"]:
+    """Return points (x, y) or (x, y, z) along pieces, cm."""
+    assert arm  # no other draws jobs
+    out = []
+    for times, segments, _ in pieces:
+        for t, t_end, (v, a, cubics, _) in zip(times, times[1:], segments):
+            length = (t_end - t) * (v + 0.5 * a * (t_end - t))
+            for n in range(POINTS_PER_SEGMENT):
+                s = length * n / POINTS_PER_SEGMENT
+                q = [c0 + s * (c1 + s * (c2 + s * c3)) for c0, c1, c2, c3 in cubics]
+                out.append(kinematics.forward(arm, q))
+    return out + [kinematics.forward(arm, pieces[-1][2])]

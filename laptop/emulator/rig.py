@@ -315,7 +315,7 @@ class Rig(object):
         for t, act in meanwhile:
             world.at(begun + t, act)
         plan = os.path.join(self.state_folder, "plan")
-        before = len(wanted_paths(plan))  # of earlier runs
+        before = len(wanted_paths(plan, self.arm))  # of earlier runs
         self._publish(world.name)
         tracker = self._watch()
         schedule_pictures(world, tracker, read_faults)
@@ -332,7 +332,7 @@ class Rig(object):
                 folders=brick_folders(self.state_folder),
                 **ordered,
             )
-            wanted = wanted_paths(plan)[before:]
+            wanted = wanted_paths(plan, self.arm)[before:]
         return self._result(outcome, wanted, begun)
 
     def job(self, file: Any, *args: Any, **options: Any) -> SimulationResult:

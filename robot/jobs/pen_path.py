@@ -5,14 +5,12 @@ there: the piece under way is replaced by its rest, begun at speed 0, on the sam
 comes down on the very point that it left, and speeds up from there. To plan the rest anew would
 move it off its path by rounding, and take the brick seconds.
 
-Offsets that a camera has taught are part of the pieces; `planned` holds the pieces without, for two
-uses: the wanted path, for observers, and the joints' turning points, where backlash
-is crossed. Both are cut together, so that they stay in step.
+Offsets that a camera has taught are part of the pieces; `planned` holds the pieces without, for the
+joints' turning points, where backlash is crossed. Both are cut together, so that they stay in step.
 """
 
 from robot.jobs.learned import check_continuity, merged
 from robot.jobs.report import Place
-from robot.motion import kinematics
 from robot.motion.feed import remaining, time_at_same_place, with_speed_limit
 from robot.motion.trajectory import Trajectory
 
@@ -23,9 +21,6 @@ if MYPY:
     from shared.arm_description import Arm, Joint  # noqa: F401
     from shared.job import Job, Stroke  # noqa: F401
     from shared.job_pieces import Piece  # noqa: F401
-
-PIECES_PER_SEGMENT = 2
-"""Number of straight parts, between two knots, of the wanted path as it is shown."""
 
 
 class PenPath(object):
@@ -103,19 +98,6 @@ class PenPath(object):
         self._starts.insert(0, (n, seconds + tau, cm + speed * tau, speed))
         self.pieces.insert(0, rest)
         self._planned.insert(0, rest if planned_rest is None else _in_time_of(rest, planned_rest))
-
-    def points(self, arm):
-        # type: (Arm) -> List[Tuple[float, ...]]
-        """Return points (x, y) or (x, y, z) of the tip's path, cm, as it is wished."""
-        out = []
-        for times, segments, _ in self._planned:
-            for t, t_end, (v, a, cubics, _) in zip(times, times[1:], segments):
-                length = (t_end - t) * (v + 0.5 * a * (t_end - t))
-                for n in range(PIECES_PER_SEGMENT):
-                    s = length * n / PIECES_PER_SEGMENT
-                    q = [c0 + s * (c1 + s * (c2 + s * c3)) for c0, c1, c2, c3 in cubics]
-                    out.append(kinematics.forward(arm, q))
-        return out + [kinematics.forward(arm, self._planned[-1][2])]
 
 
 def _in_time_of(piece, planned):

@@ -9,7 +9,7 @@ import contextlib
 import math
 import os
 
-from robot.drawing import announce
+from robot.drawing import append_to_plan
 from robot.jobs.checking import joined
 from robot.jobs.logbook import LoggingFeed
 from robot.jobs.orders import POLL_PERIOD
@@ -147,7 +147,8 @@ class JobRunner(object):
             self._path = PenPath(self._job, k, chain, self._repeat, joints)
             self._change_pen(stroke.layer)
             if os.environ.get(PLAN):
-                announce([self._path.points(self._arm.description)])
+                for n in range(k, k + len(chain)):
+                    append_to_plan(self._job.line(n).decode("ascii"))
             if not self._follow(self._path, joints):
                 return False
             k, stroke = k + len(chain), after

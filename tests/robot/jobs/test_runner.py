@@ -8,6 +8,7 @@ import pytest
 from drawn_jobs import Drawn
 from rig import described, switched_on
 
+from laptop.emulator.brick_home import wanted_paths
 from robot.jobs.progress import load_progress
 from robot.jobs.runner import max_offset
 from robot.motion import kinematics
@@ -423,7 +424,7 @@ def test_the_wanted_path_is_told_to_whoever_watches(tmp_path, monkeypatch):
     path = jobs.write(tmp_path, [SQUARE, LONG])
     with switched_on(tmp_path) as rig:
         Drawn(rig, path).run()
-    reported = [json.loads(line)["path"] for line in plan.read_text().splitlines()]
+    reported = wanted_paths(str(plan), described("planar"))
     assert len(reported) == 2
     for points, wanted in zip(reported, (SQUARE, LONG)):
         assert points[0] == pytest.approx(wanted[0], abs=1e-3)
