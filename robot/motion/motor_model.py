@@ -29,8 +29,9 @@ HIDDEN_FRICTION = 0.15
 """Friction that a fast motion may hide, a share of the first guess: of a motor that runs faster
 than its model, some is learned as that much less friction, and is back where the joint stands."""
 
-PEN_SPEED, PEN_ACCELERATION = math.radians(400), math.radians(3000)
-"""Maximum speed and acceleration of the pen's motor, rad/s and rad/s^2."""
+PEN_SPEED, PEN_ACCELERATION = math.radians(700), math.radians(6000)
+"""Maximum speed and acceleration of the pen's motor, rad/s and rad/s^2: half of its speed without
+load, and a third of its torque."""
 
 STOPPING_TIME = 0.015
 """Time whose travel a joint may be missing when it comes to rest, s."""
