@@ -49,8 +49,9 @@ CROSSING_SPEED = math.radians(109)
 SLIGHT_SHARE = 0.075
 """Depth of a reversal from which it is worth a crossing, as a share of the backlash."""
 
-APPROACH_MARGIN = math.radians(2)
-"""Distance of a run-up beyond the backlash, rad."""
+RUN_UP = math.radians(2)
+"""Least distance of a run-up, rad: by so much the play may be wider than described, for as described
+it is crossed before.  Half of the play, where that is more: its side may not be known."""
 
 APPROACH_SPEED, APPROACH_ACCELERATION = 0.3, 0.2 * JOINT_ACCELERATION
 """Limits of a run-up, share of full speed and rad/s^2: the links stay on their motors' side."""
@@ -225,7 +226,7 @@ def pose_behind(joints, motion):
     behind = []
     directions, _ = crossed_turns(joints, motion)
     for joint, start, direction in zip(joints, motion.start, directions):
-        back = start - direction * (joint.backlash + APPROACH_MARGIN)
+        back = start - direction * max(RUN_UP, joint.backlash / 2)
         behind.append(min(max(back, joint.lower), joint.upper))
     return behind
 

@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 
 import jobs
 import pytest
@@ -63,7 +64,7 @@ def test_every_stroke_is_drawn_with_the_pen_up_between_them(tmp_path):
         assert apart_mm(ink[-1], ink[-1]._replace(x=points[1][0], y=points[1][1])) < 2.5
     assert standing(inks) < 0.5
     assert not rig.brick.plant.pen_down
-    assert any("stroke 2 of 3" in line for line in drawn.said)
+    assert re.match(r"\d+ %, stroke [23] of 3, 0:0\d left$", drawn.said[1])
     assert drawn.said[-1].startswith("done at 100 %")
 
 

@@ -468,12 +468,13 @@ def test_the_shaft_crosses_the_play_gently(arm):
     assert play > 0
 
 
-def test_a_start_is_come_to_from_two_degrees_farther_back_than_the_play_is_wide():
-    """As the play is described: by what it truly is wider, it would be crossed on the way."""
+@pytest.mark.parametrize(("play", "run_up"), [(0, 2), (2, 2), (12, 6)])
+def test_a_start_is_come_to_from_two_degrees_behind_or_half_the_play(play, run_up):
+    """By two degrees the play may be wider than described; at first its side is not known."""
     move = JointMove(degrees(20, 30), degrees(40, 10), (2, 2))
-    behind = [math.degrees(angle) for angle in backlash.pose_behind(PLANAR.joints, move)]
-    play = [math.degrees(joint.backlash) for joint in PLANAR.joints]
-    assert behind == pytest.approx([20 - play[0] - 2, 30 + play[1] + 2])
+    joints = described("planar", play).joints
+    behind = [math.degrees(angle) for angle in backlash.pose_behind(joints, move)]
+    assert behind == pytest.approx([20 - run_up, 30 + run_up])
 
 
 def test_without_play_the_motor_does_what_the_link_does():
