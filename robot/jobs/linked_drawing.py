@@ -198,11 +198,11 @@ class LinkedRunner(JobRunner):
         self._linked.poll(self._orders, self._pose)  # to read a stroke takes the brick a while
         return super(LinkedRunner, self)._chain(k, stroke)
 
-    def _is_ready(self, motion, joints, is_there):
-        # type: (Trajectory, Sequence[Joint], bool) -> bool
+    def _is_ready(self, motion, is_there):
+        # type: (Trajectory, bool) -> bool
         self._watched.seen = None  # from here on the arm itself knows
         self._linked.poll(self._orders, self._pose)
-        return super(LinkedRunner, self)._is_ready(motion, joints, is_there)
+        return super(LinkedRunner, self)._is_ready(motion, is_there)
 
     def _draw_from(self, k):
         # type: (int) -> bool

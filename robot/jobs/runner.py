@@ -17,7 +17,6 @@ from robot.jobs.pen_path import PenPath
 from robot.jobs.progress import SavedProgress, forget_progress, save_progress
 from robot.jobs.report import Place
 from robot.motion import kinematics
-from robot.motion.backlash import APPROACH_ACCELERATION, APPROACH_SPEED, pose_behind
 from robot.motion.feed import FeedOverride
 from robot.motion.online_trajectory import STOP
 from robot.program import ignore_signals
@@ -149,7 +148,7 @@ class JobRunner(object):
             if os.environ.get(PLAN):
                 for n in range(k, k + len(chain)):
                     append_to_plan(self._job.line(n).decode("ascii"))
-            if not self._follow(self._path, joints):
+            if not self._follow(self._path):
                 return False
             k, stroke = k + len(chain), after
             self._save(k, self._repeat)
@@ -173,14 +172,14 @@ class JobRunner(object):
             chain.append(after)
         return chain, None
 
-    def _follow(self, path, joints):
-        # type: (PenPath, Sequence[Joint]) -> bool
+    def _follow(self, path):
+        # type: (PenPath) -> bool
         """Draw from pen down to pen up; return False if that is aborted."""
         is_there = False
         while path.pieces:
             self._share = self._orders.share
             self._motions = path.motions(self._share)
-            if not self._is_ready(self._motions[0], joints, is_there):
+            if not self._is_ready(self._motions[0], is_there):
                 return False
             is_there = True
             if self._share != self._orders.share:
@@ -231,12 +230,12 @@ class JobRunner(object):
 
     # With the pen up
 
-    def _is_ready(self, motion, joints, is_there):
-        # type: (Trajectory, Sequence[Joint], bool) -> bool
+    def _is_ready(self, motion, is_there):
+        # type: (Trajectory, bool) -> bool
         """Wait where a motion begins, backlash taken up, until not paused; False if aborted."""
         while not self._orders.aborted:
             if not is_there and not (self._orders.paused and self._begun):
-                is_there = self._approach(motion, joints)
+                is_there = self._approach(motion)
             if self._orders.aborted:
                 break
             if not self._orders.paused:
@@ -245,7 +244,7 @@ class JobRunner(object):
                     return True
                 continue
             self._update("paused", self._why)
-            is_there = self._stand(motion, joints, is_there)
+            is_there = self._stand(motion, is_there)
             self._why = ""
             if self._touch_up and not self._orders.aborted:
                 self._touch_up, self._begun, self._orders.paused = False, False, True
@@ -264,28 +263,21 @@ class JobRunner(object):
         self._touch_up = pens == "touch-up"
         self._why = "put in the pen for {}, then resume".format(_quoted(layer))
 
-    def _approach(self, motion, joints):
-        # type: (Trajectory, Sequence[Joint]) -> bool
+    def _approach(self, motion):
+        # type: (Trajectory) -> bool
         """Go there from behind, as RobotArm.pre_approach; return False if an order came between."""
         orders, was_paused = self._orders, self._orders.paused
-
-        def is_over():
-            # type: () -> bool
-            return orders.aborted or (orders.paused and not was_paused)
 
         def on_tick(now, links):
             # type: (float, Sequence[float]) -> Optional[object]
             orders.sample(now)
-            return STOP if is_over() else None
+            return STOP if orders.aborted or (orders.paused and not was_paused) else None
 
         self._pen_up()
-        self._arm.go_to(pose_behind(joints, motion), on_tick=on_tick)
-        if not is_over():
-            self._arm.go_to(motion.start, APPROACH_SPEED, APPROACH_ACCELERATION, on_tick)
-        return not is_over()
+        return self._arm.pre_approach(motion, on_tick)
 
-    def _stand(self, motion, joints, is_there):
-        # type: (Trajectory, Sequence[Joint], bool) -> bool
+    def _stand(self, motion, is_there):
+        # type: (Trajectory, bool) -> bool
         """Hold until the job is resumed or aborted; return whether the arm is where it was."""
         orders, clock = self._orders, self._clock
         check_at = clock.now() + CHECK_PERIOD
@@ -293,7 +285,7 @@ class JobRunner(object):
             nudge = orders.pop_nudge()
             if nudge and not orders.aborted:
                 self._nudge(nudge, motion)
-                is_there = self._approach(motion, joints)
+                is_there = self._approach(motion)
             for note in orders.notes:
                 self._report.say(note)
             del orders.notes[:]

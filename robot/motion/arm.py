@@ -11,13 +11,13 @@ from robot.motion import backlash, kinematics, motor_model
 from robot.motion.arm_motors import ArmMotors
 from robot.motion.axis import (
     COARSE_COUNTS,
+    EXACT,
     FINE_COUNTS,
-    LONG_SETTLING,
     MAX_ERROR,
-    SETTLING_TIME,
+    NEAR,
+    TOLERANCES,
     Tolerances,
 )
-from robot.motion.backlash import pose_behind
 from robot.motion.checked import Checked
 from robot.motion.control_loop import Stalled
 from robot.motion.following import LinkFollower
@@ -149,43 +149,53 @@ class RobotArm(object):
             self.motors.confirm_not_reset()
             self.zero.save(self.motors.zeros(), None)
 
-    def go_to(self, q, speed=1.0, acceleration=JOINT_ACCELERATION, on_tick=None):
-        # type: (Pose, float, float, Optional[LinkTick]) -> None
+    def go_to(self, q, speed=1.0, acceleration=JOINT_ACCELERATION, on_tick=None, tolerances=EXACT):
+        # type: (Pose, float, float, Optional[LinkTick], Tolerances) -> bool
         """Move all joints together to `q` (rad), each at most at `speed` times its maximum.
 
-        `acceleration` is the maximum of any joint, rad/s^2; `on_tick` as for `follow`.
+        `acceleration` is the maximum of any joint, rad/s^2; else, and what it returns, as `follow`.
 
         Raises:
             kinematics.Unreachable: a joint angle past its limit; nothing has moved.
         """
         kinematics.check_limits(self.description.joints, q)
         fastest = [speed * joint.max_speed for joint in self.description.joints]
-        self.follow([JointMove(self.angles(), q, fastest, acceleration)], LONG_SETTLING, on_tick)
+        move = JointMove(self.angles(), q, fastest, acceleration)
+        return self.follow([move], tolerances, on_tick)
 
-    def pre_approach(self, motion):
-        # type: (LinkMotion) -> None
-        """Go to the start of `motion` from behind, so that its direction has taken up backlash."""
-        self.go_to(pose_behind(self.description.joints, motion))
-        self.go_to(motion.start, backlash.APPROACH_SPEED, backlash.APPROACH_ACCELERATION)
+    def pre_approach(self, motion, on_tick=None):
+        # type: (LinkMotion, Optional[LinkTick]) -> bool
+        """Go to the start of `motion` from behind, so that its direction has taken up backlash.
 
-    def follow(self, motions, settle=SETTLING_TIME, on_tick=None):
-        # type: (Sequence[LinkMotion], float, Optional[LinkTick]) -> None
+        `on_tick`, and what it returns, as `follow`.
+        """
+        behind = backlash.pose_behind(self.description.joints, motion)
+        return self.go_to(behind, on_tick=on_tick, tolerances=NEAR) and self.go_to(
+            motion.start, backlash.APPROACH_SPEED, backlash.APPROACH_ACCELERATION, on_tick
+        )
+
+    def follow(self, motions, tolerances=TOLERANCES, on_tick=None):
+        # type: (Sequence[LinkMotion], Tolerances, Optional[LinkTick]) -> bool
         """Let the links follow Trajectories or JointMoves, one after the other; end at rest, held.
 
         Args:
             motions: Trajectories or JointMoves; each starts where the one before ends.
-            settle: maximum time of the correction after each, s.
+            tolerances: of each.
             on_tick: called in every control tick, right after the encoders were read, with the
                 time (s) and the links' observed angles (rad), which allow for known backlash.  If
                 it returns STOP or raises, the motions end, all motors held.
+
+        Returns:
+            Whether it came to the end: `on_tick` has not stopped it.
 
         Raises:
             Stalled, TooSlow, MotorNotFound: after stopping.
         """
         self._engage()
         with self._stopping_on_error():
-            self._links.follow(motions, settle, on_tick)
+            done = self._links.follow(motions, tolerances, on_tick)
             self.motors.hold(self.joints)
+        return done
 
     def follow_fed(self, motions, feed, ready):
         # type: (Sequence[LinkMotion], FeedOverride, Callable[[], object]) -> None
@@ -290,7 +300,7 @@ class RobotArm(object):
         """Let a motor follow a JointMove, without limits, then hold it; see ControlLoop.run."""
         self._engage(self._zero_needed)
         with self._stopping_on_error():
-            tolerances = Tolerances(SETTLING_TIME, COARSE_COUNTS, max_error)
+            tolerances = Tolerances(counts=COARSE_COUNTS, error=max_error)
             self.motors.loop.run([motor], move, tolerances, on_tick)
             self.motors.hold([motor])
 

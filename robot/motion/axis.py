@@ -40,8 +40,8 @@ class Tolerances(object):
         self.settle, self.counts, self.error = settle, counts, error
 
 
-TOLERANCES = Tolerances()
-"""Tolerances of a path with the pen down."""
+TOLERANCES, EXACT, NEAR = Tolerances(), Tolerances(LONG_SETTLING), Tolerances(LONG_SETTLING, 2.0)
+"""Tolerances of a path with the pen down, of a move, and of a move to where another begins."""
 
 
 class Axis(object):

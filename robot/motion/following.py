@@ -69,21 +69,23 @@ class LinkFollower(object):
         self.sides = self._gravity.sides(angles, self.sides)
         return self._at(angles)
 
-    def follow(self, motions, settle, on_tick):
-        # type: (Sequence[LinkMotion], float, Optional[LinkTick]) -> None
+    def follow(self, motions, tolerances, on_tick):
+        # type: (Sequence[LinkMotion], Tolerances, Optional[LinkTick]) -> bool
         """Follow motions one after the other, see RobotArm.follow."""
         plans = self._planned(motions)
         for plan in plans:
             self._plan = plan
             reporting = self._reporting(plan, on_tick) if on_tick else None
             if not self._motors.loop.run(
-                self._motors.joints, plan, Tolerances(settle), on_tick=reporting,
+                self._motors.joints, plan, tolerances, on_tick=reporting,
                 weigh=self._weigh, bounds=self._bounds
             ):  # fmt: skip
                 self._mark_braked()
-                break
+                self._plan = None
+                return False
             self.sides = plan.sides
         self._plan = None
+        return True
 
     def follow_fed(self, motions, feed, ready):
         # type: (Sequence[LinkMotion], FeedOverride, Callable[[], object]) -> None
