@@ -21,7 +21,7 @@ from robot.motion.backlash import (
 from robot.motion.gravity import Gravity
 from robot.motion.motor_model import PEN_ACCELERATION, PEN_SPEED
 from robot.motion.trajectory import JointMove, Trajectory
-from shared.arm_description import JOINT_ACCELERATION, Arm, Joint
+from shared.arm_description import Arm, Joint, joint_accelerations
 from shared.job import JOIN_TOLERANCE
 
 DIRECT, GEARED, IN_SPACE = "direct", "geared", "in space"
@@ -108,7 +108,7 @@ class _Run:
     def _move_pen(self, down: bool) -> None:
         pen = self._arm.pen
         if pen and self._pen_is_down is not down:
-            move = JointMove([pen.up], [pen.down], [PEN_SPEED], PEN_ACCELERATION)
+            move = JointMove([pen.up], [pen.down], [PEN_SPEED], [PEN_ACCELERATION])
             self.seconds += move.duration + PEN_SETTLES
         self._pen_is_down = down
 
@@ -133,11 +133,12 @@ class _Run:
         self,
         q: Sequence[float],
         speed: float = 1.0,
-        acceleration: float = JOINT_ACCELERATION,
+        acceleration: float | None = None,
         settles: dict[str, float] = MOVE_SETTLES,
     ) -> None:
         fastest = [speed * joint.max_speed for joint in self._joints]
-        self._add(JointMove(self._q, q, fastest, acceleration), settles)
+        most = [acceleration] * len(fastest) if acceleration else joint_accelerations(self._joints)
+        self._add(JointMove(self._q, q, fastest, most), settles)
 
     def _add(self, motion: Trajectory | JointMove, settles: dict[str, float]) -> None:
         sides = self._gravity.sides(motion.start, self._sides)

@@ -26,7 +26,7 @@ from robot.motion.joint_controller import GAINS
 from robot.motion.online_trajectory import STOP
 from robot.motion.trajectory import JointMove
 from robot.motion.zero import Zero
-from shared.arm_description import JOINT_ACCELERATION
+from shared.arm_description import joint_accelerations
 
 MYPY = False
 if MYPY:
@@ -149,19 +149,21 @@ class RobotArm(object):
             self.motors.confirm_not_reset()
             self.zero.save(self.motors.zeros(), None)
 
-    def go_to(self, q, speed=1.0, acceleration=JOINT_ACCELERATION, on_tick=None, tolerances=EXACT):
-        # type: (Pose, float, float, Optional[LinkTick], Tolerances) -> bool
+    def go_to(self, q, speed=1.0, acceleration=None, on_tick=None, tolerances=EXACT):
+        # type: (Pose, float, Optional[float], Optional[LinkTick], Tolerances) -> bool
         """Move all joints together to `q` (rad), each at most at `speed` times its maximum.
 
-        `acceleration` is the maximum of any joint, rad/s^2; else, and what it returns, as `follow`.
+        `acceleration` is the maximum of any joint, rad/s^2, or None: each joint has its own, as in
+        shared.arm_description.joint_accelerations.  Else, and what it returns, as `follow`.
 
         Raises:
             kinematics.Unreachable: a joint angle past its limit; nothing has moved.
         """
-        kinematics.check_limits(self.description.joints, q)
-        fastest = [speed * joint.max_speed for joint in self.description.joints]
-        move = JointMove(self.angles(), q, fastest, acceleration)
-        return self.follow([move], tolerances, on_tick)
+        joints = self.description.joints
+        kinematics.check_limits(joints, q)
+        fastest = [speed * joint.max_speed for joint in joints]
+        most = [acceleration] * len(joints) if acceleration else joint_accelerations(joints)
+        return self.follow([JointMove(self.angles(), q, fastest, most)], tolerances, on_tick)
 
     def pre_approach(self, motion, on_tick=None):
         # type: (LinkMotion, Optional[LinkTick]) -> bool
@@ -212,7 +214,6 @@ class RobotArm(object):
         self,
         q,  # type: Pose
         speed=1.0,  # type: float
-        acceleration=JOINT_ACCELERATION,  # type: float
         on_tick=None,  # type: Optional[LinkTick]
         within=FINE_COUNTS,  # type: float
         spare=None,  # type: Optional[Spare]
@@ -226,7 +227,6 @@ class RobotArm(object):
         Args:
             q: joint angles, rad.
             speed: share of each joint's maximum speed.
-            acceleration: maximum of any joint, rad/s^2.
             on_tick: as for `follow`.
             within: tolerance at the end, counts, as for `chase`.
             spare: as for ControlLoop.run.
@@ -241,13 +241,11 @@ class RobotArm(object):
 
         self._engage()
         with self._stopping_on_error():
-            self._links.pursue(aim, speed, acceleration, within, True, spare)
+            self._links.pursue(aim, speed, within, True, spare)
             self.motors.hold(self.joints)
 
-    def chase(
-        self, aim, speed=1.0, acceleration=JOINT_ACCELERATION, within=FINE_COUNTS, spare=None
-    ):
-        # type: (AimAt, float, float, float, Optional[Spare]) -> None
+    def chase(self, aim, speed=1.0, within=FINE_COUNTS, spare=None):
+        # type: (AimAt, float, float, Optional[Spare]) -> None
         """Let the links follow an aim that may move at will; end at rest, held.
 
         Args:
@@ -255,7 +253,6 @@ class RobotArm(object):
                 should be, see OnlineTrajectory.handle.  An aim past a limit means the limit.  It is
                 called until the joints are at rest.
             speed: share of each joint's maximum.
-            acceleration: maximum of any joint, rad/s^2.
             within: counts from its end at which a joint has settled; a caller that measures the
                 position needs no closer end, which takes long in a slow loop.
             spare: as for ControlLoop.run.
@@ -264,7 +261,7 @@ class RobotArm(object):
         """
         self._engage()
         with self._stopping_on_error():
-            self._links.pursue(aim, speed, acceleration, within, False, spare)
+            self._links.pursue(aim, speed, within, False, spare)
             self.motors.hold(self.joints)
 
     @contextlib.contextmanager
@@ -291,7 +288,7 @@ class RobotArm(object):
         self._engage()
         self.motors.release_pen()
         move = JointMove(
-            [pen.angle()], [angle], [motor_model.PEN_SPEED], motor_model.PEN_ACCELERATION
+            [pen.angle()], [angle], [motor_model.PEN_SPEED], [motor_model.PEN_ACCELERATION]
         )
         self.move_motor(pen, move, MAX_PEN_ERROR)
 

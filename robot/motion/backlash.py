@@ -49,9 +49,9 @@ CROSSING_SPEED = math.radians(109)
 SLIGHT_SHARE = 0.075
 """Depth of a reversal from which it is worth a crossing, as a share of the backlash."""
 
-RUN_UP = math.radians(2)
-"""Least distance of a run-up, rad: by so much the play may be wider than described, for as described
-it is crossed before.  Half of the play, where that is more: its side may not be known."""
+RUN_UP = math.radians(1.5)
+"""Least distance of a run-up, rad: by so much the play may be wider than described; as described it
+is crossed before.  Half of the play, where that is more: its side may not be known."""
 
 APPROACH_SPEED, APPROACH_ACCELERATION = 0.3, 0.2 * JOINT_ACCELERATION
 """Limits of a run-up, share of full speed and rad/s^2: the links stay on their motors' side."""

@@ -101,11 +101,11 @@ class LinkFollower(object):
                 self._mark_braked()
         self._plan = None
 
-    def pursue(self, aim, speed, acceleration, within, once, spare):
-        # type: (AimAt, float, float, float, bool, Optional[Spare]) -> None
+    def pursue(self, aim, speed, within, once, spare):
+        # type: (AimAt, float, float, bool, Optional[Spare]) -> None
         """Chase an aim, or `once` go where it is at first, see RobotArm.chase."""
         q = self.angles()
-        pursuit = OnlineTrajectory(self._joints, q, self.sides, speed, acceleration, self._preload)
+        pursuit = OnlineTrajectory(self._joints, q, self.sides, speed, self._preload)
 
         def steer(t, now, angles):
             # type: (float, float, Pose) -> object

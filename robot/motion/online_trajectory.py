@@ -18,7 +18,7 @@ import math
 from robot.motion import kinematics
 from robot.motion.backlash import crossed, crossing_time
 from robot.motion.joint_controller import LEAD
-from shared.arm_description import JOINT_ACCELERATION
+from shared.arm_description import joint_accelerations
 from shared.record import record
 
 MYPY = False
@@ -267,7 +267,6 @@ class OnlineTrajectory(object):
         q: the links' angles at the start, rad.
         sides: per joint, the side of the backlash at the start: +1, -1, or between (0: unknown).
         speed: share of each joint's maximum.
-        acceleration: maximum of any joint, rad/s^2.
         preload_sides: from the links' angles (rad) to the side, per joint, that gravity closes,
             0: none; None: gravity closes none.
 
@@ -284,13 +283,14 @@ class OnlineTrajectory(object):
         q,  # type: Pose
         sides,  # type: Sides
         speed=1.0,  # type: float
-        acceleration=JOINT_ACCELERATION,  # type: float
         preload_sides=None,  # type: Optional[PreloadSides]
     ):
         # type: (...) -> None
         self._joints = [
             _Joint(joint, angle, side, speed * joint.max_speed, acceleration)
-            for joint, angle, side in zip(joints, q, sides)
+            for joint, angle, side, acceleration in zip(
+                joints, q, sides, joint_accelerations(joints)
+            )
         ]
         self._described = joints
         self.duration = math.inf

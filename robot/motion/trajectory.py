@@ -182,21 +182,20 @@ class JointMove(object):
     Args:
         start, end: joint angles, rad.
         fastest: maximum speed per joint, rad/s.
-        acceleration: maximum of any joint, rad/s^2.
+        accelerations: maximum acceleration per joint, rad/s^2; JOINT_ACCELERATION if None.
     """
 
     before = 0.0
 
-    def __init__(self, start, end, fastest, acceleration=JOINT_ACCELERATION):
-        # type: (Pose, Pose, Vector, float) -> None
+    def __init__(self, start, end, fastest, accelerations=None):
+        # type: (Pose, Pose, Vector, Optional[Vector]) -> None
         self.start, self.end = tuple(start), tuple(end)
+        accelerations = accelerations or [JOINT_ACCELERATION] * len(self.start)
         duration = 0.0
-        for a, b, max_speed in zip(start, end, fastest):
+        for a, b, max_speed, most in zip(start, end, fastest, accelerations):
             travel = abs(b - a)
             # The quintic's peaks: 1.875 travel / T and 5.774 travel / T^2.
-            duration = max(
-                duration, 1.875 * travel / max_speed, math.sqrt(5.774 * travel / acceleration)
-            )
+            duration = max(duration, 1.875 * travel / max_speed, math.sqrt(5.774 * travel / most))
         self.duration = duration
         self.rests_from = [duration] * len(self.start)
         self._travels = [b - a for a, b in zip(start, end)]

@@ -93,7 +93,7 @@ def test_the_motor_does_not_cross_for_a_slight_reversal():
 
 def test_a_start_is_come_to_in_the_direction_that_lasts():
     (behind,) = pose_behind(JOINT, going(10, 10.1, 0))
-    assert math.degrees(behind) == pytest.approx(10 + 2)
+    assert math.degrees(behind) == pytest.approx(10 + 1.5)
 
 
 def test_a_joint_without_backlash_keeps_all_its_reversals():
