@@ -43,6 +43,10 @@ class Tolerances(object):
 TOLERANCES, EXACT, NEAR = Tolerances(), Tolerances(LONG_SETTLING), Tolerances(LONG_SETTLING, 2.0)
 """Tolerances of a path with the pen down, of a move, and of a move to where another begins."""
 
+CORNER = Tolerances(counts=1.0)
+"""Tolerances of a piece of a path that another one follows: the arm stops for half as long, and
+draws as straight."""
+
 
 class Axis(object):
     """One motor of a motion, and its state.

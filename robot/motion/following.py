@@ -5,7 +5,7 @@ Nothing is stopped or held here: the caller does that.
 
 import math
 
-from robot.motion.axis import LONG_SETTLING, Tolerances
+from robot.motion.axis import CORNER, LONG_SETTLING, TOLERANCES, Tolerances
 from robot.motion.backlash import BacklashCompensation, motor_bounds
 from robot.motion.online_trajectory import OnlineTrajectory
 
@@ -75,9 +75,10 @@ class LinkFollower(object):
         plans = self._planned(motions)
         for plan in plans:
             self._plan = plan
+            within = tolerances if plan is plans[-1] else CORNER
             reporting = self._reporting(plan, on_tick) if on_tick else None
             if not self._motors.loop.run(
-                self._motors.joints, plan, tolerances, on_tick=reporting,
+                self._motors.joints, plan, within, on_tick=reporting,
                 weigh=self._weigh, bounds=self._bounds
             ):  # fmt: skip
                 self._mark_braked()
@@ -93,9 +94,11 @@ class LinkFollower(object):
         plans = self._planned(motions)
         ready()
         for self._plan in feed.each(plans):
+            within = TOLERANCES if feed.index == len(plans) - 1 else CORNER
             over = self._motors.loop.run(
-                self._motors.joints, feed, on_tick=feed.tick, weigh=self._weigh, bounds=self._bounds
-            )
+                self._motors.joints, feed, within, on_tick=feed.tick, weigh=self._weigh,
+                bounds=self._bounds
+            )  # fmt: skip
             self.sides = feed.sides
             if not over:
                 self._mark_braked()

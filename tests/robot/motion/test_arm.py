@@ -633,3 +633,20 @@ def test_the_tip_is_the_kinematics_of_the_angles(tmp_path):
         robot = rig.robot()
         assert robot.position() == forward(rig.arm, robot.angles())
         assert robot.position() == pytest.approx(rig.tip, abs=0.4)
+
+
+def test_only_where_a_path_ends_it_is_waited_for_the_last_half_count(tmp_path):
+    corners = [degrees(0, 0), degrees(10, 20), degrees(20, 10), degrees(25, 15)]
+    with switched_on(tmp_path) as rig:
+        robot = rig.robot()
+        loop, within = robot.motors.loop, []
+        run = loop.run
+
+        def noted(motors, plan, tolerances, **options):
+            within.append(tolerances.counts)
+            return run(motors, plan, tolerances, **options)
+
+        loop.run = noted
+        move = rig.its(JointMove)
+        robot.follow([move(a, b, degrees(90, 90)) for a, b in zip(corners, corners[1:])])
+    assert within == [1.0, 1.0, 0.4]
