@@ -65,7 +65,8 @@ class InterruptionResult:
         greatest_mm: and of the ink from what was wished.
         extra_cm: ink beyond the length of what was wished.
         stroke_cm: length of the stroke that was under way when the first run ended; 0 for none.
-        standing_s: longest time for which the tip stood with the pen down.
+        standing_s: longest time for which the tip stood with the pen down, up to a signal or an
+            empty battery, which leave the pen where it is.
         error: why the drawing was not ended; or "".
     """
 
@@ -173,11 +174,7 @@ def _judged(
         10 * off,
         float(ink_cm - length),
         under_way,
-        # (Where a signal or the battery ends it, the pen stays where it is.)
-        max(
-            (standing(run) for run in runs if not any(run[-1] is each[-1] for each in records)),
-            default=0.0,
-        ),
+        max((standing(run) for run in _ordered(runs, which, end, over)), default=0.0),
         "" if outcome.status == 0 else outcome.reason,
     )
 
@@ -202,6 +199,21 @@ def _chains_of(
             near = [n for n in (out[-1], out[-1] + 1) if n < len(wished)]
         out.append(min(near, key=lambda n: float(distances(thin, wished[n]).mean())))
     return out
+
+
+def _ordered(
+    runs: Sequence[list[Any]], which: Sequence[int], end: str, over: float
+) -> list[list[Any]]:
+    """Return the inks without what follows the signal or the empty battery that ends a record.
+
+    Args:
+        runs: rows of each ink.
+        which: number of the record of each.
+        end: what ends the first record, one of ENDS, at the time `over`, s.
+    """
+    ends = over if end in ("term", "kill") else math.inf
+    cut = [[row for row in run if n or row.t <= ends] for run, n in zip(runs, which, strict=True)]
+    return [run for run in cut if run]
 
 
 def _lift(record: Sequence[Any], t: float) -> float | None:

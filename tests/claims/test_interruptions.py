@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from laptop.emulator.device.motion_record import MotionRecord
 from tests.claims import interruptions
 
 CHAINS = [[np.array([(10.0, 0.0), (10.0, 4.0)])], [np.array([(12.0, 4.0), (12.0, 0.0)])]]
@@ -13,12 +14,12 @@ FINE = SimpleNamespace(status=0, reason="ended")
 
 def record(*ways):
     """Samples every 10 ms on straight ways (start, end, pen), 1 s each."""
-    rows = []
+    out = MotionRecord(lambda number: 0.01 * number)
     for start, end, pen in ways:
         for k in range(101):
             x, y = np.add(start, np.subtract(end, start) * k / 100)
-            rows.append(SimpleNamespace(t=0.01 * len(rows), q=(0, 0), x=x, y=y, z=None, pen=pen))
-    return rows
+            out.append((0, 0), float(x), float(y), None, pen)
+    return out
 
 
 def judged(*records, pauses=(), over=float("inf"), end="none"):
@@ -54,6 +55,23 @@ def test_a_stroke_that_is_drawn_anew_after_a_crash_is_told_apart():
 def test_what_no_run_has_drawn_is_left_out():
     found = judged(record(((10, 0), (10, 3), 1)), record(((12, 4), (12, 0), 1)), end="term")
     assert found.missed_mm == pytest.approx(10.0, abs=1.0)
+
+
+@pytest.mark.parametrize(("end", "stands"), [("term", 0.3), ("kill", 0.3), ("abort", 1.01)])
+def test_the_pen_stands_until_a_signal_or_the_battery_ends_the_run(end, stands):
+    way = (((10, 0), (10, 3), 1), ((10, 3), (10, 3), 1))
+    found = judged(record(*way), record(((10, 0), (10, 4), 1)), over=1.31, end=end)
+    assert found.standing_s == pytest.approx(stands, abs=0.02)
+
+
+def test_the_pen_stands_in_the_run_that_goes_on_at_any_time():
+    found = judged(
+        record(((10, 0), (10, 3), 1)),
+        record(((10, 0), (10, 4), 1), ((10, 4), (10, 4), 1)),
+        over=0.5,
+        end="term",
+    )
+    assert found.standing_s == pytest.approx(1.01, abs=0.02)
 
 
 @pytest.mark.claims
