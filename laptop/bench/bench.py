@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import io
+import os
+import sys
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import asdict, dataclass
@@ -108,6 +110,15 @@ def spread(values: Sequence[float], digits: int, *quantiles: int) -> str:
 
 @contextlib.contextmanager
 def silenced() -> Iterator[None]:
-    """Discard the output of scripts in a `with` block."""
-    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
-        yield
+    """Discard the output of scripts in a `with` block, and let them have no keyboard.
+
+    A script that polls a keyboard computes longer, and what it is asked meanwhile comes earlier.
+    """
+    keyboard = sys.stdin
+    with open(os.devnull) as nothing, contextlib.redirect_stdout(io.StringIO()):
+        sys.stdin = nothing  # as in the processes of a bench
+        try:
+            with contextlib.redirect_stderr(io.StringIO()):
+                yield
+        finally:
+            sys.stdin = keyboard
