@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from typing import Protocol
@@ -85,11 +86,13 @@ def true_path(rig: CameraRig, rows: Sequence[TruePose]) -> list[tuple[float, Vec
     stored = rows[0]
     place = rig.truth(stored.q)
     path = [(stored.t, stored.q)]
-    for before, row in zip(rows, rows[1:], strict=False):
-        if row is not rows[-1] and max(map(abs, np.subtract(row.q, stored.q))) < STILL_ANGLE:
+    for left, (before, row) in zip(
+        reversed(range(len(rows) - 1)), itertools.pairwise(rows), strict=True
+    ):
+        if left and max(map(abs, np.subtract(row.q, stored.q))) < STILL_ANGLE:
             continue
         here = rig.truth(row.q)
-        if row is rows[-1] or math.dist(here, place) > PATH_SPACING:
+        if not left or math.dist(here, place) > PATH_SPACING:
             if before.t - stored.t > MIN_REST_TIME:
                 path.append((before.t, stored.q))
             path.append((row.t, row.q))

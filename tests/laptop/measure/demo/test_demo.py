@@ -30,6 +30,7 @@ from waiting import PATIENCE
 
 from laptop.cli.main import laptop
 from laptop.emulator import bundled_scripts, temporary_folders
+from laptop.emulator.device.motion_record import MotionRecord
 from laptop.emulator.scene import camera_rig, servo_truth
 from laptop.emulator.scene.camera_rig import CameraRig, solve
 from laptop.emulator.scene.scene import Scene
@@ -686,6 +687,16 @@ def test_the_true_path_keeps_when_rests_end(name):
     assert [round(t, 1) for t, _ in path] == [0.0, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5]
     assert path[0][1] == path[1][1]
     assert path[-1][1] == (0.05, *still)
+
+
+def test_the_true_path_of_an_emulated_arm_ends_where_its_record_ends():
+    views = CameraRig(ARM, "seed=0")
+    record = MotionRecord(lambda number: 0.1 * number)
+    for k in range(16):
+        record.append((0.01 * min(k, 5), 0.0), 0.0, 0.0, None, 0)
+    path = servo_truth.true_path(views, record)
+    assert [round(t, 1) for t, _ in path] == [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 1.4, 1.5]
+    assert path[-1][1] == (0.05, 0.0)
 
 
 # The command
