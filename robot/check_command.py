@@ -15,6 +15,7 @@ from robot.motion.checked import Checked
 from robot.motion.zero import NotHomed
 from shared.arm_description import ArmError, is_bundled, read_arm, user_arm_file
 from shared.arm_keys import PULLED_DOWN
+from shared.config_files import write_whole
 from shared.ini import BadIni, with_values
 
 MYPY = False
@@ -162,16 +163,11 @@ def _corrected(arm, differences, values):
 
     if is_bundled(arm) and os.path.exists(path):
         raise refused("for it is yours, and {} was checked".format(arm.file))
-    draft = path + ".new"
     try:
         with open(arm.file, "rb") as file:
             text = file.read().decode("utf-8")
-        os.makedirs(os.path.dirname(path), exist_ok=True)
-        with open(draft, "wb") as out:
-            out.write(with_values(text, values).encode("utf-8"))
-        if os.path.exists(path):
-            os.chmod(draft, os.stat(path).st_mode & 0o777)
-        os.replace(draft, path)
+        mode = os.stat(path).st_mode & 0o777 if os.path.exists(path) else None
+        write_whole(path, with_values(text, values), mode)
     except OSError as error:
         raise refused(error.strerror) from None
     except BadIni as error:

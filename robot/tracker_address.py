@@ -15,7 +15,7 @@ import sys
 from shared import message_fields as fields
 from shared import pairing
 from shared.arm_description import ArmError
-from shared.config_files import InvalidFile, number, read_json
+from shared.config_files import InvalidFile, number, read_json, write_whole
 from shared.messages import PORT
 from shared.record import record
 from shared.state import CODE, TRACKER_FILE, laptop_program, state_folder
@@ -121,17 +121,7 @@ class Memory(object):
         """
         stored = dict(tracker._asdict())
         stored.update(salt=key.salt, key=binascii.hexlify(key.key).decode("ascii"))
-        text = json.dumps(stored, sort_keys=True) + "\n"
-        draft = self.file + ".new"
-        os.makedirs(os.path.dirname(self.file), exist_ok=True)
-        with contextlib.suppress(FileNotFoundError):
-            os.remove(draft)  # readers of an old one could read the new one
-        descriptor = os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
-        with open(descriptor, "w") as file:
-            file.write(text)
-            file.flush()
-            os.fsync(file.fileno())
-        os.rename(draft, self.file)
+        write_whole(self.file, json.dumps(stored, sort_keys=True) + "\n", 0o600)
 
 
 def read_place(text, port=None):

@@ -5,13 +5,14 @@ error in its contents is an `InvalidFile`, which says what is wrong; the caller 
 and the next step.
 """
 
+import errno
 import math
 import os
 import stat
 
 MYPY = False
 if MYPY:
-    from typing import Any, Dict, NoReturn, Union  # noqa: F401
+    from typing import Any, Dict, NoReturn, Optional, Union  # noqa: F401
 
     AnyPath = Union[str, os.PathLike[str]]
 
@@ -48,19 +49,67 @@ def open_file(path):
     return descriptor
 
 
-def open_to_write(path, how=os.O_TRUNC):
-    # type: (AnyPath, int) -> int
+def open_to_write(path, how=os.O_TRUNC, mode=0o666):
+    # type: (AnyPath, int, int) -> int
     """Open a file for writing, made where it is missing, without blocking; return its descriptor.
 
     Args:
         path: of the file.
-        how: os.O_TRUNC empties it, os.O_APPEND keeps what it has.
+        how: os.O_TRUNC empties it, os.O_APPEND keeps what it has, os.O_EXCL takes no old one.
+        mode: who may read and write a new one.
 
     Raises:
         OSError: it cannot be written, or it is a pipe that nobody reads.
     """
-    flags = os.O_WRONLY | os.O_CREAT | how | getattr(os, "O_NONBLOCK", 0)
-    return os.open(path, flags, 0o666)
+    flags = os.O_WRONLY | os.O_CREAT | how
+    for name in ("O_NONBLOCK", "O_BINARY"):  # not every system has both
+        flags |= getattr(os, name, 0)
+    return os.open(path, flags, mode)
+
+
+def write_whole(path, text, mode=None, sync=True):
+    # type: (str, str, Optional[int], bool) -> None
+    """Write a text (UTF-8) to a file, all of it or nothing; its folder is made if there is none.
+
+    Args:
+        path: of the file.
+        text: its contents.
+        mode: who may read and write it, from the start; None: as is usual.
+        sync: whether the card has it on return, which takes as long as the card likes.
+
+    Raises:
+        OSError: it cannot be written; the old file is there, and no draft.
+    """
+    draft, data = path + ".new", text.encode("utf-8")
+    try:
+        file = _open_draft(draft, mode)
+        try:
+            if os.write(file, data) < len(data):
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+            if sync:
+                os.fsync(file)
+        finally:
+            os.close(file)
+        os.replace(draft, path)
+    except BaseException:
+        if os.path.isfile(draft):
+            os.remove(draft)
+        raise
+
+
+def _open_draft(draft, mode):
+    # type: (str, Optional[int]) -> int
+    """Open a draft for writing; return its descriptor."""
+    folder = os.path.dirname(draft)
+    if folder and not os.path.isdir(folder):
+        os.makedirs(folder, exist_ok=True)
+    if mode is None:
+        return open_to_write(draft)
+    if os.path.lexists(draft):
+        os.remove(draft)  # readers of an old one could read the new one
+    file = open_to_write(draft, os.O_EXCL, mode)
+    os.chmod(draft, mode)  # whatever the mask takes away
+    return file
 
 
 def check_replaceable(path):

@@ -16,12 +16,11 @@ never in motion, where a write to the card could stop a control tick for as long
 A file is replaced in one step (write_whole): after a crash there is the old or the new one.
 """
 
-import errno
 import json
 import os
 
 from shared.arm_description import ArmError
-from shared.config_files import InvalidFile, number, open_to_write, read_json
+from shared.config_files import InvalidFile, number, read_json, write_whole
 from shared.record import record
 from shared.state import JOBS_FOLDER, state_folder
 
@@ -84,25 +83,11 @@ def progress_file(crc):
     return os.path.join(jobs_folder(), "{:08x}.progress".format(crc))
 
 
-def write_whole(path, text):
-    # type: (str, str) -> None
-    """Write a small file completely or not at all; OSError where there is no room."""
-    draft, data = path + ".part", text.encode("utf-8")
-    file = open_to_write(draft)
-    try:
-        if os.write(file, data) < len(data):
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-    finally:
-        os.close(file)
-    os.replace(draft, path)
-
-
 def save_progress(crc, progress):
     # type: (int, SavedProgress) -> None
     """Write a SavedProgress to the file of a job; raises OSError."""
-    path = progress_file(crc)
-    os.makedirs(os.path.dirname(path), exist_ok=True)
-    write_whole(path, json.dumps(progress._asdict(), sort_keys=True))
+    text = json.dumps(progress._asdict(), sort_keys=True)
+    write_whole(progress_file(crc), text, sync=False)
 
 
 def forget_progress(crc):

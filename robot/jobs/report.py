@@ -18,7 +18,7 @@ import math
 import os
 
 from robot.ev3.battery import Battery
-from robot.jobs.progress import write_whole
+from shared.config_files import write_whole
 from shared.record import record
 from shared.state import JOB_STATUS_FILE, state_folder
 
@@ -126,7 +126,7 @@ class JobReport(object):
             self._volts = self._battery.volts()
         if self._path is not None:
             try:
-                write_whole(self._path, self._text(place, orders, reason))
+                write_whole(self._path, self._text(place, orders, reason), sync=False)
             except OSError as error:
                 self._path = None
                 orders.notes.append(

@@ -8,7 +8,7 @@ import os
 
 from robot.motion.zero import boot_id
 from shared.arm_description import ArmError
-from shared.config_files import InvalidFile, open_to_write, read_json
+from shared.config_files import InvalidFile, read_json, write_whole
 
 MYPY = False
 if MYPY:
@@ -124,12 +124,8 @@ class Checked(object):
             "version": VERSION, "arm": checked_numbers(self._arm), "motors": devices,
             "boot": boot_id(),
         }  # fmt: skip
-        draft = self.file + ".new"
         try:
-            os.makedirs(os.path.dirname(self.file), exist_ok=True)
-            with open(open_to_write(draft), "w") as file:
-                file.write(json.dumps(known, sort_keys=True) + "\n")
-            os.rename(draft, self.file)
+            write_whole(self.file, json.dumps(known, sort_keys=True) + "\n")
         except OSError as error:
             raise CheckNotSaved(
                 "cannot write {}: {}; make room or set BRICKSERVO_STATE to another folder".format(

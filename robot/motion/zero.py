@@ -12,7 +12,7 @@ import math
 import os
 
 from shared.arm_description import ArmError
-from shared.config_files import InvalidFile, number, open_to_write, read_json
+from shared.config_files import InvalidFile, number, read_json, write_whole
 from shared.state import state_folder
 
 MYPY = False
@@ -254,13 +254,8 @@ class Zero(object):
             "version": VERSION, "arm": meaning(self._arm), "file": _path(self._arm),
             "boot": boot_id(), "parked": parked, "zero": zero,
         }  # fmt: skip
-        text = json.dumps(state, sort_keys=True)
-        draft = self.file + ".new"
         try:
-            os.makedirs(os.path.dirname(self.file), exist_ok=True)
-            with open(open_to_write(draft), "w") as file:
-                file.write(text + "\n")
-            os.rename(draft, self.file)
+            write_whole(self.file, json.dumps(state, sort_keys=True) + "\n")
         except OSError as error:
             raise self._not_saved(error) from None
 

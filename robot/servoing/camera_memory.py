@@ -7,7 +7,7 @@ stay, which the next run's first frames tell (see chain_model).
 
 import os
 
-from shared.config_files import InvalidFile, number, open_to_write, read_json
+from shared.config_files import InvalidFile, number, read_json, write_whole
 
 MYPY = False  # which a type checker takes for true
 if MYPY:
@@ -85,11 +85,8 @@ class CameraMemory(object):
             ]
             for camera in views
         }
-        draft = self.file + ".new"
         try:
-            with open(open_to_write(draft), "w") as file:
-                file.write(json.dumps({"version": VERSION, "cameras": cameras}) + "\n")
-            os.rename(draft, self.file)
+            write_whole(self.file, json.dumps({"version": VERSION, "cameras": cameras}) + "\n")
         except OSError as error:
             self._say(
                 "cannot write {}: {}; make room, else the next run explores".format(

@@ -3,6 +3,7 @@
 import json
 import os
 import random
+import stat
 
 import pytest
 from odd_files import ODD, put
@@ -19,6 +20,7 @@ from shared.config_files import (
     parse_json,
     read_json,
     read_text,
+    write_whole,
 )
 
 
@@ -105,6 +107,75 @@ def test_only_a_regular_file_is_replaced(tmp_path):
 
 ARM = read_arm(find_arm("planar"))
 COUNTS = {"A": 0, "B": 0, "C": 0}
+
+
+# Whole or not at all
+
+
+class Crash(BaseException):
+    """The end of the program, at any line of it."""
+
+
+def crash(*args):
+    raise Crash
+
+
+@pytest.mark.parametrize("mode", [None, 0o600])
+@pytest.mark.parametrize("at", ["write", "fsync", "close", "replace"])
+def test_a_crash_before_the_draft_takes_its_place_leaves_the_old_file(
+    tmp_path, monkeypatch, at, mode
+):
+    file = str(tmp_path / "file")
+    write_whole(file, "old", mode)
+    with monkeypatch.context() as patch:
+        patch.setattr(os, at, crash)
+        with pytest.raises(Crash):
+            write_whole(file, "new", mode)
+    assert read_text(file) == "old"
+    assert os.listdir(str(tmp_path)) == ["file"]
+    write_whole(file, "new", mode)
+    assert read_text(file) == "new"
+    assert os.listdir(str(tmp_path)) == ["file"]
+
+
+@pytest.mark.parametrize("mode", [None, 0o600])
+def test_a_disk_that_fills_up_leaves_the_old_file_and_no_draft(tmp_path, monkeypatch, mode):
+    file = str(tmp_path / "file")
+    write_whole(file, "old", mode)
+    write = os.write
+    monkeypatch.setattr(os, "write", lambda to, data: write(to, data[:-1]))
+    with pytest.raises(OSError, match="No space left"):
+        write_whole(file, "new", mode)
+    assert read_text(file) == "old"
+    assert os.listdir(str(tmp_path)) == ["file"]
+
+
+def test_it_is_on_the_card_before_it_takes_the_place_of_the_old_one(tmp_path, monkeypatch):
+    done = []
+    for name in ("fsync", "close", "replace"):
+        real = getattr(os, name)
+        monkeypatch.setattr(
+            os, name, lambda *args, name=name, real=real: (done.append(name), real(*args))[1]
+        )
+    write_whole(str(tmp_path / "a"), "text")
+    write_whole(str(tmp_path / "b"), "text", sync=False)
+    assert done == ["fsync", "close", "replace", "close", "replace"]
+
+
+def test_the_folder_is_made_and_only_the_user_may_read(tmp_path):
+    file = tmp_path / "state" / "of" / "mine"
+    (tmp_path / "state").mkdir()
+    write_whole(str(file), "\u00e4\r\n", 0o600)
+    assert file.read_bytes() == "\u00e4\r\n".encode()
+    assert stat.S_IMODE(file.stat().st_mode) == 0o600
+    draft = tmp_path / "state" / "of" / "mine.new"
+    draft.write_text("of others")
+    draft.chmod(0o644)
+    with draft.open() as of_others:
+        write_whole(str(file), "secret", 0o600)
+        assert of_others.read() == "of others"
+    assert file.read_text() == "secret"
+    assert stat.S_IMODE(file.stat().st_mode) == 0o600
 
 
 def zero_in(folder):

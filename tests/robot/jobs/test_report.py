@@ -77,7 +77,8 @@ def test_people_are_told_now_and_then_and_of_every_change(reporter):
 
 def test_where_the_status_cannot_be_written_the_drawing_goes_on(tmp_path):
     clock, output, orders = Clock(), [], JobOrders()
-    report = JobReport(HEADER, 7, clock, 1, output.append, str(tmp_path / "none" / "status"))
+    (tmp_path / "file").write_text("")
+    report = JobReport(HEADER, 7, clock, 1, output.append, str(tmp_path / "file" / "status"))
     report.update("drawing", Place(1, 1, 0.0, 0.0), orders, moving=True)
     report.update("drawing", Place(1, 1, 0.0, 0.0), orders)
     report.update("paused", Place(1, 1, 0.0, 0.0), orders)
