@@ -147,11 +147,6 @@ class ImageModels(object):
             self._models[camera] = self.kind.make(camera)
         return self._models[camera]
 
-    def image(self, camera):
-        # type: (str) -> LinearImageModel
-        """Return a camera's image model as it was known when the arm stood last."""
-        return self._images[camera]
-
     def jacobians(self, cameras, q):
         # type: (Iterable[str], Pose) -> Dict[str, Matrix]
         """Return {camera: J at q (rad)} by these image models, px/rad."""

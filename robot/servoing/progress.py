@@ -54,20 +54,27 @@ GROW_BELOW, SHRINK_ABOVE, GROWTH, SHRINKAGE = 0.3, 0.6, 2.0, 0.5
 factors, by which it becomes so many times the step."""
 
 
-def uniform_draws(seed):
-    # type: (int) -> Callable[[float, float], float]
-    """Return Random(seed).uniform; random is imported only where it is needed."""
+RESTART_RANGE = 0.25, 0.75
+"""Range of shares of the joints' ranges where a restart begins."""
+
+
+def restart_draws(seed):
+    # type: (int) -> Callable[[int], List[float]]
+    """Return a function that draws so many shares of RESTART_RANGE.
+
+    (The module random is imported only where it is needed.)
+    """
     rng = []  # type: List[Random]
 
-    def uniform(low, high):
-        # type: (float, float) -> float
+    def draw(n):
+        # type: (int) -> List[float]
         if not rng:
             import random
 
             rng.append(random.Random(seed))
-        return rng[0].uniform(low, high)
+        return [rng[0].uniform(*RESTART_RANGE) for _ in range(n)]
 
-    return uniform
+    return draw
 
 
 # The trust region bounds the next step by how well the last one was predicted.  Textbooks compare

@@ -15,6 +15,7 @@ if MYPY:
     from typing import Dict, Iterable, Iterator, List, Optional, Sequence  # noqa: F401
 
     from robot.servoing.image_model import Features, Pixel, Pose  # noqa: F401
+    from robot.servoing.image_models import ImageModels  # noqa: F401
     from robot.servoing.linear_algebra import Matrix, Vector  # noqa: F401
     from robot.servoing.measurement import Frames, Measurement  # noqa: F401
     from robot.servoing.sightings import MarkerFrame  # noqa: F401
@@ -36,11 +37,13 @@ class LookThenMoveServo(object):
 
     Attributes:
         LEARNS: False: the next run goes on with nothing that this one has learned.
+        far_models: None: it has none that may be recalled.
         detour_pose: None: it knows no other postures.
         explores_in_motion: False: it moves a joint at a time.
     """
 
     LEARNS = explores_in_motion = False
+    far_models = None  # type: Optional[ImageModels]
     detour_pose = None  # type: Optional[Pose]
 
     def observe_in_motion(self, camera, q, s):

@@ -197,7 +197,7 @@ class Runs(object):
         self._learned = None
         if verdict.word == CONVERGED and servo.LEARNS:
             self._learned = _kind(options), (servo, stream)
-            views = servo.models.views()  # type: ignore[union-attr]
+            views = servo.far_models.views() if servo.far_models else None
             if views:
                 self._memory.save(views)
         return verdict
@@ -214,8 +214,8 @@ class Runs(object):
             self._arm.description, options.method, options.mode, options.tolerance,
             rows=options.rows, third=self._third,
         )  # fmt: skip
-        if servo.LEARNS and servo.models.kind.far:  # type: ignore[union-attr]
-            servo.models.recall(self._memory.load())  # type: ignore[union-attr]
+        if servo.far_models:
+            servo.far_models.recall(self._memory.load())
         return servo, stream
 
     def wait(self):

@@ -27,7 +27,7 @@ from robot.servoing.progress import (
     TRY_POSTURE,
     Progress,
     next_region,
-    uniform_draws,
+    restart_draws,
 )
 from robot.servoing.rows import Rows
 from robot.servoing.stall_diagnosis import ImageKnowledge
@@ -72,14 +72,9 @@ WAYPOINT_DISTANCE = 150.0
 MIN_STEP_SIGMAS = 6.0
 """Least motion of the marker by which a step judges the models, standard deviations."""
 
-CHASE_ITERATIONS = 5
-"""Steps of a search in a chase: the next one goes on from there."""
-
-AIM_TOLERANCE_SHARE = 0.3
-"""Share of the tolerance that an aim of the stream may be off: the next one comes soon."""
-
-RESTART_RANGE = 0.25, 0.75
-"""Range of shares of the joints' ranges where a restart begins."""
+CHASE_ITERATIONS, AIM_TOLERANCE_SHARE = 5, 0.3
+"""Steps of a search in a chase, and the share of the tolerance that its aim may be off: the next
+search comes soon, and goes on from there."""
 
 
 class Servo(object):
@@ -119,8 +114,14 @@ class Servo(object):
         self._progress = Progress(tolerance, known)
         self._verification = TipVerification(math.inf if known else tolerance)
         self._region = FIRST_STEP
-        self._uniform = uniform_draws(seed)
+        self._restart_shares = restart_draws(seed)
         self._last_measurement = None  # type: Optional[LastMeasurement]
+
+    @property
+    def far_models(self):
+        # type: () -> Optional[ImageModels]
+        """The models, if they predict far: then what they have seen may be recalled, else None."""
+        return self.models if self.models.kind.far else None
 
     @property
     def explores_in_motion(self):
@@ -229,8 +230,7 @@ class Servo(object):
         if action == GIVE_UP:
             return end_of_run(UNREACHABLE, "no nearer than {:.1f} px".format(progress.nearest))
         if action == START_ELSEWHERE:
-            shares = [self._uniform(*RESTART_RANGE) for _ in q]
-            return self._start_from(at_shares(shares, *self._targets.box))
+            return self._start_from(at_shares(self._restart_shares(len(q)), *self._targets.box))
         if action == EXPLORE_ANEW:
             return self._explore_anew(q, goal, measurements)
         return self.move(q, goal, error, measurements)

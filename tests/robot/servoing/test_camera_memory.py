@@ -10,8 +10,10 @@ from servo_rig import Camera
 from robot.servoing.camera_memory import CameraMemory
 from robot.servoing.image_models import model_kind
 from robot.servoing.measurement import Measurement
+from robot.servoing.runs import make_servo
 from robot.servoing.servo import Servo
 from shared.arm_description import find_arm, read_arm
+from shared.run_options import METHODS
 
 ARM = read_arm(find_arm("planar"))
 SEEN = [(-0.3, 0.8), (0.1, 0.9), (0.4, 0.6), (0.5, 1.2)]
@@ -95,6 +97,15 @@ def test_a_method_that_knows_one_place_alone_has_nothing_to_store():
     one = Servo(ARM, model_kind("kalman", ARM), 5.0)
     decision(one)
     assert one.models.views() == {}
+
+
+@pytest.mark.parametrize("method", sorted(METHODS))
+def test_each_servo_says_whether_what_it_has_seen_may_be_recalled(method):
+    one, _ = make_servo(ARM, method, "look", 5.0)
+    assert (one.far_models is not None) == (method == "chain")
+    if one.far_models:
+        one.far_models.recall(learned())
+        assert [frame[:2] for frame in one.far_models.views()["A"]] == [(q, above(q)) for q in SEEN]
 
 
 # ---- the file
