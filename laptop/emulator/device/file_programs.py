@@ -205,6 +205,15 @@ class FilePrograms(object):
     def _run_false(self, args: Sequence[str], piped: bytes) -> Finished:
         return Finished(1, b"", b"", 0.0)
 
+    def reads_input(self, args: Sequence[str]) -> bool:
+        """Return whether a program reads its standard input, by its command line."""
+        name, names = os.path.basename(args[0]), _options(args[1:])[1]
+        return (
+            (name == "cat" and names in ([], ["-"]))
+            or (name == "grep" and len(names) == 1)
+            or (name == "aplay" and not any(arg.endswith(".wav") for arg in names))
+        )
+
     def knows(self, name: str) -> bool:
         """Return True if there is a program of that name, here or in processes."""
         return hasattr(self, method_of(name)) or name in ("sh", "bash", "python3", "sudo")

@@ -18,7 +18,8 @@ if MYPY:
 
     Sent = Tuple[str, str]  # how, and the name of a file or number of a stream
     Captured = Tuple[bool, bool]  # whether output and errors are to be in what is returned
-    Run = Callable[[List[str], bytes, Captured], Optional[Finished]]
+    Run = Callable[[List[str], Optional[bytes], Captured], Optional[Finished]]
+    Reads = Callable[[List[str]], Optional[bool]]
 
 Command = NamedTuple(
     "Command", [("args", List[str]), ("end", str), ("redirected", Dict[int, Tuple[str, str]])]
@@ -103,14 +104,16 @@ class Shell(object):
 
     Args:
         run: `run(args, piped, captured)` gives Finished, None if there is no such program; piped
-            is the standard input, bytes, and captured says whether output and errors are to be in
-            there, two bools.
+            is the standard input, bytes, None for that of the script, and captured says whether
+            output and errors are to be in there, two bools.
+        reads: `reads(args)` tells whether a program reads its standard input; None where it may.
     """
 
-    def __init__(self, run: "Run") -> None:
+    def __init__(self, run: "Run", reads: "Reads") -> None:
         self._run = run
+        self._reads = reads
 
-    def line(self, text: str, piped: bytes, captured: "Captured") -> Finished:
+    def line(self, text: str, piped: "Optional[bytes]", captured: "Captured") -> Finished:
         """Run a line, which leaves the current folder as it was; return Finished."""
         try:
             commands = split_line(text)
@@ -123,13 +126,19 @@ class Shell(object):
         finally:
             os.chdir(folder)
 
-    def _all(self, commands: List[Command], piped: bytes, captured: "Captured") -> Finished:
+    def _all(
+        self, commands: List[Command], piped: "Optional[bytes]", captured: "Captured"
+    ) -> Finished:
+        left = piped  # for the next command that reads it
         status, seconds, output, errors = 0, 0.0, b"", b""
         before, skipped = ";", False
         for command in commands:
             if before != "|":
                 skipped = (before == "&&" and status != 0) or (before == "||" and status == 0)
+                piped = left
             if not skipped:
+                if before != "|" and left and self._takes(command):
+                    left = b""
                 finished = self._one(command, piped, captured)
                 status = finished.status
                 seconds += 0.0 if command.end == "&" else finished.seconds
@@ -137,12 +146,16 @@ class Shell(object):
                 piped = finished.output
                 if command.end != "|":
                     output = output + finished.output if output else finished.output
-                    piped = b""
             before = command.end
             status, output, errors, _ = _shown(Finished(status, output, errors, 0.0), captured)
         return Finished(status, output, errors, seconds)
 
-    def _one(self, command: Command, piped: bytes, captured: "Captured") -> Finished:
+    def _takes(self, command: Command) -> bool:
+        """Return whether a command may read the line's standard input, which is then at its end."""
+        free = bool(command.args) and 0 not in command.redirected
+        return free and self._reads(command.args) is not False
+
+    def _one(self, command: Command, piped: "Optional[bytes]", captured: "Captured") -> Finished:
         into = {stream: how for stream, how in command.redirected.items() if stream}
         captured = captured[0] or command.end == "|" or 1 in into, captured[1] or 2 in into
         try:
@@ -155,7 +168,7 @@ class Shell(object):
             message = "sh: 1: cannot open {}: {}\n".format(error.filename, error.strerror)
             return Finished(2, b"", message.encode(), 0.0)
 
-    def _started(self, args: List[str], piped: bytes, captured: "Captured") -> Finished:
+    def _started(self, args: List[str], piped: "Optional[bytes]", captured: "Captured") -> Finished:
         if not args:
             return Finished(0, b"", b"", 0.0)
         if args[0] == "cd":

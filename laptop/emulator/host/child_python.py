@@ -9,7 +9,7 @@ import io
 import os
 import re
 import sys
-from typing import Callable, Iterator, List, Sequence
+from typing import Callable, Iterator, List, Optional, Sequence
 
 from laptop.emulator.device.file_programs import Finished
 
@@ -43,11 +43,12 @@ class ChildPython(object):
             path.endswith(".py") and os.path.dirname(path) != "" and os.path.isfile(path)
         )
 
-    def start(self, args: Sequence[str], captured: "Captured") -> Finished:
+    def start(self, args: Sequence[str], piped: Optional[bytes], captured: "Captured") -> Finished:
         """Run a command line that `is_python`.
 
         Args:
             args: the command line, with `python3` first, or a path to a script.
+            piped: its standard input, bytes; None: that of its parent.
             captured: whether output and errors are to be in what it returns, two bools.
 
         Returns:
@@ -66,7 +67,7 @@ class ChildPython(object):
             why = "python3: not done: {} programs have started one another\n".format(MAX_DEPTH)
             return Finished(1, b"", why.encode(), 0.0)
         if args[0] == "-c":
-            return self._in_place("-c", " ".join(args[1:2]).encode(), args[2:], captured)
+            return self._in_place("-c", " ".join(args[1:2]).encode(), args[2:], piped, captured)
         try:
             with open(args[0], "rb") as file:
                 source = file.read()
@@ -75,10 +76,15 @@ class ChildPython(object):
                 args[0], error.errno, error.strerror
             )
             return Finished(2, b"", why.encode(), 0.0)
-        return self._in_place(args[0], source, args[1:], captured)
+        return self._in_place(args[0], source, args[1:], piped, captured)
 
     def _in_place(
-        self, script: str, source: bytes, args: List[str], captured: "Captured"
+        self,
+        script: str,
+        source: bytes,
+        args: List[str],
+        piped: Optional[bytes],
+        captured: "Captured",
     ) -> Finished:
         folder = os.path.dirname(os.path.realpath(script)) if script != "-c" else ""
         streams = [io.TextIOWrapper(io.BytesIO(), "utf-8") if c else None for c in captured]
@@ -88,6 +94,8 @@ class ChildPython(object):
             ):
                 if stream:
                     stack.enter_context(redirect(stream))
+            if piped is not None:
+                sys.stdin = io.TextIOWrapper(io.BytesIO(piped), "utf-8")
             sys.argv = [script] + list(args)
             sys.path[0] = folder
             status = self._run(self._shims, script, source)
@@ -101,7 +109,7 @@ class ChildPython(object):
     @contextlib.contextmanager
     def _isolated(self, folder: str) -> Iterator[None]:
         """Store the parent program's own state for a `with` block."""
-        argv, path, modules = sys.argv, list(sys.path), dict(sys.modules)
+        argv, path, modules, stdin = sys.argv, list(sys.path), dict(sys.modules), sys.stdin
         excepthook, calls = sys.excepthook, self._shims.exit_calls
         own = [
             name
@@ -119,6 +127,6 @@ class ChildPython(object):
             self._depth -= 1
             self._shims.exit_calls = calls
             sys.excepthook = excepthook
-            sys.argv, sys.path[:] = argv, path
+            sys.argv, sys.path[:], sys.stdin = argv, path, stdin
             for name in own + ["__main__"]:
                 sys.modules[name] = modules[name]

@@ -1,6 +1,8 @@
 """Programs that scripts start: the shell's line, the brick's small programs, and other scripts."""
 
 import os
+import subprocess
+import sys
 
 import pytest
 
@@ -240,3 +242,82 @@ def test_a_time_limit_ends_another_script_too(run, tmp_path):
     outcome, _, err = run("os.system('python3 other.py')\n", timeout=5)
     assert (outcome.status, outcome.reason) == (124, "timeout")
     assert "other.py line 2" in err
+
+
+# Standard input
+
+TALKS = {
+    "communicate": "print(p(['cat']).communicate(b'a\\nb\\n'))",
+    "text": "print(p(['cat'], universal_newlines=True).communicate('\u00e4\\n'))",
+    "nothing": "print(p(['cat']).communicate())",
+    "input that nobody reads": "print(p(['echo', 'hi']).communicate(b'a'))",
+    "no pipe": "print(subprocess.Popen(['echo', 'hi'], stdout=-1).communicate(b'a'))",
+    "run": "print(subprocess.run(['grep', 'b'], input=b'a\\nb\\n', stdout=-1).stdout)",
+    "check_output": "print(subprocess.check_output(['grep', '-v', 'b'], input=b'a\\nb\\n'))",
+    "write and close":
+        "q = p(['cat'])\nq.stdin.write(b'a')\nprint(q.poll())\nq.stdin.write(b'b')\n"
+        "q.stdin.close()\nprint(q.stdout.read(), q.wait())",
+    "write and communicate": "q = p(['cat'])\nq.stdin.write(b'a')\nprint(q.communicate(b'b'))",
+    "with":
+        "with subprocess.Popen(['grep', 'a'], stdin=-1, stdout=-3) as q: q.stdin.write(b'b\\n')\n"
+        "print(q.returncode)",
+    "line whose first command reads nothing":
+        "print(p('echo c; cat; cat', shell=True).communicate(b'a'))",
+    "pipeline":
+        "q = p(['cat'])\nr = subprocess.Popen(['grep', 'b'], stdin=q.stdout, stdout=-1)\n"
+        "q.stdin.close()\nprint(r.communicate())",
+    "line": "print(p('grep b | cat; echo c', shell=True).communicate(b'a\\nb\\n'))",
+    "line of a file":
+        "open('f', 'w').write('x')\nprint(p('cat < f; cat', shell=True).communicate(b'y'))",
+    "line that reads nothing": "q = p('echo c', shell=True)\nprint(q.wait(), q.stdout.read())",
+    "script": "print(p([sys.executable, 'other.py']).communicate(b'a\\nb\\n'))",
+    "script of a line":
+        "print(p('echo a | ' + sys.executable + ' other.py', shell=True).communicate(b'b'))",
+    "script without input": "q = p([sys.executable, 'other.py'])\nprint(q.communicate(), q.poll())",
+    "input twice":
+        "q = p(['cat'])\nq.communicate(b'a')\n"
+        "try: print(q.communicate(b'b'))\nexcept ValueError: print('refused')",
+    "wrong type":
+        "q = p(['cat'])\ntry: print(q.communicate('b'))\nexcept TypeError: print('refused')",
+    "killed": "q = p(['cat'])\nq.kill()\nprint(q.wait(), q.stdout.read())",
+    "timeout":
+        "q = p(['cat'])\ntry: q.wait(0.2)\nexcept subprocess.TimeoutExpired: print('late')\n"
+        "print(q.communicate(b'a', timeout=9))",
+    "one pipe for both":
+        "print(p(['cat', 'none'], stderr=subprocess.STDOUT).communicate()[0].count(b'none'))",
+    "two programs at once":
+        "q, r = p(['cat']), p(['cat'])\nr.stdin.write(b'r')\nq.stdin.write(b'q')\n"
+        "print(q.communicate(), r.communicate())",
+}  # fmt: skip
+"""Lines of a script that talks with programs."""
+
+TALK = """
+def p(*args, **more): return subprocess.Popen(*args, stdin=-1, stdout=-1, **more)
+"""
+
+
+@pytest.mark.parametrize("talk", sorted(TALKS))
+def test_a_program_gets_its_input_as_from_real_python(run, tmp_path, talk):
+    (tmp_path / "other.py").write_text("import sys\nprint(sys.stdin.read().upper())\n")
+    outcome, out, _ = run(TALK + TALKS[talk])
+    assert outcome.status == 0
+    real = subprocess.run(
+        [sys.executable, "mine.py"], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, cwd=tmp_path
+    )
+    assert out == real.stdout.decode().splitlines()
+
+
+def test_a_program_that_reads_ends_only_where_its_input_does(run):
+    outcome, out, _ = run(TALK + "print('on')\np(['cat']).wait()\nprint('off')", timeout=5)
+    assert (outcome.status, out) == (124, ["on"])
+
+
+def test_another_thread_may_end_the_input_of_a_program_that_is_waited_for(run):
+    source = (
+        "import threading, time\nq = p(['cat'])\n"
+        "threading.Timer(2.0, q.stdin.close).start()\nq.wait()\nprint(round(time.monotonic(), 0))"
+    )
+    begins = run("import time\nprint(time.monotonic())")[1][0]
+    outcome, out, _ = run(TALK + source)
+    assert outcome.status == 0
+    assert 2.0 <= float(out[0]) - float(begins) + 0.5 < 3.1
