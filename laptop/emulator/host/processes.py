@@ -279,7 +279,7 @@ class ProgramPopen(object):
         self._end = self._processes.world.now() + finished.seconds
         output, errors = finished.output, finished.errors
         if stderr == sys.modules["subprocess"].STDOUT:
-            output, errors = output + errors, b""
+            output, errors = _with_errors(output, errors), b""
         _write(output, stdout, self._stdout or sys.stdout)
         _write(errors, stderr, self._stderr or sys.stderr)
         self._wake()
@@ -369,6 +369,13 @@ def _standard_input(stdin: object) -> Optional[Sound]:
     piped = Sound(stdin.getvalue() if isinstance(stdin, _Output) else b"")
     piped.seconds = getattr(stdin, "seconds", 0.0)
     return piped
+
+
+def _with_errors(output: bytes, errors: bytes) -> Sound:
+    """Return output and errors in one pipe; sound in it lasts as long."""
+    both = Sound(output + errors)
+    both.seconds = getattr(output, "seconds", 0.0)
+    return both
 
 
 def _pipe(text: bool) -> "Union[_Output, io.StringIO]":

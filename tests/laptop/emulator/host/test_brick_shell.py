@@ -321,3 +321,14 @@ def test_another_thread_may_end_the_input_of_a_program_that_is_waited_for(run):
     outcome, out, _ = run(TALK + source)
     assert outcome.status == 0
     assert 2.0 <= float(out[0]) - float(begins) + 0.5 < 3.1
+
+
+@pytest.mark.parametrize("errors", ["", ", stderr=subprocess.STDOUT"])
+def test_sound_in_a_pipe_lasts_as_long_whatever_else_is_in_there(run, errors):
+    _, out, _ = run(
+        "import time\nwords = ['espeak', '--stdout', 'a sentence of many words']\n"
+        f"speaks = subprocess.Popen(words, stdout=subprocess.PIPE{errors})\n"
+        "plays = subprocess.Popen(['aplay', '-q'], stdin=speaks.stdout)\n"
+        "before = time.monotonic()\nplays.wait()\nprint(time.monotonic() - before > 1.0)\n"
+    )
+    assert out == ["True"]
