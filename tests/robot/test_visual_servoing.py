@@ -401,7 +401,9 @@ def test_the_log_is_as_described(undisturbed):
     assert last["measurements"] == len(steps)
     assert last["moves"] == len(steps) - 1
     assert last["frames"] == sum(step["frames"] for step in steps)
-    explored = [step["action"] for step in steps].count("explore")
+    # (What is at the goal at once may have to show by exploring motions that it is the tip.)
+    at_goal = next(k for k, step in enumerate(steps) if step["error"] < 5)
+    explored = [step["action"] for step in steps[:at_goal]].count("explore")
     assert explored == {"look": 2, "stream": 1}[mode]
     assert steps[-1]["action"] == "hold"
     for step in steps:
