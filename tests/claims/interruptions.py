@@ -144,11 +144,14 @@ def _judged(
     which = [n for n, record in enumerate(records) for _ in pen_down_runs(record)]
     inks = [np.array([place(row) for row in run], float)[:, :2] for run in runs]
     wished = [np.concatenate(chain)[:, :2] for chain in chains]
-    of = _chains_of(inks, [len(pen_down_runs(record)) for record in records], wished)
+    paused = [
+        not n and any(0 <= run[-1].t - t <= LONGEST_LIFT for t in pauses)  # the first run alone
+        for run, n in zip(runs, which, strict=True)
+    ]
+    of = _chains_of(inks, which, paused, wished)
     gaps = []
     for k in range(len(inks) - 1):
-        paused = any(0 <= runs[k][-1].t - t <= LONGEST_LIFT for t in pauses)
-        if paused and of[k] == of[k + 1] and which[k] == which[k + 1]:
+        if paused[k] and of[k] == of[k + 1] and which[k] == which[k + 1]:
             gaps.append(10 * float(np.hypot(*(inks[k + 1][0] - inks[k][-1]))))
     lifts = [_lift(records[0], t) for t in pauses if t < over]
     length = sum(np.hypot(*np.diff(path, axis=0).T).sum() for path in wished)
@@ -180,23 +183,31 @@ def _judged(
 
 
 def _chains_of(
-    inks: Sequence[np.ndarray], counts: Sequence[int], wished: Sequence[np.ndarray]
+    inks: Sequence[np.ndarray],
+    which: Sequence[int],
+    paused: Sequence[bool],
+    wished: Sequence[np.ndarray],
 ) -> list[int]:
     """Return the number of the chain that each ink was drawn for.
 
-    In a run an ink is of the chain of the one before or of the next chain, whichever is nearer; a
-    run that resumes begins with any.
+    In a run every ink is of the next chain. Behind a pause, and where a run resumes, it may be of
+    the chain of the one before, too: it is of the nearer one.
+
+    Args:
+        inks: points, cm, each n x 2.
+        which: number of the run of each.
+        paused: whether a pause ended it.
+        wished: points of the chains, cm, each n x 2.
     """
-    firsts = np.cumsum([0, *counts[:-1]])
     out: list[int] = []
     for k, ink in enumerate(inks):
         thin = ink[:: max(1, len(ink) // 20)]
         if k == 0:
             near = [0]
-        elif k in firsts:
-            near = list(range(out[-1], min(out[-1] + 2, len(wished))))
-        else:
+        elif paused[k - 1] or which[k] != which[k - 1]:
             near = [n for n in (out[-1], out[-1] + 1) if n < len(wished)]
+        else:
+            near = [min(out[-1] + 1, len(wished) - 1)]
         out.append(min(near, key=lambda n: float(distances(thin, wished[n]).mean())))
     return out
 

@@ -22,9 +22,9 @@ def record(*ways):
     return out
 
 
-def judged(*records, pauses=(), over=float("inf"), end="none"):
+def judged(*records, pauses=(), over=float("inf"), end="none", chains=CHAINS):
     case = interruptions.Interruption(1, "planar")
-    return interruptions._judged(case, end, list(records), CHAINS, pauses, over, FINE)
+    return interruptions._judged(case, end, list(records), chains, pauses, over, FINE)
 
 
 def test_a_gap_is_where_one_run_lifts_the_pen_within_a_stroke():
@@ -50,6 +50,30 @@ def test_a_stroke_that_is_drawn_anew_after_a_crash_is_told_apart():
     assert found.gaps_mm == []
     assert found.extra_cm == pytest.approx(3.0, abs=0.05)
     assert found.stroke_cm == pytest.approx(4.0)
+
+
+CROSS = [[np.array([(10.0, 0.0), (10.0, 4.0)])], [np.array([(10.2, 2.0), (9.8, 2.0)])]]
+
+
+def test_ink_that_crosses_the_stroke_before_is_of_the_next_one():
+    """Though a little beside it, where the stroke before is nearer."""
+    found = judged(
+        record(*(((10, 0), (10, 4), 1), ((10, 4), (10.2, 2.3), 0), ((10.2, 2.3), (9.8, 2.3), 1))),
+        chains=CROSS,
+    )
+    assert found.greatest_mm == pytest.approx(3.0, abs=0.1)
+    assert found.missed_mm == pytest.approx(2.0, abs=0.1)  # the stroke before is nearest there
+
+
+def test_an_order_to_pause_was_given_to_the_first_run_alone():
+    found = judged(
+        record(((10, 0), (10, 1), 1)),
+        record(*(((10, 0), (10, 4), 1), ((10, 4), (10.2, 2.3), 0), ((10.2, 2.3), (9.8, 2.3), 1))),
+        pauses=[0.9],
+        end="kill",
+        chains=CROSS,
+    )
+    assert found.gaps_mm == []
 
 
 def test_what_no_run_has_drawn_is_left_out():
