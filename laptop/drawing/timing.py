@@ -27,13 +27,19 @@ from shared.job import JOIN_TOLERANCE
 DIRECT, GEARED, IN_SPACE = "direct", "geared", "in space"
 
 MOVE_SETTLES = {DIRECT: 0.092, GEARED: 0.145, IN_SPACE: 0.13}
-"""Settling time of a fast move with the pen up, by the kind of arm, s."""
+"""Settling time of a move to where the arm rests, by the kind of arm, s."""
+
+NEAR_SETTLES = {DIRECT: 0.085, GEARED: 0.139, IN_SPACE: 0.104}
+"""Settling time of a fast move with the pen up to where a run-up begins, s."""
 
 APPROACH_SETTLES = {DIRECT: 0.068, GEARED: 0.07, IN_SPACE: 0.1}
 """Settling time of the slow move to where a stroke begins, s."""
 
-PIECE_SETTLES = {DIRECT: 0.099, GEARED: 0.122, IN_SPACE: 0.144}
-"""Settling time of each piece of a stroke, s."""
+CORNER_SETTLES = {DIRECT: 0.061, GEARED: 0.078, IN_SPACE: 0.09}
+"""Settling time of a piece of a stroke that another one follows, s."""
+
+END_SETTLES = {DIRECT: 0.099, GEARED: 0.122, IN_SPACE: 0.144}
+"""Settling time of a stroke's last piece, s."""
 
 PEN_SETTLES = 0.085
 """Settling time of the pen, s."""
@@ -41,7 +47,7 @@ PEN_SETTLES = 0.085
 BETWEEN_STROKES = {DIRECT: 0.025, GEARED: 0.025, IN_SPACE: 0.055}
 """Time the brick needs to compute and store each stroke, s."""
 
-READING = {DIRECT: 0.0093, GEARED: 0.0078, IN_SPACE: 0.0142}
+READING = {DIRECT: 0.0026, GEARED: 0.0025, IN_SPACE: 0.0056}
 """Time the brick needs to read each cubic of a stroke's motions, s."""
 
 
@@ -70,8 +76,9 @@ def estimate(arm: Arm, strokes: Sequence[PlannedStroke]) -> Estimate:
             run.approach(stroke.motions[0])
         run.lower()
         starts.append(run.seconds)
-        for motion in stroke.motions:
-            run.follow(motion)
+        for motion in stroke.motions[:-1]:
+            run.follow(motion, CORNER_SETTLES)
+        run.follow(stroke.motions[-1], END_SETTLES)
         drawing += run.seconds - starts[-1]
     run.lift()
     run.rest()
@@ -114,11 +121,11 @@ class _Run:
 
     def approach(self, motion: Trajectory) -> None:
         """Advance the clock as `RobotArm.pre_approach` does."""
-        self._go(pose_behind(self._joints, motion))
+        self._go(pose_behind(self._joints, motion), settles=NEAR_SETTLES)
         self._go(motion.start, APPROACH_SPEED, APPROACH_ACCELERATION, APPROACH_SETTLES)
 
-    def follow(self, motion: Trajectory) -> None:
-        self._add(motion, PIECE_SETTLES)
+    def follow(self, motion: Trajectory, settles: dict[str, float]) -> None:
+        self._add(motion, settles)
 
     def rest(self) -> None:
         """Advance the clock as `RobotArm.go_low` does."""
