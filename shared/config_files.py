@@ -5,7 +5,6 @@ error in its contents is an `InvalidFile`, which says what is wrong; the caller 
 and the next step.
 """
 
-import errno
 import math
 import os
 import stat
@@ -55,61 +54,45 @@ def open_to_write(path, how=os.O_TRUNC, mode=0o666):
 
     Args:
         path: of the file.
-        how: os.O_TRUNC empties it, os.O_APPEND keeps what it has, os.O_EXCL takes no old one.
-        mode: who may read and write a new one.
+        how: os.O_TRUNC empties it, os.O_APPEND keeps what it has, os.O_EXCL wants none.
+        mode: of a new file.
 
     Raises:
         OSError: it cannot be written, or it is a pipe that nobody reads.
     """
-    flags = os.O_WRONLY | os.O_CREAT | how
-    for name in ("O_NONBLOCK", "O_BINARY"):  # not every system has both
-        flags |= getattr(os, name, 0)
+    flags = os.O_WRONLY | os.O_CREAT | how | getattr(os, "O_NONBLOCK", 0)
     return os.open(path, flags, mode)
 
 
 def write_whole(path, text, mode=None, sync=True):
     # type: (str, str, Optional[int], bool) -> None
-    """Write a text (UTF-8) to a file, all of it or nothing; its folder is made if there is none.
+    """Write a text to a file, all or nothing: by a draft, of which an OSError leaves none.
 
     Args:
-        path: of the file.
+        path: of the file; its folder is made.
         text: its contents.
         mode: who may read and write it, from the start; None: as is usual.
-        sync: whether the card has it on return, which takes as long as the card likes.
-
-    Raises:
-        OSError: it cannot be written; the old file is there, and no draft.
+        sync: wait until the card has it.
     """
-    draft, data = path + ".new", text.encode("utf-8")
+    draft, folder = path + ".new", os.path.dirname(path)
+    if not os.path.isdir(folder):
+        os.makedirs(folder, exist_ok=True)
+    if mode is not None and os.path.lexists(draft):
+        os.remove(draft)  # readers of an old one could read the new one
+    how = os.O_TRUNC if mode is None else os.O_EXCL
     try:
-        file = _open_draft(draft, mode)
-        try:
-            if os.write(file, data) < len(data):
-                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        with open(open_to_write(draft, how, mode or 0o666), "wb") as file:
+            if mode is not None:
+                os.chmod(draft, mode)  # whatever the mask takes away
+            file.write(text.encode())
             if sync:
-                os.fsync(file)
-        finally:
-            os.close(file)
+                file.flush()
+                os.fsync(file.fileno())
         os.replace(draft, path)
     except BaseException:
         if os.path.isfile(draft):
             os.remove(draft)
         raise
-
-
-def _open_draft(draft, mode):
-    # type: (str, Optional[int]) -> int
-    """Open a draft for writing; return its descriptor."""
-    folder = os.path.dirname(draft)
-    if folder and not os.path.isdir(folder):
-        os.makedirs(folder, exist_ok=True)
-    if mode is None:
-        return open_to_write(draft)
-    if os.path.lexists(draft):
-        os.remove(draft)  # readers of an old one could read the new one
-    file = open_to_write(draft, os.O_EXCL, mode)
-    os.chmod(draft, mode)  # whatever the mask takes away
-    return file
 
 
 def check_replaceable(path):

@@ -108,7 +108,7 @@ def test_once_the_picture_changes_again_it_goes_on(watched, mode):
 
 def test_the_laptop_is_told_why_the_arm_is_held(watched):
     w = watched()
-    w.in_motion(4.0, w.tracker.pictures.freeze)
+    w.in_motion(3.0, w.tracker.pictures.freeze)
     shown = w.run()
     held = [status for status in w.statuses if not status.verdict and status.reason]
     assert {status.reason for status in held} == {FROZEN}
