@@ -5,7 +5,7 @@ from operator import mul, sub
 
 from robot.servoing.chain_model import ChainModel
 from robot.servoing.image_model import stacked
-from robot.servoing.linear_algebra import condition, length
+from robot.servoing.linear_algebra import condition, distance, length
 from robot.servoing.local_jacobian import LocalJacobian
 
 MYPY = False  # which a type checker takes for true
@@ -40,6 +40,14 @@ MOTION_SIGMA = 2.0
 MAX_BEND_SHARE = 0.2
 """Greatest distance of the middle of three frames in motion from the line of the others, as a share
 of their distance, beside noise: beyond it one of them is an outlier."""
+
+NEAR_GAIN, NEAR_RANGE = 400.0, 40.0
+"""Distance from the frame before up to which a frame in motion is believed whatever the model
+says: px per radian of the joints' motion between the two, and the most, px."""
+
+MAX_SURPRISE_SHARE = 0.5
+"""Greatest distance of a frame in motion from where the model has it after the frame before, as a
+share of the distance of the two, beside noise: beyond it it may be an outlier."""
 
 JOINT_ERROR, BACKLASH_ERROR = math.radians(0.35), 0.1
 """Standard deviations: of a motor's angle, rad, and of the joint's backlash, as a share of it."""
@@ -137,8 +145,9 @@ class ImageModels(object):
         self._images = {}  # type: Dict[str, LinearImageModel]
         self._q = ()  # type: Pose  # where it stood, rad
         self._blurs = {}  # type: Dict[str, float]
-        # Camera: [(q, s)] of the last three.
+        # Camera: (q, s) of the last two in motion; and of the last one that was believed.
         self._last_frames = {}  # type: Dict[str, List[Tuple[Pose, Pixel]]]
+        self._believed = {}  # type: Dict[str, Tuple[Pose, Features]]
 
     def of(self, camera):
         # type: (str) -> CameraModel
@@ -207,26 +216,52 @@ class ImageModels(object):
         # type: (str, Pose, Pixel) -> None
         """Learn from a frame that was taken in motion.
 
-        Each frame waits for the next one: one that does not lie between its neighbours is left out.
+        At once if it follows from the last one that was believed: on a slow brick the next frame
+        is 0.2 s away.  Otherwise it waits for that one, and is left out if it does not lie between
+        its neighbours.
 
         Args:
             camera: its name.
             q: joint angles when it was taken, rad (n).
             s: u and v, px.
         """
-        frames = self._last_frames.setdefault(camera, [])
-        frames.append((q, s))
-        if len(frames) < 3:
-            return
-        del frames[:-3]
-        (_, (u0, v0)), (q, s), (_, (u2, v2)) = frames
-        u, v = s
-        off = math.hypot(u - 0.5 * (u0 + u2), v - 0.5 * (v0 + v2))
         sigma = self._sigma_of(camera)
-        if off > MAX_BEND_SHARE * math.hypot(u2 - u0, v2 - v0) + 4 * sigma + MOTION_SIGMA:
-            return
+        noise = 4 * sigma + MOTION_SIGMA
+        frames, new = self._last_frames.setdefault(camera, []), (q, s)
+        frames.append(new)
+        good = [new] if self._follows(camera, new, noise) else []
+        if len(frames) == 3:
+            (_, (u0, v0)), middle, _ = frames
+            del frames[0]
+            if not good and middle is not self._believed.get(camera):
+                (u1, v1), (u2, v2) = middle[1], s
+                off = math.hypot(u1 - 0.5 * (u0 + u2), v1 - 0.5 * (v0 + v2))
+                if off <= MAX_BEND_SHARE * math.hypot(u2 - u0, v2 - v0) + noise:
+                    self._believed[camera] = middle
+                    good = [middle, new] if self._follows(camera, new, noise) else [middle]
         variance = sigma * sigma + MOTION_SIGMA**2 + self._blur(camera)
-        self.of(camera).observe(q, s, variance, standing=False)
+        for frame in good:
+            self._believed[camera] = frame
+            self.of(camera).observe(frame[0], frame[1], variance, standing=False)
+
+    def _follows(self, camera, frame, noise):
+        # type: (str, Tuple[Pose, Pixel], float) -> bool
+        """Return whether a frame (q, s) is where the last believed one lets expect, but for noise.
+
+        That is a validation gate (Bar-Shalom and Fortmann 1988): near it after little motion, or
+        about where the model says.
+        """
+        if camera not in self._believed:
+            return False
+        before, (u0, v0) = self._believed[camera]
+        q, (u, v) = frame
+        u, v = u - u0, v - v0
+        far = math.hypot(u, v)
+        if far <= min(NEAR_GAIN * distance(q, before), NEAR_RANGE) + noise:
+            return True
+        image = self.of(camera).shape()
+        (u0, v0), (u1, v1) = image.predict(before), image.predict(q)
+        return math.hypot(u - u1 + u0, v - v1 + v0) <= MAX_SURPRISE_SHARE * far + noise
 
     def prepare(self, q, measurements):
         # type: (Pose, Iterable[Measurement]) -> Iterator[None]
@@ -240,9 +275,10 @@ class ImageModels(object):
     def update(self, q, measurements):
         # type: (Pose, Iterable[Measurement]) -> None
         """Learn from the Measurements of an arm that stands at q (rad)."""
-        self._last_frames = {}
+        self._last_frames, self._believed = {}, {}
         for measurement in measurements:
             camera, s = measurement.camera, measurement.s
+            self._believed[camera] = q, s
             model = self.of(camera)
             model.observe(q, s, measurement.variance + self._blur(camera))
             self._images[camera] = model.seen_from(q, s)

@@ -195,8 +195,11 @@ class Servo(object):
         self._test_recalled(q, measurements)
         self.models.update(q, measurements)
         self._choose_cameras(q, sorted(seen))
-        if in_motion:
-            self.J = tuple(self.rows.values(self.models.jacobians(self.cameras, q)))
+        J = self.J
+        if in_motion:  # that of both its ends: either may move the image by more
+            ends = [self.models.jacobians(self.cameras, a) for a in (before[0] if before else q, q)]
+            begun, self.J = [tuple(self.rows.values(at_end)) for at_end in ends]
+            J = begun + self.J
         unknown = before is None or self._known or not self._selection.explored
         self._last_measurement = q, seen
         used = [measurement for measurement in measurements if measurement.camera in self.cameras]
@@ -211,10 +214,8 @@ class Servo(object):
                     return end_of_run(SINGULAR, FLAT_VIEW.format(" and ".join(self.cameras)))
                 progress.flat = True  # false sightings may cause that, too: explore anew
                 return self._explore_anew(q, goal, measurements)
-            by_model = self.using is not None or self._known
-            if before is not None and self._verification.is_needed(
-                used, chase, by_model, before, self.J
-            ):
+            led = self.using is not None or self._known  # by a model
+            if before is not None and self._verification.is_needed(used, chase, led, before, J):
                 return self._verify_tip(q, goal, measurements)
             self._progress = Progress(self.tolerance, self._known)  # should the goal move on
             return end_of_run(CONVERGED)
@@ -352,8 +353,7 @@ class Servo(object):
         # type: (str) -> Optional[ImageKnowledge]
         """Return the ImageKnowledge of a camera; None before the arm has stood before it."""
         if self._last_measurement and camera in self._last_measurement[1]:
-            model = self.models.of(camera)
-            sigma = self.estimator.sigma_of(camera)
+            model, sigma = self.models.of(camera), self.estimator.sigma_of(camera)
             return ImageKnowledge(model.shape(), model.covariance(), sigma)
         return None
 
@@ -367,8 +367,7 @@ class Servo(object):
         """Learn from a frame taken in motion: an iterator, each step a slice of the work."""
         self.models.observe_in_motion(camera, q, s)
         yield
-        for _ in self.models.of(camera).refit():
-            yield
+        yield from self.models.of(camera).refit()
 
     def together(self, sights, t):
         # type: (Mapping[str, Sight], float) -> Tuple[LinearImageModel, List[float], List[float]]

@@ -158,7 +158,8 @@ class TipVerification(object):
             chase: MarkerFrames of the chase that led here; none if the joints went to a pose.
             by_model: whether a model led here.  Exploring is verified once, then believed.
             before: (q, {camera: s}) of the last measurement, rad and px.
-            J: by which the last move was made, px/rad; None if by none.
+            J: by which the last move was made, px/rad, its rows at one pose of it or at several;
+                None if by none.
         """
         if self.begun:
             return True

@@ -3,7 +3,8 @@
 import pytest
 
 from robot.servoing.camera_selection import CameraSelection
-from robot.servoing.image_models import ImageModels, model_kind
+from robot.servoing.image_model import straight
+from robot.servoing.image_models import ImageModels, ModelKind, model_kind
 from robot.servoing.measurement import Measurement
 from robot.servoing.rows import Rows
 from shared.arm_description import find_arm, read_arm
@@ -53,3 +54,53 @@ def test_what_is_not_known_of_the_picture_is_a_penalty_on_the_way(models):
         # (A tenth of each of the two rows.)
         assert row == pytest.approx([0.2 * value for value in known])
     assert min(penalty[0][0], penalty[1][1]) > 0
+
+
+class Learner:
+    """A model that only counts what it is to learn, before a camera that `seen` describes."""
+
+    def __init__(self):
+        self.learned = []
+
+    def observe(self, q, s, variance, standing=True):
+        if not standing:
+            self.learned.append(tuple(s))
+
+    def shape(self):
+        return straight([[200.0, 0.0], [0.0, 150.0]])
+
+    def seen_from(self, q, s):
+        return self.shape()
+
+
+@pytest.fixture
+def watched():
+    """The models of a camera that has seen the arm stand at (0, 0), and what is learned."""
+    learner = Learner()
+    found = ImageModels(ModelKind("any", lambda camera: learner), ARM.joints, lambda camera: 0.5)
+    found.update((0.0, 0.0), [Measurement("A", seen((0.0, 0.0)), (0.0, 0.0), 0.25, 6)])
+    return found, learner.learned
+
+
+def test_a_frame_in_motion_that_follows_is_learned_from_at_once(watched):
+    models, learned = watched
+    for q in ((0.02, 0.0), (0.4, 0.1), (1.0, 0.4)):  # near the one before, or as predicted
+        models.observe_in_motion("A", q, seen(q))
+        assert learned[-1] == tuple(seen(q))
+
+
+def test_an_outlier_in_motion_is_left_out_and_delays_nothing(watched):
+    models, learned = watched
+    models.observe_in_motion("A", (0.1, 0.0), seen((0.1, 0.0)))
+    models.observe_in_motion("A", (0.2, 0.0), [20.0, 400.0])
+    assert len(learned) == 1
+    models.observe_in_motion("A", (0.3, 0.1), seen((0.3, 0.1)))
+    assert learned[1:] == [tuple(seen((0.3, 0.1)))]
+
+
+def test_what_no_model_expects_is_learned_from_once_its_neighbours_confirm_it(watched):
+    models, learned = watched
+    path = [[300.0 - 150.0 * k, 200.0 + 200.0 * k] for k in (1, 2, 3, 4)]
+    for k, s in enumerate(path, 1):
+        models.observe_in_motion("A", (0.1 * k, 0.0), s)
+    assert learned == [tuple(s) for s in path[1:3]]

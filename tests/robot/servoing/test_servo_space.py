@@ -301,7 +301,10 @@ def twice():
 
 @pytest.mark.long
 def test_a_camera_that_is_not_gone_by_is_none_to_go_on_with(watched):
-    """B comes while the goal is chased with A alone; when A is lost nothing is known of B."""
+    """B comes while the goal is chased with A alone; when A is lost nothing is known of B.
+
+    It explores in one motion, or joint by joint if the tip seems to be at the goal just then.
+    """
     w = watched(plant=NOT_YET, **twice())  # at cpu=1 a control tick takes too long
     w.hidden.add("B")
     circling(w, 1.5)
@@ -312,7 +315,7 @@ def test_a_camera_that_is_not_gone_by_is_none_to_go_on_with(watched):
     assert any("held" in text for text in notes(shown))
     assert shown.log[-1]["verdict"] == "converged"
     steps = [line for line in shown.log if line["kind"] == "step"]
-    assert [step["action"] for step in steps if step["t"] > 5].count("explore") == 1
+    assert [step["action"] for step in steps if step["t"] > 5].count("explore") in (1, 2)
 
 
 @pytest.mark.long
