@@ -75,7 +75,7 @@ def write_whole(path, text, mode=None, sync=True):
         sync: wait until the card has it.
     """
     draft, folder = path + ".new", os.path.dirname(path)
-    if not os.path.isdir(folder):
+    if folder and not os.path.isdir(folder):
         os.makedirs(folder, exist_ok=True)
     if mode is not None and os.path.lexists(draft):
         os.remove(draft)  # readers of an old one could read the new one

@@ -121,8 +121,10 @@ class _Run:
 
     def approach(self, motion: Trajectory) -> None:
         """Advance the clock as `RobotArm.pre_approach` does."""
-        self._go(pose_behind(self._joints, motion), settles=NEAR_SETTLES)
-        self._go(motion.start, APPROACH_SPEED, APPROACH_ACCELERATION, APPROACH_SETTLES)
+        behind, most = pose_behind(self._joints, motion), joint_accelerations(self._joints)
+        self._go(behind, accelerations=most, settles=NEAR_SETTLES)
+        gently = [APPROACH_ACCELERATION] * len(most)
+        self._go(motion.start, APPROACH_SPEED, gently, APPROACH_SETTLES)
 
     def follow(self, motion: Trajectory, settles: dict[str, float]) -> None:
         self._add(motion, settles)
@@ -140,12 +142,11 @@ class _Run:
         self,
         q: Sequence[float],
         speed: float = 1.0,
-        acceleration: float | None = None,
+        accelerations: Sequence[float] | None = None,
         settles: dict[str, float] = MOVE_SETTLES,
     ) -> None:
         fastest = [speed * joint.max_speed for joint in self._joints]
-        most = [acceleration] * len(fastest) if acceleration else joint_accelerations(self._joints)
-        self._add(JointMove(self._q, q, fastest, most), settles)
+        self._add(JointMove(self._q, q, fastest, accelerations), settles)
 
     def _add(self, motion: Trajectory | JointMove, settles: dict[str, float]) -> None:
         sides = self._gravity.sides(motion.start, self._sides)

@@ -164,7 +164,11 @@ class Bench(object):
             pair = []
             for sign, start, end in ((1, lower, upper - room), (-1, upper, lower + room)):
                 for begin in (start, start + sign * TAKE_UP_ANGLE):
-                    gently = (APPROACH_SPEED, APPROACH_ACCELERATION) if begin != start else ()
+                    gently = (
+                        (APPROACH_SPEED, [APPROACH_ACCELERATION] * len(home))
+                        if begin != start
+                        else ()
+                    )
                     arm.go_to(home[:k] + [begin] + home[k + 1 :], *gently)
                 with arm.lend_motors():
                     pair.append(

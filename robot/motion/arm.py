@@ -7,7 +7,7 @@ import contextlib
 import math
 import os
 
-from robot.motion import backlash, kinematics, motor_model
+from robot.motion import kinematics, motor_model
 from robot.motion.arm_motors import ArmMotors
 from robot.motion.axis import (
     COARSE_COUNTS,
@@ -18,6 +18,7 @@ from robot.motion.axis import (
     TOLERANCES,
     Tolerances,
 )
+from robot.motion.backlash import APPROACH_ACCELERATION, APPROACH_SPEED, pose_behind
 from robot.motion.checked import Checked
 from robot.motion.control_loop import Stalled
 from robot.motion.following import LinkFollower
@@ -149,21 +150,20 @@ class RobotArm(object):
             self.motors.confirm_not_reset()
             self.zero.save(self.motors.zeros(), None)
 
-    def go_to(self, q, speed=1.0, acceleration=None, on_tick=None, tolerances=EXACT):
-        # type: (Pose, float, Optional[float], Optional[LinkTick], Tolerances) -> bool
+    def go_to(self, q, speed=1.0, accelerations=None, on_tick=None, tolerances=EXACT):
+        # type: (Pose, float, Optional[Sequence[float]], Optional[LinkTick], Tolerances) -> bool
         """Move all joints together to `q` (rad), each at most at `speed` times its maximum.
 
-        `acceleration` is the maximum of any joint, rad/s^2, or None: each joint has its own, as in
-        shared.arm_description.joint_accelerations.  Else, and what it returns, as `follow`.
+        `accelerations` are the joints' maxima, rad/s^2; JOINT_ACCELERATION if None: faster, a light
+        link runs ahead at the end, in its play.  Else, and what it returns, as `follow`.
 
         Raises:
             kinematics.Unreachable: a joint angle past its limit; nothing has moved.
         """
-        joints = self.description.joints
-        kinematics.check_limits(joints, q)
-        fastest = [speed * joint.max_speed for joint in joints]
-        most = [acceleration] * len(joints) if acceleration else joint_accelerations(joints)
-        return self.follow([JointMove(self.angles(), q, fastest, most)], tolerances, on_tick)
+        kinematics.check_limits(self.description.joints, q)
+        fastest = [speed * joint.max_speed for joint in self.description.joints]
+        move = JointMove(self.angles(), q, fastest, accelerations)
+        return self.follow([move], tolerances, on_tick)
 
     def pre_approach(self, motion, on_tick=None):
         # type: (LinkMotion, Optional[LinkTick]) -> bool
@@ -171,10 +171,11 @@ class RobotArm(object):
 
         `on_tick`, and what it returns, as `follow`.
         """
-        behind = backlash.pose_behind(self.description.joints, motion)
-        return self.go_to(behind, on_tick=on_tick, tolerances=NEAR) and self.go_to(
-            motion.start, backlash.APPROACH_SPEED, backlash.APPROACH_ACCELERATION, on_tick
-        )
+        joints = self.description.joints
+        behind, gently = pose_behind(joints, motion), [APPROACH_ACCELERATION] * len(joints)
+        return self.go_to(
+            behind, accelerations=joint_accelerations(joints), on_tick=on_tick, tolerances=NEAR
+        ) and self.go_to(motion.start, APPROACH_SPEED, gently, on_tick)
 
     def follow(self, motions, tolerances=TOLERANCES, on_tick=None):
         # type: (Sequence[LinkMotion], Tolerances, Optional[LinkTick]) -> bool

@@ -345,7 +345,7 @@ def test_a_job_is_repeated_and_its_progress_counts_the_times(tmp_path):
     assert len(rig.ink()) in (2, 3)
     progress = load_progress(drawn.job.crc, 1)
     assert progress.repeat in (2, 3)
-    assert any("time {} of 3".format(progress.repeat) in line for line in drawn.said)
+    assert any(f"time {progress.repeat} of 3" in line for line in drawn.said)
 
 
 def test_a_job_that_is_spoilt_on_the_way_fails_with_the_pen_up(tmp_path):
