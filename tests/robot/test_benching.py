@@ -261,7 +261,7 @@ def test_what_cannot_be_measured_is_refused_before_anything_moves(bench, args, o
         ("hup@112", 129, "SIGHUP"),
         ("stall:A@30", 1, "shoulder (port A) does not turn"),
         ("unplug:B@100", 1, "port B no longer answers"),
-        ("dead-encoder:D@135", 1, "port D"),
+        ("dead-encoder:D@134", 1, "port D"),
         ("stall:B@94", 1, "elbow (port B) does not turn"),
         ("unplug:A@30", 1, "port A no longer answers"),
         ("freeze@30", 124, "frozen"),

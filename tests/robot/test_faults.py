@@ -269,8 +269,8 @@ def test_a_second_signal_does_not_disturb_the_stopping(shell, moment, later):
         (LINE + GEARED, "ink", 0.4),
         (HOME, "run", 0.1),
         (LINE + STEPS, "ink", 0.4),
-        (("line", "5,10", "10,0") + STEPS, "way", 0.1),
-        (("line", "5,10", "10,0") + GEARED + STEPS, "way", 0.1),
+        (("line", "5,10", "10,0") + STEPS, "way", 0.2),
+        (("line", "5,10", "10,0") + GEARED + STEPS, "way", 0.2),
     ],
     ids=[
         "in mid-line",

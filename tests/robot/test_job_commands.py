@@ -70,7 +70,7 @@ def test_no_press_is_lost_whatever_the_brick_is_at(shell, tmp_path):
 
 def test_what_is_left_is_resumed_after_a_signal(shell, tmp_path):
     store(tmp_path, strokes=TWO + [[(10.0, 8.0), (12.0, 8.0)]])
-    shown = shell.run("job", "two", signals=[(9.0, 15)])
+    shown = shell.run("job", "two", signals=[(7.0, 15)])
     assert shown.status == 143
     assert "stopped by SIGTERM" in shown.err
     assert status(tmp_path)["state"] == "stopped"

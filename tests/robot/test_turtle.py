@@ -266,7 +266,7 @@ def test_a_program_ends_well(tmp_path, monkeypatch, capsys, body, status, stroke
 
 
 def test_a_signal_stops_it_and_parks(tmp_path, monkeypatch, capsys):
-    for k, t in enumerate((2.0, 5.0)):
+    for k, t in enumerate((2.0, 4.0)):
         rig = Terminal(tmp_path / str(k), monkeypatch, capsys)
         (tmp_path / "script.py").write_text(SCRIPT.format("turtle.forward(100)"))
         outcome, _, err = rig.type(str(tmp_path / "script.py"), signals=[(t, 15)])

@@ -110,7 +110,7 @@ def test_a_pause_at_a_corner_and_between_strokes_loses_nothing(tmp_path):
         Drawn(rig, path).run()
     square, long = rig.ink()
     corner = next(s.t for s in square if off_path(s, [(13.0, 6.0), (13.0, 6.01)]) < 1.0)
-    for k, t in enumerate((corner - 0.1, corner, square[-1].t + 0.6, long[0].t - 0.3)):
+    for k, t in enumerate((corner - 0.1, corner, square[-1].t + 0.6, long[0].t - 0.15)):
         with switched_on(tmp_path / str(k)) as rig:
             assert Drawn(rig, path, [(t, "pause"), (t + 3, "resume")]).run()
         inks = rig.ink()
@@ -222,7 +222,7 @@ def test_a_nudge_in_mid_stroke_shifts_where_the_pen_comes_down_again(tmp_path):
 def test_a_nudge_beyond_the_reach_is_refused_and_nothing_is_lost(tmp_path):
     path = jobs.write(tmp_path, [[(20.2, 0.0), (19.0, 4.0)]])
     with switched_on(tmp_path) as rig:
-        orders = [(2.0, "pause"), (4, "nudge 10 0"), (8, "resume")]
+        orders = [(1.5, "pause"), (4, "nudge 10 0"), (8, "resume")]
         drawn = Drawn(rig, path, orders)
         assert drawn.run()
     assert any("not shifted" in line for line in drawn.said)
