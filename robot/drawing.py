@@ -245,11 +245,7 @@ def announce(pieces):
 
 def append_to_plan(line):
     # type: (str) -> None
-    """Append a JSON line to the file $BRICKSERVO_PLAN: a path, or a stroke as it stands in a job.
-
-    Raises:
-        NotAnnounced: it cannot be written.
-    """
+    """Append a line of JSON, a path or a stroke of a job, to the file $BRICKSERVO_PLAN."""
     file = os.environ[PLAN]
     try:
         with open(open_to_write(file, os.O_APPEND), "a") as out:

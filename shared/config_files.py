@@ -66,17 +66,12 @@ def open_to_write(path, how=os.O_TRUNC, mode=0o666):
 
 def write_whole(path, text, mode=None, sync=True):
     # type: (str, str, Optional[int], bool) -> None
-    """Write a text to a file, all or nothing: by a draft, of which an OSError leaves none.
+    """Write a text to a file, all or nothing; make its folder.
 
-    Args:
-        path: of the file; its folder is made.
-        text: its contents.
-        mode: who may read and write it, from the start; None: as is usual.
-        sync: wait until the card has it.
+    `mode` says who may read and write it, if not as usual; `sync` waits until the card has it.
     """
-    draft, folder = path + ".new", os.path.dirname(path)
-    if folder and not os.path.isdir(folder):
-        os.makedirs(folder, exist_ok=True)
+    draft = path + ".new"
+    os.makedirs(os.path.dirname(path) or ".", exist_ok=True)
     if mode is not None and os.path.lexists(draft):
         os.remove(draft)  # readers of an old one could read the new one
     how = os.O_TRUNC if mode is None else os.O_EXCL

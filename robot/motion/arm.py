@@ -154,8 +154,8 @@ class RobotArm(object):
         # type: (Pose, float, Optional[Sequence[float]], Optional[LinkTick], Tolerances) -> bool
         """Move all joints together to `q` (rad), each at most at `speed` times its maximum.
 
-        `accelerations` are the joints' maxima, rad/s^2; JOINT_ACCELERATION if None: faster, a light
-        link runs ahead at the end, in its play.  Else, and what it returns, as `follow`.
+        `accelerations` are the joints' maxima, rad/s^2; JOINT_ACCELERATION if None.  With more, a
+        link runs ahead at the end.  Else, and what it returns, as `follow`.
 
         Raises:
             kinematics.Unreachable: a joint angle past its limit; nothing has moved.

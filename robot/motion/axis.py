@@ -44,8 +44,7 @@ TOLERANCES, EXACT, NEAR = Tolerances(), Tolerances(LONG_SETTLING), Tolerances(LO
 """Tolerances of a path with the pen down, of a move, and of a move to where another begins."""
 
 CORNER = Tolerances(counts=1.0)
-"""Tolerances of a piece of a path that another one follows: the arm stops for half as long, and
-draws as straight."""
+"""Tolerances of a piece of a path that another one follows."""
 
 
 class Axis(object):
