@@ -115,7 +115,8 @@ OF_THE_PROGRAM = pytest.mark.parametrize(
 def test_it_draws_as_the_program_itself_did(line, off, short, seconds):
     result = drawn("timed steps", line)
     assert result.error == ""
-    assert result.greatest == pytest.approx(off, abs=2)
+    # One line is one sample, and the time at which the pen comes down makes another.
+    assert result.greatest == pytest.approx(off, abs=2.5)
     # Where the last step still falls within 2 cm of the goal is luck: a millisecond shifts it by 7.
     assert result.short == pytest.approx(short, abs=8)
     assert result.seconds == pytest.approx(seconds, abs=0.3)
