@@ -133,6 +133,16 @@ def joint_accelerations(joints):
     return out
 
 
+def move_accelerations(joints):
+    # type: (Sequence[Joint]) -> List[float]
+    """Return the maximum acceleration of each joint in a move, rad/s^2.
+
+    It is half of the joint's own, as along a path: a weak motor that lifts its link lags by more
+    than a free joint may.
+    """
+    return [max(JOINT_ACCELERATION, 0.5 * most) for most in joint_accelerations(joints)]
+
+
 def find_arm(name_or_path):
     # type: (AnyPath) -> str
     """Return the path of an arm file, given as a path or as the bare name of an arm.

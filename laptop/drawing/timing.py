@@ -21,7 +21,7 @@ from robot.motion.backlash import (
 from robot.motion.gravity import Gravity
 from robot.motion.motor_model import PEN_ACCELERATION, PEN_SPEED
 from robot.motion.trajectory import JointMove, Trajectory
-from shared.arm_description import Arm, Joint, joint_accelerations
+from shared.arm_description import Arm, Joint, move_accelerations
 from shared.job import JOIN_TOLERANCE
 
 DIRECT, GEARED, IN_SPACE = "direct", "geared", "in space"
@@ -121,7 +121,7 @@ class _Run:
 
     def approach(self, motion: Trajectory) -> None:
         """Advance the clock as `RobotArm.pre_approach` does."""
-        behind, most = pose_behind(self._joints, motion), joint_accelerations(self._joints)
+        behind, most = pose_behind(self._joints, motion), move_accelerations(self._joints)
         self._go(behind, accelerations=most, settles=NEAR_SETTLES)
         gently = [APPROACH_ACCELERATION] * len(most)
         self._go(motion.start, APPROACH_SPEED, gently, APPROACH_SETTLES)

@@ -27,7 +27,7 @@ from robot.motion.joint_controller import GAINS
 from robot.motion.online_trajectory import STOP
 from robot.motion.trajectory import JointMove
 from robot.motion.zero import Zero
-from shared.arm_description import joint_accelerations
+from shared.arm_description import move_accelerations
 
 MYPY = False
 if MYPY:
@@ -174,7 +174,7 @@ class RobotArm(object):
         joints = self.description.joints
         behind, gently = pose_behind(joints, motion), [APPROACH_ACCELERATION] * len(joints)
         return self.go_to(
-            behind, accelerations=joint_accelerations(joints), on_tick=on_tick, tolerances=NEAR
+            behind, accelerations=move_accelerations(joints), on_tick=on_tick, tolerances=NEAR
         ) and self.go_to(motion.start, APPROACH_SPEED, gently, on_tick)
 
     def follow(self, motions, tolerances=TOLERANCES, on_tick=None):

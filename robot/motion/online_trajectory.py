@@ -18,7 +18,7 @@ import math
 from robot.motion import kinematics
 from robot.motion.backlash import crossed, crossing_time
 from robot.motion.joint_controller import LEAD
-from shared.arm_description import joint_accelerations
+from shared.arm_description import move_accelerations
 from shared.record import record
 
 MYPY = False
@@ -289,7 +289,7 @@ class OnlineTrajectory(object):
         self._joints = [
             _Joint(joint, angle, side, speed * joint.max_speed, acceleration)
             for joint, angle, side, acceleration in zip(
-                joints, q, sides, joint_accelerations(joints)
+                joints, q, sides, move_accelerations(joints)
             )
         ]
         self._described = joints
