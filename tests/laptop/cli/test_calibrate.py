@@ -279,7 +279,7 @@ def test_too_few_pictures_are_not_taken_for_a_marker_out_of_sight(run, tmp_path)
     [
         ({"links": spoilt_rigs.slipped(1, math.radians(4), 90)}, "elbow slipped"),
         ({"links": spoilt_rigs.slipped(0, math.radians(9), 30)}, "shoulder slipped"),
-        ({"links": spoilt_rigs.loose(1, math.radians(3), 1)}, "elbow stands now here"),
+        ({"links": spoilt_rigs.loose(1, math.radians(3), 2)}, "elbow stands now here"),
         ({"sight": spoilt_rigs.moved((30, 10), 90)}, "board was moved after pose"),
         ({"sight": spoilt_rigs.hidden(200)}, " of 12 poses"),
         ({"links": lambda q, t: q * (1, -1)}, "elbow turns the other way"),

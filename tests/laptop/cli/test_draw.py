@@ -133,7 +133,7 @@ def test_it_is_tried_on_the_emulated_brick_with_its_truth_in_mm(draw, tmp_path):
     assert (drawn["arm"], drawn["drawing"], drawn["strokes drawn"]) == (
         *("planar", "square.svg", "1 of 1"),
     )
-    assert drawn["estimated s"] == pytest.approx(drawn["time s"], rel=0.05)
+    assert drawn["estimated s"] == pytest.approx(drawn["time s"], abs=0.5)
     assert drawn["greatest mm"] < 4
     assert 0 < drawn["rms mm"] < drawn["greatest mm"]
     assert reported["pen_up_cm"] == 0

@@ -17,7 +17,7 @@ WOULD_SHOW = math.radians(1.0)
 NOTICED, NOTICED_QUIET = 0.35, 0.5
 """From then on until no motor is driven, s: 0.3 and what a busy brick is late; of a camera without
 noise once a joint is beyond its play."""
-NOTICED_LOOP = {"the last 8 in a loop": 1.2, "the last 30 in a loop": 1.5}
+NOTICED_LOOP = {"the last 8 in a loop": 1.2, "the last 30 in a loop": 1.6}
 """The same of a loop: in motion the brick looks at some pictures only, and must come upon one that
 it has looked at before, which may take it a round and more: where it looks at every third one of
 30, it looks at the same third in each round, or at another; where at every fifth one of 8, at eight

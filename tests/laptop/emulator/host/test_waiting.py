@@ -218,7 +218,7 @@ def test_a_goal_that_moves_is_followed_until_the_laptop_says_stop(waiting):
 
 def test_the_laptop_is_told_what_goes_on(waiting):
     w, laptop = waiting()
-    laptop.at(1.0, Start())
+    laptop.at(1.0, Start(mode="look"))
     laptop.after(1, laptop.end)
     shown = w.run("--wait")
     of_run = [status for status in w.statuses if status.run == 1]
@@ -250,7 +250,7 @@ def test_the_battery_is_looked_at_seldom_and_stops_nobody(waiting, tells):
         return 7.4 - 0.1 * len(looks) if tells else math.nan  # of which no driver makes a number
 
     laptop.at(1.0, Start())
-    laptop.after(1, laptop.end, 14.0 if tells else 0.0)
+    laptop.after(1, laptop.end, 18.0 if tells else 0.0)
     w.run("--wait", peripherals=Peripherals(w.world, w.brick.sysfs, voltage))
     assert laptop.reported(1).verdict == "converged"
     if not tells:
@@ -444,7 +444,7 @@ def test_after_orders_without_sense_it_waits_for_better_ones(waiting):
 def test_after_a_stall_no_start_moves_the_arm_and_it_says_what_to_do(waiting, harm, verdict, says):
     w, laptop = waiting()
     laptop.at(1.0, Start())
-    w.in_motion(5.5, lambda: harm(w))
+    w.in_motion(2.5, lambda: harm(w))
     laptop.after(1, lambda: laptop.send(Start()))
     laptop.after(2, laptop.end)
     shown = w.run("--wait")
