@@ -50,14 +50,10 @@ class _BytesInput(io.BytesIO):
 
     on_close = None  # type: Optional[Callable[[bytes], object]]
 
-    def written(self) -> bytes:
-        """Return what was written."""
-        return self.getvalue()
-
     def close(self) -> None:
         """Let the process read what was written."""
         if not self.closed:
-            data = self.written()
+            data = self.getvalue()
             super().close()
             if self.on_close:
                 self.on_close(data)
@@ -66,22 +62,8 @@ class _BytesInput(io.BytesIO):
         """Close nothing: no process begins where its parent's memory is cleared."""
 
 
-class _TextInput(io.StringIO):
+class _TextInput(io.TextIOWrapper):
     """A _BytesInput for text."""
-
-    on_close = None  # type: Optional[Callable[[bytes], object]]
-
-    def written(self) -> bytes:
-        """Return what was written."""
-        return self.getvalue().encode()
-
-    def close(self) -> None:
-        """Let the process read what was written."""
-        if not self.closed:
-            data = self.written()
-            super().close()
-            if self.on_close:
-                self.on_close(data)
 
     def __del__(self) -> None:
         """Close nothing, as _BytesInput."""
@@ -259,12 +241,15 @@ class ProgramPopen(object):
         self._waits_for = False  # type: Optional[bool]  # input: see Processes.reads_input
         self._processes.clock.step(START_COST)
         if stdin == module.PIPE:
-            self.stdin = _TextInput() if text else _BytesInput()
+            self._input = _BytesInput()
+            self.stdin = (
+                _TextInput(self._input, "utf-8", write_through=True) if text else self._input
+            )
             self._waits_for = self._processes.reads_input(_words(args, shell))
         if self._waits_for is False:
             self._start(_standard_input(stdin))
-        elif self.stdin:
-            self.stdin.on_close = self._start
+        else:
+            self._input.on_close = self._start
         self.pid = self._processes.next_pid()
 
     def _start(self, piped: Optional[bytes]) -> None:
@@ -287,7 +272,7 @@ class ProgramPopen(object):
     def _start_unless_it_waits(self) -> None:
         """Run it now if it may go on without what is not written yet."""
         if self._waits_for is None and self.stdin:
-            self._start(self.stdin.written())
+            self._start(self._input.getvalue())
 
     @property
     def stdout(self) -> "Union[_Output, io.StringIO, None]":
