@@ -159,7 +159,7 @@ def test_the_first_readme_leads_to_all_others_and_they_lead_back_and_pictures_ar
     assert len(TEXTS[MAIN].splitlines()) <= 200
     assert set(READMES[1:]) <= goals[MAIN]
     assert [file for file in READMES[1:] if MAIN not in goals[file]] == []
-    assert set((ROOT / "laptop" / "pictures").iterdir()) <= set().union(*goals.values())
+    assert set((ROOT / "laptop" / "docs" / "pictures").iterdir()) <= set().union(*goals.values())
 
 
 def test_options_of_the_readmes_and_of_the_programs_are_the_same():

@@ -98,7 +98,7 @@ def test_a_wheel_holds_all_that_its_folders_hold_but_pictures(wheel):
         for path in (ROOT / room).rglob("*"):
             name = path.relative_to(ROOT).as_posix()
             if path.is_file() and "__pycache__" not in name:
-                left_out = name.startswith(("laptop/pictures/", "laptop/cli/package/"))
+                left_out = name.startswith(("laptop/docs/pictures/", "laptop/cli/package/"))
                 assert (f"brickservo/_house/{name}" in names) != left_out, name
     assert {"brickservo/__init__.py", "brickservo/__main__.py", "brickservo/py.typed"} <= names
 
@@ -250,6 +250,6 @@ def test_a_home_gives_the_readme_its_pictures(tmp_path):
     file.write_text(file.read_text().replace('home = ""', f'home = "{home}"'))
     told = metadata(build("wheel", tmp_path / "dist", checkout))
     assert f"\nProject-URL: Source, {home}\n" in told
-    assert f"]({home}/raw/main/laptop/pictures/house.png)" in told
+    assert f"]({home}/raw/main/laptop/docs/pictures/house.png)" in told
     assert f"]({home}/blob/main/laptop/README.md" in told
     assert re.findall(r"\]\((?!https?:|#)", told) == []

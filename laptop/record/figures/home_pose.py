@@ -4,7 +4,7 @@ The README's pictures are made of the arms that come along by
 
     arm = read_arm(find_arm("planar"))
     skeleton = kinematics.joint_positions(arm, [joint.home for joint in arm.joints])
-    write_home_pose(Path("laptop/pictures/home-planar.png"), arm, skeleton)
+    write_home_pose(Path("laptop/docs/pictures/home-planar.png"), arm, skeleton)
 """
 
 from __future__ import annotations

@@ -20,7 +20,7 @@ def picture(tmp_path, arm):
 @pytest.mark.parametrize("name", ["planar", "spatial"])
 def test_the_readme_shows_the_arms_as_they_are(tmp_path, name):
     drawn = picture(tmp_path, read_arm(find_arm(name)))
-    shown = matplotlib.image.imread(ROOT / "laptop" / "pictures" / f"home-{name}.png")
+    shown = matplotlib.image.imread(ROOT / "laptop" / "docs" / "pictures" / f"home-{name}.png")
     assert drawn.shape == shown.shape
     assert np.mean(np.abs(drawn - shown) > 0.3) < 0.01  # fonts may differ
 
