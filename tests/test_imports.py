@@ -31,6 +31,7 @@ LIBRARIES = {
     "laptop.system": set(),
     "laptop.brick": {"asyncssh"},
     "laptop.brick.finding": {"asyncssh", "ifaddr", "zeroconf"},
+    "laptop.record.figures.drawing_film": {"numpy", "matplotlib", "PIL"},
     "laptop.record": {*PICTURES, "matplotlib", "jinja2", "markupsafe", "msgspec"},
     "laptop.drawing": PICTURES,
     "laptop.drawing.areas": {"numpy", "shapely"},

@@ -15,7 +15,7 @@ import click
 
 from laptop.cli.brick import talk
 from laptop.cli.command import OwnCommand, typed_options
-from laptop.cli.draw_files import check_files, is_job, style_of
+from laptop.cli.draw_files import check_files, is_film, is_job, style_of
 from laptop.cli.draw_options import (
     COMMON_OPTIONS,
     PLACE,
@@ -104,13 +104,16 @@ def draw(
     with in_one_line():
         orders.check()
         check_files(source.what, target.files, target.replace)
+        films = tuple(filter(is_film, target.files))
+        if films and not target.simulate:
+            raise click.UsageError(f"{films[0]} is to be a film of the arm: give --simulate, too.")
         arm = read_arm(find_arm(arm_file))
         emulated = f"--plant {target.plant} --built {target.built or ''}"
         asked = read_ilc_options(ilc_options, arm, emulated if target.simulate else None)
         artwork = _artwork(source, arm)
         check_source_options(typed_options(click.get_current_context()), artwork.kind, artwork.name)
         plan = _prepared(artwork, arm, _options(source, place, artwork))
-        _show(plan, [file for file in target.files if not is_job(file)])
+        _show(plan, [file for file in target.files if not is_job(file) and file not in films])
         offsets = []
         if asked and not asked.times and not target.simulate:
             from laptop.cli.draw_ilc import offsets_on_file
@@ -122,7 +125,8 @@ def draw(
             click.echo(f"{file} is written")
         built = read_arm(find_arm(target.built)) if target.built else None
         if target.simulate:
-            sys.exit(_simulated(plan, asked, target.out, (target.plant, built), orders))
+            brick = (target.plant, built)
+            sys.exit(_simulated(plan, asked, target.out, brick, orders, films))
         if target.preview or target.files:
             print_json(previews.plan_numbers(plan))
             return
@@ -155,6 +159,7 @@ def _simulated(
     out: Path | None,
     brick: tuple[str, Arm | None],
     orders: DrawOrders,
+    films: Sequence[Path],
 ) -> int:
     """Draw on the emulated brick, rehearsed if that is asked for; return the exit status."""
     from laptop.cli.draw_ilc import simulate_ilc  # there is more to import
@@ -164,8 +169,8 @@ def _simulated(
     drawn_on = EmulatedBrickSpec(*brick)
     with run_folder("draw", out, *OUTPUT_FILES) as folder:
         if asked:
-            return simulate_ilc(plan, asked, folder, drawn_on, orders)
-        return draw_simulated(plan, folder, drawn_on, orders)
+            return simulate_ilc(plan, asked, folder, drawn_on, orders, films)
+        return draw_simulated(plan, folder, drawn_on, orders, films=films)
 
 
 def _artwork(source: SourceOptions, arm: Arm) -> Artwork:

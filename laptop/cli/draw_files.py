@@ -24,13 +24,18 @@ def style_of(tracing: dict[str, Any]) -> dict[str, Any]:
     return {**tracing, "style": "photo"} if asked else tracing
 
 
-JOB_SUFFIX, PREVIEW_SUFFIXES = ".job", (".svg", ".png")
+JOB_SUFFIX, FILM_SUFFIX, PREVIEW_SUFFIXES = ".job", ".gif", (".svg", ".png")
 """Endings of what is written."""
 
 
 def is_job(file: Path) -> bool:
     """Return whether a file of this name is a job, and no picture."""
     return file.suffix.lower() == JOB_SUFFIX
+
+
+def is_film(file: Path) -> bool:
+    """Return whether a file of this name is a film of the arm that draws."""
+    return file.suffix.lower() == FILM_SUFFIX
 
 
 def check_files(source: str | None, files: Sequence[Path], replace: bool) -> None:
@@ -56,4 +61,4 @@ def check_files(source: str | None, files: Sequence[Path], replace: bool) -> Non
         if str(file) == "-":
             raise click.UsageError("- would be a file of this name: name another one.")
     for file in files:
-        check_new(file, (JOB_SUFFIX, *PREVIEW_SUFFIXES), replace)
+        check_new(file, (JOB_SUFFIX, FILM_SUFFIX, *PREVIEW_SUFFIXES), replace)

@@ -46,11 +46,13 @@ def simulate_ilc(
     folder: RunFolder,
     brick: EmulatedBrickSpec,
     orders: DrawOrders,
+    films: Sequence[Path] = (),
 ) -> int:
     """Run the trials and draw on the emulated brick; return the exit status."""
     before = _before(plan, asked)
     if not asked.times:
-        return draw_simulated(plan, folder, brick, orders, LearnedOffsets(_offsets_of(before)))
+        known = LearnedOffsets(_offsets_of(before))
+        return draw_simulated(plan, folder, brick, orders, known, films)
     from laptop.emulator.scene.scene import Scene
     from laptop.emulator.scene.scene_constants import read_scene
     from laptop.measure.emulated_rig import EmulatedRig
@@ -63,7 +65,7 @@ def simulate_ilc(
     with contextlib.redirect_stdout(io.StringIO()):
         learned = _run_trials(plan, asked, watched, view_of(scene, plan.arm), before)
     taught = LearnedOffsets(learned.numbers(), watched.records, asked.scene)
-    return draw_simulated(plan, folder, brick, orders, taught)
+    return draw_simulated(plan, folder, brick, orders, taught, films)
 
 
 class _Watched:

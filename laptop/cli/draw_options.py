@@ -274,7 +274,7 @@ WHERE_TO = option_group(
         type=click.Path(dir_okay=False, path_type=Path),
         metavar="FILE",
         help="Write it there and draw nothing: an .svg or .png to look at, or the .job that "
-        "driver.py draws; several times for several.",
+        "driver.py draws; with --simulate also a .gif, the film of it; several times for several.",
     ),
     replace_option,
     click.option(

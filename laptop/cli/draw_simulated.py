@@ -8,6 +8,7 @@ import tempfile
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import accumulate
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,11 +26,14 @@ from laptop.emulator.rig import Rig, SimulationResult
 from laptop.record.drawing_tables import drawing_table
 from laptop.record.figures import drawing_plot, line_accuracy
 from laptop.record.figures.arm_numbers import numbers_of
+from laptop.record.figures.drawing_film import write_drawing_film
 from laptop.record.figures.learning_plot import write_learning_plot
 from laptop.record.figures.private_paths import without_folders
 from laptop.record.names import TRACE
 from laptop.record.run import DRAWING, Ending, Run
 from laptop.record.run_folder import PICTURE, RunFolder
+from laptop.system.files import written
+from robot.motion import kinematics
 
 if TYPE_CHECKING:
     from laptop.cli.draw_options import DrawOrders
@@ -93,6 +97,7 @@ def draw_simulated(
     brick: EmulatedBrickSpec,
     orders: DrawOrders,
     taught: LearnedOffsets = NOTHING_LEARNED,
+    films: Sequence[Path] = (),
 ) -> int:
     """Draw a plan on the emulated brick and leave its files; return the exit status.
 
@@ -102,6 +107,7 @@ def draw_simulated(
         brick: that draws.
         orders: how often it draws it, and from where on.
         taught: what was learned before.
+        films: files that a film of it goes to.
     """
     run, seconds = _drawn(plan, brick, orders, taught)
     wished = merged_strokes(plan.strokes, plan.arm, plan.options.height)
@@ -129,6 +135,11 @@ def draw_simulated(
             LEARNING_CAPTION,
         )
     click.echo(write_run(folder, reported, files))
+    for file in films:
+        arm = brick.built or plan.arm
+        with written(file) as draft:
+            write_drawing_film(draft, run.record, wished, partial(kinematics.joint_positions, arm))
+        click.echo(f"{file} is written")
     return int(run.outcome.status)
 
 

@@ -122,7 +122,9 @@ def test_texts_and_cards_are_drawn(draw, args):
 @pytest.mark.long
 def test_it_is_tried_on_the_emulated_brick_with_its_truth_in_mm(draw, tmp_path):
     (tmp_path / "square.svg").write_text(SQUARE)
-    done = draw("square.svg", "--size", "4", "--simulate", "--out", "try")
+    done = draw("square.svg", "--size", "4", "--simulate", "--out", "try", "--to", "square.gif")
+    assert (tmp_path / "square.gif").read_bytes().startswith(b"GIF8")
+    assert "square.gif is written" in done.output
     assert sorted(path.name for path in (tmp_path / "try").iterdir()) == [
         *("picture.png", "run.json", "trace.csv")
     ]
@@ -209,7 +211,8 @@ def test_what_is_drawn_is_never_written_over(draw, tmp_path):
         (("rose", "--from", "140%"), "--from 140%"),
         (("rose", "--from", "\u0664\u0660%"), "as 40%"),
         (("rose", "--from", "4", "--resume"), "leave --from out"),
-        (("rose", "--to", "rose.gif"), ".job or .svg or .png"),
+        (("rose", "--to", "rose.jpg"), ".job or .gif or .svg or .png"),
+        (("rose", "--to", "rose.gif"), "give --simulate, too"),
         (
             ("rose", "--to", "no/rose.svg"),
             "no folder no",
