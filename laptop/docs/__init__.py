@@ -1,0 +1,1 @@
+"""The documentation: pages, their pictures, and what makes the tables in them."""

@@ -1,0 +1,143 @@
+"""Parts of the pages that the programs write themselves: tables and helps, as Markdown.
+
+A page calls one of these functions within `[[[cog` and `]]]`, and holds what it has printed.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Iterable, Mapping, Sequence
+from enum import Enum
+from pathlib import Path
+
+import click
+from click.testing import CliRunner
+
+from laptop.cli.exit_status import MEANINGS
+from laptop.cli.main import laptop
+from laptop.emulator.constants import Constant
+from laptop.emulator.device import plant_constants as plant
+from laptop.emulator.device import wheels
+from laptop.emulator.device.sensor_kinds import KINDS
+from laptop.emulator.scene import scene_constants as scene
+from laptop.page import run_states
+from robot import api
+
+ROOT = Path(__file__).resolve().parents[2]
+TERMINAL = {"COLUMNS": "96", "TERM": "dumb", "NO_COLOR": "1"}
+"""Environment in which a help is printed."""
+SCRIPTS = ("driver.py", "visual_servoing.py", "tracking_client.py", "bench_brick.py")
+"""Scripts on the brick that people start."""
+
+
+def plant_constants() -> None:
+    """Print the table of the plant's constants."""
+    _constants(plant.CONSTANTS)
+
+
+def scene_constants() -> None:
+    """Print the table of the synthetic camera's constants."""
+    _constants(scene.CONSTANTS)
+
+
+def wheel_constants() -> None:
+    """Print the table of the constants of a robot on wheels."""
+    _constants(wheels.CONSTANTS)
+
+
+def sensor_kinds() -> None:
+    """Print the table of the sensors that can be plugged in."""
+    rows = []
+    for name, kind in KINDS.items():
+        quantities = [
+            f"`{key}`{f' {one.unit}' if one.unit else ''}: {one.meaning}"
+            for key, one in kind.quantities.items()
+        ]
+        rows.append((f"`{name}`", "; ".join(quantities), f"`{kind.driver}`"))
+    _table(("kind", "quantities", "driver"), rows)
+
+
+def exit_statuses() -> None:
+    """Print the table of the exit statuses."""
+    _table(("status", "meaning"), [(str(int(one)), text) for one, text in MEANINGS.items()])
+
+
+def page_states() -> None:
+    """Print the states and events of a run that the page orders, and its transitions."""
+    kinds: Sequence[type[Enum]] = (run_states.RunState, run_states.RunEvent)
+    _table(("state or event", "meaning"), [(one.name, one.value) for kind in kinds for one in kind])
+    print(f"\n{run_states.transition_table()}")
+
+
+def commands() -> None:
+    """Print the help of each command, with all of its options."""
+    for path, command in _walk("brickservo", laptop):
+        if not isinstance(command, click.Group):
+            full = {"--help-all"} & {name for one in command.params for name in one.opts}
+            words = [*path.split()[1:], *(full or {"--help"})]
+            shown = CliRunner(env=TERMINAL).invoke(laptop, words, prog_name="brickservo")
+            _print_help(path, shown.output)
+
+
+def scripts() -> None:
+    """Print the help of each script on the brick, and of its own commands."""
+    for name in SCRIPTS:
+        words = [sys.executable, str(ROOT / "robot" / name), "--help"]
+        here = {**os.environ, **TERMINAL, "PYTHONPATH": str(ROOT)}
+        done = subprocess.run(words, env=here, stdout=subprocess.PIPE, check=True)
+        _print_help(name, done.stdout.decode())
+
+
+def api_members() -> None:
+    """Print what makes Sphinx document each name of `robot.api`."""
+    print("\n```{eval-rst}")
+    for name in api.__all__:
+        value = getattr(api, name)
+        if not isinstance(value, type):
+            print(f".. auto{'function' if callable(value) else 'data'}:: robot.api.{name}\n")
+        elif issubclass(value, BaseException):
+            print(f".. autoexception:: robot.api.{name}\n")
+        else:
+            print(f".. autoclass:: robot.api.{name}\n   :members:\n")
+    print("```")
+
+
+def _walk(path: str, command: click.Command) -> Iterable[tuple[str, click.Command]]:
+    """Yield each command below one with all words that are typed for it."""
+    yield path, command
+    if isinstance(command, click.Group):
+        for name in command.list_commands(click.Context(command)):
+            below = command.get_command(click.Context(command), name)
+            if below is not None and not below.hidden:
+                yield from _walk(f"{path} {name}", below)
+
+
+def _print_help(title: str, text: str) -> None:
+    """Print in a block what a program says of itself."""
+    print(f"\n## {title}\n\n```text\n{text.rstrip()}\n```")
+
+
+def _constants(known: Mapping[str, Constant]) -> None:
+    """Print a table of constants."""
+    rows = []
+    for name, one in known.items():
+        default = "-" if one.default is None else f"{one.default} {one.unit}".strip()
+        rows.append((f"`{name}`", default, _allowed(one.allowed), one.meaning))
+    _table(("constant", "if not given", "allowed", "what it is"), rows)
+
+
+def _allowed(allowed: Sequence[object]) -> str:
+    """Return what is allowed: the two ends of a range, or words."""
+    if len(allowed) == 2 and not isinstance(allowed[0], str):
+        return f"{allowed[0]:g} to {allowed[1]:g}"
+    return ", ".join(map(str, allowed))
+
+
+def _table(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
+    """Print a table."""
+    print(f"\n| {' | '.join(headings)} |\n|{'---|' * len(headings)}")
+    for row in rows:
+        print(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in row)} |")
+    print()
