@@ -71,6 +71,7 @@ LIBRARIES = {
     "laptop.course.solutions": {"ev3dev2"},
     "laptop.bench": {*PICTURES, "matplotlib", "rich"},
     "laptop.bench.workers": {"cv2", "distributed"},
+    "laptop.docs": {"click", "cogapp"},
     "laptop.cli": {"click", "rich"},
 }
 CLOCK = "robot.clock"

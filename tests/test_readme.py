@@ -28,9 +28,11 @@ from shared import state
 
 MAIN = ROOT / "README.md"
 ROOMS = ("robot", "shared", "laptop", "tests")
+DOCS = ROOT / "laptop" / "docs"
+PAGES = sorted(DOCS.rglob("*.md"))
 READMES = [MAIN, *(file for room in ROOMS for file in sorted((ROOT / room).rglob("README.md")))]
-TEXTS = {file: file.read_text("utf-8") for file in READMES}
-NAMES = [str(file.relative_to(ROOT)) for file in READMES]
+TEXTS = {file: file.read_text("utf-8") for file in (*READMES, *PAGES)}
+NAMES = [str(file.relative_to(ROOT)) for file in TEXTS]
 SHOWN = [story for text in TEXTS.values() for story in stories(text)]
 
 
@@ -81,7 +83,7 @@ def test_a_command_works(story):
 SNIPPETS = [
     pytest.param(
         snippet,
-        id=f"{file.parent.name}-{number}",
+        id=f"{file.parent.name}-{file.stem}-{number}",
         marks=pytest.mark.long if "TrackingClient" in snippet else (),
     )
     for file, text in TEXTS.items()
@@ -138,7 +140,7 @@ def test_the_first_commands_are_the_same_in_powershell_and_in_ci():
 # Links
 
 
-@pytest.mark.parametrize("file", READMES, ids=NAMES)
+@pytest.mark.parametrize("file", TEXTS, ids=NAMES)
 def test_every_link_leads_somewhere(file):
     assert [target for target in links(TEXTS[file]) if is_broken(target, file)] == []
 

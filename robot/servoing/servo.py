@@ -313,7 +313,7 @@ class Servo(object):
 
     def move(self, q, goal, error, measurements):
         # type: (List[float], Features, float, Sequence[Measurement]) -> Decision
-        """Take a step from q, rad, by the models, or another law's; `error` is the length of e, px."""
+        """Take a step from q, rad, by the models, or another law's; `error` is in px."""
         box = self._targets.box
         self.using = self.models.kind.name
         image = self.models.together(self._selection)
