@@ -17,7 +17,7 @@ from places import ROOT
 PACKAGES = ("robot", "shared", "laptop")
 TOP_LEVEL = {
     *(*PACKAGES, "tests", ".ci", "README.md", "pyproject.toml", "LICENSE"),
-    *(".gitattributes", ".gitignore"),
+    *("CHANGELOG.md", "CITATION.cff", "CONTRIBUTING.md", ".gitattributes", ".gitignore"),
 }
 
 # The libraries that a module may import; the longest matching name decides, and covers all below.

@@ -1,6 +1,6 @@
 """The documentation's site, for Sphinx.
 
-.uv/bin/uv run --group docs sphinx-build -W --keep-going laptop/docs site
+.uv/bin/uv run --group docs sphinx-build -W laptop/docs site
 """
 
 import sys

@@ -250,6 +250,6 @@ def test_a_home_gives_the_readme_its_pictures(tmp_path):
     file.write_text(file.read_text().replace('home = ""', f'home = "{home}"'))
     told = metadata(build("wheel", tmp_path / "dist", checkout))
     assert f"\nProject-URL: Source, {home}\n" in told
-    assert f"]({home}/raw/main/laptop/docs/pictures/house.png)" in told
+    assert f"]({home}/raw/main/laptop/docs/pictures/house.gif)" in told
     assert f"]({home}/blob/main/laptop/README.md" in told
     assert re.findall(r"\]\((?!https?:|#)", told) == []

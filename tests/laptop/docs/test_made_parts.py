@@ -10,7 +10,9 @@ from laptop.docs import tables
 from laptop.emulator.constants import Constant
 
 PAGES = sorted((ROOT / "laptop" / "docs").rglob("*.md"))
-MADE = re.compile(r"<!-- \[\[\[cog (\w+)\(\) \]\]\] -->\n(.*?)<!-- \[\[\[end\]\]\] -->\n", re.DOTALL)
+MADE = re.compile(
+    r"<!-- \[\[\[cog (\w+)\(\) \]\]\] -->\n(.*?)<!-- \[\[\[end\]\]\] -->\n", re.DOTALL
+)
 PARTS = [
     pytest.param(
         *part,
