@@ -1,4 +1,4 @@
-"""What the READMEs show works: each command and snippet runs, each link leads on, all is named.
+"""What the documentation shows works: commands and snippets run, links lead on, all is named.
 
 Commands stand in ```sh blocks, in tables in the column `command`, and inline where they begin as
 one types them; Python in ```python blocks.  What a README must tell are names and numbers of the
@@ -18,21 +18,16 @@ from readme_text import blocks, is_broken, links, named, options, rows, section,
 
 from laptop.cli.main import laptop
 from laptop.course.handouts import HANDOUTS
-from laptop.emulator.device import plant_constants, wheels
 from laptop.emulator.device.sensor_kinds import KINDS
-from laptop.emulator.scene import scene_constants
-from laptop.page import run_states
 from laptop.see.serve import announcements
 from robot import api, turtle_graphics
 from shared import state
 
 MAIN = ROOT / "README.md"
-ROOMS = ("robot", "shared", "laptop", "tests")
 DOCS = ROOT / "laptop" / "docs"
-PAGES = sorted(DOCS.rglob("*.md"))
-READMES = [MAIN, *(file for room in ROOMS for file in sorted((ROOT / room).rglob("README.md")))]
-OTHERS = [ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md"]
-TEXTS = {file: file.read_text("utf-8") for file in (*READMES, *OTHERS, *PAGES)}
+FILES = [MAIN, ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md"]
+FILES += [*sorted((ROOT / "tests").rglob("README.md")), *sorted(DOCS.rglob("*.md"))]
+TEXTS = {file: file.read_text("utf-8") for file in FILES}
 NAMES = [str(file.relative_to(ROOT)) for file in TEXTS]
 SHOWN = [story for text in TEXTS.values() for story in stories(text)]
 
@@ -154,15 +149,15 @@ def test_a_broken_link_is_seen(target):
     assert is_broken(target, MAIN)
 
 
-def test_the_first_readme_leads_to_all_others_and_they_lead_back_and_pictures_are_shown():
+def test_the_first_readme_is_short_and_pictures_are_shown():
     goals = {
-        file: {(file.parent / t.partition("#")[0]).resolve() for t in links(text)}
+        (file.parent / t.partition("#")[0]).resolve()
         for file, text in TEXTS.items()
+        for t in links(text)
     }
     assert len(TEXTS[MAIN].splitlines()) <= 150
-    assert set(READMES[1:]) <= goals[MAIN]
-    assert [file for file in READMES[1:] if MAIN not in goals[file]] == []
-    assert set((ROOT / "laptop" / "docs" / "pictures").iterdir()) <= set().union(*goals.values())
+    assert set((DOCS / "pictures").iterdir()) <= goals
+    assert {file for file in FILES if DOCS not in file.parents} - {MAIN} <= goals
 
 
 def test_options_of_the_readmes_and_of_the_programs_are_the_same():
@@ -183,68 +178,24 @@ def words_of(module):
 
 ARMS = "\n".join(file.read_text("utf-8") for file in (ROOT / "shared" / "arms").glob("*.ini"))
 QUANTITIES = {name for kind in KINDS.values() for name in (kind.driver, *kind.quantities)}
-CONSTANTS = [
-    ("laptop/emulator", "The plant", plant_constants.CONSTANTS),
-    ("laptop/emulator", "The synthetic camera", scene_constants.CONSTANTS),
-    ("laptop/emulator", "A bare brick, and a robot on wheels", wheels.CONSTANTS),
-]
 TOLD = [
-    *CONSTANTS,
-    ("laptop/emulator", "Sensors", {*KINDS, *QUANTITIES}),
-    ("laptop", "From another program", words_of(announcements)),
-    ("laptop", "Variables and files", words_of(state)),
-    ("shared/arms", "Your arm", re.findall(r"^(\w+) *=", ARMS, re.MULTILINE)),
-    ("robot", "A turtle", turtle_graphics.COMMANDS),
+    ("reference/emulator", "Sensors", {*KINDS, *QUANTITIES}),
+    ("reference/files", "From another program", words_of(announcements)),
+    ("reference/files", "Variables and files", words_of(state)),
+    ("reference/arm-file", "Keys", re.findall(r"^(\w+) *=", ARMS, re.MULTILINE)),
+    ("how-to/write-a-program", "A turtle", turtle_graphics.COMMANDS),
 ]
-"""Names of the programs that a section of a README must tell."""
+"""Names of the programs that a section of a page must tell."""
 
 
-@pytest.mark.parametrize(("room", "heading", "names"), TOLD)
-def test_all_names_are_told(room, heading, names):
+@pytest.mark.parametrize(("page", "heading", "names"), TOLD)
+def test_all_names_are_told(page, heading, names):
     assert names
-    assert set(names) - named(section(TEXTS[ROOT / room / "README.md"], heading)) == set()
-
-
-@pytest.mark.parametrize(("room", "heading", "known"), CONSTANTS)
-def test_a_table_of_constants_holds_their_numbers(room, heading, known):
-    def numbers(cell):
-        return [float(number) for number in re.findall(r"-?\b\d+(?:\.\d+)?", cell)]
-
-    text = section(TEXTS[ROOT / room / "README.md"], heading)
-    table = [row for row in rows(text) if "constant" in row]
-    assert {name for row in table for name in named(row["constant"])} == set(known)
-    for row in table:
-        for constant in (known[name] for name in named(row["constant"])):
-            if isinstance(constant.default, (int, float)):
-                assert numbers(row["if not given"])[0] == constant.default, row
-            if " to " in row.get("allowed", ""):
-                assert numbers(row["allowed"]) == list(constant.allowed), row
-
-
-def test_the_readme_of_the_page_shows_the_states_of_a_run_as_they_are():
-    text = TEXTS[ROOT / "laptop" / "page" / "README.md"] + "\n"
-    shown = [run_states.transition_table()]
-    shown += [f"| {w.name} | {w.value} |" for w in (*run_states.RunState, *run_states.RunEvent)]
-    assert [lines for lines in shown if f"\n{lines}\n" not in text] == []
-
-
-@pytest.mark.parametrize("room", ["laptop", "laptop/emulator"])
-def test_every_file_of_a_room_stands_in_its_table(room):
-    told, here = set(), ""
-    for row in rows(section(TEXTS[ROOT / room / "README.md"], "Rooms")):
-        where, _, files = row.values()
-        here = next(iter(re.findall(r"`([\w./]+)`", where)), here)
-        told |= {ROOT / room / here / f"{name}.py" for name in re.findall(r"`(\w+)`", files)}
-    there = {file for file in (ROOT / room).rglob("*.py") if not file.name.startswith("__")}
-    if room == "laptop":
-        there = {file for file in there if "emulator" not in file.parts}
-    assert told == there
+    assert set(names) - named(section(TEXTS[DOCS / f"{page}.md"], heading)) == set()
 
 
 def test_the_glossary_is_in_order_and_says_where_each_word_is_found():
-    table = [
-        tuple(row.values()) for row in rows(section(TEXTS[ROOT / "robot/README.md"], "Glossary"))
-    ]
+    table = [tuple(row.values()) for row in rows(TEXTS[DOCS / "reference" / "glossary.md"])]
     words = [word for word, _, _ in table]
     assert len(words) == 50
     assert words == sorted(set(words), key=str.lower)

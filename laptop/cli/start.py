@@ -58,8 +58,8 @@ def _typed() -> str:
 def order_sets() -> None:
     """Restart the process with a fixed hash seed: sets then have the same order in each run.
 
-    A program on the emulated brick, and what is drawn here, hangs on that order; see the
-    emulator's README.  Commands that this one starts have it from here, in the environment.
+    A program on the emulated brick, and what is drawn here, hangs on that order.
+    Commands that this one starts have it from here, in the environment.
     """
     wanted = RANDOM if sys.argv[1:2] and sys.argv[1] in SERVERS else FIXED
     if os.environ.get(SEED, RANDOM) == wanted or not sys.executable:

@@ -5,6 +5,7 @@ A page calls one of these functions within `[[[cog` and `]]]`, and holds what it
 
 from __future__ import annotations
 
+import ast
 import os
 import subprocess
 import sys
@@ -88,6 +89,28 @@ def scripts() -> None:
         here = {**os.environ, **TERMINAL, "PYTHONPATH": str(ROOT)}
         done = subprocess.run(words, env=here, stdout=subprocess.PIPE, check=True)
         _print_help(name, done.stdout.decode())
+
+
+def rooms() -> None:
+    """Print each folder of the programs, and what each file in it is for."""
+    for room in ("shared", "robot", "laptop"):
+        for folder in sorted({file.parent for file in (ROOT / room).rglob("*.py")}):
+            if folder == ROOT / "laptop" / "course" / "solutions":
+                continue  # what students write
+            rows = [
+                (f"`{file.name}`", _purpose(file))
+                for file in sorted(folder.glob("*.py"))
+                if not file.name.startswith("__")
+            ]
+            if rows:
+                print(f"\n## {folder.relative_to(ROOT).as_posix()}/")
+                _table(("file", "what it is for"), rows)
+
+
+def _purpose(file: Path) -> str:
+    """Return the first sentence of a module's docstring, on one line."""
+    told = ast.get_docstring(ast.parse(file.read_text("utf-8"))) or ""
+    return " ".join(told.split("\n\n")[0].split())
 
 
 def api_members() -> None:

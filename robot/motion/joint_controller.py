@@ -70,7 +70,7 @@ else:
         "observe_position observe_velocity learn_push learn_friction deadband "
         "turning moving max_error max_missing max_pushed",
     )
-"""Tuned on emulated plants (see README: which seeds); motor's degrees and percent of duty.
+"""Tuned on emulated plants of seeds 100 to 127; motor's degrees and percent of duty.
 
 speed_per_duty      deg/s per %, no load
 lag                 s, of the motor alone

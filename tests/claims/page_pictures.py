@@ -1,4 +1,4 @@
-"""The README's pictures of the page: taken in a real browser, of real runs on an emulated brick.
+"""The pictures of the page: taken in a real browser, of real runs on an emulated brick.
 
 python -m tests.claims.page_pictures FOLDER
 

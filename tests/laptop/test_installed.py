@@ -251,5 +251,5 @@ def test_a_home_gives_the_readme_its_pictures(tmp_path):
     told = metadata(build("wheel", tmp_path / "dist", checkout))
     assert f"\nProject-URL: Source, {home}\n" in told
     assert f"]({home}/raw/main/laptop/docs/pictures/house.gif)" in told
-    assert f"]({home}/blob/main/laptop/README.md" in told
+    assert f"]({home}/blob/main/laptop/docs/index.md" in told
     assert re.findall(r"\]\((?!https?:|#)", told) == []

@@ -1,7 +1,7 @@
 """The plant's constants: their table, and the parsing of texts such as `backlash=3,seed=4`.
 
 Constants of the EV3 motors: derived from the loaded and no-load points of published measurements,
-with the rotor inertia set so that the stopping distances of real motors come out (see the README).
+with the rotor inertia set so that the stopping distances of real motors come out.
 """
 
 import random

@@ -1,6 +1,6 @@
 """The picture of an arm in its home pose: where to put it by hand before its zero is taken.
 
-The README's pictures are made of the arms that come along by
+The documentation's pictures are made of the arms that come along by
 
     arm = read_arm(find_arm("planar"))
     skeleton = kinematics.joint_positions(arm, [joint.home for joint in arm.joints])

@@ -25,12 +25,12 @@ def test_cameras_see_where_the_arm_truly_is(capsys):
 
 
 @pytest.mark.long
-def test_what_its_docstring_and_the_readme_show_works(capsys, monkeypatch, tmp_path):
+def test_what_its_docstring_and_its_page_show_works(capsys, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
-    readme = (ROOT / "laptop" / "emulator" / "README.md").read_text("utf-8")
+    page = (ROOT / "laptop" / "docs" / "how-to" / "use-the-emulator.md").read_text("utf-8")
     shown = textwrap.dedent(rig_module.__doc__.split("\n\n")[1])
-    in_readme = readme.partition("```py\n")[2].partition("```")[0]
-    for source in ("from laptop.emulator.rig import Rig\n" + shown, in_readme):
+    on_the_page = page.partition("```py\n")[2].partition("```")[0]
+    for source in ("from laptop.emulator.rig import Rig\n" + shown, on_the_page):
         exec(compile(source, "shown", "exec"), {})
     output = capsys.readouterr()
     assert "converged" in output.out + output.err or "stalled" in output.out + output.err
