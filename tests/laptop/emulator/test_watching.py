@@ -30,6 +30,7 @@ def test_what_its_docstring_and_its_page_show_works(capsys, monkeypatch, tmp_pat
     page = (ROOT / "laptop" / "docs" / "how-to" / "use-the-emulator.md").read_text("utf-8")
     shown = textwrap.dedent(rig_module.__doc__.split("\n\n")[1])
     on_the_page = page.partition("```py\n")[2].partition("```")[0]
+    on_the_page = on_the_page.replace("from brickservo import", "from laptop.emulator.rig import")
     for source in ("from laptop.emulator.rig import Rig\n" + shown, on_the_page):
         exec(compile(source, "shown", "exec"), {})
     output = capsys.readouterr()
