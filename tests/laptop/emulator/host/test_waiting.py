@@ -289,7 +289,7 @@ def test_in_space_it_goes_where_the_pixels_of_two_cameras_say(waiting):
 def test_stop_ends_a_run_at_once_and_it_waits_again(waiting):
     w, laptop = waiting()
     laptop.at(1.0, Start())
-    w.in_motion(4.0, lambda: laptop.send(Stop("the red button")))
+    w.in_motion(2.5, lambda: laptop.send(Stop("the red button")))
     laptop.after(1, lambda: laptop.send(Start()), 3.0)
     laptop.after(2, laptop.end)
     shown = w.run("--wait")
@@ -320,7 +320,7 @@ def test_a_start_in_mid_run_is_ignored_with_a_line(waiting):
 def test_a_run_goes_on_when_the_link_is_back(waiting, lose):
     w, laptop = waiting()
     laptop.at(1.0, Start())
-    w.in_motion(4.0, lambda: lose(w))
+    w.in_motion(2.5, lambda: lose(w))
     laptop.after(1, laptop.end)
     shown = w.run("--wait")
     assert ended(w, shown)
@@ -332,7 +332,7 @@ def test_a_run_goes_on_when_the_link_is_back(waiting, lose):
 def test_a_link_that_stays_away_ends_the_run_and_nothing_moves_when_it_is_back(waiting):
     w, laptop = waiting()
     laptop.at(1.0, Start())
-    w.in_motion(4.0, lambda: w.tracker.restart(LINK_PATIENCE + 10))
+    w.in_motion(2.5, lambda: w.tracker.restart(LINK_PATIENCE + 10))
     laptop.after(1, lambda: laptop.send(Start()), 3.0)
     laptop.after(2, laptop.end)
     shown = w.run("--wait")
@@ -347,7 +347,7 @@ def test_a_link_that_stays_away_ends_the_run_and_nothing_moves_when_it_is_back(w
 def test_a_marker_that_is_lost_is_told_and_nothing_moves_when_it_is_back(waiting):
     w, laptop = waiting()
     laptop.at(1.0, Start())
-    w.in_motion(4.0, lambda: w.hidden.add("effector"))
+    w.in_motion(2.5, lambda: w.hidden.add("effector"))
 
     def again():
         w.hidden.clear()
@@ -373,7 +373,7 @@ def test_a_marker_that_is_lost_is_told_and_nothing_moves_when_it_is_back(waiting
 def test_a_signal_in_mid_run_stops_the_arm_and_ends_the_program(waiting, number):
     w, laptop = waiting()
     laptop.at(1.0, Start())
-    w.in_motion(4.0, lambda: laptop.end(number))
+    w.in_motion(2.5, lambda: laptop.end(number))
     shown = w.run("--wait")
     assert w.stands(w.struck + 0.2)
     assert ended(w, shown, number)
