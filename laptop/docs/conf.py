@@ -29,7 +29,6 @@ python_use_unqualified_type_names = True
 add_module_names = False
 toc_object_entries = False
 
-exclude_patterns = ["README.md"]
 html_theme = "furo"
 html_title = f"BrickServo {VERSION}"
 html_show_sourcelink = False

@@ -83,7 +83,7 @@ def commands() -> None:
 
 
 def scripts() -> None:
-    """Print the help of each script on the brick, and of its own commands."""
+    """Print the help of each script on the brick."""
     for name in SCRIPTS:
         words = [sys.executable, str(ROOT / "robot" / name), "--help"]
         here = {**os.environ, **TERMINAL, "PYTHONPATH": str(ROOT)}
@@ -108,7 +108,7 @@ def rooms() -> None:
 
 
 def _purpose(file: Path) -> str:
-    """Return the first sentence of a module's docstring, on one line."""
+    """Return the first paragraph of a module's docstring, on one line."""
     told = ast.get_docstring(ast.parse(file.read_text("utf-8"))) or ""
     return " ".join(told.split("\n\n")[0].split())
 
