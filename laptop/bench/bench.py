@@ -28,12 +28,22 @@ class BadBench(ArmError):
 
 
 class BenchTable(NamedTuple):
-    """A table to be shown, a rule wherever one of the first `sections` columns changes."""
+    """A table to be shown, a rule wherever one of the first `sections` columns changes.
+
+    of_this_machine: it tells how fast this machine is, and so comes out otherwise each time.
+    """
 
     title: str
     headings: Row
     rows: Sequence[Row]
     sections: int = 0
+    of_this_machine: bool = False
+
+
+class MachineLine(str):
+    """A line below the tables that tells how fast this machine is."""
+
+    __slots__ = ()
 
 
 def as_dicts(results: Iterable[Any]) -> Any:

@@ -292,8 +292,8 @@ def draw(case: DrawCase) -> DrawResult:
 
 
 HEADINGS: Row = (
-    "arm", "method", "plant", "line", "floor mm", "greatest mm", "x floor", "rms mm", "x floor",
-    "end mm", "x floor", "short mm", "time s", "accesses/tick", "failed",
+    "arm", "method", "plant", "line", "floor mm", "greatest mm", "in floors", "rms mm",
+    "rms in floors", "end mm", "end in floors", "short mm", "time s", "accesses/tick", "failed",
 )  # fmt: skip
 
 
@@ -339,7 +339,7 @@ SPACE_LINES = ("upright", "level", "slanting", "random")
 
 SPACE_HEADINGS: Row = (
     "2 deg of play at", "gravity", "preload",
-    *(heading for line in SPACE_LINES for heading in (line, "x floor")), "failed",
+    *(heading for line in SPACE_LINES for heading in (line, f"{line} in floors")), "failed",
 )  # fmt: skip
 
 

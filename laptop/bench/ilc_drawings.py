@@ -42,7 +42,7 @@ PATH = "sunflower"
 """Name of the drawing."""
 
 HEADINGS = (
-    *("arm", "rehearsed", "drawn", "foretold", "greatest, median", "p95", "rms, median", "p95"),
+    *("arm", "rehearsed", "drawn", "foretold", "greatest, median", "p95", "rms, median", "rms p95"),
     "rehearsals, s",
 )
 

@@ -16,6 +16,7 @@ from laptop.bench.bench import (
     BadBench,
     BenchRecord,
     BenchTable,
+    MachineLine,
     flat,
     grouped,
     percentile,
@@ -159,7 +160,7 @@ def _shown(results: list[ServoResult], it: Any) -> Iterator[BenchTable | str]:
     if it.scene != "moving":
         yield BenchTable(PHASES_TITLE, PHASES_HEADINGS, phases_table(results), 2)
     yield from failures(results)
-    yield step_cost((it.arms or servo_scenarios.ARMS)[0])
+    yield MachineLine(step_cost((it.arms or servo_scenarios.ARMS)[0]))
 
 
 BENCH = BenchRecord("servoing", _cases, servo.run_case, _shown, gather=flat)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from typing import TypeVar
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
 from rich.table import Table
+
+from laptop.bench.bench import BenchTable
 
 T = TypeVar("T")
 
@@ -22,12 +24,11 @@ def progress(results: Iterable[T], total: int, what: str) -> Iterator[T]:
         yield from bar.track(results, total)
 
 
-def table(
-    title: str, headings: Sequence[str], rows: Sequence[Sequence[str]], sections: int
-) -> None:
-    """Print rows, a rule wherever one of the first `sections` columns changes."""
-    shown = Table(*headings, title=title)
-    for before, row in zip([None, *rows], rows, strict=False):
+def table(made: BenchTable) -> None:
+    """Print a table, as wide as its figures need."""
+    sections = made.sections
+    shown = Table(*made.headings, title=made.title)
+    for before, row in zip([None, *made.rows], made.rows, strict=False):
         if sections and before and before[:sections] != row[:sections]:
             shown.add_section()
         shown.add_row(*row)

@@ -12,7 +12,7 @@ from operator import methodcaller
 from typing import Any, NamedTuple
 
 from laptop.bench import show, track_cost, track_table
-from laptop.bench.bench import BenchRecord, BenchTable, flat, seeds_of
+from laptop.bench.bench import BenchRecord, BenchTable, MachineLine, flat, seeds_of
 from laptop.bench.track_cost import Cost
 from laptop.bench.track_light import LIGHTS, SCENES, LightCase
 from laptop.bench.track_precision import APPEARANCES, PrecisionCase
@@ -56,8 +56,9 @@ def _shown(found: Tracked, it: Any) -> Iterator[BenchTable | str]:
     yield BenchTable(f"Printed discs, px; {title}", track_table.RIM_HEADINGS, rims)
     yield BenchTable(f"Light and scene, px; {title}", track_table.LIGHT_HEADINGS, light)
     costs = track_table.cost_table(timed)
-    yield BenchTable("Cost, measured on this machine", track_table.COST_HEADINGS, costs)
-    yield f"serving the brick 60 times a second: {100 * serving:.1f} % of a core"
+    title = "Cost, measured on this machine"
+    yield BenchTable(title, track_table.COST_HEADINGS, costs, of_this_machine=True)
+    yield MachineLine(f"serving the brick 60 times a second: {100 * serving:.1f} % of a core")
     yield from track_table.errors(results)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
 from importlib import import_module
@@ -92,24 +92,46 @@ def command_of(record: BenchCommand) -> click.Command:
 
     def run(cluster: str | None, as_json: bool, **typed: Any) -> None:
         it = SimpleNamespace(**typed)
-        with importing():
-            from laptop.bench import show
-
-            bench = import_module(record.module).BENCH
         with in_one_line(), executor(cluster) as shared:
-            cases = bench.cases(it)
-            parts = show.progress(bench.run(cases, shared), len(cases), bench.doing)
-            results = bench.gather(list(parts), it)
+            bench, results = measure(record, it, shared)
             if as_json:
                 click.echo(json.dumps(bench.figures(results), indent=1))
-            for part in () if as_json else bench.shown(results, it):
-                click.echo(part) if isinstance(part, str) else show.table(*part)
+            else:
+                display(bench.shown(results, it))
         if not bench.holds(results):
             raise SystemExit(1)
 
     command = option_group(*record.options, CLUSTER_OPTION, JSON_OPTION)(run)
     epilog = bench_examples(*record.examples) if record.examples else None
     return click.command(record.name, cls=OwnCommand, help=record.help, epilog=epilog)(command)
+
+
+def display(parts: Iterable[Any]) -> None:
+    """Print tables, and lines between them."""
+    from laptop.bench import show
+
+    for part in parts:
+        click.echo(part) if isinstance(part, str) else show.table(part)
+
+
+def measure(record: BenchCommand, it: Any, executor: Executor | None = None) -> tuple[Any, Any]:
+    """Do a bench's work, with a bar; return its BenchRecord and the gathered results.
+
+    Args:
+        record: what is typed for it.
+        it: the options, by their names.
+        executor: does the work; None for the cores of this machine.
+
+    Raises:
+        ArmError: the options do not go together, or it cannot be done.
+    """
+    with importing():
+        from laptop.bench import show
+
+        bench = import_module(record.module).BENCH
+    cases = bench.cases(it)
+    parts = show.progress(bench.run(cases, executor), len(cases), bench.doing)
+    return bench, bench.gather(list(parts), it)
 
 
 @contextmanager

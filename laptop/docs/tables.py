@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ast
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Iterable, Mapping, Sequence
@@ -18,6 +19,7 @@ from click.testing import CliRunner
 
 from laptop.cli.exit_status import MEANINGS
 from laptop.cli.main import laptop
+from laptop.docs import measured
 from laptop.emulator.constants import Constant
 from laptop.emulator.device import plant_constants as plant
 from laptop.emulator.device import wheels
@@ -89,6 +91,55 @@ def scripts() -> None:
         here = {**os.environ, **TERMINAL, "PYTHONPATH": str(ROOT)}
         done = subprocess.run(words, env=here, stdout=subprocess.PIPE, check=True)
         _print_help(name, done.stdout.decode())
+
+
+def bench_command(*names: str) -> None:
+    """Print what one types to measure these anew."""
+    typed = "\n".join(measured.read(name).command for name in names)
+    print(f"\n```sh\n{typed}\n```\n")
+
+
+def bench_table(
+    name: str,
+    columns: Mapping[str, str] | Sequence[str],
+    table: int = 0,
+    across: Mapping[str, str] | None = None,
+    **only: str,
+) -> None:
+    """Print rows and columns of what a bench has measured.
+
+    Args:
+        name: of the record.
+        columns: those of the bench; or by its new heading each column's text, in which a
+            bench's column stands in braces: "{greatest mm} ({in floors})".
+        table: its number, where a bench prints several.
+        across: one of the bench's columns, and the text of the new column that each of its
+            values gets; of the first row with the same `columns` as another all are told.
+        only: by its heading a regular expression; only rows that match all of them are shown.
+
+    Raises:
+        NotMeasured: there is no such record, or no row.
+    """
+    shown = columns if isinstance(columns, Mapping) else {one: f"{{{one}}}" for one in columns}
+    lines: dict[tuple[str, ...], list[str]] = {}
+    headings = list(shown)
+    for row in _measured_rows(name, table, only):
+        line = lines.setdefault(tuple(text.format_map(row) for text in shown.values()), [])
+        for heading, text in (across or {}).items():
+            line.append(text.format_map(row))
+            if row[heading] not in headings:
+                headings.append(row[heading])
+    _table(headings, ((*line, *more) for line, more in lines.items()))
+
+
+def _measured_rows(name: str, table: int, only: Mapping[str, str]) -> list[dict[str, str]]:
+    """Return rows of a record that match, each by the table's headings."""
+    kept = measured.read(name).tables[table]
+    rows = [dict(zip(kept.headings, row, strict=True)) for row in kept.rows]
+    found = [row for row in rows if all(re.fullmatch(e, row[h]) for h, e in only.items())]
+    if not found:
+        raise measured.NotMeasured(f"{name}, table {table}: no row of {dict(only)}")
+    return found
 
 
 def rooms() -> None:
