@@ -14,7 +14,7 @@ from click.testing import CliRunner
 from lab_runs import left
 from places import ROOT, SCRIPTS
 from readme_commands import SKIPPED, TYPED, Shell, is_quick, is_skipped, replaced
-from readme_text import blocks, is_broken, links, named, options, rows, section, stories
+from readme_text import blocks, is_broken, links, named, options, rows, section, stories, words
 
 from laptop.cli.main import laptop
 from laptop.course.handouts import HANDOUTS
@@ -30,6 +30,8 @@ FILES += [*sorted((ROOT / "tests").rglob("README.md")), *sorted(DOCS.rglob("*.md
 TEXTS = {file: file.read_text("utf-8") for file in FILES}
 NAMES = [str(file.relative_to(ROOT)) for file in TEXTS]
 SHOWN = [story for text in TEXTS.values() for story in stories(text)]
+MAX_WORDS = 22000
+"""Greatest number of words of all of them together: what is written twice is read by nobody."""
 
 
 def all_stories():
@@ -158,6 +160,22 @@ def test_the_first_readme_is_short_and_pictures_are_shown():
     assert len(TEXTS[MAIN].splitlines()) <= 150
     assert set((DOCS / "pictures").iterdir()) <= goals
     assert {file for file in FILES if DOCS not in file.parents} - {MAIN} <= goals
+
+
+def test_a_word_is_written_by_people():
+    made = "<!-- [[[cog rooms() ]]] -->\n## laptop/\n```sh\nls\n```\n<!-- [[[end]]] -->\n"
+    assert words(f"# Two words\n```sh\nls\n```\n{made}| `a b` | - |\n") == [
+        "Two",
+        "words",
+        "`a",
+        "b`",
+    ]
+
+
+def test_all_of_it_has_few_words():
+    counts = {name: len(words(text)) for name, text in zip(NAMES, TEXTS.values())}
+    longest = sorted(counts, key=counts.get)[-5:]
+    assert sum(counts.values()) <= MAX_WORDS, f"shorten one, say of {longest}"
 
 
 def test_options_of_the_readmes_and_of_the_programs_are_the_same():

@@ -15,6 +15,12 @@ def prose(text):
     return re.sub(r"^```.*?^```$", "", text, flags=re.MULTILINE | re.DOTALL)
 
 
+def words(text):
+    """Return the words that people have written: not those of fenced blocks and of made parts."""
+    written = re.sub(r"<!-- \[\[\[cog .*?\[\[\[end\]\]\] -->", "", text, flags=re.DOTALL)
+    return [word for word in prose(written).split() if re.search(r"\w", word)]
+
+
 def section(text, heading):
     """Return what stands under a heading, up to the next of its level."""
     found = re.search(rf"^(#+) {re.escape(heading)}\n(.*?)(?=^\1 |\Z)", text, re.M | re.S)
