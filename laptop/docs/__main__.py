@@ -3,8 +3,9 @@
     python -m laptop.docs
 
 With `--check` nothing is written, and the status is 1 where something would change.
-Names of measurements and of pictures have these made anew first, and `all` has all of them: the
-tables of the figures, in virtual time, with all cores of this machine.
+Names of measurements and pictures have these made anew first, and `all` makes all: the tables of
+the figures, on all cores of this machine, and the pictures.  Both come of runs in virtual time, so
+that a machine gives the same ones twice; only tables of how fast it is come out otherwise.
 """
 
 from __future__ import annotations
@@ -16,8 +17,10 @@ from pathlib import Path
 import click
 import cogapp
 
+from laptop.bench.bench import silenced
 from laptop.cli.options import in_one_line, without_own_arms
-from laptop.docs import measured
+from laptop.docs import measured, pictures
+from laptop.docs.drawings import DRAWINGS
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", *sorted(Path(__file__).resolve().parent.rglob("*.md"))]
@@ -30,32 +33,45 @@ def made_pages() -> list[Path]:
     return [page for page in PAGES if MARK in page.read_text("utf-8")]
 
 
-def remeasure(name: str) -> None:
-    """Run a bench, keep its tables, and say which rows have changed."""
-    began = time.monotonic()
+def remeasure(name: str) -> str:
+    """Run a bench and keep its tables; return which rows have changed."""
     found = measured.measure(name)
     try:
-        before = measured.read(name)
+        changed = list(measured.changes(measured.read(name), found))
+        told = "\n  ".join(["changed", *changed]) if changed else "the same"
     except measured.NotMeasured:
-        before = measured.Measured("", [], [])
+        told = "new"
     measured.write(name, found)
-    changed = list(measured.changes(before, found))
-    told = "changed" if changed else "the same"
-    click.echo(f"{name}: {told}, {time.monotonic() - began:.0f} s")
-    for line in changed:
-        click.echo(f"  {line}")
+    return told
+
+
+def repaint(name: str) -> str:
+    """Make a picture anew; return whether it has changed."""
+    file = pictures.FOLDER / name
+    before = file.read_bytes() if file.exists() else None
+    with silenced():
+        PICTURES[name](file)
+    same = file.read_bytes() == before
+    return "the same" if same else "new" if before is None else "changed"
+
+
+PICTURES = {**pictures.PICTURES, **DRAWINGS}
+MADE = {**dict.fromkeys(measured.MEASURED, remeasure), **dict.fromkeys(PICTURES, repaint)}
+"""By its name all that can be made anew, and how."""
 
 
 @click.command(help=__doc__)
-@click.argument("names", nargs=-1, type=click.Choice(["all", *measured.MEASURED]))
+@click.argument("names", nargs=-1, type=click.Choice(["all", *MADE]), metavar="[NAME]...")
 @click.option("--check", is_flag=True, help="Write nothing; fail where something would change.")
 def docs(names: tuple[str, ...], check: bool) -> None:
     """Run the calls in all pages."""
     with in_one_line(), without_own_arms():
-        for name in measured.MEASURED if "all" in names else names:
-            remeasure(name)
+        for name in MADE if "all" in names else names:
+            began = time.monotonic()
+            told = MADE[name](name)
+            click.echo(f"{name}, {time.monotonic() - began:.0f} s: {told}")
     words = ["cog", "--check", "--diff"] if check else ["cog", "-r"]
-    words += ["-P", "-n", "UTF-8", "-p", "from laptop.docs.tables import *"]
+    words += ["--verbosity=1", "-P", "-n", "UTF-8", "-p", "from laptop.docs.tables import *"]
     sys.exit(cogapp.Cog().main([*words, *map(str, made_pages())]))
 
 

@@ -23,6 +23,8 @@ MEASURED: Mapping[str, str] = {
     "drawings": "plot",
     "planning": "planning",
     "servoing": "servo --seeds 1000:1050",
+    "servoing-peers": "servo --method peer-broyden --method peer-kalman --method peer-rls "
+    "--method peer-ibvs --arm planar --seeds 1000:1030",
     "servoing-look": "servo --mode look --method chain --seeds 1000:1050",
     "servoing-outliers": "servo outliers --method chain --seeds 1000:1050",
     "servoing-lego": "servo lego --method chain --seeds 1000:1050",

@@ -100,7 +100,7 @@ def bench_command(*names: str) -> None:
 
 
 def bench_table(
-    name: str,
+    names: str | Sequence[str],
     columns: Mapping[str, str] | Sequence[str],
     table: int = 0,
     across: Mapping[str, str] | None = None,
@@ -109,7 +109,7 @@ def bench_table(
     """Print rows and columns of what a bench has measured.
 
     Args:
-        name: of the record.
+        names: of the record, or of several that are alike.
         columns: those of the bench; or by its new heading each column's text, in which a
             bench's column stands in braces: "{greatest mm} ({in floors})".
         table: its number, where a bench prints several.
@@ -123,13 +123,27 @@ def bench_table(
     shown = columns if isinstance(columns, Mapping) else {one: f"{{{one}}}" for one in columns}
     lines: dict[tuple[str, ...], list[str]] = {}
     headings = list(shown)
-    for row in _measured_rows(name, table, only):
+    records = [names] if isinstance(names, str) else names
+    for row in (row for name in records for row in _measured_rows(name, table, only)):
         line = lines.setdefault(tuple(text.format_map(row) for text in shown.values()), [])
         for heading, text in (across or {}).items():
             line.append(text.format_map(row))
             if row[heading] not in headings:
                 headings.append(row[heading])
-    _table(headings, ((*line, *more) for line, more in lines.items()))
+    rows = ((*line, *more) for line, more in lines.items())
+    _table(headings, ([re.sub(r"^(\w+) \(\1\)$", r"\1", one) for one in row] for row in rows))
+
+
+def bench_lines(name: str, pattern: str) -> None:
+    """Print what a bench says below its tables, the lines that match.
+
+    Raises:
+        NotMeasured: there is no such record, or no line.
+    """
+    found = [line for line in measured.read(name).lines if re.fullmatch(pattern, line)]
+    if not found:
+        raise measured.NotMeasured(f"{name}: no line is like {pattern}")
+    print(*["", *found, ""], sep="\n")
 
 
 def _measured_rows(name: str, table: int, only: Mapping[str, str]) -> list[dict[str, str]]:
