@@ -100,9 +100,12 @@ def write(name: str, measured: Measured) -> None:
 
 def changes(before: Measured, after: Measured) -> Iterator[str]:
     """Yield each row and line that went or came; tables of this machine's speed are left out."""
-    for line in difflib.ndiff(_lines(before), _lines(after)):
-        if line[0] in "+-":
-            yield line
+    old, new = _lines(before), _lines(after)
+    matcher = difflib.SequenceMatcher(None, old, new, autojunk=False)
+    for what, start, end, first, last in matcher.get_opcodes():
+        if what != "equal":
+            yield from (f"- {line}" for line in old[start:end])
+            yield from (f"+ {line}" for line in new[first:last])
 
 
 def _lines(measured: Measured) -> list[str]:

@@ -29,6 +29,9 @@ from laptop.page import run_states
 from robot import api
 
 ROOT = Path(__file__).resolve().parents[2]
+FLOOR = "{greatest mm} mm; half an encoder count makes {floor mm} mm"
+REACHED = "{success %} %, {time s} s"
+"""Figures of the first page, of a bench's columns."""
 TERMINAL = {"COLUMNS": "96", "TERM": "dumb", "NO_COLOR": "1"}
 """Environment in which a help is printed."""
 SCRIPTS = ("driver.py", "visual_servoing.py", "tracking_client.py", "bench_brick.py")
@@ -144,6 +147,84 @@ def bench_lines(name: str, pattern: str) -> None:
     if not found:
         raise measured.NotMeasured(f"{name}: no line is like {pattern}")
     print(*["", *found, ""], sep="\n")
+
+
+def main_figures() -> None:
+    """Print the ten figures of the first page, each with its command."""
+    line = {"plant": "backlash 2", "line": "line 1"}
+    nominal = {"arm": "planar", "method": "chain"}
+    known = _cell("servoing", "{time s}", arm="planar", method="clairvoyant").split("/")[0]
+    rms = [row["rms mm"].split()[0] for row in _measured_rows("drawings", 0, {"arm": "planar"})]
+    taught = _cell(
+        "learning", "{greatest, median}", arm="planar", path="all lines", built="otherwise"
+    )
+    before, after = re.findall(r"(\S+) (?:before|after)", measured.read("calibration").lines[-1])
+    disc = {"marker": "disc r 12, JPEG 90"}
+    rows = (
+        (
+            "lines",
+            "a line of 11 cm, arm in direct drive, 2 degrees of backlash: greatest deviation",
+            _cell("lines", FLOOR, arm="planar", method="smooth", **line),
+        ),
+        (
+            "lines",
+            "the same line behind 5:1 gears",
+            _cell("lines", FLOOR, arm="geared", method="smooth", **line),
+        ),
+        (
+            "lines",
+            "the same by a usual lab report's Jacobian steps",
+            _cell("lines", "{greatest mm} mm", arm="geared", method="steps", **line),
+        ),
+        (
+            "drawings",
+            "ten whole drawings, arm in direct drive: RMS of the ink's deviation",
+            f"{min(rms)} to {max(rms)} mm",
+        ),
+        (
+            "learning",
+            "a camera teaches three lines to arms with wrong links, zeros and backlash: greatest "
+            "deviation at first, and after three rehearsals (median)",
+            f"{taught.split()[0]} mm, {taught.split()[-1]} mm",
+        ),
+        (
+            "calibration",
+            "such arms measure themselves by a camera: how many times as far off as with the true "
+            "numbers three lines are then, and before",
+            f"{after}, {before}",
+        ),
+        (
+            "tracking",
+            "a disc of radius 12 px in a JPEG picture: error per axis; moments of an HSV gate",
+            _cell("tracking", "{ours} px; {HSV moments} px", **disc),
+        ),
+        (
+            "servoing",
+            "random goals in the image, planar arm: reached; median time, and told where to go",
+            _cell("servoing", REACHED, **nominal) + f"; {known} s",
+        ),
+        (
+            "servoing",
+            "the same by a usual lab report's method",
+            _cell("servoing", REACHED, arm="planar", method="report"),
+        ),
+        (
+            "servoing-in-space",
+            "random goals in space, two cameras",
+            _cell("servoing-in-space", REACHED, method="chain"),
+        ),
+    )
+    commands = (measured.read(name).command.partition(" ")[2] for name, _, _ in rows)
+    told = ((what, re.sub(r"/\S+ s", " s", figure)) for _, what, figure in rows)
+    _table(
+        ("what", "figure", "command"),
+        [(*cells, f"`{command}`") for cells, command in zip(told, commands, strict=True)],
+    )
+
+
+def _cell(name: str, text: str, **only: str) -> str:
+    """Return what a text makes of the first row of a record that matches."""
+    return text.format_map(_measured_rows(name, 0, only)[0])
 
 
 def _measured_rows(name: str, table: int, only: Mapping[str, str]) -> list[dict[str, str]]:
