@@ -72,6 +72,7 @@ LIBRARIES = {
     "laptop.bench": {*PICTURES, "matplotlib", "rich"},
     "laptop.bench.workers": {"cv2", "distributed"},
     "laptop.docs": {"click", "cogapp"},
+    "laptop.examples": {"brickservo"},
     "laptop.cli": {"click", "rich"},
 }
 CLOCK = "robot.clock"

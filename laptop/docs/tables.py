@@ -127,6 +127,12 @@ def api_members() -> None:
     print("```")
 
 
+def example(name: str) -> None:
+    """Print a file of laptop/examples, by its name without .py."""
+    text = (ROOT / "laptop" / "examples" / f"{name}.py").read_text("utf-8")
+    print(f"\n```python\n{text}```")
+
+
 def _walk(path: str, command: click.Command) -> Iterable[tuple[str, click.Command]]:
     """Yield each command below one with all words that are typed for it."""
     yield path, command
