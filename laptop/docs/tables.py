@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ast
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Iterable, Mapping, Sequence
@@ -31,6 +32,10 @@ TERMINAL = {"COLUMNS": "96", "TERM": "dumb", "NO_COLOR": "1"}
 """Environment in which a help is printed."""
 SCRIPTS = ("driver.py", "visual_servoing.py", "tracking_client.py", "bench_brick.py")
 """Scripts on the brick that people start."""
+OTHER_COMMANDS = ("touch", "job", "jobs", "order")
+"""Commands of driver.py that its own help has no line for."""
+COMMAND_LINE = re.compile(r"^ {4}(\w+)", re.MULTILINE)
+"""The line of a command in a script's help, where others are indented by less or by more."""
 
 
 def plant_constants() -> None:
@@ -83,12 +88,19 @@ def commands() -> None:
 
 
 def scripts() -> None:
-    """Print the help of each script on the brick."""
+    """Print the help of each script on the brick, and of each command of driver.py."""
     for name in SCRIPTS:
-        words = [sys.executable, str(ROOT / "robot" / name), "--help"]
-        here = {**os.environ, **TERMINAL, "PYTHONPATH": str(ROOT)}
-        done = subprocess.run(words, env=here, stdout=subprocess.PIPE, check=True)
-        _print_help(name, done.stdout.decode())
+        told = _script_help(name)
+        _print_help(name, told)
+        for command in (*COMMAND_LINE.findall(told), *OTHER_COMMANDS * (name == "driver.py")):
+            _print_help(f"{name} {command}", _script_help(name, command), "###")
+
+
+def _script_help(*words: str) -> str:
+    """Return the help of a script on the brick, or of one of its commands."""
+    args = [sys.executable, str(ROOT / "robot" / words[0]), *words[1:], "--help"]
+    here = {**os.environ, **TERMINAL, "PYTHONPATH": str(ROOT)}
+    return subprocess.run(args, env=here, capture_output=True, text=True, check=True).stdout
 
 
 def rooms() -> None:
@@ -143,9 +155,9 @@ def _walk(path: str, command: click.Command) -> Iterable[tuple[str, click.Comman
                 yield from _walk(f"{path} {name}", below)
 
 
-def _print_help(title: str, text: str) -> None:
-    """Print in a block what a program says of itself."""
-    print(f"\n## {title}\n\n```text\n{text.rstrip()}\n```")
+def _print_help(title: str, text: str, mark: str = "##") -> None:
+    """Print in a block what a program says of itself; `mark` makes the title a heading."""
+    print(f"\n{mark} {title}\n\n```text\n{text.rstrip()}\n```")
 
 
 def _constants(known: Mapping[str, Constant]) -> None:

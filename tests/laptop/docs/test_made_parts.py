@@ -16,14 +16,7 @@ MADE = re.compile(
 )
 """A part of a page: the Python that prints it, of one line or more, and what it has printed."""
 PARTS = [
-    pytest.param(
-        *part,
-        id=part[0],
-        marks=pytest.mark.skipif(
-            part[0] == "scripts()" and sys.version_info < (3, 13),
-            reason="argparse of an older Python writes helps otherwise",
-        ),
-    )
+    pytest.param(*part, id=part[0])
     for page in PAGES
     for part in MADE.findall(page.read_text("utf-8"))
 ]
