@@ -18,6 +18,7 @@ PACKAGES = ("robot", "shared", "laptop")
 TOP_LEVEL = {
     *(*PACKAGES, "tests", ".ci", "README.md", "pyproject.toml", "LICENSE"),
     *("CHANGELOG.md", "CITATION.cff", "CONTRIBUTING.md", ".gitattributes", ".gitignore"),
+    ".pre-commit-config.yaml",
 }
 
 # The libraries that a module may import; the longest matching name decides, and covers all below.
