@@ -6,6 +6,7 @@ A page calls one of these functions within `[[[cog` and `]]]`, and holds what it
 from __future__ import annotations
 
 import ast
+import importlib
 import os
 import re
 import subprocess
@@ -36,6 +37,18 @@ OTHER_COMMANDS = ("touch", "job", "jobs", "order")
 """Commands of driver.py that its own help has no line for."""
 COMMAND_LINE = re.compile(r"^ {4}(\w+)", re.MULTILINE)
 """The line of a command in a script's help, where others are indented by less or by more."""
+OF_A_RIG = (
+    "rig.Rig",
+    "simulation_result.SimulationResult",
+    "host.runner.Outcome",
+    "device.motion_record.MotionRecord",
+    "device.motion_record.MotionSample",
+    "rig.Plugs",
+    "faults.Fault",
+    "device.buttons.Press",
+    "faults.InvalidSimulationOption",
+)
+"""The Rig of the emulator, and what goes into it or comes out."""
 
 
 def plant_constants() -> None:
@@ -127,22 +140,35 @@ def _purpose(file: Path) -> str:
 
 def api_members() -> None:
     """Print what makes Sphinx document each name of `robot.api`."""
-    print("\n```{eval-rst}")
-    for name in api.__all__:
-        value = getattr(api, name)
-        if not isinstance(value, type):
-            print(f".. auto{'function' if callable(value) else 'data'}:: robot.api.{name}\n")
-        elif issubclass(value, BaseException):
-            print(f".. autoexception:: robot.api.{name}\n")
-        else:
-            print(f".. autoclass:: robot.api.{name}\n   :members:\n")
-    print("```")
+    _documented(f"robot.api.{name}" for name in api.__all__)
+
+
+def rig_members() -> None:
+    """Print what makes Sphinx document the emulator's Rig, and what goes into it or comes out."""
+    _documented(f"laptop.emulator.{name}" for name in OF_A_RIG)
 
 
 def example(name: str) -> None:
     """Print a file of laptop/examples, by its name without .py."""
     text = (ROOT / "laptop" / "examples" / f"{name}.py").read_text("utf-8")
     print(f"\n```python\n{text}```")
+
+
+def _documented(names: Iterable[str]) -> None:
+    """Print what makes Sphinx document these, each MODULE.NAME."""
+    print("\n```{eval-rst}")
+    for one in names:
+        module, _, name = one.rpartition(".")
+        value = getattr(importlib.import_module(module), name)
+        if not isinstance(value, type):
+            print(f".. auto{'function' if callable(value) else 'data'}:: {one}\n")
+        elif issubclass(value, BaseException):
+            print(f".. autoexception:: {one}\n")
+        elif issubclass(value, tuple):  # whose fields its docstring has
+            print(f".. autoclass:: {one}\n")
+        else:
+            print(f".. autoclass:: {one}\n   :members:\n")
+    print("```")
 
 
 def _walk(path: str, command: click.Command) -> Iterable[tuple[str, click.Command]]:
