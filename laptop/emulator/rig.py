@@ -51,7 +51,7 @@ from shared.arm_description import find_arm, read_arm
 
 MYPY = False
 if MYPY:
-    from typing import ContextManager  # noqa: F401
+    from typing import ContextManager, Sequence  # noqa: F401
 
     from laptop.emulator.brick_home import Start  # noqa: F401
     from laptop.emulator.device.buttons import Press  # noqa: F401
