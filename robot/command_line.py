@@ -29,6 +29,10 @@ class BadArgument(ValueError):
     """A text is not what an argument takes; the message is for people."""
 
 
+HIDDEN = "hidden"
+"""Help of an option that no help lists."""
+
+
 def number_in(lower, upper, unit):
     # type: (float, float, str) -> Callable[[str], float]
     """Return a `type` for an argument: it reads a number within these limits, both included.
@@ -173,7 +177,7 @@ class Parser(object):
 
         Args:
             name: as it is typed.
-            text: its line in the help.
+            text: its line in the help, and the first of its own.
 
         Returns:
             The Parser for what else may follow it.
@@ -313,6 +317,8 @@ class Parser(object):
             # type: (argparse.ArgumentParser, Sequence[_Argument], **Any) -> None
             for argument in arguments:
                 options = dict(argument.options, **other)
+                if options.get("help") == HIDDEN:
+                    options["help"] = argparse.SUPPRESS
                 if "type" in options:
                     options["type"] = reporting(options["type"])
                 parser.add_argument(*argument.flags, **options)
@@ -339,7 +345,7 @@ class Parser(object):
         if self._commands:
             commands = parser.add_subparsers(dest="command", metavar="COMMAND")
             for command, text in self._commands:
-                one = commands.add_parser(command.name, help=text)
+                one = commands.add_parser(command.name, help=text, description=text)
                 add(one, self._options(), default=argparse.SUPPRESS)
                 add(one, command._arguments)
         return parser

@@ -18,6 +18,7 @@ PACKAGES = ("robot", "shared", "laptop")
 TOP_LEVEL = {
     *(*PACKAGES, "tests", ".ci", "README.md", "pyproject.toml", "LICENSE"),
     *("CHANGELOG.md", "CITATION.cff", "CONTRIBUTING.md", ".gitattributes", ".gitignore"),
+    ".pre-commit-config.yaml",
 }
 
 # The libraries that a module may import; the longest matching name decides, and covers all below.
@@ -71,8 +72,9 @@ LIBRARIES = {
     "laptop.course.solutions": {"ev3dev2"},
     "laptop.bench": {*PICTURES, "matplotlib", "rich"},
     "laptop.bench.workers": {"cv2", "distributed"},
-    "laptop.docs": {"click", "cogapp"},
+    "laptop.docs": {"click", "cogapp", "cv2", "numpy"},
     "laptop.docs.drawings": {"numpy", "matplotlib"},
+    "laptop.examples": {"brickservo"},
     "laptop.cli": {"click", "rich"},
 }
 CLOCK = "robot.clock"

@@ -18,6 +18,11 @@ for folder in ("robot", "shared", "laptop/emulator"):
 # What students write, and what asks them, runs on the brick.
 BRICK_SIDE.append(ROOT / "laptop" / "course" / "call_functions.py")
 BRICK_SIDE += sorted((ROOT / "laptop" / "course" / "solutions").glob("*.py"))
+BRICK_SIDE += [
+    path
+    for path in sorted((ROOT / "laptop" / "examples").glob("*.py"))
+    if "import brickservo" not in path.read_text("utf-8")
+]
 # These need OpenCV, or the laptop's side of the link, and so never see an old Python.
 LAPTOP_SIDE = tuple(
     "laptop/emulator/" + name

@@ -1,26 +1,23 @@
-"""What the documentation shows works: commands and snippets run, links lead on, all is named.
+"""What the documentation shows works: commands run, links lead on, all is named.
 
 Commands stand in ```sh blocks, in tables in the column `command`, and inline where they begin as
-one types them; Python in ```python blocks.  What a README must tell are names and numbers of the
+one types them; programs in ```python blocks.  What a README must tell are names and numbers of the
 program, never a sentence.
 """
 
 import re
 import shutil
-from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 from lab_runs import left
 from places import ROOT, SCRIPTS
 from readme_commands import SKIPPED, TYPED, Shell, is_quick, is_skipped, replaced
 from readme_text import blocks, is_broken, links, named, options, rows, section, stories, words
 
-from laptop.cli.main import laptop
 from laptop.course.handouts import HANDOUTS
 from laptop.emulator.device.sensor_kinds import KINDS
 from laptop.see.serve import announcements
-from robot import api, turtle_graphics
+from robot import turtle_graphics
 from shared import state
 
 MAIN = ROOT / "README.md"
@@ -78,37 +75,11 @@ def test_a_command_works(story):
         shell.close()
 
 
-SNIPPETS = [
-    pytest.param(
-        snippet,
-        id=f"{file.parent.name}-{file.stem}-{number}",
-        marks=pytest.mark.long if "TrackingClient" in snippet else (),
-    )
-    for file, text in TEXTS.items()
-    for number, snippet in enumerate(blocks(text, "python"), 1)
-]
-
-
-@pytest.mark.usefixtures("folder")
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
-@pytest.mark.filterwarnings("ignore:unclosed:ResourceWarning")
-@pytest.mark.parametrize("snippet", SNIPPETS)
-def test_a_snippet_works_on_the_emulated_brick(snippet):
-    Path("mine.py").write_text(snippet, encoding="utf-8")
-    endless = "while True" in snippet
-    words = ["--scene", ""] if "TrackingClient" in snippet else []
-    words += ["--fault", "int@3"] if endless else []
-    result = CliRunner().invoke(laptop, ["simulate", "--no-picture", *words, "mine.py"])
-    assert result.exit_code == (130 if endless else 0), result.output
-    assert not endless or re.search(r"^\d+\.\d+ \(", result.output, re.MULTILINE), result.output
-
-
-@pytest.mark.parametrize("snippet", SNIPPETS)
-def test_a_snippet_imports_from_the_api_alone(snippet):
-    for line in re.findall(r"^(?:from|import) .*$", snippet, re.MULTILINE):
-        found = re.fullmatch(r"from robot\.api import ([\w, ]+)", line)
-        assert found, line
-        assert set(found.group(1).split(", ")) <= set(api.__all__)
+def test_the_programs_on_the_pages_are_the_examples():
+    """tests/laptop/test_examples.py runs those."""
+    shown = {snippet for text in TEXTS.values() for snippet in blocks(text, "python")}
+    files = (ROOT / "laptop" / "examples").glob("[!_]*.py")
+    assert shown == {file.read_text("utf-8") for file in files}
 
 
 def test_few_commands_are_skipped_and_all_of_these_are_shown():

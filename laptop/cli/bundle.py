@@ -61,7 +61,8 @@ def bundle(folder: Path, systems: tuple[str, ...]) -> None:
 
     That is this program, the libraries with the versions that its tests passed with, and uv, for
     SYSTEM-PYTHON: linux (x86-64), macos (Apple silicon) or windows, and a version, as windows-3.12;
-    this computer's if none is said. INSTALL.txt says what to type there. It takes some 160 MB each.
+    this computer's if none is said. INSTALL.txt says what to type there. Each takes
+    160 to 210 MB.
     """
     with in_one_line():
         targets = [_target(text) for text in systems or [_here()]]

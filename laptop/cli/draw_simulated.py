@@ -22,7 +22,8 @@ from laptop.drawing.planning import merged_strokes
 from laptop.drawing.timing import in_minutes
 from laptop.emulator.device.buttons import Press
 from laptop.emulator.device.plant_constants import read_plant
-from laptop.emulator.rig import Rig, SimulationResult
+from laptop.emulator.rig import Rig
+from laptop.emulator.simulation_result import SimulationResult
 from laptop.record.drawing_tables import drawing_table
 from laptop.record.figures import drawing_plot, line_accuracy
 from laptop.record.figures.arm_numbers import numbers_of

@@ -34,7 +34,8 @@ from laptop.emulator.device.wheels import TABLE as WHEELS
 from laptop.emulator.faults import InvalidSimulationOption
 from laptop.emulator.host import output_lines
 from laptop.emulator.host.guard import guarded
-from laptop.emulator.rig import Plugs, Rig, SimulationResult
+from laptop.emulator.rig import Plugs, Rig
+from laptop.emulator.simulation_result import SimulationResult
 from laptop.record.figures.private_paths import without_folders
 from laptop.record.names import TRACE
 from laptop.record.run_folder import FIGURES, PICTURE, SIDE_PICTURE, TRUE_PATH, run_folder

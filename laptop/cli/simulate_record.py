@@ -11,7 +11,7 @@ from laptop.cli.simulate_options import BrickOptions, BrickSetup
 from laptop.emulator import measured_brick
 from laptop.emulator.device.sensor_environment import LINE, line_points
 from laptop.emulator.pace import BUSY_PACE
-from laptop.emulator.rig import SimulationResult
+from laptop.emulator.simulation_result import SimulationResult
 from laptop.record.drawing_tables import PATHS, paths_table
 from laptop.record.figures import line_accuracy
 from laptop.record.figures.arm_numbers import numbers_of

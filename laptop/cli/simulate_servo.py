@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from laptop.emulator.host.clocks import UPTIME
-from laptop.emulator.rig import SimulationResult
 from laptop.emulator.scene.camera_rig import CameraRig
 from laptop.emulator.scene.servo_truth import truth_of
+from laptop.emulator.simulation_result import SimulationResult
 from laptop.record.run import SERVO, DamagedRun, Run
 from laptop.record.servo.figures import Scenery
 from laptop.record.servo.servo_files import Files, add_servo

@@ -28,6 +28,7 @@ autodoc_typehints = "signature"
 python_use_unqualified_type_names = True
 add_module_names = False
 toc_object_entries = False
+smartquotes = False  # it would make one dash of two, also of those before an option
 
 html_theme = "furo"
 html_title = f"BrickServo {VERSION}"

@@ -6,6 +6,7 @@ A page calls one of these functions within `[[[cog` and `]]]`, and holds what it
 from __future__ import annotations
 
 import ast
+import importlib
 import os
 import re
 import subprocess
@@ -36,6 +37,22 @@ TERMINAL = {"COLUMNS": "96", "TERM": "dumb", "NO_COLOR": "1"}
 """Environment in which a help is printed."""
 SCRIPTS = ("driver.py", "visual_servoing.py", "tracking_client.py", "bench_brick.py")
 """Scripts on the brick that people start."""
+OTHER_COMMANDS = ("touch", "job", "jobs", "order")
+"""Commands of driver.py that its own help has no line for."""
+COMMAND_LINE = re.compile(r"^ {4}(\w+)", re.MULTILINE)
+"""The line of a command in a script's help, where others are indented by less or by more."""
+OF_A_RIG = (
+    "rig.Rig",
+    "simulation_result.SimulationResult",
+    "host.runner.Outcome",
+    "device.motion_record.MotionRecord",
+    "device.motion_record.MotionSample",
+    "rig.Plugs",
+    "faults.Fault",
+    "device.buttons.Press",
+    "faults.InvalidSimulationOption",
+)
+"""The Rig of the emulator, and what goes into it or comes out."""
 
 
 def plant_constants() -> None:
@@ -88,12 +105,19 @@ def commands() -> None:
 
 
 def scripts() -> None:
-    """Print the help of each script on the brick."""
+    """Print the help of each script on the brick, and of each command of driver.py."""
     for name in SCRIPTS:
-        words = [sys.executable, str(ROOT / "robot" / name), "--help"]
-        here = {**os.environ, **TERMINAL, "PYTHONPATH": str(ROOT)}
-        done = subprocess.run(words, env=here, stdout=subprocess.PIPE, check=True)
-        _print_help(name, done.stdout.decode())
+        told = _script_help(name)
+        _print_help(name, told)
+        for command in (*COMMAND_LINE.findall(told), *OTHER_COMMANDS * (name == "driver.py")):
+            _print_help(f"{name} {command}", _script_help(name, command), "###")
+
+
+def _script_help(*words: str) -> str:
+    """Return the help of a script on the brick, or of one of its commands."""
+    args = [sys.executable, str(ROOT / "robot" / words[0]), *words[1:], "--help"]
+    here = {**os.environ, **TERMINAL, "PYTHONPATH": str(ROOT)}
+    return subprocess.run(args, env=here, capture_output=True, text=True, check=True).stdout
 
 
 def bench_command(*names: str) -> None:
@@ -261,15 +285,34 @@ def _purpose(file: Path) -> str:
 
 def api_members() -> None:
     """Print what makes Sphinx document each name of `robot.api`."""
+    _documented(f"robot.api.{name}" for name in api.__all__)
+
+
+def rig_members() -> None:
+    """Print what makes Sphinx document the emulator's Rig, and what goes into it or comes out."""
+    _documented(f"laptop.emulator.{name}" for name in OF_A_RIG)
+
+
+def example(name: str) -> None:
+    """Print a file of laptop/examples, by its name without .py."""
+    text = (ROOT / "laptop" / "examples" / f"{name}.py").read_text("utf-8")
+    print(f"\n```python\n{text}```")
+
+
+def _documented(names: Iterable[str]) -> None:
+    """Print what makes Sphinx document these, each MODULE.NAME."""
     print("\n```{eval-rst}")
-    for name in api.__all__:
-        value = getattr(api, name)
+    for one in names:
+        module, _, name = one.rpartition(".")
+        value = getattr(importlib.import_module(module), name)
         if not isinstance(value, type):
-            print(f".. auto{'function' if callable(value) else 'data'}:: robot.api.{name}\n")
+            print(f".. auto{'function' if callable(value) else 'data'}:: {one}\n")
         elif issubclass(value, BaseException):
-            print(f".. autoexception:: robot.api.{name}\n")
+            print(f".. autoexception:: {one}\n")
+        elif issubclass(value, tuple):  # whose fields its docstring has
+            print(f".. autoclass:: {one}\n")
         else:
-            print(f".. autoclass:: robot.api.{name}\n   :members:\n")
+            print(f".. autoclass:: {one}\n   :members:\n")
     print("```")
 
 
@@ -283,9 +326,9 @@ def _walk(path: str, command: click.Command) -> Iterable[tuple[str, click.Comman
                 yield from _walk(f"{path} {name}", below)
 
 
-def _print_help(title: str, text: str) -> None:
-    """Print in a block what a program says of itself."""
-    print(f"\n## {title}\n\n```text\n{text.rstrip()}\n```")
+def _print_help(title: str, text: str, mark: str = "##") -> None:
+    """Print in a block what a program says of itself; `mark` makes the title a heading."""
+    print(f"\n{mark} {title}\n\n```text\n{text.rstrip()}\n```")
 
 
 def _constants(known: Mapping[str, Constant]) -> None:

@@ -44,7 +44,13 @@ if MYPY:
 
 
 Fault = NamedTuple("Fault", [("kind", str), ("what", Any), ("t", float)])
-"""Fault: its kind, a port or value (or None), and its time, s."""
+Fault.__doc__ = """A fault that comes at a time.
+
+Attributes:
+    kind: a word of FAULTS, such as "stall".
+    what: its port, camera or value; None where it takes none.
+    t: s.
+"""
 
 CAMERA_NAMES = "ABCDEFGH"
 """Names that a camera may have."""

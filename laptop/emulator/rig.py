@@ -20,7 +20,6 @@ from typing import (
     List,
     NamedTuple,
     Optional,
-    Sequence,
     Tuple,
     Union,
 )
@@ -46,12 +45,13 @@ from laptop.emulator.host.runner import Outcome, run_script
 from laptop.emulator.host.world import World
 from laptop.emulator.live import PoseWriter
 from laptop.emulator.pace import PacedClock
+from laptop.emulator.simulation_result import SimulationResult
 from robot.motion import chains, kinematics
 from shared.arm_description import find_arm, read_arm
 
 MYPY = False
 if MYPY:
-    from typing import ContextManager  # noqa: F401
+    from typing import ContextManager, Sequence  # noqa: F401
 
     from laptop.emulator.brick_home import Start  # noqa: F401
     from laptop.emulator.device.buttons import Press  # noqa: F401
@@ -67,38 +67,6 @@ if MYPY:
     Person = Callable[[EmulatedBrick, Peripherals], object]
     Keyboard = Callable[[EmulatedBrick], Any]
     Faults = Union[str, Fault, Iterable[Union[str, Fault]]]
-
-
-SimulationResult = NamedTuple(
-    "SimulationResult",
-    [
-        ("outcome", Outcome),
-        ("record", MotionRecord),
-        ("wanted", List[List[Tuple[float, ...]]]),
-        ("motors", Dict[str, Dict[str, Any]]),
-        ("names", Optional[List[str]]),
-        ("skeleton", Sequence[Tuple[float, ...]]),
-        ("reach", Optional[Tuple[float, float]]),
-        ("pace", Optional[float]),
-        ("asked", List[str]),
-        ("began", float),
-    ],
-)
-SimulationResult.__doc__ = """Result of a run.
-
-outcome   laptop.emulator.host.runner.Outcome: status, and reason: "ended" by itself, or what ended
-          it; a program that fails says why on stderr.  Its times are of the rig's world, s
-record    laptop.emulator.device.motion_record.MotionRecord of this run alone: the true links and
-          tip, one sample per 5 ms
-wanted    the paths (cm) that the script reported as wanted
-motors    port -> state of its motor at the end: dict(mode, driven, position)
-names     names of the angles in the record; None: the arm's joints
-skeleton  final positions of the arm's joints and its tip, cm; empty without an arm
-reach     least and greatest distance of the tip from the base, cm; None without an arm
-pace      emulated seconds per second of this computer's clock; None in virtual time
-asked     ports of the motors that were commanded to turn
-began     start of the run on the clock of the rig's world, s
-"""
 
 
 class Plugs(
@@ -156,7 +124,7 @@ class Rig(object):
 
     Args:
         arm: nominal arm, which programs get: a name ("planar", "geared", "spatial"), a file or a
-            shared.arm_description.Arm; None for a brick without one.
+            shared.arm_description.Arm, of which programs read the file; None for a brick without.
         built: true arm, where motors, ports, stops or links differ; like `arm`.
         plant: the plant's constants, a text as `simulate --plant` takes it, such as
             "cpu=0,backlash=3" (`brickservo simulate --help` lists them), or what
@@ -175,12 +143,14 @@ class Rig(object):
         plugs: Plugs, the devices beside the arm.
 
     Attributes:
-        arm, built: Arm, or None.
+        arm: nominal Arm, or None.
+        built: true Arm, or None.
 
     Raises:
         ArmError: there is no such arm.
-        InvalidSimulationOption: an impossible start, or an arm built of other joints.
-        BadPlant, BadScene, BadSensor: a text that cannot be understood.
+        BadPlant: a text of the plant that cannot be understood.
+        InvalidSimulationOption: an impossible start, or an arm built of other joints; from its
+            properties and methods, that it is not open.
     """
 
     def __init__(
@@ -256,7 +226,7 @@ class Rig(object):
 
     @property
     def world(self) -> World:
-        """The World, whose `now()` is the time, s."""
+        """The World, whose `now()` is the time since the rig was opened, s."""
         return self._open.world
 
     @property
@@ -266,7 +236,7 @@ class Rig(object):
 
     @property
     def devices(self) -> Peripherals:
-        """The Peripherals: buttons, screen, sensors."""
+        """The Peripherals, which are buttons, screen and sensors."""
         return self._open.devices
 
     @property
@@ -286,26 +256,27 @@ class Rig(object):
         Args:
             script: path of a Python file, or the name of a bundled script
                 (driver.py, visual_servoing.py, tracking_client.py, bench_brick.py).
-            *args: arguments of the script.
+            *args: arguments of the script, each made a text by str.
             faults: texts as `simulate --fault` takes them, such as "stall:B@1.5", or
                 laptop.emulator.faults.Fault values.  Their times, and all others here, count from
                 now, s.  Faults last through the runs that follow.
             presses: laptop.emulator.device.buttons.Press values.
-            meanwhile: pairs of a time and a function without arguments, called then.
+            meanwhile: pairs of a time, s, and a function without arguments, called then.
             person: `person(brick, devices)` is called before the script starts; it models a user,
                 who presses buttons and guides the arm by hand.
             keyboard: `keyboard(brick)` gives the text file that the script has for standard input;
                 this process's if None.
-            timeout: greatest duration of the run, virtual s.
-            patience: greatest time of this computer without a read of the clock, s.
+            timeout: greatest duration of the run, virtual s; a longer one ends with status 124.
+            patience: greatest time of this computer without a read of the clock, s; likewise.
 
         Returns:
-            SimulationResult.
+            SimulationResult; a program that fails is one, too.
 
         Raises:
             InvalidSimulationOption: there is no such script, or a fault is invalid, or its port or
                 camera does not exist.
             BadPress: no touch sensor to press.
+            BadScene: the text of the cameras cannot be understood.
         """
         brick, world, path = self.brick, self.world, _existing(str(script))
         world.name = os.path.basename(path)
@@ -336,24 +307,38 @@ class Rig(object):
         return self._result(outcome, wanted, begun)
 
     def job(self, file: Any, *args: Any, **options: Any) -> SimulationResult:
-        """Draw a job file by driver.py; options as for `run`."""
+        """Draw a job by driver.py.
+
+        Args:
+            file: path of the job file, as `brickservo draw --to FILE.job` makes it.
+            *args: more arguments of `driver.py job`, such as "--dry".
+            **options: as for `run`.
+
+        Returns:
+            SimulationResult.
+
+        Raises:
+            InvalidSimulationOption, BadPress, BadScene: as `run` does.
+        """
         return self.run("driver.py", "job", str(file), *args, **options)
 
     def program(self) -> "ContextManager[program.Program]":
         """Compute in this process at the brick's speed, for a `with` block.
 
-        Gives a laptop.emulator.host.program.Program: its modules by name, and its `clock`.  Its
-        state is in `state_folder`.
+        Gives a laptop.emulator.host.program.Program: its modules by name, and its `clock`, whose
+        `now()` and `sleep(seconds)` are s of the rig's world.  Its state is in `state_folder`.
         """
         return program.on(self.brick)
 
     def see(self) -> Dict[str, "Frame"]:
         """Return the newest pictures of the cameras, by name ("A", ...).
 
-        Each is a laptop.see.camera.frames.Frame: `image`, BGR, and `t`, when it was taken, s.
+        Each is a laptop.see.camera.frames.Frame: `image`, BGR, uint8, shape (height, width, 3), and
+        `t`, when it was taken, s.
 
         Raises:
-            InvalidSimulationOption: there is no camera.
+            InvalidSimulationOption: there is no camera, or no text describes it.
+            BadScene: that text cannot be understood.
         """
         brick, watched = self.brick, self._cameras
         if not isinstance(watched, str):
@@ -367,17 +352,21 @@ class Rig(object):
 
     @property
     def q(self) -> Tuple[float, ...]:
-        """The true joint angles, rad."""
+        """The true joint angles, rad; without an arm those of its motors."""
         return self.brick.plant.q
 
     @property
     def tip(self) -> Tuple[float, ...]:
-        """The true tip, cm."""
+        """The true tip, (x, y) or in space (x, y, z), cm from the arm's base.
+
+        Raises:
+            InvalidSimulationOption: there is no arm.
+        """
         return kinematics.forward(self._true_arm, self.q)
 
     @property
     def record(self) -> MotionRecord:
-        """MotionRecord of all runs: the true links and tip, one sample per 5 ms."""
+        """MotionRecord of all runs, the true links and tip, one sample per 5 ms."""
         return self.brick.record
 
     @property

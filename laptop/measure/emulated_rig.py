@@ -19,10 +19,11 @@ import numpy as np
 from laptop.emulator.device.plant_constants import read_plant
 from laptop.emulator.host.clocks import UPTIME
 from laptop.emulator.rendered_tracker import marker_specs
-from laptop.emulator.rig import Rig, SimulationResult
+from laptop.emulator.rig import Rig
 from laptop.emulator.scene.poses import ScriptedPoses
 from laptop.emulator.scene.scene import Scene
 from laptop.emulator.scene.synthetic_camera import SyntheticCamera
+from laptop.emulator.simulation_result import SimulationResult
 from laptop.measure.run_data import BadMeasurement, RunData, Sights
 from laptop.see.markers.markers import read_spec
 from laptop.see.markers.tracker import Tracker

@@ -60,11 +60,15 @@ else:
     Verdict = record("Verdict", "word reason error q moves measurements frames seconds")
 Verdict.__doc__ = """End of a run.
 
-word          "converged", or why not
-reason        in words for people; "" where the word says it all
-error         distance of tip and goal in the image when last measured, px, or None
-q             joint angles, rad, or None
-moves, measurements, frames, seconds   what it took
+Attributes:
+    word: "converged", or why not.
+    reason: in words for people; "" where the word says it all.
+    error: distance of tip and goal in the image when last measured, px, or None.
+    q: joint angles, rad, or None.
+    moves: number of moves.
+    measurements: number of measurements.
+    frames: number of pictures received.
+    seconds: duration, s.
 """
 
 

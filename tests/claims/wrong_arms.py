@@ -26,7 +26,8 @@ from laptop.emulator.brick_home import UNCHECKED
 from laptop.emulator.device.brick import EmulatedBrick
 from laptop.emulator.device.plant_constants import CPU
 from laptop.emulator.onlooker import Onlooker
-from laptop.emulator.rig import Rig, SimulationResult
+from laptop.emulator.rig import Rig
+from laptop.emulator.simulation_result import SimulationResult
 from shared.arm_description import SEEK_BEYOND, Arm, find_arm, read_arm
 from tests.claims.limits_passed import beyond_limits
 

@@ -22,6 +22,7 @@ SKIPPED = {
     r"\.uv/bin/uv (tool|cache)": "it installs into the home, or cleans there; .ci/run installs",
     "scp": "it needs a brick",
     r"\.ci/": "it runs all tests, on several Pythons; constrain.py loads from the network",
+    "python laptop/examples": "tests/laptop/test_examples.py runs these",
     "--group compiled": "it needs a C compiler; tests/laptop/emulator/test_compiled.py has one",
     "--group cluster": "it needs a cluster; tests/laptop/bench/test_workers.py has one",
 }

@@ -44,7 +44,13 @@ class BadPress(ArmError, ValueError):
 
 
 Press = NamedTuple("Press", [("button", str), ("t", float), ("duration", float)])
-Press.__doc__ = """A button held down from `t` for `duration`, both in s."""
+Press.__doc__ = """A button that is held down for a time.
+
+Attributes:
+    button: its name, such as "enter", "back", or "touch:in2" for the touch sensor there.
+    t: when it is pressed, s.
+    duration: for how long, s.
+"""
 
 
 def read_press(text: str) -> Press:

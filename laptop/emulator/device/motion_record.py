@@ -22,10 +22,13 @@ MotionSample = NamedTuple(
 )
 MotionSample.__doc__ = """A pose of the arm at a time.
 
-t        s
-q        joint angles, rad
-x, y, z  tip, cm; z is None in the plane
-pen      1 if it is down
+Attributes:
+    t: s.
+    q: joint angles, rad.
+    x: of the tip, cm.
+    y: of the tip, cm.
+    z: of the tip, cm; None in the plane.
+    pen: 1 if it is down.
 """
 
 

@@ -55,17 +55,18 @@ Outcome = NamedTuple(
 )
 Outcome.__doc__ = """End of a run.
 
-status    exit status
-reason    "ended" (by itself, whatever the status), or what ended it: "timeout", "frozen", "killed",
-          "back button", "deadlock", "stuck", "waiting", "unheard" (a signal that it has not
-          handled), a signal's name, "no script"
-t         virtual time at its end, s
-accesses  sysfs accesses it made
-start     duration of its start: Python, imports and all else before it used the brick, waited,
-          began a thread or connected, s; None on a brick that computes in no time
-stack     call stack at which it was cut off, in files of its own folder: (name, line, function),
-          the innermost first; () if it has ended
-signals   numbers of those that reached this process meanwhile, in order; see platforms.obey
+Attributes:
+    status: exit status.
+    reason: "ended" (by itself, whatever the status), or what ended it: "timeout", "frozen",
+        "killed", "back button", "deadlock", "stuck", "waiting", "unheard" (a signal that it has not
+        handled), a signal's name, "no script".
+    t: virtual time at its end, s.
+    accesses: number of sysfs accesses it made.
+    start: duration of its start: Python, imports and all else before it used the brick, waited,
+        began a thread or connected, s; None on a brick that computes in no time.
+    stack: call stack at which it was cut off, in files of its own folder: (name, line, function),
+        the innermost first; () if it has ended.
+    signals: numbers of those that reached this process meanwhile, in order; see platforms.obey.
 """
 
 _WHY = {

@@ -468,7 +468,7 @@ def test_a_fault_to_order(simulate, fault, status, says):
 def test_a_frozen_picture_holds_the_arm(simulate):
     """It is a rendered one, and the tracker finds the same in it as before."""
     servo = str(ROOT / "robot/visual_servoing.py")
-    result = simulate("--scene", "tilt=20", "--fault", "frozen-picture@4", servo, status=1)
+    result = simulate("--scene", "tilt=20", "--fault", "frozen-picture@2", servo, status=1)
     assert "picture frozen: held" in result.output
     assert "camera A" in result.output
 
