@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from laptop.record.figures.sheet import INK, QUIET
 from robot.motion.inverse_iteration import Solution, broyden_inverse, newton_inverse
@@ -72,11 +73,11 @@ def draw_basins(arm: Arm, goal: Sequence[float], count: int = 61) -> bytes:
         count: starts along each side.
     """
     angles = np.radians(np.linspace(-180, 180, count))
-    figure = Figure(figsize=(6.9, 3.7), dpi=200, layout="constrained")
+    figure = Figure(figsize=(6.9, 3.7), dpi=200, layout=ConstrainedLayoutEngine(wspace=0.08))
     for axes, (name, method) in zip(figure.subplots(1, 2, sharey=True), METHODS, strict=True):
         found, steps = basin(method, arm, goal, angles, angles)
         axes.imshow(_colours(found, steps), extent=(-180, 180, -180, 180), origin="lower")
-        _label(axes, f"{name}: {np.mean(steps[found != 0]):.1f} steps on the average")
+        _label(axes, f"{name}: {np.mean(steps[found != 0]):.1f} steps on average")
         for pose in _poses(arm, goal):
             axes.plot(*np.degrees(pose), "o", mfc="white", mec=INK, ms=5)
     figure.axes[0].set_ylabel("elbow at the start, deg", color=QUIET, size=8)

@@ -117,7 +117,12 @@ CONSTANTS = {
         "how slowly the brick computes: 1 as it truly does, 2 half as fast, 0 in no time",
     ),
     "encoder": Constant(
-        1, (1, 100), "counts/deg", "resolution of the encoders, a whole number", int
+        1,
+        (1, 100),
+        "counts/deg",
+        "resolution of the encoders, a whole number; with a much finer one the brick may wait for "
+        "joints that friction holds",
+        int,
     ),
     "spread": Constant(0.2, (0.0, 0.5), "", "half-width of the random draw, as a fraction"),
     "seed": Constant(None, (0, 2**31), "", "draw the scattered constants with this seed"),

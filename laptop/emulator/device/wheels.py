@@ -35,14 +35,14 @@ if MYPY:
 _PORTS = ("A", "B", "C", "D")
 
 CONSTANTS = {
-    "left": Constant(None, _PORTS, "", "port of the left wheel's motor", str),
-    "right": Constant(None, _PORTS, "", "port of the right wheel's motor", str),
+    "left": Constant(None, _PORTS, "", "port of the left wheel's motor, a large one", str),
+    "right": Constant(None, _PORTS, "", "port of the right wheel's motor, a large one", str),
     "diameter": Constant(5.6, (1.0, 30.0), "cm", "of the wheels"),
     "track": Constant(12.0, (2.0, 60.0), "cm", "between the wheels"),
     "mass": Constant(0.7, (0.05, 5.0), "kg", "of the robot, which the motors set in motion"),
     "friction": Constant(0.005, (0.0, 0.1), "Nm", "of each wheel as it rolls"),
     "x": Constant(0.0, (-1000.0, 1000.0), "cm", "where the middle between the wheels starts"),
-    "y": Constant(0.0, (-1000.0, 1000.0), "cm", "the same"),
+    "y": Constant(0.0, (-1000.0, 1000.0), "cm", "where the middle between the wheels starts"),
     "heading": Constant(90.0, (-360.0, 360.0), "deg", "where it looks then; 0 along x, ccw"),
 }
 
