@@ -13,6 +13,8 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import NamedTuple
 
+from cogapp.cogapp import CogGeneratedError
+
 from laptop.bench.bench import BenchTable, MachineLine
 from laptop.cli import bench
 
@@ -44,8 +46,8 @@ MEASURED: Mapping[str, str] = {
 """By its name in the pages each bench, as it is typed after `brickservo bench`."""
 
 
-class NotMeasured(Exception):
-    """A page shows what no record holds; `str()` says what."""
+class NotMeasured(CogGeneratedError):  # type: ignore[misc]
+    """A page shows what no record holds; `str()` says what.  Cog tells it in one line."""
 
 
 class Measured(NamedTuple):
