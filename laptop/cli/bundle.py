@@ -43,6 +43,10 @@ In Windows' PowerShell:
 The same line with --reinstall behind `install` brings another version. To see what is there:
 
     brickservo doctor
+
+Is brickservo not found? Type this, and open a new window (in PowerShell: py -m uv tool ...):
+
+    .uv/bin/uv tool update-shell
 """
 
 

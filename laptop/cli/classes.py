@@ -56,5 +56,5 @@ def check(files: tuple[Path, ...]) -> None:
             figures.append({"file": str(file), "right": finding.right, "text": finding.text})
             click.echo(f"  {'right' if finding.right else 'WRONG'}  {finding.text}")
     print_json(figures)
-    click.echo("all is right" if not wrong else f"{wrong} of it is wrong")
+    click.echo("all is right" if not wrong else f"{wrong} wrong")
     sys.exit(1 if wrong else 0)

@@ -80,16 +80,24 @@ class Handout:
         except CannotExamine as problem:
             yield CheckPoint(False, str(problem))
 
-    def page(self) -> str:
-        """Return the page as the text of an HTML file."""
+    def page(self, folder: Path = Path()) -> str:
+        """Return the page as the text of an HTML file.
+
+        Args:
+            folder: where the script lies, as seen from where commands are typed.
+        """
         from laptop.record.figures.formulas import formula, matrix  # matplotlib is slow to import
 
+        program = laptop_program()
+        # By its name alone it can be typed in any folder.
+        typed = Path() if program == "brickservo" else folder
         return render_report(
             HERE / "templates" / f"{self.name}.html",
             title=self.title,
             kind="BrickServo: a handout",
             script=self.script,
-            program=laptop_program(),
+            typed=(typed / self.script).as_posix(),
+            program=program,
             formula=formula,
             matrix=matrix,
             **_figures(self.name),
@@ -147,7 +155,7 @@ def write_handouts(folder: Path, solutions: bool = False) -> list[Path]:
             file.parent.mkdir(parents=True, exist_ok=True)
             file.write_text(text, encoding="utf-8", newline="\n")
         for file, handout in pages.items():
-            file.write_text(handout.page(), encoding="utf-8")
+            file.write_text(handout.page(folder), encoding="utf-8")
     except OSError as error:
         raise NoHandout(
             f"cannot write to {folder}: {error.strerror}; make room or choose another folder"

@@ -17,10 +17,11 @@ def find_script(text: str) -> str:
     """Return the path of a script as typed.
 
     Args:
-        text: a path; `robot/NAME.py` or `NAME.py` is, where there is no such file, the
-            bundled script of that name.
+        text: a path; `robot/NAME.py`, `NAME.py` and `laptop/examples/NAME.py` are, where there is
+            no such file, the bundled script of that name.
     """
-    own = os.path.join(REPO_ROOT, "robot", os.path.basename(text))
-    if os.path.exists(text) or os.path.dirname(text) not in ("", "robot"):
+    folder = os.path.dirname(text) or "robot"
+    own = os.path.join(REPO_ROOT, folder, os.path.basename(text))
+    if os.path.exists(text) or folder not in ("robot", "laptop/examples"):
         return text
     return own if os.path.isfile(own) else text

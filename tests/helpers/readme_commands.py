@@ -41,6 +41,7 @@ REDUCED = (
     (r"KS82-DNHF-7WQM|\bCODE\b", "{code}"),  # the code of the tracker at hand
     (r"127\.0\.0\.1", "127.0.0.1{port}"),  # and its port
     (r"--camera \d", "--camera synthetic"),  # no webcam
+    (r"class new( 7b)?$", "class new another"),  # theirs is there for what follows
     (r" --open\b", " --page"),  # no browser
     (r"--seeds (\d+):\d+", lambda seeds: f"--seeds {seeds[1]}:{int(seeds[1]) + 1}"),
     (r" --to \S+\.pdf", ""),  # no browser

@@ -28,7 +28,7 @@ OTHER_PROGRAMS = {
     "sudo": "ev3dev-config comes with ev3dev",
 }
 OTHER_WORDS = {
-    *("check", "ev3dev", "TODO", "out/picture.png", "markers.pdf", "~/.brickservo"),
+    *("check", "ev3dev", "TODO", "picture.png", "markers.pdf", "~/.brickservo"),
     *("load=0.05", "tilt=40,azimuth=70", "robot.api"),
     *("both", "lower", "upper", "none", "touch in1"),  # what find_home and stops may be
     "brick doctor",

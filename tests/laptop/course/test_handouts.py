@@ -66,7 +66,7 @@ def test_a_skeleton_fails_and_is_told_why_in_figures(handout, tmp_path):
     assert status == 1
     assert "Traceback" not in output
     wrong = [line for line in output.splitlines() if line.startswith("  WRONG")]
-    assert output.splitlines()[-1] == f"{len(wrong)} of it is wrong"
+    assert output.splitlines()[-1] == f"{len(wrong)} wrong"
     assert all(len(line) < 250 for line in wrong)
     expected = {
         "kinematics": r"forward\(\[.*\]\) gives \[0\., 0\.\], but it is \[.*\] cm",
