@@ -258,6 +258,7 @@ def _draw_deviation(axes: Axes, number: int, m: Measure | None) -> None:
 
 
 def _mm(value: float) -> str:
+    value = round(value, 3)  # as the record has it, of which the terminal tells
     return f"{value:.2f}" if value < 9.995 else f"{value:.1f}"
 
 
