@@ -96,21 +96,13 @@ def connect(description, clock, take_over=None, unchecked=False):
         unchecked: whether it may move though the mounting of the motors is unchecked.
 
     Raises:
-        ArmError: this is not the brick, nor an emulated one.
+        ImportError: this is not the brick, nor an emulated one; `run` tells it.
         MotorNotFound: see RobotArm.
         NotChecked: it moves something, and the mounting of the motors is unchecked.
         BrickInUse: see `claim`.
     """
-    try:
-        from robot.motion.arm import RobotArm
-    except ImportError as error:
-        from robot.ev3.library import what_is_missing
-        from shared.arm_description import ArmError
+    from robot.motion.arm import RobotArm
 
-        missing = what_is_missing(error)
-        if missing is None:
-            raise
-        raise ArmError(missing + " ...") from None
     arm = RobotArm(description, clock)
     arm.checked.needed = not unchecked
     if take_over is not None:
@@ -171,6 +163,14 @@ def run(name, command):
         with contextlib.suppress(OSError):  # an emulated output has no number
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         print("{}: the reader of the output has gone".format(name), file=sys.stderr)
+        return 1
+    except ImportError as error:
+        from robot.ev3.library import what_is_missing
+
+        missing = what_is_missing(error)
+        if missing is None:
+            raise
+        print("{}: {} ...".format(name, missing), file=sys.stderr)
         return 1
     except (ArmError, OSError, Stopped) as error:
         from shared.message_fields import printable  # it may quote names and contents of files
