@@ -7,13 +7,16 @@ from __future__ import annotations
 
 import ast
 import importlib
+import inspect
 import os
 import re
 import subprocess
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from enum import Enum
 from pathlib import Path
+from types import FunctionType
+from typing import Any
 
 import click
 from click.testing import CliRunner
@@ -300,11 +303,11 @@ def example(name: str) -> None:
 
 
 def _documented(names: Iterable[str]) -> None:
-    """Print what makes Sphinx document these, each MODULE.NAME."""
-    print("\n```{eval-rst}")
-    for one in names:
-        module, _, name = one.rpartition(".")
-        value = getattr(importlib.import_module(module), name)
+    """Print a list of these, each MODULE.NAME, and what makes Sphinx document them."""
+    values = {one: _value(one) for one in names}
+    _table(("name", "what it is"), (row for one in values.items() for row in _summaries(*one)))
+    print("```{eval-rst}")
+    for one, value in values.items():
         if not isinstance(value, type):
             print(f".. auto{'function' if callable(value) else 'data'}:: {one}\n")
         elif issubclass(value, BaseException):
@@ -314,6 +317,43 @@ def _documented(names: Iterable[str]) -> None:
         else:
             print(f".. autoclass:: {one}\n   :members:\n")
     print("```")
+
+
+def _value(name: str) -> Any:
+    """Return what has a name, MODULE.NAME."""
+    module, _, own = name.rpartition(".")
+    return getattr(importlib.import_module(module), own)
+
+
+def _summaries(name: str, value: Any) -> Iterator[tuple[str, str]]:
+    """Yield what is called and named of a value, each with the first sentence of its docstring."""
+    own = name.rpartition(".")[2]
+    if not callable(value):
+        yield f"`{own}`", "a constant"
+        return
+    yield f"`{own}`", _first_sentence(value)
+    if isinstance(value, type) and not issubclass(value, (BaseException, tuple)):
+        for part, function in vars(value).items():
+            if part.startswith("_") or not isinstance(function, (FunctionType, property)):
+                continue
+            taken = "" if isinstance(function, property) else f"({_arguments(function)})"
+            yield f"`{own}.{part}{taken}`", _first_sentence(function)
+
+
+def _arguments(function: FunctionType) -> str:
+    """Return the names of a method's arguments."""
+    taken = list(inspect.signature(function).parameters.values())[1:]
+    marks: dict[Any, str] = {
+        inspect.Parameter.VAR_POSITIONAL: "*",
+        inspect.Parameter.VAR_KEYWORD: "**",
+    }
+    return ", ".join(f"{marks.get(one.kind, '')}{one.name}" for one in taken)
+
+
+def _first_sentence(value: Any) -> str:
+    """Return the first sentence of a docstring, on one line."""
+    told = " ".join((inspect.getdoc(value) or "").split("\n\n")[0].split())
+    return re.split(r"(?<=[.])\s", told)[0]
 
 
 def _walk(path: str, command: click.Command) -> Iterable[tuple[str, click.Command]]:
