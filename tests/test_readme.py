@@ -27,8 +27,8 @@ FILES += [*sorted((ROOT / "tests").rglob("README.md")), *sorted(DOCS.rglob("*.md
 TEXTS = {file: file.read_text("utf-8") for file in FILES}
 NAMES = [str(file.relative_to(ROOT)) for file in TEXTS]
 SHOWN = [story for text in TEXTS.values() for story in stories(text)]
-MAX_WORDS = 19000
-"""Greatest number of words of all of them together: what is written twice is read by nobody."""
+MAX_WORDS = 17500
+"""Greatest number of words of the first page and the documentation: what is long nobody reads."""
 
 
 def all_stories():
@@ -145,7 +145,11 @@ def test_a_word_is_written_by_people():
 
 
 def test_all_of_it_has_few_words():
-    counts = {name: len(words(text)) for name, text in zip(NAMES, TEXTS.values())}
+    counts = {
+        name: len(words(text))
+        for name, (file, text) in zip(NAMES, TEXTS.items())
+        if file == MAIN or DOCS in file.parents
+    }
     longest = sorted(counts, key=counts.get)[-5:]
     assert sum(counts.values()) <= MAX_WORDS, f"shorten one, say of {longest}"
 
@@ -187,7 +191,7 @@ def test_all_names_are_told(page, heading, names):
 def test_the_glossary_is_in_order_and_says_where_each_word_is_found():
     table = [tuple(row.values()) for row in rows(TEXTS[DOCS / "reference" / "glossary.md"])]
     words = [word for word, _, _ in table]
-    assert len(words) == 50
+    assert len(words) >= 50
     assert words == sorted(set(words), key=str.lower)
     for *_, found in table:  # test_every_link_leads_somewhere follows it
         assert re.fullmatch(r"\[(\w+\.py)\]\(\S+/\1\)", found)
