@@ -28,9 +28,8 @@ def test_it_is_said_in_one_line_with_what_to_do(tmp_path, typed):
         env=dict(os.environ, PYTHONPATH=str(ROOT), BRICKSERVO_STATE=str(tmp_path)),
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
-        universal_newlines=True,
     )
     assert done.returncode == 1
-    (line,) = done.stdout.splitlines()
+    (line,) = done.stdout.decode().splitlines()
     assert "there is no python-ev3dev2 here; run this on the brick, or emulated" in line
-    assert "simulate robot/{}".format(script) in line.replace(os.sep, "/")
+    assert f"simulate robot/{script}" in line.replace(os.sep, "/")
