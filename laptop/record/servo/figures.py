@@ -393,7 +393,7 @@ def draw_errors(runs: Sequence[ServoRun], baseline: ServoRun | None = None) -> b
     with new_figure(700) as figure:
         axes = figure.add_axes(LEFT_PANEL)
         method = ", ".join(sorted({run.method for run in runs if run.method}))
-        _frame_errors(axes, runs, most, f"Distance from the goal{method and f', {method}'}", 0.012)
+        _frame_errors(axes, runs, most, f"Distance{method and f', {method}'}", 0.012)
         for run, colour in _coloured(runs):
             _draw_error(axes, run, colour, run.name if 1 < len(runs) <= MAX_PANELS else "")
         axes.set_xlim(0, _end(runs))
