@@ -10,7 +10,7 @@ from typing import Any
 from laptop.bench.bench import BenchRecord, BenchTable, flat
 from laptop.measure.accuracy.emulated import PIXEL_NOISE, measure_emulated
 from laptop.measure.accuracy.plan import plan_accuracy
-from shared.arm_description import find_arm, read_arm
+from shared.arm_description import ArmError, find_arm, read_arm
 
 ARMS = ("planar", "geared", "spatial")
 CYCLES = 30
@@ -54,18 +54,34 @@ class AccuracyFigure:
         return abs(self.camera - self.truth) <= 2 * self.u
 
 
-def run_case(case: AccuracyCase) -> list[AccuracyFigure]:
+@dataclass(frozen=True)
+class AccuracyResult:
+    """All criteria of a case; or none, and why the arm did not end the test."""
+
+    case: AccuracyCase
+    figures: list[AccuracyFigure]
+    why: str = ""
+
+
+def run_case(case: AccuracyCase) -> AccuracyResult:
     """Run one case: all criteria, by camera and in truth.
 
     Raises:
-        ArmError: the arm has no room for the test, or it failed.
+        ArmError: the arm has no room for the test.
     """
     plan = plan_accuracy(read_arm(find_arm(case.arm)), case.cycles)
-    result, true = measure_emulated(plan, None, f"cpu=1,seed={case.seed}", case.noise, case.seed)
-    return [
-        AccuracyFigure(plan.arm.name, case.seed, one.name, one.mm, one.u_mm, true[one.name])
-        for one in result.criteria
-    ]
+    plant = f"cpu=1,seed={case.seed}"
+    try:
+        result, true = measure_emulated(plan, None, plant, case.noise, case.seed)
+    except ArmError as error:
+        return AccuracyResult(case, [], str(error))
+    return AccuracyResult(
+        case,
+        [
+            AccuracyFigure(plan.arm.name, case.seed, one.name, one.mm, one.u_mm, true[one.name])
+            for one in result.criteria
+        ],
+    )
 
 
 HEADINGS = ("arm", "seed", "criterion", "camera mm", "U mm", "truth mm", "off by", "within U")
@@ -89,8 +105,11 @@ def table(figures: Sequence[AccuracyFigure]) -> list[list[str]]:
     ]
 
 
-def verdict(figures: Sequence[AccuracyFigure]) -> str:
+def verdict(result: AccuracyResult) -> str:
     """Return a line: how many are measured well, and how often U holds the truth."""
+    figures = result.figures
+    if result.why:
+        return f"the test was not ended: {result.why}"
     near = sum(abs(one.off) <= MAX_RELATIVE_ERROR for one in figures)
     within = sum(one.is_within for one in figures)
     either = sum(one.is_within or abs(one.off) <= MAX_RELATIVE_ERROR for one in figures)
@@ -108,10 +127,14 @@ def _cases(it: Any) -> list[AccuracyCase]:
     ]
 
 
-def _shown(results: list[list[AccuracyFigure]], it: Any) -> Iterator[BenchTable | str]:
+def _shown(results: list[AccuracyResult], it: Any) -> Iterator[BenchTable | str]:
     title = f"Accuracy and repeatability; {LEGEND}"
-    yield BenchTable(title, HEADINGS, table(flat(results)), 2)
-    yield from (f"{one[0].arm}, seed {one[0].seed}: {verdict(one)}" for one in results)
+    yield BenchTable(title, HEADINGS, table(_figures(results)), 2)
+    yield from (f"{one.case.arm}, seed {one.case.seed}: {verdict(one)}" for one in results)
+
+
+def _figures(results: Sequence[AccuracyResult]) -> list[AccuracyFigure]:
+    return flat(one.figures for one in results)
 
 
 BENCH = BenchRecord(
@@ -119,5 +142,6 @@ BENCH = BenchRecord(
     _cases,
     run_case,
     _shown,
-    figures=lambda results: [{**asdict(one), "off": one.off} for one in flat(results)],
+    figures=lambda results: [{**asdict(one), "off": one.off} for one in _figures(results)],
+    holds=lambda results: not any(one.why for one in results),
 )

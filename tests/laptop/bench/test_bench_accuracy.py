@@ -7,11 +7,12 @@ import pytest
 from click.testing import CliRunner
 
 from laptop.bench import accuracy
-from laptop.bench.accuracy import AccuracyFigure
+from laptop.bench.accuracy import AccuracyCase, AccuracyFigure, AccuracyResult
 from laptop.cli.main import laptop
 from laptop.emulator.scene.board_photographs import CameraPose, Lens
 from laptop.measure.accuracy.emulated import LensCamera
 from laptop.measure.accuracy.sighting import BoardArmPose
+from shared.arm_description import ArmError
 
 FIGURES = [
     AccuracyFigure("planar", 7, "AP P1", 1.05, 0.01, 1.0),  # near, and surer than it may be
@@ -22,9 +23,25 @@ FIGURES = [
 
 
 def test_the_verdict_counts_what_is_near_and_what_is_told_truly():
-    assert accuracy.verdict(FIGURES) == (
+    result = AccuracyResult(AccuracyCase("planar"), FIGURES)
+    assert accuracy.verdict(result) == (
         "2 of 4 within 10 % of the truth; of 2 the truth lies within U, of 3 one of both"
     )
+
+
+def test_an_arm_that_does_not_end_the_test_is_told_and_keeps_nothing_from_the_others(monkeypatch):
+    def fail(*args):
+        raise ArmError("driver.py: the elbow does not turn")
+
+    monkeypatch.setattr(accuracy, "measure_emulated", fail)
+    failed = accuracy.run_case(AccuracyCase("planar", cycles=3, seed=7))
+    done = AccuracyResult(AccuracyCase("planar", seed=8), FIGURES)
+    table, *lines = accuracy.BENCH.shown([failed, done], None)
+    assert len(table.rows) == len(FIGURES)
+    assert lines[0] == "planar, seed 7: the test was not ended: driver.py: the elbow does not turn"
+    assert lines[1].startswith("planar, seed 8: 2 of 4")
+    assert not accuracy.BENCH.holds([failed, done])
+    assert accuracy.BENCH.holds([done])
 
 
 def test_the_table_sets_the_truth_beside_each_value():
