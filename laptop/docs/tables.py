@@ -144,24 +144,26 @@ def bench_table(
             bench's column stands in braces: "{greatest mm} ({in floors})".
         table: its number, where a bench prints several.
         across: one of the bench's columns, and the text of the new column that each of its
-            values gets; of the first row with the same `columns` as another all are told.
+            values gets; rows with the same `columns` become one.
         only: by its heading a regular expression; only rows that match all of them are shown.
 
     Raises:
         NotMeasured: there is no such record, or no row.
     """
     shown = columns if isinstance(columns, Mapping) else {one: f"{{{one}}}" for one in columns}
-    lines: dict[tuple[str, ...], list[str]] = {}
-    headings = list(shown)
+    lines: dict[tuple[str, ...], dict[str, str]] = {}
     records = [names] if isinstance(names, str) else names
     for row in (row for name in records for row in _measured_rows(name, table, only)):
-        line = lines.setdefault(tuple(text.format_map(row) for text in shown.values()), [])
+        line = lines.setdefault(tuple(text.format_map(row) for text in shown.values()), {})
         for heading, text in (across or {}).items():
-            line.append(text.format_map(row))
-            if row[heading] not in headings:
-                headings.append(row[heading])
-    rows = ((*line, *more) for line, more in lines.items())
-    _table(headings, ([re.sub(r"^(\w+) \(\1\)$", r"\1", one) for one in row] for row in rows))
+            line.setdefault(row[heading], text.format_map(row))
+    beside = list(dict.fromkeys(value for line in lines.values() for value in line))
+    rows = ((*cells, *(line.get(one, "") for one in beside)) for cells, line in lines.items())
+    _table(
+        [*shown, *beside],
+        # What failed, in floors failed too, is told once.
+        ([re.sub(r"^(\w+) \(\1\)$", r"\1", one) for one in row] for row in rows),
+    )
 
 
 def bench_lines(name: str, pattern: str) -> None:
@@ -200,7 +202,7 @@ def main_figures() -> None:
         ),
         (
             "lines",
-            "the same by a usual lab report's Jacobian steps",
+            "the same geared arm by a usual lab report's Jacobian steps",
             _cell("lines", "{greatest mm} mm", arm="geared", method="steps", **line),
         ),
         (
