@@ -175,7 +175,7 @@ def bench_lines(name: str, pattern: str) -> None:
     found = [line for line in measured.read(name).lines if re.fullmatch(pattern, line)]
     if not found:
         raise measured.NotMeasured(f"{name}: no line is like {pattern}")
-    print(*["", *found, ""], sep="\n")
+    print("", *(f"* {line}" for line in found), "", sep="\n")
 
 
 def main_figures() -> None:

@@ -73,7 +73,7 @@ STRUCK, HIDDEN = 3.7, 1.2
 """Time at which a fault strikes a line, s, and from which a tip is hidden: links turn."""
 
 FAULTS = (
-    ("cable pulled", "unplug:A", 0.0),
+    ("motor unplugged", "unplug:A", 0.0),
     ("encoder dead", "dead-encoder:A", 0.0),
     ("Ctrl-C", "int", 0.0),
     ("program frozen", "freeze", DEAD_MAN),

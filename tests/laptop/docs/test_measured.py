@@ -93,7 +93,7 @@ def test_a_table_lays_the_values_of_a_column_side_by_side(capsys):
 def test_lines_and_commands_are_shown(kept, capsys):
     tables.bench_lines("lines", "s.")
     tables.bench_command("lines")
-    assert shown(capsys) == ["so", "```sh", kept.command, "```"]
+    assert shown(capsys) == ["* so", "```sh", kept.command, "```"]
 
 
 def test_a_bench_is_measured_by_its_words(monkeypatch):
