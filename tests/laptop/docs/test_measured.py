@@ -54,8 +54,8 @@ def test_a_change_is_told_but_not_of_how_fast_the_machine_is(kept):
     found = kept._replace(tables=[other, faster], lines=["so"])
     assert list(measured.changes(kept, found)) == [
         "- geared | line 1 | failed | failed",
-        "+ geared | line 1 | 0.3 | 1.1",
         '- it said "no"',
+        "+ geared | line 1 | 0.3 | 1.1",
     ]
     assert list(measured.changes(measured.read("lines"), kept)) == []
 
