@@ -55,7 +55,7 @@ class AccuracyFigure:
 
 
 @dataclass(frozen=True)
-class AccuracyResult:
+class AccuracyRun:
     """All criteria of a case; or none, and why the arm did not end the test."""
 
     case: AccuracyCase
@@ -63,7 +63,7 @@ class AccuracyResult:
     why: str = ""
 
 
-def run_case(case: AccuracyCase) -> AccuracyResult:
+def run_case(case: AccuracyCase) -> AccuracyRun:
     """Run one case: all criteria, by camera and in truth.
 
     Raises:
@@ -74,8 +74,8 @@ def run_case(case: AccuracyCase) -> AccuracyResult:
     try:
         result, true = measure_emulated(plan, None, plant, case.noise, case.seed)
     except ArmError as error:
-        return AccuracyResult(case, [], str(error))
-    return AccuracyResult(
+        return AccuracyRun(case, [], str(error))
+    return AccuracyRun(
         case,
         [
             AccuracyFigure(plan.arm.name, case.seed, one.name, one.mm, one.u_mm, true[one.name])
@@ -105,7 +105,7 @@ def table(figures: Sequence[AccuracyFigure]) -> list[list[str]]:
     ]
 
 
-def verdict(result: AccuracyResult) -> str:
+def verdict(result: AccuracyRun) -> str:
     """Return a line: how many are measured well, and how often U holds the truth."""
     figures = result.figures
     if result.why:
@@ -127,13 +127,13 @@ def _cases(it: Any) -> list[AccuracyCase]:
     ]
 
 
-def _shown(results: list[AccuracyResult], it: Any) -> Iterator[BenchTable | str]:
+def _shown(results: list[AccuracyRun], it: Any) -> Iterator[BenchTable | str]:
     title = f"Accuracy and repeatability; {LEGEND}"
     yield BenchTable(title, HEADINGS, table(_figures(results)), 2)
     yield from (f"{one.case.arm}, seed {one.case.seed}: {verdict(one)}" for one in results)
 
 
-def _figures(results: Sequence[AccuracyResult]) -> list[AccuracyFigure]:
+def _figures(results: Sequence[AccuracyRun]) -> list[AccuracyFigure]:
     return flat(one.figures for one in results)
 
 

@@ -50,7 +50,7 @@ class NotMeasured(CogGeneratedError):  # type: ignore[misc]
     """A page shows what no record holds; `str()` says what.  Cog tells it in one line."""
 
 
-class Measured(NamedTuple):
+class Measurements(NamedTuple):
     """A bench, its tables, and the lines below them but for those on this machine's speed."""
 
     command: str
@@ -58,7 +58,7 @@ class Measured(NamedTuple):
     lines: list[str]
 
 
-def measure(name: str) -> Measured:
+def measure(name: str) -> Measurements:
     """Run a bench anew, on all cores of this machine; a bar is shown meanwhile.
 
     Raises:
@@ -73,10 +73,10 @@ def measure(name: str) -> Measured:
         shown = list(record.shown(results, it))
     tables = [part for part in shown if isinstance(part, BenchTable)]
     lines = [part for part in shown if isinstance(part, str) and not isinstance(part, MachineLine)]
-    return Measured(f"brickservo bench {MEASURED[name]}", tables, lines)
+    return Measurements(f"brickservo bench {MEASURED[name]}", tables, lines)
 
 
-def read(name: str) -> Measured:
+def read(name: str) -> Measurements:
     """Return what was measured last.
 
     Raises:
@@ -87,10 +87,10 @@ def read(name: str) -> Measured:
         raise NotMeasured(f"{name} has not been measured: python -m laptop.docs {name}")
     kept = json.loads(file.read_text("utf-8"))
     tables = [BenchTable(**table) for table in kept["tables"]]
-    return Measured(kept["command"], tables, kept["lines"])
+    return Measurements(kept["command"], tables, kept["lines"])
 
 
-def write(name: str, measured: Measured) -> None:
+def write(name: str, measured: Measurements) -> None:
     """Keep what was measured."""
     tables = [
         {**table._asdict(), "rows": [list(row) for row in table.rows]} for table in measured.tables
@@ -100,7 +100,7 @@ def write(name: str, measured: Measured) -> None:
     (FOLDER / f"{name}.json").write_text(flat + "\n", "utf-8")
 
 
-def changes(before: Measured, after: Measured) -> Iterator[str]:
+def changes(before: Measurements, after: Measurements) -> Iterator[str]:
     """Yield each row and line that went or came; tables of this machine's speed are left out."""
     old, new = _lines(before), _lines(after)
     matcher = difflib.SequenceMatcher(None, old, new, autojunk=False)
@@ -110,7 +110,7 @@ def changes(before: Measured, after: Measured) -> Iterator[str]:
             yield from (f"+ {line}" for line in new[first:last])
 
 
-def _lines(measured: Measured) -> list[str]:
+def _lines(measured: Measurements) -> list[str]:
     """Return all that comes out alike on every machine."""
     tables = (table for table in measured.tables if not table.of_this_machine)
     rows = [" | ".join(row) for table in tables for row in (table.headings, *table.rows)]

@@ -40,6 +40,7 @@ from laptop.see.markers import view
 from laptop.see.markers.markers import read_spec
 from laptop.see.markers.tracker import Tracker
 from robot.motion import kinematics
+from shared import state
 from shared.arm_description import ArmError, find_arm, read_arm
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -69,8 +70,8 @@ def by_command(name: str, file: Path) -> None:
     words, left = COMMANDS[name]
     with tempfile.TemporaryDirectory() as folder:
         typed = shlex.split(words.replace("robot/", f"{ROOT}/robot/"))
-        here = {key: value for key, value in os.environ.items() if key != "BRICKSERVO_ARM"}
-        here |= {"PYTHONPATH": str(ROOT), "BRICKSERVO_STATE": folder}
+        here = {key: value for key, value in os.environ.items() if key != state.ARM}
+        here |= {"PYTHONPATH": str(ROOT), state.STATE: folder}
         done = subprocess.run(
             [sys.executable, "-m", "laptop", *typed], cwd=folder, env=here, capture_output=True
         )

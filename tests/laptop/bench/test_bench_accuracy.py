@@ -7,7 +7,7 @@ import pytest
 from click.testing import CliRunner
 
 from laptop.bench import accuracy
-from laptop.bench.accuracy import AccuracyCase, AccuracyFigure, AccuracyResult
+from laptop.bench.accuracy import AccuracyCase, AccuracyFigure, AccuracyRun
 from laptop.cli.main import laptop
 from laptop.emulator.scene.board_photographs import CameraPose, Lens
 from laptop.measure.accuracy.emulated import LensCamera
@@ -23,7 +23,7 @@ FIGURES = [
 
 
 def test_the_verdict_counts_what_is_near_and_what_is_told_truly():
-    result = AccuracyResult(AccuracyCase("planar"), FIGURES)
+    result = AccuracyRun(AccuracyCase("planar"), FIGURES)
     assert accuracy.verdict(result) == (
         "2 of 4 within 10 % of the truth; of 2 the truth lies within U, of 3 one of both"
     )
@@ -35,7 +35,7 @@ def test_an_arm_that_does_not_end_the_test_is_told_and_keeps_nothing_from_the_ot
 
     monkeypatch.setattr(accuracy, "measure_emulated", fail)
     failed = accuracy.run_case(AccuracyCase("planar", cycles=3, seed=7))
-    done = AccuracyResult(AccuracyCase("planar", seed=8), FIGURES)
+    done = AccuracyRun(AccuracyCase("planar", seed=8), FIGURES)
     table, *lines = accuracy.BENCH.shown([failed, done], None)
     assert len(table.rows) == len(FIGURES)
     assert lines[0] == "planar, seed 7: the test was not ended: driver.py: the elbow does not turn"

@@ -9,7 +9,7 @@ from places import ROOT
 from laptop.bench.bench import BenchRecord, BenchTable, MachineLine
 from laptop.cli import bench
 from laptop.docs import measured, tables
-from laptop.docs.measured import MEASURED, Measured, NotMeasured
+from laptop.docs.measured import MEASURED, Measurements, NotMeasured
 
 DOCS = ROOT / "laptop" / "docs"
 PAGES = "\n".join(page.read_text("utf-8") for page in sorted(DOCS.rglob("*.md")))
@@ -29,7 +29,7 @@ SPEED = BenchTable("Cost", ("what", "us"), [["[ours], {all}", "61"]], of_this_ma
 def kept(tmp_path, monkeypatch):
     """A folder for records, with one."""
     monkeypatch.setattr(measured, "FOLDER", tmp_path)
-    record = Measured("brickservo bench lines", [LINES, SPEED], ['it said "no"', "so"])
+    record = Measurements("brickservo bench lines", [LINES, SPEED], ['it said "no"', "so"])
     measured.write("lines", record)
     return record
 
@@ -113,7 +113,7 @@ def test_a_bench_is_measured_by_its_words(monkeypatch):
     monkeypatch.setattr(bench, "BENCHES", (command,))
     monkeypatch.setattr(measured, "MEASURED", {"it": "try --plant cpu=3"})
     found = measured.measure("it")
-    assert found == Measured(
+    assert found == Measurements(
         "brickservo bench try --plant cpu=3",
         [BenchTable("3", ("twice",), [["2"], ["4"]])],
         ["done"],
