@@ -517,9 +517,9 @@ PHASES_TITLE = "where the seconds of the runs that succeeded go, mean, s"
 
 
 def tables_of(bench, monkeypatch, *args):
-    """What `bench servo` prints as tables: (title, headings, rows, sections) of each."""
+    """What `bench servo` prints as tables."""
     tables = []
-    monkeypatch.setattr(show, "table", lambda *table: tables.append(table))
+    monkeypatch.setattr(show, "table", tables.append)
     monkeypatch.setattr(servo_table, "step_cost", lambda arm: "")
     shown = bench("--seeds", "3:5", *args)
     assert shown.exit_code == 0, shown.output
@@ -528,19 +528,19 @@ def tables_of(bench, monkeypatch, *args):
 
 def test_where_goals_stand_the_phases_are_shown_below(bench, monkeypatch):
     first, second = tables_of(bench, monkeypatch)
-    assert first[0].startswith("seeds 3:5, cpu=1, ")
-    assert first[0].endswith("x: times the clairvoyant's, or the oracle's where there is none")
-    assert second[0] == PHASES_TITLE
-    assert second[1][4:] == ("first look", "exploring", "moving", "looking", "deciding")
-    assert second[2:] == (
-        [("planar", "nominal", "chain", "look", "0.30", "1.00", "2.50", "2.00", "0.20")],
-        2,
-    )
+    assert first.title.startswith("seeds 3:5, cpu=1, ")
+    assert first.title.endswith("x: times the clairvoyant's, or the oracle's where there is none")
+    assert second.title == PHASES_TITLE
+    assert second.headings[4:] == ("first look", "exploring", "moving", "looking", "deciding")
+    assert second.rows == [
+        ("planar", "nominal", "chain", "look", "0.30", "1.00", "2.50", "2.00", "0.20")
+    ]
+    assert second.sections == 2
 
 
 def test_where_the_goal_moves_there_are_no_phases(bench, monkeypatch):
     (only,) = tables_of(bench, monkeypatch, "moving")
-    assert only[0] != PHASES_TITLE
+    assert only.title != PHASES_TITLE
 
 
 def test_whatever_a_run_may_be_ordered_to_do_is_compared():
