@@ -29,10 +29,6 @@ class BadArgument(ValueError):
     """A text is not what an argument takes; the message is for people."""
 
 
-HIDDEN = "hidden"
-"""Help of an option that no help lists."""
-
-
 def number_in(lower, upper, unit):
     # type: (float, float, str) -> Callable[[str], float]
     """Return a `type` for an argument: it reads a number within these limits, both included.
@@ -317,8 +313,6 @@ class Parser(object):
             # type: (argparse.ArgumentParser, Sequence[_Argument], **Any) -> None
             for argument in arguments:
                 options = dict(argument.options, **other)
-                if options.get("help") == HIDDEN:
-                    options["help"] = argparse.SUPPRESS
                 if "type" in options:
                     options["type"] = reporting(options["type"])
                 parser.add_argument(*argument.flags, **options)

@@ -6,7 +6,7 @@ import sys
 
 from robot import program
 from robot.clock import Clock
-from robot.command_line import CODE_HELP, HIDDEN, BadArgument, Parser, number_in
+from robot.command_line import CODE_HELP, BadArgument, Parser, number_in
 from robot.drawing import METHODS, Driver
 from robot.motion import kinematics, paths, trajectory
 from robot.motion.checked import NotChecked
@@ -134,9 +134,7 @@ def _add_drawings(parser):
     line.add_argument("points", type=_point, nargs="+", metavar="X,Y[,Z]")
     line.add_argument("--angle", type=number_in(-360, 360, "deg"), metavar="DEG")
     line.add_argument("--length", type=number_in(0.1, 100, "cm"), metavar="CM")
-    why = "says how, for that takes the laptop's camera"
-    for flag, text in (("--trials", why), ("--by-sight", HIDDEN)):  # its old name
-        line.add_argument(flag, dest="trials", metavar="N", help=text)
+    line.add_argument("--trials", metavar="N", help="says how, for that takes the laptop's camera")
     for name, text in (
         ("polyline", "straight from point to point"),
         ("arc", "smoothly through n points"),

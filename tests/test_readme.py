@@ -44,7 +44,8 @@ def all_stories():
 def folder(tmp_path, monkeypatch):
     """An empty folder in which commands run, with what a reader has by then."""
     shutil.copy(SCRIPTS / "lab1_moves.py", tmp_path / "my_lab_script.py")
-    shutil.copy(ROOT / "shared" / "arms" / "geared.ini", tmp_path / "my.ini")
+    for name, own in (("geared", "my.ini"), ("planar", "built.ini")):
+        shutil.copy(ROOT / "shared" / "arms" / f"{name}.ini", tmp_path / own)
     left(tmp_path / "runs" / "line")
     (line,) = (handout for handout in HANDOUTS if handout.name == "line")
     for name in ("7b", "handouts"):
