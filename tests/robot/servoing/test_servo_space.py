@@ -62,8 +62,8 @@ def notes(shown):
 
 @pytest.mark.parametrize("cpu", [1, 2])
 def test_a_brick_that_is_too_slow_to_be_steered_looks_then_moves(space, cpu):
-    # Where the brick computes at half its speed, to receive what two cameras have said meanwhile can
-    # take so long that the motors' dead-man strikes; that is told, and depends on a few milliseconds.
+    # At half a brick's speed, to receive what two cameras have said meanwhile can take so long that
+    # the motors' dead-man strikes; that is told, and depends on a few milliseconds.
     for seed in range(3, 3 + cpu):
         w = space(plant=f"cpu={cpu}", seed=seed)
         shown = w.run("--mode", "stream")
