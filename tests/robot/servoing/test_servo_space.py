@@ -62,13 +62,10 @@ def notes(shown):
 
 @pytest.mark.parametrize("cpu", [1, 2])
 def test_a_brick_that_is_too_slow_to_be_steered_looks_then_moves(space, cpu):
-    # At half a brick's speed, to receive what two cameras have said meanwhile can take so long that
-    # the motors' dead-man strikes; that is told, and depends on a few milliseconds.
-    for seed in range(3, 3 + cpu):
-        w = space(plant=f"cpu={cpu}", seed=seed)
-        shown = w.run("--mode", "stream")
-        if shown.log[-1]["verdict"] != "too slow":
-            break
+    # (With some set-ups what two cameras say takes a brick of half the speed as long to receive as
+    # the motors' dead-man waits, and it says `too slow`.)
+    w = space(plant=f"cpu={cpu}", seed=4)
+    shown = w.run("--mode", "stream")
     assert judge(w, shown, "converged")
     assert [note for note in notes(shown) if "too slow" in note] == [TOO_SLOW_TO_STEER] * (cpu - 1)
 
